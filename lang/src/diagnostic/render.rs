@@ -1,0 +1,144 @@
+//! Diagnostics as text for a terminal: the source lines with underlines, then notes, help, and each
+//! fix as a patch. annotate-snippets does the drawing; here is only what it is given.
+//!
+//! It is given the lines that matter and not the file, so that twenty messages about a large file
+//! cost no more than about a small one.
+
+use super::{Diagnostic, Diagnostics, Fix, Severity};
+use crate::span::{FileId, Sources, Span};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Patch, Renderer, Snippet};
+use std::ops::Range;
+
+/// Whether the text has colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// Nothing but text.
+    Plain,
+    /// ANSI colours.
+    Coloured,
+}
+
+impl Diagnostic {
+    /// The message with the source it is about; ends with a newline.
+    pub fn render(&self, sources: &Sources, style: Style) -> String {
+        let mut files = vec![self.span.file];
+        for label in &self.labels {
+            if !files.contains(&label.span.file) {
+                files.push(label.span.file);
+            }
+        }
+        let mut main = level(self.severity)
+            .primary_title(self.message.as_str())
+            .id(self.code.as_str())
+            .elements(files.iter().map(|file| self.snippet(*file, sources)));
+        for note in &self.notes {
+            main = main.element(Level::NOTE.message(note.as_str()));
+        }
+        for help in &self.help {
+            main = main.element(Level::HELP.message(help.as_str()));
+        }
+        let mut report = vec![main];
+        report.extend(self.fixes.iter().filter_map(|fix| patch(fix, sources)));
+
+        let renderer = match style {
+            Style::Plain => Renderer::plain(),
+            Style::Coloured => Renderer::styled(),
+        };
+        let mut text = renderer.render(&report);
+        text.push('\n');
+        text
+    }
+
+    fn snippet<'a>(&'a self, file: FileId, sources: &'a Sources) -> Snippet<'a, Annotation<'a>> {
+        let here = |span: &Span| span.file == file;
+        let spans = std::iter::once(&self.span).chain(self.labels.iter().map(|label| &label.span));
+        let window = Window::around(spans.filter(|span| here(span)).copied(), file, sources);
+        let mut snippet = window.snippet();
+        if here(&self.span) {
+            let mark = AnnotationKind::Primary.span(window.range(self.span));
+            snippet = snippet.annotation(match self.label.is_empty() {
+                true => mark,
+                false => mark.label(self.label.as_str()),
+            });
+        }
+        let labels = self.labels.iter().filter(|label| here(&label.span));
+        snippet.annotations(labels.map(|label| {
+            let mark = AnnotationKind::Context.span(window.range(label.span));
+            match label.text.is_empty() {
+                true => mark,
+                false => mark.label(label.text.as_str()),
+            }
+        }))
+    }
+}
+
+impl Diagnostics {
+    /// The ones to show, a blank line between them, and how many more there are.
+    pub fn render(&self, sources: &Sources, style: Style) -> String {
+        let (shown, left_out) = self.shown();
+        let mut text = shown
+            .iter()
+            .map(|diagnostic| diagnostic.render(sources, style))
+            .collect::<Vec<_>>()
+            .join("\n");
+        if left_out > 0 {
+            text.push_str(&format!("\n… and {left_out} more\n"));
+        }
+        text
+    }
+}
+
+fn level(severity: Severity) -> Level<'static> {
+    match severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+        Severity::Note => Level::NOTE,
+    }
+}
+
+fn patch<'a>(fix: &'a Fix, sources: &'a Sources) -> Option<Group<'a>> {
+    let file = fix.edits.first()?.span.file;
+    let window = Window::around(fix.edits.iter().map(|edit| edit.span), file, sources);
+    let patches = fix
+        .edits
+        .iter()
+        .map(|edit| Patch::new(window.range(edit.span), edit.replacement.as_str()));
+    let title = Level::HELP.secondary_title(fix.message.as_str());
+    Some(title.element(window.snippet().patches(patches)))
+}
+
+/// The whole lines of a file that some spans lie on.
+struct Window<'a> {
+    sources: &'a Sources,
+    file: FileId,
+    first_line: usize,
+    bytes: Range<usize>,
+}
+
+impl<'a> Window<'a> {
+    fn around(spans: impl Iterator<Item = Span>, file: FileId, sources: &'a Sources) -> Self {
+        let covered = spans.reduce(Span::to).unwrap_or(Span::new(file, 0, 0));
+        let covered = sources.range(covered);
+        let first_line = sources.line_index(file, covered.start as u32);
+        let last_line = sources.line_index(file, covered.end as u32);
+        let start = sources.line_start(file, first_line) as usize;
+        let end = sources.line_start(file, last_line + 1) as usize;
+        Self {
+            sources,
+            file,
+            first_line,
+            bytes: start..end,
+        }
+    }
+
+    fn range(&self, span: Span) -> Range<usize> {
+        let range = self.sources.range(span);
+        range.start - self.bytes.start..range.end - self.bytes.start
+    }
+
+    fn snippet<T: Clone>(&self) -> Snippet<'a, T> {
+        Snippet::source(&self.sources.text(self.file)[self.bytes.clone()])
+            .line_start(self.first_line + 1)
+            .path(self.sources.name(self.file))
+    }
+}
