@@ -1,0 +1,207 @@
+//! A small typed layer over wgpu for compute: open a device, compile a kernel, fill buffers,
+//! dispatch, read back.
+//!
+//! What it promises:
+//! - **Nothing panics.** Every call runs inside error scopes, a lost device is remembered, and
+//!   whatever wgpu reports becomes a [`GpuError`]. After a refused call the [`Gpu`] stays usable;
+//!   after [`GpuError::DeviceLost`] and [`GpuError::Timeout`] it does not.
+//! - **No wait is endless.** Waits end after [`Gpu::timeout`] with [`GpuError::Timeout`].
+//!   (Compiling a pipeline is a call into the driver and cannot be interrupted.)
+//! - **Limits are the device's own**, not WebGPU's defaults, and passing one is reported with both
+//!   numbers before wgpu is asked.
+//! - **Pipelines are counted** ([`Gpu::pipelines_created`]), so that a test can hold that an edit
+//!   of a scene makes none.
+//!
+//! ```no_run
+//! use sdfc_runtime::gpu::{Access, Binding, Extent, Gpu, GpuError, KernelSource, Preference, Usage};
+//! # fn main() -> Result<(), GpuError> {
+//! let gpu = Gpu::open(Preference::Any)?;
+//! let double = gpu.kernel(&KernelSource {
+//!     label: "double",
+//!     wgsl: "@group(0) @binding(0) var<storage, read_write> v: array<f32>;
+//!            @compute @workgroup_size(64)
+//!            fn main(@builtin(global_invocation_id) id: vec3u) {
+//!                if id.x < arrayLength(&v) { v[id.x] = 2.0 * v[id.x]; }
+//!            }",
+//!     entry: "main",
+//!     bindings: &[Binding { slot: 0, access: Access::StorageReadWrite }],
+//! })?;
+//! let values = gpu.buffer_with("values", Usage::Storage, &[1.0f32, 2.0, 3.0])?;
+//! let call = gpu.bind(&double, &[(0, &values)])?;
+//! let mut batch = gpu.batch();
+//! batch.dispatch(&call, Extent::Line(3))?;
+//! batch.submit_and_wait()?;
+//! assert_eq!(gpu.read::<f32>(&values)?, [2.0, 4.0, 6.0]);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! One line can appear on stderr that no library may prevent: Mesa's device-selection layer
+//! complains when `XDG_RUNTIME_DIR` is not set. A program silences it by setting that variable, or
+//! `NODEVICE_SELECT=1`, at the start of `main` before any thread exists; `test.sh` sets the first.
+
+mod batch;
+mod buffer;
+mod device;
+mod error;
+mod faults;
+mod kernel;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+pub use batch::{Batch, Extent, Submission};
+pub use buffer::{Buffer, Usage};
+pub use device::{DeviceInfo, DeviceKind, Limits, devices};
+pub use error::GpuError;
+pub use kernel::{Access, Binding, BoundKernel, Kernel, KernelSource};
+
+use faults::Faults;
+
+/// Which adapters [`Gpu::open`] may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preference {
+    /// Hardware if there is any, else software Vulkan.
+    Any,
+    /// Hardware only.
+    Hardware,
+}
+
+/// An open device and its queue. Shared by reference; it may be used from several threads.
+pub struct Gpu {
+    /// The longest that one wait may take before it ends in [`GpuError::Timeout`].
+    pub timeout: Duration,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    info: DeviceInfo,
+    faults: Arc<Faults>,
+    pipelines: AtomicU64,
+    /// Set when a wait ran out: the queue may never answer, see `Drop`.
+    stuck: AtomicBool,
+}
+
+impl Gpu {
+    /// The timeout a device is opened with. A software driver compiles a kernel at its first
+    /// dispatch, inside the wait; a thousand primitives take it some four seconds.
+    pub const DEFAULT_TIMEOUT: Duration = Duration::from_secs(10);
+
+    /// Opens the first adapter that `preference` allows and that gives a device, in the order of
+    /// [`devices`].
+    pub fn open(preference: Preference) -> Result<Self, GpuError> {
+        let adapters = device::adapters();
+        let software = adapters.first().map(|(info, _)| info.name.clone());
+        let mut refused = match (preference, software) {
+            (_, None) => GpuError::NoAdapter,
+            (_, Some(name)) => GpuError::OnlySoftware { name },
+        };
+        for (info, adapter) in adapters {
+            let wanted = match preference {
+                Preference::Any => true,
+                Preference::Hardware => info.kind != DeviceKind::Software,
+            };
+            if !wanted {
+                continue;
+            }
+            match Self::request(info, &adapter) {
+                Ok(gpu) => return Ok(gpu),
+                Err(error) => refused = error,
+            }
+        }
+        Err(refused)
+    }
+
+    fn request(info: DeviceInfo, adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("sdfc"),
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
+                GpuError::DeviceRequest {
+                    name: info.name.clone(),
+                    text: error.to_string(),
+                }
+            })?;
+        let faults = Faults::watch(&device);
+        Ok(Self {
+            timeout: Self::DEFAULT_TIMEOUT,
+            device,
+            queue,
+            info,
+            faults,
+            pipelines: AtomicU64::new(0),
+            stuck: AtomicBool::new(false),
+        })
+    }
+
+    /// The adapter behind this device.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    /// How many pipelines were compiled so far.
+    pub fn pipelines_created(&self) -> u64 {
+        self.pipelines.load(Ordering::Relaxed)
+    }
+
+    /// Gives the device up: every later call is [`GpuError::DeviceLost`]. This is how a test
+    /// rehearses the loss of a device.
+    pub fn destroy(&self) {
+        self.faults.lose("it was destroyed");
+        self.device.destroy();
+    }
+
+    /// Waits until `submission` is done; `what` names the wait in the errors.
+    fn wait_for(&self, what: &str, submission: wgpu::SubmissionIndex) -> Result<(), GpuError> {
+        self.faults.check()?;
+        let poll = || {
+            self.device.poll(wgpu::PollType::Wait {
+                submission_index: Some(submission),
+                timeout: Some(self.timeout),
+            })
+        };
+        // `Device::poll` is the one call that panics when the driver reports a loss. wgpu has
+        // released its locks and told the lost callback by then, so unwinding to here is sound.
+        let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(poll));
+        self.faults.check()?;
+        match polled {
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(wgpu::PollError::Timeout)) => {
+                self.stuck.store(true, Ordering::Relaxed);
+                Err(GpuError::Timeout {
+                    what: what.to_owned(),
+                    after: self.timeout,
+                })
+            }
+            Ok(Err(error @ wgpu::PollError::WrongSubmissionIndex(..))) => {
+                Err(GpuError::Internal(format!("{what}: {error}")))
+            }
+            Err(panic) => {
+                let text = error::panic_text(panic.as_ref());
+                self.faults.lose(&text);
+                Err(GpuError::DeviceLost(text))
+            }
+        }
+    }
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        // Dropping the last handle of a queue waits, without a limit, until it is idle. A queue
+        // that did not answer in time is leaked instead.
+        if *self.stuck.get_mut() {
+            std::mem::forget(self.queue.clone());
+        }
+    }
+}
+
+impl std::fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Gpu")
+            .field("info", &self.info)
+            .field("timeout", &self.timeout)
+            .finish_non_exhaustive()
+    }
+}

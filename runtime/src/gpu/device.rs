@@ -1,0 +1,119 @@
+//! Which adapters this machine has, best first.
+
+/// An adapter, as `sdfc devices` lists it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeviceInfo {
+    /// The adapter's name.
+    pub name: String,
+    /// The interface it is reached through, in lower case: `vulkan`.
+    pub backend: String,
+    /// The driver's name and version, as far as it tells them.
+    pub driver: String,
+    /// Hardware or software.
+    pub kind: DeviceKind,
+    /// The limits that matter to us.
+    pub limits: Limits,
+}
+
+/// What an adapter is made of, in the order of preference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum DeviceKind {
+    /// A graphics card.
+    Discrete,
+    /// Graphics within the processor.
+    Integrated,
+    /// A share of a graphics card, given to a virtual machine.
+    Virtual,
+    /// Hardware that does not say what it is.
+    Other,
+    /// The processor, running a software driver.
+    Software,
+}
+
+/// The limits of a device. Sizes are in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// The largest buffer.
+    pub buffer: u64,
+    /// The most of a storage buffer that a kernel may see.
+    pub storage_binding: u64,
+    /// The most of a uniform buffer that a kernel may see.
+    pub uniform_binding: u64,
+    /// Storage buffers per kernel.
+    pub storage_buffers: u32,
+    /// Memory shared by a workgroup.
+    pub workgroup_memory: u32,
+    /// Invocations in a workgroup.
+    pub workgroup_invocations: u32,
+    /// Workgroups of a dispatch along each axis.
+    pub workgroups_per_axis: u32,
+}
+
+impl DeviceKind {
+    /// The kind in one word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Discrete => "discrete",
+            Self::Integrated => "integrated",
+            Self::Virtual => "virtual",
+            Self::Other => "other",
+            Self::Software => "software",
+        }
+    }
+}
+
+impl From<wgpu::DeviceType> for DeviceKind {
+    fn from(kind: wgpu::DeviceType) -> Self {
+        match kind {
+            wgpu::DeviceType::DiscreteGpu => Self::Discrete,
+            wgpu::DeviceType::IntegratedGpu => Self::Integrated,
+            wgpu::DeviceType::VirtualGpu => Self::Virtual,
+            wgpu::DeviceType::Other => Self::Other,
+            wgpu::DeviceType::Cpu => Self::Software,
+        }
+    }
+}
+
+/// All adapters, hardware first. The list is empty where there is no driver; that is no error.
+pub fn devices() -> Vec<DeviceInfo> {
+    adapters().into_iter().map(|(info, _)| info).collect()
+}
+
+/// The adapters in the order in which they are tried.
+pub(super) fn adapters() -> Vec<(DeviceInfo, wgpu::Adapter)> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        // The same in debug and release builds: no validation layers, which a machine may lack.
+        flags: wgpu::InstanceFlags::empty(),
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    });
+    let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let mut adapters: Vec<_> = found
+        .into_iter()
+        .map(|adapter| (describe(&adapter), adapter))
+        .collect();
+    // Stable: among equals the driver's own order holds.
+    adapters.sort_by_key(|(info, _)| info.kind);
+    adapters
+}
+
+fn describe(adapter: &wgpu::Adapter) -> DeviceInfo {
+    let info = adapter.get_info();
+    let limits = adapter.limits();
+    DeviceInfo {
+        name: info.name,
+        backend: info.backend.to_string(),
+        driver: format!("{} {}", info.driver, info.driver_info)
+            .trim()
+            .to_owned(),
+        kind: info.device_type.into(),
+        limits: Limits {
+            buffer: limits.max_buffer_size,
+            storage_binding: limits.max_storage_buffer_binding_size,
+            uniform_binding: limits.max_uniform_buffer_binding_size,
+            storage_buffers: limits.max_storage_buffers_per_shader_stage,
+            workgroup_memory: limits.max_compute_workgroup_storage_size,
+            workgroup_invocations: limits.max_compute_invocations_per_workgroup,
+            workgroups_per_axis: limits.max_compute_workgroups_per_dimension,
+        },
+    }
+}

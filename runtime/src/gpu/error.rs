@@ -1,0 +1,101 @@
+//! What can go wrong on a GPU, as one enum.
+
+use std::time::Duration;
+
+/// Why a call on a [`Gpu`](super::Gpu) failed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GpuError {
+    /// There is no adapter at all.
+    #[error("no GPU was found, nor a software Vulkan driver (such as mesa-vulkan-drivers)")]
+    NoAdapter,
+    /// Hardware was asked for and there is none.
+    #[error("no hardware GPU was found, only the software driver {name}")]
+    OnlySoftware {
+        /// The software adapter that was found.
+        name: String,
+    },
+    /// The adapter is there but gives no device.
+    #[error("the GPU {name} could not be opened: {text}")]
+    DeviceRequest {
+        /// The adapter's name.
+        name: String,
+        /// The driver's reason.
+        text: String,
+    },
+    /// The device has no memory left for what was asked.
+    #[error("the GPU is out of memory: {0}")]
+    OutOfMemory(String),
+    /// The call broke one of WebGPU's rules: a mistake in the calling code.
+    #[error("the GPU refused a call: {0}")]
+    Validation(String),
+    /// The driver or wgpu failed for a reason of its own.
+    #[error("the GPU driver failed: {0}")]
+    Internal(String),
+    /// The device is gone and so is all that was on it.
+    #[error("the GPU was lost: {0}")]
+    DeviceLost(String),
+    /// The device did not answer in time.
+    #[error("the GPU did not finish within {after:?}: {what}")]
+    Timeout {
+        /// What was waited for.
+        what: String,
+        /// How long.
+        after: Duration,
+    },
+    /// More was asked for than the device allows.
+    #[error("{what} is {need}, at most {have} is allowed")]
+    LimitExceeded {
+        /// What has the limit, and its unit.
+        what: String,
+        /// What was asked for.
+        need: u64,
+        /// What is allowed.
+        have: u64,
+    },
+    /// The WGSL does not compile. The text shows the place.
+    #[error("the kernel {label} does not compile:\n{text}")]
+    Shader {
+        /// The kernel's label.
+        label: String,
+        /// The compiler's message with an excerpt of the source.
+        text: String,
+    },
+}
+
+impl From<wgpu::Error> for GpuError {
+    fn from(error: wgpu::Error) -> Self {
+        match error {
+            wgpu::Error::OutOfMemory { source } => Self::OutOfMemory(source.to_string()),
+            wgpu::Error::Validation { description, .. } => Self::Validation(one_line(&description)),
+            wgpu::Error::Internal { description, .. } => Self::Internal(one_line(&description)),
+        }
+    }
+}
+
+/// `need <= have`, or the error that says so.
+pub(super) fn within(what: impl Into<String>, need: u64, have: u64) -> Result<(), GpuError> {
+    if need <= have {
+        return Ok(());
+    }
+    Err(GpuError::LimitExceeded {
+        what: what.into(),
+        need,
+        have,
+    })
+}
+
+/// What a caught panic said.
+pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic
+        .downcast_ref::<String>()
+        .map(String::as_str)
+        .or_else(|| panic.downcast_ref::<&str>().copied());
+    one_line(text.unwrap_or("the driver layer panicked"))
+}
+
+/// wgpu prints a chain of causes as an indented list under a heading; this makes one line of it.
+fn one_line(text: &str) -> String {
+    let causes = text.split_once("Caused by:").map_or(text, |(_, rest)| rest);
+    let lines = causes.lines().map(str::trim).filter(|l| !l.is_empty());
+    lines.collect::<Vec<_>>().join(": ")
+}

@@ -1,0 +1,222 @@
+//! Kernels: WGSL text becomes a compute pipeline, and a pipeline with its buffers something that
+//! can be dispatched.
+
+use std::sync::atomic::Ordering;
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+use super::{Buffer, Gpu, GpuError, error};
+
+/// Stack for the compiler, in bytes. naga and wgpu walk expressions recursively, and a thread's
+/// usual 2 MiB do not hold the deepest nesting that naga's parser lets through.
+const COMPILER_STACK: usize = 64 << 20;
+
+/// What a kernel is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct KernelSource<'a> {
+    /// Names the kernel in errors and in GPU debuggers.
+    pub label: &'a str,
+    /// The whole module.
+    pub wgsl: &'a str,
+    /// The entry point's name.
+    pub entry: &'a str,
+    /// The buffers it uses, all in group 0.
+    pub bindings: &'a [Binding],
+}
+
+/// A place for a buffer: `@group(0) @binding(slot)`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// The number in `@binding(…)`.
+    pub slot: u32,
+    /// How the kernel declares the buffer.
+    pub access: Access,
+}
+
+/// How a kernel declares a buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// `var<uniform>`
+    Uniform,
+    /// `var<storage, read>`
+    StorageRead,
+    /// `var<storage, read_write>`
+    StorageReadWrite,
+}
+
+/// A compiled kernel.
+#[derive(Clone, Debug)]
+pub struct Kernel {
+    label: String,
+    workgroup_size: [u32; 3],
+    pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+}
+
+/// A kernel with a buffer in each of its slots. Cheap to clone; it keeps the buffers alive.
+#[derive(Clone, Debug)]
+pub struct BoundKernel {
+    pub(super) kernel: Kernel,
+    pub(super) group: wgpu::BindGroup,
+}
+
+impl Kernel {
+    /// The label it was made with.
+    pub fn label(&self) -> &str {
+        &self.label
+    }
+
+    /// Invocations per workgroup along each axis, from the entry point's `@workgroup_size`.
+    pub fn workgroup_size(&self) -> [u32; 3] {
+        self.workgroup_size
+    }
+
+    pub(super) fn pipeline(&self) -> &wgpu::ComputePipeline {
+        &self.pipeline
+    }
+}
+
+impl Gpu {
+    /// Compiles a kernel. WGSL that does not parse or validate is [`GpuError::Shader`] and shows
+    /// the line; bindings that do not fit the module are [`GpuError::Validation`].
+    pub fn kernel(&self, source: &KernelSource<'_>) -> Result<Kernel, GpuError> {
+        let kernel = on_large_stack(|| {
+            let (module, workgroup_size) = parse(source)?;
+            self.faults
+                .scoped(&self.device, || self.pipeline(source, module))
+                .map(|(pipeline, layout)| Kernel {
+                    label: source.label.to_owned(),
+                    workgroup_size,
+                    pipeline,
+                    layout,
+                })
+        })?;
+        self.pipelines.fetch_add(1, Ordering::Relaxed);
+        Ok(kernel)
+    }
+
+    /// Puts buffers into a kernel's slots. A slot without a buffer, or a buffer of the wrong
+    /// usage, is [`GpuError::Validation`].
+    pub fn bind(
+        &self,
+        kernel: &Kernel,
+        buffers: &[(u32, &Buffer)],
+    ) -> Result<BoundKernel, GpuError> {
+        let entries: Vec<_> = buffers
+            .iter()
+            .map(|(slot, buffer)| wgpu::BindGroupEntry {
+                binding: *slot,
+                resource: buffer.raw.as_entire_binding(),
+            })
+            .collect();
+        let group = self.faults.scoped(&self.device, || {
+            self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(&kernel.label),
+                layout: &kernel.layout,
+                entries: &entries,
+            })
+        })?;
+        Ok(BoundKernel {
+            kernel: kernel.clone(),
+            group,
+        })
+    }
+
+    fn pipeline(
+        &self,
+        source: &KernelSource<'_>,
+        module: naga::Module,
+    ) -> (wgpu::ComputePipeline, wgpu::BindGroupLayout) {
+        let label = Some(source.label);
+        let entries: Vec<_> = source.bindings.iter().map(layout_entry).collect();
+        let layout = self
+            .device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label,
+                entries: &entries,
+            });
+        let pipeline_layout = self
+            .device
+            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label,
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+        // The parsed module is handed over, so the text is not parsed twice.
+        let shader = self
+            .device
+            .create_shader_module(wgpu::ShaderModuleDescriptor {
+                label,
+                source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
+            });
+        let pipeline = self
+            .device
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label,
+                layout: Some(&pipeline_layout),
+                module: &shader,
+                entry_point: Some(source.entry),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            });
+        (pipeline, layout)
+    }
+}
+
+/// Parses and validates the text against plain WGSL, without any extension, and finds the entry
+/// point's workgroup size.
+fn parse(source: &KernelSource<'_>) -> Result<(naga::Module, [u32; 3]), GpuError> {
+    let refuse = |text: String| GpuError::Shader {
+        label: source.label.to_owned(),
+        text,
+    };
+    let module = naga::front::wgsl::parse_str(source.wgsl)
+        .map_err(|error| refuse(error.emit_to_string_with_path(source.wgsl, source.label)))?;
+    Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .map_err(|error| refuse(error.emit_to_string_with_path(source.wgsl, source.label)))?;
+    let is_entry = |entry: &&naga::EntryPoint| {
+        entry.stage == naga::ShaderStage::Compute && entry.name == source.entry
+    };
+    let Some(entry) = module.entry_points.iter().find(is_entry) else {
+        return Err(refuse(format!(
+            "there is no compute entry point `{}`",
+            source.entry
+        )));
+    };
+    let workgroup_size = entry.workgroup_size;
+    Ok((module, workgroup_size))
+}
+
+fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
+    let ty = match binding.access {
+        Access::Uniform => wgpu::BufferBindingType::Uniform,
+        Access::StorageRead => wgpu::BufferBindingType::Storage { read_only: true },
+        Access::StorageReadWrite => wgpu::BufferBindingType::Storage { read_only: false },
+    };
+    wgpu::BindGroupLayoutEntry {
+        binding: binding.slot,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    }
+}
+
+/// Runs `work` on a thread with a stack of [`COMPILER_STACK`].
+fn on_large_stack<R: Send>(
+    work: impl FnOnce() -> Result<R, GpuError> + Send,
+) -> Result<R, GpuError> {
+    std::thread::scope(|scope| {
+        std::thread::Builder::new()
+            .name("kernel compiler".to_owned())
+            .stack_size(COMPILER_STACK)
+            .spawn_scoped(scope, work)
+            .map_err(|error| GpuError::Internal(format!("no thread for the compiler: {error}")))?
+            .join()
+            .unwrap_or_else(|panic| Err(GpuError::Internal(error::panic_text(panic.as_ref()))))
+    })
+}
