@@ -1,0 +1,2 @@
+//! sdfc.
+fn main() {}

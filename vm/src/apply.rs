@@ -1,0 +1,189 @@
+//! One operation on one number type: the dispatch that evaluation and recording share.
+
+use crate::dual::{Dual, DualVec2, DualVec3};
+use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
+use crate::real::{Real, Vector2, Vector3};
+use crate::record::{Function, Recorded, Scalar, Signature, Vec2, Vec3, record};
+use crate::row::align;
+use crate::table::{Op, for_each_operation};
+
+/// What an operation gave.
+#[derive(Clone, Copy, Debug)]
+pub enum Applied<R: Real> {
+    /// A value.
+    Value(R),
+    /// A new current point.
+    Point(R::Vec3),
+}
+
+/// Reads an operation's parameters from its constants, in order.
+pub(crate) struct Parameters<'a> {
+    constants: &'a [f32],
+    at: usize,
+}
+
+impl<'a> Parameters<'a> {
+    pub(crate) fn new(constants: &'a [f32]) -> Self {
+        Self { constants, at: 0 }
+    }
+    #[inline(always)]
+    fn take(&mut self, width: usize) -> &'a [f32] {
+        let start = align(self.at, width);
+        self.at = start + width;
+        &self.constants[start..self.at]
+    }
+    #[inline(always)]
+    pub(crate) fn scalar<R: Real>(&mut self) -> R {
+        R::constant(self.take(1)[0].into())
+    }
+    #[inline(always)]
+    pub(crate) fn vec2<R: Real>(&mut self) -> R::Vec2 {
+        let v = self.take(2);
+        R::Vec2::new(R::constant(v[0].into()), R::constant(v[1].into()))
+    }
+    #[inline(always)]
+    pub(crate) fn vec3<R: Real>(&mut self) -> R::Vec3 {
+        let v = self.take(3);
+        let c = |i: usize| R::constant(v[i].into());
+        R::Vec3::new(c(0), c(1), c(2))
+    }
+}
+
+/// One parameter, by its type.
+macro_rules! read_parameter {
+    ($k:ident, $R:ty, Scalar) => {
+        $k.scalar::<$R>()
+    };
+    ($k:ident, $R:ty, Vec2) => {
+        $k.vec2::<$R>()
+    };
+    ($k:ident, $R:ty, Vec3) => {
+        $k.vec3::<$R>()
+    };
+}
+pub(crate) use read_parameter;
+
+macro_rules! read_input {
+    ($p:ident, $v:ident, Point) => {
+        $p
+    };
+    ($p:ident, $v:ident, Plane) => {
+        $p.xy()
+    };
+    ($p:ident, $v:ident, Value) => {{
+        let [first, rest @ ..] = $v;
+        $v = [rest[0], rest[1], first];
+        first
+    }};
+}
+
+macro_rules! define_apply {
+    ($(
+        $(#[doc = $doc:literal])+
+        $name:ident $text:literal = $module:ident::$body:ident(
+            $($input:ident: $kind:ident),* ; $($parameter:ident: $ty:ident),*
+        ) -> $output:ident, $prepare:ident::$prepared:ident, $meta:expr;
+    )+) => {
+        /// Runs one operation on one point: `values` are its operands, as many as its row says;
+        /// `constants` its parameters, laid out as [`crate::row::Row::offsets`] says.
+        pub fn apply<R: Real>(op: Op, p: R::Vec3, values: [R; 3], constants: &[f32]) -> Applied<R> {
+            match op {
+                $(Op::$name => {
+                    #[allow(unused_mut, unused_variables, unused_assignments, reason = "rows differ in what they read")]
+                    let (mut k, mut v) = (Parameters::new(constants), values);
+                    #[allow(unused_assignments, reason = "the last operand leaves the rest unread")]
+                    Applied::$output($module::$body::<R>(
+                        $(read_input!(p, v, $kind),)*
+                        $(read_parameter!(k, R, $ty)),*
+                    ))
+                })+
+            }
+        }
+
+        fn record_on<R: Recordable>(op: Op, name: &str) -> Function
+        where
+            R::Vec3: Recorded,
+        {
+            match op {
+                $(Op::$name => record(name, |_s| $module::$body::<R>(
+                    $(record_input!(_s, R, $input, $kind),)*
+                    $(record_parameter!(_s, R, $parameter, $ty)),*
+                )),)+
+            }
+        }
+    };
+}
+
+/// A recordable number: plain, or with its gradient.
+trait Recordable: Real + Recorded {
+    fn scalar(s: &mut Signature, name: &str) -> Self;
+    fn vec2(s: &mut Signature, name: &str) -> Self::Vec2;
+    fn vec3(s: &mut Signature, name: &str) -> Self::Vec3;
+}
+
+impl Recordable for Scalar {
+    fn scalar(s: &mut Signature, name: &str) -> Self {
+        s.parameter(name)
+    }
+    fn vec2(s: &mut Signature, name: &str) -> Vec2 {
+        s.parameter(name)
+    }
+    fn vec3(s: &mut Signature, name: &str) -> Vec3 {
+        s.parameter(name)
+    }
+}
+
+impl Recordable for Dual<Scalar> {
+    fn scalar(s: &mut Signature, name: &str) -> Self {
+        Dual::fixed(s.parameter(name))
+    }
+    fn vec2(s: &mut Signature, name: &str) -> DualVec2<Scalar> {
+        DualVec2::fixed(s.parameter(name))
+    }
+    fn vec3(s: &mut Signature, name: &str) -> DualVec3<Scalar> {
+        DualVec3::fixed(s.parameter(name))
+    }
+}
+
+macro_rules! record_input {
+    ($s:ident, $R:ty, $input:ident, Point) => {
+        $s.parameter::<<$R as Real>::Vec3>(stringify!($input))
+    };
+    ($s:ident, $R:ty, $input:ident, Plane) => {
+        $s.parameter::<<$R as Real>::Vec3>(stringify!($input)).xy()
+    };
+    ($s:ident, $R:ty, $input:ident, Value) => {
+        $s.parameter::<$R>(stringify!($input))
+    };
+}
+
+macro_rules! record_parameter {
+    ($s:ident, $R:ty, $parameter:ident, Scalar) => {
+        <$R>::scalar($s, stringify!($parameter))
+    };
+    ($s:ident, $R:ty, $parameter:ident, Vec2) => {
+        <$R>::vec2($s, stringify!($parameter))
+    };
+    ($s:ident, $R:ty, $parameter:ident, Vec3) => {
+        <$R>::vec3($s, stringify!($parameter))
+    };
+}
+
+for_each_operation!(define_apply);
+
+/// The name of an operation's WGSL function; the prefix keeps it apart from WGSL's own words.
+pub fn wgsl_name(op: Op) -> String {
+    format!("sdf_{}", op.row().name)
+}
+
+/// The operation's body as the WGSL function [`wgsl_name`]: inputs first, then parameters.
+pub fn record_value(op: Op) -> Function {
+    record_on::<Scalar>(op, &wgsl_name(op))
+}
+
+/// The operation's body with its gradient, as a WGSL function of the same name with `_gradient`
+/// behind it: values are `vec4f`
+/// with the gradient in `xyz`, points are `DualPoint`, parameters are plain.
+pub fn record_gradient(op: Op) -> Function {
+    record_on::<Dual<Scalar>>(op, &format!("{}_gradient", wgsl_name(op)))
+}

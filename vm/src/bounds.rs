@@ -1,0 +1,106 @@
+//! Axis-aligned bounding boxes, finite or not.
+
+/// A box that holds a solid; empty if a lower corner exceeds the upper one, infinite where a
+/// coordinate is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// The lower corner.
+    pub min: [f64; 3],
+    /// The upper corner.
+    pub max: [f64; 3],
+}
+
+impl Bounds {
+    /// All of space.
+    pub const EVERYTHING: Self = Self { min: [f64::NEG_INFINITY; 3], max: [f64::INFINITY; 3] };
+    /// Nothing.
+    pub const EMPTY: Self = Self { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+
+    /// The box from `-half` to `half`.
+    pub fn centred(half: [f64; 3]) -> Self {
+        Self { min: half.map(|h| -h), max: half }
+    }
+    /// The box around a ball at the origin.
+    pub fn ball(r: f64) -> Self {
+        Self::centred([r; 3])
+    }
+    /// Whether nothing is inside.
+    pub fn is_empty(&self) -> bool {
+        (0..3).any(|i| self.min[i] > self.max[i])
+    }
+    /// Whether all corners are finite and there is something inside.
+    pub fn is_finite(&self) -> bool {
+        !self.is_empty() && self.min.iter().chain(&self.max).all(|v| v.is_finite())
+    }
+    /// The smallest box around both.
+    pub fn hull(&self, other: &Self) -> Self {
+        let mut hull = *self;
+        for i in 0..3 {
+            hull.min[i] = self.min[i].min(other.min[i]);
+            hull.max[i] = self.max[i].max(other.max[i]);
+        }
+        hull
+    }
+    /// What both have in common.
+    pub fn common(&self, other: &Self) -> Self {
+        let mut common = *self;
+        for i in 0..3 {
+            common.min[i] = self.min[i].max(other.min[i]);
+            common.max[i] = self.max[i].min(other.max[i]);
+        }
+        common
+    }
+    /// Grown by `by` on every side.
+    pub fn grown(&self, by: f64) -> Self {
+        if self.is_empty() {
+            return *self;
+        }
+        Self { min: self.min.map(|v| v - by), max: self.max.map(|v| v + by) }
+    }
+    /// With a point inside.
+    pub fn including(&self, p: [f64; 3]) -> Self {
+        self.hull(&Self { min: p, max: p })
+    }
+    /// The eight corners.
+    pub fn corners(&self) -> [[f64; 3]; 8] {
+        std::array::from_fn(|i| {
+            std::array::from_fn(|axis| {
+                if i >> axis & 1 == 0 { self.min[axis] } else { self.max[axis] }
+            })
+        })
+    }
+    /// The middle.
+    pub fn centre(&self) -> [f64; 3] {
+        std::array::from_fn(|i| (self.min[i] + self.max[i]) / 2.0)
+    }
+    /// The distance from the middle to a corner.
+    pub fn half_diagonal(&self) -> f64 {
+        (0..3).map(|i| ((self.max[i] - self.min[i]) / 2.0).powi(2)).sum::<f64>().sqrt()
+    }
+    /// The largest distance of a point inside from the y axis.
+    pub fn reach_from_y(&self) -> f64 {
+        let reach = |i: usize| self.min[i].abs().max(self.max[i].abs());
+        reach(0).hypot(reach(2))
+    }
+    /// The box of all points `m · p + t` for `p` inside; rows of `m` with `t` behind each.
+    pub fn mapped(&self, rows: &[[f64; 4]; 3]) -> Self {
+        if self.is_empty() {
+            return *self;
+        }
+        let mut result = Self::EMPTY;
+        for (axis, row) in rows.iter().enumerate() {
+            let (mut lo, mut hi) = (row[3], row[3]);
+            for i in 0..3 {
+                // A zero coefficient drops even an infinite side.
+                if row[i] != 0.0 {
+                    let (a, b) = (row[i] * self.min[i], row[i] * self.max[i]);
+                    lo += a.min(b);
+                    hi += a.max(b);
+                }
+            }
+            result.min[axis] = lo;
+            result.max[axis] = hi;
+        }
+        result
+    }
+}

@@ -1,0 +1,205 @@
+//! Sine, cosine, exponential, logarithm, arctangent and gradient noise, from additions and
+//! multiplications only.
+//!
+//! WGSL allows its builtins errors as large as 5e-4 in a sine, and devices use the room. These
+//! bodies are written once, run on every engine, and give the same bits wherever multiplications
+//! and additions are not fused. Ranges are reduced by constants in several parts (W. J. Cody and
+//! W. Waite, *Software Manual for the Elementary Functions*, 1980); the kernels on the reduced
+//! ranges are Taylor series, cut where the next term is below half a unit in the last place.
+//!
+//! The integer hash of the noise cannot be expressed on [`Real`]; it is the intrinsic
+//! [`Real::lattice`], written by hand on each side and compared bit for bit by a test.
+
+use crate::real::{Real, Vector3, lit};
+
+/// Two to the power of `x`, which is kept within [-126, 127]; relative error below 4e-7.
+#[inline(always)]
+pub fn exponential<R: Real>(x: R) -> R {
+    let x = x.clamp(lit(-126.0), lit(127.0));
+    let n = (x + lit(0.5)).floor().named("n");
+    let f = ((x - n) * lit(std::f64::consts::LN_2)).named("f");
+    let series = lit::<R>(1.0)
+        + f * (lit::<R>(1.0)
+            + f * (lit::<R>(1.0 / 2.0)
+                + f * (lit::<R>(1.0 / 6.0)
+                    + f * (lit::<R>(1.0 / 24.0)
+                        + f * (lit::<R>(1.0 / 120.0)
+                            + f * (lit::<R>(1.0 / 720.0) + f * lit(1.0 / 5040.0)))))));
+    series * n.power_of_two()
+}
+
+/// The logarithm to base two of `x`, which is raised to 1.2e-38 if it is smaller; absolute error
+/// below 6e-7 near 1, three units in the last place elsewhere.
+#[inline(always)]
+pub fn logarithm<R: Real>(x: R) -> R {
+    let x = x.max(lit(1.2e-38));
+    let m = x.mantissa().named("m");
+    let high = lit::<R>(std::f64::consts::SQRT_2).less(m);
+    let m = R::select(high, m * lit(0.5), m);
+    let e = x.exponent() + R::select(high, lit(1.0), lit(0.0));
+    let s = ((m - lit(1.0)) / (m + lit(1.0))).named("s");
+    let s2 = (s * s).named("s2");
+    let series = s
+        * (lit::<R>(1.0)
+            + s2 * (lit::<R>(1.0 / 3.0)
+                + s2 * (lit::<R>(1.0 / 5.0)
+                    + s2 * (lit::<R>(1.0 / 7.0) + s2 * lit(1.0 / 9.0)))));
+    e + series * lit(2.0 * std::f64::consts::LOG2_E)
+}
+
+/// π/2 in three parts, the first two with enough trailing zeros that their products with the
+/// quadrant's number are exact up to 2¹³ quadrants.
+const HALF_PI: [f64; 3] = [1.5703125, 4.837_512_969_970_703e-4, 7.549_789_948_768_648e-8];
+
+/// The number of the quadrant that `x` lies in, and the remainder within [-π/4, π/4].
+#[inline(always)]
+fn quadrant<R: Real>(x: R) -> (R, R) {
+    let k = (x * lit(std::f64::consts::FRAC_2_PI) + lit(0.5)).floor().named("k");
+    let r = x - k * lit(HALF_PI[0]);
+    let r = r - k * lit(HALF_PI[1]);
+    let r = (r - k * lit(HALF_PI[2])).named("r");
+    let turn = k - (k * lit(0.25)).floor() * lit(4.0);
+    (turn.named("turn"), r)
+}
+
+/// Sine and cosine of a remainder within [-π/4, π/4].
+#[inline(always)]
+fn sine_cosine<R: Real>(r: R) -> (R, R) {
+    let r2 = (r * r).named("r2");
+    let sine = r + r
+        * r2
+        * (lit::<R>(-1.0 / 6.0)
+            + r2 * (lit::<R>(1.0 / 120.0)
+                + r2 * (lit::<R>(-1.0 / 5040.0) + r2 * lit(1.0 / 362_880.0))));
+    let cosine = lit::<R>(1.0)
+        + r2 * (lit::<R>(-0.5)
+            + r2 * (lit::<R>(1.0 / 24.0)
+                + r2 * (lit::<R>(-1.0 / 720.0) + r2 * lit(1.0 / 40320.0))));
+    (sine, cosine)
+}
+
+/// The value for a quadrant: `even` in the even ones, `odd` in the odd ones, negated in the second
+/// half of the turn.
+#[inline(always)]
+fn by_quadrant<R: Real>(turn: R, even: R, odd: R) -> R {
+    let first = turn.less(lit(0.5));
+    let third = R::and(lit::<R>(1.5).less(turn), turn.less(lit(2.5)));
+    let value = R::select(R::or(first, third), even, odd);
+    R::select(lit::<R>(1.5).less(turn), -value, value)
+}
+
+/// The sine of `x` radians; absolute error below 2e-7 for |x| ≤ 100, growing in proportion to |x|
+/// beyond, as the rounding of the argument itself does.
+#[inline(always)]
+pub fn sine<R: Real>(x: R) -> R {
+    let (turn, r) = quadrant(x);
+    let (sine, cosine) = sine_cosine(r);
+    by_quadrant(turn, sine, cosine)
+}
+
+/// The cosine of `x` radians; errors as for [`sine`].
+#[inline(always)]
+pub fn cosine<R: Real>(x: R) -> R {
+    let (turn, r) = quadrant(x);
+    let (sine, cosine) = sine_cosine(r);
+    // cos x = sin(x + a quarter turn): the next quadrant's value.
+    let next = turn + lit(1.0);
+    by_quadrant(R::select(lit::<R>(3.5).less(next), lit(0.0), next), sine, cosine)
+}
+
+/// The angle of the vector (`x`, `y`) in [-π, π]; 0 at the origin; absolute error below 4e-7.
+#[inline(always)]
+pub fn arctangent<R: Real>(y: R, x: R) -> R {
+    let (ax, ay) = (x.abs().named("ax"), y.abs().named("ay"));
+    // The ratio of the smaller to the larger lies in [0, 1]; above tan(π/8) it is turned by an
+    // eighth, which leaves a range short enough for a polynomial.
+    let ratio = (ax.min(ay) / ax.max(ay).max(lit(1e-30))).named("ratio");
+    let far = lit::<R>(std::f64::consts::SQRT_2 - 1.0).less(ratio);
+    let a = R::select(far, (ratio - lit(1.0)) / (ratio + lit(1.0)), ratio).named("a");
+    let a2 = (a * a).named("a2");
+    let series = a + a
+        * a2
+        * (lit::<R>(ARCTANGENT[0])
+            + a2 * (lit::<R>(ARCTANGENT[1])
+                + a2 * (lit::<R>(ARCTANGENT[2])
+                    + a2 * (lit::<R>(ARCTANGENT[3]) + a2 * lit(ARCTANGENT[4])))));
+    let eighth = R::select(far, lit(std::f64::consts::FRAC_PI_4), lit(0.0)) + series;
+    let quarter = R::select(ax.less(ay), lit::<R>(std::f64::consts::FRAC_PI_2) - eighth, eighth);
+    let half = R::select(x.less(lit(0.0)), lit::<R>(std::f64::consts::PI) - quarter, quarter);
+    R::select(y.less(lit(0.0)), -half, half)
+}
+
+/// Coefficients of `(atan(a) − a) / a³` in powers of a², fitted by least squares on Chebyshev
+/// nodes over [0, tan(π/8)]; relative error of the whole 2e-9.
+const ARCTANGENT: [f64; 5] = [
+    -0.333_333_166_913_634_4,
+    0.199_985_484_344_080_76,
+    -0.142_448_018_716_056_71,
+    0.106_022_186_317_085_22,
+    -0.060_976_436_466_572_64,
+];
+
+/// Three 32-bit hashes of three whole numbers and a seed (M. Jarzynski and M. Olano, *Hash
+/// Functions for GPU Rendering*, JCGT 2020: the "pcg3d" permutation).
+#[inline(always)]
+pub fn hash(cell: [i32; 3], seed: i32) -> [u32; 3] {
+    let step = |v: u32| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    let salt = (seed as u32).wrapping_mul(0x9e37_79b9);
+    let [mut x, mut y, mut z] = cell.map(|c| step((c as u32) ^ salt));
+    x = x.wrapping_add(y.wrapping_mul(z));
+    y = y.wrapping_add(z.wrapping_mul(x));
+    z = z.wrapping_add(x.wrapping_mul(y));
+    x ^= x >> 16;
+    y ^= y >> 16;
+    z ^= z >> 16;
+    x = x.wrapping_add(y.wrapping_mul(z));
+    y = y.wrapping_add(z.wrapping_mul(x));
+    z = z.wrapping_add(x.wrapping_mul(y));
+    [x, y, z]
+}
+
+/// Gradient noise (K. Perlin, *Improving Noise*, SIGGRAPH 2002, with hashed gradients in the cube
+/// [-1, 1]³) and its exact gradient. Its magnitude never exceeds 1.5 and is mostly below 0.8.
+#[inline(always)]
+pub fn perlin<R: Real>(p: R::Vec3, seed: R) -> (R, R::Vec3) {
+    let cell = p.floor().named("cell");
+    let f = (p - cell).named("f");
+    let fade = |t: R| t * t * t * (t * (t * lit(6.0) - lit(15.0)) + lit(10.0));
+    let slope = |t: R| {
+        let u = t * (t - lit(1.0));
+        u * u * lit(30.0)
+    };
+    let w = R::Vec3::new(fade(f.x()), fade(f.y()), fade(f.z())).named("w");
+    let dw = R::Vec3::new(slope(f.x()), slope(f.y()), slope(f.z())).named("dw");
+    // At each corner: its gradient, and the value of the linear function with that gradient.
+    let corner = |x: f64, y: f64, z: f64| {
+        let offset = R::Vec3::new(lit(x), lit(y), lit(z));
+        let g = R::lattice(cell + offset, seed).named("g");
+        (g.dot(f - offset).named("v"), g)
+    };
+    let blend = |a: (R, R::Vec3), b: (R, R::Vec3), t: R| (a.0.mix(b.0, t), a.1.mix(b.1, t));
+    let c: [(R, R::Vec3); 8] = [
+        corner(0.0, 0.0, 0.0),
+        corner(1.0, 0.0, 0.0),
+        corner(0.0, 1.0, 0.0),
+        corner(1.0, 1.0, 0.0),
+        corner(0.0, 0.0, 1.0),
+        corner(1.0, 0.0, 1.0),
+        corner(0.0, 1.0, 1.0),
+        corner(1.0, 1.0, 1.0),
+    ];
+    let x00 = blend(c[0], c[1], w.x());
+    let x10 = blend(c[2], c[3], w.x());
+    let x01 = blend(c[4], c[5], w.x());
+    let x11 = blend(c[6], c[7], w.x());
+    let y0 = blend(x00, x10, w.y());
+    let y1 = blend(x01, x11, w.y());
+    let (value, mixed) = blend(y0, y1, w.z());
+    // The weights change too: along x between the corners of each x edge, and so on.
+    let dx = (c[1].0 - c[0].0)
+        .mix(c[3].0 - c[2].0, w.y())
+        .mix((c[5].0 - c[4].0).mix(c[7].0 - c[6].0, w.y()), w.z());
+    let dy = (x10.0 - x00.0).mix(x11.0 - x01.0, w.z());
+    let dz = y1.0 - y0.0;
+    (value, mixed + R::Vec3::new(dx, dy, dz) * dw)
+}

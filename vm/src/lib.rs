@@ -1,0 +1,18 @@
+//! The virtual machine: one definition per operation, the number types that run it, and programs.
+//!
+//! Knows neither the language nor wgpu.
+#![warn(missing_docs)]
+
+pub mod apply;
+pub mod bounds;
+pub mod dual;
+pub mod elementary;
+mod float;
+pub mod interval;
+pub mod ops;
+pub mod prelude;
+pub mod real;
+pub mod record;
+pub mod row;
+pub mod table;
+pub mod vector;

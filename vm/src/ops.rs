@@ -1,0 +1,11 @@
+//! The bodies of all operations, by family; the table ([`crate::table`]) names them.
+
+pub mod combine;
+pub mod dimension;
+pub mod distance;
+pub mod domain;
+pub mod math;
+pub mod prepare;
+pub mod shapes;
+pub mod shapes2;
+pub mod volumes;

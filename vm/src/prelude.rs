@@ -1,0 +1,112 @@
+//! The WGSL functions that recorded bodies call: our own elementary functions, recorded from
+//! [`crate::elementary`], and the handful of intrinsics that only integers can express.
+
+use crate::dual::Dual;
+use crate::elementary;
+use crate::real::{Real, Vector2, Vector3};
+use crate::record::{Function, Scalar, Vec2, Vec3, record};
+use std::collections::BTreeSet;
+
+/// Every function of the prelude, each after those that it calls.
+pub const NAMES: [&str; 13] = [
+    "length2",
+    "length3",
+    "power_of_two",
+    "exponent_of",
+    "mantissa_of",
+    "exponential",
+    "logarithm",
+    "sine",
+    "cosine",
+    "arctangent",
+    "lattice",
+    "noise",
+    "noise_gradient",
+];
+
+/// Whether `name` is a function of the prelude rather than a WGSL builtin.
+pub fn is_prelude(name: &str) -> bool {
+    NAMES.contains(&name)
+}
+
+/// The texts of the wanted functions and of all they call, in an order that reads well.
+pub fn functions(wanted: impl IntoIterator<Item = &'static str>) -> Vec<Function> {
+    let mut needed: BTreeSet<&'static str> = BTreeSet::new();
+    let mut pending: Vec<&'static str> = wanted.into_iter().collect();
+    while let Some(name) = pending.pop() {
+        if needed.insert(name) {
+            pending.extend(function(name).calls);
+        }
+    }
+    NAMES.iter().filter(|name| needed.contains(*name)).map(|name| function(name)).collect()
+}
+
+fn function(name: &'static str) -> Function {
+    match name {
+        "length2" => record(name, |s| {
+            let v: Vec2 = s.parameter("v");
+            v.dot(v).sqrt()
+        }),
+        "length3" => record(name, |s| {
+            let v: Vec3 = s.parameter("v");
+            v.dot(v).sqrt()
+        }),
+        "exponential" => record(name, |s| elementary::exponential::<Scalar>(s.parameter("x"))),
+        "logarithm" => record(name, |s| elementary::logarithm::<Scalar>(s.parameter("x"))),
+        "sine" => record(name, |s| elementary::sine::<Scalar>(s.parameter("x"))),
+        "cosine" => record(name, |s| elementary::cosine::<Scalar>(s.parameter("x"))),
+        "arctangent" => record(name, |s| {
+            elementary::arctangent::<Scalar>(s.parameter("y"), s.parameter("x"))
+        }),
+        "noise" => record(name, |s| {
+            elementary::perlin::<Scalar>(s.parameter("p"), s.parameter("seed")).0
+        }),
+        "noise_gradient" => record(name, |s| {
+            let (value, gradient) =
+                elementary::perlin::<Scalar>(s.parameter("p"), s.parameter("seed"));
+            Dual { value, gradient }
+        }),
+        _ => Function { name: name.to_owned(), text: intrinsic(name).to_owned(), calls: vec![] },
+    }
+}
+
+/// What no recorder can express, by hand; the Rust twins are `Real for f32`.
+fn intrinsic(name: &str) -> &'static str {
+    match name {
+        "power_of_two" => {
+            "fn power_of_two(n: f32) -> f32 {
+    return bitcast<f32>((i32(n) + 127) << 23u);
+}
+"
+        }
+        "exponent_of" => {
+            "fn exponent_of(x: f32) -> f32 {
+    return f32(i32(bitcast<u32>(x) >> 23u) - 127);
+}
+"
+        }
+        "mantissa_of" => {
+            "fn mantissa_of(x: f32) -> f32 {
+    return bitcast<f32>((bitcast<u32>(x) & 0x007fffffu) | 0x3f800000u);
+}
+"
+        }
+        "lattice" => {
+            "fn lattice(cell: vec3f, seed: f32) -> vec3f {
+    let salt = u32(i32(seed)) * 0x9e3779b9u;
+    var h = (vec3u(vec3i(cell)) ^ vec3u(salt)) * 1664525u + 1013904223u;
+    h.x += h.y * h.z;
+    h.y += h.z * h.x;
+    h.z += h.x * h.y;
+    h ^= h >> vec3u(16u);
+    h.x += h.y * h.z;
+    h.y += h.z * h.x;
+    h.z += h.x * h.y;
+    return vec3f(vec3i(h >> vec3u(8u))) * (1.0 / 8388608.0) - 1.0;
+}
+"
+        }
+        _ => unreachable!("`{name}` is not in the list of intrinsics"),
+    }
+}
+

@@ -1,0 +1,665 @@
+//! The recorder: a number type whose values are expression nodes, so that running a generic body
+//! on it writes the body down as a WGSL function.
+//!
+//! Vectors stay vectors; what is used once is written in place, what is used more often becomes a
+//! `let`, named as the body names it. Recording a body on [`Dual`] numbers gives the WGSL that
+//! returns the value together with its gradient: a scalar result becomes a `vec4f` with the
+//! gradient in `xyz`, a point becomes a `DualPoint` (see [`DUAL_POINT`]).
+
+use crate::dual::{Dual, DualVec3};
+use crate::real::{Real, Vector2, Vector3, lit};
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::fmt::Write;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// The WGSL declaration of a point with its Jacobian: what `DualVec3` is on the GPU.
+pub const DUAL_POINT: &str = "struct DualPoint { p: vec3f, dx: vec3f, dy: vec3f, dz: vec3f }\n";
+
+/// A recorded WGSL function.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Function {
+    /// Its name.
+    pub name: String,
+    /// Its text, from `fn` to the closing brace.
+    pub text: String,
+    /// The elementary functions it calls, sorted; see [`crate::prelude`].
+    pub calls: Vec<&'static str>,
+}
+
+/// The type of a WGSL value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Type {
+    /// `bool`
+    Bool,
+    /// `f32`
+    Scalar,
+    /// `vec2f`
+    Vec2,
+    /// `vec3f`
+    Vec3,
+    /// `vec4f`: a scalar with its gradient.
+    DualScalar,
+    /// A point with its Jacobian.
+    DualPoint,
+}
+
+impl Type {
+    fn wgsl(self) -> &'static str {
+        match self {
+            Type::Bool => "bool",
+            Type::Scalar => "f32",
+            Type::Vec2 => "vec2f",
+            Type::Vec3 => "vec3f",
+            Type::DualScalar => "vec4f",
+            Type::DualPoint => "DualPoint",
+        }
+    }
+}
+
+#[derive(Clone, PartialEq, Eq, Hash)]
+enum Kind {
+    Parameter(String),
+    /// The bits of an `f32`.
+    Literal(u32),
+    Prefix(&'static str, u32),
+    Infix(&'static str, u32, u32),
+    Call(&'static str, Vec<u32>),
+    Member(u32, &'static str),
+}
+
+struct Node {
+    kind: Kind,
+    ty: Type,
+    name: Option<&'static str>,
+}
+
+#[derive(Default)]
+struct Arena {
+    nodes: Vec<Node>,
+    known: HashMap<Kind, u32>,
+}
+
+thread_local! {
+    static ARENA: RefCell<Arena> = RefCell::default();
+}
+
+fn push(kind: Kind, ty: Type) -> u32 {
+    ARENA.with_borrow_mut(|arena| {
+        if let Some(&known) = arena.known.get(&kind)
+            && arena.nodes[known as usize].ty == ty
+        {
+            return known;
+        }
+        let id = arena.nodes.len() as u32;
+        arena.known.insert(kind.clone(), id);
+        arena.nodes.push(Node { kind, ty, name: None });
+        id
+    })
+}
+
+fn set_name(id: u32, name: &'static str) {
+    ARENA.with_borrow_mut(|arena| {
+        arena.nodes[id as usize].name.get_or_insert(name);
+    });
+}
+
+fn literal(id: u32) -> Option<f32> {
+    ARENA.with_borrow(|arena| match arena.nodes[id as usize].kind {
+        Kind::Literal(bits) => Some(f32::from_bits(bits)),
+        _ => None,
+    })
+}
+
+/// Whether a node is the zero of its type: derivatives are full of them.
+fn is_zero(id: u32) -> bool {
+    ARENA.with_borrow(|arena| {
+        let zero = |id: u32| matches!(arena.nodes[id as usize].kind, Kind::Literal(0));
+        match &arena.nodes[id as usize].kind {
+            Kind::Call("vec2f" | "vec3f", parts) => parts.iter().all(|&p| zero(p)),
+            _ => zero(id),
+        }
+    })
+}
+
+fn is_one(id: u32) -> bool {
+    literal(id) == Some(1.0)
+}
+
+/// A recorded number.
+#[derive(Clone, Copy, Debug)]
+pub struct Scalar(u32);
+/// A recorded condition.
+#[derive(Clone, Copy, Debug)]
+pub struct Bool(u32);
+/// A recorded pair of numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Vec2(u32);
+/// A recorded triple of numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Vec3(u32);
+
+fn infix(op: &'static str, a: u32, b: u32, ty: Type) -> u32 {
+    push(Kind::Infix(op, a, b), ty)
+}
+
+fn zero(ty: Type) -> u32 {
+    let o = push(Kind::Literal(0), Type::Scalar);
+    match ty {
+        Type::Vec2 => push(Kind::Call("vec2f", vec![o]), ty),
+        Type::Vec3 => push(Kind::Call("vec3f", vec![o]), ty),
+        _ => o,
+    }
+}
+
+fn add(a: u32, b: u32, ty: Type) -> u32 {
+    match (is_zero(a), is_zero(b)) {
+        (true, _) => b,
+        (_, true) => a,
+        _ => infix("+", a, b, ty),
+    }
+}
+fn sub(a: u32, b: u32, ty: Type) -> u32 {
+    match (is_zero(a), is_zero(b)) {
+        (_, true) => a,
+        (true, _) => push(Kind::Prefix("-", b), ty),
+        _ => infix("-", a, b, ty),
+    }
+}
+fn mul(a: u32, b: u32, ty: Type) -> u32 {
+    if is_zero(a) || is_zero(b) {
+        return zero(ty);
+    }
+    match (is_one(a), is_one(b)) {
+        (true, _) if ty == Type::Scalar => b,
+        (_, true) => a,
+        _ => infix("*", a, b, ty),
+    }
+}
+fn neg(a: u32, ty: Type) -> u32 {
+    if is_zero(a) { a } else { push(Kind::Prefix("-", a), ty) }
+}
+
+macro_rules! recorded_arithmetic {
+    ($name:ident, $ty:expr) => {
+        impl Add for $name {
+            type Output = Self;
+            fn add(self, b: Self) -> Self {
+                Self(add(self.0, b.0, $ty))
+            }
+        }
+        impl Sub for $name {
+            type Output = Self;
+            fn sub(self, b: Self) -> Self {
+                Self(sub(self.0, b.0, $ty))
+            }
+        }
+        impl Mul for $name {
+            type Output = Self;
+            fn mul(self, b: Self) -> Self {
+                Self(mul(self.0, b.0, $ty))
+            }
+        }
+        impl Neg for $name {
+            type Output = Self;
+            fn neg(self) -> Self {
+                Self(neg(self.0, $ty))
+            }
+        }
+    };
+}
+recorded_arithmetic!(Scalar, Type::Scalar);
+recorded_arithmetic!(Vec2, Type::Vec2);
+recorded_arithmetic!(Vec3, Type::Vec3);
+
+impl Div for Scalar {
+    type Output = Self;
+    fn div(self, b: Self) -> Self {
+        if is_zero(self.0) || is_one(b.0) {
+            return self;
+        }
+        Self(infix("/", self.0, b.0, Type::Scalar))
+    }
+}
+impl Mul<Scalar> for Vec2 {
+    type Output = Self;
+    fn mul(self, b: Scalar) -> Self {
+        Self(mul(self.0, b.0, Type::Vec2))
+    }
+}
+impl Mul<Scalar> for Vec3 {
+    type Output = Self;
+    fn mul(self, b: Scalar) -> Self {
+        Self(mul(self.0, b.0, Type::Vec3))
+    }
+}
+
+fn call(name: &'static str, arguments: Vec<u32>, ty: Type) -> u32 {
+    push(Kind::Call(name, arguments), ty)
+}
+
+impl Real for Scalar {
+    type Bool = Bool;
+    type Vec2 = Vec2;
+    type Vec3 = Vec3;
+
+    fn constant(value: f64) -> Self {
+        // Adding zero turns a negative zero, which would not print as one, into the positive one.
+        Self(push(Kind::Literal((value as f32 + 0.0).to_bits()), Type::Scalar))
+    }
+    fn abs(self) -> Self {
+        Self(call("abs", vec![self.0], Type::Scalar))
+    }
+    fn sqrt(self) -> Self {
+        Self(call("sqrt", vec![self.0], Type::Scalar))
+    }
+    fn floor(self) -> Self {
+        Self(call("floor", vec![self.0], Type::Scalar))
+    }
+    fn min(self, b: Self) -> Self {
+        Self(call("min", vec![self.0, b.0], Type::Scalar))
+    }
+    fn max(self, b: Self) -> Self {
+        Self(call("max", vec![self.0, b.0], Type::Scalar))
+    }
+    fn sin(self) -> Self {
+        Self(call("sine", vec![self.0], Type::Scalar))
+    }
+    fn cos(self) -> Self {
+        Self(call("cosine", vec![self.0], Type::Scalar))
+    }
+    fn atan2(self, x: Self) -> Self {
+        Self(call("arctangent", vec![self.0, x.0], Type::Scalar))
+    }
+    fn exp2(self) -> Self {
+        Self(call("exponential", vec![self.0], Type::Scalar))
+    }
+    fn log2(self) -> Self {
+        Self(call("logarithm", vec![self.0], Type::Scalar))
+    }
+    fn power_of_two(self) -> Self {
+        Self(call("power_of_two", vec![self.0], Type::Scalar))
+    }
+    fn exponent(self) -> Self {
+        Self(call("exponent_of", vec![self.0], Type::Scalar))
+    }
+    fn mantissa(self) -> Self {
+        Self(call("mantissa_of", vec![self.0], Type::Scalar))
+    }
+    fn lattice(cell: Vec3, seed: Self) -> Vec3 {
+        Vec3(call("lattice", vec![cell.0, seed.0], Type::Vec3))
+    }
+    fn noise(p: Vec3, seed: Self) -> (Self, Vec3) {
+        let both = call("noise_gradient", vec![p.0, seed.0], Type::DualScalar);
+        let value = Self(call("noise", vec![p.0, seed.0], Type::Scalar));
+        (value, Vec3(push(Kind::Member(both, "xyz"), Type::Vec3)))
+    }
+    fn named(self, name: &'static str) -> Self {
+        set_name(self.0, name);
+        self
+    }
+    fn less(self, b: Self) -> Bool {
+        Bool(infix("<", self.0, b.0, Type::Bool))
+    }
+    fn and(a: Bool, b: Bool) -> Bool {
+        Bool(infix("&", a.0, b.0, Type::Bool))
+    }
+    fn or(a: Bool, b: Bool) -> Bool {
+        Bool(infix("|", a.0, b.0, Type::Bool))
+    }
+    fn not(a: Bool) -> Bool {
+        Bool(push(Kind::Prefix("!", a.0), Type::Bool))
+    }
+    fn select(condition: Bool, then: Self, otherwise: Self) -> Self {
+        if then.0 == otherwise.0 {
+            return then;
+        }
+        Self(call("select", vec![otherwise.0, then.0, condition.0], Type::Scalar))
+    }
+}
+
+macro_rules! recorded_vector {
+    ($name:ident, $trait:ident, $ty:expr, $constructor:literal, $length:literal, { $($axis:ident $i:literal),+ }) => {
+        impl $trait<Scalar> for $name {
+            fn new($($axis: Scalar),+) -> Self {
+                let parts = [$($axis.0),+];
+                if parts.iter().all(|&p| p == parts[0]) {
+                    return Self(call($constructor, vec![parts[0]], $ty));
+                }
+                Self(call($constructor, parts.to_vec(), $ty))
+            }
+            $(fn $axis(self) -> Scalar {
+                Scalar(component(self.0, stringify!($axis), $i, $constructor))
+            })+
+            fn abs(self) -> Self {
+                Self(call("abs", vec![self.0], $ty))
+            }
+            fn min(self, b: Self) -> Self {
+                Self(call("min", vec![self.0, b.0], $ty))
+            }
+            fn max(self, b: Self) -> Self {
+                Self(call("max", vec![self.0, b.0], $ty))
+            }
+            fn select(condition: Bool, then: Self, otherwise: Self) -> Self {
+                if then.0 == otherwise.0 || (is_zero(then.0) && is_zero(otherwise.0)) {
+                    return then;
+                }
+                Self(call("select", vec![otherwise.0, then.0, condition.0], $ty))
+            }
+            fn named(self, name: &'static str) -> Self {
+                set_name(self.0, name);
+                self
+            }
+            fn length(self) -> Scalar {
+                Scalar(call($length, vec![self.0], Type::Scalar))
+            }
+            recorded_vector!(@extra $trait);
+        }
+    };
+    (@extra Vector2) => {};
+    (@extra Vector3) => {
+        fn floor(self) -> Self {
+            Self(call("floor", vec![self.0], Type::Vec3))
+        }
+        fn xy(self) -> Vec2 {
+            Vec2(push(Kind::Member(self.0, "xy"), Type::Vec2))
+        }
+        fn xz(self) -> Vec2 {
+            Vec2(push(Kind::Member(self.0, "xz"), Type::Vec2))
+        }
+    };
+}
+recorded_vector!(Vec2, Vector2, Type::Vec2, "vec2f", "length2", { x 0, y 1 });
+recorded_vector!(Vec3, Vector3, Type::Vec3, "vec3f", "length3", { x 0, y 1, z 2 });
+
+/// A component of a vector; of one that was just put together, the part itself.
+fn component(vector: u32, axis: &'static str, index: usize, constructor: &str) -> u32 {
+    let part = ARENA.with_borrow(|arena| match &arena.nodes[vector as usize].kind {
+        Kind::Call(name, parts) if *name == constructor => {
+            Some(*parts.get(index).unwrap_or(&parts[0]))
+        }
+        _ => None,
+    });
+    part.unwrap_or_else(|| push(Kind::Member(vector, axis), Type::Scalar))
+}
+
+/// What a parameter of a recorded function is made of, and what its result is.
+pub trait Recorded: Sized {
+    /// Its WGSL type.
+    const TYPE: Type;
+    /// The parameter called `name`.
+    fn parameter(name: &str) -> Self;
+    /// The node that holds the value, put together if need be.
+    fn node(self) -> RecordedNode;
+}
+
+/// A node of the function that is being recorded.
+#[derive(Clone, Copy, Debug)]
+pub struct RecordedNode(u32);
+
+macro_rules! recorded_plain {
+    ($name:ident, $ty:expr) => {
+        impl Recorded for $name {
+            const TYPE: Type = $ty;
+            fn parameter(name: &str) -> Self {
+                Self(push(Kind::Parameter(name.to_owned()), $ty))
+            }
+            fn node(self) -> RecordedNode {
+                RecordedNode(self.0)
+            }
+        }
+    };
+}
+recorded_plain!(Scalar, Type::Scalar);
+recorded_plain!(Vec2, Type::Vec2);
+recorded_plain!(Vec3, Type::Vec3);
+
+impl Recorded for Dual<Scalar> {
+    const TYPE: Type = Type::DualScalar;
+    fn parameter(name: &str) -> Self {
+        let whole = push(Kind::Parameter(name.to_owned()), Type::DualScalar);
+        Self {
+            value: Scalar(push(Kind::Member(whole, "w"), Type::Scalar)),
+            gradient: Vec3(push(Kind::Member(whole, "xyz"), Type::Vec3)),
+        }
+    }
+    fn node(self) -> RecordedNode {
+        let parts = vec![self.gradient.0, self.value.0];
+        RecordedNode(call("vec4f", parts, Type::DualScalar))
+    }
+}
+
+impl Recorded for DualVec3<Scalar> {
+    const TYPE: Type = Type::DualPoint;
+    fn parameter(name: &str) -> Self {
+        let whole = push(Kind::Parameter(name.to_owned()), Type::DualPoint);
+        let member = |m| Vec3(push(Kind::Member(whole, m), Type::Vec3));
+        Self { value: member("p"), gradients: [member("dx"), member("dy"), member("dz")] }
+    }
+    fn node(self) -> RecordedNode {
+        let [dx, dy, dz] = self.gradients;
+        let parts = vec![self.value.0, dx.0, dy.0, dz.0];
+        RecordedNode(call("DualPoint", parts, Type::DualPoint))
+    }
+}
+
+/// Collects the parameters of the function that is being recorded, in order.
+#[derive(Default)]
+pub struct Signature {
+    parameters: Vec<String>,
+}
+
+impl Signature {
+    /// The next parameter, of the type that is wanted.
+    pub fn parameter<T: Recorded>(&mut self, name: &str) -> T {
+        self.parameters.push(format!("{name}: {}", T::TYPE.wgsl()));
+        T::parameter(name)
+    }
+    /// The next parameter, a plain scalar that the gradient does not see.
+    pub fn fixed(&mut self, name: &str) -> Dual<Scalar> {
+        Dual::fixed(self.parameter(name))
+    }
+}
+
+/// Records `body` as the WGSL function `name`.
+pub fn record<T: Recorded>(name: &str, body: impl FnOnce(&mut Signature) -> T) -> Function {
+    record_nodes(name, T::TYPE.wgsl(), |signature| body(signature).node(), None)
+}
+
+/// Records a body with several results: the function returns the struct `structure`, whose fields
+/// are the results in order. The struct's declaration stands before the function.
+pub fn record_struct(
+    name: &str,
+    structure: &str,
+    body: impl FnOnce(&mut Signature) -> Vec<(&'static str, Type, RecordedNode)>,
+) -> Function {
+    let mut declaration = String::new();
+    let mut function = record_nodes(
+        name,
+        structure,
+        |signature| {
+            let fields = body(signature);
+            let list: Vec<String> =
+                fields.iter().map(|(name, ty, _)| format!("{name}: {}", ty.wgsl())).collect();
+            declaration = format!("struct {structure} {{ {} }}\n", list.join(", "));
+            let parts = fields.iter().map(|(_, _, node)| node.0).collect();
+            RecordedNode(call("#struct", parts, Type::DualPoint))
+        },
+        Some(structure),
+    );
+    function.text.insert_str(0, &declaration);
+    function
+}
+
+fn record_nodes(
+    name: &str,
+    result: &str,
+    body: impl FnOnce(&mut Signature) -> RecordedNode,
+    structure: Option<&str>,
+) -> Function {
+    ARENA.with_borrow_mut(|arena| *arena = Arena::default());
+    let mut signature = Signature::default();
+    let root = body(&mut signature).0;
+    let arena = ARENA.with_borrow_mut(std::mem::take);
+    let mut writer = Writer::new(&arena, root, structure);
+    let value = writer.expression(root, 0);
+    writer.calls.sort_unstable();
+    writer.calls.dedup();
+    let mut text = String::new();
+    let parameters = signature.parameters.join(", ");
+    let _ = writeln!(text, "fn {name}({parameters}) -> {result} {{");
+    text.push_str(&writer.lines);
+    let _ = writeln!(text, "    return {value};\n}}");
+    Function { name: name.to_owned(), text, calls: writer.calls }
+}
+
+/// Writes nodes as WGSL: those used once in place, the others as `let`s in front.
+struct Writer<'a> {
+    arena: &'a Arena,
+    uses: Vec<u32>,
+    names: HashMap<u32, String>,
+    taken: HashMap<String, u32>,
+    structure: Option<&'a str>,
+    lines: String,
+    calls: Vec<&'static str>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(arena: &'a Arena, root: u32, structure: Option<&'a str>) -> Self {
+        let mut uses = vec![0; arena.nodes.len()];
+        count_uses(arena, root, &mut uses);
+        let taken = arena
+            .nodes
+            .iter()
+            .filter_map(|node| match &node.kind {
+                Kind::Parameter(name) => Some((name.clone(), 1)),
+                _ => None,
+            })
+            .collect();
+        Self {
+            arena,
+            uses,
+            names: HashMap::new(),
+            taken,
+            structure,
+            lines: String::new(),
+            calls: Vec::new(),
+        }
+    }
+
+    /// The text of a node; `depth` is how deep it stands inside one expression.
+    fn expression(&mut self, id: u32, depth: u32) -> String {
+        if let Some(name) = self.names.get(&id) {
+            return name.clone();
+        }
+        let node = &self.arena.nodes[id as usize];
+        let (text, trivial) = match &node.kind {
+            Kind::Parameter(name) => return name.clone(),
+            Kind::Literal(bits) => return scalar_literal(f32::from_bits(*bits)),
+            Kind::Prefix(op, a) => (format!("{op}{}", self.operand(*a, 4, depth)), false),
+            Kind::Infix(op, a, b) => {
+                let binding = binding(op);
+                let left = self.operand(*a, binding.max(1), depth);
+                let right = self.operand(*b, binding + 1, depth);
+                (format!("{left} {op} {right}"), false)
+            }
+            Kind::Call(name, parts) => {
+                if crate::prelude::is_prelude(name) {
+                    self.calls.push(name);
+                }
+                let parts: Vec<String> =
+                    parts.iter().map(|&p| self.expression(p, depth + 1)).collect();
+                let name = if *name == "#struct" { self.structure.unwrap_or(name) } else { name };
+                (format!("{name}({})", parts.join(", ")), false)
+            }
+            Kind::Member(a, member) => {
+                let trivial = matches!(
+                    self.arena.nodes[*a as usize].kind,
+                    Kind::Parameter(_)
+                ) || self.names.contains_key(a);
+                let a = self.operand(*a, 5, depth);
+                (format!("{a}.{member}"), trivial || !a.contains(['(', ' ']))
+            }
+        };
+        let shared = self.uses[id as usize] > 1;
+        if trivial || (!shared && node.name.is_none() && depth < 24) {
+            return text;
+        }
+        let name = self.fresh(node.name.unwrap_or("v"));
+        let _ = writeln!(self.lines, "    let {name} = {text};");
+        self.names.insert(id, name.clone());
+        name
+    }
+
+    /// The text of a node as an operand: in parentheses if it binds less tightly than `needed`.
+    fn operand(&mut self, id: u32, needed: u32, depth: u32) -> String {
+        let text = self.expression(id, depth + 1);
+        let loose = match self.arena.nodes[id as usize].kind {
+            _ if self.names.contains_key(&id) => false,
+            Kind::Infix(op, ..) => binding(op) < needed,
+            Kind::Prefix(..) => true,
+            _ => text.starts_with('-'),
+        };
+        if loose { format!("({text})") } else { text }
+    }
+
+    /// `wanted`, with a number behind it if it is taken.
+    fn fresh(&mut self, wanted: &str) -> String {
+        let count = self.taken.entry(wanted.to_owned()).or_insert(0);
+        *count += 1;
+        match *count {
+            1 => wanted.to_owned(),
+            n => {
+                let name = format!("{wanted}{n}");
+                self.taken.insert(name.clone(), 1);
+                name
+            }
+        }
+    }
+}
+
+/// How tightly an operator binds. Comparisons and what joins them bind loosest and are always put
+/// in parentheses as operands, as WGSL demands.
+fn binding(op: &str) -> u32 {
+    match op {
+        "*" | "/" => 3,
+        "+" | "-" => 2,
+        _ => 0,
+    }
+}
+
+fn operands(kind: &Kind) -> &[u32] {
+    match kind {
+        Kind::Parameter(_) | Kind::Literal(_) => &[],
+        Kind::Prefix(_, a) | Kind::Member(a, _) => std::slice::from_ref(a),
+        Kind::Infix(_, _, _) => &[],
+        Kind::Call(_, parts) => parts,
+    }
+}
+
+fn count_uses(arena: &Arena, root: u32, uses: &mut [u32]) {
+    let mut pending = vec![root];
+    while let Some(id) = pending.pop() {
+        uses[id as usize] += 1;
+        if uses[id as usize] > 1 {
+            continue;
+        }
+        let kind = &arena.nodes[id as usize].kind;
+        if let Kind::Infix(_, a, b) = kind {
+            pending.extend([*a, *b]);
+        }
+        pending.extend(operands(kind));
+    }
+}
+
+/// An `f32` as WGSL text that parses back to the same bits.
+pub fn scalar_literal(value: f32) -> String {
+    // Rust prints the shortest text that reads back the same; WGSL wants a point or an exponent.
+    let text = format!("{value:?}");
+    if text.contains(['.', 'e']) { text } else { format!("{text}.0") }
+}
+
+/// A recorded literal; for tests and for bodies put together by hand.
+pub fn recorded_literal(value: f64) -> Scalar {
+    lit(value)
+}
