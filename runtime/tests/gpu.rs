@@ -193,13 +193,13 @@ fn a_shader_error_shows_its_line() {
 #[test]
 fn deep_and_long_expressions_are_compiled_or_refused() {
     on_gpu(|gpu| {
-        for count in [100, 20_000] {
+        for count in [100, 20_000, 500_000] {
             for expression in [
-                format!("{}1.0{}", "(".repeat(count), ")".repeat(count)),
-                format!("1.0{}", " + f32(i)".repeat(count)),
+                format!("{}i{}", "(".repeat(count), ")".repeat(count)),
+                format!("{}i", "~".repeat(count)),
             ] {
                 let wgsl = format!(
-                    "@group(0) @binding(0) var<storage, read_write> out: array<f32>;
+                    "@group(0) @binding(0) var<storage, read_write> out: array<u32>;
                      @compute @workgroup_size(1)
                      fn main(@builtin(local_invocation_index) i: u32) {{ out[0] = {expression}; }}"
                 );
@@ -209,6 +209,8 @@ fn deep_and_long_expressions_are_compiled_or_refused() {
                 }
             }
         }
+        let endless = kernel(&gpu, "endless", &" ".repeat(5 << 20), &[]);
+        assert!(matches!(endless, Err(GpuError::LimitExceeded { .. })));
     });
 }
 

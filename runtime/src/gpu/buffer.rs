@@ -107,11 +107,7 @@ impl Gpu {
     }
 
     /// Reads the first `count` values of a buffer; see [`Gpu::read`].
-    pub fn read_first<T: Pod>(
-        &self,
-        buffer: &Buffer,
-        count: usize,
-    ) -> Result<Vec<T>, GpuError> {
+    pub fn read_first<T: Pod>(&self, buffer: &Buffer, count: usize) -> Result<Vec<T>, GpuError> {
         let bytes = (count as u64).saturating_mul(size_of::<T>() as u64);
         let what = format!("the length of a read of buffer `{}` in bytes", buffer.label);
         within(what, bytes, buffer.size)?;

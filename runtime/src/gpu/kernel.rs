@@ -5,11 +5,17 @@ use std::sync::atomic::Ordering;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-use super::{Buffer, Gpu, GpuError, error};
+use super::error::{panic_text, within};
+use super::{Buffer, Gpu, GpuError};
 
-/// Stack for the compiler, in bytes. naga and wgpu walk expressions recursively, and a thread's
-/// usual 2 MiB do not hold the deepest nesting that naga's parser lets through.
-const COMPILER_STACK: usize = 64 << 20;
+/// The longest text that is compiled, in bytes. Some ten thousand primitives take a tenth of it.
+const LONGEST_TEXT: usize = 4 << 20;
+
+/// Stack for the compiler: so many bytes, and more for each byte of text. naga limits how deep its
+/// parser recurses but not how it walks what was parsed: a chain such as `~~~…~x` has a level for
+/// each byte, and a level takes a few hundred bytes of stack. Only what is used becomes memory.
+const STACK: usize = 16 << 20;
+const STACK_PER_BYTE: usize = 1 << 10;
 
 /// What a kernel is made from.
 #[derive(Clone, Copy, Debug)]
@@ -78,9 +84,12 @@ impl Kernel {
 
 impl Gpu {
     /// Compiles a kernel. WGSL that does not parse or validate is [`GpuError::Shader`] and shows
-    /// the line; bindings that do not fit the module are [`GpuError::Validation`].
+    /// the line; bindings that do not fit the module are [`GpuError::Validation`]. The time it takes
+    /// grows with the square of the longest expression, so text should have short ones.
     pub fn kernel(&self, source: &KernelSource<'_>) -> Result<Kernel, GpuError> {
-        let kernel = on_large_stack(|| {
+        let what = format!("the length of kernel `{}` in bytes", source.label);
+        within(what, source.wgsl.len() as u64, LONGEST_TEXT as u64)?;
+        let kernel = on_large_stack(STACK + STACK_PER_BYTE * source.wgsl.len(), || {
             let (module, workgroup_size) = parse(source)?;
             self.faults
                 .scoped(&self.device, || self.pipeline(source, module))
@@ -206,17 +215,18 @@ fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
     }
 }
 
-/// Runs `work` on a thread with a stack of [`COMPILER_STACK`].
+/// Runs `work` on a thread with a stack of `stack` bytes.
 fn on_large_stack<R: Send>(
+    stack: usize,
     work: impl FnOnce() -> Result<R, GpuError> + Send,
 ) -> Result<R, GpuError> {
     std::thread::scope(|scope| {
         std::thread::Builder::new()
             .name("kernel compiler".to_owned())
-            .stack_size(COMPILER_STACK)
+            .stack_size(stack)
             .spawn_scoped(scope, work)
             .map_err(|error| GpuError::Internal(format!("no thread for the compiler: {error}")))?
             .join()
-            .unwrap_or_else(|panic| Err(GpuError::Internal(error::panic_text(panic.as_ref()))))
+            .unwrap_or_else(|panic| Err(GpuError::Internal(panic_text(panic.as_ref()))))
     })
 }

@@ -1,0 +1,127 @@
+#!/usr/bin/env bash
+# Runs every check of the project. Where no Vulkan driver is installed it installs a software one
+# if it may; where it may not, it skips the GPU tests and says so at the end.
+set -euo pipefail
+cd "$(dirname "$0")"
+
+skipped=()
+step="preparation"
+
+finish() {
+    local status=$?
+    [[ -z ${own_runtime_dir:-} ]] || rm -rf "$own_runtime_dir"
+    echo
+    if ((status == 0)); then
+        echo "all checks passed in $SECONDS s"
+    else
+        echo "failed after $SECONDS s in $step (exit status $status)"
+        skipped+=("what follows $step")
+    fi
+    if ((${#skipped[@]} == 0)); then
+        echo "skipped: nothing"
+    else
+        printf 'skipped: %s\n' "${skipped[@]}"
+    fi
+}
+trap finish EXIT
+
+# A step: what it is, and the command.
+run() {
+    step=$1
+    shift
+    echo
+    echo "==> $step: $*"
+    "$@"
+}
+
+# Whether the Vulkan loader is here and a driver that will find something to drive.
+has_vulkan() {
+    find_loader && find_driver
+}
+
+find_loader() {
+    local directory
+    for directory in ${LD_LIBRARY_PATH:+${LD_LIBRARY_PATH//:/ }} /usr/lib /usr/lib64 /usr/lib/*-linux-gnu /usr/local/lib; do
+        [[ ! -e $directory/libvulkan.so.1 ]] || return 0
+    done
+    return 1
+}
+
+find_driver() {
+    local file
+    # Where these variables are set the loader looks nowhere else.
+    local named=${VK_DRIVER_FILES:-${VK_ICD_FILENAMES:-}}
+    if [[ -n $named ]]; then
+        for file in ${named//:/ }; do
+            [[ ! -s $file ]] || return 0
+        done
+        return 1
+    fi
+    for file in {/usr/share,/usr/local/share,/etc,"${XDG_DATA_HOME:-$HOME/.local/share}"}/vulkan/icd.d/*.json; do
+        [[ -e $file ]] || continue
+        case $file in
+        */lvp_icd.*) return 0 ;; # Mesa's software driver
+        *) ! has_graphics_device || return 0 ;;
+        esac
+    done
+    return 1
+}
+
+has_graphics_device() {
+    local file
+    for file in /dev/dri/renderD* /dev/nvidia[0-9]* /dev/dxg; do
+        [[ ! -e $file ]] || return 0
+    done
+    return 1
+}
+
+# Installs software Vulkan, or sets `reason` to why it could not.
+install_vulkan() {
+    local as_root=()
+    if ! command -v apt-get >/dev/null; then
+        reason="no Vulkan driver is installed, and there is no apt-get to install one"
+        return 1
+    fi
+    if ((EUID != 0)); then
+        if ! sudo -n true 2>/dev/null; then
+            reason="no Vulkan driver is installed, and installing one takes root or sudo without a password"
+            return 1
+        fi
+        as_root=(sudo -n)
+    fi
+    # One unreachable source does not keep the packages from coming from another.
+    "${as_root[@]}" apt-get update -q || echo "warning: apt-get update failed"
+    if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -q -y --no-install-recommends mesa-vulkan-drivers libvulkan1; then
+        reason="no Vulkan driver is installed, and apt-get could not install mesa-vulkan-drivers"
+        return 1
+    fi
+    if ! has_vulkan; then
+        reason="mesa-vulkan-drivers was installed, yet no Vulkan driver is found"
+        return 1
+    fi
+}
+
+# Mesa complains on stderr when this is not set.
+if [[ -z ${XDG_RUNTIME_DIR:-} ]]; then
+    own_runtime_dir=$(mktemp -d)
+    export XDG_RUNTIME_DIR=$own_runtime_dir
+fi
+
+if [[ -n ${SDFC_SKIP_GPU:-} ]]; then
+    skipped+=("GPU tests, as SDFC_SKIP_GPU asks: $SDFC_SKIP_GPU")
+elif ! has_vulkan; then
+    echo "==> no Vulkan driver is installed: installing software Vulkan"
+    if ! install_vulkan; then
+        echo "warning: $reason; the GPU tests will be skipped"
+        export SDFC_SKIP_GPU=$reason
+        skipped+=("GPU tests: $reason")
+    fi
+else
+    echo "==> a Vulkan driver is installed"
+fi
+
+run "format" cargo fmt --all --check
+run "lints" cargo clippy --workspace --all-targets --locked -- -D warnings
+run "tests" cargo test --workspace --locked
+run "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
