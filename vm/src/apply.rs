@@ -187,3 +187,16 @@ pub fn record_value(op: Op) -> Function {
 pub fn record_gradient(op: Op) -> Function {
     record_on::<Dual<Scalar>>(op, &format!("{}_gradient", wgsl_name(op)))
 }
+
+/// Numbers without gaps, laid out with the gaps that [`crate::row::Row::offsets`] wants.
+pub fn laid_out(op: Op, numbers: &[f64]) -> Vec<f32> {
+    let row = op.row();
+    let mut laid = vec![0.0; row.parameter_width()];
+    let mut numbers = numbers.iter();
+    for (parameter, offset) in row.parameters.iter().zip(row.offsets()) {
+        for slot in &mut laid[offset..offset + parameter.ty.width()] {
+            *slot = numbers.next().map_or(0.0, |&v| v as f32);
+        }
+    }
+    laid
+}

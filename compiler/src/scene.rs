@@ -1,0 +1,399 @@
+//! The scene: what the text means, with names, types and compile-time loops resolved.
+//!
+//! What holds of every scene: each shape's operands stand before it in [`Scene::shapes`]; the
+//! parameters of shapes are constant or uniform; expressions of point stage occur only where this
+//! file says so, and are then about the point in the local frame of the shape they stand in;
+//! numbers are in scene units, radians, seconds and linear colour.
+
+use crate::expression::{ExprId, Expressions};
+use sdfc_lang::Span;
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::table::Op;
+
+/// A shape of the scene, by its position in [`Scene::shapes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ShapeId(pub u32);
+
+/// A material of the scene, by its position in [`Scene::materials`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaterialId(pub u32);
+
+/// Three numbers.
+pub type Triple = [ExprId; 3];
+
+/// A whole scene.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// All numbers.
+    pub expressions: Expressions,
+    /// The parameters, structural ones too, in the order of the text.
+    pub params: Vec<Param>,
+    /// All shapes, operands before what uses them.
+    pub shapes: Vec<Shape>,
+    /// The shape that is drawn: the final expression, or the union of all parts.
+    pub root: Option<ShapeId>,
+    /// The named outputs.
+    pub parts: Vec<(String, ShapeId)>,
+    /// The materials; the first is the default one.
+    pub materials: Vec<Material>,
+    /// The cameras; never empty, since a scene without one gets one that frames its bounds, marked
+    /// [`Camera::automatic`].
+    pub cameras: Vec<Camera>,
+    /// The lights; a scene without any gets a key and a fill light.
+    pub lights: Vec<Light>,
+    /// What is seen where nothing is hit.
+    pub sky: Sky,
+    /// How it is drawn.
+    pub render: Render,
+    /// How it moves, if it does.
+    pub animation: Option<Animation>,
+    /// Conditions on uniform numbers, to be checked whenever a live parameter changes.
+    pub checks: Vec<Check>,
+    /// Whether the scene is a plane figure (`shape2`), drawn face on.
+    pub plane: bool,
+    /// Whether z is the axis that points up (`scene { up: z }`).
+    pub z_up: bool,
+    /// What `print` said.
+    pub printed: Vec<String>,
+}
+
+/// A parameter.
+#[derive(Clone, Debug)]
+pub struct Param {
+    /// Its name.
+    pub name: String,
+    /// The text of its `///`.
+    pub doc: String,
+    /// What kind of value it takes.
+    pub kind: ParamKind,
+    /// The value it has: one number, or three for colours (linear) and vectors.
+    pub value: Vec<f64>,
+    /// The value in the text.
+    pub default: Vec<f64>,
+    /// The smallest and the largest value allowed, in the units below.
+    pub range: Option<(f64, f64)>,
+    /// Whether the largest value itself is allowed.
+    pub inclusive: bool,
+    /// The distance between two values of a slider.
+    pub step: Option<f64>,
+    /// Whether it decides structure: then a change makes a new program.
+    pub structural: bool,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// What a parameter is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParamKind {
+    /// A number.
+    Float,
+    /// A whole number.
+    Int,
+    /// Yes or no, as 1 or 0.
+    Bool,
+    /// A length in scene units.
+    Length,
+    /// An angle in radians.
+    Angle,
+    /// Seconds.
+    Time,
+    /// A colour, linear.
+    Color,
+    /// Two numbers.
+    Vec2,
+    /// Three numbers.
+    Vec3,
+}
+
+/// A shape: a solid, or a figure in the xy plane.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    /// How it comes about.
+    pub kind: ShapeKind,
+    /// Whether it is a figure in the plane.
+    pub plane: bool,
+    /// The name it was given in the text, for readable listings; empty if none.
+    pub name: String,
+    /// The text that made it.
+    pub span: Span,
+}
+
+/// How a shape comes about.
+#[derive(Clone, Debug)]
+pub enum ShapeKind {
+    /// A row of shapes, its parameters already prepared (`table::prepare`), without gaps.
+    Primitive {
+        /// The row.
+        op: Op,
+        /// Its parameters' numbers.
+        parameters: Vec<ExprId>,
+    },
+    /// A raw field: a number of point stage.
+    Field {
+        /// The value: negative inside.
+        value: ExprId,
+        /// The slope bound that the scene states (`lipschitz:`), else it is found by intervals.
+        slope: Option<ExprId>,
+        /// The region outside which the field need not be known, if it is bounded.
+        region: Bounds,
+    },
+    /// A polygon in the plane: its corners, in order.
+    Polygon {
+        /// The corners.
+        points: Vec<[ExprId; 2]>,
+    },
+    /// Two or more shapes into one by a row of [`sdfc_vm::row::Category::Combine`], from left to
+    /// right.
+    Combine {
+        /// The row; it takes two values.
+        op: Op,
+        /// The operands.
+        children: Vec<ShapeId>,
+        /// The row's parameters, prepared.
+        parameters: Vec<ExprId>,
+    },
+    /// The child in a frame of its own: it is evaluated at `matrix · p`, and its distance is
+    /// multiplied by `scale`.
+    Frame {
+        /// The child.
+        child: ShapeId,
+        /// From the outer to the inner point: rows of three factors and a shift.
+        matrix: [ExprId; 12],
+        /// What a distance in the inner frame is worth outside: 1 for rigid motions, the factor of
+        /// a uniform scale, the smallest factor of one by axes.
+        scale: ExprId,
+    },
+    /// The child evaluated at another point, by a row that gives a point.
+    Domain {
+        /// The row.
+        op: Op,
+        /// The child.
+        child: ShapeId,
+        /// The row's parameters, prepared.
+        parameters: Vec<ExprId>,
+    },
+    /// The child evaluated at a point that the scene computes: three numbers of point stage.
+    Warp {
+        /// The child.
+        child: ShapeId,
+        /// The point.
+        point: Triple,
+    },
+    /// The child's distance changed by a row of one value (`offset`, `shell`, …); a row that also
+    /// reads the point reads the one outside the child.
+    Distance {
+        /// The row.
+        op: Op,
+        /// The child.
+        child: ShapeId,
+        /// The row's parameters, prepared.
+        parameters: Vec<ExprId>,
+    },
+    /// The child with a number of point stage added to its distance.
+    Displace {
+        /// The child.
+        child: ShapeId,
+        /// The number.
+        amount: ExprId,
+    },
+    /// The child in a material, whatever materials it had before.
+    Painted {
+        /// The child.
+        child: ShapeId,
+        /// The material.
+        material: MaterialId,
+    },
+    /// No shape at all; it is in no combination (the elaborator drops it there), only alone.
+    Nothing,
+}
+
+/// A material. Its numbers may be of normal stage: they then read the local point and the normal
+/// in the frame of the shape that was painted.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// Its name; empty for colours given in place.
+    pub name: String,
+    /// The share of light it reflects diffusely, or specularly if metallic: linear red, green, blue.
+    pub albedo: Triple,
+    /// From 0, a mirror, to 1, chalk.
+    pub roughness: ExprId,
+    /// From 0, a dielectric, to 1, a metal.
+    pub metallic: ExprId,
+    /// The light it gives off: linear red, green, blue.
+    pub emission: Triple,
+    /// A height by which the surface seems displaced when it is lit.
+    pub bump: Option<ExprId>,
+}
+
+/// A camera. All numbers are uniform.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    /// Its name; empty if it has none.
+    pub name: String,
+    /// Where it is.
+    pub from: Triple,
+    /// What it looks at.
+    pub look: Triple,
+    /// Which way is up.
+    pub up: Triple,
+    /// How wide it sees.
+    pub lens: Lens,
+    /// Whether the scene gave no camera: the position is then to be chosen to frame the bounds.
+    pub automatic: bool,
+}
+
+/// How wide a camera sees.
+#[derive(Clone, Copy, Debug)]
+pub enum Lens {
+    /// Perspective, with this vertical field of view in radians.
+    Perspective {
+        /// The angle.
+        fov: ExprId,
+    },
+    /// Parallel rays, with this much of the scene from the lower to the upper edge.
+    Orthographic {
+        /// The height.
+        height: ExprId,
+    },
+}
+
+/// A light. All numbers are uniform.
+#[derive(Clone, Debug)]
+pub struct Light {
+    /// Its name; empty if it has none.
+    pub name: String,
+    /// Where its light comes from.
+    pub source: LightSource,
+    /// Linear red, green, blue.
+    pub color: Triple,
+    /// A factor on the colour.
+    pub intensity: ExprId,
+    /// Its shadow.
+    pub shadow: Shadow,
+}
+
+/// Where light comes from.
+#[derive(Clone, Copy, Debug)]
+pub enum LightSource {
+    /// From far away, out of this direction (towards the light).
+    Directional(Triple),
+    /// From a point; the intensity is what arrives at a distance of one unit.
+    Point(Triple),
+}
+
+/// How a light's shadow is drawn.
+#[derive(Clone, Copy, Debug)]
+pub enum Shadow {
+    /// It casts none.
+    None,
+    /// With a sharp edge.
+    Hard,
+    /// With a penumbra as wide as that of a light of this angular radius (as a ratio: 0.03 is wide),
+    /// estimated from the nearest miss along the ray (the plain form).
+    Plain(ExprId),
+    /// The same, from the nearest point of the ray between two steps (the improved form).
+    Soft(ExprId),
+    /// A light of this size, whose penumbra also darkens from inside (the sized-light form).
+    Sized(ExprId),
+}
+
+/// What is seen where nothing is hit, and what light comes from everywhere. All numbers are uniform.
+#[derive(Clone, Debug)]
+pub struct Sky {
+    /// The colour straight up.
+    pub top: Triple,
+    /// The colour at the horizon.
+    pub horizon: Triple,
+    /// The colour straight down.
+    pub ground: Triple,
+    /// A factor on the light that comes from the sky.
+    pub ambient: ExprId,
+    /// How much of a surface the air hides per unit of distance; `None` where there is no fog.
+    pub fog: Option<ExprId>,
+}
+
+/// How a scene is drawn.
+#[derive(Clone, Debug)]
+pub struct Render {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel along each side.
+    pub aa: u32,
+    /// The most steps of a ray.
+    pub steps: u32,
+    /// How far a ray goes, in scene units; `None` lets the bounds decide.
+    pub far: Option<f64>,
+    /// How occlusion darkens crevices.
+    pub occlusion: Occlusion,
+    /// How far occlusion reaches, in scene units; `None` lets the bounds decide.
+    pub occlusion_reach: Option<f64>,
+    /// How normals are found.
+    pub normals: Normals,
+    /// How light becomes a colour on the screen.
+    pub tonemap: Tonemap,
+    /// A factor on all light, before tone mapping.
+    pub exposure: ExprId,
+}
+
+/// Ambient occlusion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Occlusion {
+    /// None.
+    Off,
+    /// Five samples along the normal.
+    FiveTap,
+    /// This many samples over the hemisphere.
+    Multi(u32),
+}
+
+/// How normals are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Normals {
+    /// The gradient of the formula, by dual numbers.
+    Exact,
+    /// Differences between the point and one ahead of it along each axis.
+    Forward,
+    /// Differences between two points on both sides, along each axis.
+    Central,
+    /// Differences between the point and one behind it along each axis.
+    Reverse,
+    /// Differences between the corners of a tetrahedron.
+    Tetrahedron,
+    /// Central differences as wide as a pixel.
+    Wide,
+}
+
+/// Tone mapping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tonemap {
+    /// Values are cut at 1.
+    None,
+    /// `x / (1 + x)` on the luminance.
+    Reinhard,
+    /// A filmic curve.
+    Aces,
+}
+
+/// An animation.
+#[derive(Clone, Copy, Debug)]
+pub struct Animation {
+    /// Its length in seconds.
+    pub duration: f64,
+    /// Frames per second.
+    pub fps: f64,
+    /// Whether it starts again at its end.
+    pub repeats: bool,
+}
+
+/// A condition on a uniform number.
+#[derive(Clone, Debug)]
+pub struct Check {
+    /// It must not be below zero.
+    pub value: ExprId,
+    /// Whether zero itself is forbidden too.
+    pub strict: bool,
+    /// What is wrong otherwise, as a diagnostic says it.
+    pub message: String,
+    /// Where it comes from.
+    pub span: Span,
+}
