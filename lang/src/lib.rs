@@ -11,3 +11,21 @@ mod span;
 pub use codes::{Code, explain};
 pub use diagnostic::{Diagnostic, Diagnostics, Edit, Fix, Label, Severity, Style};
 pub use span::{FileId, LineCol, Sources, Span};
+
+mod brackets;
+mod lex;
+mod literal;
+mod token;
+mod tree;
+
+#[allow(
+    clippy::all,
+    missing_docs,
+    unreachable_pub,
+    unused,
+    clippy::allow_attributes_without_reason,
+    reason = "lalrpop writes this module"
+)]
+mod grammar {
+    include!(concat!(env!("OUT_DIR"), "/grammar.rs"));
+}
