@@ -1,0 +1,116 @@
+//! Uniform expressions: what depends only on parameters and time, computed once per change, in
+//! `f64`, and written into the constants. Changing a parameter never changes a program.
+
+use crate::apply::{Applied, apply, laid_out};
+use crate::table::Op;
+use crate::vector::V3;
+
+/// One number, computed from earlier ones.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub enum Step {
+    /// A constant.
+    Constant(f64),
+    /// A number of the parameters, in the order of the module's list.
+    Param(u32),
+    /// The time in seconds.
+    Time,
+    /// An operation of the table on earlier steps.
+    Apply {
+        /// The operation's code.
+        op: u8,
+        /// The coordinates of the point it reads, if it reads one.
+        point: Option<[u32; 3]>,
+        /// Its operands.
+        values: Vec<u32>,
+        /// Its parameters, without gaps.
+        parameters: Vec<u32>,
+    },
+}
+
+/// A straight program over `f64`.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct UniformProgram {
+    /// How many numbers the parameters have.
+    pub inputs: u32,
+    /// The steps, each reading only earlier ones.
+    pub steps: Vec<Step>,
+    /// The steps whose values are wanted.
+    pub outputs: Vec<u32>,
+}
+
+/// Why a uniform program cannot run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UniformError {
+    /// A step reads itself or a later one, or an output names no step.
+    #[error("step {0} of the uniform program reads what is not computed yet")]
+    Order(u32),
+    /// A step reads a parameter that is not there.
+    #[error("step {0} of the uniform program reads a parameter that does not exist")]
+    Input(u32),
+    /// A step's operation is unknown or is given the wrong number of operands.
+    #[error("step {0} of the uniform program is not an operation of the table")]
+    Operation(u32),
+}
+
+impl UniformProgram {
+    /// Whether every step reads what is there.
+    pub fn verify(&self) -> Result<(), UniformError> {
+        for (i, step) in self.steps.iter().enumerate() {
+            let i = i as u32;
+            match step {
+                Step::Constant(_) | Step::Time => {}
+                Step::Param(p) if *p < self.inputs => {}
+                Step::Param(_) => return Err(UniformError::Input(i)),
+                Step::Apply { op, point, values, parameters } => {
+                    let mut read = point.iter().flatten().chain(values).chain(parameters);
+                    if read.any(|&r| r >= i) {
+                        return Err(UniformError::Order(i));
+                    }
+                    let row = Op::from_code(*op).ok_or(UniformError::Operation(i))?.row();
+                    let wanted: usize = row.parameters.iter().map(|p| p.ty.width()).sum();
+                    let fits = row.arity() == values.len()
+                        && row.reads_point() == point.is_some()
+                        && wanted == parameters.len()
+                        && row.output == crate::row::Output::Value;
+                    if !fits {
+                        return Err(UniformError::Operation(i));
+                    }
+                }
+            }
+        }
+        match self.outputs.iter().find(|&&o| o as usize >= self.steps.len()) {
+            Some(&o) => Err(UniformError::Order(o)),
+            None => Ok(()),
+        }
+    }
+
+    /// The outputs for these parameters and this time. The program must be verified.
+    pub fn run(&self, params: &[f64], time: f64) -> Vec<f64> {
+        let mut values: Vec<f64> = Vec::with_capacity(self.steps.len());
+        for step in &self.steps {
+            let value = match step {
+                Step::Constant(v) => *v,
+                Step::Param(p) => params[*p as usize],
+                Step::Time => time,
+                Step::Apply { op, point, values: operands, parameters } => {
+                    let at = |&i: &u32| values[i as usize];
+                    let p = point.map_or(V3::of(0.0, 0.0, 0.0), |[x, y, z]| {
+                        V3::of(at(&x), at(&y), at(&z))
+                    });
+                    let mut v = [0.0; 3];
+                    for (slot, operand) in v.iter_mut().zip(operands) {
+                        *slot = at(operand);
+                    }
+                    let numbers: Vec<f64> = parameters.iter().map(at).collect();
+                    let op = Op::from_code(*op).expect("verified");
+                    match apply::<f64>(op, p, v, &laid_out(op, &numbers)) {
+                        Applied::Value(v) => v,
+                        Applied::Point(_) => unreachable!("verified"),
+                    }
+                }
+            };
+            values.push(value);
+        }
+        self.outputs.iter().map(|&o| values[o as usize]).collect()
+    }
+}
