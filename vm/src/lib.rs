@@ -4,9 +4,11 @@
 #![warn(missing_docs)]
 
 pub mod apply;
+pub mod batch;
 pub mod bounds;
 pub mod dual;
 pub mod elementary;
+pub mod evaluate;
 mod float;
 pub mod interval;
 pub mod kernel;
@@ -16,6 +18,8 @@ pub mod program;
 pub mod real;
 pub mod record;
 pub mod row;
+pub mod surface;
 pub mod table;
 pub mod uniform;
 pub mod vector;
+pub mod verify;

@@ -1,0 +1,119 @@
+//! Running a program on one point, on any number type: the meaning of programs in its shortest
+//! form. Tests and proofs use it (`f64`, intervals, duals); pictures use [`crate::batch`].
+//!
+//! The program must be verified ([`crate::verify`]).
+
+use crate::apply::{Applied, apply};
+use crate::dual::{Dual, DualVec3};
+use crate::program::{Code, Frame, Instruction, Operands, Place, Program};
+use crate::real::{Real, Vector3};
+use crate::vector::V3;
+
+/// The value of the program at a point.
+pub fn evaluate<R: Real>(program: &Program, point: R::Vec3) -> R {
+    let mut stack: Vec<R> = Vec::with_capacity(8);
+    let mut points: Vec<R::Vec3> = Vec::new();
+    let mut slots = vec![R::constant(0.0); program.slots as usize];
+    let mut p = point;
+    for i in &program.code {
+        for _ in 0..i.pops {
+            p = points.pop().unwrap_or(p);
+        }
+        if i.push {
+            points.push(p);
+        }
+        let q = framed::<R>(program, i, p);
+        let result = match i.code {
+            Code::Op(op) => {
+                let constants = constants(program, i);
+                match apply::<R>(op, q, operands(program, i, &mut stack), constants) {
+                    Applied::Value(v) => v,
+                    Applied::Point(to) => {
+                        p = to;
+                        continue;
+                    }
+                }
+            }
+            Code::Load => slots[usize::from(i.slot)],
+            Code::Store => {
+                let top = pop(&mut stack);
+                slots[usize::from(i.slot)] = top;
+                top
+            }
+            Code::Take => pop(&mut stack),
+            // Surfaces are the business of `crate::surface`.
+            Code::Normal => R::constant(0.0),
+            Code::Channel => {
+                pop(&mut stack);
+                continue;
+            }
+            Code::Paint => pop(&mut stack),
+        };
+        let result = match i.place {
+            Place::Push => result,
+            Place::Blend { kernel, index } => {
+                let below = pop(&mut stack);
+                let [s, sb, width, coefficient] =
+                    program.pool[index as usize].map(|v| R::constant(v.into()));
+                kernel.blend(below, result, s, sb, width, coefficient)
+            }
+        };
+        stack.push(result);
+    }
+    pop(&mut stack)
+}
+
+/// The value and its gradient.
+pub fn gradient<R: Real>(program: &Program, point: R::Vec3) -> Dual<R> {
+    evaluate::<Dual<R>>(program, DualVec3::seed(point))
+}
+
+/// The value at a point given in `f64`.
+pub fn evaluate_f64(program: &Program, [x, y, z]: [f64; 3]) -> f64 {
+    evaluate::<f64>(program, V3::of(x, y, z))
+}
+
+/// A verified program never pops more than it pushed; the zero is unreachable.
+fn pop<R: Real>(stack: &mut Vec<R>) -> R {
+    stack.pop().unwrap_or(R::constant(0.0))
+}
+
+/// The parameters of an instruction's operation.
+pub(crate) fn constants<'a>(program: &'a Program, i: &Instruction) -> &'a [f32] {
+    let start = i.parameters as usize;
+    program.pool[start..start + i.code.pool_width()].as_flattened()
+}
+
+fn operands<R: Real>(program: &Program, i: &Instruction, stack: &mut Vec<R>) -> [R; 3] {
+    let mut operands = [R::constant(0.0); 3];
+    let constant = |index: u32| R::constant(program.pool[index as usize][0].into());
+    match i.operands {
+        Operands::Stack => {
+            for slot in operands[..i.code.arity()].iter_mut().rev() {
+                *slot = pop(stack);
+            }
+        }
+        Operands::Right(index) => operands = [pop(stack), constant(index), constant(index)],
+        Operands::Left(index) => operands = [constant(index), pop(stack), constant(index)],
+    }
+    operands
+}
+
+fn framed<R: Real>(program: &Program, i: &Instruction, p: R::Vec3) -> R::Vec3 {
+    let row = |index: u32| program.pool[index as usize].map(|v| R::constant(v.into()));
+    match i.frame {
+        Frame::Same => p,
+        Frame::Moved(index) => {
+            let [x, y, z, _] = row(index);
+            p + R::Vec3::new(x, y, z)
+        }
+        Frame::Mapped(index) => mapped::<R>([row(index), row(index + 1), row(index + 2)], p),
+    }
+}
+
+/// A point through a 3×4 matrix, summed in the order of the columns.
+#[inline(always)]
+pub fn mapped<R: Real>(rows: [[R; 4]; 3], p: R::Vec3) -> R::Vec3 {
+    let along = |[a, b, c, d]: [R; 4]| p.x() * a + p.y() * b + p.z() * c + d;
+    R::Vec3::new(along(rows[0]), along(rows[1]), along(rows[2]))
+}
