@@ -7,6 +7,8 @@
 //! since the printer puts back what the author wrote. A tree is handed out only for text without
 //! errors, so there is no node for a mistake.
 
+mod walk;
+
 use crate::span::{FileId, Span};
 
 /// The most levels of expressions within expressions that a tree can have.

@@ -42,6 +42,18 @@ pub(crate) fn balance<'s>(
     })
 }
 
+/// Where the brace of `kind name { … }` stands among the words of an item that begins like that.
+pub(crate) fn settings_brace<'s>(mut item: impl Iterator<Item = Token<'s>>) -> Option<usize> {
+    if !matches!(item.next()?, Token::Name(_)) {
+        return None;
+    }
+    match (item.next()?, item.next()) {
+        (Token::OpenBrace, _) => Some(1),
+        (Token::Name(_), Some(Token::OpenBrace)) => Some(2),
+        _ => None,
+    }
+}
+
 /// The message for text that is nested too deeply.
 pub(crate) fn too_deep(span: Span) -> Diagnostic {
     Diagnostic::error(codes::E0109, span, "nested too deeply")
@@ -74,8 +86,10 @@ impl<'s> Balancer<'s, '_> {
             if self.open.len() as u32 >= MAX_DEPTH {
                 return Err(too_deep(span));
             }
-            let after_name = matches!(self.words.last(), Some((_, Token::Name(_), _)));
-            let settings = token == Token::OpenBrace && self.open.is_empty() && after_name;
+            let settings = self.open.is_empty() && {
+                let item = self.words[self.item..].iter().map(|word| word.1);
+                settings_brace(item.chain([token])) == Some(self.words.len() - self.item)
+            };
             self.open.push(Open {
                 token,
                 span,
@@ -200,11 +214,8 @@ impl<'s> Balancer<'s, '_> {
         for other in others.iter().rev().take(3) {
             found = found.label(other.span, "and here");
         }
-        self.errors.push(found.fix(
-            place,
-            closers.clone(),
-            format!("write `{closers}`"),
-        ));
+        self.errors
+            .push(found.fix(place, closers.clone(), format!("write `{closers}`")));
     }
 
     fn close_down_to(&mut self, keep: usize) {

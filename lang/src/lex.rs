@@ -130,8 +130,11 @@ impl<'s> Lexed<'s> {
             Token::SingleQuoted(word) => {
                 let inner = &word[1..word.len() - 1];
                 self.errors.push(
-                    Diagnostic::error(codes::E0103, span, "a string stands in double quotes")
-                        .fix(span, format!("\"{inner}\""), "use double quotes"),
+                    Diagnostic::error(codes::E0103, span, "a string stands in double quotes").fix(
+                        span,
+                        format!("\"{inner}\""),
+                        "use double quotes",
+                    ),
                 );
                 Token::Text("\"\"")
             }
@@ -209,9 +212,11 @@ fn wrong_number(word: &str, error: NumberError, span: Span) -> Diagnostic {
             };
             let found = Diagnostic::error(codes::E0106, place, format!("`{suffix}` is no unit"));
             match meant(suffix) {
-                Some(unit) => found
-                    .primary(format!("did you mean `{unit}`?"))
-                    .fix(place, unit, format!("write `{}{unit}`", &word[..at])),
+                Some(unit) => found.primary(format!("did you mean `{unit}`?")).fix(
+                    place,
+                    unit,
+                    format!("write `{}{unit}`", &word[..at]),
+                ),
                 None => {
                     let units: Vec<_> = Unit::ALL.iter().map(|unit| unit.suffix()).collect();
                     found

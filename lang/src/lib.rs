@@ -1,20 +1,19 @@
 //! The `.sdf` language: text to a syntax tree, and everything that is said to the user on the way.
 //!
-//! The crate knows no shape's name. What it gives is a tree ([`ast`]) whose every node has a
-//! [`Span`], [`Diagnostic`]s with codes, labels and fixes, and the canonical text of a tree.
+//! [`parse`] is the pipeline: words, matching brackets, grammar, lints. What it gives is a tree
+//! ([`ast`]) whose every node has a [`Span`], or [`Diagnostic`]s with codes, labels and fixes. The
+//! crate knows no shape's name and looks nothing up.
 
 pub mod ast;
+mod brackets;
 pub mod codes;
 pub mod diagnostic;
-mod span;
-
-pub use codes::{Code, explain};
-pub use diagnostic::{Diagnostic, Diagnostics, Edit, Fix, Label, Severity, Style};
-pub use span::{FileId, LineCol, Sources, Span};
-
-mod brackets;
 mod lex;
+mod lints;
 mod literal;
+mod mistakes;
+mod parse;
+mod span;
 mod token;
 mod tree;
 
@@ -29,3 +28,8 @@ mod tree;
 mod grammar {
     include!(concat!(env!("OUT_DIR"), "/grammar.rs"));
 }
+
+pub use codes::{Code, explain};
+pub use diagnostic::{Diagnostic, Diagnostics, Edit, Fix, Label, Severity, Style};
+pub use parse::{MAX_SOURCE_BYTES, parse};
+pub use span::{FileId, LineCol, Sources, Span};

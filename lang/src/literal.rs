@@ -70,12 +70,9 @@ pub(crate) fn color(word: &str) -> Option<[u8; 4]> {
     match *digits.as_slice() {
         [r, g, b] => Some([r * 17, g * 17, b * 17, 255]),
         [r1, r0, g1, g0, b1, b0] => Some([r1 * 16 + r0, g1 * 16 + g0, b1 * 16 + b0, 255]),
-        [r1, r0, g1, g0, b1, b0, a1, a0] => Some([
-            r1 * 16 + r0,
-            g1 * 16 + g0,
-            b1 * 16 + b0,
-            a1 * 16 + a0,
-        ]),
+        [r1, r0, g1, g0, b1, b0, a1, a0] => {
+            Some([r1 * 16 + r0, g1 * 16 + g0, b1 * 16 + b0, a1 * 16 + a0])
+        }
         _ => None,
     }
 }

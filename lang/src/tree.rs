@@ -323,14 +323,10 @@ impl Builder {
         };
         if precedence == Precedence::Compare && chain.rest.len() == 1 {
             self.errors.push(
-                Diagnostic::error(
-                    codes::E0123,
-                    operator.span,
-                    "a comparison has two sides",
-                )
-                .primary("a second comparison")
-                .label(chain.rest[0].op_span, "the first one")
-                .help("write `a < b && b < c`"),
+                Diagnostic::error(codes::E0123, operator.span, "a comparison has two sides")
+                    .primary("a second comparison")
+                    .label(chain.rest[0].op_span, "the first one")
+                    .help("write `a < b && b < c`"),
             );
         }
         chain.rest.push(Link {
