@@ -17,11 +17,14 @@
 //!
 //! # Words
 //! ```text
-//! word 0   0‥7 opcode   8‥11 blend   12‥13 constant operand   14‥15 frame   16‥22 pops   23 push   24‥31 slot
+//! word 0   0‥7 opcode   8‥10 blend   11 gives no value   12‥13 constant operand   14‥15 frame
+//!          16‥20 pops   21‥22 values taken   23 push   24‥31 slot
 //! word 1   pool index of the parameters
 //! word 2   pool index of the frame
 //! word 3   pool index of the blend, or of the constant operand
 //! ```
+//! The values taken and whether there is a result follow from the opcode; they stand in the word so
+//! that a kernel need not look them up.
 
 use crate::kernel::Kernel;
 use crate::row::Output;
@@ -213,6 +216,10 @@ impl Instruction {
             parameters: 0,
         }
     }
+    /// Whether it leaves no value: it gives a point, or only sets a channel.
+    pub fn gives_none(&self) -> bool {
+        self.code.gives_point() || self.code == Code::Channel
+    }
     /// How many values it takes off the stack for its operation.
     pub fn taken(&self) -> usize {
         self.code.arity() - usize::from(self.operands != Operands::Stack)
@@ -261,7 +268,7 @@ impl Program {
             needs.points = needs.points.max(points);
             depth -= i.taken();
             match i.place {
-                _ if i.code.gives_point() || i.code == Code::Channel => {}
+                _ if i.gives_none() => {}
                 Place::Push => depth += 1,
                 Place::Blend { .. } => {}
             }

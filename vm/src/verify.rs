@@ -163,7 +163,7 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
             }
             _ => {}
         }
-        let keeps = !(i.code.gives_point() || i.code == Code::Channel);
+        let keeps = !i.gives_none();
         match i.place {
             Place::Push => depth += usize::from(keeps),
             _ if !keeps => return malformed("blends, but gives no value"),

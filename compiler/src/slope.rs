@@ -1,0 +1,200 @@
+//! How steep a raw field can be: a bound on the length of its gradient over a region, by interval
+//! arithmetic on dual numbers.
+//!
+//! The region is halved, always where the bound is worst, until the bound is within a tenth of a
+//! slope that was found at a point, or the budget is spent; either way the bound holds everywhere
+//! in the region and for all values of the parameters.
+
+use crate::expression::{ExprId, Expression, Expressions};
+use crate::scene::Scene;
+use crate::uniforms::operands_first;
+use sdfc_vm::apply::{Applied, apply};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::dual::{Dual, DualVec3};
+use sdfc_vm::interval::Interval;
+use sdfc_vm::real::Real;
+use sdfc_vm::vector::V3;
+use std::collections::BinaryHeap;
+
+type DualInterval = Dual<Interval>;
+
+/// How many boxes are looked at before the bound is left as it is.
+const BUDGET: usize = 3_000;
+
+/// The ranges of the parameters' numbers and of the time, for bounds that hold for all of them.
+#[derive(Clone, Debug)]
+pub struct Ranges {
+    params: Vec<Interval>,
+    time: Interval,
+}
+
+impl Ranges {
+    /// The ranges that the scene declares; a parameter without one is taken at its value.
+    pub fn of(scene: &Scene) -> Self {
+        let params = scene
+            .params
+            .iter()
+            .map(|param| match param.range {
+                Some((lo, hi)) => Interval::between(lo, hi),
+                None => param
+                    .value
+                    .iter()
+                    .map(|&v| Interval::point(v))
+                    .reduce(Interval::hull)
+                    .unwrap_or(Interval::point(0.0)),
+            })
+            .collect();
+        let time = match scene.animation {
+            Some(animation) => Interval::between(0.0, animation.duration),
+            None => Interval::ALL,
+        };
+        Self { params, time }
+    }
+
+    /// The range of a uniform number.
+    pub fn of_number(&self, expressions: &Expressions, id: ExprId) -> Interval {
+        let everywhere = Bounds { min: [0.0; 3], max: [0.0; 3] };
+        Field::new(expressions, id, self).at(&everywhere).value
+    }
+}
+
+/// A number of point stage, ready to be evaluated over boxes.
+struct Field<'a> {
+    expressions: &'a Expressions,
+    order: Vec<ExprId>,
+    ranges: &'a Ranges,
+}
+
+impl<'a> Field<'a> {
+    fn new(expressions: &'a Expressions, id: ExprId, ranges: &'a Ranges) -> Self {
+        Self { expressions, order: operands_first(expressions, id, |_| false), ranges }
+    }
+
+    /// The values of all that the field is computed from are kept in the order of their ids, so a
+    /// binary search finds each.
+    fn at(&self, bounds: &Bounds) -> DualInterval {
+        let axis = |i: usize| Interval { lo: bounds.min[i], hi: bounds.max[i] };
+        let point = DualVec3::seed(V3::of(axis(0), axis(1), axis(2)));
+        let mut values: Vec<DualInterval> = Vec::with_capacity(self.order.len());
+        for &id in &self.order {
+            let get = |id: &ExprId| {
+                self.order.binary_search(id).ok().and_then(|at| values.get(at)).copied()
+            };
+            let get = |id: &ExprId| get(id).unwrap_or(Dual::fixed(Interval::ALL));
+            let value = match self.expressions.get(id) {
+                Expression::Constant(v) => Dual::fixed(Interval::point(*v)),
+                Expression::Param(param, _) => Dual::fixed(self.ranges.params[param.0 as usize]),
+                Expression::Time => Dual::fixed(self.ranges.time),
+                Expression::Coordinate(i) => Dual {
+                    value: [point.value.x, point.value.y, point.value.z][usize::from(*i)],
+                    gradient: point.gradients[usize::from(*i)],
+                },
+                Expression::NormalComponent(_) => Dual::fixed(Interval { lo: -1.0, hi: 1.0 }),
+                Expression::Apply { op, point, values, parameters } => {
+                    let p = match point {
+                        Some([x, y, z]) => {
+                            let (x, y, z) = (get(x), get(y), get(z));
+                            DualVec3 {
+                                value: V3::of(x.value, y.value, z.value),
+                                gradients: [x.gradient, y.gradient, z.gradient],
+                            }
+                        }
+                        None => DualVec3::fixed(V3::of(Interval::ALL, Interval::ALL, Interval::ALL)),
+                    };
+                    let mut operands = [Dual::constant(0.0); 3];
+                    for (slot, id) in operands.iter_mut().zip(values) {
+                        *slot = get(id);
+                    }
+                    // Parameters of such rows (a noise's seed) are taken at the middle of their
+                    // range: no row's slope depends on them.
+                    let numbers: Vec<f64> = parameters
+                        .iter()
+                        .map(|id| {
+                            let v = get(id).value;
+                            if v.lo == v.hi { v.lo } else { (v.lo + v.hi) / 2.0 }
+                        })
+                        .collect();
+                    match apply(*op, p, operands, &sdfc_vm::apply::laid_out(*op, &numbers)) {
+                        Applied::Value(v) => v,
+                        Applied::Point(_) => Dual::fixed(Interval::ALL),
+                    }
+                }
+            };
+            values.push(value);
+        }
+        values.pop().unwrap_or(Dual::constant(0.0))
+    }
+}
+
+/// The gradients, with respect to the local point, of one or of several numbers together (the rows
+/// of a Jacobian), bounded: the Frobenius norm, which is never less than the map's stretch.
+pub fn bound(
+    expressions: &Expressions,
+    numbers: &[ExprId],
+    region: &Bounds,
+    ranges: &Ranges,
+) -> f64 {
+    let fields: Vec<Field<'_>> =
+        numbers.iter().map(|&id| Field::new(expressions, id, ranges)).collect();
+    let squares = |bounds: &Bounds| {
+        let (mut upper, mut lower) = (0.0_f64, 0.0_f64);
+        for field in &fields {
+            let gradient = field.at(bounds).gradient;
+            for component in [gradient.x, gradient.y, gradient.z] {
+                upper += component.magnitude().powi(2);
+                lower += component.abs().lo.powi(2);
+            }
+        }
+        (upper, lower)
+    };
+    let mut queue = BinaryHeap::new();
+    let mut found = 0.0_f64;
+    let mut push = |queue: &mut BinaryHeap<Piece>, bounds: Bounds| {
+        let (upper, lower) = squares(&bounds);
+        let centre = bounds.centre();
+        let (at_centre, _) = squares(&Bounds { min: centre, max: centre });
+        found = found.max(lower).max(at_centre);
+        queue.push(Piece { upper, bounds });
+        found
+    };
+    let mut best = push(&mut queue, *region);
+    for _ in 0..BUDGET {
+        let Some(worst) = queue.pop() else { break };
+        if worst.upper <= best * 1.21 || !region.is_finite() {
+            queue.push(worst);
+            break;
+        }
+        let sizes: [f64; 3] =
+            std::array::from_fn(|i| worst.bounds.max[i] - worst.bounds.min[i]);
+        let axis = (0..3).max_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap_or(0);
+        let middle = worst.bounds.centre()[axis];
+        let (mut low, mut high) = (worst.bounds, worst.bounds);
+        low.max[axis] = middle;
+        high.min[axis] = middle;
+        best = push(&mut queue, low).max(push(&mut queue, high));
+    }
+    queue.peek().map_or(0.0, |worst| worst.upper.sqrt())
+}
+
+/// A box and the bound over it; the worst is looked at first.
+struct Piece {
+    upper: f64,
+    bounds: Bounds,
+}
+
+impl PartialEq for Piece {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+impl Eq for Piece {}
+impl PartialOrd for Piece {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Piece {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.upper.total_cmp(&other.upper)
+    }
+}

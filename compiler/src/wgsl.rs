@@ -1,0 +1,309 @@
+//! Graph → WGSL: the scene as straight-line functions, one `let` per operation.
+//!
+//! `scene_distance(p)`, `scene_gradient(p)` (the gradient in `xyz`, the distance in `w`) and, where
+//! a scene has several materials, `scene_surface(p, n)`. They call the operations' recorded bodies,
+//! the same ones that the interpreter calls. Identifiers come from the names in the scene, cut to
+//! letters and digits; none of the scene's text gets in.
+
+use crate::graph::{Graph, Node, NodeId, Number};
+use sdfc_vm::apply::wgsl_name;
+use sdfc_vm::library::Library;
+use sdfc_vm::record::scalar_literal;
+use sdfc_vm::row::{Category, ParameterType};
+use sdfc_vm::table::Op;
+use std::collections::{HashMap, HashSet};
+use std::fmt::Write;
+
+/// Which of a scene's functions is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Function {
+    /// `scene_distance(p: vec3f) -> f32`
+    Distance,
+    /// `scene_gradient(p: vec3f) -> vec4f`
+    Gradient,
+    /// `scene_surface(p: vec3f, n: vec3f) -> Surface`, of a graph of surfaces.
+    Surface,
+}
+
+/// Writes one of a scene's functions and marks in `library` what it calls. Uniform numbers are read
+/// from `uniforms[i / 4][i % 4]`.
+pub fn write(graph: &Graph, function: Function, library: &mut Library) -> String {
+    let mut writer = Writer {
+        graph,
+        dual: function != Function::Distance,
+        surface: function == Function::Surface,
+        library,
+        names: HashMap::new(),
+        taken: HashSet::new(),
+        body: String::new(),
+    };
+    let uses = graph.uses();
+    for (id, node) in graph.nodes() {
+        if uses[id.0 as usize] > 0 {
+            writer.statement(id, node);
+        }
+    }
+    let result = writer.name(graph.root);
+    let body = writer.body;
+    match function {
+        Function::Distance => {
+            format!("fn scene_distance(p: vec3f) -> f32 {{\n{body}    return {result};\n}}\n")
+        }
+        Function::Gradient => {
+            library.use_points();
+            format!("fn scene_gradient(p: vec3f) -> vec4f {{\n{SEED}{body}    return {result};\n}}\n")
+        }
+        Function::Surface => {
+            library.use_points();
+            format!(
+                "fn scene_surface(p: vec3f, n: vec3f) -> Surface {{\n{SEED}{body}    \
+                 return {result}_surface;\n}}\n"
+            )
+        }
+    }
+}
+
+const SEED: &str = "    let world = DualPoint(p, vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), \
+                    vec3f(0.0, 0.0, 1.0));\n";
+
+struct Writer<'a> {
+    graph: &'a Graph,
+    dual: bool,
+    surface: bool,
+    library: &'a mut Library,
+    names: HashMap<NodeId, String>,
+    taken: HashSet<String>,
+    body: String,
+}
+
+impl Writer<'_> {
+    fn name(&self, id: NodeId) -> String {
+        match self.graph.get(id) {
+            Node::World if self.dual => "world".to_owned(),
+            Node::World => "p".to_owned(),
+            _ => self.names.get(&id).cloned().unwrap_or_default(),
+        }
+    }
+
+    fn number(&self, number: Number) -> String {
+        match number {
+            Number::Constant(v) => scalar_literal(v),
+            Number::Uniform(u) => format!("uniforms[{}][{}]", u / 4, u % 4),
+        }
+    }
+
+    fn numbers(&self, numbers: &[Number]) -> String {
+        let list: Vec<String> = numbers.iter().map(|&n| self.number(n)).collect();
+        list.join(", ")
+    }
+
+    /// A name from the scene if the node has one, else from what it is.
+    fn fresh(&mut self, id: NodeId, kind: &str) -> String {
+        let wanted = self.graph.origin(id).map(|o| identifier(&o.name)).filter(|n| !n.is_empty());
+        let stem = wanted.unwrap_or_else(|| kind.to_owned());
+        let mut name = stem.clone();
+        if !self.taken.insert(name.clone()) {
+            name = format!("{stem}_{}", id.0);
+            self.taken.insert(name.clone());
+        }
+        self.taken.insert(format!("{name}_surface"));
+        self.names.insert(id, name.clone());
+        name
+    }
+
+    fn line(&mut self, name: &str, value: &str) {
+        let _ = writeln!(self.body, "    let {name} = {value};");
+    }
+
+    fn statement(&mut self, id: NodeId, node: &Node) {
+        match node {
+            Node::World => {}
+            Node::Moved { point, by } => {
+                let (from, by) = (self.name(*point), self.numbers(by));
+                let name = self.fresh(id, "q");
+                if self.dual {
+                    let value = format!(
+                        "DualPoint({from}.p + vec3f({by}), {from}.dx, {from}.dy, {from}.dz)"
+                    );
+                    self.line(&name, &value);
+                } else {
+                    self.line(&name, &format!("{from} + vec3f({by})"));
+                }
+            }
+            Node::Mapped { point, rows } => {
+                let from = self.name(*point);
+                // WGSL's matrices are given by columns.
+                let column = |c: usize| self.numbers(&[rows[c], rows[4 + c], rows[8 + c]]);
+                let matrix = format!(
+                    "mat3x3f({}, {}, {}), vec3f({})",
+                    column(0),
+                    column(1),
+                    column(2),
+                    column(3)
+                );
+                let name = self.fresh(id, "q");
+                if self.dual {
+                    self.library.use_mapped_gradient();
+                    self.line(&name, &format!("mapped_gradient({from}, {matrix})"));
+                } else {
+                    self.library.use_mapped();
+                    self.line(&name, &format!("mapped({from}, {matrix})"));
+                }
+            }
+            Node::Constant(number) => {
+                let number = self.number(*number);
+                let name = self.fresh(id, "c");
+                let value =
+                    if self.dual { format!("vec4f(0.0, 0.0, 0.0, {number})") } else { number };
+                self.line(&name, &value);
+            }
+            Node::Normal { point, axis } => {
+                let from = self.name(*point);
+                let axis = ["x", "y", "z"][usize::from(*axis)];
+                let name = self.fresh(id, "n");
+                self.library.use_local_normal();
+                let value = format!(
+                    "vec4f(0.0, 0.0, 0.0, local_normal({from}.dx, {from}.dy, {from}.dz, n).{axis})"
+                );
+                self.line(&name, &value);
+            }
+            Node::Apply { op, point, values, parameters } => {
+                self.application(id, *op, *point, values, parameters);
+            }
+            Node::Paint { value, constants, channels } => {
+                self.paint(id, *value, constants, channels);
+            }
+        }
+    }
+
+    fn application(
+        &mut self,
+        id: NodeId,
+        op: Op,
+        point: Option<NodeId>,
+        values: &[NodeId],
+        parameters: &[Number],
+    ) {
+        let row = op.row();
+        let mut arguments: Vec<String> = Vec::new();
+        let mut values_left = values.iter();
+        for input in row.inputs {
+            arguments.extend(match input {
+                sdfc_vm::row::Input::Point => point.map(|p| self.name(p)),
+                sdfc_vm::row::Input::Value => values_left.next().map(|&v| self.name(v)),
+            });
+        }
+        let constants = self.parameters(op, parameters);
+        arguments.extend(constants.iter().cloned());
+        let function = wgsl_name(op);
+        let kind = if node_is_point(op) { "q" } else { "d" };
+        let name = self.fresh(id, kind);
+        let arguments = arguments.join(", ");
+        if self.dual {
+            self.library.use_gradient(op);
+            self.line(&name, &format!("{function}_gradient({arguments})"));
+        } else {
+            self.library.use_value(op);
+            self.line(&name, &format!("{function}({arguments})"));
+        }
+        if self.surface && !node_is_point(op) {
+            self.carry(&name, op, values, &constants);
+        }
+    }
+
+    /// The surface of an operation's result: mixed for combinations, handed on by all others.
+    fn carry(&mut self, name: &str, op: Op, values: &[NodeId], constants: &[String]) {
+        let surfaces: Vec<String> =
+            values.iter().filter_map(|&v| self.surface_of(v)).collect();
+        let value = match (values, surfaces.as_slice()) {
+            ([a, b], [first, second]) if op.row().meta.category == Category::Combine => {
+                let (a, b) = (self.name(*a), self.name(*b));
+                let mut arguments =
+                    vec![format!("vec4f(1.0, 0.0, 0.0, {a}.w)"), format!("vec4f(0.0, 1.0, 0.0, {b}.w)")];
+                arguments.extend(constants.iter().cloned());
+                self.library.use_mixed_surface();
+                format!(
+                    "mixed_surface({first}, {second}, {}_gradient({}))",
+                    wgsl_name(op),
+                    arguments.join(", ")
+                )
+            }
+            (_, [first, ..]) => first.clone(),
+            _ => "unpainted_surface()".to_owned(),
+        };
+        self.line(&format!("{name}_surface"), &value);
+    }
+
+    fn surface_of(&self, id: NodeId) -> Option<String> {
+        match self.graph.get(id) {
+            Node::Constant(_) | Node::Normal { .. } => None,
+            _ => Some(format!("{}_surface", self.name(id))),
+        }
+    }
+
+    fn paint(
+        &mut self,
+        id: NodeId,
+        value: NodeId,
+        constants: &[Number; 12],
+        channels: &[(u8, NodeId)],
+    ) {
+        let from = self.name(value);
+        let name = self.fresh(id, "painted");
+        let channel = |c: u8| match channels.iter().find(|(number, _)| *number == c) {
+            Some((_, node)) => format!("{}.w", self.name(*node)),
+            None => self.number(constants[usize::from(c)]),
+        };
+        let bump = match channels.iter().find(|(number, _)| *number == 8) {
+            Some((_, node)) => format!("{}.xyz", self.name(*node)),
+            None => "vec3f(0.0)".to_owned(),
+        };
+        let surface = format!(
+            "Surface(vec3f({}, {}, {}), {}, vec3f({}, {}, {}), {}, {bump}, {})",
+            channel(0),
+            channel(1),
+            channel(2),
+            channel(3),
+            channel(4),
+            channel(5),
+            channel(6),
+            channel(7),
+            self.number(constants[8]),
+        );
+        self.line(&name, &from);
+        self.line(&format!("{name}_surface"), &surface);
+    }
+
+    /// A row's parameters as WGSL arguments.
+    fn parameters(&self, op: Op, parameters: &[Number]) -> Vec<String> {
+        let mut rest = parameters;
+        let mut list = Vec::new();
+        for parameter in op.row().parameters {
+            let (numbers, after) = rest.split_at(parameter.ty.width());
+            rest = after;
+            let text = self.numbers(numbers);
+            list.push(match parameter.ty {
+                ParameterType::Scalar => text,
+                ParameterType::Vec2 => format!("vec2f({text})"),
+                ParameterType::Vec3 => format!("vec3f({text})"),
+            });
+        }
+        list
+    }
+}
+
+fn node_is_point(op: Op) -> bool {
+    op.row().output == sdfc_vm::row::Output::Point
+}
+
+/// A name of the scene as a WGSL identifier: letters, digits and underscores, with a prefix that
+/// keeps it apart from every word of WGSL and every function here.
+fn identifier(name: &str) -> String {
+    let kept: String = name
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
+        .take(40)
+        .collect();
+    let kept = kept.trim_matches('_').to_owned();
+    if kept.is_empty() { kept } else { format!("s_{kept}") }
+}

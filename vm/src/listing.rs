@@ -1,0 +1,178 @@
+//! Listings: a program as text for people, which parses back to an equal program.
+//!
+//! ```text
+//! 0003  cuboid        half=[1.0, 0.5, 0.25]  at affine [1.0, 0.0, …]  blend quadratic [1.0, 1.0, 0.4, 0.625]
+//! ```
+//! A line is an instruction: its number, its name, its slot, its parameters, where it goes back to,
+//! its frame, its constant operand, its blend. A number that follows the parameters of the scene is
+//! written with the uniform result behind it, `0.35@u2`.
+
+use crate::kernel::Kernel;
+use crate::pool::{PoolBuilder, PoolNumber};
+use crate::program::{Code, Frame, Instruction, Operands, Place, Program};
+use std::collections::HashMap;
+use std::fmt::Write;
+
+/// Why a text is no listing.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {problem}")]
+pub struct ListingError {
+    /// Which line, from 1.
+    pub line: usize,
+    /// What is wrong with it.
+    pub problem: String,
+}
+
+/// The program as text.
+pub fn print(program: &Program) -> String {
+    let outputs: HashMap<u32, u32> = program.patches.iter().map(|p| (p.at, p.output)).collect();
+    let numbers = |index: u32, count: usize| {
+        let flat = program.pool.as_flattened();
+        let list: Vec<String> = (index as usize * 4..index as usize * 4 + count)
+            .map(|at| match outputs.get(&(at as u32)) {
+                Some(output) => format!("{:?}@u{output}", flat[at]),
+                None => format!("{:?}", flat[at]),
+            })
+            .collect();
+        format!("[{}]", list.join(", "))
+    };
+    let mut text = String::new();
+    for (at, i) in program.code.iter().enumerate() {
+        let mut line = format!("{at:04}  {:<20}", i.code.name());
+        if i.code.has_slot() {
+            let _ = write!(line, "  #{}", i.slot);
+        }
+        if i.code.pool_width() > 0 {
+            let _ = write!(line, "  {}", numbers(i.parameters, parameter_count(i.code)));
+        }
+        if i.pops > 0 {
+            let _ = write!(line, "  back {}", i.pops);
+        }
+        if i.push {
+            line.push_str("  keep");
+        }
+        match i.frame {
+            Frame::Same => {}
+            Frame::Moved(index) => {
+                let _ = write!(line, "  moved {}", numbers(index, 3));
+            }
+            Frame::Mapped(index) => {
+                let _ = write!(line, "  mapped {}", numbers(index, 12));
+            }
+        }
+        match i.operands {
+            Operands::Stack => {}
+            Operands::Right(index) => {
+                let _ = write!(line, "  right {}", numbers(index, 1));
+            }
+            Operands::Left(index) => {
+                let _ = write!(line, "  left {}", numbers(index, 1));
+            }
+        }
+        if let Place::Blend { kernel, index } = i.place {
+            let _ = write!(line, "  blend {} {}", kernel.name(), numbers(index, 4));
+        }
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    text
+}
+
+/// How many numbers of the pool an instruction's parameters take, gaps included.
+fn parameter_count(code: Code) -> usize {
+    match code {
+        Code::Op(op) => op.row().parameter_width(),
+        _ => code.pool_width() * 4,
+    }
+}
+
+/// The program that a listing stands for. Constants are shared where they are equal, as the
+/// compiler shares them.
+pub fn parse(text: &str) -> Result<Program, ListingError> {
+    let mut program =
+        Program { code: Vec::new(), pool: Vec::new(), patches: Vec::new(), slots: 0 };
+    let mut pool = PoolBuilder::default();
+    for (index, line) in text.lines().enumerate() {
+        if line.trim().is_empty() {
+            continue;
+        }
+        let fail = |problem: String| ListingError { line: index + 1, problem };
+        let instruction = parse_line(line, &mut pool).map_err(fail)?;
+        if matches!(instruction.code, Code::Load | Code::Store) {
+            program.slots = program.slots.max(u32::from(instruction.slot) + 1);
+        }
+        program.code.push(instruction);
+    }
+    (program.pool, program.patches) = pool.finish();
+    Ok(program)
+}
+
+fn parse_line(line: &str, pool: &mut PoolBuilder) -> Result<Instruction, String> {
+    let mut rest = line.trim();
+    let mut word = || {
+        let (word, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+        rest = after.trim_start();
+        word
+    };
+    let number = word();
+    if number.parse::<u32>().is_err() {
+        return Err(format!("expected the instruction's number, found `{number}`"));
+    }
+    let name = word();
+    let code = Code::from_name(name).ok_or_else(|| format!("`{name}` is not an instruction"))?;
+    let mut i = Instruction::new(code);
+    while !rest.is_empty() {
+        if rest.starts_with('[') {
+            i.parameters = pool.add(&list(&mut rest)?);
+            continue;
+        }
+        let (key, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+        rest = after.trim_start();
+        match key {
+            "keep" => i.push = true,
+            "back" => {
+                let (count, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+                i.pops = count.parse().map_err(|_| format!("`{count}` is not a count"))?;
+                rest = after.trim_start();
+            }
+            "moved" => i.frame = Frame::Moved(pool.add(&list(&mut rest)?)),
+            "mapped" => i.frame = Frame::Mapped(pool.add(&list(&mut rest)?)),
+            "right" => i.operands = Operands::Right(pool.add(&list(&mut rest)?)),
+            "left" => i.operands = Operands::Left(pool.add(&list(&mut rest)?)),
+            "blend" => {
+                let (kernel, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+                let found = Kernel::ALL.into_iter().find(|k| k.name() == kernel);
+                let kernel = found.ok_or_else(|| format!("`{kernel}` is not a kernel"))?;
+                rest = after.trim_start();
+                i.place = Place::Blend { kernel, index: pool.add(&list(&mut rest)?) };
+            }
+            slot if slot.starts_with('#') => {
+                i.slot = slot[1..].parse().map_err(|_| format!("`{slot}` is not a slot"))?;
+            }
+            other => return Err(format!("`{other}` means nothing here")),
+        }
+    }
+    Ok(i)
+}
+
+/// A list of numbers in brackets, each with the uniform result it follows.
+fn list(rest: &mut &str) -> Result<Vec<PoolNumber>, String> {
+    let inner = rest.strip_prefix('[').ok_or("expected `[`")?;
+    let (inner, after) = inner.split_once(']').ok_or("unclosed `[`")?;
+    *rest = after.trim_start();
+    inner
+        .split(',')
+        .map(str::trim)
+        .filter(|text| !text.is_empty())
+        .map(|text| {
+            let (value, output) = match text.split_once("@u") {
+                Some((value, output)) => {
+                    let output = output.parse().map_err(|_| format!("`{text}` is no number"))?;
+                    (value, Some(output))
+                }
+                None => (text, None),
+            };
+            let value = value.parse().map_err(|_| format!("`{text}` is no number"))?;
+            Ok(PoolNumber { value, output })
+        })
+        .collect()
+}
