@@ -10,6 +10,7 @@
 mod walk;
 
 use crate::span::{FileId, Span};
+use std::fmt;
 
 /// The most levels of expressions within expressions that a tree can have.
 pub const MAX_DEPTH: u32 = 200;
@@ -393,6 +394,16 @@ impl Path {
     }
 }
 
+impl fmt::Display for Path {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (at, segment) in self.segments.iter().enumerate() {
+            f.write_str(if at == 0 { "" } else { "::" })?;
+            f.write_str(&segment.name)?;
+        }
+        Ok(())
+    }
+}
+
 /// One argument of a call or a blend: `value` or `name: value`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arg {
@@ -609,6 +620,14 @@ pub struct RangeExpr {
     pub end: Expr,
     /// Whether it was written `..=`.
     pub inclusive: bool,
+}
+
+/// How the dots of a range are written.
+pub(crate) fn range_symbol(inclusive: bool) -> &'static str {
+    match inclusive {
+        true => "..=",
+        false => "..",
+    }
 }
 
 /// `if c { a } else if d { b } else { c }`

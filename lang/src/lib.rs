@@ -8,11 +8,13 @@ pub mod ast;
 mod brackets;
 pub mod codes;
 pub mod diagnostic;
+mod dump;
 mod lex;
 mod lints;
 mod literal;
 mod mistakes;
 mod parse;
+mod print;
 mod span;
 mod token;
 mod tree;
@@ -31,5 +33,7 @@ mod grammar {
 
 pub use codes::{Code, explain};
 pub use diagnostic::{Diagnostic, Diagnostics, Edit, Fix, Label, Severity, Style};
+pub use dump::dump;
 pub use parse::{MAX_SOURCE_BYTES, parse};
+pub use print::print;
 pub use span::{FileId, LineCol, Sources, Span};

@@ -1,7 +1,8 @@
-//! The values of literals: numbers with their units, colours, strings.
+//! Literals: numbers with their units, colours, strings, from the text to the value and back.
 //!
-//! Each function takes the text of one word and gives the value or what is wrong with it. The lexer
-//! reports what is wrong once; by the time the tree is built every literal is good.
+//! Reading takes the text of one word and gives the value or what is wrong with it. The lexer
+//! reports what is wrong once; by the time the tree is built every literal is good. Writing gives
+//! the canonical text, which reads as the same value.
 
 use crate::ast::{Number, NumberValue, Unit};
 use std::ops::Range;
@@ -99,6 +100,39 @@ pub(crate) fn text(word: &str) -> (String, Vec<Range<usize>>) {
         }
     }
     (value, unknown)
+}
+
+/// An integer without, a float with a dot or an exponent; then the unit.
+pub(crate) fn number_text(number: &Number) -> String {
+    let unit = number.unit.suffix();
+    match number.value {
+        NumberValue::Int(value) => format!("{value}{unit}"),
+        NumberValue::Float(value) => format!("{value:?}{unit}"),
+    }
+}
+
+/// `#rrggbb`, or `#rrggbbaa` unless it is opaque.
+pub(crate) fn color_text([r, g, b, a]: [u8; 4]) -> String {
+    match a {
+        255 => format!("#{r:02x}{g:02x}{b:02x}"),
+        _ => format!("#{r:02x}{g:02x}{b:02x}{a:02x}"),
+    }
+}
+
+/// The text in quotes, with escapes.
+pub(crate) fn quoted(text: &str) -> String {
+    let mut quoted = String::with_capacity(text.len() + 2);
+    quoted.push('"');
+    for c in text.chars() {
+        match c {
+            '\n' => quoted.push_str("\\n"),
+            '\t' => quoted.push_str("\\t"),
+            '\\' | '"' => quoted.extend(['\\', c]),
+            _ => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
 }
 
 #[cfg(test)]

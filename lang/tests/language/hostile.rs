@@ -1,0 +1,1 @@
+//! Texts that nobody would write: nothing panics, nothing hangs, everything is said.
