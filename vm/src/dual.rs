@@ -142,7 +142,12 @@ impl<R: Real> Real for Dual<R> {
     }
     #[inline(always)]
     fn floor(self) -> Self {
-        Self::fixed(self.value.floor())
+        let value = self.value.floor();
+        Self { value, gradient: R::floor_gradient(value) }
+    }
+    #[inline(always)]
+    fn jumping(self, condition: R::Bool) -> Self {
+        Self { value: self.value, gradient: R::jump_gradient(self.gradient, condition) }
     }
     #[inline(always)]
     fn min(self, b: Self) -> Self {
@@ -369,7 +374,15 @@ macro_rules! dual_vector {
     (@extra Vector3) => {
         #[inline(always)]
         fn floor(self) -> Self {
-            Self::fixed(self.value.floor())
+            let value = self.value.floor();
+            Self {
+                value,
+                gradients: [
+                    R::floor_gradient(value.x()),
+                    R::floor_gradient(value.y()),
+                    R::floor_gradient(value.z()),
+                ],
+            }
         }
         #[inline(always)]
         fn xy(self) -> DualVec2<R> {

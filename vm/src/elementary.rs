@@ -57,7 +57,8 @@ fn quadrant<R: Real>(x: R) -> (R, R) {
     let k = (x * lit(std::f64::consts::FRAC_2_PI) + lit(0.5)).floor().named("k");
     let r = x - k * lit(HALF_PI[0]);
     let r = r - k * lit(HALF_PI[1]);
-    let r = (r - k * lit(HALF_PI[2])).named("r");
+    // Of angles beyond any meaning the remainder is noise, but still of this size.
+    let r = (r - k * lit(HALF_PI[2])).clamp(lit(-0.8), lit(0.8)).named("r");
     let turn = k - (k * lit(0.25)).floor() * lit(4.0);
     (turn.named("turn"), r)
 }

@@ -229,6 +229,20 @@ impl Real for Interval {
         let slope = Self { lo: -NOISE_SLOPE, hi: NOISE_SLOPE };
         (Self { lo: -1.5, hi: 1.5 }, V3::of(slope, slope, slope))
     }
+    fn jump_gradient(gradient: V3<Interval>, condition: Known) -> V3<Interval> {
+        if condition == Known::Maybe { V3::of(Self::ALL, Self::ALL, Self::ALL) } else { gradient }
+    }
+    fn floor_gradient(floor: Self) -> V3<Interval> {
+        let slope = if floor.lo == floor.hi { Self::point(0.0) } else { Self::ALL };
+        V3::of(slope, slope, slope)
+    }
+    fn fract(self) -> Self {
+        if self.lo.floor() == self.hi.floor() {
+            self - self.floor()
+        } else {
+            Self { lo: 0.0, hi: 1.0 }
+        }
+    }
     fn unit_component(self) -> Self {
         self.clamp(lit(-1.0), lit(1.0))
     }
@@ -270,3 +284,6 @@ impl Real for Interval {
 /// The largest slope of the noise along an axis that 10⁸ random points showed, rounded up; the
 /// bound that holds for every conceivable hash, 4.625, is out of reach of a real one.
 pub const NOISE_SLOPE: f64 = 3.0;
+
+/// The largest length of the noise's gradient that 10⁸ random points showed, rounded up.
+pub const NOISE_STEEPNESS: f64 = 3.5;

@@ -62,12 +62,55 @@ impl Kernel {
             Self::Circular => {
                 let t = h * coefficient;
                 let arc = (lit::<R>(1.0) + t * (lit::<R>(2.0) - t)).max(lit(0.0)).sqrt();
-                width * lit(0.5) * (lit::<R>(1.0) + t - arc)
+                // (1 + t − arc) / 2, without the cancellation.
+                width * (t * t / (lit::<R>(1.0) + t + arc))
             }
             // w · log2(1 + 2^(−x/w)) with c = 1/w: w at x = 0.
             Self::Exponential => {
                 let t = (-(x * coefficient)).exp2();
                 width * (lit::<R>(1.0) + t).log2()
+            }
+        }
+    }
+
+    /// The most that the kernel adds: its value where the operands are equal.
+    pub fn thickness(self, width: f64) -> f64 {
+        match self {
+            Self::Hard => 0.0,
+            Self::Quadratic => width / 4.0,
+            Self::Cubic => width / 6.0,
+            Self::Circular => width * (1.0 - std::f64::consts::FRAC_1_SQRT_2),
+            Self::Exponential => width,
+        }
+    }
+    /// The difference of the operands from which on the kernel adds nothing.
+    pub fn support(self, width: f64) -> f64 {
+        match self {
+            Self::Hard => 0.0,
+            Self::Quadratic | Self::Cubic | Self::Circular => width,
+            Self::Exponential => f64::INFINITY,
+        }
+    }
+
+    /// The share that the farther operand has in the result where the operands differ by `x ≥ 0`:
+    /// a half where they are equal. It is how much the result follows that operand, and what a
+    /// blend of two materials gives the farther one.
+    #[inline(always)]
+    pub fn share<R: Real>(self, x: R, width: R, coefficient: R) -> R {
+        let h = (width - x).max(lit(0.0));
+        match self {
+            Self::Hard => lit(0.0),
+            Self::Quadratic => h * coefficient * lit(2.0),
+            Self::Cubic => h * h * coefficient * lit(3.0),
+            Self::Circular => {
+                let t = h * coefficient;
+                let arc = (lit::<R>(1.0) + t * (lit::<R>(2.0) - t)).max(lit(1e-12)).sqrt();
+                // (1 − (1 − t) / arc) / 2, without the cancellation.
+                t * (lit::<R>(2.0) - t) / (arc * (arc + lit(1.0) - t))
+            }
+            Self::Exponential => {
+                let t = (-(x * coefficient)).exp2();
+                t / (lit::<R>(1.0) + t)
             }
         }
     }

@@ -1,5 +1,6 @@
 //! The bodies of all operations, by family; the table ([`crate::table`]) names them.
 
+pub mod affine;
 pub mod combine;
 pub mod dimension;
 pub mod distance;

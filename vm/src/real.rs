@@ -87,6 +87,23 @@ pub trait Real:
         self
     }
 
+    /// The same number, which jumps where the condition changes: its slope there has no bound.
+    /// Only numbers that look at more than one point at once care.
+    #[inline(always)]
+    fn jumping(self, _condition: Self::Bool) -> Self {
+        self
+    }
+    /// The gradient of what jumps where the condition changes, given its gradient elsewhere.
+    #[inline(always)]
+    fn jump_gradient(gradient: Self::Vec3, _condition: Self::Bool) -> Self::Vec3 {
+        gradient
+    }
+    /// The gradient of a floor, given the floor.
+    #[inline(always)]
+    fn floor_gradient(_floor: Self) -> Self::Vec3 {
+        Self::Vec3::splat(lit(0.0))
+    }
+
     /// The number times itself.
     #[inline(always)]
     fn square(self) -> Self {
@@ -191,7 +208,7 @@ pub trait Real:
     /// 0 up to `low`, 1 from `high` on, a smooth cubic between; a step where they are equal.
     #[inline(always)]
     fn smoothstep(self, low: Self, high: Self) -> Self {
-        let t = ((self - low) / (high - low).max(lit(1e-30))).saturate();
+        let t = ((self - low) / (high - low).max(lit(1e-18))).saturate();
         t * t * (lit::<Self>(3.0) - lit::<Self>(2.0) * t)
     }
 }

@@ -1,6 +1,7 @@
 //! What a row of the operation table says of an operation, besides its body.
 
 use crate::bounds::Bounds;
+use crate::kernel::Blend;
 use crate::table::Op;
 
 /// The type of an operation's parameter: a constant of the program, or one that follows `param`s.
@@ -95,8 +96,12 @@ pub enum Slope {
     Of(fn(&[f64]) -> f64),
     /// The largest operand's, times a factor.
     Largest(f64),
+    /// The largest operand's, but at least one: the operation adds a distance of its own.
+    LargestOrOne,
     /// The sum of the operands'.
     Sum,
+    /// The largest operand's, plus a function of the parameters.
+    Plus(fn(&[f64]) -> f64),
     /// The operand's, times a function of the parameters.
     Times(fn(&[f64]) -> f64),
     /// For point maps: how much the map stretches, given the parameters and the bounds of what is
@@ -142,6 +147,12 @@ pub enum ArgumentKind {
     Size3,
     /// Full sizes along x and y, larger than zero; one number stands for both.
     Size2,
+    /// Radii along x, y and z, larger than zero; one number stands for all three.
+    Radii3,
+    /// Lengths along x, y and z that may be zero; one number stands for all three.
+    Lengths3,
+    /// Whole numbers of at least one along x, y and z; one number stands for all three.
+    Counts3,
     /// A point or an offset in space.
     Vec3,
     /// A point or an offset in the plane.
@@ -160,7 +171,12 @@ impl ArgumentKind {
     /// How many numbers it is made of.
     pub const fn width(self) -> usize {
         match self {
-            Self::Size3 | Self::Vec3 | Self::Direction => 3,
+            Self::Size3
+            | Self::Radii3
+            | Self::Lengths3
+            | Self::Counts3
+            | Self::Vec3
+            | Self::Direction => 3,
             Self::Size2 | Self::Vec2 => 2,
             _ => 1,
         }
@@ -215,6 +231,8 @@ pub struct Meta {
     pub slope: Slope,
     /// How its bounding volume follows.
     pub bounds: BoundsRule,
+    /// The blend that it is, if it is one.
+    pub blend: Option<Blend>,
     /// Who published the formula, and where.
     pub source: &'static str,
 }

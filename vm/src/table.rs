@@ -7,6 +7,8 @@
 //! and the facts about it.
 
 use crate::bounds::Bounds;
+use crate::interval::NOISE_STEEPNESS;
+use crate::kernel::{Blend, Kernel};
 use crate::ops::{prepare, volumes};
 use crate::real::Real;
 use crate::row::{
@@ -19,84 +21,841 @@ macro_rules! for_each_operation {
     ($callback:path) => {
         $callback! {
             // ---------------------------------------------------------------- solids
-            /// A ball of radius `r` around the origin.
+            /// A ball of radius `r`.
             Sphere "sphere" = shapes::sphere(p: Point; r: Scalar) -> Value, prepare::same, Meta {
-                category: Category::Shape3,
                 language: Some(Language { name: "sphere", arguments: &[required("r", A::Radius)] }),
-                exactness: Exactness::Exact,
-                slope: Slope::Constant(1.0),
                 bounds: BoundsRule::Shape(|a| Bounds::ball(a[0])),
                 source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
+                ..SOLID
             };
-            /// A box of the full size `size`, centred at the origin.
+            /// A box of the full size `size`.
             Cuboid "cuboid" = shapes::cuboid(p: Point; half: Vec3) -> Value, prepare::half_size, Meta {
-                category: Category::Shape3,
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3)] }),
-                exactness: Exactness::Exact,
-                slope: Slope::Constant(1.0),
                 bounds: BoundsRule::Shape(volumes::cuboid),
                 source: "I. Quilez, Distance Functions: box",
+                ..SOLID
             };
-            /// A box of the full size `size` with edges and corners rounded by `round`.
+            /// A box of the full size `size` whose edges and corners are rounded by the radius `round`, at most half the smallest size.
             RoundedCuboid "rounded_cuboid" = shapes::rounded_cuboid(p: Point; half: Vec3, round: Scalar) -> Value, prepare::rounded_size, Meta {
-                category: Category::Shape3,
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3), optional("round", A::LengthOrZero, &[0.0])] }),
-                exactness: Exactness::Exact,
-                slope: Slope::Constant(1.0),
                 bounds: BoundsRule::Shape(volumes::cuboid),
                 source: "I. Quilez, Distance Functions: round box",
+                ..SOLID
             };
-            // ---------------------------------------------------------------- combine
+            /// The edges of a box of the full size `size`, as square bars of the full thickness `thickness`.
+            BoxFrame "box_frame" = shapes::box_frame(p: Point; half: Vec3, bar: Scalar) -> Value, prepare::frame, Meta {
+                language: Some(Language { name: "box_frame", arguments: &[required("size", A::Size3), required("thickness", A::Length)] }),
+                exactness: Exactness::ExactOutside,
+                bounds: BoundsRule::Shape(volumes::cuboid),
+                source: "I. Quilez, Distance Functions: box frame",
+                ..SOLID
+            };
+            /// All points within `r` of a piece of the y axis of the length `h`, so that the whole is `h` + 2 `r` long.
+            Capsule "capsule" = shapes::capsule(p: Point; half: Scalar, r: Scalar) -> Value, prepare::half_first, Meta {
+                language: Some(Language { name: "capsule", arguments: &[required("h", A::LengthOrZero), required("r", A::Radius)] }),
+                bounds: BoundsRule::Shape(volumes::capsule),
+                source: "I. Quilez, Distance Functions: vertical capsule",
+                ..SOLID
+            };
+            /// All points within `r` of the segment from `from` to `to`; a ball where they are one point.
+            CapsuleBetween "capsule_between" = shapes::capsule_between(p: Point; from: Vec3, r: Scalar, axis: Vec3, inverse: Scalar) -> Value, prepare::between, Meta {
+                language: Some(Language { name: "capsule", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
+                bounds: BoundsRule::Shape(volumes::capsule_between),
+                source: "I. Quilez, Distance Functions: capsule",
+                ..SOLID
+            };
+            /// A ring around the y axis: all points within `r2` of a circle of the radius `r1`. Exact inside too while `r2` is not larger.
+            Torus "torus" = shapes::torus(p: Point; ring: Scalar, tube: Scalar) -> Value, prepare::same, Meta {
+                language: Some(Language { name: "torus", arguments: &[required("r1", A::Radius), required("r2", A::Radius)] }),
+                bounds: BoundsRule::Shape(volumes::torus),
+                source: "I. Quilez, Distance Functions: torus",
+                ..SOLID
+            };
+            /// A piece of a ring around the y axis, `angle` long and symmetric about the +x axis, with round ends.
+            CappedTorus "capped_torus" = shapes::capped_torus(p: Point; ring: Scalar, tube: Scalar, end: Vec2) -> Value, prepare::arc, Meta {
+                language: Some(Language { name: "torus", arguments: &[required("r1", A::Radius), required("r2", A::Radius), required("angle", A::Angle)] }),
+                bounds: BoundsRule::Shape(volumes::capped_torus),
+                source: "I. Quilez, Distance Functions: capped torus",
+                ..SOLID
+            };
+            /// A cylinder of radius `r` and height `h` around the y axis.
+            Cylinder "cylinder" = shapes::cylinder(p: Point; r: Scalar, half: Scalar) -> Value, prepare::half_last, Meta {
+                language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length)] }),
+                bounds: BoundsRule::Shape(volumes::cylinder),
+                source: "I. Quilez, Distance Functions: capped cylinder",
+                ..SOLID
+            };
+            /// A cylinder whose rims are rounded by the radius `round`, at most `r` and half of `h`.
+            RoundedCylinder "rounded_cylinder" = shapes::rounded_cylinder(p: Point; r: Scalar, half: Scalar, round: Scalar) -> Value, prepare::rounded_cylinder, Meta {
+                language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
+                bounds: BoundsRule::Shape(volumes::cylinder),
+                source: "I. Quilez, Distance Functions: rounded cylinder",
+                ..SOLID
+            };
+            /// A cylinder of radius `r` from `from` to `to`; a disc where they are one point.
+            CylinderBetween "cylinder_between" = shapes::cylinder_between(p: Point; middle: Vec3, r: Scalar, axis: Vec3, half: Scalar) -> Value, prepare::around, Meta {
+                language: Some(Language { name: "cylinder", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
+                bounds: BoundsRule::Shape(volumes::cylinder_between),
+                source: "I. Quilez, Distance Functions: arbitrary capped cylinder",
+                ..SOLID
+            };
+            /// A cone without end that opens downwards from its apex at the origin; `angle` is its opening from side to side, at most half a turn.
+            InfiniteCone "infinite_cone" = shapes::infinite_cone(p: Point; side: Vec2) -> Value, prepare::opening, Meta {
+                language: Some(Language { name: "infinite_cone", arguments: &[required("angle", A::Angle)] }),
+                bounds: BoundsRule::Shape(volumes::infinite_cone),
+                source: "I. Quilez, Distance Functions: cone",
+                ..SOLID
+            };
+            /// A cone around the y axis of the height `h`, with the radius `r1` at its bottom and `r2` at its top.
+            Cone "cone" = shapes::cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2) -> Value, prepare::cone, Meta {
+                language: Some(Language { name: "cone", arguments: &[required("r1", A::RadiusOrZero), required("r2", A::RadiusOrZero), required("h", A::Length)] }),
+                bounds: BoundsRule::Shape(volumes::cone),
+                source: "I. Quilez, Distance Functions: capped cone; by the nearest of face, side and rim",
+                ..SOLID
+            };
+            /// A cone whose rims and tip are rounded by the radius `round`, at most what fits inside.
+            RoundedCone "rounded_cone" = shapes::rounded_cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2, middle: Scalar, round: Scalar) -> Value, prepare::rounded_cone, Meta {
+                language: Some(Language { name: "cone", arguments: &[required("r1", A::RadiusOrZero), required("r2", A::RadiusOrZero), required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
+                bounds: BoundsRule::Shape(volumes::rounded_cone),
+                source: "the cone moved inwards on all sides, and grown again",
+                ..SOLID
+            };
+            /// The hull of two balls on the y axis, `r1` below and `r2` above, with their centres `h` apart; the larger ball where it holds the other.
+            RoundCone "round_cone" = shapes::round_cone(p: Point; lower: Scalar, upper: Scalar, low: Scalar, height: Scalar, slant: Vec2) -> Value, prepare::round_cone, Meta {
+                language: Some(Language { name: "round_cone", arguments: &[required("r1", A::Radius), required("r2", A::Radius), required("h", A::Length)] }),
+                bounds: BoundsRule::Shape(volumes::round_cone),
+                source: "I. Quilez, Distance Functions: round cone",
+                ..SOLID
+            };
+            /// An ellipsoid with the radii `r` along the axes; the distance is exact on them far out, and too small by the ratio of the radii at worst.
+            Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; inverse: Vec3, least: Scalar, r: Vec3, most: Scalar) -> Value, prepare::ellipsoid, Meta {
+                language: Some(Language { name: "ellipsoid", arguments: &[required("r", A::Radii3)] }),
+                exactness: Exactness::Bound,
+                bounds: BoundsRule::Shape(volumes::ellipsoid),
+                source: "three bounds of slope one: scaled ball, ball around it, box around it",
+                ..SOLID
+            };
+            /// The half space below the plane with the normal `normal`, `at` along it from the origin.
+            Plane "plane" = shapes::plane(p: Point; normal: Vec3, at: Scalar) -> Value, prepare::same, Meta {
+                language: Some(Language { name: "plane", arguments: &[required("normal", A::Direction), optional("at", A::Offset, &[0.0])] }),
+                bounds: BoundsRule::Shape(volumes::plane),
+                source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
+                ..SOLID
+            };
+            /// All of space between two planes, `thickness` apart, across the direction `normal`.
+            Slab "slab" = shapes::slab(p: Point; normal: Vec3, half: Scalar) -> Value, prepare::half_last, Meta {
+                language: Some(Language { name: "slab", arguments: &[required("normal", A::Direction), required("thickness", A::Length)] }),
+                bounds: BoundsRule::Shape(volumes::slab),
+                source: "two planes",
+                ..SOLID
+            };
+            /// A prism of the height `h` on a regular polygon of `n` corners, the first on the +x side, `r` from the y axis.
+            Prism "prism" = shapes::prism(p: Point; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar, half: Scalar) -> Value, prepare::prism, Meta {
+                language: Some(Language { name: "prism", arguments: &[required("n", A::Count), required("r", A::Radius), required("h", A::Length)] }),
+                bounds: BoundsRule::Shape(volumes::prism),
+                source: "a regular polygon, extruded",
+                ..SOLID
+            };
+            /// An octahedron with its corners on the axes, `r` from the centre.
+            Octahedron "octahedron" = shapes::octahedron(p: Point; r: Scalar) -> Value, prepare::same, Meta {
+                language: Some(Language { name: "octahedron", arguments: &[required("r", A::Radius)] }),
+                bounds: BoundsRule::Shape(|a| Bounds::ball(a[0])),
+                source: "I. Quilez, Distance Functions: octahedron",
+                ..SOLID
+            };
+            /// A tetrahedron with its corners on diagonals of the cube around the origin, `r` from the centre; outside its edges the distance is too small, by a third at worst beyond the corners.
+            Tetrahedron "tetrahedron" = shapes::tetrahedron(p: Point; inner: Scalar) -> Value, prepare::tetrahedron, Meta {
+                language: Some(Language { name: "tetrahedron", arguments: &[required("r", A::Radius)] }),
+                exactness: Exactness::Bound,
+                bounds: BoundsRule::Shape(volumes::tetrahedron),
+                source: "four planes",
+                ..SOLID
+            };
+            /// A pyramid of the height `h` on a square with sides of the length `size`; its middle is halfway up.
+            Pyramid "pyramid" = shapes::pyramid(p: Point; base: Scalar, half: Scalar, across: Vec2, slope: Scalar, inverse: Scalar) -> Value, prepare::pyramid, Meta {
+                language: Some(Language { name: "pyramid", arguments: &[required("size", A::Length), required("h", A::Length)] }),
+                bounds: BoundsRule::Shape(volumes::pyramid),
+                source: "I. Quilez, Distance Functions: pyramid; by the nearest of base, side and edge",
+                ..SOLID
+            };
+            /// A link of a chain in the xy plane: a ring of the radius `r1` and the thickness `r2` with straight pieces of the length `length` between its halves.
+            Link "link" = shapes::link(p: Point; half: Scalar, ring: Scalar, tube: Scalar) -> Value, prepare::half_first, Meta {
+                language: Some(Language { name: "link", arguments: &[required("length", A::LengthOrZero), required("r1", A::Radius), required("r2", A::Radius)] }),
+                bounds: BoundsRule::Shape(volumes::link),
+                source: "I. Quilez, Distance Functions: link",
+                ..SOLID
+            };
+            /// The gyroid of A. Schoen as a sheet without end that repeats every `cell` along each axis, `thickness` thick where it is steepest and up to √2 times as much elsewhere.
+            Gyroid "gyroid" = shapes::gyroid(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, Meta {
+                language: Some(Language { name: "gyroid", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
+                exactness: Exactness::Bound,
+                bounds: BoundsRule::Everything,
+                source: "A. H. Schoen, Infinite Periodic Minimal Surfaces, 1970; the level function divided by its slope bound √3",
+                ..SOLID
+            };
+            /// The primitive surface of H. A. Schwarz as a sheet without end that repeats every `cell` along each axis, `thickness` thick where it is steepest and up to √2 times as much elsewhere.
+            SchwarzP "schwarz_p" = shapes::schwarz_p(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, Meta {
+                language: Some(Language { name: "schwarz_p", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
+                exactness: Exactness::Bound,
+                bounds: BoundsRule::Everything,
+                source: "H. A. Schwarz, 1865, by its nodal approximation; the level function divided by its slope bound √3",
+                ..SOLID
+            };
+            /// The diamond surface of H. A. Schwarz as a sheet without end that repeats every `cell` along each axis, `thickness` thick where it is steepest and up to √2 times as much elsewhere.
+            Diamond "diamond" = shapes::diamond(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, Meta {
+                language: Some(Language { name: "diamond", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
+                exactness: Exactness::Bound,
+                bounds: BoundsRule::Everything,
+                source: "H. A. Schwarz, 1865, by its nodal approximation; the level function divided by its slope bound √3",
+                ..SOLID
+            };
+            // ---------------------------------------------------------------- plane shapes
+            /// A disc of radius `r`.
+            Circle "circle" = shapes2::circle(p: Plane; r: Scalar) -> Value, prepare::same, Meta {
+                language: Some(Language { name: "circle", arguments: &[required("r", A::Radius)] }),
+                bounds: BoundsRule::Shape(volumes::circle),
+                source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
+                ..PLANE
+            };
+            /// A rectangle of the full size `size`.
+            Rect "rect" = shapes2::rect(p: Plane; half: Vec2) -> Value, prepare::half_size, Meta {
+                language: Some(Language { name: "rect", arguments: &[required("size", A::Size2)] }),
+                bounds: BoundsRule::Shape(volumes::rect),
+                source: "I. Quilez, 2D Distance Functions: box",
+                ..PLANE
+            };
+            /// A rectangle whose corners are rounded by the radius `round`, at most half the smaller size.
+            RoundedRect "rounded_rect" = shapes2::rounded_rect(p: Plane; half: Vec2, round: Scalar) -> Value, prepare::rounded_size2, Meta {
+                language: Some(Language { name: "rect", arguments: &[required("size", A::Size2), optional("round", A::LengthOrZero, &[0.0])] }),
+                bounds: BoundsRule::Shape(volumes::rect),
+                source: "I. Quilez, 2D Distance Functions: rounded box",
+                ..PLANE
+            };
+            /// All points of the plane within `r` of the segment from `from` to `to`.
+            Segment "segment" = shapes2::segment(p: Plane; from: Vec2, axis: Vec2, inverse: Scalar, r: Scalar) -> Value, prepare::between2, Meta {
+                language: Some(Language { name: "segment", arguments: &[required("from", A::Vec2), required("to", A::Vec2), required("r", A::Radius)] }),
+                bounds: BoundsRule::Shape(volumes::segment),
+                source: "I. Quilez, 2D Distance Functions: segment",
+                ..PLANE
+            };
+            /// A regular polygon of `n` corners, the first on the +y axis, `r` from the centre.
+            Ngon "ngon" = shapes2::ngon(p: Plane; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar) -> Value, prepare::polygon, Meta {
+                language: Some(Language { name: "ngon", arguments: &[required("n", A::Count), required("r", A::Radius)] }),
+                bounds: BoundsRule::Shape(volumes::ngon),
+                source: "the sector of a side, by symmetry",
+                ..PLANE
+            };
+            /// A star of `n` tips, the first on the +y axis, `r1` from the centre; the corners between them are `r2` from it.
+            Star "star" = shapes2::star(p: Plane; sector: Scalar, inverse: Scalar, tip: Scalar, length: Scalar, across: Vec2) -> Value, prepare::star, Meta {
+                language: Some(Language { name: "star", arguments: &[required("n", A::Count), required("r1", A::Radius), required("r2", A::Radius)] }),
+                bounds: BoundsRule::Shape(volumes::star),
+                source: "half the sector of a tip, by symmetry",
+                ..PLANE
+            };
+            /// An edge of a polygon, in a chain with an operation for each: the distance to the edges so far, negative where a line to the right crosses an odd number of them. The chain begins with the constant 1e30.
+            PolygonEdge "polygon_edge" = shapes2::polygon_edge(acc: Value, p: Plane; a: Vec2, b: Vec2) -> Value, prepare::same, Meta {
+                category: Category::Internal,
+                slope: Slope::LargestOrOne,
+                bounds: BoundsRule::Map(volumes::polygon_edge),
+                source: "I. Quilez, 2D Distance Functions: polygon; by the nearest of sides and corners",
+                ..PLANE
+            };
+            // ---------------------------------------------------------------- between plane and space
+            /// The plane shape as a solid of the height `h` along z, half of it on each side of the plane.
+            Extrude "extrude" = dimension::extrude(d: Value, p: Point; half: Scalar) -> Value, prepare::half_first, Meta {
+                language: Some(Language { name: "extrude", arguments: &[required("h", A::Length)] }),
+                bounds: BoundsRule::Map(volumes::extrude),
+                source: "I. Quilez, Distance Functions: extrusion",
+                ..DIMENSION
+            };
+            /// The plane shape as a solid whose rims are rounded by the radius `round`, at most half of `h`.
+            RoundedExtrude "rounded_extrude" = dimension::rounded_extrude(d: Value, p: Point; half: Scalar, round: Scalar) -> Value, prepare::rounded_extrude, Meta {
+                language: Some(Language { name: "extrude", arguments: &[required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
+                exactness: Exactness::Bound,
+                bounds: BoundsRule::Map(volumes::extrude),
+                source: "a smaller extrusion, grown again",
+                ..DIMENSION
+            };
+            /// The plane shape, moved by `offset` along x, turned once around the y axis.
+            Revolve "revolve" = dimension::revolve(p: Point; offset: Scalar) -> Point, prepare::same, Meta {
+                language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0])] }),
+                slope: Slope::Stretch(|_, _| 1.0),
+                bounds: BoundsRule::Map(volumes::revolve),
+                source: "I. Quilez, Distance Functions: revolution",
+                ..DIMENSION
+            };
+            /// The plane shape, moved by `offset` along x, turned around the y axis by `angle` only, symmetric about the +x axis. [`Op::RevolveClose`] has to follow.
+            RevolvePart "revolve_part" = dimension::revolve_part(p: Point; offset: Scalar, end: Vec2) -> Point, prepare::revolve_part, Meta {
+                language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0]), required("angle", A::Angle)] }),
+                slope: Slope::Stretch(|_, _| 1.0),
+                bounds: BoundsRule::Map(volumes::revolve),
+                source: "the half plane of the point, or that of the nearer end",
+                ..DIMENSION
+            };
+            /// The ends of a partial turn; its parameter is made of the angle alone.
+            RevolveClose "revolve_close" = dimension::revolve_close(d: Value, p: Point; end: Vec2) -> Value, prepare::revolve_close, Meta {
+                category: Category::Internal,
+                bounds: BoundsRule::First,
+                source: "a wedge of space, intersected",
+                ..DIMENSION
+            };
+            /// The plane shape that a solid shows in the plane z = 0.
+            Slice "slice" = dimension::slice(p: Point;) -> Point, prepare::same, Meta {
+                exactness: Exactness::Bound,
+                slope: Slope::Stretch(|_, _| 1.0),
+                bounds: BoundsRule::Map(volumes::slice),
+                source: "the solid's distance bounds that to its section",
+                ..DIMENSION
+            };
+            // ---------------------------------------------------------------- combinations
             /// Whatever is in either operand.
             Union "union" = combine::union(a: Value, b: Value;) -> Value, prepare::same, Meta {
-                category: Category::Combine,
-                language: None,
                 exactness: Exactness::ExactOutside,
-                slope: Slope::Largest(1.0),
                 bounds: BoundsRule::Hull,
+                blend: Some(Blend { kernel: Kernel::Hard, sign: 1.0, negate_second: false }),
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
+                ..COMBINE
             };
-            /// Whatever is in either operand, with a blend that adds at most a quarter of `width`.
-            SmoothUnion "smooth_union" = combine::smooth_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::same, Meta {
-                category: Category::Combine,
-                language: None,
+            /// Whatever is in both operands.
+            Intersection "intersection" = combine::intersection(a: Value, b: Value;) -> Value, prepare::same, Meta {
+                bounds: BoundsRule::Common,
+                blend: Some(Blend { kernel: Kernel::Hard, sign: -1.0, negate_second: false }),
+                source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
+                ..COMBINE
+            };
+            /// The first operand without the second.
+            Subtraction "subtraction" = combine::subtraction(a: Value, b: Value;) -> Value, prepare::same, Meta {
+                bounds: BoundsRule::First,
+                blend: Some(Blend { kernel: Kernel::Hard, sign: -1.0, negate_second: true }),
+                source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
+                ..COMBINE
+            };
+            /// Whatever is in exactly one operand.
+            Xor "xor" = combine::xor(a: Value, b: Value;) -> Value, prepare::same, Meta {
+                bounds: BoundsRule::Hull,
+                source: "I. Quilez, Distance Functions: xor",
+                ..COMBINE
+            };
+            /// Whatever is in either operand, with a parabolic blend between them: `thickness` thick where both are equally near, that ends where the distances differ by four times as much.
+            SmoothUnion "smooth_union" = combine::smooth_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, Meta {
+                bounds: BoundsRule::HullGrown(|a| Kernel::Quadratic.thickness(a[0])),
+                blend: Some(Blend { kernel: Kernel::Quadratic, sign: 1.0, negate_second: false }),
+                source: "I. Quilez, Smooth Minimum: quadratic",
+                ..COMBINE
+            };
+            /// Whatever is in both operands, less a parabolic blend of `thickness` along their edge.
+            SmoothIntersection "smooth_intersection" = combine::smooth_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, Meta {
+                bounds: BoundsRule::Common,
+                blend: Some(Blend { kernel: Kernel::Quadratic, sign: -1.0, negate_second: false }),
+                source: "I. Quilez, Smooth Minimum: quadratic",
+                ..COMBINE
+            };
+            /// The first operand without the second, less a parabolic blend of `thickness` along their edge.
+            SmoothSubtraction "smooth_subtraction" = combine::smooth_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, Meta {
+                bounds: BoundsRule::First,
+                blend: Some(Blend { kernel: Kernel::Quadratic, sign: -1.0, negate_second: true }),
+                source: "I. Quilez, Smooth Minimum: quadratic",
+                ..COMBINE
+            };
+            /// Whatever is in either operand, with a cubic blend between them: `thickness` thick where both are equally near, that ends where the distances differ by six times as much.
+            CubicUnion "cubic_union" = combine::cubic_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, Meta {
+                bounds: BoundsRule::HullGrown(|a| Kernel::Cubic.thickness(a[0])),
+                blend: Some(Blend { kernel: Kernel::Cubic, sign: 1.0, negate_second: false }),
+                source: "I. Quilez, Smooth Minimum: cubic",
+                ..COMBINE
+            };
+            /// Whatever is in both operands, less a cubic blend of `thickness` along their edge.
+            CubicIntersection "cubic_intersection" = combine::cubic_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, Meta {
+                bounds: BoundsRule::Common,
+                blend: Some(Blend { kernel: Kernel::Cubic, sign: -1.0, negate_second: false }),
+                source: "I. Quilez, Smooth Minimum: cubic",
+                ..COMBINE
+            };
+            /// The first operand without the second, less a cubic blend of `thickness` along their edge.
+            CubicSubtraction "cubic_subtraction" = combine::cubic_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, Meta {
+                bounds: BoundsRule::First,
+                blend: Some(Blend { kernel: Kernel::Cubic, sign: -1.0, negate_second: true }),
+                source: "I. Quilez, Smooth Minimum: cubic",
+                ..COMBINE
+            };
+            /// Whatever is in either operand, with a circular blend between them: `thickness` thick where both are equally near, that ends where the distances differ by 3.41 times as much.
+            CircularUnion "circular_union" = combine::circular_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, Meta {
+                bounds: BoundsRule::HullGrown(|a| Kernel::Circular.thickness(a[0])),
+                blend: Some(Blend { kernel: Kernel::Circular, sign: 1.0, negate_second: false }),
+                source: "I. Quilez, Smooth Minimum: circular",
+                ..COMBINE
+            };
+            /// Whatever is in both operands, less a circular blend of `thickness` along their edge.
+            CircularIntersection "circular_intersection" = combine::circular_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, Meta {
+                bounds: BoundsRule::Common,
+                blend: Some(Blend { kernel: Kernel::Circular, sign: -1.0, negate_second: false }),
+                source: "I. Quilez, Smooth Minimum: circular",
+                ..COMBINE
+            };
+            /// The first operand without the second, less a circular blend of `thickness` along their edge.
+            CircularSubtraction "circular_subtraction" = combine::circular_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, Meta {
+                bounds: BoundsRule::First,
+                blend: Some(Blend { kernel: Kernel::Circular, sign: -1.0, negate_second: true }),
+                source: "I. Quilez, Smooth Minimum: circular",
+                ..COMBINE
+            };
+            /// Whatever is in either operand, with an exponential blend between them: `thickness` thick where both are equally near, that never quite ends; alone of all blends it is associative.
+            ExponentialUnion "exponential_union" = combine::exponential_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, Meta {
+                bounds: BoundsRule::HullGrown(|a| Kernel::Exponential.thickness(a[0])),
+                blend: Some(Blend { kernel: Kernel::Exponential, sign: 1.0, negate_second: false }),
+                source: "I. Quilez, Smooth Minimum: exponential",
+                ..COMBINE
+            };
+            /// Whatever is in both operands, less an exponential blend of `thickness` along their edge.
+            ExponentialIntersection "exponential_intersection" = combine::exponential_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, Meta {
+                bounds: BoundsRule::Common,
+                blend: Some(Blend { kernel: Kernel::Exponential, sign: -1.0, negate_second: false }),
+                source: "I. Quilez, Smooth Minimum: exponential",
+                ..COMBINE
+            };
+            /// The first operand without the second, less an exponential blend of `thickness` along their edge.
+            ExponentialSubtraction "exponential_subtraction" = combine::exponential_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, Meta {
+                bounds: BoundsRule::First,
+                blend: Some(Blend { kernel: Kernel::Exponential, sign: -1.0, negate_second: true }),
+                source: "I. Quilez, Smooth Minimum: exponential",
+                ..COMBINE
+            };
+            /// Whatever is in either operand, with a parabolic blend that is `thickness` thick at `focus` and grows by `growth` per unit of length away from it, up to `most`.
+            DistanceUnion "distance_union" = combine::distance_union(a: Value, b: Value, p: Point; focus: Vec3, thickness: Scalar, growth: Scalar, most: Scalar) -> Value, prepare::same, Meta {
+                slope: Slope::Plus(|a| a[4].abs()),
+                bounds: BoundsRule::HullGrown(|a| a[5]),
+                source: "I. Quilez, Smooth Minimum: quadratic, with a thickness that grows",
+                ..COMBINE
+            };
+            /// Whatever is in either operand, the edge between them filled by a flat piece at 45 degrees that starts `size` from the edge on both sides.
+            ChamferUnion "chamfer_union" = combine::chamfer_union(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
+                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                bounds: BoundsRule::HullGrown(|a| a[0] / 2.0),
+                source: "hg_sdf by Mercury, 2015",
+                ..COMBINE
+            };
+            /// Whatever is in both operands, its edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
+            ChamferIntersection "chamfer_intersection" = combine::chamfer_intersection(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
+                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                bounds: BoundsRule::Common,
+                source: "hg_sdf by Mercury, 2015",
+                ..COMBINE
+            };
+            /// The first operand without the second, the edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
+            ChamferSubtraction "chamfer_subtraction" = combine::chamfer_subtraction(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
+                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                bounds: BoundsRule::First,
+                source: "hg_sdf by Mercury, 2015",
+                ..COMBINE
+            };
+            /// Whatever is in either operand, the edge between them filled by a quarter circle of the radius `r`.
+            RoundUnion "round_union" = combine::round_union(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
+                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                bounds: BoundsRule::HullGrown(|a| a[0] * (1.0 - std::f64::consts::FRAC_1_SQRT_2)),
+                source: "hg_sdf by Mercury, 2015",
+                ..COMBINE
+            };
+            /// Whatever is in both operands, its edge cut by a quarter circle of the radius `r`.
+            RoundIntersection "round_intersection" = combine::round_intersection(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
+                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                bounds: BoundsRule::Common,
+                source: "hg_sdf by Mercury, 2015",
+                ..COMBINE
+            };
+            /// The first operand without the second, the edge cut by a quarter circle of the radius `r`.
+            RoundSubtraction "round_subtraction" = combine::round_subtraction(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
+                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                bounds: BoundsRule::First,
+                source: "hg_sdf by Mercury, 2015",
+                ..COMBINE
+            };
+            /// Whatever is in either operand, the edge between them filled by `n` stairs, `size` wide in all.
+            StairsUnion "stairs_union" = combine::stairs_union(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, Meta {
+                slope: Slope::Largest(1.0),
+                bounds: BoundsRule::HullGrown(|a| a[0] / 2.0),
+                source: "hg_sdf by Mercury, 2015",
+                ..COMBINE
+            };
+            /// Whatever is in both operands, its edge cut by `n` stairs, `size` wide in all.
+            StairsIntersection "stairs_intersection" = combine::stairs_intersection(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, Meta {
+                slope: Slope::Largest(1.0),
+                bounds: BoundsRule::Common,
+                source: "hg_sdf by Mercury, 2015",
+                ..COMBINE
+            };
+            /// The first operand without the second, the edge cut by `n` stairs, `size` wide in all.
+            StairsSubtraction "stairs_subtraction" = combine::stairs_subtraction(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, Meta {
+                slope: Slope::Largest(1.0),
+                bounds: BoundsRule::First,
+                source: "hg_sdf by Mercury, 2015",
+                ..COMBINE
+            };
+            /// A shape between two: the first at `t` = 0, the second at 1; `t` is kept within.
+            Morph "morph" = combine::morph(a: Value, b: Value; t: Scalar) -> Value, prepare::share, Meta {
+                language: Some(Language { name: "morph", arguments: &[required("t", A::Number)] }),
+                bounds: BoundsRule::Hull,
+                source: "J. C. Hart, Sphere Tracing, 1996: metamorphosis",
+                ..COMBINE
+            };
+            // ---------------------------------------------------------------- changes of the point
+            /// What lies on the positive side of the mirrored axes, on both sides; an axis is mirrored if its component in `axes` is not zero.
+            Mirror "mirror" = domain::mirror(p: Point; axes: Vec3) -> Point, prepare::axes, Meta {
+                language: Some(Language { name: "mirror", arguments: &[required("axes", A::Vec3)] }),
+                bounds: BoundsRule::Map(volumes::mirror),
+                source: "I. Quilez, Distance Functions: symmetry",
+                ..DOMAIN
+            };
+            /// A copy every `spacing` along each axis, without end; none along axes where it is zero. A copy must fit its cell; only the point's own cell is looked at.
+            Repeat "repeat" = domain::repeat(p: Point; spacing: Vec3, inverse: Vec3) -> Point, prepare::spacing, Meta {
+                language: Some(Language { name: "repeat", arguments: &[required("spacing", A::Lengths3)] }),
+                bounds: BoundsRule::Map(volumes::repeat),
+                source: "I. Quilez, Distance Functions: repetition",
+                ..DOMAIN
+            };
+            /// The neighbouring copies of an endless repetition, on the side that the point is nearer to, along the axes where `which` is 1.
+            RepeatNeighbour "repeat_neighbour" = domain::repeat_neighbour(p: Point; spacing: Vec3, inverse: Vec3, which: Vec3) -> Point, prepare::spacing, Meta {
+                category: Category::Internal,
+                bounds: BoundsRule::Map(volumes::repeat),
+                source: "I. Quilez, Domain Repetition",
+                ..DOMAIN
+            };
+            /// `count` copies along each axis, `spacing` apart, centred at the origin. A copy must fit its cell; only the point's own cell is looked at.
+            RepeatLimited "repeat_limited" = domain::repeat_limited(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3) -> Point, prepare::limited_spacing, Meta {
+                language: Some(Language { name: "repeat", arguments: &[required("spacing", A::Lengths3), required("count", A::Counts3)] }),
+                bounds: BoundsRule::Map(volumes::repeat_limited),
+                source: "I. Quilez, Distance Functions: limited repetition",
+                ..DOMAIN
+            };
+            /// The neighbouring copies of a limited repetition, on the side that the point is nearer to, along the axes where `which` is 1.
+            RepeatLimitedNeighbour "repeat_limited_neighbour" = domain::repeat_limited_neighbour(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, which: Vec3) -> Point, prepare::limited_spacing, Meta {
+                category: Category::Internal,
+                bounds: BoundsRule::Map(volumes::repeat_limited),
+                source: "I. Quilez, Domain Repetition",
+                ..DOMAIN
+            };
+            /// `n` copies around the y axis; `phase` is the direction of the first one, as an angle from the x axis towards z. A copy must fit its sector; only the point's own sector is looked at.
+            Polar "polar" = domain::polar(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
+                language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
+                bounds: BoundsRule::Map(volumes::polar),
+                source: "hg_sdf by Mercury, 2015: modulo polar",
+                ..DOMAIN
+            };
+            /// The copy around the y axis in the neighbouring sector that the point is nearer to.
+            PolarNeighbour "polar_neighbour" = domain::polar_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
+                category: Category::Internal,
+                bounds: BoundsRule::Map(volumes::polar),
+                source: "I. Quilez, Domain Repetition",
+                ..DOMAIN
+            };
+            /// `n` copies of a plane shape around the origin; `phase` is the direction of the first one, as an angle from the x axis towards y. A copy must fit its sector; only the point's own sector is looked at.
+            PolarPlane "polar_plane" = domain::polar_plane(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
+                language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
+                bounds: BoundsRule::Map(volumes::polar_plane),
+                source: "hg_sdf by Mercury, 2015: modulo polar",
+                ..DOMAIN
+            };
+            /// The copy around the z axis in the neighbouring sector that the point is nearer to.
+            PolarPlaneNeighbour "polar_plane_neighbour" = domain::polar_plane_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
+                category: Category::Internal,
+                bounds: BoundsRule::Map(volumes::polar_plane),
+                source: "I. Quilez, Domain Repetition",
+                ..DOMAIN
+            };
+            /// The shape cut through its middle and pulled apart by `by` along each axis. [`Op::ElongateCorrect`] has to follow.
+            Elongate "elongate" = domain::elongate(p: Point; half: Vec3) -> Point, prepare::half_size, Meta {
+                language: Some(Language { name: "elongate", arguments: &[required("by", A::Lengths3)] }),
                 exactness: Exactness::Bound,
-                slope: Slope::Largest(1.0),
-                bounds: BoundsRule::HullGrown(|a| a[0] / 4.0),
-                source: "I. Quilez, Smooth Minimum, 2013: quadratic",
+                bounds: BoundsRule::Map(volumes::elongate),
+                source: "I. Quilez, Distance Functions: elongation",
+                ..DOMAIN
             };
-            // ---------------------------------------------------------------- distance
-            /// The surface moved outwards by `by`; rounds edges that stand out.
+            /// The shape turned about the y axis by `rate` per unit of its height.
+            Twist "twist" = domain::twist(p: Point; rate: Scalar) -> Point, prepare::same, Meta {
+                language: Some(Language { name: "twist", arguments: &[required("rate", A::Angle)] }),
+                exactness: Exactness::Field,
+                slope: Slope::Stretch(volumes::twist_stretch),
+                bounds: BoundsRule::Map(volumes::twist),
+                source: "A. Barr, Global and Local Deformations, 1984; stretch by its singular values",
+                ..DOMAIN
+            };
+            /// The shape turned about the z axis by `rate` per unit along x. Where `rate` times y reaches one, space folds over.
+            Bend "bend" = domain::bend(p: Point; rate: Scalar) -> Point, prepare::same, Meta {
+                language: Some(Language { name: "bend", arguments: &[required("rate", A::Angle)] }),
+                exactness: Exactness::Field,
+                slope: Slope::Stretch(volumes::bend_stretch),
+                bounds: BoundsRule::Map(volumes::bend),
+                source: "I. Quilez, Distance Functions: cheap bend; stretch by its singular values",
+                ..DOMAIN
+            };
+            // ---------------------------------------------------------------- changes of the distance
+            /// Whatever is not in the shape.
+            Complement "complement" = distance::complement(d: Value;) -> Value, prepare::same, Meta {
+                language: Some(Language { name: "complement", arguments: &[] }),
+                bounds: BoundsRule::Everything,
+                source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
+                ..DISTANCE
+            };
+            /// The surface moved outwards by `by`, which rounds edges that stand out, or inwards.
             Offset "offset" = distance::offset(d: Value; by: Scalar) -> Value, prepare::same, Meta {
-                category: Category::Distance,
                 language: Some(Language { name: "offset", arguments: &[required("by", A::Offset)] }),
-                exactness: Exactness::Exact,
-                slope: Slope::Largest(1.0),
                 bounds: BoundsRule::HullGrown(|a| a[0]),
                 source: "J. C. Hart, Sphere Tracing, 1996",
+                ..DISTANCE
             };
-            // ---------------------------------------------------------------- math
+            /// The surface as a wall of the full thickness `thickness`, half of it on each side.
+            Shell "shell" = distance::shell(d: Value; half: Scalar) -> Value, prepare::half_last, Meta {
+                language: Some(Language { name: "shell", arguments: &[required("thickness", A::Length)] }),
+                bounds: BoundsRule::HullGrown(|a| a[0]),
+                source: "I. Quilez, Distance Functions: onion",
+                ..DISTANCE
+            };
+            /// The inside of an elongated shape's gap; reads the point before [`Op::Elongate`].
+            ElongateCorrect "elongate_correct" = distance::elongate_correct(d: Value, p: Point; half: Vec3) -> Value, prepare::half_size, Meta {
+                category: Category::Internal,
+                slope: Slope::LargestOrOne,
+                source: "I. Quilez, Distance Functions: elongation",
+                ..DISTANCE
+            };
+            /// The distance in a space that is `factor` times as large.
+            ScaleDistance "scale_distance" = distance::scale_distance(d: Value; factor: Scalar) -> Value, prepare::same, Meta {
+                category: Category::Internal,
+                slope: Slope::Times(|a| a[0].abs()),
+                source: "J. C. Hart, Sphere Tracing, 1996",
+                ..DISTANCE
+            };
+            /// A raw field, divided by the bound `slope` of its slope; the row's parameter is made of that bound.
+            FieldDistance "field_distance" = distance::field_distance(v: Value; inverse_slope: Scalar) -> Value, prepare::inverse_slope, Meta {
+                category: Category::Internal,
+                exactness: Exactness::Bound,
+                slope: Slope::Times(|a| a[0].abs()),
+                source: "D. Kalra and A. Barr, Guaranteed Ray Intersections with Implicit Surfaces, 1989",
+                ..DISTANCE
+            };
+            /// A distance that holds only within `margin` of a box around its shape; farther out, that to the box. Its parameters are made of the box's two corners and the margin.
+            Bounded "bounded" = distance::bounded(d: Value, p: Point; centre: Vec3, margin: Scalar, half: Vec3) -> Value, prepare::corners, Meta {
+                category: Category::Internal,
+                exactness: Exactness::Bound,
+                slope: Slope::LargestOrOne,
+                bounds: BoundsRule::Map(volumes::bounded),
+                source: "the larger of two bounds",
+                ..DISTANCE
+            };
+            /// Makes a repetition's distance safe: at most that to the slabs that hold the neighbours. Reads the folded point; its parameters are made of the two corners of what the cell holds and of the spacing.
+            RepeatGuard "repeat_guard" = distance::repeat_guard(d: Value, p: Point; lower: Vec3, upper: Vec3) -> Value, prepare::guard, Meta {
+                category: Category::Internal,
+                exactness: Exactness::Bound,
+                slope: Slope::LargestOrOne,
+                source: "the gap to the neighbouring cells' contents",
+                ..DISTANCE
+            };
+            /// The same for a limited repetition. Reads the point before it is folded; its parameters are made of the two corners, the spacing and the counts.
+            RepeatLimitedGuard "repeat_limited_guard" = distance::repeat_limited_guard(d: Value, p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, lower: Vec3, upper: Vec3) -> Value, prepare::limited_guard, Meta {
+                category: Category::Internal,
+                exactness: Exactness::Bound,
+                slope: Slope::LargestOrOne,
+                source: "the gap to the neighbouring cells' contents",
+                ..DISTANCE
+            };
+            // ---------------------------------------------------------------- arithmetic
             /// The first coordinate of the point.
-            X "x" = math::x(p: Point;) -> Value, prepare::same, Meta { category: Category::Math, ..MATH };
-            /// The sum of two numbers.
-            Add "add" = math::add(a: Value, b: Value;) -> Value, prepare::same, Meta { slope: Slope::Sum, ..MATH };
+            X "x" = math::x(p: Point;) -> Value, prepare::same, Meta {
+                slope: Slope::Constant(1.0),
+                ..MATH
+            };
+            /// The second coordinate of the point.
+            Y "y" = math::y(p: Point;) -> Value, prepare::same, Meta {
+                slope: Slope::Constant(1.0),
+                ..MATH
+            };
+            /// The third coordinate of the point.
+            Z "z" = math::z(p: Point;) -> Value, prepare::same, Meta {
+                slope: Slope::Constant(1.0),
+                ..MATH
+            };
             /// A number of the program.
-            Constant "constant" = math::constant(; value: Scalar) -> Value, prepare::same, MATH;
+            Constant "constant" = math::constant(; value: Scalar) -> Value, prepare::same, Meta {
+                slope: Slope::Constant(0.0),
+                bounds: BoundsRule::Shape(volumes::constant),
+                ..MATH
+            };
             /// The point with the three operands as its coordinates.
             MakePoint "make_point" = math::point(x: Value, y: Value, z: Value;) -> Point, prepare::same, MATH;
+            /// The sum of two numbers.
+            Add "add" = math::add(a: Value, b: Value;) -> Value, prepare::same, Meta {
+                slope: Slope::Sum,
+                ..MATH
+            };
+            /// The difference of two numbers.
+            Sub "sub" = math::sub(a: Value, b: Value;) -> Value, prepare::same, Meta {
+                slope: Slope::Sum,
+                ..MATH
+            };
+            /// The product of two numbers.
+            Mul "mul" = math::mul(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            /// The quotient of two numbers; a divisor below 1e-18 in magnitude counts as 1e-18.
+            Div "div" = math::div(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            /// The remainder of a floored division: it has the divisor's sign.
+            Modulo "modulo" = math::modulo(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            /// The number with the other sign.
+            Neg "neg" = math::neg(a: Value;) -> Value, prepare::same, Meta {
+                slope: Slope::Largest(1.0),
+                ..MATH
+            };
+            /// The number without its sign.
+            Abs "abs" = math::abs(a: Value;) -> Value, prepare::same, Meta {
+                slope: Slope::Largest(1.0),
+                ..MATH
+            };
+            /// −1, 0 or 1.
+            Sign "sign" = math::sign(a: Value;) -> Value, prepare::same, MATH;
+            /// The smaller of two numbers.
+            Min "min" = math::min(a: Value, b: Value;) -> Value, prepare::same, Meta {
+                slope: Slope::Largest(1.0),
+                ..MATH
+            };
+            /// The larger of two numbers.
+            Max "max" = math::max(a: Value, b: Value;) -> Value, prepare::same, Meta {
+                slope: Slope::Largest(1.0),
+                ..MATH
+            };
+            /// The first number, kept between the second and the third.
+            Clamp "clamp" = math::clamp(a: Value, low: Value, high: Value;) -> Value, prepare::same, Meta {
+                slope: Slope::Largest(1.0),
+                ..MATH
+            };
+            /// The largest whole number that is not larger.
+            Floor "floor" = math::floor(a: Value;) -> Value, prepare::same, MATH;
+            /// The smallest whole number that is not smaller.
+            Ceil "ceil" = math::ceil(a: Value;) -> Value, prepare::same, MATH;
+            /// The nearest whole number, halves upwards.
+            Round "round" = math::round(a: Value;) -> Value, prepare::same, MATH;
+            /// What lies above the largest whole number that is not larger.
+            Fract "fract" = math::fract(a: Value;) -> Value, prepare::same, MATH;
+            /// The whole part, towards zero.
+            Trunc "trunc" = math::trunc(a: Value;) -> Value, prepare::same, MATH;
+            /// The square root; zero for negative numbers.
+            Sqrt "sqrt" = math::sqrt(a: Value;) -> Value, prepare::same, MATH;
+            /// One over the square root, of numbers from 1e-30 on.
+            InverseSqrt "inverse_sqrt" = math::inverse_sqrt(a: Value;) -> Value, prepare::same, MATH;
+            /// The sine of an angle in radians.
+            Sin "sin" = math::sin(a: Value;) -> Value, prepare::same, Meta {
+                slope: Slope::Largest(1.0),
+                ..MATH
+            };
+            /// The cosine of an angle in radians.
+            Cos "cos" = math::cos(a: Value;) -> Value, prepare::same, Meta {
+                slope: Slope::Largest(1.0),
+                ..MATH
+            };
+            /// The tangent of an angle in radians.
+            Tan "tan" = math::tan(a: Value;) -> Value, prepare::same, MATH;
+            /// The angle with this sine; the number is kept within −1 and 1.
+            Asin "asin" = math::asin(a: Value;) -> Value, prepare::same, MATH;
+            /// The angle with this cosine; the number is kept within −1 and 1.
+            Acos "acos" = math::acos(a: Value;) -> Value, prepare::same, MATH;
+            /// The angle with this tangent, in [−π/2, π/2].
+            Atan "atan" = math::atan(a: Value;) -> Value, prepare::same, Meta {
+                slope: Slope::Largest(1.0),
+                ..MATH
+            };
+            /// The angle of the vector (`x`, `y`) in [−π, π]; 0 at the origin.
+            Atan2 "atan2" = math::atan2(y: Value, x: Value;) -> Value, prepare::same, MATH;
+            /// The hyperbolic sine.
+            Sinh "sinh" = math::sinh(a: Value;) -> Value, prepare::same, MATH;
+            /// The hyperbolic cosine.
+            Cosh "cosh" = math::cosh(a: Value;) -> Value, prepare::same, MATH;
+            /// The hyperbolic tangent.
+            Tanh "tanh" = math::tanh(a: Value;) -> Value, prepare::same, Meta {
+                slope: Slope::Largest(1.0),
+                ..MATH
+            };
+            /// The exponential.
+            Exp "exp" = math::exp(a: Value;) -> Value, prepare::same, MATH;
+            /// Two to the power of the number.
+            Exp2 "exp2" = math::exp2(a: Value;) -> Value, prepare::same, MATH;
+            /// The natural logarithm; of zero and less, that of the smallest number.
+            Ln "ln" = math::ln(a: Value;) -> Value, prepare::same, MATH;
+            /// The logarithm to base two; of zero and less, that of the smallest number.
+            Log2 "log2" = math::log2(a: Value;) -> Value, prepare::same, MATH;
+            /// The first number, not negative, to the power of the second.
+            Pow "pow" = math::pow(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            /// 0 where the second number is below the first, 1 elsewhere.
+            Step "step" = math::step(edge: Value, a: Value;) -> Value, prepare::same, MATH;
+            /// 0 up to the first number, 1 from the second on, a smooth cubic of the third between.
+            Smoothstep "smoothstep" = math::smoothstep(low: Value, high: Value, a: Value;) -> Value, prepare::same, MATH;
+            /// The first number at `t` = 0, the second at `t` = 1, straight between and beyond.
+            Mix "mix" = math::mix(a: Value, b: Value, t: Value;) -> Value, prepare::same, MATH;
+            /// 1 where the first number is smaller, 0 elsewhere.
+            Less "less" = math::less(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            /// 1 where both truth values are 1, 0 elsewhere.
+            And "and" = math::and(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            /// 1 where at least one truth value is 1, 0 elsewhere.
+            Or "or" = math::or(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            /// 1 for the truth value 0, 0 for 1.
+            Not "not" = math::not(a: Value;) -> Value, prepare::same, MATH;
+            /// The second number where the first is above a half, the third elsewhere.
+            Select "select" = math::select(condition: Value, a: Value, b: Value;) -> Value, prepare::same, MATH;
+            /// Gradient noise: smooth, about 1 per unit of length, zero at whole coordinates, between −1 and 1 but for rare peaks.
+            Noise "noise" = math::noise(p: Point; seed: Scalar) -> Value, prepare::same, Meta {
+                slope: Slope::Constant(NOISE_STEEPNESS),
+                source: "K. Perlin, Improving Noise, 2002",
+                ..MATH
+            };
+            /// The operand plus `amplitude` times noise at `frequency` times the point; its parameters are made of frequency, amplitude and seed.
+            NoiseOctave "noise_octave" = math::noise_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, Meta {
+                slope: Slope::Plus(|a| (a[3] * a[4]).abs() * NOISE_STEEPNESS),
+                source: "K. Perlin, Improving Noise, 2002",
+                ..MATH
+            };
+            /// The operand plus `amplitude` times ridges, 1 − 2·|noise|, at `frequency` times the point; its parameters are made of frequency, amplitude and seed.
+            RidgeOctave "ridge_octave" = math::ridge_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, Meta {
+                slope: Slope::Plus(|a| 2.0 * (a[3] * a[4]).abs() * NOISE_STEEPNESS),
+                source: "F. K. Musgrave, in Texturing and Modeling, 1994",
+                ..MATH
+            };
         }
     };
 }
 pub(crate) use for_each_operation;
 
-/// What all rows of arithmetic have in common.
+/// What the solids have in common; each says its bounds and its source.
+const SOLID: Meta = Meta {
+    category: Category::Shape3,
+    language: None,
+    exactness: Exactness::Exact,
+    slope: Slope::Constant(1.0),
+    bounds: BoundsRule::Everything,
+    blend: None,
+    source: "",
+};
+/// What the plane shapes have in common.
+const PLANE: Meta = Meta { category: Category::Shape2, ..SOLID };
+/// What the ways between plane and space have in common.
+const DIMENSION: Meta =
+    Meta { category: Category::Dimension, slope: Slope::LargestOrOne, ..SOLID };
+/// What the combinations have in common.
+const COMBINE: Meta = Meta {
+    category: Category::Combine,
+    exactness: Exactness::Bound,
+    slope: Slope::Largest(1.0),
+    ..SOLID
+};
+/// What the changes of the point have in common: most only fold or move space.
+const DOMAIN: Meta =
+    Meta { category: Category::Domain, slope: Slope::Stretch(|_, _| 1.0), ..SOLID };
+/// What the changes of the distance have in common.
+const DISTANCE: Meta = Meta {
+    category: Category::Distance,
+    slope: Slope::Largest(1.0),
+    bounds: BoundsRule::First,
+    ..SOLID
+};
+/// What arithmetic has in common.
 const MATH: Meta = Meta {
     category: Category::Math,
-    language: None,
     exactness: Exactness::Field,
     slope: Slope::Unknown,
-    bounds: BoundsRule::Everything,
-    source: "",
+    ..SOLID
 };
 
 macro_rules! input_kind {

@@ -1,11 +1,11 @@
 //! Two distances into one: hard and smooth set operations.
 //!
-//! All that are a minimum at heart are one formula, `s · (min(s·a, s·b) − kernel(|a − b|))` with
-//! `s = 1` for unions and `s = −1` for intersections; a subtraction intersects with the negated
-//! second operand. The kernel is what a smooth operation adds: zero where the operands differ by
-//! more than its `width`, and the thickness that the scene asked for where they are equal.
+//! All that are a minimum at heart are one formula with a kernel, see [`crate::kernel`]; the rows
+//! here write it out for each sign. For the smooth ones a scene gives the thickness, the most that
+//! the blend adds; it is there where both operands are equal.
 
-use crate::real::{Real, lit};
+use crate::kernel::Kernel;
+use crate::real::{Real, Vector2, Vector3, lit};
 
 /// The union: the nearer of two.
 #[inline(always)]
@@ -25,15 +25,147 @@ pub fn subtraction<R: Real>(a: R, b: R) -> R {
     a.max(-b)
 }
 
-/// What the quadratic kernel adds: `c · (w − x)²` for `x < w`, with `c = 1 / 4w`.
+/// What is in exactly one of both.
 #[inline(always)]
-pub fn quadratic<R: Real>(x: R, width: R, coefficient: R) -> R {
-    let h = (width - x).max(lit(0.0)).named("h");
-    h * h * coefficient
+pub fn xor<R: Real>(a: R, b: R) -> R {
+    a.min(b).max(-a.max(b))
 }
 
-/// The union with a quadratic blend.
+/// The three smooth operations of a kernel.
+macro_rules! smooth {
+    ($kernel:ident, $union:ident, $intersection:ident, $subtraction:ident, $shape:literal) => {
+        #[doc = concat!("The union with ", $shape, " blend.")]
+        #[inline(always)]
+        pub fn $union<R: Real>(a: R, b: R, width: R, coefficient: R) -> R {
+            a.min(b) - Kernel::$kernel.bulge((a - b).abs(), width, coefficient)
+        }
+
+        #[doc = concat!("The intersection with ", $shape, " blend.")]
+        #[inline(always)]
+        pub fn $intersection<R: Real>(a: R, b: R, width: R, coefficient: R) -> R {
+            a.max(b) + Kernel::$kernel.bulge((a - b).abs(), width, coefficient)
+        }
+
+        #[doc = concat!("The first without the second, with ", $shape, " blend.")]
+        #[inline(always)]
+        pub fn $subtraction<R: Real>(a: R, b: R, width: R, coefficient: R) -> R {
+            a.max(-b) + Kernel::$kernel.bulge((a + b).abs(), width, coefficient)
+        }
+    };
+}
+
+smooth!(
+    Quadratic,
+    smooth_union,
+    smooth_intersection,
+    smooth_subtraction,
+    "a parabolic"
+);
+smooth!(
+    Cubic,
+    cubic_union,
+    cubic_intersection,
+    cubic_subtraction,
+    "a cubic"
+);
+smooth!(
+    Circular,
+    circular_union,
+    circular_intersection,
+    circular_subtraction,
+    "a circular"
+);
+smooth!(
+    Exponential,
+    exponential_union,
+    exponential_intersection,
+    exponential_subtraction,
+    "an exponential"
+);
+
+/// The union with a parabolic blend whose thickness grows with the distance from `focus` (a
+/// camera, say, so that the blend stays visible from afar): `thickness` there, `growth` more per
+/// unit of length, `most` at most. A thickness that changes makes the result steeper by as much
+/// as it changes, which the row's slope says.
 #[inline(always)]
-pub fn smooth_union<R: Real>(a: R, b: R, width: R, coefficient: R) -> R {
-    a.min(b) - quadratic((a - b).abs(), width, coefficient)
+pub fn distance_union<R: Real>(
+    a: R,
+    b: R,
+    p: R::Vec3,
+    focus: R::Vec3,
+    thickness: R,
+    growth: R,
+    most: R,
+) -> R {
+    let k = (thickness + (p - focus).length() * growth).min(most);
+    let width = (k * lit(4.0)).max(lit(1e-18)).named("width");
+    let h = (width - (a - b).abs()).max(lit(0.0)).named("h");
+    a.min(b) - h * (h / width) * lit(0.25)
+}
+
+/// The union with the edge between both cut off at 45 degrees, `size` from the edge on each side.
+#[inline(always)]
+pub fn chamfer_union<R: Real>(a: R, b: R, size: R) -> R {
+    a.min(b)
+        .min((a + b - size) * lit(std::f64::consts::FRAC_1_SQRT_2))
+}
+
+/// The intersection with its edge cut off at 45 degrees.
+#[inline(always)]
+pub fn chamfer_intersection<R: Real>(a: R, b: R, size: R) -> R {
+    a.max(b)
+        .max((a + b + size) * lit(std::f64::consts::FRAC_1_SQRT_2))
+}
+
+/// The first without the second, with the edge cut off at 45 degrees.
+#[inline(always)]
+pub fn chamfer_subtraction<R: Real>(a: R, b: R, size: R) -> R {
+    chamfer_intersection(a, -b, size)
+}
+
+/// The union with the edge between both filled by a quarter circle of the radius `r`, exactly
+/// that where the two surfaces meet at right angles.
+#[inline(always)]
+pub fn round_union<R: Real>(a: R, b: R, r: R) -> R {
+    let corner = R::Vec2::new(r - a, r - b).max(R::Vec2::splat(lit(0.0)));
+    r.max(a.min(b)) - corner.length()
+}
+
+/// The intersection with its edge rounded by a quarter circle.
+#[inline(always)]
+pub fn round_intersection<R: Real>(a: R, b: R, r: R) -> R {
+    let corner = R::Vec2::new(r + a, r + b).max(R::Vec2::splat(lit(0.0)));
+    (-r).min(a.max(b)) + corner.length()
+}
+
+/// The first without the second, with the edge rounded by a quarter circle.
+#[inline(always)]
+pub fn round_subtraction<R: Real>(a: R, b: R, r: R) -> R {
+    round_intersection(a, -b, r)
+}
+
+/// The union with stairs between both: `size` wide in all, `step` for each.
+#[inline(always)]
+pub fn stairs_union<R: Real>(a: R, b: R, size: R, step: R) -> R {
+    let u = (b - size).named("u");
+    let wave = ((u - a + step).modulo(step * lit(2.0)) - step).abs();
+    a.min(b).min((u + a + wave) * lit(0.5))
+}
+
+/// The intersection with stairs along its edge.
+#[inline(always)]
+pub fn stairs_intersection<R: Real>(a: R, b: R, size: R, step: R) -> R {
+    -stairs_union(-a, -b, size, step)
+}
+
+/// The first without the second, with stairs along the edge.
+#[inline(always)]
+pub fn stairs_subtraction<R: Real>(a: R, b: R, size: R, step: R) -> R {
+    -stairs_union(-a, b, size, step)
+}
+
+/// The first at `t = 0`, the second at `t = 1`, a shape between them between.
+#[inline(always)]
+pub fn morph<R: Real>(a: R, b: R, t: R) -> R {
+    a.mix(b, t)
 }

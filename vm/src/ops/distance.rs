@@ -1,9 +1,94 @@
 //! Changes of a distance after its shape is evaluated.
 
-use crate::real::Real;
+use crate::ops::shapes::cuboid;
+use crate::real::{Real, Vector3, lit};
+
+/// Whatever is not in the shape.
+#[inline(always)]
+pub fn complement<R: Real>(d: R) -> R {
+    -d
+}
 
 /// The surface moved outwards by `by`.
 #[inline(always)]
 pub fn offset<R: Real>(d: R, by: R) -> R {
     d - by
+}
+
+/// The surface as a wall that reaches `half` to both sides.
+#[inline(always)]
+pub fn shell<R: Real>(d: R, half: R) -> R {
+    d.abs() - half
+}
+
+/// The distance in a space that is `factor` times as large.
+#[inline(always)]
+pub fn scale_distance<R: Real>(d: R, factor: R) -> R {
+    d * factor
+}
+
+/// A raw field, divided by the bound of its slope.
+#[inline(always)]
+pub fn field_distance<R: Real>(v: R, inverse_slope: R) -> R {
+    v * inverse_slope
+}
+
+/// What the elongated shape lacks inside the gap: there the point maps to the middle for all
+/// positions, and the distance to the gap's own sides takes over.
+#[inline(always)]
+pub fn elongate_correct<R: Real>(d: R, p: R::Vec3, half: R::Vec3) -> R {
+    d + lit::<R>(0.0).min((p.abs() - half).max_component())
+}
+
+/// A distance that can be trusted only near its shape, which lies in the box of the half sizes
+/// `half` around `centre`: within `margin` of the box. Farther out, the box's distance takes over;
+/// being the larger of two distances there, it is what is left.
+#[inline(always)]
+pub fn bounded<R: Real>(d: R, p: R::Vec3, centre: R::Vec3, margin: R, half: R::Vec3) -> R {
+    d.min(margin).max(cuboid::<R>(p - centre, half))
+}
+
+/// A repeated shape's distance, of which only the point's own cell was asked, made safe: no more
+/// than the distance to what the neighbouring cells may hold. `p` is the point folded into its
+/// cell; the copies in the cells above begin at `upper`, those in the cells below end at `lower`.
+#[inline(always)]
+pub fn repeat_guard<R: Real>(d: R, p: R::Vec3, lower: R::Vec3, upper: R::Vec3) -> R {
+    least::<R>(d, upper - p, p - lower)
+}
+
+/// The same for a limited grid, with the point before it is folded: there are no copies beyond the
+/// last cell.
+#[inline(always)]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "a body's parameters are its row's"
+)]
+pub fn repeat_limited_guard<R: Real>(
+    d: R,
+    p: R::Vec3,
+    spacing: R::Vec3,
+    inverse: R::Vec3,
+    last: R::Vec3,
+    lower: R::Vec3,
+    upper: R::Vec3,
+) -> R {
+    let (zero, one) = (R::Vec3::splat(lit(0.0)), R::Vec3::splat(lit(1.0)));
+    let q = (p + spacing * last * lit::<R>(0.5)).named("q");
+    let cell = (q * inverse + R::Vec3::splat(lit(0.5)))
+        .floor()
+        .max(zero)
+        .min(last)
+        .named("cell");
+    let folded = (q - spacing * cell).named("folded");
+    let far = lit::<R>(1e30);
+    let above = upper - folded + (cell - last + one).max(zero) * far;
+    let below = folded - lower + (one - cell).max(zero) * far;
+    least::<R>(d, above, below)
+}
+
+/// The smallest of a distance and six gaps.
+#[inline(always)]
+fn least<R: Real>(d: R, above: R::Vec3, below: R::Vec3) -> R {
+    let gap = above.min(below).named("gap");
+    d.min(gap.x().min(gap.y()).min(gap.z()))
 }

@@ -1,4 +1,8 @@
-//! Arithmetic of raw fields: numbers in, a number out.
+//! Arithmetic of raw fields: numbers in, a number out. All of it is defined for all numbers: a
+//! division by zero gives a very large number, the root of a negative number is zero.
+//!
+//! Truth values are numbers, 1 and 0. What jumps says so ([`Real::jumping`]), so that nobody takes
+//! the flat stretches beside a jump for a small slope.
 
 use crate::real::{Real, Vector3, lit};
 
@@ -8,10 +12,16 @@ pub fn x<R: Real>(p: R::Vec3) -> R {
     p.x()
 }
 
-/// The sum.
+/// The second coordinate of the point.
 #[inline(always)]
-pub fn add<R: Real>(a: R, b: R) -> R {
-    a + b
+pub fn y<R: Real>(p: R::Vec3) -> R {
+    p.y()
+}
+
+/// The third coordinate of the point.
+#[inline(always)]
+pub fn z<R: Real>(p: R::Vec3) -> R {
+    p.z()
 }
 
 /// The value of a program's constant.
@@ -26,14 +36,293 @@ pub fn point<R: Real>(x: R, y: R, z: R) -> R::Vec3 {
     R::Vec3::new(x, y, z)
 }
 
+/// The sum.
+#[inline(always)]
+pub fn add<R: Real>(a: R, b: R) -> R {
+    a + b
+}
+
+/// The difference.
+#[inline(always)]
+pub fn sub<R: Real>(a: R, b: R) -> R {
+    a - b
+}
+
+/// The product.
+#[inline(always)]
+pub fn mul<R: Real>(a: R, b: R) -> R {
+    a * b
+}
+
+/// A divisor, kept away from zero.
+#[inline(always)]
+fn divisor<R: Real>(b: R) -> R {
+    let tiny = b.abs().less(lit(1e-18));
+    R::select(tiny, lit(1e-18), b)
+}
+
+/// The quotient; a divisor below 1e-18 in magnitude counts as 1e-18.
+#[inline(always)]
+pub fn div<R: Real>(a: R, b: R) -> R {
+    a / divisor(b)
+}
+
+/// The remainder of a floored division: it has the divisor's sign.
+#[inline(always)]
+pub fn modulo<R: Real>(a: R, b: R) -> R {
+    a.modulo(divisor(b).named("divisor"))
+}
+
+/// With the other sign.
+#[inline(always)]
+pub fn neg<R: Real>(a: R) -> R {
+    -a
+}
+
 /// Without its sign.
 #[inline(always)]
 pub fn abs<R: Real>(a: R) -> R {
     a.abs()
 }
 
-/// Gradient noise.
+/// −1, 0 or 1.
+#[inline(always)]
+pub fn sign<R: Real>(a: R) -> R {
+    let zero = lit::<R>(0.0);
+    a.sign().jumping(a.less(zero)).jumping(zero.less(a))
+}
+
+/// The smaller of two.
+#[inline(always)]
+pub fn min<R: Real>(a: R, b: R) -> R {
+    a.min(b)
+}
+
+/// The larger of two.
+#[inline(always)]
+pub fn max<R: Real>(a: R, b: R) -> R {
+    a.max(b)
+}
+
+/// The first, kept between the second and the third.
+#[inline(always)]
+pub fn clamp<R: Real>(a: R, low: R, high: R) -> R {
+    a.clamp(low, high)
+}
+
+/// The largest whole number that is not larger.
+#[inline(always)]
+pub fn floor<R: Real>(a: R) -> R {
+    a.floor()
+}
+
+/// The smallest whole number that is not smaller.
+#[inline(always)]
+pub fn ceil<R: Real>(a: R) -> R {
+    a.ceil()
+}
+
+/// The nearest whole number, halves upwards.
+#[inline(always)]
+pub fn round<R: Real>(a: R) -> R {
+    a.round()
+}
+
+/// What lies above the largest whole number that is not larger.
+#[inline(always)]
+pub fn fract<R: Real>(a: R) -> R {
+    a.fract()
+}
+
+/// The whole part, towards zero.
+#[inline(always)]
+pub fn trunc<R: Real>(a: R) -> R {
+    a.trunc()
+}
+
+/// The square root; zero for negative numbers.
+#[inline(always)]
+pub fn sqrt<R: Real>(a: R) -> R {
+    a.max(lit(0.0)).sqrt()
+}
+
+/// One over the square root, of numbers from 1e-30 on.
+#[inline(always)]
+pub fn inverse_sqrt<R: Real>(a: R) -> R {
+    lit::<R>(1.0) / a.max(lit(1e-30)).sqrt()
+}
+
+/// The sine of an angle in radians.
+#[inline(always)]
+pub fn sin<R: Real>(a: R) -> R {
+    a.sin()
+}
+
+/// The cosine of an angle in radians.
+#[inline(always)]
+pub fn cos<R: Real>(a: R) -> R {
+    a.cos()
+}
+
+/// The tangent of an angle in radians.
+#[inline(always)]
+pub fn tan<R: Real>(a: R) -> R {
+    a.sin() / divisor(a.cos())
+}
+
+/// The angle with this sine; the argument is kept within −1 and 1.
+#[inline(always)]
+pub fn asin<R: Real>(a: R) -> R {
+    a.asin()
+}
+
+/// The angle with this cosine; the argument is kept within −1 and 1.
+#[inline(always)]
+pub fn acos<R: Real>(a: R) -> R {
+    a.acos()
+}
+
+/// The angle with this tangent, in [−π/2, π/2].
+#[inline(always)]
+pub fn atan<R: Real>(a: R) -> R {
+    a.atan()
+}
+
+/// The angle of the vector (`x`, `y`) in [−π, π]; 0 at the origin.
+#[inline(always)]
+pub fn atan2<R: Real>(y: R, x: R) -> R {
+    y.atan2(x)
+        .jumping(R::and(x.less(lit(0.0)), y.less(lit(0.0))))
+}
+
+/// The hyperbolic sine.
+#[inline(always)]
+pub fn sinh<R: Real>(a: R) -> R {
+    (a.exp() - (-a).exp()) * lit(0.5)
+}
+
+/// The hyperbolic cosine.
+#[inline(always)]
+pub fn cosh<R: Real>(a: R) -> R {
+    (a.exp() + (-a).exp()) * lit(0.5)
+}
+
+/// The hyperbolic tangent.
+#[inline(always)]
+pub fn tanh<R: Real>(a: R) -> R {
+    lit::<R>(1.0) - lit::<R>(2.0) / ((a + a).exp() + lit(1.0))
+}
+
+/// The exponential.
+#[inline(always)]
+pub fn exp<R: Real>(a: R) -> R {
+    a.exp()
+}
+
+/// Two to the power of the number.
+#[inline(always)]
+pub fn exp2<R: Real>(a: R) -> R {
+    a.exp2()
+}
+
+/// The natural logarithm; of zero and less, that of the smallest number.
+#[inline(always)]
+pub fn ln<R: Real>(a: R) -> R {
+    a.ln()
+}
+
+/// The logarithm to base two; of zero and less, that of the smallest number.
+#[inline(always)]
+pub fn log2<R: Real>(a: R) -> R {
+    a.log2()
+}
+
+/// The first, not negative, to the power of the second.
+#[inline(always)]
+pub fn pow<R: Real>(a: R, b: R) -> R {
+    a.pow(b)
+}
+
+/// 0 where the second is below the first, 1 elsewhere.
+#[inline(always)]
+pub fn step<R: Real>(edge: R, a: R) -> R {
+    a.step(edge).jumping(a.less(edge))
+}
+
+/// 0 up to the first, 1 from the second on, a smooth cubic of the third between.
+#[inline(always)]
+pub fn smoothstep<R: Real>(low: R, high: R, a: R) -> R {
+    a.smoothstep(low, high)
+}
+
+/// The first at `t = 0`, the second at `t = 1`, straight between and beyond.
+#[inline(always)]
+pub fn mix<R: Real>(a: R, b: R, t: R) -> R {
+    a.mix(b, t)
+}
+
+/// Whether the first is smaller: 1 or 0.
+#[inline(always)]
+pub fn less<R: Real>(a: R, b: R) -> R {
+    let c = a.less(b);
+    R::select(c, lit(1.0), lit(0.0)).jumping(c)
+}
+
+/// Whether both hold.
+#[inline(always)]
+pub fn and<R: Real>(a: R, b: R) -> R {
+    a.min(b)
+}
+
+/// Whether at least one holds.
+#[inline(always)]
+pub fn or<R: Real>(a: R, b: R) -> R {
+    a.max(b)
+}
+
+/// Whether it does not hold.
+#[inline(always)]
+pub fn not<R: Real>(a: R) -> R {
+    lit::<R>(1.0) - a
+}
+
+/// The second where the first is true, the third elsewhere.
+#[inline(always)]
+pub fn select<R: Real>(condition: R, a: R, b: R) -> R {
+    let c = lit::<R>(0.5).less(condition);
+    R::select(c, a, b).jumping(c)
+}
+
+/// Gradient noise, between −1 and 1 (but for rare peaks).
 #[inline(always)]
 pub fn noise<R: Real>(p: R::Vec3, seed: R) -> R {
-    R::noise(p, seed).0 + lit(0.0)
+    R::noise(p, seed).0
+}
+
+/// One octave of fractal noise on top of those before. The offset keeps the octaves' lattices,
+/// where all noise is zero, apart.
+#[inline(always)]
+pub fn noise_octave<R: Real>(
+    acc: R,
+    p: R::Vec3,
+    offset: R::Vec3,
+    frequency: R,
+    amplitude: R,
+    seed: R,
+) -> R {
+    acc + R::noise(p * frequency + offset, seed).0 * amplitude
+}
+
+/// One octave of ridges: 1 where the noise is zero, falling off to both sides.
+#[inline(always)]
+pub fn ridge_octave<R: Real>(
+    acc: R,
+    p: R::Vec3,
+    offset: R::Vec3,
+    frequency: R,
+    amplitude: R,
+    seed: R,
+) -> R {
+    let n = R::noise(p * frequency + offset, seed).0;
+    acc + (lit::<R>(1.0) - n.abs() * lit(2.0)) * amplitude
 }

@@ -1,21 +1,427 @@
 //! From what a scene says to what a body wants: done once per scene (or per change of a live
-//! `param`), in `f64`, never per point.
+//! `param`), never per point.
+//!
+//! Generic, because live numbers are expressions that are computed later: no branches here either.
+//! Whatever a parameter becomes, the result is a shape: what does not fit is cut to what does.
 
-use crate::real::{Real, lit};
+use crate::real::{Real, Vector3, lit};
 
 /// The arguments as they are.
 pub fn same<R: Real>(a: &[R]) -> Vec<R> {
     a.to_vec()
 }
 
-/// A full size to half sizes.
+/// Everything by half: full sizes to half sizes.
 pub fn half_size<R: Real>(a: &[R]) -> Vec<R> {
-    a.iter().map(|&size| size * lit(0.5)).collect()
+    a.iter().map(|&size| half(size)).collect()
 }
 
 /// A full size and the radius of its rounding, which is kept within what fits.
 pub fn rounded_size<R: Real>(a: &[R]) -> Vec<R> {
-    let half = [a[0] * lit(0.5), a[1] * lit(0.5), a[2] * lit(0.5)];
-    let round = a[3].min(half[0]).min(half[1]).min(half[2]);
-    vec![half[0], half[1], half[2], round]
+    let size = [half(a[0]), half(a[1]), half(a[2])];
+    let round = a[3].min(size[0]).min(size[1]).min(size[2]);
+    vec![size[0], size[1], size[2], round]
+}
+
+/// The same in the plane.
+pub fn rounded_size2<R: Real>(a: &[R]) -> Vec<R> {
+    let size = [half(a[0]), half(a[1])];
+    vec![size[0], size[1], a[2].min(size[0]).min(size[1])]
+}
+
+/// A full size and the thickness of its bars, which is kept within what fits.
+pub fn frame<R: Real>(a: &[R]) -> Vec<R> {
+    rounded_size(&[a[0], a[1], a[2], half(a[3])])
+}
+
+/// Length, then radius: the length by half.
+pub fn half_first<R: Real>(a: &[R]) -> Vec<R> {
+    let mut v = a.to_vec();
+    v[0] = half(v[0]);
+    v
+}
+
+/// The last argument by half.
+pub fn half_last<R: Real>(a: &[R]) -> Vec<R> {
+    let mut v = a.to_vec();
+    let last = v.len() - 1;
+    v[last] = half(v[last]);
+    v
+}
+
+/// Two ends and a radius, to a start, a radius, an axis, and one over its squared length.
+pub fn between<R: Real>(a: &[R]) -> Vec<R> {
+    let (from, to) = (vec3::<R>(a), vec3::<R>(&a[3..]));
+    let axis = to - from;
+    let mut v = from_vec3::<R>(from);
+    v.push(a[6]);
+    v.extend(from_vec3::<R>(axis));
+    v.push(inverse(axis.dot(axis)));
+    v
+}
+
+/// The same in the plane: start, axis, one over its squared length, radius.
+pub fn between2<R: Real>(a: &[R]) -> Vec<R> {
+    let (x, y) = (a[2] - a[0], a[3] - a[1]);
+    vec![a[0], a[1], x, y, inverse(x * x + y * y), a[4]]
+}
+
+/// Two ends and a radius, to a middle, a radius, a unit axis and a half length. Two equal ends
+/// make a disc across the y axis.
+pub fn around<R: Real>(a: &[R]) -> Vec<R> {
+    let (from, to) = (vec3::<R>(a), vec3::<R>(&a[3..]));
+    let axis = to - from;
+    let length = axis.dot(axis).sqrt();
+    let none = length.less(lit(1e-12));
+    let up = R::Vec3::new(lit(0.0), lit(1.0), lit(0.0));
+    let axis = R::Vec3::select(none, up, axis * (lit::<R>(1.0) / length.max(lit(1e-12))));
+    let mut v = from_vec3::<R>((from + to) * lit::<R>(0.5));
+    v.push(a[6]);
+    v.extend(from_vec3::<R>(axis));
+    v.push(half(length));
+    v
+}
+
+/// Two radii and an angle, to the radii and the direction of the arc's end. The arc stops just
+/// short of a whole turn, where its ends would be one.
+pub fn arc<R: Real>(a: &[R]) -> Vec<R> {
+    let angle = half(a[2]).clamp(lit(0.0), lit(std::f64::consts::PI - 1e-4));
+    vec![a[0], a[1], angle.cos(), angle.sin()]
+}
+
+/// Radius, height and rounding, to radius, half height and a rounding that fits.
+pub fn rounded_cylinder<R: Real>(a: &[R]) -> Vec<R> {
+    let h = half(a[1]);
+    vec![a[0], h, a[2].min(a[0]).min(h)]
+}
+
+/// The opening of a cone from side to side, to the direction of its side.
+pub fn opening<R: Real>(a: &[R]) -> Vec<R> {
+    let angle = half(a[0]).clamp(lit(0.0), lit(std::f64::consts::FRAC_PI_2));
+    vec![angle.sin(), angle.cos()]
+}
+
+/// Radii below and above, and the height, to a side's length and normal.
+pub fn cone<R: Real>(a: &[R]) -> Vec<R> {
+    let (bottom, top, h) = (a[0], a[1], half(a[2]));
+    let (slope, across) = side(bottom, top, h);
+    vec![bottom, top, h, slope, across[0], across[1]]
+}
+
+/// The same for a cone that is grown by `round` again: what remains of it when all of its planes
+/// move in by as much, or by as much as is possible.
+pub fn rounded_cone<R: Real>(a: &[R]) -> Vec<R> {
+    let (bottom, top, h) = (a[0], a[1], half(a[2]));
+    let (slope, _) = side(bottom, top, h);
+    // How much narrower per unit of height, and how far inwards a side moves per unit of round.
+    let taper = (top - bottom) / (h * lit(2.0)).max(lit(1e-12));
+    let shift = slope / (h * lit(2.0)).max(lit(1e-12));
+    let widest = bottom.max(top) / (taper.abs() + shift);
+    let round = a[3].min(h).min(widest);
+    // The radius at each height after the side has moved; where it is negative the cone ends
+    // sooner, at its apex.
+    let middle = (bottom + top) * lit(0.5) - shift * round;
+    let steep = R::select(taper.abs().less(lit(1e-12)), lit(1e-12), taper);
+    let apex = -middle / steep;
+    let reach = (h - round).max(lit(0.0));
+    let rising = lit::<R>(0.0).less(taper);
+    let flat = taper.abs().less(lit(1e-9));
+    let high = R::select(R::or(rising, flat), reach, reach.min(apex));
+    let low = R::select(R::and(rising, R::not(flat)), (-reach).max(apex), -reach);
+    let at = |y: R| (middle + taper * y).max(lit(0.0));
+    let (bottom, top) = (at(low), at(high));
+    let h = ((high - low) * lit(0.5)).max(lit(0.0));
+    let (slope, across) = side(bottom, top, h);
+    vec![
+        bottom,
+        top,
+        h,
+        slope,
+        across[0],
+        across[1],
+        (high + low) * lit(0.5),
+        round,
+    ]
+}
+
+/// The length and the unit normal of a cone's side; of a side without length, straight outwards.
+fn side<R: Real>(bottom: R, top: R, h: R) -> (R, [R; 2]) {
+    let (x, y) = (bottom - top, h * lit(2.0));
+    let slope = (x * x + y * y).sqrt();
+    let none = slope.less(lit(1e-12));
+    let inverse = lit::<R>(1.0) / slope.max(lit(1e-12));
+    (
+        slope,
+        [
+            R::select(none, lit(1.0), y * inverse),
+            R::select(none, lit(0.0), x * inverse),
+        ],
+    )
+}
+
+/// Two radii and the distance of two balls, to the parameters of their hull. Where one ball holds
+/// the other, both become the larger one.
+pub fn round_cone<R: Real>(a: &[R]) -> Vec<R> {
+    let (lower, upper, h) = (a[0], a[1], a[2]);
+    let inside = R::not((lower - upper).abs().less(h));
+    let first = upper.less(lower);
+    let larger = lower.max(upper);
+    let low = R::select(R::and(inside, R::not(first)), half(h), -half(h));
+    let sine = R::select(inside, lit(0.0), (lower - upper) / h.max(lit(1e-12)));
+    let cosine = (lit::<R>(1.0) - sine * sine).max(lit(0.0)).sqrt();
+    vec![
+        R::select(inside, larger, lower),
+        R::select(inside, larger, upper),
+        low,
+        R::select(inside, lit(0.0), h),
+        cosine,
+        sine,
+    ]
+}
+
+/// Radii, to one over them, the smallest, themselves, and the largest.
+pub fn ellipsoid<R: Real>(a: &[R]) -> Vec<R> {
+    let one = lit::<R>(1.0);
+    let inverse = |r: R| one / r.max(lit(1e-12));
+    let least = a[0].min(a[1]).min(a[2]);
+    let most = a[0].max(a[1]).max(a[2]);
+    vec![
+        inverse(a[0]),
+        inverse(a[1]),
+        inverse(a[2]),
+        least,
+        a[0],
+        a[1],
+        a[2],
+        most,
+    ]
+}
+
+/// The number of corners (three at least) and the radius to them, to the angle of a sector, one
+/// over it, the distance of a side, and half its length; what follows is kept.
+pub fn polygon<R: Real>(a: &[R]) -> Vec<R> {
+    let (sector, inverse) = sectors(a[0].max(lit(3.0)));
+    let angle = half(sector);
+    let mut v = vec![sector, inverse, a[1] * angle.cos(), a[1] * angle.sin()];
+    v.extend_from_slice(&a[2..]);
+    v
+}
+
+/// A regular prism: the polygon, and the height by half.
+pub fn prism<R: Real>(a: &[R]) -> Vec<R> {
+    half_last(&polygon(a))
+}
+
+/// The number of tips (two at least), the radius to them, and the radius to the corners between.
+pub fn star<R: Real>(a: &[R]) -> Vec<R> {
+    let (sector, inverse) = sectors(a[0].max(lit(2.0)));
+    let angle = half(sector);
+    let (x, y) = (a[2] * angle.cos() - a[1], a[2] * angle.sin());
+    let length = (x * x + y * y).sqrt();
+    let scale = lit::<R>(1.0) / length.max(lit(1e-12));
+    vec![sector, inverse, a[1], length, y * scale, -x * scale]
+}
+
+/// The side of the base and the height.
+pub fn pyramid<R: Real>(a: &[R]) -> Vec<R> {
+    let (base, h) = (half(a[0]), a[1]);
+    let square = base * base + h * h;
+    let slope = square.sqrt();
+    let scale = lit::<R>(1.0) / slope.max(lit(1e-12));
+    vec![
+        base,
+        half(h),
+        h * scale,
+        base * scale,
+        slope,
+        inverse(square + base * base),
+    ]
+}
+
+/// The radius to the corners of a tetrahedron, to the distance of its faces.
+pub fn tetrahedron<R: Real>(a: &[R]) -> Vec<R> {
+    vec![a[0] * lit(1.0 / 3.0)]
+}
+
+/// The size of a cell and the thickness of a sheet, to radians per unit, the scale that makes the
+/// level function a bound, and half the thickness.
+pub fn periodic<R: Real>(a: &[R]) -> Vec<R> {
+    let per_radian = a[0] * lit(1.0 / std::f64::consts::TAU);
+    let steepest = 3.0_f64.sqrt();
+    vec![
+        lit::<R>(1.0) / per_radian.max(lit(1e-12)),
+        per_radian * lit(1.0 / steepest),
+        half(a[1]),
+    ]
+}
+
+/// Height and rounding, to half the height and a rounding that fits.
+pub fn rounded_extrude<R: Real>(a: &[R]) -> Vec<R> {
+    let h = half(a[0]);
+    vec![h, a[1].min(h)]
+}
+
+/// Offset and angle, to the offset and the direction of the end.
+pub fn revolve_part<R: Real>(a: &[R]) -> Vec<R> {
+    let angle = half(a[1]).clamp(lit(0.0), lit(std::f64::consts::PI));
+    vec![a[0], angle.cos(), angle.sin()]
+}
+
+/// The angle only.
+pub fn revolve_close<R: Real>(a: &[R]) -> Vec<R> {
+    revolve_part(&[lit(0.0), a[0]])[1..].to_vec()
+}
+
+/// A thickness, to the width and the coefficient of the quadratic kernel.
+pub fn quadratic<R: Real>(a: &[R]) -> Vec<R> {
+    let width = thickness(a[0]) * lit(4.0);
+    vec![width, lit::<R>(0.25) / width.max(lit(TINY))]
+}
+
+/// A thickness, to the width and the coefficient of the cubic kernel.
+pub fn cubic<R: Real>(a: &[R]) -> Vec<R> {
+    let width = thickness(a[0]) * lit(6.0);
+    let w = width.max(lit(TINY));
+    vec![width, lit::<R>(1.0 / 6.0) / (w * w)]
+}
+
+/// A thickness, to the width and the coefficient of the circular kernel.
+pub fn circular<R: Real>(a: &[R]) -> Vec<R> {
+    let width = thickness(a[0]) * lit(1.0 / (1.0 - std::f64::consts::FRAC_1_SQRT_2));
+    vec![width, lit::<R>(1.0) / width.max(lit(TINY))]
+}
+
+/// A thickness, to the width and the coefficient of the exponential kernel.
+pub fn exponential<R: Real>(a: &[R]) -> Vec<R> {
+    let width = thickness(a[0]);
+    vec![width, lit::<R>(1.0) / width.max(lit(TINY))]
+}
+
+/// A width below which a blend is as good as hard; its inverse, and that inverse's square, are
+/// still numbers.
+const TINY: f64 = 1e-15;
+
+/// A thickness is not negative.
+fn thickness<R: Real>(k: R) -> R {
+    k.max(lit(0.0))
+}
+
+/// A size, not negative.
+pub fn profile<R: Real>(a: &[R]) -> Vec<R> {
+    vec![thickness(a[0])]
+}
+
+/// A size and the number of steps in it, to the size and half of what a step takes.
+pub fn stairs<R: Real>(a: &[R]) -> Vec<R> {
+    let size = thickness(a[0]);
+    vec![size, (size / a[1].max(lit(1.0))).max(lit(1e-9))]
+}
+
+/// A share, kept within 0 and 1.
+pub fn share<R: Real>(a: &[R]) -> Vec<R> {
+    vec![a[0].saturate()]
+}
+
+/// The axes of a mirror, as 1 and 0.
+pub fn axes<R: Real>(a: &[R]) -> Vec<R> {
+    let flag = |v: R| R::select(lit::<R>(0.0).less(v.abs()), lit(1.0), lit(0.0));
+    a.iter().map(|&v| flag(v)).collect()
+}
+
+/// Spacings, to themselves and one over them, or zero where they are.
+pub fn spacing<R: Real>(a: &[R]) -> Vec<R> {
+    let mut v = a[..3].to_vec();
+    v.extend(a[..3].iter().map(|&s| inverse(s)));
+    v.extend_from_slice(&a[3..]);
+    v
+}
+
+/// Spacings and counts, to spacings, one over them, and the number of the last cell.
+pub fn limited_spacing<R: Real>(a: &[R]) -> Vec<R> {
+    let mut v = spacing(a);
+    for count in &mut v[6..9] {
+        *count = (count.round() - lit(1.0)).max(lit(0.0));
+    }
+    v
+}
+
+/// The lower and the upper corner of what a cell holds and the spacing, to where the copies below
+/// end and those above begin; along axes without repetition there are none.
+pub fn guard<R: Real>(a: &[R]) -> Vec<R> {
+    let (lower, upper): (Vec<R>, Vec<R>) = (0..3)
+        .map(|i| {
+            let none = a[6 + i].abs().less(lit(1e-12));
+            let far = lit::<R>(1e30);
+            let below = R::select(none, -far, a[3 + i] - a[6 + i]);
+            (below, R::select(none, far, a[i] + a[6 + i]))
+        })
+        .unzip();
+    [lower, upper].concat()
+}
+
+/// The corners, the spacing and the counts: the parameters of the grid, and where the neighbours
+/// end and begin.
+pub fn limited_guard<R: Real>(a: &[R]) -> Vec<R> {
+    let mut v = limited_spacing(&a[6..12]);
+    v.extend(guard(&a[..9]));
+    v
+}
+
+/// A number of sectors and where the first of them is, to their angle and one over it.
+pub fn polar<R: Real>(a: &[R]) -> Vec<R> {
+    let (sector, inverse) = sectors(a[0].max(lit(1.0)));
+    vec![sector, inverse, a[1]]
+}
+
+/// The corners of a box and a margin, to its middle, the margin, and its half sizes.
+pub fn corners<R: Real>(a: &[R]) -> Vec<R> {
+    let (low, high) = (vec3::<R>(a), vec3::<R>(&a[3..]));
+    let mut v = from_vec3::<R>((low + high) * lit::<R>(0.5));
+    v.push(a[6]);
+    v.extend(from_vec3::<R>((high - low) * lit::<R>(0.5)));
+    v
+}
+
+/// A bound of the slope, to one over it.
+pub fn inverse_slope<R: Real>(a: &[R]) -> Vec<R> {
+    vec![lit::<R>(1.0) / a[0].max(lit(1e-12))]
+}
+
+/// Frequency, amplitude and seed, to an offset that differs by seed, and the three.
+pub fn octave<R: Real>(a: &[R]) -> Vec<R> {
+    // Multiples of irrational numbers fill the cell evenly.
+    let offset = |step: f64| ((a[2] + lit(1.0)) * lit(step)).fract();
+    vec![
+        offset(0.819_172_513_396_164_4),
+        offset(0.671_043_606_703_789_2),
+        offset(0.549_700_477_901_97),
+        a[0],
+        a[1],
+        a[2],
+    ]
+}
+
+fn half<R: Real>(v: R) -> R {
+    v * lit(0.5)
+}
+
+/// One over a number, or zero if it is as good as zero.
+fn inverse<R: Real>(v: R) -> R {
+    let none = v.abs().less(lit(1e-18));
+    R::select(none, lit(0.0), lit::<R>(1.0) / R::select(none, lit(1.0), v))
+}
+
+/// The angle of one of `n` sectors, and one over it.
+fn sectors<R: Real>(n: R) -> (R, R) {
+    let tau = std::f64::consts::TAU;
+    let n = n.round();
+    (lit::<R>(tau) / n, n * lit(1.0 / tau))
+}
+
+fn vec3<R: Real>(a: &[R]) -> R::Vec3 {
+    R::Vec3::new(a[0], a[1], a[2])
+}
+
+fn from_vec3<R: Real>(v: R::Vec3) -> Vec<R> {
+    vec![v.x(), v.y(), v.z()]
 }

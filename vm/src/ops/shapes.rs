@@ -1,6 +1,16 @@
 //! Solids. Each is centred at the origin with its axis along y, unless it says otherwise.
 
-use crate::real::{Real, Vector3, lit};
+mod periodic;
+mod pointed;
+
+pub use periodic::{diamond, gyroid, schwarz_p};
+pub use pointed::{
+    cone, infinite_cone, octahedron, pyramid, round_cone, rounded_cone, tetrahedron,
+};
+
+use crate::ops::dimension::corner;
+use crate::ops::shapes2::polygon_sector;
+use crate::real::{Real, Vector2, Vector3, lit};
 
 /// A ball: the distance to the centre, less the radius.
 #[inline(always)]
@@ -9,15 +19,124 @@ pub fn sphere<R: Real>(p: R::Vec3, r: R) -> R {
 }
 
 /// A box with sharp edges. `q` is how far the point is beyond each face: outside, the length of
-/// its positive part; inside, its largest (negative) component.
+/// its positive part; inside, its largest (negative) component. (The zero stands first in the
+/// minimum because of two equals the second gives the gradient: on a face, the face's.)
 #[inline(always)]
 pub fn cuboid<R: Real>(p: R::Vec3, half: R::Vec3) -> R {
     let q = (p.abs() - half).named("q");
-    q.max(R::Vec3::splat(lit(0.0))).length() + q.max_component().min(lit(0.0))
+    q.max(R::Vec3::splat(lit(0.0))).length() + lit::<R>(0.0).min(q.max_component())
 }
 
 /// A box with rounded edges: a smaller sharp one, grown by `round`.
 #[inline(always)]
 pub fn rounded_cuboid<R: Real>(p: R::Vec3, half: R::Vec3, round: R) -> R {
     cuboid::<R>(p, half - R::Vec3::splat(round)) - round
+}
+
+/// The twelve edges of a box as bars of the half thickness `bar`, flush with its faces. Symmetry
+/// leaves the three bars that meet in one corner; each is a box, long in one direction.
+#[inline(always)]
+pub fn box_frame<R: Real>(p: R::Vec3, half: R::Vec3, bar: R) -> R {
+    let bars = R::Vec3::splat(bar);
+    let q = (p.abs() - half).named("q");
+    let e = ((q + bars).abs() - bars).named("e");
+    let along = |x: R, y: R, z: R| {
+        let v = R::Vec3::new(x, y, z);
+        v.max(R::Vec3::splat(lit(0.0))).length() + lit::<R>(0.0).min(v.max_component())
+    };
+    along(q.x(), e.y(), e.z())
+        .min(along(e.x(), q.y(), e.z()))
+        .min(along(e.x(), e.y(), q.z()))
+}
+
+/// All points within `r` of a piece of the y axis.
+#[inline(always)]
+pub fn capsule<R: Real>(p: R::Vec3, half: R, r: R) -> R {
+    let y = p.y() - p.y().clamp(-half, half);
+    R::Vec3::new(p.x(), y, p.z()).length() - r
+}
+
+/// All points within `r` of the segment that starts at `from` and runs along `axis`; `inverse` is
+/// one over the square of its length, or zero where it has none.
+#[inline(always)]
+pub fn capsule_between<R: Real>(p: R::Vec3, from: R::Vec3, r: R, axis: R::Vec3, inverse: R) -> R {
+    let q = (p - from).named("q");
+    let t = (q.dot(axis) * inverse).saturate();
+    (q - axis * t).length() - r
+}
+
+/// All points within `tube` of a circle of radius `ring` in the xz plane.
+#[inline(always)]
+pub fn torus<R: Real>(p: R::Vec3, ring: R, tube: R) -> R {
+    R::Vec2::new(p.xz().length() - ring, p.y()).length() - tube
+}
+
+/// All points within `tube` of an arc in the xz plane, symmetric about the positive x axis; `end`
+/// is the direction of one of its ends. Beyond the ends, the end is what is nearest.
+#[inline(always)]
+pub fn capped_torus<R: Real>(p: R::Vec3, ring: R, tube: R, end: R::Vec2) -> R {
+    let z = p.z().abs().named("z");
+    let beside = (end.x() * z).less(end.y() * p.x());
+    let to_end = R::Vec3::new(p.x() - end.x() * ring, p.y(), z - end.y() * ring);
+    let to_ring = R::Vec3::new(p.xz().length() - ring, p.y(), lit(0.0));
+    R::Vec3::select(beside, to_ring, to_end).length() - tube
+}
+
+/// A cylinder with sharp rims.
+#[inline(always)]
+pub fn cylinder<R: Real>(p: R::Vec3, r: R, half: R) -> R {
+    corner::<R>(R::Vec2::new(p.xz().length() - r, p.y().abs() - half))
+}
+
+/// A cylinder with rounded rims: a smaller sharp one, grown by `round`.
+#[inline(always)]
+pub fn rounded_cylinder<R: Real>(p: R::Vec3, r: R, half: R, round: R) -> R {
+    cylinder::<R>(p, r - round, half - round) - round
+}
+
+/// A cylinder around the line through `middle` along the unit vector `axis`.
+#[inline(always)]
+pub fn cylinder_between<R: Real>(p: R::Vec3, middle: R::Vec3, r: R, axis: R::Vec3, half: R) -> R {
+    let q = (p - middle).named("q");
+    let t = q.dot(axis).named("t");
+    corner::<R>(R::Vec2::new((q - axis * t).length() - r, t.abs() - half))
+}
+
+/// An ellipsoid. Three lower bounds, the largest of which is taken: the unit ball's distance in
+/// the space where the ellipsoid is one, times the smallest radius; the distance to the ball
+/// around it; and the box around it. None is steeper than one, so neither is the result, and it
+/// never exceeds the distance, inside or outside. (The usual formula is steeper than two outside
+/// and overestimates the depth inside many times over.)
+#[inline(always)]
+pub fn ellipsoid<R: Real>(p: R::Vec3, inverse: R::Vec3, least: R, r: R::Vec3, most: R) -> R {
+    let scaled = ((p * inverse).length() - lit(1.0)) * least;
+    let ball = p.length() - most;
+    scaled.max(ball).max((p.abs() - r).max_component())
+}
+
+/// The half space below a plane with the unit normal `normal`, `at` along it.
+#[inline(always)]
+pub fn plane<R: Real>(p: R::Vec3, normal: R::Vec3, at: R) -> R {
+    p.dot(normal) - at
+}
+
+/// All points within `half` of the plane through the origin with the unit normal `normal`.
+#[inline(always)]
+pub fn slab<R: Real>(p: R::Vec3, normal: R::Vec3, half: R) -> R {
+    p.dot(normal).abs() - half
+}
+
+/// A regular prism with a corner edge on the +x side.
+#[inline(always)]
+pub fn prism<R: Real>(p: R::Vec3, sector: R, inverse: R, apothem: R, side: R, half: R) -> R {
+    let d = polygon_sector::<R>(p.xz(), sector, inverse, apothem, side);
+    corner::<R>(R::Vec2::new(d, p.y().abs() - half))
+}
+
+/// A link of a chain in the xy plane: a torus pulled apart by `half` along y in both directions.
+#[inline(always)]
+pub fn link<R: Real>(p: R::Vec3, half: R, ring: R, tube: R) -> R {
+    let y = p.y() - p.y().clamp(-half, half);
+    let around = R::Vec2::new(p.x(), y).length() - ring;
+    R::Vec2::new(around, p.z()).length() - tube
 }

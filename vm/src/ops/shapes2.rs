@@ -1,1 +1,102 @@
 //! Shapes in the xy plane.
+
+use crate::ops::dimension::corner;
+use crate::real::{Real, Vector2, lit};
+
+/// The point, turned about the origin into the sector whose middle lies on the first axis; the
+/// sectors are `angle` wide, `inverse` is one over that, and the first of them starts `start`
+/// sectors from the first axis.
+///
+/// The turn is by whole sectors, so the result is as smooth as the plane itself between seams.
+#[inline(always)]
+pub fn sector<R: Real>(q: R::Vec2, angle: R, inverse: R, start: f64) -> R::Vec2 {
+    let which = (q.y().atan2(q.x()) * inverse + lit(start)).floor();
+    let turn = ((which + lit(0.5 - start)) * angle).named("turn");
+    let (c, s) = (turn.cos().named("c"), turn.sin().named("s"));
+    R::Vec2::new(q.x() * c + q.y() * s, q.y() * c - q.x() * s)
+}
+
+/// A regular polygon with a corner on the first axis: in the sector of a side, the distance to
+/// that side, which is `apothem` away and reaches `side` to both sides.
+#[inline(always)]
+pub fn polygon_sector<R: Real>(q: R::Vec2, angle: R, inverse: R, apothem: R, side: R) -> R {
+    let s = sector::<R>(q, angle, inverse, 0.0).named("s");
+    let beyond = (s.x() - apothem).named("beyond");
+    let outside = R::Vec2::new(beyond, (s.y().abs() - side).max(lit(0.0))).length();
+    R::select(lit::<R>(0.0).less(beyond), outside, beyond)
+}
+
+/// A disc.
+#[inline(always)]
+pub fn circle<R: Real>(p: R::Vec2, r: R) -> R {
+    p.length() - r
+}
+
+/// A rectangle with sharp corners.
+#[inline(always)]
+pub fn rect<R: Real>(p: R::Vec2, half: R::Vec2) -> R {
+    corner::<R>(p.abs() - half)
+}
+
+/// A rectangle with rounded corners: a smaller sharp one, grown by `round`.
+#[inline(always)]
+pub fn rounded_rect<R: Real>(p: R::Vec2, half: R::Vec2, round: R) -> R {
+    corner::<R>(p.abs() - half + R::Vec2::splat(round)) - round
+}
+
+/// All points within `r` of a segment, as [`crate::ops::shapes::capsule_between`] in the plane.
+#[inline(always)]
+pub fn segment<R: Real>(p: R::Vec2, from: R::Vec2, axis: R::Vec2, inverse: R, r: R) -> R {
+    let q = (p - from).named("q");
+    let t = (q.dot(axis) * inverse).saturate();
+    (q - axis * t).length() - r
+}
+
+/// A regular polygon with a corner on the +y axis.
+#[inline(always)]
+pub fn ngon<R: Real>(p: R::Vec2, sector: R, inverse: R, apothem: R, side: R) -> R {
+    polygon_sector::<R>(R::Vec2::new(p.y(), p.x()), sector, inverse, apothem, side)
+}
+
+/// A star with a tip on the +y axis, `tip` away from the centre. Symmetry leaves one edge, from
+/// the tip to the inner corner; `length` is its length, `across` its unit normal.
+#[inline(always)]
+pub fn star<R: Real>(p: R::Vec2, sector: R, inverse: R, tip: R, length: R, across: R::Vec2) -> R {
+    let folded = self::sector::<R>(R::Vec2::new(p.y(), p.x()), sector, inverse, 0.5);
+    let q = R::Vec2::new(folded.x() - tip, folded.y().abs()).named("q");
+    let side = q.dot(across).named("side");
+    let along = (q.y() * across.x() - q.x() * across.y()).named("along");
+    let beside = R::and(lit::<R>(0.0).less(along), along.less(length));
+    let end = along.clamp(lit(0.0), length);
+    let to_end = R::Vec2::new(side, along - end).length();
+    R::select(beside, side, side.side() * to_end)
+}
+
+/// One edge of a polygon. What goes along the chain of edges is the distance to the nearest edge
+/// so far, negative while the edges so far are crossed an odd number of times on the way from the
+/// point to the right; so after the last edge it is the signed distance. An edge counts from its
+/// lower end, included, to its upper one, excluded, so that a corner is never counted twice.
+#[inline(always)]
+pub fn polygon_edge<R: Real>(acc: R, p: R::Vec2, a: R::Vec2, b: R::Vec2) -> R {
+    let zero = lit::<R>(0.0);
+    let e = (b - a).named("e");
+    let length = e.length().named("length");
+    let direction = (e * (lit::<R>(1.0) / length.max(lit(1e-30)))).named("direction");
+    let (q, r) = ((p - a).named("q"), p - b);
+    let along = q.dot(direction).named("along");
+    let across = (direction.x() * q.y() - direction.y() * q.x()).named("across");
+    let beside = R::and(zero.less(along), along.less(length));
+    let to_end = R::Vec2::select(zero.less(along), r, q).length();
+    let d = acc
+        .abs()
+        .min(R::select(beside, across.abs(), to_end))
+        .named("d");
+    // Crossed upwards: above `a`, below `b`, and to the left of the edge; or downwards: none.
+    let above = R::not(p.y().less(a.y()));
+    let below = p.y().less(b.y());
+    let left = zero.less(across);
+    let upwards = R::and(above, R::and(below, left));
+    let downwards = R::not(R::or(above, R::or(below, left)));
+    let inside = R::select(R::or(upwards, downwards), -acc, acc).less(zero);
+    R::select(inside, -d, d)
+}

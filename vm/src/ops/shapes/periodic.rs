@@ -1,0 +1,36 @@
+//! Triply periodic surfaces, as sheets. The gradient of each level function is at most √3 long
+//! (sampled, and attained on the surface), so dividing by √3 makes the result a bound: a sheet is
+//! at least as thick as asked for, and up to √2 times where the function is flatter.
+
+use crate::real::{Real, Vector3};
+
+/// Sines and cosines of the coordinates, as angles.
+#[inline(always)]
+fn waves<R: Real>(p: R::Vec3, frequency: R) -> (R::Vec3, R::Vec3) {
+    let q = (p * frequency).named("q");
+    let s = R::Vec3::new(q.x().sin(), q.y().sin(), q.z().sin()).named("s");
+    let c = R::Vec3::new(q.x().cos(), q.y().cos(), q.z().cos()).named("c");
+    (s, c)
+}
+
+/// The gyroid `sin x cos y + sin y cos z + sin z cos x = 0`.
+#[inline(always)]
+pub fn gyroid<R: Real>(p: R::Vec3, frequency: R, scale: R, half: R) -> R {
+    let (s, c) = waves::<R>(p, frequency);
+    s.dot(R::Vec3::new(c.y(), c.z(), c.x())).abs() * scale - half
+}
+
+/// The primitive surface `cos x + cos y + cos z = 0` of H. A. Schwarz.
+#[inline(always)]
+pub fn schwarz_p<R: Real>(p: R::Vec3, frequency: R, scale: R, half: R) -> R {
+    let q = (p * frequency).named("q");
+    (q.x().cos() + q.y().cos() + q.z().cos()).abs() * scale - half
+}
+
+/// The diamond surface of H. A. Schwarz.
+#[inline(always)]
+pub fn diamond<R: Real>(p: R::Vec3, frequency: R, scale: R, half: R) -> R {
+    let (s, c) = waves::<R>(p, frequency);
+    let sum = s.x() * (s.y() * s.z() + c.y() * c.z()) + c.x() * (s.y() * c.z() + c.y() * s.z());
+    sum.abs() * scale - half
+}
