@@ -284,6 +284,35 @@ A function without a name begins with `fn`.
     field(p => length(p) - 1)
     field(fn(p) => length(p) - 1)";
 
+E0501 "a limit of the program" "\
+Programs have limits that keep them safe on every device: 60,000 instructions, 64 values on the
+stack, 256 values kept, 16 points inside each other. The message has both numbers. A scene passes
+them by nesting; a flat `union(list)` is the way to many shapes.
+
+    a - (b - (c - (d - e)))    // deep
+    union(list)                // flat, however long";
+
+E0502 "nothing to draw" "\
+A file that ends without an expression is a library: it gives functions and parts to others. To be
+drawn it ends with a shape, or a part is chosen by name.
+
+    let a = sphere(1);
+
+    let a = sphere(1);
+    a";
+
+E0503 "an unknown part" "\
+Parts are the outputs that a file names with `part`.
+
+    part gasket = box(1);    // --part gasket";
+
+E0504 "a value that is not allowed" "\
+A number that follows parameters or the time has left the range in which the scene means something:
+a radius became zero, say. The range of the parameter can keep it out.
+
+    param r = 0.5 in 0..1;        // sphere(r) fails at r = 0
+    param r = 0.5 in 0.01..1;";
+
 W0101 "`-` mixed with `|` or `&`" "\
 `-` binds tighter than `&`, and `&` tighter than `|`, so `a | b - c` is `a | (b - c)`: the hole is
 cut from `b` only. Parentheses say which was meant.
@@ -299,6 +328,15 @@ that is to be seen belongs into the file's last expression.
     box(1)
 
     sphere(1) | box(1)";
+
+W0501 "a slope that cannot be bounded" "\
+A ray is safe on a field because the field changes no faster than the ray moves, after division by a
+bound on its slope. Near a pole (a division by something that reaches zero, a root at zero) there is
+no bound, and rays may step over the surface.
+
+    field(fn(p) => 1 / p.x - 1)
+    field(fn(p) => 1 / max(p.x, 0.1) - 1)
+    field(fn(p) => 1 / p.x - 1, lipschitz: 4)";
 }
 
 #[cfg(test)]
