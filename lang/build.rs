@@ -1,10 +1,5 @@
 //! Makes the parser from `src/grammar.lalrpop`.
 
-#![expect(
-    clippy::print_stdout,
-    reason = "this is how a build script speaks to cargo"
-)]
-
 fn main() {
     println!("cargo:rerun-if-changed=src/grammar.lalrpop");
     if let Err(error) = lalrpop::Configuration::new()

@@ -7,10 +7,11 @@
 
 use crate::ast::MAX_DEPTH;
 use crate::codes;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, MAX_SHOWN};
 use crate::lex::Word;
 use crate::span::{FileId, Span};
 use crate::token::Token;
+use crate::tree::TooDeep;
 
 /// Words whose brackets match.
 pub(crate) struct Balanced<'s> {
@@ -23,7 +24,7 @@ pub(crate) fn balance<'s>(
     file: FileId,
     text: &str,
     words: Vec<Word<'s>>,
-) -> Result<Balanced<'s>, Diagnostic> {
+) -> Result<Balanced<'s>, TooDeep> {
     let mut balancer = Balancer {
         file,
         text,
@@ -79,12 +80,12 @@ struct Balancer<'s, 't> {
 }
 
 impl<'s> Balancer<'s, '_> {
-    fn word(&mut self, word: Word<'s>, next: Option<Token<'s>>) -> Result<(), Diagnostic> {
+    fn word(&mut self, word: Word<'s>, next: Option<Token<'s>>) -> Result<(), TooDeep> {
         let (start, token, end) = word;
         let span = Span::new(self.file, start, end);
         if token.closer().is_some() {
             if self.open.len() as u32 >= MAX_DEPTH {
-                return Err(too_deep(span));
+                return Err(TooDeep { at: start });
             }
             let settings = self.open.is_empty() && {
                 let item = self.words[self.item..].iter().map(|word| word.1);
@@ -121,6 +122,13 @@ impl<'s> Balancer<'s, '_> {
         Ok(())
     }
 
+    /// Nobody reads more messages than these.
+    fn report(&mut self, error: Diagnostic) {
+        if self.errors.len() < 2 * MAX_SHOWN {
+            self.errors.push(error);
+        }
+    }
+
     /// Whether nothing stands before the word on its line, not even white space.
     fn starts_line(&self, start: u32) -> bool {
         start == 0 || self.text.as_bytes()[start as usize - 1] == b'\n'
@@ -153,7 +161,7 @@ impl<'s> Balancer<'s, '_> {
     fn close(&mut self, token: Token<'s>, span: Span) -> bool {
         let closes = |open: &Open| open.token.closer() == Some(token);
         let Some(innermost) = self.open.last() else {
-            self.errors.push(
+            self.report(
                 Diagnostic::error(
                     codes::E0111,
                     span,
@@ -178,7 +186,7 @@ impl<'s> Balancer<'s, '_> {
                 let closer = innermost.token.closer().unwrap_or(token);
                 let opener = symbol(innermost.token);
                 let message = format!("this `{opener}` is closed by a `{}`", symbol(token));
-                self.errors.push(
+                self.report(
                     Diagnostic::error(codes::E0111, span, message)
                         .primary(format!("`{}` is wanted here", symbol(closer)))
                         .label(innermost.span, "opened here")
@@ -214,8 +222,7 @@ impl<'s> Balancer<'s, '_> {
         for other in others.iter().rev().take(3) {
             found = found.label(other.span, "and here");
         }
-        self.errors
-            .push(found.fix(place, closers.clone(), format!("write `{closers}`")));
+        self.report(found.fix(place, closers.clone(), format!("write `{closers}`")));
     }
 
     fn close_down_to(&mut self, keep: usize) {
@@ -245,7 +252,7 @@ impl<'s> Balancer<'s, '_> {
                 Some(innermost) if self.open.len() > 1 => found.label(innermost.span, "and this"),
                 _ => found,
             };
-            self.errors.push(found);
+            self.report(found);
             self.words.truncate(self.item);
         }
     }

@@ -284,6 +284,12 @@ A function without a name begins with `fn`.
     field(p => length(p) - 1)
     field(fn(p) => length(p) - 1)";
 
+E0132 "a list in parentheses" "\
+Lists and vectors stand in brackets. Parentheses group, and hold the arguments of a call.
+
+    sphere(1).translate((1, 2, 3))
+    sphere(1).translate([1, 2, 3])";
+
 E0501 "a limit of the program" "\
 Programs have limits that keep them safe on every device: 60,000 instructions, 64 values on the
 stack, 256 values kept, 16 points inside each other. The message has both numbers. A scene passes

@@ -8,7 +8,7 @@
 //! let mut sources = Sources::new();
 //! let file = sources.add("a.sdf", "sphere(r = 1)");
 //! let equals = Span::new(file, 8, 11);
-//! let found = Diagnostic::error(codes::E0101, Span::new(file, 9, 10), "named arguments use `:`")
+//! let found = Diagnostic::error(codes::E0117, Span::new(file, 9, 10), "named arguments use `:`")
 //!     .primary("not an assignment")
 //!     .label(Span::new(file, 6, 7), "in this call")
 //!     .fix(equals, ": ", "write `r: 1`");

@@ -4,7 +4,7 @@
 
 use crate::ast::{Comment, CommentKind, Trivia, Unit};
 use crate::codes;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, MAX_SHOWN};
 use crate::literal::{self, NumberError};
 use crate::span::{FileId, Span};
 use crate::token::Token;
@@ -73,9 +73,17 @@ impl<'s> Lexed<'s> {
             .is_some_and(|(_, token, _)| token.ends_operand())
     }
 
+    /// Nobody reads more messages than these.
+    fn report(&mut self, error: Diagnostic) {
+        if self.errors.len() < 2 * MAX_SHOWN {
+            self.errors.push(error);
+        }
+    }
+
     fn comment(&mut self, text: &str, comment: &str, span: Span) {
-        let before = &text[..span.start as usize];
-        let line = &before[before.rfind('\n').map_or(0, |at| at + 1)..];
+        let lines = &self.trivia.lines;
+        let line = lines[lines.partition_point(|line| *line <= span.start) - 1];
+        let before = &text[line as usize..span.start as usize];
         let kind = if comment.starts_with("/*") {
             CommentKind::Block
         } else if comment.starts_with("///") && !comment.starts_with("////") {
@@ -85,7 +93,7 @@ impl<'s> Lexed<'s> {
         };
         if kind == CommentKind::Block && (comment.len() < 4 || !comment.ends_with("*/")) {
             let opener = Span::new(span.file, span.start, span.start + 2);
-            self.errors.push(
+            self.report(
                 Diagnostic::error(codes::E0104, opener, "this comment never ends")
                     .primary("opened here")
                     .help("end it with `*/`"),
@@ -94,7 +102,7 @@ impl<'s> Lexed<'s> {
         self.trivia.comments.push(Comment {
             kind,
             text: comment.to_owned(),
-            own_line: line.trim().is_empty(),
+            own_line: before.chars().all(char::is_whitespace),
             span: Span {
                 end: span.start + comment.len() as u32,
                 ..span
@@ -108,14 +116,14 @@ impl<'s> Lexed<'s> {
             Token::Number(word) => match literal::number(word) {
                 Ok(_) => token,
                 Err(error) => {
-                    self.errors.push(wrong_number(word, error, span));
+                    self.report(wrong_number(word, error, span));
                     Token::Number("0")
                 }
             },
             Token::Color(word) => match literal::color(word) {
                 Some(_) => token,
                 None => {
-                    self.errors.push(
+                    self.report(
                         Diagnostic::error(codes::E0107, span, format!("`{word}` is no colour"))
                             .primary(wrong_color(word))
                             .help("a colour is `#rgb`, `#rrggbb` or `#rrggbbaa`"),
@@ -129,7 +137,7 @@ impl<'s> Lexed<'s> {
             }
             Token::SingleQuoted(word) => {
                 let inner = &word[1..word.len() - 1];
-                self.errors.push(
+                self.report(
                     Diagnostic::error(codes::E0103, span, "a string stands in double quotes").fix(
                         span,
                         format!("\"{inner}\""),
@@ -145,7 +153,7 @@ impl<'s> Lexed<'s> {
     fn check_text(&mut self, word: &str, span: Span) {
         let closed = word.len() > 1 && word.ends_with('"') && !escapes_last(word);
         if !closed {
-            self.errors.push(
+            self.report(
                 Diagnostic::error(codes::E0103, span, "this string never ends")
                     .primary("a `\"` is missing before the end of the line")
                     .help("a line break in a string is written `\\n`"),
@@ -159,7 +167,7 @@ impl<'s> Lexed<'s> {
                 span.start + place.end as u32,
             );
             let shown = &word[place];
-            self.errors.push(
+            self.report(
                 Diagnostic::error(codes::E0108, escape, format!("`{shown}` means nothing"))
                     .help("a string knows `\\n`, `\\t`, `\\\\` and `\\\"`"),
             );
@@ -222,6 +230,7 @@ fn wrong_number(word: &str, error: NumberError, span: Span) -> Diagnostic {
                     found
                         .primary("not known")
                         .help(format!("the units are {}", units.join(", ")))
+                        .help(format!("a product is written `{} * {suffix}`", &word[..at]))
                 }
             }
         }

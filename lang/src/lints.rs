@@ -108,8 +108,10 @@ fn mixed_precedence(chain: &Chain, found: &mut Vec<Diagnostic>) {
     if !matches!(outer, BinaryOp::Or | BinaryOp::And) {
         return;
     }
-    let operands = std::iter::once(&chain.first).chain(chain.rest.iter().map(|l| &l.operand));
-    for operand in operands {
+    // The first operand stands beside the first operator, every other one behind its own.
+    let first = (&chain.first, chain.rest[0].op_span);
+    let others = chain.rest.iter().map(|link| (&link.operand, link.op_span));
+    for (operand, beside) in std::iter::once(first).chain(others) {
         let ExprKind::Chain(inner) = &operand.kind else {
             continue;
         };
@@ -117,29 +119,26 @@ fn mixed_precedence(chain: &Chain, found: &mut Vec<Diagnostic>) {
             continue;
         };
         let symbol = outer.symbol();
-        let beside = match std::ptr::eq(operand, &chain.first) {
-            true => chain.rest[0].op_span,
-            false => chain
-                .rest
-                .iter()
-                .find(|link| std::ptr::eq(&link.operand, operand))
-                .map_or(chain.rest[0].op_span, |link| link.op_span),
-        };
-        found.push(
-            Diagnostic::warning(
-                codes::W0101,
-                minus.op_span,
-                format!("`-` and `{symbol}` are mixed without parentheses"),
-            )
-            .primary("this binds tighter")
-            .label(beside, "than this")
-            .fix_all(
-                [
-                    (operand.span.at_start(), "(".to_owned()),
-                    (operand.span.at_end(), ")".to_owned()),
-                ],
-                "parentheses show what it means",
-            ),
+        let is_first = std::ptr::eq(operand, &chain.first);
+        let warning = Diagnostic::warning(
+            codes::W0101,
+            minus.op_span,
+            format!("`-` and `{symbol}` are mixed without parentheses"),
+        )
+        .primary("this binds tighter")
+        .label(beside, "than this")
+        .fix_all(
+            [
+                (operand.span.at_start(), "(".to_owned()),
+                (operand.span.at_end(), ")".to_owned()),
+            ],
+            "parentheses show what it means",
         );
+        found.push(match is_first {
+            true => warning,
+            false => warning.help(format!(
+                "put them around the `{symbol}` instead to subtract from all of it"
+            )),
+        });
     }
 }

@@ -78,6 +78,7 @@ const RULES: &[Rule] = &[
     names::missing,
     names::import_without,
     operators::index,
+    operators::tuple,
     separators::missing_operator,
     separators::missing_semicolon,
     separators::missing_colon,
@@ -307,6 +308,7 @@ fn unexpected(context: &Context<'_, '_>) -> Mistake {
     }
     let rest: &[&str] = match context.expects_operand() {
         true => &["}"],
+        false if context.expects_operator() => &[";", ",", ")", "]", "}", "in"],
         false => &[";", ",", ")", "]", "}", "{", "=", ":", "in", "as"],
     };
     let words = rest.iter().filter(|word| context.expects(word));

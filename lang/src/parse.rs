@@ -15,7 +15,7 @@ use crate::lints;
 use crate::mistakes::{self, Context, Mistake, Repair};
 use crate::span::{FileId, Sources, Span};
 use crate::token::Token;
-use crate::tree::{Builder, Top};
+use crate::tree::{Builder, TooDeep, Top};
 use lalrpop_util::ParseError;
 
 /// The most bytes that a source file may have.
@@ -35,12 +35,23 @@ pub fn parse(sources: &Sources, file: FileId) -> (Option<File>, Vec<Diagnostic>)
     } = lex(file, text);
     let Balanced { words, errors } = match brackets::balance(file, text, words) {
         Ok(balanced) => balanced,
-        Err(too_deep) => {
-            found.push(too_deep);
+        Err(TooDeep { at }) => {
+            found.push(brackets::too_deep(Span::new(file, at, at)));
             return (None, found);
         }
     };
-    found.extend(errors);
+    // A string or comment without an end swallows the brackets behind it.
+    let swallowers: Vec<_> = found
+        .iter()
+        .filter(|error| matches!(error.code, codes::E0103 | codes::E0104))
+        .map(|error| error.span.start)
+        .collect();
+    found.extend(errors.into_iter().filter(|error| {
+        let opener = error.labels.first().map_or(error.span, |label| label.span);
+        let to_the_end = opener == error.span;
+        let inside = |at: &u32| opener.start < *at && (to_the_end || *at < error.span.start);
+        error.code != codes::E0110 || !swallowers.iter().any(inside)
+    }));
 
     let mut parser = Parser {
         file,
@@ -107,6 +118,7 @@ impl<'s> Parser<'s> {
     fn top(&mut self, start: usize) -> (Option<Top>, usize) {
         self.split_leading_sign(start);
         let mut last_mistake: Option<u32> = None;
+        let mut is_whole = true;
         loop {
             let end = item_end(&self.words, start);
             if end == start {
@@ -117,7 +129,10 @@ impl<'s> Parser<'s> {
             let words = self.words[start..end].iter().copied();
             let mistake = match TopParser::new().parse(&mut builder, words) {
                 Ok(top) => {
-                    self.found.append(&mut builder.errors);
+                    // What was left out may have been the value that seems to be missing.
+                    let errors = builder.errors.into_iter();
+                    self.found
+                        .extend(errors.filter(|e| is_whole || e.code != codes::E0121));
                     return (Some(top), end);
                 }
                 Err(ParseError::User { error }) => {
@@ -131,7 +146,7 @@ impl<'s> Parser<'s> {
             let word = mistake.at;
             let place = self.words.get(word).map_or(self.text.len() as u32, |w| w.0);
             let is_new = last_mistake != Some(place);
-            if is_new && !self.follows_a_report(word, offset) {
+            if is_new && !self.follows_a_report(start, word, offset) {
                 self.found.push(mistake.diagnostic);
             }
             let repair = match is_new {
@@ -140,6 +155,7 @@ impl<'s> Parser<'s> {
                 false => Repair::LeaveOut,
             };
             last_mistake = Some(place);
+            is_whole &= repair != Repair::LeaveOut;
             if self.budget == 0 || self.found.len() > 2 * MAX_SHOWN {
                 return (None, end);
             }
@@ -158,7 +174,7 @@ impl<'s> Parser<'s> {
 
     fn explain(
         &self,
-        error: ParseError<u32, Token<'s>, crate::tree::TooDeep>,
+        error: ParseError<u32, Token<'s>, TooDeep>,
         start: usize,
         end: usize,
     ) -> Mistake {
@@ -189,18 +205,26 @@ impl<'s> Parser<'s> {
         })
     }
 
-    /// Whether the word before the mistake was reported already, so that this is but its echo.
-    fn follows_a_report(&self, word: usize, offset: u32) -> bool {
-        let before = word.checked_sub(1).map(|at| self.words[at]);
+    /// Whether the word before the mistake was reported or put in, so that this is but its echo.
+    fn follows_a_report(&self, start: usize, word: usize, offset: u32) -> bool {
+        let is_put_in = |at: usize| {
+            let inside = at >= start && at < self.words.len();
+            inside && self.words[at].0 == self.words[at].2
+        };
+        let before = word.checked_sub(1);
         let touches = |span: &Span| {
-            let on_word = before.is_some_and(|(start, _, end)| {
+            let on_word = before.is_some_and(|at| {
+                let (start, _, end) = self.words[at];
                 start < span.end.max(span.start + 1) && span.start < end
             });
             on_word || span.start == offset && !span.is_empty()
         };
         let swallowed =
             word == self.words.len() && self.found.iter().any(|found| found.code == codes::E0104);
-        swallowed || self.already_wrong.iter().any(touches)
+        swallowed
+            || is_put_in(word)
+            || before.is_some_and(is_put_in)
+            || self.already_wrong.iter().any(touches)
     }
 
     fn mend(&mut self, start: usize, at: usize, end: usize, repair: Repair) {

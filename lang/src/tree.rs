@@ -7,7 +7,7 @@
 
 use crate::ast::*;
 use crate::codes;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, MAX_SHOWN};
 use crate::literal;
 use crate::span::{FileId, Span};
 
@@ -50,6 +50,13 @@ impl Builder {
         Span::new(self.file, start, end)
     }
 
+    /// Nobody reads more messages than these.
+    fn report(&mut self, error: Diagnostic) {
+        if self.errors.len() < 2 * MAX_SHOWN {
+            self.errors.push(error);
+        }
+    }
+
     /// Opens a level of nesting.
     pub(crate) fn enter(&mut self, at: u32) -> Result<(), TooDeep> {
         self.depth += 1;
@@ -87,7 +94,7 @@ impl Builder {
         let range = match values.kind {
             ExprKind::Range(range) => *range,
             _ => {
-                self.errors.push(
+                self.report(
                     Diagnostic::error(
                         codes::E0124,
                         values.span,
@@ -133,7 +140,7 @@ impl Builder {
         self.leave();
         let span = self.span(start, end);
         let result = result.unwrap_or_else(|| {
-            self.errors.push(no_value(&statements, span));
+            self.report(no_value(&statements, span));
             self.placeholder(span.at_end())
         });
         Body {
@@ -206,7 +213,7 @@ impl Builder {
             match (&arg.name, named) {
                 (Some(_), None) => named = Some(arg.span),
                 (None, Some(named)) => {
-                    self.errors.push(
+                    self.report(
                         Diagnostic::error(
                             codes::E0118,
                             arg.span,
@@ -297,7 +304,7 @@ impl Builder {
         let span = self.span(start, start + 1);
         if blend.args.is_empty() {
             let symbol = op.symbol();
-            self.errors.push(
+            self.report(
                 Diagnostic::error(codes::E0128, blend.span, "this blend says nothing")
                     .primary("a radius is missing")
                     .help(format!("write `{symbol}[0.2]`, or `{symbol}` alone")),
@@ -322,7 +329,7 @@ impl Builder {
             }),
         };
         if precedence == Precedence::Compare && chain.rest.len() == 1 {
-            self.errors.push(
+            self.report(
                 Diagnostic::error(codes::E0123, operator.span, "a comparison has two sides")
                     .primary("a second comparison")
                     .label(chain.rest[0].op_span, "the first one")
@@ -367,7 +374,7 @@ impl Builder {
         self.leave();
         let otherwise = otherwise.unwrap_or_else(|| {
             let place = self.span(start, end).at_end();
-            self.errors.push(
+            self.report(
                 Diagnostic::error(codes::E0122, place, "this `if` has no `else`")
                     .primary("what is the value otherwise?")
                     .label(self.span(start, start + 2), "an `if` is an expression"),

@@ -38,7 +38,7 @@ impl Diagnostic {
             main = main.element(Level::HELP.message(help.as_str()));
         }
         let mut report = vec![main];
-        report.extend(self.fixes.iter().filter_map(|fix| patch(fix, sources)));
+        report.extend(self.fixes.iter().map(|fix| patch(fix, sources)));
 
         let renderer = match style {
             Style::Plain => Renderer::plain(),
@@ -96,15 +96,23 @@ fn level(severity: Severity) -> Level<'static> {
     }
 }
 
-fn patch<'a>(fix: &'a Fix, sources: &'a Sources) -> Option<Group<'a>> {
-    let file = fix.edits.first()?.span.file;
-    let window = Window::around(fix.edits.iter().map(|edit| edit.span), file, sources);
+/// The fix as changed lines; as its message alone where a line is too long to be read.
+fn patch<'a>(fix: &'a Fix, sources: &'a Sources) -> Group<'a> {
+    const LONGEST_LINE: usize = 400;
+    let title = Level::HELP.secondary_title(fix.message.as_str());
+    let Some(first) = fix.edits.first() else {
+        return Group::with_title(title);
+    };
+    let spans = fix.edits.iter().map(|edit| edit.span);
+    let window = Window::around(spans, first.span.file, sources);
+    if window.text().lines().any(|line| line.len() > LONGEST_LINE) {
+        return Group::with_title(title);
+    }
     let patches = fix
         .edits
         .iter()
         .map(|edit| Patch::new(window.range(edit.span), edit.replacement.as_str()));
-    let title = Level::HELP.secondary_title(fix.message.as_str());
-    Some(title.element(window.snippet().patches(patches)))
+    title.element(window.snippet().patches(patches))
 }
 
 /// The whole lines of a file that some spans lie on.
@@ -131,13 +139,17 @@ impl<'a> Window<'a> {
         }
     }
 
+    fn text(&self) -> &'a str {
+        &self.sources.text(self.file)[self.bytes.clone()]
+    }
+
     fn range(&self, span: Span) -> Range<usize> {
         let range = self.sources.range(span);
         range.start - self.bytes.start..range.end - self.bytes.start
     }
 
     fn snippet<T: Clone>(&self) -> Snippet<'a, T> {
-        Snippet::source(&self.sources.text(self.file)[self.bytes.clone()])
+        Snippet::source(self.text())
             .line_start(self.first_line + 1)
             .path(self.sources.name(self.file))
     }

@@ -218,8 +218,9 @@ pub(super) fn missing(context: &Context<'_, '_>) -> Option<Mistake> {
             true => (context.span(0), Repair::Replace(SOME_NAME)),
             false => (place, Repair::Insert(SOME_NAME)),
         };
-        let repair = match context.token(0) {
-            Some(Token::OpenParen) => Repair::LeaveOut,
+        let repair = match (before, context.token(0)) {
+            (_, Some(Token::OpenParen)) => Repair::LeaveOut,
+            (Token::For, _) => Repair::LeaveOut,
             _ => repair,
         };
         Mistake {

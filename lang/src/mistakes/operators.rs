@@ -172,15 +172,19 @@ pub(super) fn comparison_for_assignment(context: &Context<'_, '_>) -> Option<Mis
     })
 }
 
-/// `p => …`, `(p, n) => …`
+const NO_FN: &str = "a lambda begins with `fn`";
+
+/// `p => …`, `(p) => …`
 pub(super) fn fat_arrow(context: &Context<'_, '_>) -> Option<Mistake> {
     if context.token(0)? != Token::FatArrow {
         return None;
     }
-    let found = Diagnostic::error(codes::E0131, context.span(0), "a lambda begins with `fn`");
-    let diagnostic = match context.token(-1) {
-        Some(Token::Name(name)) => found.fix(context.span(-1), format!("fn({name})"), "write `fn`"),
-        Some(Token::CloseParen) => match context.opener(context.at - 1) {
+    let found = Diagnostic::error(codes::E0131, context.span(0), NO_FN);
+    let diagnostic = match (context.token(-1), context.index(-1)) {
+        (Some(Token::Name(name)), _) => {
+            found.fix(context.span(-1), format!("fn({name})"), "write `fn`")
+        }
+        (Some(Token::CloseParen), Some(close)) => match context.opener(close) {
             Some(open) => found.fix(context.span_of(open).at_start(), "fn", "write `fn`"),
             None => found,
         },
@@ -218,6 +222,36 @@ pub(super) fn index(context: &Context<'_, '_>) -> Option<Mistake> {
         diagnostic: Diagnostic::error(codes::E0130, context.span(0), "nothing is indexed").help(
             "a vector's components are `.x`, `.y`, `.z`; lists go through `for`, `map`, `fold`",
         ),
+        at: context.at,
+        repair: Repair::LeaveOut,
+    })
+}
+
+/// `(1, 2, 3)`, `(p, n) => …`
+pub(super) fn tuple(context: &Context<'_, '_>) -> Option<Mistake> {
+    let open = context.opener(context.at)?;
+    let is_tuple = context.token(0)? == Token::Comma
+        && context.words[open].1 == Token::OpenParen
+        && context.expects(")");
+    if !is_tuple {
+        return None;
+    }
+    let close = (context.at..context.end).find(|at| {
+        context.words[*at].1 == Token::CloseParen && context.opener(*at) == Some(open)
+    })?;
+    let is_lambda = context.words.get(close + 1).map(|word| word.1) == Some(Token::FatArrow);
+    let (open, close) = (context.span_of(open), context.span_of(close));
+    let diagnostic = match is_lambda {
+        true => {
+            Diagnostic::error(codes::E0131, open, NO_FN).fix(open.at_start(), "fn", "write `fn`")
+        }
+        false => Diagnostic::error(codes::E0132, open.to(close), "a list stands in `[ ]`").fix_all(
+            [(open, "[".to_owned()), (close, "]".to_owned())],
+            "write brackets",
+        ),
+    };
+    Some(Mistake {
+        diagnostic,
         at: context.at,
         repair: Repair::LeaveOut,
     })

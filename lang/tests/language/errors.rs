@@ -1,1 +1,178 @@
-//! What is said about texts with mistakes.
+//! What is said about texts with mistakes. Each snapshot is a group of texts with everything that is
+//! said about them; a new mistake is a new line in a group.
+
+use super::read;
+
+fn say(texts: &[&str]) -> String {
+    let said = texts.iter().map(|text| {
+        let (tree, said) = read(text);
+        let verdict = match tree {
+            Some(_) => "accepted",
+            None => "refused",
+        };
+        format!("{text}\n~~~ {verdict}\n{said}")
+    });
+    said.collect::<Vec<_>>().join("\n==========\n")
+}
+
+#[test]
+fn words() {
+    insta::assert_snapshot!(say(&[
+        "box(1).rotate(90degrees, X)",
+        "sphere(3furlongs) | box(2furlong)",
+        "sphere(1).color(#12345) | box(1).color(#12345g)",
+        "print(\"half);\nsphere(1)",
+        "print(\"50\\% of \\x\");",
+        "sphere(1) /* the rest",
+        "print('single');",
+        "let n = 99999999999999999999;\nlet m = 1e400;",
+        "let a = 2 × 3;\nlet b = 4 − 1;",
+        "let größe = 2;\nlet a = 1;",
+        "let a = 1 @ 2;",
+        "let name = “text”;",
+    ]));
+}
+
+#[test]
+fn separators() {
+    insta::assert_snapshot!(say(&[
+        "let r = 2\nsphere(r)",
+        "let a = 1 let b = 2;\nparam c = 3",
+        "fn f(x) {\n    let y = x\n    y\n}",
+        "sphere(1)\nbox(2)",
+        "sphere(1)\ncamera { from: [0, 1, 5] }",
+        "box(1 2, 3)",
+        "[[1, 2] [3, 4]]",
+        "camera { from: [0, 1, 5] look: [0, 0, 0] }",
+        "camera { from: [0, 1, 5]; fov: 35deg }\nsphere(1)",
+        "camera { from [0, 1, 5], fov: 3 }\nsphere(1)",
+        "sky { fog: 0.1 };\nfn f(x) { x };\nsphere(1)",
+        "sphere(1);",
+        "fn ball(r) { let s = r; sphere(s); }",
+        "fn ball(r) { }",
+        "sphere(1);\nbox(1)",
+    ]));
+}
+
+#[test]
+fn brackets() {
+    insta::assert_snapshot!(say(&[
+        "let a = sphere(1;\nlet b = 2;",
+        "let a = union([sphere(1), box(2);\nlet b = = 2;",
+        "let a = sphere(1\nlet b = 2;",
+        "let v = [1, 2, 3);",
+        "let v = f(g(1, 2];",
+        "sphere(1))",
+        "fn f(x) {\n    x * 2\n\nparam y = 2;\nsphere(y)",
+        "fn f(x) {\n    let y = (x * 2);\n    y",
+        "camera {\n    from: [0, 1, 5],\n\nlet a = 1;",
+        "let f = for i in 0..3 {\n    i\n\nparam a = 1;",
+    ]));
+}
+
+#[test]
+fn names() {
+    insta::assert_snapshot!(say(&[
+        "let = sphere(1);\nlet 2 = 3;",
+        "let part = sphere(1);\npart",
+        "fn f(in: float) = 1;\nfn for(x) = 1;",
+        "cylinder(by: 2)",
+        "for 0..3 { 1 }",
+        "x = 3;\nsphere(x)",
+        "const x = 3;\nvar y: float = 2;\nsphere(x)",
+        "function f(x) { x }\nfn g(x) { return x; }",
+        "fn f(x) {\n    param y = 2;\n    fn g(z) = z;\n    x\n}",
+        "let f = fn g(x) => x;",
+        "import \"std/fasteners\";\nsphere(1)",
+        "import fasteners as f;",
+        "while (x < 3) { x }",
+        "let a = if b { 1 } elif c { 2 } else { 3 };",
+        "sphere(1).",
+    ]));
+}
+
+#[test]
+fn operators() {
+    insta::assert_snapshot!(say(&[
+        "let a = r ^ 2 + s ** 3;",
+        "let a = big ? 2 : 1;\nlet b = ;",
+        "let a = b and not c or d;",
+        "let a = b === c || d !== e || f <> g;",
+        "cylinder(r = 1, h=2)",
+        "camera { fov = 35deg }\nsphere(1)",
+        "assert(n = 3, \"three\");",
+        "let a = if b = 1 { c } else { d };",
+        "let a == 1;\nlet b := 2;\nfn f(x) => x;",
+        "a += 1;\nb.x = 2;",
+        "field(p => length(p) - 1)",
+        "field((p, n) => length(p) - 1)",
+        "let h = p[1];",
+        "let a = sphere(1).translate((1, 2, 3));",
+        "let h = 2x + 1;",
+        "let a = +1;\nlet b = a++;",
+        "let a = ;\nlet b = a + ;\nlet c = a * * b;",
+        "(a | ) - b",
+        "if 0 < x < 1 { a } else { b }",
+        "let n = if big { 2 };",
+        "a |[] b",
+        "cylinder(r: 1, 2)",
+        "param n = 3 in 6;\nparam m = 3 in [1, 2] by 1;",
+        "sphere 1",
+        "a | b - c",
+        "a - b |[0.1] c & d - e",
+    ]));
+}
+
+#[test]
+fn several_are_found_in_one_run() {
+    insta::assert_snapshot!(say(&["\
+param goo = 0.35 in 0.0..1.0
+param tint: color = #3aa6f;
+camera { from = [0, 1.4, 5], fov: 35degs }
+let base = sphere(r = 1) |[0.2 box(1);
+fn f(x) {
+    let y = x ^ 2
+    let z = y + ;
+    z;
+}
+let = 3;
+let good = 4;
+base.rotate(90deg X)
+"]));
+}
+
+#[test]
+fn no_more_than_twenty_are_shown() {
+    let text = "let = 1;\n".repeat(30);
+    let (_, said) = read(&text);
+    assert_eq!(said.matches("error[E0115]").count(), 20);
+    assert!(said.ends_with("… and 10 more\n"), "{said}");
+}
+
+#[test]
+fn coloured_text_is_the_plain_text_with_colours() {
+    use sdfc_lang::{Sources, Style, parse};
+    let mut sources = Sources::new();
+    let file = sources.add("scene.sdf", "cylinder(r = 1)");
+    let (_, found) = parse(&sources, file);
+    let coloured = found[0].render(&sources, Style::Coloured);
+    assert!(coloured.contains("\u{1b}["));
+    let mut plain = String::new();
+    let mut rest = coloured.as_str();
+    while let Some((before, after)) = rest.split_once('\u{1b}') {
+        plain.push_str(before);
+        rest = after.split_once('m').map_or("", |(_, rest)| rest);
+    }
+    plain.push_str(rest);
+    assert_eq!(plain, found[0].render(&sources, Style::Plain));
+}
+
+#[test]
+fn json_has_places_and_fixes() {
+    use sdfc_lang::{Diagnostics, Sources, parse};
+    let mut sources = Sources::new();
+    let file = sources.add("scene.sdf", "let ä = 1;\ncylinder(r = 1)");
+    let (_, found) = parse(&sources, file);
+    let found: Diagnostics = found.into_iter().collect();
+    insta::assert_snapshot!(serde_json::to_string_pretty(&found.to_json(&sources)).unwrap());
+}
