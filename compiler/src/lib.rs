@@ -1,5 +1,17 @@
 //! From syntax trees to scenes, graphs, verified programs and WGSL. Deterministic: the same text
 //! and options give the same bytes. No input or output, no GPU.
 
+pub mod bounds;
+pub mod compile;
+pub mod export;
 pub mod expression;
+pub mod graph;
+pub mod lower;
+pub mod passes;
+pub mod raise;
 pub mod scene;
+pub mod schedule;
+pub mod slope;
+pub mod steepness;
+pub mod uniforms;
+pub mod wgsl;

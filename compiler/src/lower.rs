@@ -20,8 +20,8 @@ use sdfc_vm::row::Slope;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
-/// What the polygon's chain starts from: the square of a distance longer than any in a scene.
-const FAR_SQUARED: f32 = 1e30;
+/// What the polygon's chain starts from: a distance longer than any in a scene.
+const FAR: f32 = 1e30;
 /// Fields without bounds of their own are examined within this cube around the origin, in units.
 const FIELD_REGION: f64 = 100.0;
 
@@ -254,7 +254,7 @@ impl Lowering<'_> {
         } else {
             let span = self.scene.shapes[id.0 as usize].span;
             self.diagnostics.push(
-                Diagnostic::warning(codes::W0402, span, "the slope of this field cannot be bounded")
+                Diagnostic::warning(codes::W0501, span, "the slope of this field cannot be bounded")
                     .primary("it may rise arbitrarily fast, so rays may step over it")
                     .help("state a bound, `field(…, lipschitz: 2)`, or keep away from poles with `max`"),
             );
@@ -336,13 +336,13 @@ impl Lowering<'_> {
     fn polygon(&mut self, points: &[[ExprId; 2]], at: At) -> NodeId {
         let corners: Vec<[Number; 2]> =
             points.iter().map(|p| p.map(|id| self.number(id))).collect();
-        let mut value = self.graph.add(Node::Constant(Number::Constant(FAR_SQUARED)));
+        let mut value = self.graph.add(Node::Constant(Number::Constant(FAR)));
         for (i, a) in corners.iter().enumerate() {
             let b = corners[(i + 1) % corners.len()];
             let parameters = vec![a[0], a[1], b[0], b[1]];
             value = self.apply(Op::PolygonEdge, at, vec![value], parameters);
         }
-        self.apply(Op::PolygonClose, at, vec![value], Vec::new())
+        value
     }
 
     fn paint(&mut self, value: NodeId, id: MaterialId, at: At) -> NodeId {

@@ -8,6 +8,7 @@
 use crate::expression::{ExprId, Expressions};
 use sdfc_lang::Span;
 use sdfc_vm::bounds::Bounds;
+pub use sdfc_vm::settings::{Animation, Normals, Occlusion, ParamKind, Tonemap};
 use sdfc_vm::table::Op;
 
 /// A shape of the scene, by its position in [`Scene::shapes`].
@@ -80,29 +81,6 @@ pub struct Param {
     pub structural: bool,
     /// Where it is declared.
     pub span: Span,
-}
-
-/// What a parameter is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ParamKind {
-    /// A number.
-    Float,
-    /// A whole number.
-    Int,
-    /// Yes or no, as 1 or 0.
-    Bool,
-    /// A length in scene units.
-    Length,
-    /// An angle in radians.
-    Angle,
-    /// Seconds.
-    Time,
-    /// A colour, linear.
-    Color,
-    /// Two numbers.
-    Vec2,
-    /// Three numbers.
-    Vec3,
 }
 
 /// A shape: a solid, or a figure in the xy plane.
@@ -333,56 +311,6 @@ pub struct Render {
     pub tonemap: Tonemap,
     /// A factor on all light, before tone mapping.
     pub exposure: ExprId,
-}
-
-/// Ambient occlusion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Occlusion {
-    /// None.
-    Off,
-    /// Five samples along the normal.
-    FiveTap,
-    /// This many samples over the hemisphere.
-    Multi(u32),
-}
-
-/// How normals are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Normals {
-    /// The gradient of the formula, by dual numbers.
-    Exact,
-    /// Differences between the point and one ahead of it along each axis.
-    Forward,
-    /// Differences between two points on both sides, along each axis.
-    Central,
-    /// Differences between the point and one behind it along each axis.
-    Reverse,
-    /// Differences between the corners of a tetrahedron.
-    Tetrahedron,
-    /// Central differences as wide as a pixel.
-    Wide,
-}
-
-/// Tone mapping.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tonemap {
-    /// Values are cut at 1.
-    None,
-    /// `x / (1 + x)` on the luminance.
-    Reinhard,
-    /// A filmic curve.
-    Aces,
-}
-
-/// An animation.
-#[derive(Clone, Copy, Debug)]
-pub struct Animation {
-    /// Its length in seconds.
-    pub duration: f64,
-    /// Frames per second.
-    pub fps: f64,
-    /// Whether it starts again at its end.
-    pub repeats: bool,
 }
 
 /// A condition on a uniform number.

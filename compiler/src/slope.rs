@@ -74,7 +74,7 @@ impl<'a> Field<'a> {
     /// binary search finds each.
     fn at(&self, bounds: &Bounds) -> DualInterval {
         let axis = |i: usize| Interval { lo: bounds.min[i], hi: bounds.max[i] };
-        let point = DualVec3::seed(V3::of(axis(0), axis(1), axis(2)));
+        let point: DualVec3<Interval> = DualVec3::seed(V3::of(axis(0), axis(1), axis(2)));
         let mut values: Vec<DualInterval> = Vec::with_capacity(self.order.len());
         for &id in &self.order {
             let get = |id: &ExprId| {

@@ -14,11 +14,11 @@ use sdfc_vm::row::{Category, Input, Output, ParameterType, Row};
 use std::fmt::Write;
 
 /// The binding of the instructions.
-pub const CODE_SLOT: u32 = 10;
+pub const CODE_SLOT: u32 = 16;
 /// The binding of the constants.
-pub const POOL_SLOT: u32 = 11;
+pub const POOL_SLOT: u32 = 17;
 /// The binding of the number of instructions.
-pub const LENGTH_SLOT: u32 = 12;
+pub const LENGTH_SLOT: u32 = 18;
 
 /// Where instructions and constants lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

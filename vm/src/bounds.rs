@@ -2,7 +2,7 @@
 
 /// A box that holds a solid; empty if a lower corner exceeds the upper one, infinite where a
 /// coordinate is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Bounds {
     /// The lower corner.
     pub min: [f64; 3],

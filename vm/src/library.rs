@@ -25,9 +25,9 @@ pub struct Library {
 }
 
 impl Library {
-    /// The text of all functions called so far: elementary functions, then operations in the order
-    /// of the table.
-    pub fn text(&self) -> String {
+    /// The text of all functions called so far, operations in the order of the table, and the
+    /// elementary functions that they call in turn; [`Library::whole`] has those too.
+    pub fn text(&self) -> (String, Vec<&'static str>) {
         let mut calls = self.calls.clone();
         if self.local_normal {
             calls.insert("length3");
@@ -54,10 +54,6 @@ impl Library {
             text.push_str(DUAL_POINT);
             text.push('\n');
         }
-        for function in prelude::functions(calls) {
-            text.push_str(&function.text);
-            text.push('\n');
-        }
         if self.local_normal {
             text.push_str(LOCAL_NORMAL);
         }
@@ -70,7 +66,17 @@ impl Library {
         if self.mapped_gradient {
             text.push_str(MAPPED_GRADIENT);
         }
-        text + &bodies
+        (text + &bodies, calls.into_iter().collect())
+    }
+    /// The text with the elementary functions in front: complete but for the struct `Surface`.
+    pub fn whole(&self) -> String {
+        let (text, calls) = self.text();
+        let mut whole = String::new();
+        for function in prelude::functions(calls) {
+            whole.push_str(&function.text);
+            whole.push('\n');
+        }
+        whole + &text
     }
     /// Marks an operation's plain function as called.
     pub fn use_value(&mut self, op: Op) {

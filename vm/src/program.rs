@@ -28,6 +28,7 @@
 
 use crate::kernel::Kernel;
 use crate::row::Output;
+use crate::settings::Settings;
 use crate::table::{Op, ROWS};
 use crate::uniform::UniformProgram;
 
@@ -348,15 +349,35 @@ impl Needs {
     }
 }
 
-/// A scene, compiled: its programs and what feeds their constants.
+/// A scene, compiled: its programs, what feeds their constants, and how it is to be drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Module {
     /// The distance.
     pub distance: Program,
     /// The distance and the material; `None` where all of the scene has one constant material.
     pub surface: Option<Program>,
-    /// What the constants of both, and the settings of the picture, are computed by.
+    /// What the constants of both, and the settings' numbers, are computed by.
     pub uniforms: UniformProgram,
+    /// How it is drawn.
+    pub settings: Settings,
+}
+
+impl Module {
+    /// The numbers of all parameters, in the order of the uniform program's inputs.
+    pub fn param_numbers(&self) -> Vec<f64> {
+        self.settings.params.iter().flat_map(|param| param.value.iter().copied()).collect()
+    }
+    /// Runs the uniform program for the present parameters at this time, writes the results into
+    /// both programs' constants, and gives them. Nothing else changes with a parameter.
+    pub fn update(&mut self, time: f64) -> Vec<f64> {
+        let outputs = self.uniforms.run(&self.param_numbers(), time);
+        let narrow: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
+        self.distance.patch(&narrow);
+        if let Some(surface) = &mut self.surface {
+            surface.patch(&narrow);
+        }
+        outputs
+    }
 }
 
 /// The rows must leave room for the machine's own codes.

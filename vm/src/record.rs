@@ -362,25 +362,43 @@ macro_rules! recorded_vector {
             Self(call("floor", vec![self.0], Type::Vec3))
         }
         fn xy(self) -> Vec2 {
-            Vec2(push(Kind::Member(self.0, "xy"), Type::Vec2))
+            Vec2(pair(self, "xy", self.x(), self.y()))
         }
         fn xz(self) -> Vec2 {
-            Vec2(push(Kind::Member(self.0, "xz"), Type::Vec2))
+            Vec2(pair(self, "xz", self.x(), self.z()))
         }
     };
 }
 recorded_vector!(Vec2, Vector2, Type::Vec2, "vec2f", "length2", { x 0, y 1 });
 recorded_vector!(Vec3, Vector3, Type::Vec3, "vec3f", "length3", { x 0, y 1, z 2 });
 
-/// A component of a vector; of one that was just put together, the part itself.
+/// A component of a vector: of one that was just put together, the part itself; of two
+/// components of another, that one's component.
 fn component(vector: u32, axis: &'static str, index: usize, constructor: &str) -> u32 {
-    let part = ARENA.with_borrow(|arena| match &arena.nodes[vector as usize].kind {
+    enum Found {
+        Part(u32),
+        Member(u32, &'static str),
+    }
+    let found = ARENA.with_borrow(|arena| match &arena.nodes[vector as usize].kind {
         Kind::Call(name, parts) if *name == constructor => {
-            Some(*parts.get(index).unwrap_or(&parts[0]))
+            Found::Part(*parts.get(index).unwrap_or(&parts[0]))
         }
-        _ => None,
+        Kind::Member(whole, "xy") => Found::Member(*whole, ["x", "y"][index]),
+        Kind::Member(whole, "xz") => Found::Member(*whole, ["x", "z"][index]),
+        _ => Found::Member(vector, axis),
     });
-    part.unwrap_or_else(|| push(Kind::Member(vector, axis), Type::Scalar))
+    match found {
+        Found::Part(part) => part,
+        Found::Member(vector, axis) => push(Kind::Member(vector, axis), Type::Scalar),
+    }
+}
+
+/// Two components of a vector at once; of one that was just put together, its parts.
+fn pair(vector: Vec3, axes: &'static str, x: Scalar, y: Scalar) -> u32 {
+    let built = ARENA.with_borrow(|arena| {
+        matches!(arena.nodes[vector.0 as usize].kind, Kind::Call("vec3f", _))
+    });
+    if built { Vec2::new(x, y).0 } else { push(Kind::Member(vector.0, axes), Type::Vec2) }
 }
 
 /// What a parameter of a recorded function is made of, and what its result is.
@@ -570,7 +588,9 @@ impl<'a> Writer<'a> {
                 let parts: Vec<String> =
                     parts.iter().map(|&p| self.expression(p, depth + 1)).collect();
                 let name = if *name == "#struct" { self.structure.unwrap_or(name) } else { name };
-                (format!("{name}({})", parts.join(", ")), false)
+                let text = format!("{name}({})", parts.join(", "));
+                let constant = self.is_constant(id);
+                (text, constant)
             }
             Kind::Member(a, member) => {
                 let trivial = matches!(
@@ -589,6 +609,13 @@ impl<'a> Writer<'a> {
         let _ = writeln!(self.lines, "    let {name} = {text};");
         self.names.insert(id, name.clone());
         name
+    }
+
+    /// Whether a node is a vector of literals, which is as short as a name for it.
+    fn is_constant(&self, id: u32) -> bool {
+        let literal = |id: &u32| matches!(self.arena.nodes[*id as usize].kind, Kind::Literal(_));
+        matches!(&self.arena.nodes[id as usize].kind,
+            Kind::Call("vec2f" | "vec3f", parts) if parts.iter().all(literal))
     }
 
     /// The text of a node as an operand: in parentheses if it binds less tightly than `needed`.

@@ -58,7 +58,7 @@ macro_rules! for_each_operation {
                 ..SOLID
             };
             /// All points within `r` of the segment from `from` to `to`; a ball where they are one point.
-            CapsuleBetween "capsule_between" = shapes::capsule_between(p: Point; from: Vec3, r: Scalar, axis: Vec3, inverse: Scalar) -> Value, prepare::between, Meta {
+            CapsuleBetween "capsule_between" = shapes::capsule_between(p: Point; start: Vec3, r: Scalar, axis: Vec3, inverse: Scalar) -> Value, prepare::between, Meta {
                 language: Some(Language { name: "capsule", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::capsule_between),
                 source: "I. Quilez, Distance Functions: capsule",
@@ -232,7 +232,7 @@ macro_rules! for_each_operation {
                 ..PLANE
             };
             /// All points of the plane within `r` of the segment from `from` to `to`.
-            Segment "segment" = shapes2::segment(p: Plane; from: Vec2, axis: Vec2, inverse: Scalar, r: Scalar) -> Value, prepare::between2, Meta {
+            Segment "segment" = shapes2::segment(p: Plane; start: Vec2, axis: Vec2, inverse: Scalar, r: Scalar) -> Value, prepare::between2, Meta {
                 language: Some(Language { name: "segment", arguments: &[required("from", A::Vec2), required("to", A::Vec2), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::segment),
                 source: "I. Quilez, 2D Distance Functions: segment",

@@ -56,11 +56,11 @@ pub fn capsule<R: Real>(p: R::Vec3, half: R, r: R) -> R {
     R::Vec3::new(p.x(), y, p.z()).length() - r
 }
 
-/// All points within `r` of the segment that starts at `from` and runs along `axis`; `inverse` is
+/// All points within `r` of the segment that starts at `start` and runs along `axis`; `inverse` is
 /// one over the square of its length, or zero where it has none.
 #[inline(always)]
-pub fn capsule_between<R: Real>(p: R::Vec3, from: R::Vec3, r: R, axis: R::Vec3, inverse: R) -> R {
-    let q = (p - from).named("q");
+pub fn capsule_between<R: Real>(p: R::Vec3, start: R::Vec3, r: R, axis: R::Vec3, inverse: R) -> R {
+    let q = (p - start).named("q");
     let t = (q.dot(axis) * inverse).saturate();
     (q - axis * t).length() - r
 }

@@ -46,8 +46,8 @@ pub fn rounded_rect<R: Real>(p: R::Vec2, half: R::Vec2, round: R) -> R {
 
 /// All points within `r` of a segment, as [`crate::ops::shapes::capsule_between`] in the plane.
 #[inline(always)]
-pub fn segment<R: Real>(p: R::Vec2, from: R::Vec2, axis: R::Vec2, inverse: R, r: R) -> R {
-    let q = (p - from).named("q");
+pub fn segment<R: Real>(p: R::Vec2, start: R::Vec2, axis: R::Vec2, inverse: R, r: R) -> R {
+    let q = (p - start).named("q");
     let t = (q.dot(axis) * inverse).saturate();
     (q - axis * t).length() - r
 }

@@ -1,0 +1,336 @@
+//! Scene → module: the pipeline behind the language.
+
+use crate::bounds::shape_bounds;
+use crate::expression::{ExprId, Stage};
+use crate::graph::{Graph, Node, Number};
+use crate::lower::{Purpose, channel_numbers, lower};
+use crate::passes::{PassOptions, optimize};
+use crate::scene::{self, MaterialId, Scene, ShapeId, ShapeKind};
+use crate::schedule::schedule;
+use crate::steepness::steepness;
+use crate::uniforms::Uniforms;
+use crate::wgsl;
+use sdfc_lang::{Diagnostic, Span, codes};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::library::Library;
+use sdfc_vm::program::{Module, Program};
+use sdfc_vm::settings::{self, Setting, Settings};
+use sdfc_vm::verify::{VerifyError, verify};
+
+/// What is compiled, and how.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The named output; without one, the scene's result.
+    pub part: Option<String>,
+    /// Which passes run.
+    pub passes: PassOptions,
+}
+
+/// A scene, compiled.
+#[derive(Clone, Debug)]
+pub struct Compiled {
+    /// What engines run.
+    pub module: Module,
+    /// The graph as it was lowered.
+    pub graph: Graph,
+    /// The graph after the passes.
+    pub optimized: Graph,
+    /// The graph of surfaces after the passes, where the scene has more than one material.
+    pub surface: Option<Graph>,
+}
+
+/// The scene's functions as WGSL.
+#[derive(Clone, Debug, Default)]
+pub struct GeneratedSource {
+    /// The functions and the operations they call. They read `uniforms`, and, where there are
+    /// surfaces, call `unpainted_surface()` and use the struct `Surface`.
+    pub text: String,
+    /// The elementary functions they call; see [`sdfc_vm::prelude`].
+    pub calls: Vec<&'static str>,
+}
+
+impl Compiled {
+    /// The scene's functions as WGSL: `scene_distance`, `scene_gradient` and, where the scene has
+    /// more than one material, `scene_surface`.
+    pub fn generated(&self) -> GeneratedSource {
+        let mut library = Library::default();
+        let mut scene = wgsl::write(&self.optimized, wgsl::Function::Distance, &mut library);
+        scene.push('\n');
+        scene.push_str(&wgsl::write(&self.optimized, wgsl::Function::Gradient, &mut library));
+        if let Some(surface) = &self.surface {
+            scene.push('\n');
+            scene.push_str(&wgsl::write(surface, wgsl::Function::Surface, &mut library));
+        }
+        let (text, calls) = library.text();
+        GeneratedSource { text: text + &scene, calls }
+    }
+}
+
+/// Compiles a scene. There is no result if a diagnostic is an error.
+pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Diagnostic>) {
+    let Some(root) = chosen(&scene, options) else {
+        return (None, vec![nothing_to_draw(&scene, options)]);
+    };
+    let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
+    let (graph, mut diagnostics) = lower(&mut scene, root, Purpose::Distance, &mut uniforms);
+    let optimized = optimize(&graph, &options.passes);
+    let (materials, fallback) = materials(&scene, root);
+    let surface = (materials > 1).then(|| {
+        let (graph, _) = lower(&mut scene, root, Purpose::Surface, &mut uniforms);
+        optimize(&graph, &options.passes)
+    });
+    let bounds = shape_bounds(&scene)[root.0 as usize];
+    let slope = steepness(&optimized);
+    let settings = settings_of(&mut scene, fallback, bounds, slope, &mut uniforms);
+    let mut module = Module {
+        distance: schedule(&optimized),
+        surface: surface.as_ref().map(schedule),
+        uniforms: uniforms.finish(),
+        settings,
+    };
+    let outputs = module.update(0.0);
+    let span = scene.shapes[root.0 as usize].span;
+    diagnostics.extend(unverified(&module, span));
+    diagnostics.extend(violated(&scene, &module, &outputs));
+    if diagnostics.iter().any(Diagnostic::is_error) {
+        return (None, diagnostics);
+    }
+    (Some(Compiled { module, graph, optimized, surface }), diagnostics)
+}
+
+/// The shape that the options ask for.
+fn chosen(scene: &Scene, options: &Options) -> Option<ShapeId> {
+    match &options.part {
+        Some(part) => scene.parts.iter().find(|(name, _)| name == part).map(|&(_, id)| id),
+        None => scene.root,
+    }
+}
+
+fn nothing_to_draw(scene: &Scene, options: &Options) -> Diagnostic {
+    let span = scene.shapes.first().map_or(Span::default(), |shape| shape.span);
+    match &options.part {
+        Some(part) => {
+            let names: Vec<&str> = scene.parts.iter().map(|(name, _)| name.as_str()).collect();
+            let known = if names.is_empty() {
+                "it has no parts".to_owned()
+            } else {
+                format!("its parts are {}", names.join(", "))
+            };
+            Diagnostic::error(codes::E0503, span, format!("the scene has no part `{part}`: {known}"))
+        }
+        None => Diagnostic::error(codes::E0502, span, "the file has no shape to draw")
+            .help("end it with an expression, such as `sphere(1)`, or name a `part`"),
+    }
+}
+
+/// How many materials a shape shows, and the one that covers all of it if it is one.
+fn materials(scene: &Scene, root: ShapeId) -> (usize, MaterialId) {
+    let mut found: Vec<MaterialId> = Vec::new();
+    let mut seen = vec![false; scene.shapes.len()];
+    let mut pending = vec![root];
+    let mut constant = true;
+    while let Some(id) = pending.pop() {
+        if std::mem::replace(&mut seen[id.0 as usize], true) {
+            continue;
+        }
+        let material = match &scene.shapes[id.0 as usize].kind {
+            ShapeKind::Painted { material, .. } => Some(*material),
+            ShapeKind::Combine { children, .. } => {
+                pending.extend(children);
+                None
+            }
+            ShapeKind::Frame { child, .. }
+            | ShapeKind::Domain { child, .. }
+            | ShapeKind::Warp { child, .. }
+            | ShapeKind::Distance { child, .. }
+            | ShapeKind::Displace { child, .. } => {
+                pending.push(*child);
+                None
+            }
+            ShapeKind::Primitive { .. } | ShapeKind::Field { .. } | ShapeKind::Polygon { .. } => {
+                Some(MaterialId(0))
+            }
+            ShapeKind::Nothing => None,
+        };
+        if let Some(id) = material {
+            let material = &scene.materials[id.0 as usize];
+            let uniform = |number: ExprId| scene.expressions.stage(number) <= Stage::Uniform;
+            constant &= material.bump.is_none()
+                && channel_numbers(material).into_iter().all(uniform);
+            if !found.contains(&id) {
+                found.push(id);
+            }
+        }
+    }
+    match found.as_slice() {
+        [only] if constant => (1, *only),
+        [] => (1, MaterialId(0)),
+        _ => (2, MaterialId(0)),
+    }
+}
+
+/// The scene's settings, with numbers that engines can read.
+fn settings_of(
+    scene: &mut Scene,
+    fallback: MaterialId,
+    bounds: Bounds,
+    slope: f64,
+    uniforms: &mut Uniforms,
+) -> Settings {
+    let expressions = &scene.expressions;
+    let mut one = |id: ExprId| match expressions.as_constant(id) {
+        Some(v) => Setting::Constant(v),
+        None => match uniforms.number(expressions, id) {
+            Number::Constant(v) => Setting::Constant(v.into()),
+            Number::Uniform(output) => Setting::Uniform(output),
+        },
+    };
+    macro_rules! three {
+        ($triple:expr) => {
+            $triple.map(&mut one)
+        };
+    }
+    let cameras = scene
+        .cameras
+        .iter()
+        .map(|camera| settings::Camera {
+            name: camera.name.clone(),
+            from: three!(camera.from),
+            look: three!(camera.look),
+            up: three!(camera.up),
+            lens: match camera.lens {
+                scene::Lens::Perspective { fov } => settings::Lens::Perspective(one(fov)),
+                scene::Lens::Orthographic { height } => settings::Lens::Orthographic(one(height)),
+            },
+            automatic: camera.automatic,
+        })
+        .collect();
+    let lights = scene
+        .lights
+        .iter()
+        .map(|light| settings::Light {
+            source: match light.source {
+                scene::LightSource::Directional(v) => settings::LightSource::Directional(three!(v)),
+                scene::LightSource::Point(v) => settings::LightSource::Point(three!(v)),
+            },
+            color: three!(light.color),
+            intensity: one(light.intensity),
+            shadow: match light.shadow {
+                scene::Shadow::None => settings::Shadow::None,
+                scene::Shadow::Hard => settings::Shadow::Hard,
+                scene::Shadow::Plain(k) => settings::Shadow::Plain(one(k)),
+                scene::Shadow::Soft(k) => settings::Shadow::Soft(one(k)),
+                scene::Shadow::Sized(k) => settings::Shadow::Sized(one(k)),
+            },
+        })
+        .collect();
+    let sky = settings::Sky {
+        top: three!(scene.sky.top),
+        horizon: three!(scene.sky.horizon),
+        ground: three!(scene.sky.ground),
+        ambient: one(scene.sky.ambient),
+        fog: scene.sky.fog.map(&mut one),
+    };
+    let render = settings::Render {
+        size: scene.render.size,
+        aa: scene.render.aa,
+        steps: scene.render.steps,
+        far: scene.render.far,
+        occlusion: scene.render.occlusion,
+        occlusion_reach: scene.render.occlusion_reach,
+        normals: scene.render.normals,
+        tonemap: scene.render.tonemap,
+        exposure: one(scene.render.exposure),
+    };
+    let checks = scene
+        .checks
+        .iter()
+        .map(|check| settings::Check {
+            value: one(check.value),
+            strict: check.strict,
+            message: check.message.clone(),
+        })
+        .collect();
+    let material = channel_numbers(&scene.materials[fallback.0 as usize]).map(&mut one);
+    let params = scene
+        .params
+        .iter()
+        .map(|param| settings::Param {
+            name: param.name.clone(),
+            doc: param.doc.clone(),
+            kind: param.kind,
+            value: param.value.clone(),
+            default: param.default.clone(),
+            range: param.range,
+            inclusive: param.inclusive,
+            step: param.step,
+            structural: param.structural,
+        })
+        .collect();
+    Settings {
+        params,
+        checks,
+        cameras,
+        lights,
+        sky,
+        render,
+        animation: scene.animation,
+        plane: scene.plane,
+        z_up: scene.z_up,
+        bounds,
+        slope,
+        material,
+        material_id: fallback.0,
+        materials: scene.materials.iter().map(|material| material.name.clone()).collect(),
+        parts: scene.parts.iter().map(|(name, _)| name.clone()).collect(),
+    }
+}
+
+/// What the verifier has to say, as diagnostics: only limits of the format can be passed by a
+/// program that the compiler made.
+fn unverified(module: &Module, span: Span) -> Vec<Diagnostic> {
+    let outputs = module.uniforms.outputs.len();
+    let check = |program: &Program, surface: bool| verify(program, outputs, surface).err();
+    let mut errors = vec![check(&module.distance, false)];
+    errors.push(module.surface.as_ref().and_then(|program| check(program, true)));
+    errors
+        .into_iter()
+        .flatten()
+        .map(|error| {
+            let message = match &error {
+                VerifyError::Constant { .. } => {
+                    "a number of the compiled scene is infinite or not a number".to_owned()
+                }
+                error => error.to_string(),
+            };
+            Diagnostic::error(codes::E0501, span, message)
+        })
+        .take(1)
+        .collect()
+}
+
+/// Conditions that the parameters' present values violate.
+fn violated(scene: &Scene, module: &Module, outputs: &[f64]) -> Vec<Diagnostic> {
+    let checks = module.settings.checks.iter().zip(&scene.checks);
+    checks
+        .filter(|(check, _)| {
+            let value = check.value.value(outputs);
+            if check.strict { value.is_nan() || value <= 0.0 } else { value.is_nan() || value < 0.0 }
+        })
+        .map(|(check, from)| Diagnostic::error(codes::E0504, from.span, check.message.clone()))
+        .collect()
+}
+
+/// How many operations of each kind a graph has, by name.
+pub fn operation_counts(graph: &Graph) -> Vec<(&'static str, usize)> {
+    let mut counts = std::collections::BTreeMap::new();
+    let uses = graph.uses();
+    for (id, node) in graph.nodes() {
+        if uses[id.0 as usize] > 0
+            && let Node::Apply { op, .. } = node
+        {
+            *counts.entry(op.row().name).or_insert(0) += 1;
+        }
+    }
+    counts.into_iter().collect()
+}

@@ -1,0 +1,182 @@
+//! Program → graph: a module read from bytecode, back in the form that generated code comes from.
+//!
+//! A program has no jumps, so running it once on nodes instead of numbers gives its graph.
+
+use crate::compile::Compiled;
+use crate::graph::{Graph, Node, NodeId, Number};
+use sdfc_vm::kernel::{Blend, Kernel};
+use sdfc_vm::program::{Code, Frame, Instruction, Module, Operands, Place, Program};
+use sdfc_vm::row::Row;
+use sdfc_vm::table::{Op, ROWS};
+use std::collections::HashMap;
+
+/// The compiled scene that a verified module came from, as far as the module tells.
+pub fn raise(module: Module) -> Compiled {
+    let graph = graph_of(&module.distance);
+    let surface = module.surface.as_ref().map(graph_of);
+    Compiled { optimized: graph.clone(), graph, surface, module }
+}
+
+fn graph_of(program: &Program) -> Graph {
+    let mut graph = Graph::default();
+    let world = graph.add(Node::World);
+    let mut raising = Raising {
+        program,
+        outputs: program.patches.iter().map(|patch| (patch.at, patch.output)).collect(),
+        graph,
+        stack: Vec::new(),
+        points: Vec::new(),
+        current: world,
+        slots: vec![world; program.slots as usize],
+        channels: Vec::new(),
+    };
+    for instruction in &program.code {
+        raising.step(instruction);
+    }
+    let root = raising.pop();
+    raising.graph.root = root;
+    raising.graph
+}
+
+struct Raising<'a> {
+    program: &'a Program,
+    outputs: HashMap<u32, u32>,
+    graph: Graph,
+    stack: Vec<NodeId>,
+    points: Vec<NodeId>,
+    current: NodeId,
+    slots: Vec<NodeId>,
+    channels: Vec<(u8, NodeId)>,
+}
+
+impl Raising<'_> {
+    /// A verified program never pops more than it pushed.
+    fn pop(&mut self) -> NodeId {
+        self.stack.pop().unwrap_or_default()
+    }
+
+    fn number(&self, at: usize) -> Number {
+        match self.outputs.get(&(at as u32)) {
+            Some(&output) => Number::Uniform(output),
+            None => Number::Constant(self.program.pool.as_flattened()[at]),
+        }
+    }
+
+    fn constant(&mut self, index: u32) -> NodeId {
+        let number = self.number(index as usize * 4);
+        self.graph.add(Node::Constant(number))
+    }
+
+    fn point(&mut self, i: &Instruction) -> NodeId {
+        let at = |index: u32, offset: usize| index as usize * 4 + offset;
+        match i.frame {
+            Frame::Same => self.current,
+            Frame::Moved(index) => {
+                let by = std::array::from_fn(|k| self.number(at(index, k)));
+                self.graph.add(Node::Moved { point: self.current, by })
+            }
+            Frame::Mapped(index) => {
+                let rows = std::array::from_fn(|k| self.number(at(index, k)));
+                self.graph.add(Node::Mapped { point: self.current, rows })
+            }
+        }
+    }
+
+    fn step(&mut self, i: &Instruction) {
+        for _ in 0..i.pops {
+            self.current = self.points.pop().unwrap_or(self.current);
+        }
+        if i.push {
+            self.points.push(self.current);
+        }
+        let result = match i.code {
+            Code::Op(op) => {
+                let point = op.row().reads_point().then(|| self.point(i));
+                let values = self.operands(i);
+                let parameters = self.parameters(op.row(), i);
+                let node = if op == Op::Constant {
+                    Node::Constant(parameters[0])
+                } else {
+                    Node::Apply { op, point, values, parameters }
+                };
+                let id = self.graph.add(node);
+                if i.code.gives_point() {
+                    self.current = id;
+                    return;
+                }
+                id
+            }
+            Code::Load => self.slots[usize::from(i.slot)],
+            Code::Store => {
+                let top = self.pop();
+                self.slots[usize::from(i.slot)] = top;
+                top
+            }
+            Code::Take => self.pop(),
+            Code::Normal => {
+                let point = self.point(i);
+                self.graph.add(Node::Normal { point, axis: i.slot })
+            }
+            Code::Channel => {
+                let value = self.pop();
+                self.channels.push((i.slot, value));
+                return;
+            }
+            Code::Paint => {
+                let value = self.pop();
+                let start = i.parameters as usize * 4;
+                let constants = std::array::from_fn(|k| self.number(start + k));
+                let channels = std::mem::take(&mut self.channels);
+                self.graph.add(Node::Paint { value, constants, channels })
+            }
+        };
+        let result = match i.place {
+            Place::Push => result,
+            Place::Blend { kernel, index } => {
+                let below = self.pop();
+                self.blend(kernel, index, below, result)
+            }
+        };
+        self.stack.push(result);
+    }
+
+    fn operands(&mut self, i: &Instruction) -> Vec<NodeId> {
+        match i.operands {
+            Operands::Stack => {
+                let mut values: Vec<NodeId> = (0..i.code.arity()).map(|_| self.pop()).collect();
+                values.reverse();
+                values
+            }
+            Operands::Right(index) => {
+                let first = self.pop();
+                vec![first, self.constant(index)]
+            }
+            Operands::Left(index) => {
+                let second = self.pop();
+                vec![self.constant(index), second]
+            }
+        }
+    }
+
+    fn parameters(&self, row: &Row, i: &Instruction) -> Vec<Number> {
+        let start = i.parameters as usize * 4;
+        row.parameters
+            .iter()
+            .zip(row.offsets())
+            .flat_map(|(parameter, offset)| offset..offset + parameter.ty.width())
+            .map(|offset| self.number(start + offset))
+            .collect()
+    }
+
+    /// The row whose blend has this kernel and these signs.
+    fn blend(&mut self, kernel: Kernel, index: u32, a: NodeId, b: NodeId) -> NodeId {
+        let constants = self.program.pool[index as usize];
+        let wanted =
+            Blend { kernel, sign: constants[0], negate_second: constants[1].is_sign_negative() };
+        let row = ROWS.iter().find(|row| row.meta.blend == Some(wanted)).unwrap_or(&ROWS[0]);
+        let start = index as usize * 4;
+        let parameters: Vec<Number> =
+            (0..row.parameters.len()).map(|k| self.number(start + 2 + k)).collect();
+        self.graph.add(Node::Apply { op: row.op, point: None, values: vec![a, b], parameters })
+    }
+}

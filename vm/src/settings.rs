@@ -1,0 +1,285 @@
+//! What a compiled scene says besides its programs: parameters, cameras, lights, sky, and how it is
+//! drawn. Numbers that follow the parameters are named by the uniform program's results.
+
+use crate::bounds::Bounds;
+use serde::{Deserialize, Serialize};
+
+/// A number of the settings.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Setting {
+    /// It is always this.
+    Constant(f64),
+    /// It is this result of the uniform program.
+    Uniform(u32),
+}
+
+impl Setting {
+    /// Its value, given the results of the uniform program.
+    pub fn value(self, outputs: &[f64]) -> f64 {
+        match self {
+            Setting::Constant(v) => v,
+            Setting::Uniform(output) => outputs[output as usize],
+        }
+    }
+}
+
+/// Three numbers.
+pub type Triple = [Setting; 3];
+
+/// All settings of a scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// The parameters, in the order of the uniform program's inputs.
+    pub params: Vec<Param>,
+    /// Conditions on the numbers.
+    pub checks: Vec<Check>,
+    /// The cameras; at least one.
+    pub cameras: Vec<Camera>,
+    /// The lights.
+    pub lights: Vec<Light>,
+    /// The sky.
+    pub sky: Sky,
+    /// How it is drawn.
+    pub render: Render,
+    /// How it moves.
+    pub animation: Option<Animation>,
+    /// Whether it is a figure in the plane.
+    pub plane: bool,
+    /// Whether z points up.
+    pub z_up: bool,
+    /// A box around the solid.
+    pub bounds: Bounds,
+    /// A bound on the distance's slope.
+    pub slope: f64,
+    /// The material of everything: albedo, roughness, emission, metallic; used where there is no
+    /// program of surfaces, and for what that program leaves unpainted.
+    pub material: [Setting; 8],
+    /// The number of that material.
+    pub material_id: u32,
+    /// The names of the materials, by number.
+    pub materials: Vec<String>,
+    /// The names of the outputs.
+    pub parts: Vec<String>,
+}
+
+/// A parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Param {
+    /// Its name.
+    pub name: String,
+    /// What it is for.
+    pub doc: String,
+    /// What kind of value it takes.
+    pub kind: ParamKind,
+    /// The value it has: one number, or as many as its kind says.
+    pub value: Vec<f64>,
+    /// The value in the text.
+    pub default: Vec<f64>,
+    /// The smallest and the largest value allowed.
+    pub range: Option<(f64, f64)>,
+    /// Whether the largest value itself is allowed.
+    pub inclusive: bool,
+    /// The distance between two values of a slider.
+    pub step: Option<f64>,
+    /// Whether it decides structure: then a change needs the text again.
+    pub structural: bool,
+}
+
+/// What a parameter is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ParamKind {
+    /// A number.
+    Float,
+    /// A whole number.
+    Int,
+    /// Yes or no, as 1 or 0.
+    Bool,
+    /// A length in scene units.
+    Length,
+    /// An angle in radians.
+    Angle,
+    /// Seconds.
+    Time,
+    /// A colour, linear.
+    Color,
+    /// Two numbers.
+    Vec2,
+    /// Three numbers.
+    Vec3,
+}
+
+/// A condition on a number.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// It must not be below zero.
+    pub value: Setting,
+    /// Whether zero is forbidden too.
+    pub strict: bool,
+    /// What is wrong otherwise.
+    pub message: String,
+}
+
+/// A camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Camera {
+    /// Its name; empty if it has none.
+    pub name: String,
+    /// Where it is.
+    pub from: Triple,
+    /// What it looks at.
+    pub look: Triple,
+    /// Which way is up.
+    pub up: Triple,
+    /// How wide it sees.
+    pub lens: Lens,
+    /// Whether it is to be moved so that it frames the bounds.
+    pub automatic: bool,
+}
+
+/// How wide a camera sees.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Lens {
+    /// With this vertical field of view in radians.
+    Perspective(Setting),
+    /// Along parallel rays, with this much of the scene from the lower to the upper edge.
+    Orthographic(Setting),
+}
+
+/// A light.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Light {
+    /// Where its light comes from.
+    pub source: LightSource,
+    /// Linear red, green, blue.
+    pub color: Triple,
+    /// A factor on the colour.
+    pub intensity: Setting,
+    /// Its shadow.
+    pub shadow: Shadow,
+}
+
+/// Where light comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum LightSource {
+    /// From far away, out of this direction.
+    Directional(Triple),
+    /// From a point.
+    Point(Triple),
+}
+
+/// How a light's shadow is drawn; see the language's `shadow:`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Shadow {
+    /// It casts none.
+    None,
+    /// With a sharp edge.
+    Hard,
+    /// A penumbra from the nearest of the points that the ray stepped on.
+    Plain(Setting),
+    /// A penumbra from the nearest point of the ray, estimated between steps.
+    Soft(Setting),
+    /// A penumbra that also darkens from inside the shape.
+    Sized(Setting),
+}
+
+/// The sky.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sky {
+    /// The colour straight up.
+    pub top: Triple,
+    /// The colour at the horizon.
+    pub horizon: Triple,
+    /// The colour straight down.
+    pub ground: Triple,
+    /// A factor on the light that comes from the sky.
+    pub ambient: Setting,
+    /// How much of a surface the air hides per unit of distance.
+    pub fog: Option<Setting>,
+}
+
+/// How a scene is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Render {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel along each side.
+    pub aa: u32,
+    /// The most steps of a ray.
+    pub steps: u32,
+    /// How far a ray goes; `None` lets the bounds decide.
+    pub far: Option<f64>,
+    /// How occlusion darkens crevices.
+    pub occlusion: Occlusion,
+    /// How far occlusion reaches; `None` lets the bounds decide.
+    pub occlusion_reach: Option<f64>,
+    /// How normals are found.
+    pub normals: Normals,
+    /// How light becomes a colour on the screen.
+    pub tonemap: Tonemap,
+    /// A factor on all light, before tone mapping.
+    pub exposure: Setting,
+}
+
+/// Ambient occlusion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Occlusion {
+    /// None.
+    #[default]
+    Off,
+    /// Five samples along the normal.
+    FiveTap,
+    /// This many samples over the hemisphere.
+    Multi(u32),
+}
+
+impl Occlusion {
+    /// How many samples it takes.
+    pub fn taps(self) -> u32 {
+        match self {
+            Self::Off => 0,
+            Self::FiveTap => 5,
+            Self::Multi(count) => count,
+        }
+    }
+}
+
+/// How normals are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Normals {
+    /// The gradient of the formula, by dual numbers.
+    #[default]
+    Exact,
+    /// Differences between the point and one ahead of it along each axis.
+    Forward,
+    /// Differences between two points on both sides, along each axis.
+    Central,
+    /// Differences between the point and one behind it along each axis.
+    Reverse,
+    /// Differences between the corners of a tetrahedron.
+    Tetrahedron,
+    /// Central differences as wide as a pixel.
+    Wide,
+}
+
+/// Tone mapping.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Tonemap {
+    /// Values are cut at 1.
+    #[default]
+    None,
+    /// `x / (1 + x)` on the luminance.
+    Reinhard,
+    /// A filmic curve.
+    Aces,
+}
+
+/// An animation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Animation {
+    /// Its length in seconds.
+    pub duration: f64,
+    /// Frames per second.
+    pub fps: f64,
+    /// Whether it starts again at its end.
+    pub repeats: bool,
+}
