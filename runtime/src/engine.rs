@@ -1,0 +1,194 @@
+//! Engines: the ways to run a scene, behind one trait.
+//!
+//! [`EngineKind::Cpu`] runs the program on 64 points at a time on all cores; [`EngineKind::Interp`]
+//! runs the same words in a kernel on a GPU; [`EngineKind::Wgsl`] runs the generated source there.
+//! All of them make a picture in the same stages, so that pictures can be compared pixel by pixel
+//! ([`crate::verify`]). Adding an engine is an implementation of [`Engine`] and a line in [`open`].
+
+mod auto;
+mod cpu;
+mod driver;
+mod interp;
+mod kernels;
+mod query;
+mod rate;
+mod wgsl;
+
+use crate::frame::{Frame, RenderSettings};
+use crate::gpu::{Gpu, GpuError, Preference};
+use sdfc_shaders::assemble::SceneSource;
+use sdfc_shaders::layout::Surface;
+use sdfc_vm::program::Module;
+use std::fmt;
+use std::str::FromStr;
+
+pub use auto::open_auto;
+use driver::GpuEngine;
+
+/// The ways to run a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EngineKind {
+    /// The program on batches of 64 points, on all cores.
+    Cpu,
+    /// The program in an interpreter on a GPU: a change is a write to a buffer.
+    Interp,
+    /// Source generated for the scene, on a GPU.
+    Wgsl,
+}
+
+impl EngineKind {
+    /// All kinds.
+    pub const ALL: [Self; 3] = [Self::Cpu, Self::Interp, Self::Wgsl];
+
+    /// The name: `cpu`, `interp` or `wgsl`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cpu => "cpu",
+            Self::Interp => "interp",
+            Self::Wgsl => "wgsl",
+        }
+    }
+}
+
+impl fmt::Display for EngineKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A name that no engine has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no engine `{0}`, only cpu, interp and wgsl")]
+pub struct UnknownEngine(pub String);
+
+impl FromStr for EngineKind {
+    type Err = UnknownEngine;
+    fn from_str(name: &str) -> Result<Self, UnknownEngine> {
+        let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
+        found.ok_or_else(|| UnknownEngine(name.to_owned()))
+    }
+}
+
+/// A scene as engines take it.
+#[derive(Clone, Copy, Debug)]
+pub struct Loaded<'a> {
+    /// The programs, with the constants of the present parameters and time.
+    pub module: &'a Module,
+    /// The results of the uniform program, as [`Module::update`] gives them.
+    pub outputs: &'a [f64],
+    /// The generated source: `scene_distance`, `scene_gradient` and, if the module has a program of
+    /// surfaces, `scene_surface`, with the operations they call; they read `uniforms` and may call
+    /// `unpainted_surface`, which engines declare.
+    pub generated: SceneSource<'a>,
+}
+
+/// What a scene is at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// The distance to the surface, negative inside.
+    pub distance: f32,
+    /// How it changes along the axes.
+    pub gradient: [f32; 3],
+    /// The material, for the surface nearest to the point.
+    pub surface: Surface,
+}
+
+/// A way to run a scene.
+pub trait Engine {
+    /// Which of the ways it is.
+    fn kind(&self) -> EngineKind;
+
+    /// What it runs on, for people.
+    fn device(&self) -> String;
+
+    /// Takes a new scene. On a GPU this may compile kernels, now or at the next picture.
+    fn load(&mut self, scene: &Loaded<'_>) -> Result<(), EngineError>;
+
+    /// Takes new parameters or a new time for the scene that is loaded: `module` is that scene
+    /// after [`Module::update`], which gave `outputs`. Only numbers are written; no program
+    /// changes, and no pipeline is made.
+    fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError>;
+
+    /// Makes a picture. `progress` is told now and then, from any thread, what share is done.
+    fn render(
+        &mut self,
+        settings: &RenderSettings,
+        progress: &(dyn Fn(f32) + Sync),
+    ) -> Result<Frame, EngineError>;
+
+    /// What the scene is at each of the points.
+    fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError>;
+
+    /// How many GPU pipelines were compiled so far.
+    fn pipelines_created(&self) -> u64 {
+        0
+    }
+}
+
+/// Why an engine could not do what it was asked for.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EngineError {
+    /// The device failed, or there is none.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The scene is too long for the engine.
+    #[error(
+        "the program has {need} instructions, at most {allowed} are allowed on engine {kind} for {what}"
+    )]
+    TooLong {
+        /// Which engine.
+        kind: EngineKind,
+        /// What it was to do.
+        what: &'static str,
+        /// How many instructions there are.
+        need: usize,
+        /// How many there may be.
+        allowed: usize,
+    },
+    /// The picture has more pixels than can be counted.
+    #[error("the picture is {width}x{height}, at most {allowed} pixels are allowed")]
+    TooLarge {
+        /// Its width.
+        width: u32,
+        /// Its height.
+        height: u32,
+        /// How many pixels there may be.
+        allowed: u64,
+    },
+    /// Nothing was loaded yet.
+    #[error("no scene is loaded")]
+    NothingLoaded,
+    /// The module of an update is not that of the scene that is loaded.
+    #[error("the new parameters belong to another scene than the one that is loaded")]
+    AnotherScene,
+}
+
+impl EngineError {
+    /// Whether there is no device to run on, rather than something wrong with the scene.
+    pub fn is_environment(&self) -> bool {
+        matches!(
+            self,
+            Self::Gpu(
+                GpuError::NoAdapter | GpuError::OnlySoftware { .. } | GpuError::DeviceRequest { .. }
+            )
+        )
+    }
+}
+
+/// Opens an engine; one for GPUs takes hardware if there is any, else software Vulkan.
+pub fn open(kind: EngineKind) -> Result<Box<dyn Engine>, EngineError> {
+    Ok(match kind {
+        EngineKind::Cpu => Box::new(cpu::CpuEngine::default()),
+        EngineKind::Interp | EngineKind::Wgsl => on(kind, Gpu::open(Preference::Any)?),
+    })
+}
+
+/// An engine of this kind on a device in hand; the CPU needs none.
+pub fn on(kind: EngineKind, gpu: Gpu) -> Box<dyn Engine> {
+    match kind {
+        EngineKind::Cpu => Box::new(cpu::CpuEngine::default()),
+        EngineKind::Interp => Box::new(GpuEngine::<interp::Interpreter>::new(gpu)),
+        EngineKind::Wgsl => Box::new(GpuEngine::<wgsl::Generated>::new(gpu)),
+    }
+}

@@ -1,0 +1,214 @@
+//! Where a camera goes that the scene leaves to us, and what else follows from the bounds: how far
+//! rays go and how far occlusion reaches.
+//!
+//! Bounds may be infinite (a ground plane, repetition) or empty. What is framed is then a box of
+//! about the size of what is finite, around the finite sides: a ball on an endless ground is seen
+//! as the ball would be.
+
+use crate::frame::{Lens, View};
+use sdfc_vm::bounds::Bounds;
+
+/// The box that a picture is about.
+pub(super) struct Target {
+    /// It is finite and has some size.
+    pub(super) shown: Bounds,
+    /// The true bounds.
+    bounds: Bounds,
+}
+
+/// What is left free around a scene that is framed.
+const MARGIN: f64 = 1.08;
+/// The field of view where no camera says one.
+const FIELD_OF_VIEW: f64 = 35.0 * std::f64::consts::PI / 180.0;
+/// Where such a camera stands, as seen from what it looks at.
+const DIRECTION: [f64; 3] = [0.45, 0.35, 1.0];
+/// How far rays go in an endless scene, in distances of the camera from what it looks at.
+const ENDLESS_WAYS: f64 = 200.0;
+
+impl Target {
+    pub(super) fn of(bounds: &Bounds) -> Self {
+        let sides = (0..3).filter_map(|i| {
+            let side = bounds.max[i] - bounds.min[i];
+            (side.is_finite() && side > 0.0).then_some(side)
+        });
+        let largest_side = sides.fold(0.0, f64::max);
+        let corners = bounds.min.iter().chain(&bounds.max);
+        let farthest = corners.filter(|v| v.is_finite()).fold(0.0_f64, |most, v| most.max(v.abs()));
+        let scale = [largest_side, 2.0 * farthest, 2.0].into_iter().find(|&s| s > 0.0).unwrap_or(2.0);
+        let mut shown = *bounds;
+        for i in 0..3 {
+            let (low, high) = (bounds.min[i], bounds.max[i]);
+            (shown.min[i], shown.max[i]) = match (low.is_finite(), high.is_finite()) {
+                (true, true) if low <= high => (low, high),
+                (true, false) => (low, low + scale),
+                (false, true) => (high - scale, high),
+                _ => (-scale / 2.0, scale / 2.0),
+            };
+        }
+        if shown.half_diagonal() == 0.0 {
+            shown = shown.grown(1.0);
+        }
+        Self { shown, bounds: *bounds }
+    }
+
+    /// How far rays go: past everything, where there is an end.
+    pub(super) fn far(&self, view: &View) -> f64 {
+        let place = Vector(view.from);
+        if self.bounds.is_empty() {
+            return 1.0;
+        }
+        if self.bounds.is_finite() {
+            let centre = Vector(self.bounds.centre());
+            let reach = self.bounds.half_diagonal();
+            // Rays of a wide orthographic view start beside the camera.
+            let beside = match view.lens {
+                Lens::Perspective(_) => 0.0,
+                Lens::Orthographic(height) => 4.0 * height,
+            };
+            return 1.01 * (place.minus(centre).length() + reach + beside) + 1e-3 * reach;
+        }
+        let way = place.minus(Vector(view.look)).length();
+        let size = self.shown.half_diagonal();
+        ENDLESS_WAYS * way.max(size)
+    }
+
+    /// How far occlusion reaches: about the size of a crevice.
+    pub(super) fn occlusion_reach(&self) -> f64 {
+        0.15 * self.shown.half_diagonal()
+    }
+}
+
+/// The plane figure in the middle of the picture.
+pub(super) fn face_on(target: &Target, aspect: f64) -> View {
+    let [x, y, _] = target.shown.centre();
+    let side = |i: usize| target.shown.max[i] - target.shown.min[i];
+    let height = side(1).max(side(0) / aspect) * MARGIN;
+    View::plane([x, y], if height > 0.0 { height } else { 1.0 })
+}
+
+/// The given view, moved along its direction so that the whole target is in the picture.
+pub(super) fn framed(given: Option<View>, target: &Target, aspect: f64) -> View {
+    let given = given.unwrap_or(View {
+        from: DIRECTION,
+        look: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        lens: Lens::Perspective(FIELD_OF_VIEW),
+    });
+    let back = Vector(given.from).minus(Vector(given.look));
+    let back = back.unit().or(Vector(DIRECTION).unit()).unwrap_or(Vector([0.0, 0.0, 1.0]));
+    // Any direction across will do where up lies along the view.
+    let right = Vector(given.up).cross(back).unit();
+    let right = right
+        .or(Vector([0.0, 0.0, -1.0]).cross(back).unit())
+        .unwrap_or(Vector([1.0, 0.0, 0.0]));
+    let up = back.cross(right);
+    let centre = Vector(target.shown.centre());
+    let corners = target.shown.corners().map(|corner| {
+        let v = Vector(corner).minus(centre);
+        [v.dot(right).abs(), v.dot(up).abs(), v.dot(back)]
+    });
+    let (way, lens) = match given.lens {
+        Lens::Perspective(fov) => {
+            let tangent = (fov / 2.0).tan();
+            let needs = corners.map(|[x, y, near]| near + (x / aspect).max(y) / tangent);
+            (needs.into_iter().fold(0.0, f64::max) * MARGIN, given.lens)
+        }
+        Lens::Orthographic(_) => {
+            let half = corners.map(|[x, y, _]| (x / aspect).max(y)).into_iter().fold(0.0, f64::max);
+            let height = if half > 0.0 { 2.0 * half * MARGIN } else { 1.0 };
+            (2.0 * target.shown.half_diagonal(), Lens::Orthographic(height))
+        }
+    };
+    View { from: centre.plus(back, way).0, look: centre.0, up: given.up, lens }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Vector([f64; 3]);
+
+impl Vector {
+    fn minus(self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
+    }
+    fn plus(self, other: Self, times: f64) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] + other.0[i] * times))
+    }
+    fn dot(self, other: Self) -> f64 {
+        (0..3).map(|i| self.0[i] * other.0[i]).sum()
+    }
+    fn cross(self, other: Self) -> Self {
+        let (a, b) = (self.0, other.0);
+        Self(std::array::from_fn(|i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            a[j] * b[k] - a[k] * b[j]
+        }))
+    }
+    fn length(self) -> f64 {
+        self.dot(self).sqrt()
+    }
+    /// The direction; none for a vector of no length.
+    fn unit(self) -> Option<Self> {
+        let length = self.length();
+        (length > 1e-9 && length.is_finite()).then(|| Self(self.0.map(|v| v / length)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where a point lies in the picture, from -1 to 1 along both sides.
+    fn place_in_view(view: &View, p: [f64; 3], aspect: f64) -> [f64; 2] {
+        let forward = Vector(view.look).minus(Vector(view.from)).unit().expect("a direction");
+        let right = forward.cross(Vector(view.up)).unit().expect("across");
+        let up = right.cross(forward);
+        let v = Vector(p).minus(Vector(view.from));
+        let half = match view.lens {
+            Lens::Perspective(fov) => v.dot(forward) * (fov / 2.0).tan(),
+            Lens::Orthographic(height) => height / 2.0,
+        };
+        [v.dot(right) / (half * aspect), v.dot(up) / half]
+    }
+
+    #[test]
+    fn an_automatic_camera_has_all_corners_in_the_picture_and_touches_its_edge() {
+        let boxes = [
+            Bounds::ball(1.0),
+            Bounds { min: [10.0, 0.0, -3.0], max: [12.0, 9.0, -1.0] },
+            Bounds { min: [-1e-4; 3], max: [1e-4; 3] },
+        ];
+        let lenses = [Lens::Perspective(0.6), Lens::Perspective(2.0), Lens::Orthographic(1.0)];
+        for bounds in boxes {
+            for lens in lenses {
+                for aspect in [0.5, 1.0, 16.0 / 9.0] {
+                    let given =
+                        View { from: [3.0, 4.0, 5.0], look: [0.0; 3], up: [0.0, 1.0, 0.0], lens };
+                    let view = framed(Some(given), &Target::of(&bounds), aspect);
+                    let mut edge = 0.0_f64;
+                    for corner in bounds.corners() {
+                        let [x, y] = place_in_view(&view, corner, aspect);
+                        edge = edge.max(x.abs()).max(y.abs());
+                    }
+                    assert!((0.6..=1.0).contains(&edge), "{bounds:?} {lens:?} {aspect}: {edge}");
+                    let far = Target::of(&bounds).far(&view);
+                    let beyond = |c: &[f64; 3]| Vector(*c).minus(Vector(view.from)).length() < far;
+                    assert!(bounds.corners().iter().all(beyond));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn endless_bounds_are_framed_at_the_size_of_what_is_finite() {
+        let ground =
+            Bounds { min: [f64::NEG_INFINITY; 3], max: [f64::INFINITY, 2.0, f64::INFINITY] };
+        let shown = Target::of(&ground).shown;
+        assert_eq!(shown, Bounds { min: [-2.0, -2.0, -2.0], max: [2.0, 2.0, 2.0] });
+        for bounds in [Bounds::EVERYTHING, Bounds::EMPTY, Bounds::ball(0.0)] {
+            let target = Target::of(&bounds);
+            let view = framed(None, &target, 1.5);
+            assert!(view.from.iter().all(|v| v.is_finite()), "{bounds:?}");
+            assert!(target.far(&view) > 0.0 && target.far(&view).is_finite());
+            assert!(target.occlusion_reach() > 0.0);
+        }
+    }
+}
