@@ -17,7 +17,8 @@ use std::fmt::Write;
 pub const CODE_SLOT: u32 = 16;
 /// The binding of the constants.
 pub const POOL_SLOT: u32 = 17;
-/// The binding of the number of instructions.
+/// The binding of where programs lie among the instructions: the distance's from 0 to x, that of
+/// surfaces from y to z.
 pub const LENGTH_SLOT: u32 = 18;
 
 /// Where instructions and constants lie.
@@ -130,7 +131,8 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
             line(1, &format!("var slot_materials: array<Surface, {slots}>;"));
         }
     }
-    line(1, "for (var at = 0u; at < program_length.x; at += 1u) {");
+    let (first, end) = if surface { ("program_length.y", "z") } else { ("0u", "x") };
+    line(1, &format!("for (var at = {first}; at < program_length.{end}; at += 1u) {{"));
     line(2, "let word = code[at];");
     let widest = needs.codes.iter().map(|code| code.pool_width()).max().unwrap_or(0);
     for k in 0..widest {
