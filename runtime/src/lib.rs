@@ -1,3 +1,5 @@
 //! Placeholder.
 
+pub mod cpu;
+pub mod frame;
 pub mod gpu;

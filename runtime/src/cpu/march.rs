@@ -1,0 +1,269 @@
+//! The stages `march` and `polish`: where rays end.
+
+use super::lanes::{Walk, is_nan, lanes};
+use super::tile::{Camera, camera_ray};
+use super::{Column, LANES, Points};
+use sdfc_shaders::camera;
+use sdfc_shaders::layout::{Frame, Ray};
+use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, SHOWN, Status};
+use sdfc_vm::vector::V3;
+
+lanes! {
+    /// Rays under way.
+    MarchLanes {
+        origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, leave,
+        t, radius, step, trend, t_before, radius_before, side, steps, outcome,
+    }
+}
+
+/// How a step left a ray.
+mod outcome {
+    pub(super) const UNDER_WAY: f32 = 0.0;
+    pub(super) const HIT: f32 = 1.0;
+    pub(super) const MISS: f32 = 2.0;
+    pub(super) const STEP_CAP: f32 = 3.0;
+    pub(super) const NEARLY: f32 = 4.0;
+    pub(super) const NOT_A_NUMBER: f32 = 5.0;
+}
+
+/// Rays through pixels: items are places in the tile.
+pub(super) struct March<'a> {
+    pub(super) frame: &'a Frame,
+    pub(super) pixels: &'a [[f32; 2]],
+    pub(super) rays: &'a mut [Ray],
+}
+
+impl Walk for March<'_> {
+    type Block = MarchLanes;
+
+    fn begin(&mut self, item: u32, b: &mut MarchLanes, lane: usize) -> bool {
+        let f = self.frame;
+        let Camera { origin, direction } = camera_ray(f, self.pixels[item as usize]);
+        let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
+        let bounds = camera::crossing::<f32>(origin, direction, low, high, f.far);
+        let ray = &mut self.rays[item as usize];
+        *ray = Ray {
+            t: bounds.x,
+            trend: -1.0,
+            t_before: bounds.x,
+            ..Ray::default()
+        };
+        if bounds.y < bounds.x {
+            ray.status = Status::Miss as u32;
+            return false;
+        }
+        b.origin_x.0[lane] = origin.x;
+        b.origin_y.0[lane] = origin.y;
+        b.origin_z.0[lane] = origin.z;
+        b.direction_x.0[lane] = direction.x;
+        b.direction_y.0[lane] = direction.y;
+        b.direction_z.0[lane] = direction.z;
+        b.leave.0[lane] = bounds.y;
+        b.t.0[lane] = ray.t;
+        b.radius.0[lane] = 0.0;
+        b.step.0[lane] = 0.0;
+        b.trend.0[lane] = ray.trend;
+        b.t_before.0[lane] = ray.t_before;
+        b.radius_before.0[lane] = 0.0;
+        b.side.0[lane] = 1.0;
+        b.steps.0[lane] = 0.0;
+        true
+    }
+
+    #[inline(always)]
+    fn points(&self, b: &MarchLanes, points: &mut Points) {
+        for i in 0..LANES {
+            let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+            let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+            let p = camera::along::<f32>(origin, direction, b.t.0[i] + b.step.0[i]);
+            points[0].0[i] = p.x;
+            points[1].0[i] = p.y;
+            points[2].0[i] = p.z;
+        }
+    }
+
+    #[inline(always)]
+    fn advance(&self, b: &mut MarchLanes, values: &Column, ended: &mut [bool; LANES]) {
+        let f = self.frame;
+        let most = f.steps as f32;
+        for i in 0..LANES {
+            let distance = values.0[i];
+            let t = b.t.0[i] + b.step.0[i];
+            let steps = b.steps.0[i] + 1.0;
+            let inside = (steps == 1.0) & (t == 0.0) & (distance < 0.0);
+            let side = if inside { -1.0 } else { b.side.0[i] };
+            let half = camera::half_pixel(t, f.footprint, f.footprint_growth);
+            let enough = marching::threshold(t, half, f.cone, f.rounding);
+            let next = marching::march_step(
+                b.t.0[i],
+                b.radius.0[i],
+                b.step.0[i],
+                b.trend.0[i],
+                b.t_before.0[i],
+                b.radius_before.0[i],
+                distance * side * f.inverse_slope,
+                enough,
+            );
+            let near = marching::nearly_arrived(next.radius, enough) > 0.0;
+            let capped = if near {
+                outcome::NEARLY
+            } else {
+                outcome::STEP_CAP
+            };
+            let out = if steps >= most {
+                capped
+            } else {
+                outcome::UNDER_WAY
+            };
+            let out = if next.arrived > 0.0 {
+                outcome::HIT
+            } else {
+                out
+            };
+            let out = if next.t > b.leave.0[i] {
+                outcome::MISS
+            } else {
+                out
+            };
+            let out = if is_nan(distance) {
+                outcome::NOT_A_NUMBER
+            } else {
+                out
+            };
+            b.t.0[i] = next.t;
+            b.radius.0[i] = next.radius;
+            b.step.0[i] = next.step;
+            b.trend.0[i] = next.trend;
+            b.t_before.0[i] = next.t_before;
+            b.radius_before.0[i] = next.radius_before;
+            b.side.0[i] = side;
+            b.steps.0[i] = steps;
+            b.outcome.0[i] = out;
+        }
+        for i in 0..LANES {
+            ended[i] = b.outcome.0[i] != outcome::UNDER_WAY;
+        }
+    }
+
+    fn end(&mut self, item: u32, b: &MarchLanes, lane: usize) {
+        let status = match b.outcome.0[lane] {
+            outcome::HIT => Status::Hit as u32 | SHOWN,
+            outcome::MISS => Status::Miss as u32,
+            outcome::NEARLY => Status::StepCap as u32 | SHOWN,
+            outcome::NOT_A_NUMBER => Status::NotANumber as u32,
+            _ => Status::StepCap as u32,
+        };
+        self.rays[item as usize] = Ray {
+            t: b.t.0[lane],
+            radius: b.radius.0[lane],
+            step: b.step.0[lane],
+            trend: b.trend.0[lane],
+            t_before: b.t_before.0[lane],
+            radius_before: b.radius_before.0[lane],
+            status: status | if b.side.0[lane] < 0.0 { FROM_INSIDE } else { 0 },
+            steps: b.steps.0[lane] as u32,
+        };
+    }
+}
+
+lanes! {
+    /// Ends of rays on their way to the root.
+    PolishLanes {
+        origin_x, origin_y, origin_z, direction_x, direction_y, direction_z,
+        t, field, t_other, field_other, guess, reach, factor, steps,
+    }
+}
+
+/// Ends of rays that are moved onto the surface: items are places in the tile.
+pub(super) struct Polish<'a> {
+    pub(super) frame: &'a Frame,
+    pub(super) pixels: &'a [[f32; 2]],
+    pub(super) rays: &'a mut [Ray],
+}
+
+impl Walk for Polish<'_> {
+    type Block = PolishLanes;
+
+    fn begin(&mut self, item: u32, b: &mut PolishLanes, lane: usize) -> bool {
+        let f = self.frame;
+        let ray = &self.rays[item as usize];
+        if marching::settled(ray.radius, marching::rounding_at(ray.t, f.rounding)) > 0.0 {
+            return false;
+        }
+        let Camera { origin, direction } = camera_ray(f, self.pixels[item as usize]);
+        let half = camera::half_pixel(ray.t, f.footprint, f.footprint_growth);
+        let reach = marching::secant_reach(ray.t, ray.t_before, half, f.rounding);
+        b.origin_x.0[lane] = origin.x;
+        b.origin_y.0[lane] = origin.y;
+        b.origin_z.0[lane] = origin.z;
+        b.direction_x.0[lane] = direction.x;
+        b.direction_y.0[lane] = direction.y;
+        b.direction_z.0[lane] = direction.z;
+        b.t.0[lane] = ray.t;
+        b.field.0[lane] = ray.radius;
+        b.t_other.0[lane] = ray.t_before;
+        b.field_other.0[lane] = ray.radius_before;
+        b.guess.0[lane] =
+            marching::secant_guess(ray.t, ray.radius, ray.t_before, ray.radius_before, reach);
+        b.reach.0[lane] = reach;
+        let side = if ray.status & FROM_INSIDE != 0 {
+            -1.0
+        } else {
+            1.0
+        };
+        b.factor.0[lane] = side * f.inverse_slope;
+        b.steps.0[lane] = 0.0;
+        true
+    }
+
+    #[inline(always)]
+    fn points(&self, b: &PolishLanes, points: &mut Points) {
+        for i in 0..LANES {
+            let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+            let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+            let p = camera::along::<f32>(origin, direction, b.guess.0[i]);
+            points[0].0[i] = p.x;
+            points[1].0[i] = p.y;
+            points[2].0[i] = p.z;
+        }
+    }
+
+    #[inline(always)]
+    fn advance(&self, b: &mut PolishLanes, values: &Column, ended: &mut [bool; LANES]) {
+        for i in 0..LANES {
+            let distance = values.0[i];
+            // Comparing with NaN is false, so that a guess without a value is not taken.
+            let field = distance * b.factor.0[i];
+            let best = marching::secant_step(b.t.0[i], b.field.0[i], b.guess.0[i], field);
+            let rounding = marching::rounding_at(best.t, self.frame.rounding);
+            let steps = b.steps.0[i] + 1.0;
+            ended[i] = (steps >= SECANT_STEPS as f32)
+                | is_nan(distance)
+                | (marching::settled(best.field, rounding) > 0.0);
+            b.guess.0[i] = marching::secant_guess(
+                best.t,
+                best.field,
+                best.t_other,
+                best.field_other,
+                b.reach.0[i],
+            );
+            b.t.0[i] = best.t;
+            b.field.0[i] = best.field;
+            b.t_other.0[i] = best.t_other;
+            b.field_other.0[i] = best.field_other;
+            b.steps.0[i] = steps;
+        }
+    }
+
+    fn end(&mut self, item: u32, b: &PolishLanes, lane: usize) {
+        let ray = &mut self.rays[item as usize];
+        ray.t = b.t.0[lane];
+        ray.radius = b.field.0[lane];
+        ray.steps += b.steps.0[lane] as u32;
+    }
+}
+
+/// Three numbers as a vector.
+pub(super) fn vector([x, y, z]: [f32; 3]) -> V3<f32> {
+    V3::of(x, y, z)
+}

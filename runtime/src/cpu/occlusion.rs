@@ -1,0 +1,107 @@
+//! The stage `occlusion`: how much of the sky surfaces see.
+
+use super::lanes::{Walk, is_nan, lanes};
+use super::march::vector;
+use super::{Column, LANES, Points};
+use sdfc_shaders::layout::{Frame, Ray};
+use sdfc_shaders::marching::FROM_INSIDE;
+use sdfc_shaders::{camera, occlusion};
+use sdfc_vm::vector::{V2, V3};
+
+lanes! {
+    /// Surfaces that are looked around from.
+    OcclusionLanes { x, y, z, normal_x, normal_y, normal_z, place_x, place_y, hidden, index, side }
+}
+
+/// Surfaces that are looked around from: over the hemisphere, or (`MANY` is false) along the
+/// normal. Items are places in the tile.
+pub(super) struct Look<'a, const MANY: bool> {
+    pub(super) frame: &'a Frame,
+    pub(super) taps: u32,
+    pub(super) pixels: &'a [[f32; 2]],
+    pub(super) points: &'a [V3<f32>],
+    pub(super) rays: &'a [Ray],
+    pub(super) normals: &'a [[f32; 3]],
+    pub(super) open: &'a mut [f32],
+}
+
+impl<const MANY: bool> Walk for Look<'_, MANY> {
+    type Block = OcclusionLanes;
+
+    fn begin(&mut self, item: u32, b: &mut OcclusionLanes, lane: usize) -> bool {
+        let item = item as usize;
+        let (p, normal) = (self.points[item], vector(self.normals[item]));
+        b.x.0[lane] = p.x;
+        b.y.0[lane] = p.y;
+        b.z.0[lane] = p.z;
+        b.normal_x.0[lane] = normal.x;
+        b.normal_y.0[lane] = normal.y;
+        b.normal_z.0[lane] = normal.z;
+        [b.place_x.0[lane], b.place_y.0[lane]] = self.pixels[item];
+        b.hidden.0[lane] = 0.0;
+        b.index.0[lane] = 0.0;
+        b.side.0[lane] = if self.rays[item].status & FROM_INSIDE != 0 {
+            -1.0
+        } else {
+            1.0
+        };
+        true
+    }
+
+    #[inline(always)]
+    fn points(&self, b: &OcclusionLanes, points: &mut Points) {
+        let count = self.taps as f32;
+        for i in 0..LANES {
+            let p = V3::of(b.x.0[i], b.y.0[i], b.z.0[i]);
+            let normal = V3::of(b.normal_x.0[i], b.normal_y.0[i], b.normal_z.0[i]);
+            let place = V2 {
+                x: b.place_x.0[i],
+                y: b.place_y.0[i],
+            };
+            let index = b.index.0[i];
+            let (direction, distance) = if MANY {
+                (
+                    occlusion::many_direction::<f32>(normal, index, count, place),
+                    occlusion::many_distance(index, place, self.frame.occlusion_reach),
+                )
+            } else {
+                (
+                    normal,
+                    occlusion::five_distance(index, self.frame.occlusion_reach),
+                )
+            };
+            let q = camera::along::<f32>(p, direction, distance);
+            points[0].0[i] = q.x;
+            points[1].0[i] = q.y;
+            points[2].0[i] = q.z;
+        }
+    }
+
+    #[inline(always)]
+    fn advance(&self, b: &mut OcclusionLanes, values: &Column, ended: &mut [bool; LANES]) {
+        let count = self.taps as f32;
+        for i in 0..LANES {
+            let index = b.index.0[i];
+            let field = values.0[i] * b.side.0[i];
+            let hidden = if MANY {
+                let place = V2 {
+                    x: b.place_x.0[i],
+                    y: b.place_y.0[i],
+                };
+                let distance = occlusion::many_distance(index, place, self.frame.occlusion_reach);
+                let height = distance * occlusion::many_cosine(index, count);
+                occlusion::hidden(field, height, distance, 1.0)
+            } else {
+                let distance = occlusion::five_distance(index, self.frame.occlusion_reach);
+                occlusion::hidden(field, distance, distance, occlusion::five_weight(index))
+            };
+            b.hidden.0[i] += if is_nan(field) { 0.0 } else { hidden };
+            b.index.0[i] = index + 1.0;
+            ended[i] = index + 1.0 >= count;
+        }
+    }
+
+    fn end(&mut self, item: u32, b: &OcclusionLanes, lane: usize) {
+        self.open[item as usize] = occlusion::open(b.hidden.0[lane], self.frame.occlusion_weight);
+    }
+}

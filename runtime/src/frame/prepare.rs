@@ -1,0 +1,277 @@
+//! From what is asked for to the numbers that CPU and GPU compute with.
+
+use super::{
+    Display, FieldFacts, Frame, Lens, Light, RenderSettings, Shadow, Source, Stats, Status,
+};
+use sdfc_shaders::assemble::shows_light;
+use sdfc_shaders::features::{self, Features, Mode, Occlusion};
+use sdfc_shaders::{layout, occlusion, shadow};
+
+/// A picture ready to be computed.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// What its kernels contain.
+    pub features: Features,
+    /// Its numbers, for the whole picture as one tile and the first pass over subpixels.
+    pub uniforms: layout::Frame,
+    /// Its lights.
+    pub lights: Vec<layout::Light>,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// How its colours become bytes.
+    pub display: Display,
+}
+
+impl Picture {
+    /// How many passes over subpixels it takes.
+    pub fn passes(&self) -> u32 {
+        self.uniforms.samples
+    }
+
+    /// The numbers of a pass over subpixels: where in its pixel the ray goes.
+    pub fn pass(&self, sample: u32) -> layout::Frame {
+        let side = f64::from(self.uniforms.samples).sqrt().round() as u32;
+        let place = |i: u32| (i as f32 + 0.5) / side as f32 - 0.5;
+        layout::Frame {
+            sample,
+            offset: [place(sample % side), place(sample / side)],
+            ..self.uniforms
+        }
+    }
+
+    /// A frame of its size in which nothing was hit.
+    pub fn blank(&self) -> Frame {
+        let [width, height] = self.size.map(|n| n as usize);
+        let count = width * height;
+        Frame {
+            width,
+            height,
+            color: vec![[0.0; 4]; count],
+            depth: vec![f32::INFINITY; count],
+            normal: vec![[0.0; 3]; count],
+            id: vec![0; count],
+            steps: vec![0; count],
+            status: vec![Status::Miss; count],
+            display: self.display,
+            stats: Stats::default(),
+        }
+    }
+}
+
+/// What stands for an infinite bound: far beyond any scene, and its square is still a number.
+const ENDLESS: f64 = 1e18;
+
+/// Turns settings and what is known of the field into a picture's numbers.
+pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
+    let view = &settings.view;
+    let forward = unit(sub(view.look, view.from), [0.0, 0.0, -1.0]);
+    // An up along the view says nothing; then any direction across it will do.
+    let across = cross(forward, view.up);
+    let right = if length(across) > 1e-9 * length(view.up) {
+        unit(across, [1.0, 0.0, 0.0])
+    } else {
+        let other = if forward[1].abs() < 0.9 {
+            [0.0, 1.0, 0.0]
+        } else {
+            [0.0, 0.0, -1.0]
+        };
+        unit(cross(forward, other), [1.0, 0.0, 0.0])
+    };
+    let up = cross(right, forward);
+    let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
+    let aspect = width / height;
+    let aa = settings.aa.max(1);
+    let distance = length(sub(view.look, view.from));
+    // Half the height of the view, at the start of the rays and per unit of the way.
+    let (start, growth) = match view.lens {
+        Lens::Perspective(fov) => (0.0, (fov.clamp(1e-6, 3.1) / 2.0).tan()),
+        Lens::Orthographic(height) => (height / 2.0, 0.0),
+    };
+    let lighting = &settings.lighting;
+    let largest = view.from.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let bounds = facts.bounds.grown(1e-3 * finite_size(facts));
+    let corner = |v: [f64; 3]| v.map(|x| x.clamp(-ENDLESS, ENDLESS) as f32);
+    let material = facts.material.unwrap_or_default();
+    let lights: Vec<layout::Light> = lighting.lights.iter().map(light).collect();
+    let pixels = settings.size[0] * settings.size[1];
+    let uniforms = layout::Frame {
+        origin: single(view.from),
+        far: settings.far as f32,
+        origin_right: single(scaled(right, start * aspect)),
+        inverse_slope: 1.0 / facts.slope.max(f32::MIN_POSITIVE),
+        origin_up: single(scaled(up, start)),
+        rounding: (2e-7 * (largest + start)) as f32,
+        forward: single(forward),
+        footprint: (start / height / f64::from(aa)) as f32,
+        forward_right: single(scaled(right, growth * aspect)),
+        footprint_growth: (growth / height / f64::from(aa)) as f32,
+        forward_up: single(scaled(up, growth)),
+        cone: settings.cone as f32,
+        bounds_min: corner(bounds.min),
+        occlusion_reach: settings.occlusion_reach as f32,
+        bounds_max: corner(bounds.max),
+        occlusion_weight: occlusion_weight(settings.occlusion),
+        sky_top: single(lighting.sky_top),
+        ambient: lighting.ambient as f32,
+        sky_horizon: single(lighting.sky_horizon),
+        fog: lighting.fog.unwrap_or(0.0) as f32,
+        sky_ground: single(lighting.sky_ground),
+        exposure: settings.exposure as f32,
+        sky_up: single(unit(lighting.up, [0.0, 1.0, 0.0])),
+        id: material.id,
+        albedo: material.albedo,
+        roughness: material.roughness,
+        emission: material.emission,
+        metallic: material.metallic,
+        centre: single(view.look),
+        spacing: spacing(start + growth * distance) as f32,
+        size: [width as f32, height as f32],
+        offset: [0.0, 0.0],
+        tile: [0, 0, settings.size[0], settings.size[1]],
+        depth_range: depth_range(settings, facts, forward),
+        sample: 0,
+        samples: aa * aa,
+        budget: settings.steps.max(shadow::STEPS),
+        steps: settings.steps.max(1),
+        shadow_steps: shadow::STEPS,
+        resume: 0,
+        phase: 0,
+        listed: 0,
+        capacity: pixels.saturating_mul(lights.len().max(1) as u32),
+        lights: lights.len() as u32,
+    };
+    let features = Features {
+        mode: settings.mode,
+        lights: lighting
+            .lights
+            .iter()
+            .map(|light| form(light.shadow).0)
+            .collect(),
+        occlusion: settings.occlusion,
+        normals: settings.normals,
+        tonemap: settings.tonemap,
+        materials: facts.material.is_none(),
+        fog: lighting.fog.is_some_and(|density| density > 0.0),
+        plane: settings.plane,
+    };
+    let display = Display {
+        exposure: settings.exposure as f32,
+        tonemap: settings.tonemap,
+        light: shows_light(settings.mode),
+        scene: settings.mode == Mode::Shaded && !settings.plane,
+    };
+    let picture = Picture {
+        features,
+        uniforms,
+        lights,
+        size: settings.size,
+        display,
+    };
+    Picture {
+        uniforms: picture.pass(0),
+        ..picture
+    }
+}
+
+/// The largest side of the bounds that is not infinite, or 1.
+fn finite_size(facts: &FieldFacts) -> f64 {
+    let sides = (0..3).map(|i| facts.bounds.max[i] - facts.bounds.min[i]);
+    let size = sides
+        .filter(|side| side.is_finite() && *side > 0.0)
+        .fold(0.0, f64::max);
+    if size > 0.0 { size } else { 1.0 }
+}
+
+/// The near and far end of the scene as seen from the camera, for greys.
+fn depth_range(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> [f32; 2] {
+    let distance = length(sub(settings.view.look, settings.view.from));
+    if !facts.bounds.is_finite() {
+        return [0.0, (2.0 * distance).min(settings.far) as f32];
+    }
+    let to = sub(facts.bounds.centre(), settings.view.from);
+    let (middle, reach) = (dot(to, forward), facts.bounds.half_diagonal());
+    [
+        (middle - reach).max(0.0) as f32,
+        (middle + reach).min(settings.far) as f32,
+    ]
+}
+
+/// A round number near a tenth of half the view's height: 1, 2 or 5 times a power of ten.
+fn spacing(half_height: f64) -> f64 {
+    let wanted = (half_height / 10.0).max(1e-30);
+    let power = 10_f64.powf(wanted.log10().floor());
+    let digit = [5.0, 2.0, 1.0]
+        .into_iter()
+        .find(|digit| wanted >= digit * power);
+    digit.unwrap_or(1.0) * power
+}
+
+/// What the weights of all taps sum to.
+fn occlusion_weight(kind: Occlusion) -> f32 {
+    let taps = 0..kind.taps();
+    match kind {
+        Occlusion::Off => 0.0,
+        Occlusion::FiveTap => taps.map(|i| occlusion::five_weight(i as f32)).sum(),
+        Occlusion::Multi(n) => taps
+            .map(|i| occlusion::many_cosine(i as f32, n as f32))
+            .sum(),
+    }
+}
+
+fn form(shadow: Shadow) -> (features::Shadow, f64) {
+    match shadow {
+        Shadow::None => (features::Shadow::None, 0.0),
+        Shadow::Hard => (features::Shadow::Hard, 0.0),
+        Shadow::Plain(size) => (features::Shadow::Plain, size),
+        Shadow::Improved(size) => (features::Shadow::Improved, size),
+        Shadow::Sized(size) => (features::Shadow::Sized, size),
+    }
+}
+
+fn light(light: &Light) -> layout::Light {
+    let (form, size) = form(light.shadow);
+    let (place, near) = match light.source {
+        Source::Directional(direction) => (unit(direction, [0.0, 1.0, 0.0]), 0.0),
+        Source::Point(place) => (place, 1.0),
+    };
+    layout::Light {
+        place: single(place),
+        near,
+        color: single(light.color),
+        size: size.max(1e-5) as f32,
+        shadow: form as u32,
+        ..layout::Light::default()
+    }
+}
+
+fn single(v: [f64; 3]) -> [f32; 3] {
+    v.map(|x| x as f32)
+}
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+fn scaled(a: [f64; 3], by: f64) -> [f64; 3] {
+    a.map(|x| x * by)
+}
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+fn length(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+/// The direction of length one, or `otherwise` for a vector that has none.
+fn unit(a: [f64; 3], otherwise: [f64; 3]) -> [f64; 3] {
+    let size = length(a);
+    if size > 0.0 && size.is_finite() {
+        scaled(a, 1.0 / size)
+    } else {
+        otherwise
+    }
+}

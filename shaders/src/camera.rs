@@ -1,0 +1,81 @@
+//! Where a pixel's ray starts and goes, how wide the pixel is along it, and where it crosses the
+//! scene's bounds.
+
+use sdfc_vm::real::{Real, Vector2, Vector3, lit};
+
+/// Where in the picture a pixel's sample lies: from (-1, -1), lower left, to (1, 1), upper right.
+/// `pixel` counts from the upper left; `offset` is within (-½, ½).
+#[inline(always)]
+pub fn place_in_view<R: Real>(pixel: R::Vec2, offset: R::Vec2, size: R::Vec2) -> R::Vec2 {
+    let half = R::Vec2::splat(lit(0.5));
+    let at = (pixel + half + offset).named("at");
+    R::Vec2::new(
+        at.x() / size.x() * lit(2.0) - lit(1.0),
+        lit::<R>(1.0) - at.y() / size.y() * lit(2.0),
+    )
+}
+
+/// What lies at `place` when the middle lies at `centre` and the edges at `right` and `up` from it.
+#[inline(always)]
+pub fn across<R: Real>(place: R::Vec2, centre: R::Vec3, right: R::Vec3, up: R::Vec3) -> R::Vec3 {
+    centre + right * place.x() + up * place.y()
+}
+
+/// The direction of length one; `v` is never zero here.
+#[inline(always)]
+pub fn unit<R: Real>(v: R::Vec3) -> R::Vec3 {
+    v.normalize()
+}
+
+/// The point at `t` along a ray.
+#[inline(always)]
+pub fn along<R: Real>(origin: R::Vec3, direction: R::Vec3, t: R) -> R::Vec3 {
+    origin + direction * t
+}
+
+/// Half of a pixel's height at `t` along its ray.
+#[inline(always)]
+pub fn half_pixel<R: Real>(t: R, footprint: R, growth: R) -> R {
+    footprint + growth * t
+}
+
+/// Where a ray enters and leaves a box, as (enter, leave) with `enter ≥ 0` and `leave ≤ far`; it
+/// misses the box if `leave < enter`.
+#[inline(always)]
+pub fn crossing<R: Real>(
+    origin: R::Vec3,
+    direction: R::Vec3,
+    low: R::Vec3,
+    high: R::Vec3,
+    far: R,
+) -> R::Vec2 {
+    // Directions along a face are moved off it by so little that nothing is seen of it.
+    let inverse = |d: R| {
+        let tiny = lit::<R>(1e-12);
+        lit::<R>(1.0) / (d.abs().max(tiny) * d.side())
+    };
+    let inverse = R::Vec3::new(
+        inverse(direction.x()),
+        inverse(direction.y()),
+        inverse(direction.z()),
+    )
+    .named("inverse");
+    let a = ((low - origin) * inverse).named("a");
+    let b = ((high - origin) * inverse).named("b");
+    let first = a.min(b).named("first");
+    let last = a.max(b).named("last");
+    let enter = first.max_component();
+    let leave = last.x().min(last.y()).min(last.z());
+    R::Vec2::new(enter.max(lit(0.0)), leave.min(far))
+}
+
+/// How far along the ray the plane through `centre` lies that faces along `forward`.
+#[inline(always)]
+pub fn meet_plane<R: Real>(
+    origin: R::Vec3,
+    direction: R::Vec3,
+    centre: R::Vec3,
+    forward: R::Vec3,
+) -> R {
+    (centre - origin).dot(forward) / direction.dot(forward)
+}

@@ -1,0 +1,131 @@
+//! The bodies of this crate as WGSL: each is recorded under the name that kernels call it by.
+
+use crate::{camera, marching, normals, occlusion, reflectance, shadow, sky, tone, views};
+use sdfc_vm::record::{Function, Recorded, Scalar, Type, record, record_struct};
+
+/// A function that kernels can call: its name, and how to record it.
+pub struct Entry {
+    /// Its name in WGSL.
+    pub name: &'static str,
+    record: fn() -> Function,
+}
+
+impl Entry {
+    /// Records it.
+    pub fn function(&self) -> Function {
+        (self.record)()
+    }
+}
+
+/// Functions of one result are recorded as they are; those that give a struct name it, with the
+/// fields that are scalars.
+macro_rules! functions {
+    ($($name:ident = $module:ident::$body:ident($($parameter:ident),*)
+        $(-> $structure:ident { $($field:ident),+ })?;)+) => {
+        /// All functions, those that others read before them in the order of a picture.
+        pub const ALL: &[Entry] = &[$(
+            Entry {
+                name: stringify!($name),
+                record: || functions!(
+                    @record $name $module $body ($($parameter),*) $($structure { $($field),+ })?
+                ),
+            },
+        )+];
+    };
+    (@record $name:ident $module:ident $body:ident ($($parameter:ident),*)) => {
+        record(stringify!($name), |s| {
+            $module::$body::<Scalar>($(s.parameter(stringify!($parameter))),*)
+        })
+    };
+    (@record $name:ident $module:ident $body:ident ($($parameter:ident),*)
+        $structure:ident { $($field:ident),+ }) => {
+        record_struct(stringify!($name), stringify!($structure), |s| {
+            let result = $module::$body::<Scalar>($(s.parameter(stringify!($parameter))),*);
+            vec![$((stringify!($field), Type::Scalar, result.$field.node())),+]
+        })
+    };
+}
+
+functions! {
+    place_in_view = camera::place_in_view(pixel, offset, size);
+    across = camera::across(place, centre, right, up);
+    unit = camera::unit(v);
+    along = camera::along(origin, direction, t);
+    half_pixel = camera::half_pixel(t, footprint, growth);
+    crossing = camera::crossing(origin, direction, low, high, far);
+    meet_plane = camera::meet_plane(origin, direction, centre, forward);
+
+    march_step = marching::march_step(
+        t, radius, step, trend, t_before, radius_before, field, threshold
+    ) -> MarchStep { t, radius, step, trend, t_before, radius_before, arrived };
+    threshold = marching::threshold(t, half_pixel, cone, rounding);
+    rounding_at = marching::rounding_at(t, rounding);
+    nearly_arrived = marching::nearly_arrived(radius, threshold);
+    settled = marching::settled(field, rounding);
+    secant_guess = marching::secant_guess(t, field, t_other, field_other, reach);
+    secant_step = marching::secant_step(t, field, guess, field_at_guess)
+        -> Bracket { t, field, t_other, field_other };
+    secant_reach = marching::secant_reach(t, t_other, half_pixel, rounding);
+
+    tap_distance = normals::tap_distance(p, half_pixel, spread);
+    facing = normals::facing(gradient, direction, side);
+    bumped = normals::bumped(normal, bump);
+    lift = normals::lift(p, half_pixel, rounding);
+
+    shadow_hard = shadow::hard(visibility, h, threshold);
+    shadow_plain = shadow::plain(visibility, h, t, size);
+    shadow_improved = shadow::improved(visibility, h, before, stride, t, size);
+    shadow_sized = shadow::sized(visibility, h, t, size);
+    shadow_stride = shadow::stride(h, t, threshold, size);
+    shadow_short_stride = shadow::short_stride(h, t, threshold, size);
+    shadow_arriving = shadow::arriving(visibility);
+    shadow_arriving_sized = shadow::arriving_sized(visibility);
+
+    five_distance = occlusion::five_distance(index, reach);
+    five_weight = occlusion::five_weight(index);
+    many_direction = occlusion::many_direction(normal, index, count, place);
+    many_distance = occlusion::many_distance(index, place, reach);
+    many_cosine = occlusion::many_cosine(index, count);
+    occlusion_hidden = occlusion::hidden(field, height, distance, weight);
+    occlusion_open = occlusion::open(hidden, weight);
+
+    cosine_between = reflectance::cosine(a, b);
+    reflected = reflectance::reflected(normal, to_eye, to_light, albedo, roughness, metallic);
+    attenuation = reflectance::attenuation(distance);
+    mirror = reflectance::mirror(direction, normal);
+    ambient_light = reflectance::ambient(
+        normal, to_eye, albedo, roughness, metallic, around, ahead, open
+    );
+
+    sky_color = sky::sky(direction, up, top, horizon, ground, blur);
+    sky_on = sky::sky_on(normal, up, top, horizon, ground);
+    hidden_by_fog = sky::hidden_by_fog(t, density);
+
+    tone_reinhard = tone::reinhard(color);
+    tone_filmic = tone::filmic(color);
+    srgb_encode = tone::encode(color);
+    to_byte = tone::to_byte(channel);
+
+    heat = views::heat(share);
+    direction_color = views::direction_color(direction);
+    depth_color = views::depth_color(t, range);
+    id_color = views::id_color(id);
+    distance_color = views::distance_color(field, spacing, pixel);
+    coverage = views::coverage(field, pixel);
+    edge_between = views::edge_between(
+        p, normal, id, p_other, normal_other, id_other, half_pixel, both
+    );
+    edge_color = views::edge_color(edge, paper);
+    paper = views::paper(normal, direction);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recorded_functions() {
+        let text: Vec<String> = ALL.iter().map(|entry| entry.function().text).collect();
+        insta::assert_snapshot!(text.join("\n"));
+    }
+}

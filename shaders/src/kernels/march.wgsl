@@ -1,0 +1,59 @@
+// march: takes each ray that is under way a bounded number of steps further.
+
+@group(0) @binding(2) var<storage, read_write> rays: array<Ray>;
+@group(0) @binding(3) var<storage, read_write> queue: array<atomic<u32>>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let k = line_index(id, groups);
+    var item = block_item(k);
+    if frame.resume == 1u {
+        if k >= frame.listed { return; }
+        item = stored_item(resumed(k));
+    }
+    if !item.exists { return; }
+    let camera = camera_ray(item.pixel);
+    let bounds = crossing(
+        camera.origin, camera.direction, frame.bounds_min, frame.bounds_max, frame.far
+    );
+    var ray = Ray(bounds.x, 0.0, 0.0, -1.0, bounds.x, 0.0, ACTIVE, 0u);
+    if frame.resume == 1u {
+        ray = rays[item.index];
+    } else if bounds.y < bounds.x {
+        ray.status = MISS;
+    }
+    for (var n = 0u; n < frame.budget; n++) {
+        if (ray.status & ENDING) != ACTIVE { break; }
+        let t = ray.t + ray.step;
+        let distance = scene_distance(along(camera.origin, camera.direction, t));
+        ray.steps += 1u;
+        if is_nan(distance) {
+            ray.status |= NOT_A_NUMBER;
+            break;
+        }
+        // A camera inside a solid sees the solid's surface from behind.
+        if ray.steps == 1u && t == 0.0 && distance < 0.0 { ray.status |= FROM_INSIDE; }
+        let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
+        let field = distance * side * frame.inverse_slope;
+        let half = half_pixel(t, frame.footprint, frame.footprint_growth);
+        let enough = threshold(t, half, frame.cone, frame.rounding);
+        let next = march_step(
+            ray.t, ray.radius, ray.step, ray.trend, ray.t_before, ray.radius_before, field, enough
+        );
+        ray.t = next.t;
+        ray.radius = next.radius;
+        ray.step = next.step;
+        ray.trend = next.trend;
+        ray.t_before = next.t_before;
+        ray.radius_before = next.radius_before;
+        if next.t > bounds.y {
+            ray.status |= MISS;
+        } else if next.arrived > 0.0 {
+            ray.status |= HIT | SHOWN;
+        } else if ray.steps >= frame.steps {
+            ray.status |= STEP_CAP | select(0u, SHOWN, nearly_arrived(next.radius, enough) > 0.0);
+        }
+    }
+    rays[item.index] = ray;
+    if (ray.status & ENDING) == ACTIVE { enqueue(item.index); }
+}

@@ -1,0 +1,29 @@
+// normal: the direction each surface faces.
+
+@group(0) @binding(2) var<storage, read> rays: array<Ray>;
+@group(0) @binding(4) var<storage, read_write> normals: array<vec4f>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let item = block_item(line_index(id, groups));
+    if !item.exists { return; }
+    let ray = rays[item.index];
+    if (ray.status & SHOWN) == 0u {
+        normals[item.index] = vec4f(0.0);
+        return;
+    }
+    let camera = camera_ray(item.pixel);
+    let p = along(camera.origin, camera.direction, ray.t);
+#if exact
+    let gradient = scene_gradient(p).xyz;
+#else
+    let half = half_pixel(ray.t, frame.footprint, frame.footprint_growth);
+    let apart = tap_distance(p, half, SPREAD);
+    var gradient = vec3f(0.0);
+    for (var n = 0u; n < NORMAL_TAPS; n++) {
+        gradient += TAP_WEIGHTS[n] * scene_distance(along(p, TAP_OFFSETS[n], apart));
+    }
+#end
+    let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
+    normals[item.index] = vec4f(facing(gradient, camera.direction, side), 0.0);
+}

@@ -1,0 +1,50 @@
+// occlusion: asks the field around each surface how much of the sky is hidden; a bounded number
+// of taps at a time.
+
+@group(0) @binding(2) var<storage, read> rays: array<Ray>;
+@group(0) @binding(3) var<storage, read_write> queue: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read> normals: array<vec4f>;
+// What is hidden so far, and how many taps were taken.
+@group(0) @binding(7) var<storage, read_write> occlusion: array<vec2f>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let k = line_index(id, groups);
+    var item = block_item(k);
+    if frame.resume == 1u {
+        if k >= frame.listed { return; }
+        item = stored_item(resumed(k));
+    }
+    if !item.exists { return; }
+    let ray = rays[item.index];
+    if (ray.status & SHOWN) == 0u { return; }
+    let camera = camera_ray(item.pixel);
+    let p = along(camera.origin, camera.direction, ray.t);
+    let normal = normals[item.index].xyz;
+    let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
+    var state = vec2f(0.0);
+    if frame.resume == 1u { state = occlusion[item.index]; }
+#if many
+    let place = vec2f(frame.tile.xy + item.pixel);
+#end
+    for (var n = 0u; n < frame.budget; n++) {
+        if state.y >= TAPS { break; }
+#if many
+        let distance = many_distance(state.y, place, frame.occlusion_reach);
+        let direction = many_direction(normal, state.y, TAPS, place);
+        let height = distance * many_cosine(state.y, TAPS);
+        let weight = 1.0;
+#else
+        let distance = five_distance(state.y, frame.occlusion_reach);
+        let direction = normal;
+        let height = distance;
+        let weight = five_weight(state.y);
+#end
+        let field = scene_distance(along(p, direction, distance)) * side;
+        let hidden = occlusion_hidden(field, height, distance, weight);
+        if !is_nan(field) { state.x += hidden; }
+        state.y += 1.0;
+    }
+    occlusion[item.index] = state;
+    if state.y < TAPS { enqueue(item.index); }
+}

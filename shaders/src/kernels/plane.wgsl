@@ -1,0 +1,40 @@
+// plane: the field where each ray meets the plane through the view's centre.
+
+@group(0) @binding(2) var<storage, read_write> rays: array<Ray>;
+@group(0) @binding(8) var<storage, read_write> colors: array<vec4f>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let item = block_item(line_index(id, groups));
+    if !item.exists { return; }
+    let camera = camera_ray(item.pixel);
+    let t = meet_plane(camera.origin, camera.direction, frame.centre, frame.forward);
+    let p = along(camera.origin, camera.direction, t);
+    let distance = scene_distance(p);
+    var ray = Ray(t, distance, 0.0, 0.0, t, distance, MISS, 1u);
+    if is_nan(distance) {
+        ray.status = NOT_A_NUMBER;
+    } else if distance < 0.0 {
+        ray.status = HIT | SHOWN;
+    }
+    rays[item.index] = ray;
+    let pixel = 2.0 * half_pixel(t, frame.footprint, frame.footprint_growth);
+#if distance
+    var color = vec4f(distance_color(distance, frame.spacing, pixel), 1.0);
+#else
+    let covered = coverage(distance * frame.inverse_slope, pixel);
+#if painted
+#if materials
+    let paint = scene_surface(p, -frame.forward).albedo;
+#else
+    let paint = frame.albedo;
+#end
+    var color = vec4f(frame.sky_horizon + (paint - frame.sky_horizon) * covered, covered);
+#else
+    var color = vec4f(vec3f(covered), covered);
+#end
+#end
+    if ray.status == NOT_A_NUMBER { color = vec4f(0.0); }
+    if frame.sample > 0u { color += colors[item.index]; }
+    colors[item.index] = color;
+}

@@ -1,0 +1,93 @@
+// shade: the light that each ray brings to the eye.
+
+#if lit
+@group(0) @binding(1) var<uniform> lights: array<Light, LIGHTS>;
+#end
+@group(0) @binding(2) var<storage, read> rays: array<Ray>;
+@group(0) @binding(4) var<storage, read> normals: array<vec4f>;
+#if materials
+@group(0) @binding(5) var<storage, read> surfaces: array<Surface>;
+#end
+#if shadows
+@group(0) @binding(6) var<storage, read> shadows: array<ShadowRay>;
+#end
+#if occlusion
+@group(0) @binding(7) var<storage, read> occlusion: array<vec2f>;
+#end
+@group(0) @binding(8) var<storage, read_write> colors: array<vec4f>;
+
+#if shadows
+// What arrives of a light, from what its shadow ray found.
+fn arriving(light: Light, visibility: f32) -> f32 {
+#if sized
+    if light.shadow == SHADOW_SIZED { return shadow_arriving_sized(visibility); }
+#end
+    return shadow_arriving(visibility);
+}
+#end
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let item = block_item(line_index(id, groups));
+    if !item.exists { return; }
+    let ray = rays[item.index];
+    let camera = camera_ray(item.pixel);
+#if fog
+    // Air hides what is endlessly far below the horizon.
+    let below = frame.sky_horizon;
+#else
+    let below = frame.sky_ground;
+#end
+    var color = vec4f(sky_color(
+        camera.direction, frame.sky_up, frame.sky_top, frame.sky_horizon, below, 0.0
+    ), 0.0);
+    if (ray.status & SHOWN) != 0u {
+#if materials
+        let surface = surfaces[item.index];
+        let normal = bumped(normals[item.index].xyz, surface.bump);
+#else
+        let surface = Surface(
+            frame.albedo, frame.roughness, frame.emission, frame.metallic, vec3f(0.0), frame.id
+        );
+        let normal = normals[item.index].xyz;
+#end
+        let to_eye = -camera.direction;
+        let around = sky_on(
+            normal, frame.sky_up, frame.sky_top, frame.sky_horizon, frame.sky_ground
+        );
+        let ahead = sky_color(
+            mirror(camera.direction, normal),
+            frame.sky_up, frame.sky_top, frame.sky_horizon, frame.sky_ground, surface.roughness
+        );
+#if occlusion
+        let seen = occlusion_open(occlusion[item.index].x, frame.occlusion_weight);
+#else
+        let seen = 1.0;
+#end
+        var light = surface.emission + ambient_light(
+            normal, to_eye, surface.albedo, surface.roughness, surface.metallic,
+            around, ahead, seen
+        ) * frame.ambient;
+#if lit
+        let p = along(camera.origin, camera.direction, ray.t);
+        for (var n = 0u; n < LIGHTS; n++) {
+            let lamp = lights[n];
+            let to_place = lamp.place - p * lamp.near;
+            var strength = select(1.0, attenuation(length3(to_place)), lamp.near > 0.0);
+#if shadows
+            strength *= arriving(lamp, shadows[n * tile_pixels() + item.index].visibility);
+#end
+            let sent = reflected(
+                normal, to_eye, unit(to_place), surface.albedo, surface.roughness, surface.metallic
+            );
+            light += lamp.color * strength * sent;
+        }
+#end
+#if fog
+        light += (frame.sky_horizon - light) * hidden_by_fog(ray.t, frame.fog);
+#end
+        color = vec4f(light, 1.0);
+    }
+    if frame.sample > 0u { color += colors[item.index]; }
+    colors[item.index] = color;
+}

@@ -1,0 +1,93 @@
+// shadow: takes each ray towards a light a bounded number of steps further; all lights at once.
+
+@group(0) @binding(1) var<uniform> lights: array<Light, LIGHTS>;
+@group(0) @binding(2) var<storage, read> rays: array<Ray>;
+@group(0) @binding(3) var<storage, read_write> queue: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read> normals: array<vec4f>;
+@group(0) @binding(6) var<storage, read_write> shadows: array<ShadowRay>;
+
+// What is visible of a light after one more point of the ray, at `t` with a ball of radius `h`.
+fn visible(light: Light, ray: ShadowRay, h: f32, least: f32) -> f32 {
+#if hard
+    if light.shadow == SHADOW_HARD { return shadow_hard(ray.visibility, h, least); }
+#end
+#if plain
+    if light.shadow == SHADOW_PLAIN { return shadow_plain(ray.visibility, h, ray.t, light.size); }
+#end
+#if improved
+    if light.shadow == SHADOW_IMPROVED {
+        return shadow_improved(ray.visibility, h, ray.radius_before, ray.stride, ray.t, light.size);
+    }
+#end
+#if sized
+    if light.shadow == SHADOW_SIZED { return shadow_sized(ray.visibility, h, ray.t, light.size); }
+#end
+    return ray.visibility;
+}
+
+fn stride_of(light: Light, h: f32, t: f32, least: f32) -> f32 {
+#if short
+    if light.shadow == SHADOW_PLAIN || light.shadow == SHADOW_SIZED {
+        return shadow_short_stride(h, t, least, light.size);
+    }
+#end
+    return shadow_stride(h, t, least, light.size);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let k = line_index(id, groups);
+    let blocks = ((frame.tile.z + 7u) / 8u) * ((frame.tile.w + 7u) / 8u);
+    var item = block_item(k % (blocks * 64u));
+    var which = k / (blocks * 64u);
+    if frame.resume == 1u {
+        if k >= frame.listed { return; }
+        let entry = resumed(k);
+        item = stored_item(entry % tile_pixels());
+        which = entry / tile_pixels();
+    }
+    if !item.exists || which >= LIGHTS { return; }
+    let light = lights[which];
+    let slot = which * tile_pixels() + item.index;
+    let seen = rays[item.index];
+    let camera = camera_ray(item.pixel);
+    let p = along(camera.origin, camera.direction, seen.t);
+    let normal = normals[item.index].xyz;
+    let to_place = light.place - p * light.near;
+    let direction = unit(to_place);
+    let half = half_pixel(seen.t, frame.footprint, frame.footprint_growth);
+    let above = lift(p, half, rounding_at(seen.t, frame.rounding));
+    let start = along(p, normal, above);
+    let reach = select(frame.far, min(frame.far, length3(to_place)), light.near > 0.0);
+    let bounds = crossing(start, direction, frame.bounds_min, frame.bounds_max, reach);
+    let least = above * 0.25;
+    let side = select(1.0, -1.0, (seen.status & FROM_INSIDE) != 0u);
+    var ray = ShadowRay(least, 0.0, 0.0, 1.0, 0u);
+    if frame.resume == 1u {
+        ray = shadows[slot];
+    } else if (seen.status & SHOWN) == 0u || light.shadow == SHADOW_NONE {
+        ray.steps = DONE;
+    } else if cosine_between(normal, direction) <= 0.0 {
+        ray.visibility = -1.0;
+        ray.steps = DONE;
+    }
+    for (var n = 0u; n < frame.budget; n++) {
+        if ray.steps >= DONE { break; }
+        let h = scene_distance(along(start, direction, ray.t)) * side * frame.inverse_slope;
+        ray.steps += 1u;
+        if is_nan(h) {
+            ray.steps |= DONE;
+            break;
+        }
+        ray.visibility = visible(light, ray, h, least);
+        ray.radius_before = h;
+        ray.stride = stride_of(light, h, ray.t, least);
+        ray.t += ray.stride;
+        let dark = select(0.0, -1.0, light.shadow == SHADOW_SIZED);
+        if ray.t > bounds.y || ray.visibility <= dark || ray.steps >= frame.shadow_steps {
+            ray.steps |= DONE;
+        }
+    }
+    shadows[slot] = ray;
+    if ray.steps < DONE { enqueue(slot); }
+}

@@ -1,0 +1,16 @@
+// surface: asks the scene what each surface is made of.
+
+@group(0) @binding(2) var<storage, read> rays: array<Ray>;
+@group(0) @binding(4) var<storage, read> normals: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> surfaces: array<Surface>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let item = block_item(line_index(id, groups));
+    if !item.exists { return; }
+    let ray = rays[item.index];
+    if (ray.status & SHOWN) == 0u { return; }
+    let camera = camera_ray(item.pixel);
+    let p = along(camera.origin, camera.direction, ray.t);
+    surfaces[item.index] = scene_surface(p, normals[item.index].xyz);
+}

@@ -1,0 +1,213 @@
+//! What host and kernels share: the uniform data of a frame and the records of the storage
+//! buffers, each declared once for Rust and WGSL.
+//!
+//! `shared!` writes both declarations from one list of fields. In WGSL a `vec3f` begins at a
+//! multiple of 16 bytes and takes 12, so each stands before a number of its own; a test compares
+//! every offset with the one that naga computes.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Declares a struct for Rust (`repr(C)`) and its twin for WGSL, in the constant `WGSL`.
+macro_rules! shared {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $ty:ident,)+ }) => {
+        $(#[$doc])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+        pub struct $name {
+            $($(#[$field_doc])* pub $field: shared!(@rust $ty),)+
+        }
+        impl $name {
+            /// The declaration in WGSL.
+            pub const WGSL: &'static str = concat!(
+                "struct ", stringify!($name), " {\n",
+                $("    ", stringify!($field), ": ", stringify!($ty), ",\n",)+
+                "}\n",
+            );
+            /// The names of the fields and where they begin, in bytes.
+            pub const OFFSETS: &'static [(&'static str, usize)] =
+                &[$((stringify!($field), std::mem::offset_of!($name, $field)),)+];
+        }
+    };
+    (@rust f32) => { f32 };
+    (@rust u32) => { u32 };
+    (@rust vec2f) => { [f32; 2] };
+    (@rust vec3f) => { [f32; 3] };
+    (@rust vec4f) => { [f32; 4] };
+    (@rust vec4u) => { [u32; 4] };
+}
+
+shared! {
+    /// The numbers of a frame and of one dispatch: binding 0, a uniform.
+    ///
+    /// The ray through a pixel, with (u, v) in [-1, 1]² from the lower left to the upper right,
+    /// starts at `origin + origin_right · u + origin_up · v` and goes along
+    /// `forward + forward_right · u + forward_up · v`: one of the two pairs is zero.
+    Frame {
+        /// Where the rays of the middle start.
+        origin: vec3f,
+        /// How far a ray goes.
+        far: f32,
+        /// How the start moves to the right edge.
+        origin_right: vec3f,
+        /// One over the field's slope bound.
+        inverse_slope: f32,
+        /// How the start moves to the upper edge.
+        origin_up: vec3f,
+        /// The part of the field's largest rounding error that does not grow with the way.
+        rounding: f32,
+        /// The direction of the middle.
+        forward: vec3f,
+        /// Half a pixel's height at the start of its ray.
+        footprint: f32,
+        /// How the direction moves to the right edge.
+        forward_right: vec3f,
+        /// How much half a pixel's height grows per unit of the way.
+        footprint_growth: f32,
+        /// How the direction moves to the upper edge.
+        forward_up: vec3f,
+        /// The stop threshold of the march, as a share of half a pixel.
+        cone: f32,
+        /// The lower corner of the box outside which there is nothing.
+        bounds_min: vec3f,
+        /// How far occlusion reaches.
+        occlusion_reach: f32,
+        /// The upper corner of that box.
+        bounds_max: vec3f,
+        /// What the weights of all occlusion taps sum to.
+        occlusion_weight: f32,
+        /// The sky's colour straight up.
+        sky_top: vec3f,
+        /// A factor on the light that comes from the sky.
+        ambient: f32,
+        /// The sky's colour at the horizon.
+        sky_horizon: vec3f,
+        /// How much of a surface the air hides per unit of distance.
+        fog: f32,
+        /// The sky's colour straight down.
+        sky_ground: vec3f,
+        /// A factor on all light.
+        exposure: f32,
+        /// The direction that is up.
+        sky_up: vec3f,
+        /// The identity of the only material.
+        id: f32,
+        /// The albedo of the only material.
+        albedo: vec3f,
+        /// The roughness of the only material.
+        roughness: f32,
+        /// The emission of the only material.
+        emission: vec3f,
+        /// The metalness of the only material.
+        metallic: f32,
+        /// A point of the plane that plane figures and slices lie in; it faces along `forward`.
+        centre: vec3f,
+        /// The distance between two lines of equal distance.
+        spacing: f32,
+        /// Width and height of the whole picture, in pixels.
+        size: vec2f,
+        /// Where in its pixel the ray of this pass goes, from (-½, -½) to (½, ½).
+        offset: vec2f,
+        /// The part of the picture that is computed: left, upper, width, height.
+        tile: vec4u,
+        /// The distances from the camera that `depth` shows as white and black.
+        depth_range: vec2f,
+        /// Which of the passes over subpixels this is.
+        sample: u32,
+        /// How many passes there are.
+        samples: u32,
+        /// The most evaluations of the scene in one invocation of a resumable stage.
+        budget: u32,
+        /// The most steps of a ray.
+        steps: u32,
+        /// The most steps of a shadow ray.
+        shadow_steps: u32,
+        /// 0 in the first dispatch of a resumable stage, 1 in all later ones.
+        resume: u32,
+        /// Which half of the queue is read; the other one is written.
+        phase: u32,
+        /// How many items the queue's half holds that is read.
+        listed: u32,
+        /// How many items a half of the queue has room for.
+        capacity: u32,
+        /// How many lights there are.
+        lights: u32,
+    }
+}
+
+shared! {
+    /// A light: an element of binding 1, a uniform array.
+    Light {
+        /// The direction towards a light far away, of length one; the place of a near one.
+        place: vec3f,
+        /// 0 for a light far away, 1 for one at a place.
+        near: f32,
+        /// Its colour times its intensity.
+        color: vec3f,
+        /// The tangent of the angle under which half of it is seen, for soft shadows.
+        size: f32,
+        /// The form of its shadow: [`crate::features::Shadow`] as a number.
+        shadow: u32,
+        /// Unused.
+        reserved0: u32,
+        /// Unused.
+        reserved1: u32,
+        /// Unused.
+        reserved2: u32,
+    }
+}
+
+shared! {
+    /// A ray under way, or where it ended.
+    Ray {
+        /// How far it came.
+        t: f32,
+        /// The field there, times the inverse slope, positive on the side the ray started on.
+        radius: f32,
+        /// The step that is tried next.
+        step: f32,
+        /// How the field changes along the ray, as a running mean.
+        trend: f32,
+        /// How far it was one step before.
+        t_before: f32,
+        /// The field there.
+        radius_before: f32,
+        /// How it ended: see [`crate::marching::Status::of`].
+        status: u32,
+        /// How many times the field was evaluated on the way.
+        steps: u32,
+    }
+}
+
+shared! {
+    /// A shadow ray under way, or its result.
+    ShadowRay {
+        /// How far it came.
+        t: f32,
+        /// The radius of the ball at the point before.
+        radius_before: f32,
+        /// How far it went from there.
+        stride: f32,
+        /// What arrives of the light so far: 0 to 1, for a sized light -1 to 1.
+        visibility: f32,
+        /// How many steps it took; [`crate::shadow::DONE`] is set when it has ended.
+        steps: u32,
+    }
+}
+
+shared! {
+    /// What a surface is made of at a point.
+    Surface {
+        /// The share of light it reflects.
+        albedo: vec3f,
+        /// From 0, a mirror, to 1, chalk.
+        roughness: f32,
+        /// The light it gives off.
+        emission: vec3f,
+        /// From 0, a dielectric, to 1, a metal.
+        metallic: f32,
+        /// The gradient of the height by which it seems displaced.
+        bump: vec3f,
+        /// Which material it is.
+        id: f32,
+    }
+}

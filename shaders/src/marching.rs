@@ -1,0 +1,191 @@
+//! Sphere tracing, one step at a time.
+//!
+//! A ray keeps the last point that is proven to lie outside (`t`, with the field's value there as
+//! `radius`: no surface is nearer), and tries a `step` longer than that radius: the running slope
+//! of the field along the ray says how much longer (automatic relaxation: R. Bán and G. Valasek,
+//! *Automatic Step Size Relaxation in Sphere Tracing*, 2023). If the ball around the new point
+//! overlaps the ball around the old one, nothing was jumped over; else the ray goes back and takes
+//! exactly the old radius (B. Keinert and others, *Enhanced Sphere Tracing*, 2014, there with a
+//! shorter step back). It stops where the field is below a share of half a pixel or of what
+//! rounding leaves, and [`secant_step`] then finds the root to rounding.
+//!
+//! The field is given divided by its slope bound, and negated for rays that start inside: these
+//! see the surface from behind.
+
+use sdfc_vm::real::{Real, lit};
+
+/// How a ray ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum Status {
+    /// It has not.
+    #[default]
+    Active = 0,
+    /// On a surface, from outside.
+    Hit = 1,
+    /// Beyond `far` or the scene's bounds.
+    Miss = 2,
+    /// Out of steps.
+    StepCap = 3,
+    /// On a value that is not a number.
+    NotANumber = 4,
+    /// On a surface, from inside the solid.
+    Inside = 5,
+}
+
+impl Status {
+    /// The status of a ray's record, which also says on which side it started and what is shown.
+    pub fn of(word: u32) -> Self {
+        match (word & ENDING, word & FROM_INSIDE != 0) {
+            (1, false) => Self::Hit,
+            (1, true) => Self::Inside,
+            (2, _) => Self::Miss,
+            (3, _) => Self::StepCap,
+            (4, _) => Self::NotANumber,
+            _ => Self::Active,
+        }
+    }
+}
+
+/// The bits of a record's status that say how the ray ended; [`Status::Inside`] is written as a
+/// hit with [`FROM_INSIDE`].
+pub const ENDING: u32 = 7;
+/// Set in the status of a ray that started inside a solid.
+pub const FROM_INSIDE: u32 = 8;
+/// Set in the status of a ray that ended on a surface, or out of steps so near to one that it is
+/// drawn.
+pub const SHOWN: u32 = 16;
+
+/// The weight of the newest slope in the running mean.
+const BLEND: f64 = 0.3;
+/// The largest mean that is used: steps are at most 2 / (1 − this) radii.
+const STEEPEST: f64 = 0.9;
+/// How many secant steps are taken at most.
+pub const SECANT_STEPS: u32 = 3;
+
+/// What a step makes of a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<R> {
+    /// How far it came.
+    pub t: R,
+    /// The field there.
+    pub radius: R,
+    /// The step that is tried next.
+    pub step: R,
+    /// The running mean of the field's slope along the ray.
+    pub trend: R,
+    /// How far it was one step before.
+    pub t_before: R,
+    /// The field there.
+    pub radius_before: R,
+    /// 1 where the field is below the threshold, else 0.
+    pub arrived: R,
+}
+
+/// One step: `field` is the value at `t + step`. A ray begins with `radius = step = 0` and a
+/// `trend` of −1.
+#[inline(always)]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "a ray's state, as the buffer holds it"
+)]
+pub fn march_step<R: Real>(
+    t: R,
+    radius: R,
+    step: R,
+    trend: R,
+    t_before: R,
+    radius_before: R,
+    field: R,
+    threshold: R,
+) -> Step<R> {
+    let plain = R::not(radius.less(step));
+    let overlapping = R::not((radius + field).less(step));
+    let safe = R::or(plain, overlapping);
+    let slope = ((field - radius) / step.max(lit(1e-30))).named("slope");
+    let mean = trend + (slope - trend) * lit(BLEND);
+    let known = R::and(safe, lit::<R>(0.0).less(step));
+    let trend =
+        R::select(known, mean.clamp(lit(-1.0), lit(STEEPEST)), lit(-1.0)).named("new_trend");
+    let new_radius = R::select(safe, field, radius).named("new_radius");
+    Step {
+        t: R::select(safe, t + step, t),
+        radius: new_radius,
+        step: new_radius * lit(2.0) / (lit::<R>(1.0) - trend),
+        trend,
+        t_before: R::select(safe, t, t_before),
+        radius_before: R::select(safe, radius, radius_before),
+        arrived: R::select(R::and(safe, new_radius.less(threshold)), lit(1.0), lit(0.0)),
+    }
+}
+
+/// The field below which a ray has arrived: a share of half a pixel, but no less than what
+/// rounding leaves of a point at `t`.
+#[inline(always)]
+pub fn threshold<R: Real>(t: R, half_pixel: R, cone: R, rounding: R) -> R {
+    (half_pixel * cone).max(rounding_at(t, rounding))
+}
+
+/// The field that rounding alone can cause at `t` along a ray.
+#[inline(always)]
+pub fn rounding_at<R: Real>(t: R, rounding: R) -> R {
+    rounding + t * lit(2e-7)
+}
+
+/// Whether, as 1 or 0, a ray that ran out of steps is near enough to a surface to be drawn as one.
+#[inline(always)]
+pub fn nearly_arrived<R: Real>(radius: R, threshold: R) -> R {
+    R::select(radius.less(threshold * lit(32.0)), lit(1.0), lit(0.0))
+}
+
+/// Whether, as 1 or 0, the field is so small that no further secant step would tell more.
+#[inline(always)]
+pub fn settled<R: Real>(field: R, rounding: R) -> R {
+    R::select(field.abs().less(rounding * lit(0.1)), lit(1.0), lit(0.0))
+}
+
+/// Where a straight line through two values of the field meets zero: (`t`, `field`) is the better
+/// one. It goes at most `reach` from there.
+#[inline(always)]
+pub fn secant_guess<R: Real>(t: R, field: R, t_other: R, field_other: R, reach: R) -> R {
+    let change = (field_other - field).named("change");
+    let steep = lit::<R>(1e-30).less(change.abs());
+    let safe_change = R::select(steep, change, lit(1.0));
+    let way = (t - t_other) * field / safe_change;
+    t + R::select(steep, way, lit(0.0)).clamp(-reach, reach)
+}
+
+/// The two best of three points on a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Bracket<R> {
+    /// Where the field is nearest to zero.
+    pub t: R,
+    /// The field there.
+    pub field: R,
+    /// The other point.
+    pub t_other: R,
+    /// The field there.
+    pub field_other: R,
+}
+
+/// Takes the field at a guess into account: the guess becomes the better point if it is, and the
+/// other one if it is not, since it lies nearer than what the line went through before.
+#[inline(always)]
+pub fn secant_step<R: Real>(t: R, field: R, guess: R, field_at_guess: R) -> Bracket<R> {
+    let better = field_at_guess.abs().less(field.abs());
+    Bracket {
+        t: R::select(better, guess, t),
+        field: R::select(better, field_at_guess, field),
+        t_other: R::select(better, t, guess),
+        field_other: R::select(better, field, field_at_guess),
+    }
+}
+
+/// How far a secant step may go: sixteen pixels, or as far as the last step.
+#[inline(always)]
+pub fn secant_reach<R: Real>(t: R, t_other: R, half_pixel: R, rounding: R) -> R {
+    (t - t_other)
+        .abs()
+        .max(half_pixel * lit(32.0))
+        .max(rounding * lit(64.0))
+}

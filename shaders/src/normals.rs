@@ -1,0 +1,100 @@
+//! The direction a surface faces: from the field's gradient, or from differences.
+//!
+//! Every way of taking differences is a list of taps, each an offset from the point, in units of
+//! the tap distance, and a weight: the sum of weight times field points along the gradient. So
+//! each has one place where the scene is evaluated, in a loop.
+
+use crate::features::Normals;
+use sdfc_vm::real::{Real, Vector3, lit};
+
+/// A tap: its offset and its weight.
+pub type Tap = ([f32; 3], [f32; 3]);
+
+const X: [f32; 3] = [1.0, 0.0, 0.0];
+const Y: [f32; 3] = [0.0, 1.0, 0.0];
+const Z: [f32; 3] = [0.0, 0.0, 1.0];
+const BACK_X: [f32; 3] = [-1.0, 0.0, 0.0];
+const BACK_Y: [f32; 3] = [0.0, -1.0, 0.0];
+const BACK_Z: [f32; 3] = [0.0, 0.0, -1.0];
+
+const FORWARD: [Tap; 4] = [(X, X), (Y, Y), (Z, Z), ([0.0; 3], [-1.0; 3])];
+const REVERSE: [Tap; 4] = [
+    (BACK_X, BACK_X),
+    (BACK_Y, BACK_Y),
+    (BACK_Z, BACK_Z),
+    ([0.0; 3], [1.0; 3]),
+];
+const CENTRAL: [Tap; 6] = [
+    (X, X),
+    (BACK_X, BACK_X),
+    (Y, Y),
+    (BACK_Y, BACK_Y),
+    (Z, Z),
+    (BACK_Z, BACK_Z),
+];
+const TETRAHEDRON: [Tap; 4] = [
+    ([1.0, -1.0, -1.0], [1.0, -1.0, -1.0]),
+    ([-1.0, -1.0, 1.0], [-1.0, -1.0, 1.0]),
+    ([-1.0, 1.0, -1.0], [-1.0, 1.0, -1.0]),
+    ([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]),
+];
+
+/// The taps of a way of taking differences; none for the exact gradient.
+pub fn taps(normals: Normals) -> &'static [Tap] {
+    match normals {
+        Normals::Exact => &[],
+        Normals::Forward => &FORWARD,
+        Normals::Reverse => &REVERSE,
+        Normals::Central | Normals::Wide => &CENTRAL,
+        Normals::Tetrahedron => &TETRAHEDRON,
+    }
+}
+
+/// How far apart the taps are, in halves of a pixel. What is first order in this distance has them
+/// closer.
+pub fn spread(normals: Normals) -> f32 {
+    match normals {
+        Normals::Wide => 1.0,
+        Normals::Exact | Normals::Central => 0.2,
+        Normals::Forward | Normals::Reverse | Normals::Tetrahedron => 0.04,
+    }
+}
+
+/// How far a tap lies from the point: so many halves of a pixel, but far enough that coordinates
+/// can tell it from the point (sixteen units in the last place of the largest).
+#[inline(always)]
+pub fn tap_distance<R: Real>(p: R::Vec3, half_pixel: R, spread: R) -> R {
+    let largest = p.abs().max_component();
+    (half_pixel * spread)
+        .max(largest * lit(2e-6))
+        .max(lit(1e-12))
+}
+
+/// The direction of a gradient; where there is none (on an edge of the field, or beyond numbers),
+/// the direction back along the ray. `side` is −1 for rays that started inside.
+#[inline(always)]
+pub fn facing<R: Real>(gradient: R::Vec3, direction: R::Vec3, side: R) -> R::Vec3 {
+    // Scaled first: squares of the small differences between taps can vanish.
+    let largest = gradient.abs().max_component().named("largest");
+    let known = R::and(lit::<R>(1e-30).less(largest), largest.less(lit(1e30)));
+    let scale = side / R::select(known, largest, lit(1.0));
+    R::Vec3::select(known, gradient * scale, -direction).normalize()
+}
+
+/// The normal of a surface that seems displaced by a height with the gradient `bump`.
+#[inline(always)]
+pub fn bumped<R: Real>(normal: R::Vec3, bump: R::Vec3) -> R::Vec3 {
+    // Only the part of the gradient that lies in the surface tilts it.
+    let tilt = bump - normal * bump.dot(normal);
+    (normal - tilt).normalize()
+}
+
+/// How far from a surface the rays that leave it start, along the normal: far enough that the
+/// field there is certainly positive.
+#[inline(always)]
+pub fn lift<R: Real>(p: R::Vec3, half_pixel: R, rounding: R) -> R {
+    let largest = p.abs().max_component();
+    (half_pixel * lit(0.25))
+        .max(rounding * lit(4.0))
+        .max(largest * lit(4e-6))
+}

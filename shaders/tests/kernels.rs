@@ -1,0 +1,241 @@
+//! Every kernel validates, contains what its features ask for and nothing else, and lays its data
+//! out as Rust does.
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use sdfc_shaders::assemble::{Kernel, SceneFunction, SceneSource, Stage, kernel, stages};
+use sdfc_shaders::features::{Features, Mode, Normals, Occlusion, Shadow, Tonemap};
+use sdfc_shaders::layout::{Frame, Light, Ray, ShadowRay, Surface};
+use std::collections::BTreeSet;
+
+const SCENE: &str = "
+fn scene_distance(p: vec3f) -> f32 { return length3(p) - 1.0; }
+fn scene_gradient(p: vec3f) -> vec4f { return vec4f(p, length3(p) - 1.0); }
+";
+const MATERIALS: &str = "
+fn scene_surface(p: vec3f, n: vec3f) -> Surface {
+    return Surface(abs(n), 0.5, vec3f(0.0), 0.0, vec3f(0.0), 1.0);
+}
+";
+
+fn trivial(stage: Stage, features: &Features) -> Kernel {
+    let mut text = SCENE.to_owned();
+    if stage
+        .scene_functions(features)
+        .contains(&SceneFunction::Surface)
+    {
+        text.push_str(MATERIALS);
+    }
+    kernel(
+        stage,
+        features,
+        &SceneSource {
+            text: &text,
+            calls: &["length3"],
+        },
+    )
+}
+
+fn validated(kernel: &Kernel) -> naga::Module {
+    let module = naga::front::wgsl::parse_str(&kernel.text).unwrap_or_else(|error| {
+        panic!(
+            "{}\n{}",
+            error.emit_to_string_with_path(&kernel.text, kernel.label),
+            kernel.text
+        )
+    });
+    Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .unwrap_or_else(|error| panic!("{}", error.emit_to_string(&kernel.text)));
+    module
+}
+
+const MODES: [Mode; 9] = [
+    Mode::Shaded,
+    Mode::Albedo,
+    Mode::Normal,
+    Mode::Depth,
+    Mode::Steps,
+    Mode::Distance,
+    Mode::Id,
+    Mode::Mask,
+    Mode::Edges,
+];
+const NORMALS: [Normals; 6] = [
+    Normals::Exact,
+    Normals::Forward,
+    Normals::Central,
+    Normals::Reverse,
+    Normals::Tetrahedron,
+    Normals::Wide,
+];
+const SHADOWS: [Shadow; 5] = [
+    Shadow::None,
+    Shadow::Hard,
+    Shadow::Plain,
+    Shadow::Improved,
+    Shadow::Sized,
+];
+
+/// Features that between them use every line of every kernel.
+fn variants() -> Vec<Features> {
+    let everything = Features {
+        mode: Mode::Shaded,
+        lights: SHADOWS.to_vec(),
+        occlusion: Occlusion::Multi(16),
+        normals: Normals::Exact,
+        tonemap: Tonemap::Aces,
+        materials: true,
+        fog: true,
+        plane: false,
+    };
+    let mut all = vec![Features::default(), everything.clone()];
+    for mode in MODES {
+        for plane in [false, true] {
+            for materials in [false, true] {
+                all.push(Features {
+                    mode,
+                    plane,
+                    materials,
+                    ..everything.clone()
+                });
+            }
+        }
+    }
+    all.extend(NORMALS.map(|normals| Features {
+        normals,
+        ..everything.clone()
+    }));
+    all.extend(SHADOWS.map(|form| Features {
+        lights: vec![form],
+        ..Features::default()
+    }));
+    for occlusion in [Occlusion::Off, Occlusion::FiveTap, Occlusion::Multi(4)] {
+        all.push(Features {
+            occlusion,
+            ..Features::default()
+        });
+    }
+    for tonemap in [Tonemap::None, Tonemap::Reinhard, Tonemap::Aces] {
+        all.push(Features {
+            tonemap,
+            ..Features::default()
+        });
+    }
+    all
+}
+
+#[test]
+fn all_kernels_validate() {
+    for features in variants() {
+        for stage in stages(&features) {
+            let kernel = trivial(stage, &features);
+            let module = validated(&kernel);
+            let declared: BTreeSet<u32> = module
+                .global_variables
+                .iter()
+                .filter_map(|(_, variable)| variable.binding.map(|binding| binding.binding))
+                .collect();
+            let listed: BTreeSet<u32> = kernel
+                .bindings
+                .iter()
+                .map(|&(slot, _)| slot as u32)
+                .collect();
+            assert_eq!(declared, listed, "{features:?} {}", kernel.label);
+            let storage = kernel
+                .bindings
+                .iter()
+                .filter(|(slot, _)| *slot as u32 > 1)
+                .count();
+            assert!(
+                storage <= 6,
+                "{} binds {storage} storage buffers",
+                kernel.label
+            );
+            assert_eq!(module.entry_points.len(), 1);
+            assert_eq!(module.entry_points[0].workgroup_size, [64, 1, 1]);
+        }
+    }
+}
+
+#[test]
+fn layouts_are_those_of_rust() {
+    let features = Features {
+        lights: vec![Shadow::Hard],
+        materials: true,
+        ..Features::default()
+    };
+    let mut seen = BTreeSet::new();
+    for stage in stages(&features) {
+        let module = validated(&trivial(stage, &features));
+        for (_, ty) in module.types.iter() {
+            let (Some(name), naga::TypeInner::Struct { members, span }) = (&ty.name, &ty.inner)
+            else {
+                continue;
+            };
+            let (size, offsets) = match name.as_str() {
+                "Frame" => (size_of::<Frame>(), Frame::OFFSETS),
+                "Light" => (size_of::<Light>(), Light::OFFSETS),
+                "Ray" => (size_of::<Ray>(), Ray::OFFSETS),
+                "ShadowRay" => (size_of::<ShadowRay>(), ShadowRay::OFFSETS),
+                "Surface" => (size_of::<Surface>(), Surface::OFFSETS),
+                _ => continue,
+            };
+            assert_eq!(*span as usize, size, "the size of {name}");
+            let in_wgsl: Vec<(&str, usize)> = members
+                .iter()
+                .map(|member| (member.name.as_deref().unwrap_or(""), member.offset as usize))
+                .collect();
+            assert_eq!(in_wgsl, offsets, "the fields of {name}");
+            seen.insert(name.clone());
+        }
+    }
+    assert_eq!(seen.len(), 5, "{seen:?}");
+}
+
+/// The names of a kernel's functions, those of the scene left out.
+fn functions(kernel: &Kernel) -> String {
+    let names = kernel
+        .text
+        .lines()
+        .filter_map(|line| line.strip_prefix("fn ")?.split('(').next());
+    names
+        .filter(|name| !name.starts_with("scene_"))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+#[test]
+fn kernels_contain_what_is_used() {
+    let plain = Features::default();
+    let rich = Features {
+        lights: vec![Shadow::Improved, Shadow::Sized],
+        occlusion: Occlusion::Multi(16),
+        normals: Normals::Tetrahedron,
+        tonemap: Tonemap::Aces,
+        materials: true,
+        fog: true,
+        ..Features::default()
+    };
+    let mut text = String::new();
+    for (title, features) in [("plain", plain), ("rich", rich)] {
+        for stage in stages(&features) {
+            let kernel = trivial(stage, &features);
+            text.push_str(&format!(
+                "{title} {}: {}\n",
+                kernel.label,
+                functions(&kernel)
+            ));
+        }
+    }
+    insta::assert_snapshot!(text);
+}
+
+#[test]
+fn the_march_reads_well() {
+    insta::assert_snapshot!(trivial(Stage::March, &Features::default()).text);
+}
+
+#[test]
+fn the_plainest_shading_reads_well() {
+    insta::assert_snapshot!(trivial(Stage::Shade, &Features::default()).text);
+}
