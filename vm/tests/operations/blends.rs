@@ -1,0 +1,140 @@
+//! The blends: every row is its kernel's formula, bit for bit; and the kernels are what they say.
+
+use crate::fixture::{Case, Random, cases, constants};
+use sdfc_vm::apply::{Applied, apply};
+use sdfc_vm::dual::Dual;
+use sdfc_vm::kernel::Kernel;
+use sdfc_vm::row::Category;
+use sdfc_vm::table::{Op, ROWS};
+use sdfc_vm::vector::V3;
+
+const ORIGIN: V3<f32> = V3::of(0.0, 0.0, 0.0);
+
+fn run(op: Op, a: f32, b: f32, constants: &[f32]) -> f32 {
+    match apply::<f32>(op, ORIGIN, [a, b, 0.0], constants) {
+        Applied::Value(v) => v,
+        Applied::Point(_) => panic!("a point"),
+    }
+}
+
+#[test]
+fn rows_are_their_kernels_formula_bit_for_bit() {
+    let mut random = Random::new(20);
+    let mut seen = 0;
+    for row in ROWS {
+        let Some(blend) = row.meta.blend else { continue };
+        seen += 1;
+        for i in 0..4000 {
+            let k = if i % 10 == 0 { 0.0 } else { random.range(0.0, 0.5) };
+            let k = if row.parameters.is_empty() { vec![] } else { constants(row.op, &[k]) };
+            let [a, mut b] = [0; 2].map(|_| random.range(-1.0, 1.0) as f32);
+            if i % 7 == 0 {
+                b = a;
+            }
+            if i % 11 == 0 {
+                b = -a;
+            }
+            let negated = if blend.negate_second { -1.0 } else { 1.0 };
+            let width = k.first().copied().unwrap_or(0.0);
+            let coefficient = k.get(1).copied().unwrap_or(0.0);
+            let fused = blend.kernel.blend(a, b, blend.sign, negated, width, coefficient);
+            let own = run(row.op, a, b, &k);
+            assert_eq!(own.to_bits(), fused.to_bits(), "{} of {a}, {b}, {k:?}", row.name);
+        }
+    }
+    assert_eq!(seen, 3 * Kernel::ALL.len());
+}
+
+/// The union of each kernel with its arguments' meaning.
+const UNIONS: [(Op, Kernel); 4] = [
+    (Op::SmoothUnion, Kernel::Quadratic),
+    (Op::CubicUnion, Kernel::Cubic),
+    (Op::CircularUnion, Kernel::Circular),
+    (Op::ExponentialUnion, Kernel::Exponential),
+];
+
+#[test]
+fn the_thickness_is_what_a_blend_adds_where_both_are_equal() {
+    for (op, kernel) in UNIONS {
+        for k in [0.5, 0.25, 1e-3] {
+            let case = Case::new(op, &[k]);
+            let added = 0.125 - case.with([0.0; 3], [0.125, 0.125, 0.0]);
+            assert!((added - k).abs() < 1e-6 * k, "{}: {added}", op.row().name);
+            let width = case.parameters()[0];
+            assert!((kernel.thickness(width) - k).abs() < 1e-12);
+            // At the end of its support it adds nothing, not even a rounding error.
+            let end = kernel.support(width);
+            if end.is_finite() {
+                let width = width as f32;
+                let coefficient = case.constants[1];
+                assert_eq!(kernel.bulge(width, width, coefficient), 0.0);
+                assert!(kernel.bulge(width * 0.999, width, coefficient) > 0.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn without_thickness_a_blend_is_hard() {
+    let mut random = Random::new(21);
+    for (op, _) in UNIONS {
+        for k in [0.0, 1e-30, 1e-16] {
+            let constants = constants(op, &[k]);
+            for _ in 0..500 {
+                let [a, b] = [0; 2].map(|_| random.range(-1.0, 1.0) as f32);
+                assert_eq!(run(op, a, b, &constants), a.min(b), "{}, {k}", op.row().name);
+                let equal = run(op, a, a, &constants);
+                assert!((equal - a).abs() <= k as f32, "{}, {k}: {equal}", op.row().name);
+            }
+        }
+    }
+}
+
+/// The share of the farther operand is the slope of the blend with respect to it.
+#[test]
+fn the_share_is_the_slope() {
+    let mut random = Random::new(22);
+    for (op, kernel) in UNIONS {
+        let case = Case::new(op, &[0.25]);
+        let [width, coefficient] = [0, 1].map(|i| f64::from(case.constants[i]));
+        for _ in 0..500 {
+            let (a, b) = (random.range(-1.0, 1.0), random.range(-1.0, 1.0));
+            let (o, i) = (V3::of(0.0, 0.0, 0.0), V3::of(1.0, 0.0, 0.0));
+            let (near, far) = (a.min(b), a.max(b));
+            let [near, far] = [Dual { value: near, gradient: o }, Dual { value: far, gradient: i }];
+            let slope = match apply::<Dual<f64>>(
+                op,
+                sdfc_vm::dual::DualVec3::seed(o),
+                [near, far, near],
+                &case.constants,
+            ) {
+                Applied::Value(v) => v.gradient.x,
+                Applied::Point(_) => panic!("a point"),
+            };
+            let share = kernel.share(far.value - near.value, width, coefficient);
+            assert!((share - slope).abs() < 1e-6, "{}: {share}, {slope}", op.row().name);
+            assert!((0.0..=0.5 + 1e-9).contains(&share));
+        }
+    }
+}
+
+/// Unions never exceed the hard one, intersections and subtractions never fall short of it, and
+/// all are the hard ones where the operands differ by more than the blend reaches.
+#[test]
+fn blends_stay_on_their_side() {
+    let mut random = Random::new(23);
+    for case in cases(24, 4, |op| op.row().meta.category == Category::Combine) {
+        let name = case.op.row().name;
+        for _ in 0..500 {
+            let [a, b] = [0; 2].map(|_| random.range(-1.0, 1.0));
+            let d = case.with([0.0; 3], [a, b, 0.0]);
+            if name.ends_with("union") {
+                assert!(d <= a.min(b) + 1e-9, "{}", case.name());
+            } else if name.ends_with("intersection") {
+                assert!(d >= a.max(b) - 1e-9, "{}", case.name());
+            } else if name.ends_with("subtraction") {
+                assert!(d >= a.max(-b) - 1e-9, "{}", case.name());
+            }
+        }
+    }
+}

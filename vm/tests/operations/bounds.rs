@@ -1,0 +1,91 @@
+//! Nothing of a shape lies outside its bounding volume.
+
+use crate::fixture::{Case, Point, Random, cases, is_shape};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::row::{BoundsRule, Category, Output};
+use sdfc_vm::table::Op;
+
+fn holds(b: &Bounds, p: Point) -> bool {
+    (0..3).all(|i| b.min[i] - 1e-5 <= p[i] && p[i] <= b.max[i] + 1e-5)
+}
+
+#[test]
+fn shapes_lie_within_their_bounds() {
+    let mut random = Random::new(10);
+    for case in cases(11, 12, |op| is_shape(op) && op != Op::PolygonEdge) {
+        let bounds = match case.op.row().meta.bounds {
+            BoundsRule::Shape(f) => f(&case.parameters()),
+            BoundsRule::Everything => continue,
+            _ => panic!("{} has no bounds of its own", case.name()),
+        };
+        let mut reached = Bounds::EMPTY;
+        for _ in 0..20_000 {
+            let p = random.point(2.5);
+            if case.at(p) < 0.0 {
+                assert!(holds(&bounds, p), "{} at {p:?}: outside {bounds:?}", case.name());
+                reached = reached.including(p);
+            }
+        }
+        // And they are not needlessly large.
+        let flat = case.op.row().meta.category == Category::Shape2;
+        let loose = matches!(case.op, Op::Star | Op::Ngon | Op::Prism | Op::Tetrahedron);
+        let plane = matches!(case.op, Op::Plane | Op::Slab | Op::InfiniteCone);
+        if !loose && !plane && !reached.is_empty() {
+            for i in 0..if flat { 2 } else { 3 } {
+                let gap = (bounds.max[i] - reached.max[i]).max(reached.min[i] - bounds.min[i]);
+                assert!(gap < 0.35, "{}: {bounds:?} for {reached:?}", case.name());
+            }
+        }
+    }
+}
+
+/// A map's bounds hold what a ball inside the shape's bounds becomes.
+#[test]
+fn moved_shapes_lie_within_their_bounds() {
+    let mut random = Random::new(12);
+    for case in cases(13, 8, |op| {
+        op.row().output == Output::Point && op.row().meta.category != Category::Math
+    }) {
+        let BoundsRule::Map(map) = case.op.row().meta.bounds else {
+            panic!("{} maps no bounds", case.name());
+        };
+        let (centre, r) = ([0.25, 0.125, 0.0625], 0.1875);
+        let ball = Case::new(Op::Sphere, &[r]);
+        let shape = Bounds::EMPTY.including(centre).grown(r);
+        let flat = matches!(case.op, Op::Revolve | Op::RevolvePart | Op::Slice);
+        let bounds = map(&case.parameters(), &shape);
+        for _ in 0..20_000 {
+            let p = random.point(3.0);
+            let q = case.map(p);
+            let z = if flat { 0.0 } else { q[2] - centre[2] };
+            if ball.at([q[0] - centre[0], q[1] - centre[1], z]) < 0.0 {
+                assert!(holds(&bounds, p), "{} at {p:?}: outside {bounds:?}", case.name());
+            }
+        }
+    }
+}
+
+/// Combinations of two balls: every point inside lies within what the rule makes of both bounds.
+#[test]
+fn combined_shapes_lie_within_their_bounds() {
+    let mut random = Random::new(14);
+    let balls = [([-0.375, 0.0, 0.25], 0.5), ([0.5, 0.25, 0.0], 0.625)];
+    let bounds = balls.map(|(c, r)| Bounds::EMPTY.including(c).grown(r));
+    for case in cases(15, 6, |op| op.row().meta.category == Category::Combine) {
+        let a = case.parameters();
+        let volume = match case.op.row().meta.bounds {
+            BoundsRule::Hull => bounds[0].hull(&bounds[1]),
+            BoundsRule::HullGrown(by) => bounds[0].hull(&bounds[1]).grown(by(&a)),
+            BoundsRule::Common => bounds[0].common(&bounds[1]),
+            BoundsRule::First => bounds[0],
+            _ => panic!("{} combines no bounds", case.name()),
+        };
+        for _ in 0..20_000 {
+            let p = random.point(2.0);
+            let d = balls.map(|(c, r)| crate::fixture::distance(p, c) - r);
+            if case.with(p, [d[0], d[1], 0.0]) < 0.0 {
+                assert!(holds(&volume, p), "{} at {p:?}: outside {volume:?}", case.name());
+            }
+        }
+    }
+}

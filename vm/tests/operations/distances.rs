@@ -1,0 +1,162 @@
+//! Every shape against its definition. A distance is right if
+//! 1. its sign is that of the definition;
+//! 2. it exceeds the way to no point of the surface (points found by bisecting the definition);
+//! 3. where it claims to be exact, going that far along its gradient ends on the surface.
+//!
+//! 2 and 3 together leave only the true distance.
+
+use crate::definitions::{contains, winds};
+use crate::fixture::{Case, Point, Random, add, cases, distance, gradient, is_shape, length};
+use sdfc_vm::row::{Category, Exactness};
+use sdfc_vm::table::Op;
+
+const REACH: f64 = 2.5;
+
+/// Points of a definition's surface.
+fn surface(inside: impl Fn(Point) -> bool, random: &mut Random, wanted: usize) -> Vec<Point> {
+    let mut points = Vec::new();
+    for _ in 0..wanted * 40 {
+        let (mut a, mut b) = (random.point(REACH), random.point(REACH));
+        if inside(a) == inside(b) {
+            // A short way catches thin shapes.
+            b = add(a, random.direction(), 0.3);
+            if inside(a) == inside(b) {
+                continue;
+            }
+        }
+        let start = inside(a);
+        for _ in 0..48 {
+            let middle = add(a, std::array::from_fn(|i| b[i] - a[i]), 0.5);
+            if inside(middle) == start { a = middle } else { b = middle }
+        }
+        points.push(a);
+        if points.len() == wanted {
+            break;
+        }
+    }
+    points
+}
+
+/// Whether the surface passes within `r` of a point.
+fn on_surface(inside: &impl Fn(Point) -> bool, p: Point, random: &mut Random, r: f64) -> bool {
+    let centre = inside(p);
+    (0..60).any(|_| inside(add(p, random.direction(), r)) != centre)
+}
+
+fn check(case: &Case, inside: impl Fn(Point) -> bool, exactness: Exactness, random: &mut Random) {
+    let name = case.name();
+    let flat = case.op.row().meta.category == Category::Shape2;
+    let points = surface(&inside, random, 600);
+    assert!(points.len() > 100, "{name}: only {} points of the surface", points.len());
+    let mut feet = 0;
+    for _ in 0..300 {
+        let mut p = random.point(REACH);
+        if flat {
+            p[2] = 0.0;
+        }
+        let (d, slope) = gradient(case, p);
+        if d.abs() > 1e-6 {
+            assert_eq!(d < 0.0, inside(p), "{name} at {p:?}: {d}");
+        }
+        let gap = |q: &Point| if flat { distance([q[0], q[1], 0.0], p) } else { distance(*q, p) };
+        let nearest = points.iter().map(gap).fold(f64::INFINITY, f64::min);
+        assert!(d.abs() <= nearest + 2e-6, "{name} at {p:?}: {d}, but {nearest} to the surface");
+        let exact = match exactness {
+            Exactness::Exact => true,
+            Exactness::ExactOutside => d > 0.0,
+            Exactness::Bound | Exactness::Field => false,
+        };
+        // On a ridge of the distance the gradient is that of one side, which is as good; only at
+        // a point of its own (an axis, a centre) there may be none.
+        if exact && length(slope) > 0.5 {
+            let foot = add(p, slope, -d);
+            assert!(on_surface(&inside, foot, random, 1e-5), "{name} at {p:?}: {d}, {slope:?}");
+            feet += 1;
+        }
+    }
+    if exactness == Exactness::Exact {
+        assert!(feet > 250, "{name}: {feet} feet");
+    }
+}
+
+#[test]
+fn shapes_keep_their_definitions() {
+    let mut random = Random::new(1);
+    for case in cases(2, 6, |op| is_shape(op) && op != Op::PolygonEdge) {
+        let exactness = case.op.row().meta.exactness;
+        check(&case, |p| contains(case.op, &case.arguments, p), exactness, &mut random);
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_cut_to_what_does() {
+    let mut random = Random::new(3);
+    let all: [(Op, &[f64]); 8] = [
+        (Op::RoundedCuboid, &[1.0, 2.0, 0.5, 4.0]),
+        (Op::RoundedCylinder, &[0.5, 2.0, 3.0]),
+        (Op::RoundedCone, &[1.0, 0.0, 2.0, 9.0]),
+        (Op::RoundedCone, &[0.25, 0.75, 1.5, 0.125]),
+        (Op::RoundedCone, &[0.5, 0.5, 1.0, 0.25]),
+        (Op::RoundCone, &[1.0, 0.25, 0.5]),
+        (Op::RoundCone, &[0.25, 1.0, 0.5]),
+        (Op::CappedTorus, &[1.0, 0.25, 5.5]),
+    ];
+    for (op, arguments) in all {
+        let case = Case::new(op, arguments);
+        check(&case, |p| contains(op, arguments, p), Exactness::Exact, &mut random);
+    }
+}
+
+/// Polygons as chains of edges, some of which cross themselves; their corners are on a grid, so
+/// that rays to the right pass exactly through corners.
+#[test]
+fn polygons_are_the_winding_of_their_edges() {
+    let mut random = Random::new(4);
+    for _ in 0..12 {
+        let n = random.range(3.0, 9.0) as usize;
+        let mut corner = || (random.range(-4.0, 4.0).round()) / 2.0;
+        let polygon: Vec<[f64; 2]> = (0..n).map(|_| [corner(), corner()]).collect();
+        let edges: Vec<Case> = (0..n)
+            .map(|i| {
+                let ([ax, ay], [bx, by]) = (polygon[i], polygon[(i + 1) % n]);
+                Case::new(Op::PolygonEdge, &[ax, ay, bx, by])
+            })
+            .collect();
+        let at = |p: Point| edges.iter().fold(1e30, |d, edge| edge.with(p, [d, 0.0, 0.0]));
+        for k in 0..400 {
+            let mut p = random.point(2.5);
+            p[2] = 0.0;
+            if k % 2 == 0 {
+                p[1] = (p[1] * 2.0).round() / 2.0;
+            }
+            let d = at(p);
+            let nearest = (0..n)
+                .map(|i| {
+                    let (a, b) = (polygon[i], polygon[(i + 1) % n]);
+                    let e = [b[0] - a[0], b[1] - a[1]];
+                    let q = [p[0] - a[0], p[1] - a[1]];
+                    let square = e[0] * e[0] + e[1] * e[1];
+                    let t = if square > 0.0 { (q[0] * e[0] + q[1] * e[1]) / square } else { 0.0 };
+                    let t = t.clamp(0.0, 1.0);
+                    (q[0] - e[0] * t).hypot(q[1] - e[1] * t)
+                })
+                .fold(f64::INFINITY, f64::min);
+            assert!((d.abs() - nearest).abs() < 1e-9, "{polygon:?} at {p:?}: {d}, {nearest}");
+            if nearest > 1e-9 {
+                assert_eq!(d < 0.0, winds(&polygon, [p[0], p[1]]), "{polygon:?} at {p:?}");
+            }
+        }
+    }
+}
+
+/// The ellipsoid's bound is exact on the axes far out, and never worse than the ratio of its
+/// radii.
+#[test]
+fn the_ellipsoid_is_not_needlessly_small() {
+    let case = Case::new(Op::Ellipsoid, &[1.0, 0.5, 0.25]);
+    assert!((case.at([3.0, 0.0, 0.0]) - 2.0).abs() < 1e-9);
+    assert!((case.at([0.0, 3.0, 0.0]) - 2.5).abs() < 1e-9);
+    assert!((case.at([0.0, 0.0, -3.0]) - 2.75).abs() < 1e-9);
+    assert!(case.at([10.0, 10.0, 10.0]) > 0.96 * (300.0_f64.sqrt() - 0.6));
+    assert_eq!(case.at([0.0; 3]), -0.25);
+}

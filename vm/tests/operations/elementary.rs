@@ -1,0 +1,102 @@
+//! Our own elementary functions in `f32` against the standard library's in `f64`, with the errors
+//! that their documentation states.
+
+use crate::fixture::Random;
+use sdfc_vm::elementary::{arctangent, cosine, exponential, logarithm, sine};
+use sdfc_vm::prelude;
+use sdfc_vm::real::Real;
+use sdfc_vm::vector::V3;
+
+/// The largest error over random arguments.
+fn worst(seed: u64, mut error: impl FnMut(&mut Random) -> f64) -> f64 {
+    let mut random = Random::new(seed);
+    (0..400_000).map(|_| error(&mut random)).fold(0.0, f64::max)
+}
+
+#[test]
+fn errors_are_as_documented() {
+    let (exact, f) = (|x: f32| f64::from(x), |v: f64| v as f32);
+    let sines = worst(80, |r| {
+        let x = f(r.range(-100.0, 100.0));
+        let s = (exact(sine(x)) - exact(x).sin()).abs();
+        s.max((exact(cosine(x)) - exact(x).cos()).abs())
+    });
+    assert!(sines < 2e-7, "sine: {sines}");
+    let far = worst(81, |r| {
+        let x = f(r.range(-1e4, 1e4));
+        (exact(sine(x)) - exact(x).sin()).abs()
+    });
+    assert!(far < 2e-5, "sine far out: {far}");
+    let powers = worst(82, |r| {
+        let x = f(r.range(-126.0, 127.0));
+        (exact(exponential(x)) / exact(x).exp2() - 1.0).abs()
+    });
+    assert!(powers < 4e-7, "exponential: {powers}");
+    let near_one = worst(83, |r| {
+        let x = f(r.range(0.5, 2.0));
+        (exact(logarithm(x)) - exact(x).log2()).abs()
+    });
+    assert!(near_one < 6e-7, "logarithm near one: {near_one}");
+    let logarithms = worst(84, |r| {
+        let x = f(r.range(-126.0, 127.0).exp2());
+        let wanted = exact(x).log2();
+        (exact(logarithm(x)) - wanted).abs() / wanted.abs().max(1.0)
+    });
+    assert!(logarithms < 4e-7, "logarithm: {logarithms}");
+    let angles = worst(85, |r| {
+        let scale = r.range(-60.0, 60.0).exp2();
+        let (y, x) = (f(r.range(-1.0, 1.0) * scale), f(r.range(-1.0, 1.0) * scale));
+        (exact(arctangent(y, x)) - exact(y).atan2(exact(x))).abs()
+    });
+    assert!(angles < 4e-7, "arctangent: {angles}");
+}
+
+#[test]
+fn the_ends_of_their_ranges_are_numbers() {
+    assert_eq!(exponential(-1e30_f32), exponential(-126.0_f32));
+    assert!(exponential(1e30_f32).is_finite());
+    assert!(logarithm(0.0_f32) < -125.0 && logarithm(0.0_f32).is_finite());
+    assert!(logarithm(-1.0_f32).is_finite());
+    assert_eq!(logarithm(1.0_f32), 0.0);
+    assert_eq!(arctangent(0.0_f32, 0.0), 0.0);
+    assert_eq!(arctangent(0.0_f32, -1.0), std::f32::consts::PI);
+    for x in [1e6_f32, 1e10, 1e18, -1e18, 3e38] {
+        assert!(sine(x).abs() <= 1.0001 && cosine(x).abs() <= 1.0001, "{x}");
+    }
+}
+
+/// Noise: zero at the lattice, within its bounds, its gradient that of differences, the same in
+/// both precisions, and different by seed.
+#[test]
+fn noise_is_what_it_says() {
+    let mut random = Random::new(86);
+    let mut different = 0;
+    for _ in 0..20_000 {
+        let p = random.point(50.0);
+        let at = |x: f64, y: f64, z: f64| f64::noise(V3::of(x, y, z), 3.0);
+        let (v, g) = at(p[0], p[1], p[2]);
+        assert!(v.abs() < 1.5);
+        assert!(g.x.abs().max(g.y.abs()).max(g.z.abs()) < sdfc_vm::interval::NOISE_SLOPE);
+        let length = (g.x * g.x + g.y * g.y + g.z * g.z).sqrt();
+        assert!(length < sdfc_vm::interval::NOISE_STEEPNESS);
+        let h = 1e-6;
+        let along = (at(p[0] + h, p[1], p[2]).0 - at(p[0] - h, p[1], p[2]).0) / (2.0 * h);
+        assert!((along - g.x).abs() < 1e-5, "{along}, {}", g.x);
+        let single = f32::noise(V3::of(p[0] as f32, p[1] as f32, p[2] as f32), 3.0).0;
+        assert!((f64::from(single) - v).abs() < 3e-5, "{single}, {v}");
+        different += usize::from((f64::noise(V3::of(p[0], p[1], p[2]), 4.0).0 - v).abs() > 1e-3);
+        assert_eq!(at(p[0].floor(), p[1].floor(), p[2].floor()).0, 0.0);
+    }
+    assert!(different > 19_000);
+}
+
+#[test]
+fn every_function_of_the_prelude_comes_after_those_it_calls() {
+    let functions = prelude::functions(prelude::NAMES);
+    assert_eq!(functions.len(), prelude::NAMES.len());
+    for (i, function) in functions.iter().enumerate() {
+        for call in &function.calls {
+            assert!(functions[..i].iter().any(|f| f.name == *call), "{}", function.name);
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! The operations of the table, each against something that does not share its code: membership
+//! written from a shape's definition, closed forms, the standard library's `f64`, differences.
+
+mod affine;
+mod blends;
+mod bounds;
+mod combining;
+mod definitions;
+mod distances;
+mod elementary;
+mod extremes;
+mod fixture;
+mod moving;
+mod numbers;
+mod recorded;
+mod slopes;
+mod table;

@@ -1,0 +1,175 @@
+//! The number types agree: gradients with differences, intervals with what they hold, `f32` with
+//! `f64`.
+
+use crate::fixture::{
+    Point, Random, cases, constants, gradient, is_math, length, operands, point,
+};
+use sdfc_vm::apply::{Applied, apply};
+use sdfc_vm::dual::{Dual, DualVec3};
+use sdfc_vm::interval::Interval;
+use sdfc_vm::table::Op;
+use sdfc_vm::vector::V3;
+
+#[test]
+fn gradients_are_the_limit_of_differences() {
+    let mut random = Random::new(60);
+    for case in cases(61, 3, |_| true) {
+        let (mut tried, mut agreed) = (0, 0);
+        for _ in 0..120 {
+            let p = random.point(1.5);
+            let differences = |h: f64| -> Point {
+                std::array::from_fn(|i| {
+                    let (mut a, mut b) = (p, p);
+                    a[i] -= h;
+                    b[i] += h;
+                    (case.on::<f64>(point::<f64>(b)) - case.on::<f64>(point::<f64>(a))) / (2.0 * h)
+                })
+            };
+            let (fine, coarse) = (differences(1e-6), differences(1e-5));
+            let scale = 1.0 + length(fine);
+            // Across a kink the two differ, and there is nothing to compare with.
+            if (0..3).any(|i| (fine[i] - coarse[i]).abs() > 1e-4 * scale) {
+                continue;
+            }
+            tried += 1;
+            let (_, slope) = gradient(&case, p);
+            agreed += usize::from((0..3).all(|i| (fine[i] - slope[i]).abs() < 1e-3 * scale));
+        }
+        assert!(tried >= 60, "{}: only {tried} points", case.name());
+        assert!(agreed + 1 >= tried, "{}: {agreed} of {tried}", case.name());
+    }
+}
+
+fn random_box(random: &mut Random) -> [Interval; 3] {
+    let size = [0.0, 1e-3, 0.1, 1.0][(random.unit() * 4.0) as usize];
+    random.point(2.0).map(|v| Interval { lo: v, hi: v + size * random.unit() })
+}
+
+fn within(random: &mut Random, i: Interval) -> f64 {
+    if random.unit() < 0.2 { i.lo } else { random.range(i.lo, i.hi).clamp(i.lo, i.hi) }
+}
+
+#[test]
+fn intervals_hold_every_value_of_their_box() {
+    let mut random = Random::new(62);
+    for case in cases(63, 4, |_| true) {
+        for _ in 0..150 {
+            let [x, y, z] = random_box(&mut random);
+            let all = case.on::<Interval>(V3::of(x, y, z));
+            assert!(all.lo <= all.hi, "{}: {all:?}", case.name());
+            for _ in 0..6 {
+                let p = [x, y, z].map(|i| within(&mut random, i));
+                let v = case.on::<f64>(point::<f64>(p));
+                // The elementary functions of the intervals are the standard library's.
+                let slack = 1e-9 * (1.0 + v.abs());
+                assert!(
+                    all.lo - slack <= v && v <= all.hi + slack,
+                    "{} at {p:?}: {v} outside {all:?} of {x:?}, {y:?}, {z:?}",
+                    case.name()
+                );
+            }
+        }
+    }
+}
+
+/// The slopes of intervals bound what jumps and what does not alike: the difference of any two
+/// points of a box is at most the slope times the way. (Bodies of shapes fold space by jumps that
+/// cancel; their rows say what their slope is.)
+#[test]
+fn slopes_of_intervals_bound_all_differences() {
+    let mut random = Random::new(64);
+    for case in cases(65, 3, |op| is_math(op) && op != Op::Constant) {
+        for _ in 0..200 {
+            let corner = random.point(1.5);
+            let size = 0.5 * random.unit();
+            let [x, y, z] = corner.map(|v| Interval { lo: v, hi: v + size });
+            let d = case.on::<Dual<Interval>>(DualVec3::seed(V3::of(x, y, z))).gradient;
+            let [p, q] = [0; 2].map(|_| [x, y, z].map(|i| within(&mut random, i)));
+            let change = case.on::<f64>(point::<f64>(q)) - case.on::<f64>(point::<f64>(p));
+            let bound: f64 = [d.x, d.y, d.z]
+                .iter()
+                .zip(0..3)
+                .map(|(slope, i)| {
+                    let way = (q[i] - p[i]).abs();
+                    if way == 0.0 { 0.0 } else { slope.magnitude() * way }
+                })
+                .sum();
+            assert!(
+                change.abs() <= bound * (1.0 + 1e-9) + 1e-9,
+                "{}: {change} from {p:?} to {q:?}, bound {bound}",
+                case.name()
+            );
+        }
+    }
+}
+
+/// The default tier's tolerance: 16 · 2⁻²⁴ of the largest coordinate, more where a sine or an
+/// angle goes into a length.
+#[test]
+fn single_precision_is_close_to_double() {
+    let mut random = Random::new(66);
+    let ulp = 1.0 / f64::from(1 << 24);
+    for case in cases(67, 5, |op| !is_math(op)) {
+        let folds = matches!(
+            case.op,
+            Op::Prism
+                | Op::Ngon
+                | Op::Star
+                | Op::Polar
+                | Op::PolarNeighbour
+                | Op::PolarPlane
+                | Op::PolarPlaneNeighbour
+                | Op::Gyroid
+                | Op::SchwarzP
+                | Op::Diamond
+                | Op::Twist
+                | Op::Bend
+        );
+        let mut outside = 0;
+        for _ in 0..500 {
+            let p = random.point(4.0);
+            let [single, double] = [
+                f64::from(case.on::<f32>(V3::of(p[0] as f32, p[1] as f32, p[2] as f32))),
+                case.on::<f64>(point::<f64>(p)),
+            ];
+            let tolerance = if folds { 64.0 } else { 16.0 } * ulp * 4.0;
+            outside += usize::from((single - double).abs() > tolerance);
+        }
+        // Where space is cut into cells, a point may fall to either side of a seam.
+        let seams = if case.op.row().output == sdfc_vm::row::Output::Point { 2 } else { 0 };
+        assert!(outside <= seams, "{}: {outside} of 500", case.name());
+    }
+}
+
+/// Arithmetic in `f32` is as accurate as its operands allow.
+#[test]
+fn single_precision_arithmetic_is_close_to_double() {
+    let mut random = Random::new(68);
+    for case in cases(69, 2, |op| is_math(op) && op.row().output == sdfc_vm::row::Output::Value) {
+        // What jumps, or is steep without end, is compared elsewhere.
+        if matches!(case.op, Op::Noise | Op::NoiseOctave | Op::RidgeOctave) {
+            continue;
+        }
+        let mut outside = 0;
+        for _ in 0..500 {
+            let p = random.point(2.0);
+            let q = V3::of(p[0], p[1], p[2]);
+            let values = operands::<f64>(case.op, q).map(|v| f64::from(v as f32));
+            let narrow = values.map(|v| v as f32);
+            let constants = constants(case.op, &case.arguments);
+            let single = V3::of(p[0] as f32, p[1] as f32, p[2] as f32);
+            let [a, b] = [
+                match apply::<f32>(case.op, single, narrow, &constants) {
+                    Applied::Value(v) => f64::from(v),
+                    Applied::Point(_) => panic!("a point"),
+                },
+                match apply::<f64>(case.op, q, values, &constants) {
+                    Applied::Value(v) => v,
+                    Applied::Point(_) => panic!("a point"),
+                },
+            ];
+            outside += usize::from((a - b).abs() > 2e-6 * (1.0 + b.abs()));
+        }
+        assert!(outside <= 3, "{}: {outside} of 500", case.name());
+    }
+}

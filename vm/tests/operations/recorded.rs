@@ -1,0 +1,52 @@
+//! The recorded WGSL of every operation: valid, and as it reads in the snapshot.
+
+use sdfc_vm::apply::{record_gradient, record_value};
+use sdfc_vm::prelude;
+use sdfc_vm::record::{DUAL_POINT, Function};
+use sdfc_vm::table::ROWS;
+
+/// Validates a text by naga.
+fn validate(text: &str) -> Result<(), String> {
+    let module = naga::front::wgsl::parse_str(text).map_err(|e| e.emit_to_string(text))?;
+    let flags = naga::valid::ValidationFlags::all();
+    let capabilities = naga::valid::Capabilities::default();
+    naga::valid::Validator::new(flags, capabilities)
+        .validate(&module)
+        .map_err(|e| e.emit_to_string(text))?;
+    Ok(())
+}
+
+fn text(functions: &[Function]) -> String {
+    functions.iter().map(|f| f.text.as_str()).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn every_recorded_function_is_valid() {
+    for row in ROWS {
+        for function in [record_value(row.op), record_gradient(row.op)] {
+            let called = text(&prelude::functions(function.calls.iter().copied()));
+            let module = format!("{DUAL_POINT}\n{called}\n{}", function.text);
+            if let Err(error) = validate(&module) {
+                panic!("{}: {error}\n{}", function.name, function.text);
+            }
+        }
+    }
+}
+
+#[test]
+fn prelude() {
+    let functions = prelude::functions(prelude::NAMES);
+    insta::assert_snapshot!(text(&functions));
+}
+
+#[test]
+fn values() {
+    let functions: Vec<Function> = ROWS.iter().map(|row| record_value(row.op)).collect();
+    insta::assert_snapshot!(text(&functions));
+}
+
+#[test]
+fn gradients() {
+    let functions: Vec<Function> = ROWS.iter().map(|row| record_gradient(row.op)).collect();
+    insta::assert_snapshot!(text(&functions));
+}

@@ -1,0 +1,86 @@
+//! No result is steeper than its row says: pairs of points, near and far.
+
+use crate::fixture::{Case, Random, add, cases, distance, is_math, operands, point};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::row::{Output, Slope};
+use sdfc_vm::table::Op;
+use sdfc_vm::vector::V3;
+
+/// The bound for operands of slope one.
+fn bound(case: &Case) -> Option<f64> {
+    let a = case.parameters();
+    Some(match case.op.row().meta.slope {
+        Slope::Constant(s) => s,
+        Slope::Of(f) => f(&a),
+        Slope::Largest(factor) => factor,
+        Slope::LargestOrOne => 1.0,
+        Slope::Sum => case.op.row().arity() as f64,
+        Slope::Plus(f) => 1.0 + f(&a),
+        Slope::Times(f) => f(&a),
+        Slope::Stretch(_) | Slope::Unknown => return None,
+    })
+}
+
+#[test]
+fn no_value_is_steeper_than_its_row_says() {
+    let mut random = Random::new(5);
+    // Guards of a repetition belong to a folded point; their jumps are the repetition's.
+    let guard = |op| matches!(op, Op::RepeatGuard | Op::RepeatLimitedGuard);
+    for case in cases(6, 4, |op| op.row().output == Output::Value && !guard(op)) {
+        let Some(slope) = bound(&case) else { continue };
+        for i in 0..2000 {
+            let p = random.point(3.0);
+            let reach = [1.0, 0.1, 1e-3][i % 3];
+            let q = add(p, random.direction(), reach * random.unit());
+            let (a, b) = (case.on::<f64>(point::<f64>(p)), case.on::<f64>(point::<f64>(q)));
+            // A partial turn is as steep as its plane shape, which is not what it has here.
+            if case.op == Op::RevolveClose && (p[0].min(q[0]) < 0.1 || p[2] * q[2] < 0.0) {
+                continue;
+            }
+            assert!(
+                (a - b).abs() <= slope * distance(p, q) * (1.0 + 1e-5) + 1e-6,
+                "{}: {a} at {p:?}, {b} at {q:?}, slope {slope}",
+                case.name()
+            );
+        }
+    }
+}
+
+#[test]
+fn no_map_stretches_more_than_its_row_says() {
+    let mut random = Random::new(7);
+    for case in cases(8, 5, |op| op.row().output == Output::Point && !is_math(op)) {
+        let Slope::Stretch(stretch) = case.op.row().meta.slope else {
+            panic!("{} has no stretch", case.name());
+        };
+        let reach = 1.5;
+        let limit = stretch(&case.parameters(), &Bounds::centred([reach; 3]));
+        let mut largest: f64 = 0.0;
+        for _ in 0..4000 {
+            let p = random.point(reach);
+            let step = 1e-5;
+            let q = add(p, random.direction(), step);
+            let moved = distance(case.map(p), case.map(q));
+            // Between two cells the map jumps.
+            if moved < 1e-2 {
+                largest = largest.max(moved / step);
+            }
+        }
+        assert!(largest <= limit * (1.0 + 1e-3), "{}: {largest}, not {limit}", case.name());
+        let tight = if case.op == Op::Bend { 0.55 } else { 0.9 };
+        assert!(largest >= limit * tight, "{}: only {largest} of {limit}", case.name());
+    }
+}
+
+/// The slope of arithmetic that says nothing follows from intervals; what it says must hold.
+#[test]
+fn operands_have_slope_one() {
+    let mut random = Random::new(9);
+    for _ in 0..1000 {
+        let (p, q) = (random.point(2.0), random.point(2.0));
+        let at = |[x, y, z]: [f64; 3]| operands::<f64>(Op::Add, V3::of(x, y, z));
+        for (a, b) in at(p).iter().zip(at(q)) {
+            assert!((a - b).abs() <= distance(p, q) * (1.0 + 1e-12));
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! Programs: random ones, always valid, whose forms and runs must agree.
+//!
+//! The generator draws every opcode of the table and every way to use it (frames, kept points,
+//! slots, constant operands, blends), so a new row is covered without a new test.
+
+use sdfc_vm::batch::{Column, LANES, Machine};
+use sdfc_vm::dual::Dual;
+use sdfc_vm::encode::{decode, encode};
+use sdfc_vm::evaluate::{evaluate, gradient};
+use sdfc_vm::kernel::Kernel;
+use sdfc_vm::listing;
+use sdfc_vm::pool::{PoolBuilder, PoolNumber};
+use sdfc_vm::program::{Code, Frame, Instruction, MAX_POINTS, Operands, Place, Program};
+use sdfc_vm::row::Output;
+use sdfc_vm::table::{Op, ROWS};
+use sdfc_vm::vector::V3;
+use sdfc_vm::verify::{VerifyError, verify};
+
+/// xorshift64*: small, seeded, the same everywhere.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
+    }
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() >> 33) as usize % n
+    }
+    fn number(&mut self) -> f32 {
+        // A few digits only, so that listings stay short.
+        (self.below(4001) as f32 - 2000.0) / 1000.0
+    }
+    fn chance(&mut self, percent: usize) -> bool {
+        self.below(100) < percent
+    }
+}
+
+fn random_program(seed: u64) -> Program {
+    let mut r = Random(seed.wrapping_mul(2).wrapping_add(1));
+    let mut pool = PoolBuilder::default();
+    let mut code = Vec::new();
+    let (mut depth, mut points, mut slots) = (0_usize, 0_usize, 0_u32);
+    let length = 3 + r.below(40);
+    while code.len() < length || depth != 1 {
+        let closing = code.len() >= length;
+        let numbers = |r: &mut Random, n: usize| -> Vec<PoolNumber> {
+            (0..n).map(|_| r.number().into()).collect()
+        };
+        let code_of = |r: &mut Random| match r.below(12) {
+            0 if slots > 0 => Code::Load,
+            1 if depth > 0 => Code::Store,
+            2 if depth > 1 => Code::Take,
+            _ => Code::Op(ROWS[r.below(ROWS.len())].op),
+        };
+        let picked = if closing { Code::Take } else { code_of(&mut r) };
+        let mut i = Instruction::new(picked);
+        if let Code::Op(op) = picked {
+            let row = op.row();
+            if row.arity() == 2 && r.chance(30) {
+                let index = pool.add(&numbers(&mut r, 1));
+                i.operands =
+                    if r.chance(50) { Operands::Left(index) } else { Operands::Right(index) };
+            }
+            if row.parameter_width() > 0 {
+                i.parameters = pool.add(&numbers(&mut r, row.parameter_width()));
+            }
+            if row.reads_point() {
+                i.frame = match r.below(3) {
+                    0 => Frame::Same,
+                    1 => Frame::Moved(pool.add(&numbers(&mut r, 3))),
+                    _ => Frame::Mapped(pool.add(&numbers(&mut r, 12))),
+                };
+            }
+            if points > 0 && r.chance(30) {
+                i.pops = (1 + r.below(points)) as u8;
+            }
+            if row.output == Output::Point && points - (i.pops as usize) < MAX_POINTS {
+                i.push = r.chance(70);
+            }
+        }
+        if i.taken() > depth {
+            continue;
+        }
+        match picked {
+            Code::Load => i.slot = r.below(slots as usize) as u8,
+            Code::Store => {
+                i.slot = r.below(slots as usize + 1).min(7) as u8;
+                slots = slots.max(u32::from(i.slot) + 1);
+            }
+            _ => {}
+        }
+        let left = depth - i.taken();
+        let blends = closing || r.chance(40);
+        if blends && left > 0 && !i.gives_none() && i.operands == Operands::Stack {
+            let kernel = Kernel::ALL[r.below(5)];
+            let signs = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]][r.below(3)];
+            let width = 0.1 + r.below(10) as f32 / 10.0;
+            let list = [signs[0], signs[1], width, 1.0 / (4.0 * width)].map(PoolNumber::from);
+            i.place = Place::Blend { kernel, index: pool.add(&list) };
+        }
+        let pushes = i.place == Place::Push && !i.gives_none();
+        if left + usize::from(pushes) > 8 {
+            continue;
+        }
+        points = points - i.pops as usize + usize::from(i.push);
+        depth = left + usize::from(pushes);
+        code.push(i);
+        if code.len() > 400 {
+            // Never seen; a guard against a generator that cannot close.
+            panic!("the program does not end");
+        }
+    }
+    let (pool, patches) = pool.finish();
+    Program { code, pool, patches, slots }
+}
+
+fn random_points(seed: u64) -> [Column; 3] {
+    let mut r = Random(seed | 1);
+    std::array::from_fn(|_| Column(std::array::from_fn(|_| r.number())))
+}
+
+/// Equal bits, or both not a number: raw arithmetic on random numbers may well have none.
+fn same(a: f32, b: f32) -> bool {
+    a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
+}
+
+#[test]
+fn random_programs_verify_and_survive_every_form() {
+    for seed in 0..3000 {
+        let program = random_program(seed);
+        verify(&program, 0, false).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        let words = encode(&program.code);
+        assert_eq!(decode(&words).as_ref(), Ok(&program.code), "seed {seed}");
+        let text = listing::print(&program);
+        let parsed = listing::parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        assert_eq!(parsed.code.len(), program.code.len());
+        // Pool indices may differ where constants happen to be shared otherwise; text does not.
+        assert_eq!(listing::print(&parsed), text, "seed {seed}");
+    }
+}
+
+#[test]
+fn batches_and_single_points_agree_in_every_bit() {
+    for seed in 0..1500 {
+        let program = random_program(seed);
+        let points = random_points(seed * 7 + 3);
+        let mut machine = Machine::<f32>::new(&program.needs());
+        let values = machine.run(&program, &points).clone();
+        let mut dual = Machine::<Dual<f32>>::new(&program.needs());
+        let duals = dual.run(&program, &points).clone();
+        for lane in 0..LANES {
+            let p = V3::of(points[0].0[lane], points[1].0[lane], points[2].0[lane]);
+            let single = evaluate::<f32>(&program, p);
+            let listing = || listing::print(&program);
+            assert!(
+                same(values.0[lane], single),
+                "seed {seed}: {} in a batch, {single} alone at {p:?}\n{}",
+                values.0[lane],
+                listing()
+            );
+            let exact = gradient::<f32>(&program, p);
+            let both = [
+                (duals[3].0[lane], exact.value),
+                (duals[0].0[lane], exact.gradient.x),
+                (duals[1].0[lane], exact.gradient.y),
+                (duals[2].0[lane], exact.gradient.z),
+            ];
+            assert!(both.iter().all(|&(a, b)| same(a, b)), "seed {seed}: {both:?}\n{}", listing());
+        }
+    }
+}
+
+#[test]
+fn damaged_words_are_refused_or_run() {
+    let mut refused = 0;
+    for seed in 0..20_000 {
+        let mut r = Random(seed * 2 + 1);
+        let program = random_program(seed % 50);
+        let mut words = encode(&program.code);
+        for _ in 0..=r.below(3) {
+            let at = r.below(words.len());
+            words[at] ^= 1 << r.below(32);
+        }
+        let Ok(code) = decode(&words) else {
+            refused += 1;
+            continue;
+        };
+        let damaged = Program { code, ..program };
+        match verify(&damaged, 0, false) {
+            Err(_) => refused += 1,
+            // What is accepted runs to its end without an access out of range.
+            Ok(()) => {
+                let mut machine = Machine::<f32>::new(&damaged.needs());
+                machine.run(&damaged, &random_points(seed));
+            }
+        }
+    }
+    assert!(refused > 10_000, "only {refused} of 20,000 were refused");
+}
+
+#[test]
+fn limits_are_refused_with_both_numbers() {
+    let constant = Instruction::new(Code::Op(Op::Constant));
+    let program = |code| Program { code, pool: vec![[0.0; 4]], patches: vec![], slots: 0 };
+    let deep = program(vec![constant; 65]);
+    let error = verify(&deep, 0, false).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the program needs 65 values on the stack, more than the 64 that the format allows"
+    );
+    let long = program(vec![constant; 60_001]);
+    assert!(matches!(
+        verify(&long, 0, false),
+        Err(VerifyError::Limit { what: "instructions", need: 60_001, allowed: 60_000 })
+    ));
+    let two = program(vec![constant; 2]);
+    assert_eq!(verify(&two, 0, false), Err(VerifyError::Leftover { left: 2 }));
+    assert_eq!(verify(&program(vec![]), 0, false), Err(VerifyError::Empty));
+}
