@@ -1,0 +1,271 @@
+//! `sdfc ops`: the reference of shapes and operators, straight from the table.
+
+use crate::failure::Failure;
+use crate::output;
+use sdfc_vm::row::{Argument, ArgumentKind, BoundsRule, Category, Exactness, Row, Slope};
+use sdfc_vm::table::ROWS;
+use serde_json::json;
+use std::fmt::Write;
+
+/// The reference of all shapes and operators.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// One of them, by its name in a scene or in a listing; without one, all are listed.
+    name: Option<String>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let rows: Vec<&Row> = match &arguments.name {
+        Some(name) => named(name)?,
+        None => ROWS
+            .iter()
+            .filter(|row| row.meta.category != Category::Internal)
+            .collect(),
+    };
+    if arguments.json {
+        return output::print_json(&rows.iter().map(|row| as_json(row)).collect::<Vec<_>>());
+    }
+    output::print(match arguments.name {
+        Some(_) => rows
+            .iter()
+            .map(|row| page(row))
+            .collect::<Vec<_>>()
+            .join("\n"),
+        None => list(&rows),
+    })
+}
+
+/// All rows of a word of the language, or the row of a listing's name.
+fn named(name: &str) -> Result<Vec<&'static Row>, Failure> {
+    let mut rows: Vec<_> = ROWS.iter().filter(|row| word(row) == Some(name)).collect();
+    if rows.is_empty() {
+        rows.extend(ROWS.iter().filter(|row| row.name == name));
+    }
+    if !rows.is_empty() {
+        return Ok(rows);
+    }
+    let known = ROWS
+        .iter()
+        .flat_map(|row| word(row).into_iter().chain([row.name]));
+    let nearest = known
+        .map(|known| (strsim::damerau_levenshtein(known, name), known))
+        .min_by_key(|(distance, _)| *distance)
+        .filter(|(distance, known)| *distance <= 1 + known.len() / 3);
+    let hint = match nearest {
+        Some((_, known)) => format!("did you mean `{known}`?"),
+        None => "`sdfc ops` lists all of them".to_owned(),
+    };
+    Err(Failure::Input(format!(
+        "there is no operation `{name}`: {hint}"
+    )))
+}
+
+/// All rows by category, a line each: the call in a scene, and the first sentence about it.
+fn list(rows: &[&Row]) -> String {
+    let mut text = String::new();
+    for category in CATEGORIES {
+        let rows: Vec<_> = rows
+            .iter()
+            .filter(|row| row.meta.category == category)
+            .collect();
+        if rows.is_empty() {
+            continue;
+        }
+        let calls: Vec<_> = rows.iter().map(|row| call(row)).collect();
+        let width = calls.iter().map(String::len).max().unwrap_or(0).min(48);
+        let _ = writeln!(text, "{}", heading(category));
+        for (row, call) in rows.iter().zip(&calls) {
+            let _ = writeln!(text, "  {call:width$}  {}", gist(row.doc.trim()));
+        }
+        text.push('\n');
+    }
+    text.push_str("`sdfc ops NAME` tells more about one of them\n");
+    text
+}
+
+/// The first clause of a description: up to a semicolon, or to a full stop behind a whole word.
+fn gist(doc: &str) -> &str {
+    let is_initial = |stop: usize| doc[..stop].ends_with(|c: char| c.is_ascii_uppercase());
+    let mut stops = doc.match_indices(". ").map(|(at, _)| at);
+    let sentence = stops
+        .find(|stop| !is_initial(*stop))
+        .map_or(doc, |stop| &doc[..stop]);
+    let clause = sentence.split("; ").next().unwrap_or(sentence);
+    clause.trim_end_matches('.')
+}
+
+/// All there is to say about a row.
+fn page(row: &Row) -> String {
+    let meta = &row.meta;
+    let mut text = format!("{}\n  {}\n\n", call(row), row.doc.trim());
+    for argument in arguments(row) {
+        let _ = write!(text, "  {:10}  {}", argument.name, described(argument.kind));
+        if let Some(default) = argument.default {
+            let _ = write!(text, "; {} if it is not given", numbers(default));
+        }
+        text.push('\n');
+    }
+    let mut fact = |name: &str, value: &str| {
+        if !value.is_empty() {
+            let _ = writeln!(text, "  {name:10}  {value}");
+        }
+    };
+    fact("distance", exactness(meta.exactness));
+    fact("slope", &slope(&meta.slope));
+    fact("bounds", bounds(&meta.bounds));
+    fact("listing", row.name);
+    fact("source", meta.source);
+    text
+}
+
+const CATEGORIES: [Category; 8] = [
+    Category::Shape3,
+    Category::Shape2,
+    Category::Combine,
+    Category::Domain,
+    Category::Distance,
+    Category::Dimension,
+    Category::Math,
+    Category::Internal,
+];
+
+fn heading(category: Category) -> &'static str {
+    match category {
+        Category::Shape3 => "solids",
+        Category::Shape2 => "shapes in the plane",
+        Category::Combine => "combinations",
+        Category::Domain => "changes of space",
+        Category::Distance => "changes of the distance",
+        Category::Dimension => "between plane and space",
+        Category::Math => "mathematics of fields",
+        Category::Internal => "what the compiler inserts",
+    }
+}
+
+/// The word of the language that makes a row.
+fn word(row: &Row) -> Option<&'static str> {
+    row.meta.language.map(|language| language.name)
+}
+
+fn arguments(row: &Row) -> &'static [Argument] {
+    row.meta.language.map_or(&[], |language| language.arguments)
+}
+
+/// The row as a call in a scene; what the language has no word for has its listing's name.
+fn call(row: &Row) -> String {
+    let Some(word) = word(row) else {
+        return row.name.to_owned();
+    };
+    let arguments: Vec<_> = arguments(row)
+        .iter()
+        .map(|argument| match argument.default {
+            Some(default) => format!("{}: {}", argument.name, numbers(default)),
+            None => argument.name.to_owned(),
+        })
+        .collect();
+    format!(
+        "{}({})",
+        word(row).unwrap_or(row.name),
+        arguments.join(", ")
+    )
+}
+
+fn numbers(values: &[f64]) -> String {
+    match values {
+        [one] => one.to_string(),
+        several => {
+            format!(
+                "[{}]",
+                several
+                    .iter()
+                    .map(f64::to_string)
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            )
+        }
+    }
+}
+
+fn described(kind: ArgumentKind) -> &'static str {
+    match kind {
+        ArgumentKind::Radius => "a radius, more than 0 (or a diameter, with `d` for `r`)",
+        ArgumentKind::RadiusOrZero => "a radius, 0 or more (or a diameter, with `d` for `r`)",
+        ArgumentKind::Length => "a length, more than 0",
+        ArgumentKind::LengthOrZero => "a length, 0 or more",
+        ArgumentKind::Offset => "a length of either sign",
+        ArgumentKind::Size3 => "full sizes along x, y and z, or one for all three",
+        ArgumentKind::Size2 => "full sizes along x and y, or one for both",
+        ArgumentKind::Radii3 => "radii along x, y and z, or one for all three",
+        ArgumentKind::Lengths3 => "lengths along x, y and z, 0 or more, or one for all three",
+        ArgumentKind::Counts3 => "whole numbers along x, y and z, or one for all three",
+        ArgumentKind::Vec3 => "a point or an offset in space",
+        ArgumentKind::Vec2 => "a point or an offset in the plane",
+        ArgumentKind::Direction => "a direction",
+        ArgumentKind::Angle => "an angle, with its unit",
+        ArgumentKind::Number => "a number",
+        ArgumentKind::Count => "a whole number, 1 or more",
+    }
+}
+
+fn exactness(exactness: Exactness) -> &'static str {
+    match exactness {
+        Exactness::Exact => "exact",
+        Exactness::ExactOutside => "exact outside, too small inside",
+        Exactness::Bound => "a bound: never too large, sometimes too small",
+        Exactness::Field => "none: marching relies on the slope",
+    }
+}
+
+fn slope(slope: &Slope) -> String {
+    match slope {
+        Slope::Constant(most) => format!("at most {most}"),
+        Slope::Of(_) => "follows from the arguments".to_owned(),
+        Slope::Largest(factor) if *factor == 1.0 => "that of the steepest operand".to_owned(),
+        Slope::Largest(factor) => format!("that of the steepest operand, times {factor}"),
+        Slope::LargestOrOne => "that of the steepest operand, at least 1".to_owned(),
+        Slope::Sum => "the sum of the operands'".to_owned(),
+        Slope::Plus(_) => "the operand's, plus what follows from the arguments".to_owned(),
+        Slope::Times(_) => "the operand's, times what follows from the arguments".to_owned(),
+        Slope::Stretch(_) => "the shape's, times how much space is stretched".to_owned(),
+        Slope::Unknown => "found by interval arithmetic".to_owned(),
+    }
+}
+
+fn bounds(rule: &BoundsRule) -> &'static str {
+    match rule {
+        BoundsRule::Shape(_) => "follow from the arguments",
+        BoundsRule::Hull => "around all operands",
+        BoundsRule::HullGrown(_) => "around all operands, and some more for the blend",
+        BoundsRule::Common => "what the operands have in common",
+        BoundsRule::First => "those of the operand",
+        BoundsRule::Map(_) => "those of the shape, changed as it is",
+        BoundsRule::Everything => "",
+    }
+}
+
+fn as_json(row: &Row) -> serde_json::Value {
+    let arguments: Vec<_> = arguments(row)
+        .iter()
+        .map(|argument| {
+            json!({
+                "name": argument.name,
+                "kind": described(argument.kind),
+                "default": argument.default,
+            })
+        })
+        .collect();
+    json!({
+        "name": row.name,
+        "word": word(row),
+        "category": heading(row.meta.category),
+        "doc": row.doc.trim(),
+        "arguments": arguments,
+        "exactness": exactness(row.meta.exactness),
+        "slope": slope(&row.meta.slope),
+        "bounds": bounds(&row.meta.bounds),
+        "source": row.meta.source,
+    })
+}
