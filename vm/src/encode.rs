@@ -69,7 +69,11 @@ pub fn decode(words: &[u32]) -> Result<Vec<Instruction>, DecodeError> {
     if !rest.is_empty() {
         return Err(DecodeError::Length(words.len()));
     }
-    chunks.iter().enumerate().map(|(at, chunk)| decode_instruction(at, *chunk)).collect()
+    chunks
+        .iter()
+        .enumerate()
+        .map(|(at, chunk)| decode_instruction(at, *chunk))
+        .collect()
 }
 
 fn decode_instruction(at: usize, words: [u32; 4]) -> Result<Instruction, DecodeError> {

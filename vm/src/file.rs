@@ -49,7 +49,9 @@ pub enum FileError {
         have: usize,
     },
     /// Its layout is another version's.
-    #[error("the file has version {found} of the format, this sdfc reads version {VERSION}: compile the scene again")]
+    #[error(
+        "the file has version {found} of the format, this sdfc reads version {VERSION}: compile the scene again"
+    )]
     Version {
         /// Its version.
         found: u32,
@@ -86,10 +88,17 @@ pub fn encode_file(module: &Module) -> Vec<u8> {
     };
     for (first, program) in [(1, Some(&module.distance)), (5, module.surface.as_ref())] {
         let Some(program) = program else { continue };
-        let pool: Vec<u32> =
-            program.pool.as_flattened().iter().map(|number| number.to_bits()).collect();
-        let patches: Vec<u32> =
-            program.patches.iter().flat_map(|patch| [patch.at, patch.output]).collect();
+        let pool: Vec<u32> = program
+            .pool
+            .as_flattened()
+            .iter()
+            .map(|number| number.to_bits())
+            .collect();
+        let patches: Vec<u32> = program
+            .patches
+            .iter()
+            .flat_map(|patch| [patch.at, patch.output])
+            .collect();
         section(first, &encode(&program.code));
         section(first + 1, &pool);
         section(first + 2, &patches);
@@ -104,8 +113,18 @@ pub fn encode_file(module: &Module) -> Vec<u8> {
         u32::from_le_bytes(bytes)
     }));
     section(9, &words);
-    let header = [MAGIC, VERSION, table_hash(), checksum(&body), body.len() as u32];
-    header.iter().chain(&body).flat_map(|word| word.to_le_bytes()).collect()
+    let header = [
+        MAGIC,
+        VERSION,
+        table_hash(),
+        checksum(&body),
+        body.len() as u32,
+    ];
+    header
+        .iter()
+        .chain(&body)
+        .flat_map(|word| word.to_le_bytes())
+        .collect()
 }
 
 /// Whether bytes begin as such a file does.
@@ -122,9 +141,15 @@ pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
         return Err(FileError::Magic);
     }
     let (chunks, rest) = bytes.as_chunks::<4>();
-    let words: Vec<u32> = chunks.iter().map(|chunk| u32::from_le_bytes(*chunk)).collect();
+    let words: Vec<u32> = chunks
+        .iter()
+        .map(|chunk| u32::from_le_bytes(*chunk))
+        .collect();
     if words.len() < HEADER {
-        return Err(FileError::Length { have: bytes.len(), want: HEADER * 4 });
+        return Err(FileError::Length {
+            have: bytes.len(),
+            want: HEADER * 4,
+        });
     }
     if words[1] != VERSION {
         return Err(FileError::Version { found: words[1] });
@@ -134,7 +159,10 @@ pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
     }
     let want = (HEADER + words[4] as usize) * 4;
     if !rest.is_empty() || bytes.len() != want {
-        return Err(FileError::Length { have: bytes.len(), want });
+        return Err(FileError::Length {
+            have: bytes.len(),
+            want,
+        });
     }
     let body = &words[HEADER..];
     if checksum(body) != words[3] {
@@ -144,7 +172,9 @@ pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
     let mut left = body;
     while let [kind, length, after @ ..] = left {
         let (kind, length) = (*kind, *length as usize);
-        let slot = sections.get_mut(kind as usize).ok_or(FileError::Section(kind))?;
+        let slot = sections
+            .get_mut(kind as usize)
+            .ok_or(FileError::Section(kind))?;
         if kind == 0 || slot.is_some() || length > after.len() {
             return Err(FileError::Section(kind));
         }
@@ -165,30 +195,43 @@ pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
     if let Some(surface) = &surface {
         verify(surface, outputs, true)?;
     }
-    Ok(Module { distance, surface, uniforms, settings })
+    Ok(Module {
+        distance,
+        surface,
+        uniforms,
+        settings,
+    })
 }
 
 fn program(sections: &[Option<&[u32]>; 10], first: usize) -> Result<Option<Program>, FileError> {
-    let Some(code) = sections[first] else { return Ok(None) };
-    let section = |offset: usize| {
-        sections[first + offset].ok_or(FileError::Section((first + offset) as u32))
+    let Some(code) = sections[first] else {
+        return Ok(None);
     };
+    let section =
+        |offset: usize| sections[first + offset].ok_or(FileError::Section((first + offset) as u32));
     let (pool, rest) = section(1)?.as_chunks::<4>();
     let (patches, odd) = section(2)?.as_chunks::<2>();
-    let &[slots] = section(3)? else { return Err(FileError::Section(first as u32 + 3)) };
+    let &[slots] = section(3)? else {
+        return Err(FileError::Section(first as u32 + 3));
+    };
     if !rest.is_empty() || !odd.is_empty() {
         return Err(FileError::Section(first as u32 + 1));
     }
     Ok(Some(Program {
         code: decode(code)?,
         pool: pool.iter().map(|four| four.map(f32::from_bits)).collect(),
-        patches: patches.iter().map(|&[at, output]| Patch { at, output }).collect(),
+        patches: patches
+            .iter()
+            .map(|&[at, output]| Patch { at, output })
+            .collect(),
         slots,
     }))
 }
 
 fn settings(words: &[u32]) -> Result<(UniformProgram, Settings), FileError> {
-    let [length, words @ ..] = words else { return Err(FileError::Section(9)) };
+    let [length, words @ ..] = words else {
+        return Err(FileError::Section(9));
+    };
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let bytes = bytes.get(..*length as usize).ok_or(FileError::Section(9))?;
     postcard::from_bytes(bytes).map_err(|error| FileError::Settings(error.to_string()))
@@ -197,9 +240,9 @@ fn settings(words: &[u32]) -> Result<(UniformProgram, Settings), FileError> {
 /// FNV-1a over the words.
 fn checksum(words: &[u32]) -> u32 {
     words.iter().fold(0x811c_9dc5, |hash, word| {
-        word.to_le_bytes()
-            .iter()
-            .fold(hash, |hash: u32, &byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
+        word.to_le_bytes().iter().fold(hash, |hash: u32, &byte| {
+            (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
+        })
     })
 }
 
@@ -208,13 +251,26 @@ fn check_settings(settings: &Settings, uniforms: &UniformProgram) -> Result<(), 
     let outputs = uniforms.outputs.len();
     let mut numbers: Vec<Setting> = settings.material.to_vec();
     numbers.extend(settings.checks.iter().map(|check| check.value));
-    for Camera { from, look, up, lens, .. } in &settings.cameras {
+    for Camera {
+        from,
+        look,
+        up,
+        lens,
+        ..
+    } in &settings.cameras
+    {
         numbers.extend(from.iter().chain(look).chain(up));
         numbers.push(match lens {
             Lens::Perspective(number) | Lens::Orthographic(number) => *number,
         });
     }
-    for Light { source, color, intensity, shadow } in &settings.lights {
+    for Light {
+        source,
+        color,
+        intensity,
+        shadow,
+    } in &settings.lights
+    {
         numbers.extend(color);
         numbers.push(*intensity);
         match source {
@@ -243,7 +299,11 @@ fn check_settings(settings: &Settings, uniforms: &UniformProgram) -> Result<(), 
     let inputs: usize = settings.params.iter().map(|param| param.value.len()).sum();
     let finite = |param: &crate::settings::Param| {
         param.value.len() == param.default.len()
-            && param.value.iter().chain(&param.default).all(|v| v.is_finite())
+            && param
+                .value
+                .iter()
+                .chain(&param.default)
+                .all(|v| v.is_finite())
     };
     if inputs != uniforms.inputs as usize || !settings.params.iter().all(finite) {
         return Err("the parameters do not fit the uniform program");

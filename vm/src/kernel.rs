@@ -25,8 +25,13 @@ pub enum Kernel {
 
 impl Kernel {
     /// All kernels, by number.
-    pub const ALL: [Self; 5] =
-        [Self::Hard, Self::Quadratic, Self::Cubic, Self::Circular, Self::Exponential];
+    pub const ALL: [Self; 5] = [
+        Self::Hard,
+        Self::Quadratic,
+        Self::Cubic,
+        Self::Circular,
+        Self::Exponential,
+    ];
 
     /// Its number in an instruction.
     pub const fn number(self) -> u8 {
@@ -34,7 +39,9 @@ impl Kernel {
     }
     /// The kernel with this number.
     pub fn from_number(number: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|kernel| kernel.number() == number)
+        Self::ALL
+            .into_iter()
+            .find(|kernel| kernel.number() == number)
     }
     /// Its name in a listing and in WGSL.
     pub const fn name(self) -> &'static str {
@@ -61,7 +68,9 @@ impl Kernel {
             // The arc of a quarter circle that touches both axes; h runs from 0 to w, and c = 1/w.
             Self::Circular => {
                 let t = h * coefficient;
-                let arc = (lit::<R>(1.0) + t * (lit::<R>(2.0) - t)).max(lit(0.0)).sqrt();
+                let arc = (lit::<R>(1.0) + t * (lit::<R>(2.0) - t))
+                    .max(lit(0.0))
+                    .sqrt();
                 // (1 + t − arc) / 2, without the cancellation.
                 width * (t * t / (lit::<R>(1.0) + t + arc))
             }
@@ -104,7 +113,9 @@ impl Kernel {
             Self::Cubic => h * h * coefficient * lit(3.0),
             Self::Circular => {
                 let t = h * coefficient;
-                let arc = (lit::<R>(1.0) + t * (lit::<R>(2.0) - t)).max(lit(1e-12)).sqrt();
+                let arc = (lit::<R>(1.0) + t * (lit::<R>(2.0) - t))
+                    .max(lit(1e-12))
+                    .sqrt();
                 // (1 − (1 − t) / arc) / 2, without the cancellation.
                 t * (lit::<R>(2.0) - t) / (arc * (arc + lit(1.0) - t))
             }

@@ -14,6 +14,7 @@ pub mod file;
 mod float;
 pub mod interval;
 pub mod kernel;
+pub mod lanes;
 pub mod library;
 pub mod listing;
 pub mod ops;

@@ -43,7 +43,11 @@ impl Library {
             .map(record_value)
             .chain(sorted(&self.gradients).into_iter().map(record_gradient))
             .chain(self.kernels.iter().map(|&kernel| record_blend(kernel)))
-            .chain(self.kernel_gradients.iter().map(|&kernel| record_blend_gradient(kernel)));
+            .chain(
+                self.kernel_gradients
+                    .iter()
+                    .map(|&kernel| record_blend_gradient(kernel)),
+            );
         for function in recorded {
             calls.extend(function.calls);
             bodies.push_str(&function.text);
@@ -140,8 +144,7 @@ fn record_blend_gradient(kernel: Kernel) -> Function {
     })
 }
 
-const LOCAL_NORMAL: &str =
-    "fn local_normal(dx: vec3f, dy: vec3f, dz: vec3f, n: vec3f) -> vec3f {
+const LOCAL_NORMAL: &str = "fn local_normal(dx: vec3f, dy: vec3f, dz: vec3f, n: vec3f) -> vec3f {
     let x = dx.x * n.x + dx.y * n.y + dx.z * n.z;
     let y = dy.x * n.x + dy.y * n.y + dy.z * n.z;
     let z = dz.x * n.x + dz.y * n.y + dz.z * n.z;
@@ -185,4 +188,3 @@ const MAPPED_GRADIENT: &str =
 }
 
 ";
-

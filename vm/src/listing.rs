@@ -88,14 +88,21 @@ fn parameter_count(code: Code) -> usize {
 /// The program that a listing stands for. Constants are shared where they are equal, as the
 /// compiler shares them.
 pub fn parse(text: &str) -> Result<Program, ListingError> {
-    let mut program =
-        Program { code: Vec::new(), pool: Vec::new(), patches: Vec::new(), slots: 0 };
+    let mut program = Program {
+        code: Vec::new(),
+        pool: Vec::new(),
+        patches: Vec::new(),
+        slots: 0,
+    };
     let mut pool = PoolBuilder::default();
     for (index, line) in text.lines().enumerate() {
         if line.trim().is_empty() {
             continue;
         }
-        let fail = |problem: String| ListingError { line: index + 1, problem };
+        let fail = |problem: String| ListingError {
+            line: index + 1,
+            problem,
+        };
         let instruction = parse_line(line, &mut pool).map_err(fail)?;
         if matches!(instruction.code, Code::Load | Code::Store) {
             program.slots = program.slots.max(u32::from(instruction.slot) + 1);
@@ -115,7 +122,9 @@ fn parse_line(line: &str, pool: &mut PoolBuilder) -> Result<Instruction, String>
     };
     let number = word();
     if number.parse::<u32>().is_err() {
-        return Err(format!("expected the instruction's number, found `{number}`"));
+        return Err(format!(
+            "expected the instruction's number, found `{number}`"
+        ));
     }
     let name = word();
     let code = Code::from_name(name).ok_or_else(|| format!("`{name}` is not an instruction"))?;
@@ -131,7 +140,9 @@ fn parse_line(line: &str, pool: &mut PoolBuilder) -> Result<Instruction, String>
             "keep" => i.push = true,
             "back" => {
                 let (count, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-                i.pops = count.parse().map_err(|_| format!("`{count}` is not a count"))?;
+                i.pops = count
+                    .parse()
+                    .map_err(|_| format!("`{count}` is not a count"))?;
                 rest = after.trim_start();
             }
             "moved" => i.frame = Frame::Moved(pool.add(&list(&mut rest)?)),
@@ -143,10 +154,15 @@ fn parse_line(line: &str, pool: &mut PoolBuilder) -> Result<Instruction, String>
                 let found = Kernel::ALL.into_iter().find(|k| k.name() == kernel);
                 let kernel = found.ok_or_else(|| format!("`{kernel}` is not a kernel"))?;
                 rest = after.trim_start();
-                i.place = Place::Blend { kernel, index: pool.add(&list(&mut rest)?) };
+                i.place = Place::Blend {
+                    kernel,
+                    index: pool.add(&list(&mut rest)?),
+                };
             }
             slot if slot.starts_with('#') => {
-                i.slot = slot[1..].parse().map_err(|_| format!("`{slot}` is not a slot"))?;
+                i.slot = slot[1..]
+                    .parse()
+                    .map_err(|_| format!("`{slot}` is not a slot"))?;
             }
             other => return Err(format!("`{other}` means nothing here")),
         }
@@ -166,12 +182,16 @@ fn list(rest: &mut &str) -> Result<Vec<PoolNumber>, String> {
         .map(|text| {
             let (value, output) = match text.split_once("@u") {
                 Some((value, output)) => {
-                    let output = output.parse().map_err(|_| format!("`{text}` is no number"))?;
+                    let output = output
+                        .parse()
+                        .map_err(|_| format!("`{text}` is no number"))?;
                     (value, Some(output))
                 }
                 None => (text, None),
             };
-            let value = value.parse().map_err(|_| format!("`{text}` is no number"))?;
+            let value = value
+                .parse()
+                .map_err(|_| format!("`{text}` is no number"))?;
             Ok(PoolNumber { value, output })
         })
         .collect()

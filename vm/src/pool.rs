@@ -14,7 +14,10 @@ pub struct PoolNumber {
 
 impl From<f32> for PoolNumber {
     fn from(value: f32) -> Self {
-        Self { value, output: None }
+        Self {
+            value,
+            output: None,
+        }
     }
 }
 
@@ -29,10 +32,15 @@ pub struct PoolBuilder {
 impl PoolBuilder {
     /// The index of these numbers, which are added unless they are there already.
     pub fn add(&mut self, numbers: &[PoolNumber]) -> u32 {
-        let key: Vec<_> = numbers.iter().map(|n| (n.value.to_bits(), n.output)).collect();
+        let key: Vec<_> = numbers
+            .iter()
+            .map(|n| (n.value.to_bits(), n.output))
+            .collect();
         // A number that follows the parameters is known by what it follows, whatever it is now.
-        let key: Vec<_> =
-            key.into_iter().map(|(v, o)| if o.is_some() { (0, o) } else { (v, o) }).collect();
+        let key: Vec<_> = key
+            .into_iter()
+            .map(|(v, o)| if o.is_some() { (0, o) } else { (v, o) })
+            .collect();
         if let Some(&index) = self.known.get(&key) {
             return index;
         }
@@ -46,7 +54,10 @@ impl PoolBuilder {
         }
         for (at, n) in numbers.iter().enumerate() {
             if let Some(output) = n.output {
-                self.patches.push(Patch { at: index * 4 + at as u32, output });
+                self.patches.push(Patch {
+                    at: index * 4 + at as u32,
+                    output,
+                });
             }
         }
         self.known.insert(key, index);

@@ -68,8 +68,14 @@ pub enum Code {
 }
 
 /// The opcodes that are not rows, from the top down.
-const MACHINE: [Code; 6] =
-    [Code::Load, Code::Store, Code::Take, Code::Normal, Code::Channel, Code::Paint];
+const MACHINE: [Code; 6] = [
+    Code::Load,
+    Code::Store,
+    Code::Take,
+    Code::Normal,
+    Code::Channel,
+    Code::Paint,
+];
 
 impl Code {
     /// Its number.
@@ -223,7 +229,9 @@ impl Instruction {
     }
     /// How many values it takes off the stack for its operation.
     pub fn taken(&self) -> usize {
-        self.code.arity() - usize::from(self.operands != Operands::Stack)
+        self.code
+            .arity()
+            .saturating_sub(usize::from(self.operands != Operands::Stack))
     }
 }
 
@@ -303,7 +311,10 @@ pub struct Needs {
 
 impl Needs {
     fn add(&mut self, i: &Instruction) {
-        if let Err(at) = self.codes.binary_search_by_key(&i.code.number(), |code| code.number()) {
+        if let Err(at) = self
+            .codes
+            .binary_search_by_key(&i.code.number(), |code| code.number())
+        {
             self.codes.insert(at, i.code);
         }
         if let Place::Blend { kernel, .. } = i.place
@@ -318,7 +329,10 @@ impl Needs {
     /// Whether a kernel made for `self` runs programs that need `other`.
     pub fn cover(&self, other: &Self) -> bool {
         other.codes.iter().all(|code| self.codes.contains(code))
-            && other.kernels.iter().all(|kernel| self.kernels.contains(kernel))
+            && other
+                .kernels
+                .iter()
+                .all(|kernel| self.kernels.contains(kernel))
             && self.moved >= other.moved
             && self.mapped >= other.mapped
             && self.constant_operands >= other.constant_operands
@@ -330,7 +344,10 @@ impl Needs {
     pub fn join(&self, other: &Self) -> Self {
         let mut joined = self.clone();
         for code in &other.codes {
-            if let Err(at) = joined.codes.binary_search_by_key(&code.number(), |c| c.number()) {
+            if let Err(at) = joined
+                .codes
+                .binary_search_by_key(&code.number(), |c| c.number())
+            {
                 joined.codes.insert(at, *code);
             }
         }
@@ -365,7 +382,11 @@ pub struct Module {
 impl Module {
     /// The numbers of all parameters, in the order of the uniform program's inputs.
     pub fn param_numbers(&self) -> Vec<f64> {
-        self.settings.params.iter().flat_map(|param| param.value.iter().copied()).collect()
+        self.settings
+            .params
+            .iter()
+            .flat_map(|param| param.value.iter().copied())
+            .collect()
     }
     /// Runs the uniform program for the present parameters at this time, writes the results into
     /// both programs' constants, and gives them. Nothing else changes with a parameter.

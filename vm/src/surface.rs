@@ -6,9 +6,9 @@
 //! shape does, and two equal materials stay equal.
 
 use crate::apply::{Applied, apply};
-use crate::batch::{Column, LANES, Lane, Points};
 use crate::dual::{Dual, DualVec3};
 use crate::kernel::Kernel;
+use crate::lanes::{Column, LANES, Lane, Points};
 use crate::program::Needs;
 use crate::real::{Real, Vector3};
 use crate::row::Category;
@@ -113,8 +113,14 @@ pub struct Surfaces {
 #[inline(always)]
 fn seeds(a: f32, b: f32) -> [Dual<f32>; 2] {
     [
-        Dual { value: a, gradient: V3::of(1.0, 0.0, 0.0) },
-        Dual { value: b, gradient: V3::of(0.0, 1.0, 0.0) },
+        Dual {
+            value: a,
+            gradient: V3::of(1.0, 0.0, 0.0),
+        },
+        Dual {
+            value: b,
+            gradient: V3::of(0.0, 1.0, 0.0),
+        },
     ]
 }
 

@@ -128,7 +128,7 @@ macro_rules! for_each_operation {
                 ..SOLID
             };
             /// An ellipsoid with the radii `r` along the axes; the distance is exact on them far out, and too small by the ratio of the radii at worst.
-            Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; inverse: Vec3, least: Scalar, r: Vec3, most: Scalar) -> Value, prepare::ellipsoid, Meta {
+            Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; squash: Vec3, least: Scalar, r: Vec3, most: Scalar) -> Value, prepare::ellipsoid, Meta {
                 language: Some(Language { name: "ellipsoid", arguments: &[required("r", A::Radii3)] }),
                 exactness: Exactness::Bound,
                 bounds: BoundsRule::Shape(volumes::ellipsoid),

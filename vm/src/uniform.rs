@@ -61,7 +61,12 @@ impl UniformProgram {
                 Step::Constant(_) | Step::Time => {}
                 Step::Param(p) if *p < self.inputs => {}
                 Step::Param(_) => return Err(UniformError::Input(i)),
-                Step::Apply { op, point, values, parameters } => {
+                Step::Apply {
+                    op,
+                    point,
+                    values,
+                    parameters,
+                } => {
                     let mut read = point.iter().flatten().chain(values).chain(parameters);
                     if read.any(|&r| r >= i) {
                         return Err(UniformError::Order(i));
@@ -78,7 +83,11 @@ impl UniformProgram {
                 }
             }
         }
-        match self.outputs.iter().find(|&&o| o as usize >= self.steps.len()) {
+        match self
+            .outputs
+            .iter()
+            .find(|&&o| o as usize >= self.steps.len())
+        {
             Some(&o) => Err(UniformError::Order(o)),
             None => Ok(()),
         }
@@ -92,7 +101,12 @@ impl UniformProgram {
                 Step::Constant(v) => *v,
                 Step::Param(p) => params[*p as usize],
                 Step::Time => time,
-                Step::Apply { op, point, values: operands, parameters } => {
+                Step::Apply {
+                    op,
+                    point,
+                    values: operands,
+                    parameters,
+                } => {
                     let at = |&i: &u32| values[i as usize];
                     let p = point.map_or(V3::of(0.0, 0.0, 0.0), |[x, y, z]| {
                         V3::of(at(&x), at(&y), at(&z))

@@ -98,14 +98,26 @@ pub enum VerifyError {
 /// is one of surfaces.
 pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), VerifyError> {
     let limit = |what, need: usize, allowed: usize| {
-        if need > allowed { Err(VerifyError::Limit { what, need, allowed }) } else { Ok(()) }
+        if need > allowed {
+            Err(VerifyError::Limit {
+                what,
+                need,
+                allowed,
+            })
+        } else {
+            Ok(())
+        }
     };
     if program.code.is_empty() {
         return Err(VerifyError::Empty);
     }
     limit("instructions", program.code.len(), MAX_INSTRUCTIONS)?;
     limit("slots", program.slots as usize, MAX_SLOTS)?;
-    if let Some(index) = program.pool.iter().position(|c| c.iter().any(|v| !v.is_finite())) {
+    if let Some(index) = program
+        .pool
+        .iter()
+        .position(|c| c.iter().any(|v| !v.is_finite()))
+    {
         return Err(VerifyError::Constant { index });
     }
     let numbers = program.pool.len() * 4;
@@ -118,17 +130,30 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
     let (mut depth, mut points) = (0_usize, 0_usize);
     let mut stored = vec![false; program.slots as usize];
     for (at, i) in program.code.iter().enumerate() {
-        let malformed =
-            |problem| Err(VerifyError::Malformed { at, name: i.code.name(), problem });
+        let malformed = |problem| {
+            Err(VerifyError::Malformed {
+                at,
+                name: i.code.name(),
+                problem,
+            })
+        };
         let pool = |index: u32, width: usize| {
             let (index, size) = (index as usize, program.pool.len());
-            if index + width > size { Err(VerifyError::Pool { at, index, size }) } else { Ok(()) }
+            if index + width > size {
+                Err(VerifyError::Pool { at, index, size })
+            } else {
+                Ok(())
+            }
         };
         if i.code.is_surface() && !surface {
             return malformed("occurs in a program without surfaces");
         }
         if i.pops as usize > points {
-            return Err(VerifyError::Points { at, need: i.pops.into(), have: points });
+            return Err(VerifyError::Points {
+                at,
+                need: i.pops.into(),
+                have: points,
+            });
         }
         points = points - i.pops as usize + usize::from(i.push);
         limit("points", points, MAX_POINTS)?;
@@ -146,7 +171,11 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
         pool(i.parameters, i.code.pool_width())?;
         let taken = i.taken();
         if taken > depth {
-            return Err(VerifyError::Underflow { at, need: taken, have: depth });
+            return Err(VerifyError::Underflow {
+                at,
+                need: taken,
+                have: depth,
+            });
         }
         depth -= taken;
         match i.code {
@@ -173,7 +202,11 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
             Place::Blend { index, .. } => {
                 pool(index, 1)?;
                 if depth == 0 {
-                    return Err(VerifyError::Underflow { at, need: taken + 1, have: taken });
+                    return Err(VerifyError::Underflow {
+                        at,
+                        need: taken + 1,
+                        have: taken,
+                    });
                 }
             }
         }
@@ -184,4 +217,3 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
     }
     Ok(())
 }
-

@@ -45,7 +45,7 @@ fn random_program(seed: u64) -> Program {
     let (mut depth, mut points, mut slots) = (0_usize, 0_usize, 0_u32);
     let length = 3 + r.below(40);
     while code.len() < length || depth != 1 {
-        let closing = code.len() >= length;
+        let closing = code.len() >= length && depth > 1;
         let numbers = |r: &mut Random, n: usize| -> Vec<PoolNumber> {
             (0..n).map(|_| r.number().into()).collect()
         };
@@ -61,8 +61,11 @@ fn random_program(seed: u64) -> Program {
             let row = op.row();
             if row.arity() == 2 && r.chance(30) {
                 let index = pool.add(&numbers(&mut r, 1));
-                i.operands =
-                    if r.chance(50) { Operands::Left(index) } else { Operands::Right(index) };
+                i.operands = if r.chance(50) {
+                    Operands::Left(index)
+                } else {
+                    Operands::Right(index)
+                };
             }
             if row.parameter_width() > 0 {
                 i.parameters = pool.add(&numbers(&mut r, row.parameter_width()));
@@ -99,7 +102,10 @@ fn random_program(seed: u64) -> Program {
             let signs = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]][r.below(3)];
             let width = 0.1 + r.below(10) as f32 / 10.0;
             let list = [signs[0], signs[1], width, 1.0 / (4.0 * width)].map(PoolNumber::from);
-            i.place = Place::Blend { kernel, index: pool.add(&list) };
+            i.place = Place::Blend {
+                kernel,
+                index: pool.add(&list),
+            };
         }
         let pushes = i.place == Place::Push && !i.gives_none();
         if left + usize::from(pushes) > 8 {
@@ -114,7 +120,12 @@ fn random_program(seed: u64) -> Program {
         }
     }
     let (pool, patches) = pool.finish();
-    Program { code, pool, patches, slots }
+    Program {
+        code,
+        pool,
+        patches,
+        slots,
+    }
 }
 
 fn random_points(seed: u64) -> [Column; 3] {
@@ -168,7 +179,11 @@ fn batches_and_single_points_agree_in_every_bit() {
                 (duals[1].0[lane], exact.gradient.y),
                 (duals[2].0[lane], exact.gradient.z),
             ];
-            assert!(both.iter().all(|&(a, b)| same(a, b)), "seed {seed}: {both:?}\n{}", listing());
+            assert!(
+                both.iter().all(|&(a, b)| same(a, b)),
+                "seed {seed}: {both:?}\n{}",
+                listing()
+            );
         }
     }
 }
@@ -204,7 +219,12 @@ fn damaged_words_are_refused_or_run() {
 #[test]
 fn limits_are_refused_with_both_numbers() {
     let constant = Instruction::new(Code::Op(Op::Constant));
-    let program = |code| Program { code, pool: vec![[0.0; 4]], patches: vec![], slots: 0 };
+    let program = |code| Program {
+        code,
+        pool: vec![[0.0; 4]],
+        patches: vec![],
+        slots: 0,
+    };
     let deep = program(vec![constant; 65]);
     let error = verify(&deep, 0, false).unwrap_err();
     assert_eq!(
@@ -214,9 +234,16 @@ fn limits_are_refused_with_both_numbers() {
     let long = program(vec![constant; 60_001]);
     assert!(matches!(
         verify(&long, 0, false),
-        Err(VerifyError::Limit { what: "instructions", need: 60_001, allowed: 60_000 })
+        Err(VerifyError::Limit {
+            what: "instructions",
+            need: 60_001,
+            allowed: 60_000
+        })
     ));
     let two = program(vec![constant; 2]);
-    assert_eq!(verify(&two, 0, false), Err(VerifyError::Leftover { left: 2 }));
+    assert_eq!(
+        verify(&two, 0, false),
+        Err(VerifyError::Leftover { left: 2 })
+    );
     assert_eq!(verify(&program(vec![]), 0, false), Err(VerifyError::Empty));
 }

@@ -116,7 +116,7 @@ pub fn rounded_cone<R: Real>(a: &[R]) -> Vec<R> {
     // How much narrower per unit of height, and how far inwards a side moves per unit of round.
     let taper = (top - bottom) / (h * lit(2.0)).max(lit(1e-12));
     let shift = slope / (h * lit(2.0)).max(lit(1e-12));
-    let widest = bottom.max(top) / (taper.abs() + shift);
+    let widest = bottom.max(top) / (taper.abs() + shift).max(lit(1e-12));
     let round = a[3].min(h).min(widest);
     // The radius at each height after the side has moved; where it is negative the cone ends
     // sooner, at its apex.
@@ -179,22 +179,13 @@ pub fn round_cone<R: Real>(a: &[R]) -> Vec<R> {
     ]
 }
 
-/// Radii, to one over them, the smallest, themselves, and the largest.
+/// Radii, to the smallest over each of them, the smallest, themselves, and the largest.
 pub fn ellipsoid<R: Real>(a: &[R]) -> Vec<R> {
-    let one = lit::<R>(1.0);
-    let inverse = |r: R| one / r.max(lit(1e-12));
     let least = a[0].min(a[1]).min(a[2]);
     let most = a[0].max(a[1]).max(a[2]);
-    vec![
-        inverse(a[0]),
-        inverse(a[1]),
-        inverse(a[2]),
-        least,
-        a[0],
-        a[1],
-        a[2],
-        most,
-    ]
+    let mut v: Vec<R> = a.iter().map(|&r| least / r.max(lit(1e-12))).collect();
+    v.extend([least, a[0], a[1], a[2], most]);
+    v
 }
 
 /// The number of corners (three at least) and the radius to them, to the angle of a sector, one

@@ -87,16 +87,19 @@ pub fn polygon_edge<R: Real>(acc: R, p: R::Vec2, a: R::Vec2, b: R::Vec2) -> R {
     let across = (direction.x() * q.y() - direction.y() * q.x()).named("across");
     let beside = R::and(zero.less(along), along.less(length));
     let to_end = R::Vec2::select(zero.less(along), r, q).length();
-    let d = acc
-        .abs()
-        .min(R::select(beside, across.abs(), to_end))
-        .named("d");
     // Crossed upwards: above `a`, below `b`, and to the left of the edge; or downwards: none.
     let above = R::not(p.y().less(a.y()));
     let below = p.y().less(b.y());
     let left = zero.less(across);
     let upwards = R::and(above, R::and(below, left));
     let downwards = R::not(R::or(above, R::or(below, left)));
+    // So a point on the edge counts as right of it, but as above it where the edge is level, which
+    // is to the left if that runs along +x. The gradient has to be of the same opinion.
+    let level = R::not(R::or(e.y().less(zero), zero.less(e.y())));
+    let above_level = R::and(R::and(level, zero.less(e.x())), R::not(across.less(zero)));
+    let aside = R::select(R::or(left, above_level), across, -across);
+    // Never quite zero, so that the sign is not lost on the way.
+    let d = (R::select(beside, aside, to_end).min(acc.abs()) + lit(1e-30)).named("d");
     let inside = R::select(R::or(upwards, downwards), -acc, acc).less(zero);
     R::select(inside, -d, d)
 }

@@ -90,7 +90,7 @@ pub fn round_cone(a: &[f64]) -> Bounds {
     ball(a[0], a[2]).hull(&ball(a[1], a[2] + a[3]))
 }
 
-/// One over the radii, the smallest, and the radii.
+/// How much each axis is squashed, the smallest radius, and the radii.
 pub fn ellipsoid(a: &[f64]) -> Bounds {
     Bounds::centred([a[4], a[5], a[6]])
 }

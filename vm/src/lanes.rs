@@ -1,0 +1,332 @@
+//! Lanes: 64 numbers at once, and the loops over them.
+//!
+//! A block of 64 lanes is plain arrays. A loop over it whose body has no branches is turned by the
+//! compiler into the widest SIMD that it may use, so every loop exists once per instruction set,
+//! and the choice is made at run time. Measured with 50 primitives: ten times a scalar interpreter,
+//! twice a just-in-time compiler (see `ARCHITECTURE.md`).
+
+use crate::apply::{Parameters, read_parameter};
+use crate::dual::{Dual, DualVec3};
+use crate::evaluate;
+use crate::kernel::Kernel;
+use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
+use crate::real::{Real, Vector3};
+use crate::table::{Op, for_each_operation};
+use crate::vector::V3;
+
+/// How many points run at once.
+pub const LANES: usize = 64;
+
+/// One number for each lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub struct Column(pub [f32; LANES]);
+
+impl Default for Column {
+    fn default() -> Self {
+        Self([0.0; LANES])
+    }
+}
+
+/// A point for each lane.
+pub type Points = [Column; 3];
+
+/// A number type that runs in lanes: how 64 of it are kept.
+pub trait Lane: Real {
+    /// 64 numbers.
+    type Block: Clone + Default;
+    /// 64 points.
+    type PointBlock: Clone + Default;
+    /// The number in a lane.
+    fn load(block: &Self::Block, lane: usize) -> Self;
+    /// Sets the number in a lane.
+    fn store(self, block: &mut Self::Block, lane: usize);
+    /// The point in a lane.
+    fn load_point(block: &Self::PointBlock, lane: usize) -> Self::Vec3;
+    /// Sets the point in a lane.
+    fn store_point(point: Self::Vec3, block: &mut Self::PointBlock, lane: usize);
+    /// World points.
+    fn seed(points: &Points) -> Self::PointBlock;
+    /// The number without its gradient.
+    fn value(self) -> f32;
+    /// The loops over lanes, for the widest SIMD of this machine.
+    fn loops() -> Loops<Self>;
+}
+
+/// The loops over lanes, compiled for one instruction set.
+#[derive(Clone, Copy)]
+pub struct Loops<L: Lane> {
+    /// Runs one operation in every lane; values go to the block, points to the block of points.
+    pub(crate) operate: Operate<L>,
+    /// The first block becomes its blend with the second.
+    pub(crate) blend: fn(Kernel, &mut L::Block, &L::Block, [f32; 4]),
+    /// Points moved by a constant.
+    pub(crate) moved: fn(&L::PointBlock, [f32; 4], &mut L::PointBlock),
+    /// Points mapped by three rows.
+    pub(crate) mapped: fn(&L::PointBlock, [[f32; 4]; 3], &mut L::PointBlock),
+}
+
+type Operate<L> = fn(
+    Op,
+    &<L as Lane>::PointBlock,
+    [&<L as Lane>::Block; 3],
+    &[f32],
+    &mut <L as Lane>::Block,
+    &mut <L as Lane>::PointBlock,
+);
+
+/// The loops of a number type, once per instruction set. It is a macro and not a generic function
+/// so that they are compiled in this crate and not again in each that uses it.
+macro_rules! loops {
+    ($L:ty) => {{
+        type B = <$L as Lane>::Block;
+        type P = <$L as Lane>::PointBlock;
+        type Out<'a> = (&'a mut B, &'a mut P);
+        macro_rules! level {
+            ($features:literal) => {{
+                #[target_feature(enable = $features)]
+                fn operate(op: Op, q: &P, v: [&B; 3], k: &[f32], (out, to): Out<'_>) {
+                    crate::lanes::operate::<$L>(op, q, v, k, out, to);
+                }
+                #[target_feature(enable = $features)]
+                fn blend(kernel: Kernel, a: &mut B, b: &B, k: [f32; 4]) {
+                    crate::lanes::blend::<$L>(kernel, a, b, k);
+                }
+                #[target_feature(enable = $features)]
+                fn moved(p: &P, by: [f32; 4], to: &mut P) {
+                    crate::lanes::moved::<$L>(p, by, to);
+                }
+                #[target_feature(enable = $features)]
+                fn mapped(p: &P, rows: [[f32; 4]; 3], to: &mut P) {
+                    crate::lanes::mapped::<$L>(p, rows, to);
+                }
+                // SAFETY: these loops are only handed out after their features were detected.
+                Loops {
+                    operate: |op, q, v, k, out, to| unsafe { operate(op, q, v, k, (out, to)) },
+                    blend: |kernel, a, b, k| unsafe { blend(kernel, a, b, k) },
+                    moved: |p, by, to| unsafe { moved(p, by, to) },
+                    mapped: |p, rows, to| unsafe { mapped(p, rows, to) },
+                }
+            }};
+        }
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512bw")
+            {
+                return level!("avx512f,avx512dq,avx512vl,avx512bw");
+            }
+            if is_x86_feature_detected!("avx2") {
+                return level!("avx2");
+            }
+        }
+        Loops {
+            operate: operate::<$L>,
+            blend: blend::<$L>,
+            moved: moved::<$L>,
+            mapped: mapped::<$L>,
+        }
+    }};
+}
+
+impl Lane for f32 {
+    type Block = Column;
+    type PointBlock = Points;
+    #[inline(always)]
+    fn load(block: &Column, lane: usize) -> Self {
+        block.0[lane]
+    }
+    #[inline(always)]
+    fn store(self, block: &mut Column, lane: usize) {
+        block.0[lane] = self;
+    }
+    #[inline(always)]
+    fn load_point(block: &Points, lane: usize) -> V3<f32> {
+        V3::of(block[0].0[lane], block[1].0[lane], block[2].0[lane])
+    }
+    #[inline(always)]
+    fn store_point(point: V3<f32>, block: &mut Points, lane: usize) {
+        block[0].0[lane] = point.x;
+        block[1].0[lane] = point.y;
+        block[2].0[lane] = point.z;
+    }
+    fn seed(points: &Points) -> Points {
+        *points
+    }
+    #[inline(always)]
+    fn value(self) -> f32 {
+        self
+    }
+    fn loops() -> Loops<Self> {
+        loops!(f32)
+    }
+}
+
+/// Gradient in the first three columns, value in the last.
+impl Lane for Dual<f32> {
+    type Block = [Column; 4];
+    type PointBlock = [Column; 12];
+    #[inline(always)]
+    fn load(block: &[Column; 4], lane: usize) -> Self {
+        let at = |i: usize| block[i].0[lane];
+        Self {
+            value: at(3),
+            gradient: V3::of(at(0), at(1), at(2)),
+        }
+    }
+    #[inline(always)]
+    fn store(self, block: &mut [Column; 4], lane: usize) {
+        block[0].0[lane] = self.gradient.x;
+        block[1].0[lane] = self.gradient.y;
+        block[2].0[lane] = self.gradient.z;
+        block[3].0[lane] = self.value;
+    }
+    #[inline(always)]
+    fn load_point(block: &[Column; 12], lane: usize) -> DualVec3<f32> {
+        let at = |i: usize| V3::of(block[i].0[lane], block[i + 1].0[lane], block[i + 2].0[lane]);
+        DualVec3 {
+            value: at(0),
+            gradients: [at(3), at(6), at(9)],
+        }
+    }
+    #[inline(always)]
+    fn store_point(point: DualVec3<f32>, block: &mut [Column; 12], lane: usize) {
+        let [dx, dy, dz] = point.gradients;
+        for (i, v) in [point.value, dx, dy, dz].into_iter().enumerate() {
+            block[3 * i].0[lane] = v.x;
+            block[3 * i + 1].0[lane] = v.y;
+            block[3 * i + 2].0[lane] = v.z;
+        }
+    }
+    fn seed(points: &Points) -> [Column; 12] {
+        let mut block = [Column::default(); 12];
+        block[..3].copy_from_slice(points);
+        for axis in 0..3 {
+            block[3 + 4 * axis] = Column([1.0; LANES]);
+        }
+        block
+    }
+    #[inline(always)]
+    fn value(self) -> f32 {
+        self.value
+    }
+    fn loops() -> Loops<Self> {
+        loops!(Dual<f32>)
+    }
+}
+
+/// A constant of the program.
+#[inline(always)]
+fn constant<L: Lane>(v: f32) -> L {
+    L::constant(v.into())
+}
+
+/// Points moved by a constant.
+#[inline(always)]
+fn moved<L: Lane>(p: &L::PointBlock, by: [f32; 4], to: &mut L::PointBlock) {
+    let [x, y, z, _] = by.map(constant::<L>);
+    for lane in 0..LANES {
+        L::store_point(L::load_point(p, lane) + L::Vec3::new(x, y, z), to, lane);
+    }
+}
+
+/// Points mapped by three rows.
+#[inline(always)]
+fn mapped<L: Lane>(p: &L::PointBlock, rows: [[f32; 4]; 3], to: &mut L::PointBlock) {
+    let rows = rows.map(|row| row.map(constant::<L>));
+    for lane in 0..LANES {
+        L::store_point(
+            evaluate::mapped::<L>(rows, L::load_point(p, lane)),
+            to,
+            lane,
+        );
+    }
+}
+
+/// `a = blend(a, b)` in every lane.
+#[inline(always)]
+fn blend<L: Lane>(kernel: Kernel, a: &mut L::Block, b: &L::Block, constants: [f32; 4]) {
+    let [s, sb, width, coefficient] = constants.map(constant::<L>);
+    macro_rules! each {
+        ($kernel:expr) => {
+            for lane in 0..LANES {
+                let (x, y) = (L::load(a, lane), L::load(b, lane));
+                $kernel
+                    .blend(x, y, s, sb, width, coefficient)
+                    .store(a, lane);
+            }
+        };
+    }
+    match kernel {
+        Kernel::Hard => each!(Kernel::Hard),
+        Kernel::Quadratic => each!(Kernel::Quadratic),
+        Kernel::Cubic => each!(Kernel::Cubic),
+        Kernel::Circular => each!(Kernel::Circular),
+        Kernel::Exponential => each!(Kernel::Exponential),
+    }
+}
+
+macro_rules! lane_input {
+    ($R:ty, $q:ident, $v:ident, $lane:ident, Point) => {
+        <$R>::load_point($q, $lane)
+    };
+    ($R:ty, $q:ident, $v:ident, $lane:ident, Plane) => {
+        <$R>::load_point($q, $lane).xy()
+    };
+    ($R:ty, $q:ident, $v:ident, $lane:ident, Value) => {{
+        let [first, rest @ ..] = $v;
+        $v = [rest[0], rest[1], first];
+        <$R>::load(first, $lane)
+    }};
+}
+
+macro_rules! store_output {
+    ($L:ty, $result:expr, $out:ident, $to:ident, $lane:ident, Value) => {
+        $result.store($out, $lane)
+    };
+    ($L:ty, $result:expr, $out:ident, $to:ident, $lane:ident, Point) => {{
+        let _ = &$out;
+        <$L>::store_point($result, $to, $lane)
+    }};
+}
+
+macro_rules! define_lanes {
+    ($(
+        $(#[doc = $doc:literal])+
+        $name:ident $text:literal = $module:ident::$body:ident(
+            $($input:ident: $kind:ident),* ; $($parameter:ident: $ty:ident),*
+        ) -> $output:ident, $prepare:ident::$prepared:ident, $meta:expr;
+    )+) => {
+        /// Runs one operation in every lane; values go to `out`, points to `to`.
+        #[inline(always)]
+        fn operate<L: Lane>(
+            op: Op,
+            q: &L::PointBlock,
+            operands: [&L::Block; 3],
+            constants: &[f32],
+            out: &mut L::Block,
+            to: &mut L::PointBlock,
+        ) {
+            match op {
+                $(Op::$name => {
+                    #[allow(unused_mut, unused_variables, reason = "rows differ in what they read")]
+                    let mut k = Parameters::new(constants);
+                    $(let $parameter = read_parameter!(k, L, $ty);)*
+                    for lane in 0..LANES {
+                        #[allow(unused_mut, unused_variables, reason = "rows differ in what they read")]
+                        let mut v = operands;
+                        #[allow(unused_assignments, reason = "the last operand leaves the rest unread")]
+                        let result = $module::$body::<L>(
+                            $(lane_input!(L, q, v, lane, $kind),)*
+                            $($parameter),*
+                        );
+                        store_output!(L, result, out, to, lane, $output);
+                    }
+                })+
+            }
+        }
+    };
+}
+for_each_operation!(define_lanes);
