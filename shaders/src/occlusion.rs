@@ -3,7 +3,7 @@
 //! A tap asks the field at some distance from the surface. Were the surface a plane with nothing
 //! on it, the field there would be the height above it; what is missing is hidden.
 
-use sdfc_vm::real::{Real, Vector2, Vector3, lit};
+use sdfc_vm::real::{Real, Vector3, lit};
 
 /// The angle between two directions of a spiral that spreads them evenly.
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653_3;
@@ -16,6 +16,10 @@ pub fn five_distance<R: Real>(index: R, reach: R) -> R {
     reach * share * share
 }
 
+/// What five taps along the normal hide at most, as a share of the sky: they see a wall beside them
+/// as if it stood in front, though it hides no more than half.
+pub const FIVE_MOST: f32 = 0.6;
+
 /// What the taps along the normal weigh: the near ones most.
 #[inline(always)]
 pub fn five_weight<R: Real>(index: R) -> R {
@@ -23,10 +27,10 @@ pub fn five_weight<R: Real>(index: R) -> R {
 }
 
 /// The direction of a tap over the hemisphere around `normal`; together they are spread as the
-/// light of an even sky counts. `place` is the pixel, which turns all directions by an angle of
-/// its own.
+/// light of an even sky counts. `place` is the pixel and the pass, which turn all directions
+/// by an angle of their own.
 #[inline(always)]
-pub fn many_direction<R: Real>(normal: R::Vec3, index: R, count: R, place: R::Vec2) -> R::Vec3 {
+pub fn many_direction<R: Real>(normal: R::Vec3, index: R, count: R, place: R::Vec3) -> R::Vec3 {
     let up = many_cosine(index, count).named("up");
     let out = (lit::<R>(1.0) - up * up).max(lit(0.0)).sqrt().named("out");
     let own = own_hash::<R>(place).x() * lit(std::f64::consts::PI);
@@ -35,20 +39,21 @@ pub fn many_direction<R: Real>(normal: R::Vec3, index: R, count: R, place: R::Ve
     tangent * (out * turn.cos()) + bitangent * (out * turn.sin()) + normal * up
 }
 
-/// The distance of a tap over the hemisphere. Distances follow an order of their own, or far taps
-/// would all lie near the horizon.
+/// The distance of a tap over the hemisphere. Distances follow an order that has nothing to do with
+/// the angles (the powers of 0.7548… spread evenly together with most others), or one side would
+/// have all the far taps.
 #[inline(always)]
-pub fn many_distance<R: Real>(index: R, place: R::Vec2, reach: R) -> R {
+pub fn many_distance<R: Real>(index: R, place: R::Vec3, reach: R) -> R {
     let order =
-        ((index + lit(0.5)) * lit(0.618_033_988_749_895) + own_hash::<R>(place).y()).fract();
+        ((index + lit(0.5)) * lit(0.754_877_666_246_693) + own_hash::<R>(place).y()).fract();
     let share = (order * lit(0.9) + lit(0.1)).named("share");
     reach * share * share
 }
 
 /// Numbers of a pixel's own, in [-1, 1).
 #[inline(always)]
-fn own_hash<R: Real>(place: R::Vec2) -> R::Vec3 {
-    R::lattice(R::Vec3::new(place.x(), place.y(), lit(0.0)), lit(7.0)).named("hash")
+fn own_hash<R: Real>(place: R::Vec3) -> R::Vec3 {
+    R::lattice(place, lit(7.0)).named("hash")
 }
 
 /// The cosine between the normal and a tap's direction: its squares are spread evenly.
@@ -60,10 +65,11 @@ pub fn many_cosine<R: Real>(index: R, count: R) -> R {
 }
 
 /// What a tap sees hidden, from 0 to its weight: `height` is what the field would be above a
-/// plane, `distance` how far the tap is from the point.
+/// plane, `distance` how far the tap is from the point. A field that is half as large counts as
+/// open, since what is beside a tap hides little, and many fields are bounds that fall short.
 #[inline(always)]
 pub fn hidden<R: Real>(field: R, height: R, distance: R, weight: R) -> R {
-    (height - field).clamp(lit(0.0), height) / distance.max(lit(1e-20)) * weight
+    (height - field * lit::<R>(2.0)).clamp(lit(0.0), height) / distance.max(lit(1e-20)) * weight
 }
 
 /// What is seen of the sky: `hidden` is the sum over all taps, `weight` what it is at most.

@@ -53,10 +53,12 @@ pub fn reflected<R: Real>(
     let masked = |c: R| (alpha2 + (one - alpha2) * c * c).sqrt();
     // Smith's shadowing of both directions, already divided by 4 · nl · nv.
     let shadowing = lit::<R>(0.5) / (nl * masked(nv) + nv * masked(nl)).max(lit(1e-6));
-    let mirror = fresnel::<R>(mirrored::<R>(albedo, metallic), vh).named("mirror");
-    let diffuse = (R::Vec3::splat(one) - mirror)
-        * albedo
-        * ((one - metallic) * lit(std::f64::consts::FRAC_1_PI));
+    let straight = mirrored::<R>(albedo, metallic).named("straight");
+    let mirror = fresnel::<R>(straight, vh);
+    // What enters the surface has passed its border twice; so nothing is sent on twice.
+    let white = R::Vec3::splat(one);
+    let entered = (white - fresnel::<R>(straight, nl)) * (white - fresnel::<R>(straight, nv));
+    let diffuse = entered * albedo * ((one - metallic) * lit(std::f64::consts::FRAC_1_PI));
     (diffuse + mirror * (distribution * shadowing)) * nl
 }
 

@@ -93,7 +93,11 @@ fn push(kind: Kind, ty: Type) -> u32 {
         }
         let id = arena.nodes.len() as u32;
         arena.known.insert(kind.clone(), id);
-        arena.nodes.push(Node { kind, ty, name: None });
+        arena.nodes.push(Node {
+            kind,
+            ty,
+            name: None,
+        });
         id
     })
 }
@@ -177,7 +181,11 @@ fn mul(a: u32, b: u32, ty: Type) -> u32 {
     }
 }
 fn neg(a: u32, ty: Type) -> u32 {
-    if is_zero(a) { a } else { push(Kind::Prefix("-", a), ty) }
+    if is_zero(a) {
+        a
+    } else {
+        push(Kind::Prefix("-", a), ty)
+    }
 }
 
 macro_rules! recorded_arithmetic {
@@ -245,7 +253,10 @@ impl Real for Scalar {
 
     fn constant(value: f64) -> Self {
         // Adding zero turns a negative zero, which would not print as one, into the positive one.
-        Self(push(Kind::Literal((value as f32 + 0.0).to_bits()), Type::Scalar))
+        Self(push(
+            Kind::Literal((value as f32 + 0.0).to_bits()),
+            Type::Scalar,
+        ))
     }
     fn abs(self) -> Self {
         Self(call("abs", vec![self.0], Type::Scalar))
@@ -314,7 +325,11 @@ impl Real for Scalar {
         if then.0 == otherwise.0 {
             return then;
         }
-        Self(call("select", vec![otherwise.0, then.0, condition.0], Type::Scalar))
+        Self(call(
+            "select",
+            vec![otherwise.0, then.0, condition.0],
+            Type::Scalar,
+        ))
     }
 }
 
@@ -395,10 +410,13 @@ fn component(vector: u32, axis: &'static str, index: usize, constructor: &str) -
 
 /// Two components of a vector at once; of one that was just put together, its parts.
 fn pair(vector: Vec3, axes: &'static str, x: Scalar, y: Scalar) -> u32 {
-    let built = ARENA.with_borrow(|arena| {
-        matches!(arena.nodes[vector.0 as usize].kind, Kind::Call("vec3f", _))
-    });
-    if built { Vec2::new(x, y).0 } else { push(Kind::Member(vector.0, axes), Type::Vec2) }
+    let built = ARENA
+        .with_borrow(|arena| matches!(arena.nodes[vector.0 as usize].kind, Kind::Call("vec3f", _)));
+    if built {
+        Vec2::new(x, y).0
+    } else {
+        push(Kind::Member(vector.0, axes), Type::Vec2)
+    }
 }
 
 /// What a parameter of a recorded function is made of, and what its result is.
@@ -452,7 +470,10 @@ impl Recorded for DualVec3<Scalar> {
     fn parameter(name: &str) -> Self {
         let whole = push(Kind::Parameter(name.to_owned()), Type::DualPoint);
         let member = |m| Vec3(push(Kind::Member(whole, m), Type::Vec3));
-        Self { value: member("p"), gradients: [member("dx"), member("dy"), member("dz")] }
+        Self {
+            value: member("p"),
+            gradients: [member("dx"), member("dy"), member("dz")],
+        }
     }
     fn node(self) -> RecordedNode {
         let [dx, dy, dz] = self.gradients;
@@ -481,7 +502,12 @@ impl Signature {
 
 /// Records `body` as the WGSL function `name`.
 pub fn record<T: Recorded>(name: &str, body: impl FnOnce(&mut Signature) -> T) -> Function {
-    record_nodes(name, T::TYPE.wgsl(), |signature| body(signature).node(), None)
+    record_nodes(
+        name,
+        T::TYPE.wgsl(),
+        |signature| body(signature).node(),
+        None,
+    )
 }
 
 /// Records a body with several results: the function returns the struct `structure`, whose fields
@@ -497,8 +523,10 @@ pub fn record_struct(
         structure,
         |signature| {
             let fields = body(signature);
-            let list: Vec<String> =
-                fields.iter().map(|(name, ty, _)| format!("{name}: {}", ty.wgsl())).collect();
+            let list: Vec<String> = fields
+                .iter()
+                .map(|(name, ty, _)| format!("{name}: {}", ty.wgsl()))
+                .collect();
             declaration = format!("struct {structure} {{ {} }}\n", list.join(", "));
             let parts = fields.iter().map(|(_, _, node)| node.0).collect();
             RecordedNode(call("#struct", parts, Type::DualPoint))
@@ -528,7 +556,11 @@ fn record_nodes(
     let _ = writeln!(text, "fn {name}({parameters}) -> {result} {{");
     text.push_str(&writer.lines);
     let _ = writeln!(text, "    return {value};\n}}");
-    Function { name: name.to_owned(), text, calls: writer.calls }
+    Function {
+        name: name.to_owned(),
+        text,
+        calls: writer.calls,
+    }
 }
 
 /// Writes nodes as WGSL: those used once in place, the others as `let`s in front.
@@ -585,18 +617,22 @@ impl<'a> Writer<'a> {
                 if crate::prelude::is_prelude(name) {
                     self.calls.push(name);
                 }
-                let parts: Vec<String> =
-                    parts.iter().map(|&p| self.expression(p, depth + 1)).collect();
-                let name = if *name == "#struct" { self.structure.unwrap_or(name) } else { name };
+                let parts: Vec<String> = parts
+                    .iter()
+                    .map(|&p| self.expression(p, depth + 1))
+                    .collect();
+                let name = if *name == "#struct" {
+                    self.structure.unwrap_or(name)
+                } else {
+                    name
+                };
                 let text = format!("{name}({})", parts.join(", "));
                 let constant = self.is_constant(id);
                 (text, constant)
             }
             Kind::Member(a, member) => {
-                let trivial = matches!(
-                    self.arena.nodes[*a as usize].kind,
-                    Kind::Parameter(_)
-                ) || self.names.contains_key(a);
+                let trivial = matches!(self.arena.nodes[*a as usize].kind, Kind::Parameter(_))
+                    || self.names.contains_key(a);
                 let a = self.operand(*a, 5, depth);
                 (format!("{a}.{member}"), trivial || !a.contains(['(', ' ']))
             }
@@ -632,16 +668,14 @@ impl<'a> Writer<'a> {
 
     /// `wanted`, with a number behind it if it is taken.
     fn fresh(&mut self, wanted: &str) -> String {
-        let count = self.taken.entry(wanted.to_owned()).or_insert(0);
-        *count += 1;
-        match *count {
-            1 => wanted.to_owned(),
-            n => {
-                let name = format!("{wanted}{n}");
-                self.taken.insert(name.clone(), 1);
-                name
-            }
+        let mut name = wanted.to_owned();
+        while self.taken.contains_key(&name) {
+            let count = self.taken.entry(wanted.to_owned()).or_insert(1);
+            *count += 1;
+            name = format!("{wanted}{count}");
         }
+        self.taken.insert(name.clone(), 1);
+        name
     }
 }
 
@@ -683,7 +717,11 @@ fn count_uses(arena: &Arena, root: u32, uses: &mut [u32]) {
 pub fn scalar_literal(value: f32) -> String {
     // Rust prints the shortest text that reads back the same; WGSL wants a point or an exponent.
     let text = format!("{value:?}");
-    if text.contains(['.', 'e']) { text } else { format!("{text}.0") }
+    if text.contains(['.', 'e']) {
+        text
+    } else {
+        format!("{text}.0")
+    }
 }
 
 /// A recorded literal; for tests and for bodies put together by hand.

@@ -6,7 +6,7 @@ use super::{Column, LANES, Points};
 use sdfc_shaders::layout::{Frame, Ray};
 use sdfc_shaders::marching::FROM_INSIDE;
 use sdfc_shaders::{camera, occlusion};
-use sdfc_vm::vector::{V2, V3};
+use sdfc_vm::vector::V3;
 
 lanes! {
     /// Surfaces that are looked around from.
@@ -50,14 +50,11 @@ impl<const MANY: bool> Walk for Look<'_, MANY> {
 
     #[inline(always)]
     fn points(&self, b: &OcclusionLanes, points: &mut Points) {
-        let count = self.taps as f32;
+        let (count, pass) = (self.taps as f32, self.frame.sample as f32);
         for i in 0..LANES {
             let p = V3::of(b.x.0[i], b.y.0[i], b.z.0[i]);
             let normal = V3::of(b.normal_x.0[i], b.normal_y.0[i], b.normal_z.0[i]);
-            let place = V2 {
-                x: b.place_x.0[i],
-                y: b.place_y.0[i],
-            };
+            let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
             let index = b.index.0[i];
             let (direction, distance) = if MANY {
                 (
@@ -79,15 +76,12 @@ impl<const MANY: bool> Walk for Look<'_, MANY> {
 
     #[inline(always)]
     fn advance(&self, b: &mut OcclusionLanes, values: &Column, ended: &mut [bool; LANES]) {
-        let count = self.taps as f32;
+        let (count, pass) = (self.taps as f32, self.frame.sample as f32);
         for i in 0..LANES {
             let index = b.index.0[i];
             let field = values.0[i] * b.side.0[i];
             let hidden = if MANY {
-                let place = V2 {
-                    x: b.place_x.0[i],
-                    y: b.place_y.0[i],
-                };
+                let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
                 let distance = occlusion::many_distance(index, place, self.frame.occlusion_reach);
                 let height = distance * occlusion::many_cosine(index, count);
                 occlusion::hidden(field, height, distance, 1.0)

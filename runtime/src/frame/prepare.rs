@@ -211,7 +211,9 @@ fn occlusion_weight(kind: Occlusion) -> f32 {
     let taps = 0..kind.taps();
     match kind {
         Occlusion::Off => 0.0,
-        Occlusion::FiveTap => taps.map(|i| occlusion::five_weight(i as f32)).sum(),
+        Occlusion::FiveTap => {
+            taps.map(|i| occlusion::five_weight(i as f32)).sum::<f32>() / occlusion::FIVE_MOST
+        }
         Occlusion::Multi(n) => taps
             .map(|i| occlusion::many_cosine(i as f32, n as f32))
             .sum(),

@@ -25,7 +25,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     var state = vec2f(0.0);
     if frame.resume == 1u { state = occlusion[item.index]; }
 #if many
-    let place = vec2f(frame.tile.xy + item.pixel);
+    let place = vec3f(vec2f(frame.tile.xy + item.pixel), f32(frame.sample));
 #end
     for (var n = 0u; n < frame.budget; n++) {
         if state.y >= TAPS { break; }
