@@ -16,6 +16,13 @@ use std::collections::HashMap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ExprId(u32);
 
+impl ExprId {
+    /// Its position among all numbers; a number's operands stand before it.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
 /// A parameter of the scene, by its position in [`crate::scene::Scene::params`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ParamId(pub u32);
@@ -84,6 +91,11 @@ impl Expressions {
     /// When the number is known.
     pub fn stage(&self, id: ExprId) -> Stage {
         self.nodes[id.0 as usize].1
+    }
+    /// All numbers from the `start`-th on, operands before what uses them.
+    pub fn since(&self, start: usize) -> impl Iterator<Item = (ExprId, &Expression, Stage)> {
+        let nodes = self.nodes.iter().enumerate().skip(start);
+        nodes.map(|(at, (node, stage))| (ExprId(at as u32), node, *stage))
     }
     /// How many different numbers there are.
     pub fn len(&self) -> usize {

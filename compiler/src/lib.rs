@@ -3,6 +3,7 @@
 
 pub mod bounds;
 pub mod compile;
+pub mod elaborate;
 pub mod export;
 pub mod expression;
 pub mod graph;

@@ -290,6 +290,262 @@ Lists and vectors stand in brackets. Parentheses group, and hold the arguments o
     sphere(1).translate((1, 2, 3))
     sphere(1).translate([1, 2, 3])";
 
+E0201 "an unknown name" "\
+No definition, parameter or function of this name stands before this place. Names hold from their
+definition on; the functions of the language are listed by `sdfc ops`.
+
+    let base = box(1);
+    bse.translate(1, 0, 0)      // did you mean `base`?";
+
+E0203 "an unknown argument" "\
+The function has no argument of this name. The message lists those that it has. Round things take a
+radius `r` or a diameter `d`.
+
+    cylinder(radius: 1, h: 2)
+    cylinder(r: 1, h: 2)";
+
+E0204 "a missing argument" "\
+The function, block or blend needs something that was not given.
+
+    cylinder(r: 1)
+    cylinder(r: 1, h: 2)";
+
+E0205 "too many arguments" "\
+The function takes fewer arguments than were given. An object before a dot counts as the first one:
+`x.f(a)` is `f(x, a)`.
+
+    sphere(1, 2)
+    sphere(1)";
+
+E0206 "given twice" "\
+An argument or a field has two values; which one counts would be a guess.
+
+    sphere(1, r: 2)
+    sphere(r: 2)";
+
+E0207 "an unknown block" "\
+A word, perhaps a name, and braces make a block: scene, camera, light, material, sky, render, animate
+or record.
+
+    lamp key { dir: [1, 2, 1] }
+    light key { dir: [1, 2, 1] }";
+
+E0208 "an unknown field" "\
+The block has no setting of this name, or one that does not go with another.
+
+    camera { position: [0, 1, 5] }
+    camera { from: [0, 1, 5] }";
+
+E0209 "a private name" "\
+Names that start with `_` are for the file that defines them.
+
+    parts::_helper()";
+
+E0210 "a file that cannot be imported" "\
+The path is relative to the file that the `import` stands in, and has its ending; paths that start
+with `std/` name the library that comes with the language.
+
+    import \"parts/bolt.sdf\" as bolt;
+    import \"std/fasteners\" as fast;";
+
+E0211 "files that import each other" "\
+A file cannot import itself, not even by way of others. What both need belongs into a third file.
+
+    // a.sdf
+    import \"b.sdf\" as b;
+    // b.sdf
+    import \"a.sdf\" as a;";
+
+E0212 "an import from outside" "\
+A scene reads only files in its own folder and in folders below it, so that a scene from elsewhere
+cannot read what it should not.
+
+    import \"../../secret.sdf\" as s;
+    import \"parts/bolt.sdf\" as bolt;";
+
+E0213 "a name that is not defined yet" "\
+Definitions hold from top to bottom. A function may be called before it is defined, but what its body
+reads must stand before the function.
+
+    let a = b + 1;
+    let b = 2;";
+
+E0214 "a name that is taken" "\
+Parameters, parts, cameras and single blocks are told apart from outside by their names, so there can
+be only one of each.
+
+    part lid = box(1);
+    part lid = box(2);";
+
+E0215 "an unknown param" "\
+The value given from outside is for a parameter that the scene does not declare.
+
+    param goo = 0.3 in 0..1;    // -p goo=0.5";
+
+E0216 "an unknown type" "\
+The types are float, int, bool, string, vec2, vec3, vec4, color, angle, length, time, shape2, shape3,
+shape, material, list and function.
+
+    fn f(r: double) -> shape3 = sphere(r);
+    fn f(r: float) -> shape3 = sphere(r);";
+
+E0301 "a value of the wrong type" "\
+Something else is wanted here: a shape, a number, a color. A list of shapes is a shape (their union),
+a list of numbers is a vector, and a whole number is a number; nothing else is converted.
+
+    sphere(\"1\")
+    sphere(1)";
+
+E0302 "operands that do not go together" "\
+The operator does not apply to these two values. Shapes are joined by `|`, intersected by `&` and cut
+by `-`; numbers and vectors are calculated with.
+
+    sphere(1) + box(1)
+    sphere(1) | box(1)";
+
+E0303 "units that do not go together" "\
+Lengths, angles and times are different things: they cannot be added to each other, and a function
+that wants one does not take another. A bare number goes with all of them, but is no angle.
+
+    10mm + 30deg
+    sphere(r: 90deg)";
+
+E0304 "2D and 3D mixed" "\
+Figures in the plane combine with figures, solids with solids. `extrude` and `revolve` make a solid of
+a figure, `section` a figure of a solid.
+
+    circle(1) | sphere(1)
+    circle(1).extrude(0.1) | sphere(1)";
+
+E0305 "something that cannot be called" "\
+Only functions are called.
+
+    let r = 2;
+    r(3)";
+
+E0306 "an unknown field of a value" "\
+Vectors have the components x, y, z and w, in any order and number; colors have r, g and b; records
+have the fields they were given. Functions are called with parentheses.
+
+    p.xq
+    p.xzy
+    shape.length()";
+
+E0308 "a number that is needed too early" "\
+Some numbers decide what the scene is made of: how often a loop runs, how long a list is, how many
+corners a polygon has. They must be known while compiling. A `param` may be one (a change of it then
+makes a new program); the `time` and the point may not.
+
+    for i in 0..time { sphere(1) }
+    for i in 0..6 { sphere(1).translate(cos(time + i), 0, 0) }";
+
+E0309 "a number that is known too late" "\
+The radius of a sphere is one number for the whole sphere: it may follow a `param` or the `time`, but
+not the point. A shape whose size depends on the point is a field.
+
+    field(fn(p) => length(p) - (1 + 0.1 * sin(5 * p.x)))
+    sphere(1).displace(fn(p) => 0.1 * sin(5 * p.x))";
+
+E0311 "a vector of the wrong length" "\
+A vector in space has three numbers and one in the plane has two, given in brackets or one after the
+other. A size may also be one number for all sides.
+
+    box(2, 1)
+    box(2, 1, 1)
+    box([2, 1, 1])";
+
+E0312 "an angle without a unit" "\
+A bare number could be degrees or radians. An angle says which: `deg`, `rad` or `turn`. A number
+becomes an angle when it is multiplied by one.
+
+    box(1).rotate(90, X)
+    box(1).rotate(90deg, X)
+    box(1).rotate(n * 1deg, X)";
+
+E0401 "a number that is not allowed" "\
+Radii and sizes are larger than zero, counts are whole, factors are not zero. What is wrong, and what
+is allowed, is in the message.
+
+    sphere(0)
+    sphere(0.1)";
+
+E0402 "a division by zero" "\
+The divisor is zero, always. (A divisor that follows a parameter may pass through zero; the result is
+then very large.)
+
+    let step = 1 / (n - n);";
+
+E0403 "a number that is not finite" "\
+A calculation gave infinity or no number at all, or a shape has a number beyond 1e18, whose square no
+device can hold.
+
+    sphere(1e30)";
+
+E0405 "a shape or direction that is degenerate" "\
+A direction needs a length, a line two ends, a polygon three corners, a camera something to look at.
+
+    capsule(from: [0, 1, 0], to: [0, 1, 0], r: 0.1)
+    capsule(from: [0, 0, 0], to: [0, 1, 0], r: 0.1)";
+
+E0406 "an assertion that fails" "\
+The scene says by `assert` what must hold, and it does not.
+
+    assert(width > bolts * 12mm, \"the bolts would overlap\");";
+
+E0407 "a param outside its range" "\
+The value of a parameter, in the text or given from outside, is not one that it may take.
+
+    param goo = 1.5 in 0..1;
+    param goo = 0.5 in 0..1;";
+
+E0408 "calls without end" "\
+Functions call each other more than 256 deep. A recursion needs a condition that ends it.
+
+    fn tower(n) = if n == 0 { nothing() } else { box(1) | tower(n - 1).translate(0, 1, 0) };";
+
+E0409 "too much work" "\
+Building the scene took more than ten million steps. Repetition that the program does for itself
+costs nothing: `repeat`, `polar`, `mirror`.
+
+    sphere(0.1).repeat(1)        // endless copies, one sphere";
+
+E0410 "a list that is too short" "\
+Elements are counted from 0, so the last one of a list of three is number 2.
+
+    at([4, 5, 6], 3)
+    at([4, 5, 6], 2)";
+
+E0411 "a copy larger than its cell" "\
+`repeat` looks at one copy at each point, so a copy must fit into the cell of its grid. Make the
+spacing larger, or write the copies down as a list.
+
+    box(2).repeat(1)
+    box(2).repeat(3)";
+
+E0412 "a loop that is too long" "\
+A loop may have a million rounds.
+
+    for i in 0..1000000000 { sphere(1) }
+    sphere(1).repeat(3)";
+
+E0413 "shapes nested too deeply" "\
+A shape may be made of shapes that are made of shapes, 500 times over. A list does not nest.
+
+    fold(0..1000, sphere(1), fn(a, i) => (a |[0.1] sphere(1)).translate(0, 1, 0))
+    union(for i in 0..1000 { sphere(1).translate(0, i, 0) }, smooth: 0.1)";
+
+E0414 "too many shapes" "\
+A scene has at most 65,536 shapes, transforms included. `repeat`, `polar` and `mirror` make copies
+without making shapes.
+
+    box(1).repeat(2)";
+
+E0415 "no memory to evaluate" "\
+Evaluation runs with a stack of its own, and the system did not grant it. Close something, or allow
+the process more memory.
+
+    ulimit -v unlimited";
+
 E0501 "a limit of the program" "\
 Programs have limits that keep them safe on every device: 60,000 instructions, 64 values on the
 stack, 256 values kept, 16 points inside each other. The message has both numbers. A scene passes
@@ -334,6 +590,19 @@ that is to be seen belongs into the file's last expression.
     box(1)
 
     sphere(1) | box(1)";
+
+W0201 "a name that is not used" "\
+Something is defined and never read. A name that starts with `_` says that this is meant.
+
+    let _old = box(1);
+    sphere(1)";
+
+W0401 "a blend larger than a shape" "\
+A blend as thick as a shape it joins swallows the shape. The thickness is in scene units; perhaps
+another unit was meant.
+
+    sphere(0.1) |[5] box(0.1)
+    sphere(0.1) |[0.05] box(0.1)";
 
 W0501 "a slope that cannot be bounded" "\
 A ray is safe on a field because the field changes no faster than the ray moves, after division by a

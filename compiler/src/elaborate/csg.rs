@@ -1,0 +1,576 @@
+//! Set operations on shapes, and their blends.
+//!
+//! `a | b | c` is one union of three; a list among its operands adds its elements. An operand that
+//! is no shape at all is left out where that changes nothing.
+
+use super::Elaborator;
+use super::arguments::{Given, Invocation};
+use super::bound::short;
+use super::calls::word;
+use super::diagnose::{nearest, suggest, unknown_name};
+use super::evaluate::{Halt, Here, Outcome};
+use super::stage::Demand;
+use super::value::{Quantity, Value};
+use crate::expression::{ExprId, Stage};
+use crate::scene::{ShapeId, ShapeKind};
+use sdfc_lang::ast::{Arg, Args, BinaryOp, Chain, Link};
+use sdfc_lang::{Diagnostic, Span, codes};
+use sdfc_vm::table::Op;
+
+/// Which set operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SetOperation {
+    /// `|`
+    Union,
+    /// `&`
+    Intersection,
+    /// `-`
+    Subtraction,
+}
+
+/// How two surfaces go over into each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BlendKind {
+    Quadratic,
+    Cubic,
+    Circular,
+    Exponential,
+    Distance,
+    Chamfer,
+    Fillet,
+    Stairs,
+}
+
+impl BlendKind {
+    /// The words for it: the first is the one that is suggested.
+    const WORDS: [(&'static str, BlendKind); 9] = [
+        ("quadratic", BlendKind::Quadratic),
+        ("smooth", BlendKind::Quadratic),
+        ("cubic", BlendKind::Cubic),
+        ("circular", BlendKind::Circular),
+        ("exponential", BlendKind::Exponential),
+        ("distance", BlendKind::Distance),
+        ("chamfer", BlendKind::Chamfer),
+        ("fillet", BlendKind::Fillet),
+        ("stairs", BlendKind::Stairs),
+    ];
+
+    fn of(word: &str) -> Option<Self> {
+        Self::WORDS.iter().find(|(name, _)| *name == word).map(|(_, kind)| *kind)
+    }
+
+    fn names() -> impl Iterator<Item = &'static str> {
+        Self::WORDS.iter().map(|(name, _)| *name)
+    }
+}
+
+/// A blend: `[0.2]`, `[chamfer, 0.3]`, `[stairs, 0.4, n: 4]`.
+#[derive(Clone, Debug)]
+pub(crate) struct Blend {
+    kind: BlendKind,
+    /// The thickness of a smooth blend, the radius of the others.
+    amount: ExprId,
+    /// The number of stairs.
+    steps: Option<ExprId>,
+    /// Where it is written.
+    span: Span,
+}
+
+/// Operands gathered for one combination.
+struct Gathered {
+    row: Op,
+    parameters: Vec<ExprId>,
+    shapes: Vec<ShapeId>,
+}
+
+impl<'a> Elaborator<'a> {
+    /// A chain of `|` or `&`.
+    pub(crate) fn csg_chain(
+        &mut self,
+        here: &Here<'a>,
+        chain: &'a Chain,
+        span: Span,
+    ) -> Outcome<'a> {
+        let first = self.eval(here, &chain.first)?;
+        self.csg_links(here, first, chain.first.span, &chain.rest, span)
+    }
+
+    /// The operators of a chain, from left to right, on shapes.
+    pub(crate) fn csg_links(
+        &mut self,
+        here: &Here<'a>,
+        first: Value<'a>,
+        first_span: Span,
+        links: &'a [Link],
+        span: Span,
+    ) -> Outcome<'a> {
+        let mut operands = Vec::with_capacity(links.len());
+        let mut fits = self.set_operand(&first, first_span, &links[0]);
+        for link in links {
+            let value = self.eval(here, &link.operand)?;
+            let blend = match &link.blend {
+                Some(args) => self.blend(here, args, Some(link.op_span))?,
+                None => here.blend.as_deref().cloned(),
+            };
+            fits &= self.set_operand(&value, link.operand.span, link);
+            fits &= link.blend.is_none() || blend.is_some();
+            operands.push((link, value, blend));
+        }
+        if !fits {
+            return Ok(Value::Poison);
+        }
+        let mut gathered: Option<Gathered> = None;
+        let mut before = first_span;
+        let mut shapes = Vec::new();
+        let hard_union = links[0].op == BinaryOp::Or && operands[0].2.is_none();
+        if hard_union {
+            if self.collect_shapes(&first, first_span, &mut shapes).is_none() {
+                return Ok(Value::Poison);
+            }
+        } else {
+            match self.shape(&first, first_span) {
+                Some(shape) => shapes.push(shape),
+                None => return Ok(Value::Poison),
+            }
+        }
+        for (link, value, blend) in operands {
+            let operation = match link.op {
+                BinaryOp::Or => SetOperation::Union,
+                BinaryOp::And => SetOperation::Intersection,
+                _ => SetOperation::Subtraction,
+            };
+            let Some((row, parameters)) = self.set_row(operation, blend.as_ref()) else {
+                return Ok(Value::Poison);
+            };
+            let mut group = match gathered.take() {
+                Some(group) if group.row == row && group.parameters == parameters => group,
+                Some(group) => {
+                    let whole = self.combined(group.row, group.parameters, group.shapes, before);
+                    let Some(whole) = whole else { return Ok(Value::Poison) };
+                    Gathered { row, parameters, shapes: vec![whole] }
+                }
+                None => Gathered { row, parameters, shapes: std::mem::take(&mut shapes) },
+            };
+            let operand = link.operand.span;
+            // Cutting away a union is cutting away each of its shapes; so is adding one.
+            if matches!(row, Op::Union | Op::Subtraction) {
+                if self.collect_shapes(&value, operand, &mut group.shapes).is_none() {
+                    return Ok(Value::Poison);
+                }
+            } else {
+                match self.shape(&value, operand) {
+                    Some(shape) => group.shapes.push(shape),
+                    None => return Ok(Value::Poison),
+                }
+            }
+            if let Some(blend) = &blend {
+                self.warn_of_large_blend(blend, &group.shapes, [first_span, operand]);
+            }
+            before = before.to(operand);
+            gathered = Some(group);
+        }
+        let Some(Gathered { row, parameters, shapes }) = gathered else {
+            return Ok(Value::Poison);
+        };
+        super::shapes::shape_value(self.combined(row, parameters, shapes, span))
+    }
+
+    fn set_operand(&mut self, value: &Value<'a>, span: Span, link: &Link) -> bool {
+        if value.is_poison() {
+            return false;
+        }
+        if self.is_shape(value) {
+            return true;
+        }
+        let what = self.describe(value);
+        let symbol = link.op.symbol();
+        let message = format!("`{symbol}` goes with shapes, and this is {what}");
+        let mut diagnostic =
+            Diagnostic::error(codes::E0302, span, message).label(link.op_span, "");
+        if matches!(value, Value::Bool(_)) && link.op != BinaryOp::Sub {
+            let doubled = symbol.repeat(2);
+            let text = format!("with conditions, write `{doubled}`");
+            diagnostic = diagnostic.fix(link.op_span, doubled, text);
+        } else if matches!(value, Value::Function(_)) {
+            diagnostic = diagnostic.help("`field(fn(p) => ..)` makes a shape of a function");
+        }
+        self.report(diagnostic);
+        false
+    }
+
+    /// The row of a set operation with a blend, and its parameters.
+    fn set_row(
+        &mut self,
+        operation: SetOperation,
+        blend: Option<&Blend>,
+    ) -> Option<(Op, Vec<ExprId>)> {
+        use BlendKind as K;
+        use SetOperation as S;
+        let Some(blend) = blend else {
+            let row = match operation {
+                S::Union => Op::Union,
+                S::Intersection => Op::Intersection,
+                S::Subtraction => Op::Subtraction,
+            };
+            return Some((row, Vec::new()));
+        };
+        let row = match (blend.kind, operation) {
+            (K::Quadratic, S::Union) => Op::SmoothUnion,
+            (K::Quadratic, S::Intersection) => Op::SmoothIntersection,
+            (K::Quadratic, S::Subtraction) => Op::SmoothSubtraction,
+            (K::Cubic, S::Union) => Op::CubicUnion,
+            (K::Cubic, S::Intersection) => Op::CubicIntersection,
+            (K::Cubic, S::Subtraction) => Op::CubicSubtraction,
+            (K::Circular, S::Union) => Op::CircularUnion,
+            (K::Circular, S::Intersection) => Op::CircularIntersection,
+            (K::Circular, S::Subtraction) => Op::CircularSubtraction,
+            (K::Exponential, S::Union) => Op::ExponentialUnion,
+            (K::Exponential, S::Intersection) => Op::ExponentialIntersection,
+            (K::Exponential, S::Subtraction) => Op::ExponentialSubtraction,
+            (K::Chamfer, S::Union) => Op::ChamferUnion,
+            (K::Chamfer, S::Intersection) => Op::ChamferIntersection,
+            (K::Chamfer, S::Subtraction) => Op::ChamferSubtraction,
+            (K::Fillet, S::Union) => Op::RoundUnion,
+            (K::Fillet, S::Intersection) => Op::RoundIntersection,
+            (K::Fillet, S::Subtraction) => Op::RoundSubtraction,
+            (K::Stairs, S::Union) => Op::StairsUnion,
+            (K::Stairs, S::Intersection) => Op::StairsIntersection,
+            (K::Stairs, S::Subtraction) => Op::StairsSubtraction,
+            (K::Distance, S::Union) => Op::DistanceUnion,
+            (K::Distance, S::Intersection | S::Subtraction) => {
+                let message = "the distance-aware blend goes with unions only";
+                let help = "use `quadratic`, `cubic`, `circular` or `exponential` here";
+                self.report(Diagnostic::error(codes::E0302, blend.span, message).help(help));
+                return None;
+            }
+        };
+        let mut arguments = vec![blend.amount];
+        if blend.kind == K::Stairs {
+            let steps = blend.steps.unwrap_or_else(|| self.graph.constant(3.0));
+            arguments.push(steps);
+        }
+        Some((row, self.prepared(row, &arguments)))
+    }
+
+    /// Combines shapes from left to right by a row; shapes that are nothing drop out.
+    pub(crate) fn combined(
+        &mut self,
+        row: Op,
+        parameters: Vec<ExprId>,
+        shapes: Vec<ShapeId>,
+        span: Span,
+    ) -> Option<ShapeId> {
+        let is_intersection = matches!(
+            row,
+            Op::Intersection
+                | Op::SmoothIntersection
+                | Op::CubicIntersection
+                | Op::CircularIntersection
+                | Op::ExponentialIntersection
+                | Op::ChamferIntersection
+                | Op::RoundIntersection
+                | Op::StairsIntersection
+        );
+        let is_union = matches!(
+            row,
+            Op::Union
+                | Op::SmoothUnion
+                | Op::CubicUnion
+                | Op::CircularUnion
+                | Op::ExponentialUnion
+                | Op::ChamferUnion
+                | Op::RoundUnion
+                | Op::StairsUnion
+                | Op::DistanceUnion
+                | Op::Xor
+        );
+        let first_is_nothing = shapes.first().is_none_or(|&id| self.is_nothing(id));
+        let any_is_nothing = shapes.iter().any(|&id| self.is_nothing(id));
+        let mut children = shapes;
+        if is_intersection && any_is_nothing || !is_union && first_is_nothing {
+            children.clear();
+        }
+        children.retain(|&id| !self.is_nothing(id));
+        match children.as_slice() {
+            [] => return Some(self.add(ShapeKind::Nothing, false, span)),
+            [only] => return Some(*only),
+            _ => {}
+        }
+        let plane = self.shapes[children[0].0 as usize].plane;
+        let other = children.iter().find(|id| self.shapes[id.0 as usize].plane != plane);
+        if let Some(&other) = other {
+            let dimension = |plane: bool| if plane { "2D" } else { "3D" };
+            let (a, b) = (&self.shapes[children[0].0 as usize], &self.shapes[other.0 as usize]);
+            let message = format!(
+                "a {} and a {} shape cannot be combined",
+                dimension(a.plane),
+                dimension(b.plane)
+            );
+            let mut diagnostic = Diagnostic::error(codes::E0304, span, message)
+                .help("`extrude` and `revolve` make a 3D shape of a 2D one");
+            for shape in [a, b] {
+                if shape.span.file == span.file {
+                    let text = format!("this is {}", dimension(shape.plane));
+                    diagnostic = diagnostic.label(shape.span, text);
+                }
+            }
+            self.report(diagnostic);
+            return None;
+        }
+        Some(self.add(ShapeKind::Combine { op: row, children, parameters }, plane, span))
+    }
+
+    /// `!shape`
+    pub(crate) fn complement(&mut self, value: &Value<'a>, operand: Span, span: Span) -> Value<'a> {
+        let Some(child) = self.shape(value, operand) else { return Value::Poison };
+        let plane = self.shapes[child.0 as usize].plane;
+        if self.is_nothing(child) {
+            let message = "everything is no shape that can be drawn";
+            self.report(Diagnostic::error(codes::E0405, span, message));
+            return Value::Poison;
+        }
+        let kind = ShapeKind::Distance { op: Op::Complement, child, parameters: Vec::new() };
+        Value::Shape(self.add(kind, plane, span))
+    }
+
+    /// A blend in brackets after an operator, or in a scope.
+    pub(crate) fn blend(
+        &mut self,
+        here: &Here<'a>,
+        args: &'a Args,
+        operator: Option<Span>,
+    ) -> Result<Option<Blend>, Halt> {
+        let positional = args.args.iter().take_while(|arg| arg.name.is_none()).count();
+        let mut kind = BlendKind::Quadratic;
+        let mut rest = args.args.as_slice();
+        // One argument is the radius, even if a parameter is called `fillet`; of two, the first is
+        // the kind.
+        if positional > 1 || positional == 1 && args.args.len() > 1 && is_kind(&args.args[0]) {
+            let Some(word) = word(&args.args[0].value) else {
+                let message = "a blend is a radius, or a kind and a radius";
+                let help = "write `[0.2]` or `[chamfer, 0.2]`";
+                let span = args.args[0].span;
+                self.report(Diagnostic::error(codes::E0301, span, message).help(help));
+                return Ok(None);
+            };
+            let Some(named) = BlendKind::of(&word.name) else {
+                let diagnostic =
+                    unknown_name(codes::E0201, "blend", &word.name, word.span, BlendKind::names());
+                let all = BlendKind::names().collect::<Vec<_>>().join(", ");
+                self.report(diagnostic.help(format!("there are {all}")));
+                return Ok(None);
+            };
+            kind = named;
+            rest = &args.args[1..];
+        }
+        let mut amount = None;
+        let mut steps = None;
+        for arg in rest {
+            let value = self.eval(here, &arg.value)?;
+            match arg.name.as_ref().map(|name| name.name.as_str()) {
+                None if amount.is_none() => {
+                    let Some(id) = self.blend_amount(&value, arg.value.span) else {
+                        return Ok(None);
+                    };
+                    amount = Some(id);
+                }
+                Some("n") if kind == BlendKind::Stairs => {
+                    let Some(id) = self.stair_count(&value, arg.value.span) else {
+                        return Ok(None);
+                    };
+                    steps = Some(id);
+                }
+                Some(name) => {
+                    let message = format!("a blend has no argument `{name}`");
+                    let known = if kind == BlendKind::Stairs { vec!["n"] } else { vec![] };
+                    let diagnostic = Diagnostic::error(codes::E0203, arg.span, message);
+                    self.report(suggest(diagnostic, arg.span, nearest(name, known)));
+                    return Ok(None);
+                }
+                None => {
+                    let message = "a blend has one radius";
+                    self.report(Diagnostic::error(codes::E0205, arg.span, message));
+                    return Ok(None);
+                }
+            }
+        }
+        let Some(amount) = amount else {
+            let message = "this blend has no radius";
+            self.report(Diagnostic::error(codes::E0204, args.span, message));
+            return Ok(None);
+        };
+        let span = operator.map_or(args.span, |at| at.to(args.span));
+        Ok(Some(Blend { kind, amount, steps, span }))
+    }
+
+    fn blend_amount(&mut self, value: &Value<'a>, span: Span) -> Option<ExprId> {
+        let number = match value {
+            Value::Number(number)
+                if matches!(number.quantity, Quantity::Plain | Quantity::Length(1)) =>
+            {
+                *number
+            }
+            other => {
+                self.wrong(other, "a blend wants a length", span);
+                return None;
+            }
+        };
+        let stage = self.graph.stage(number.id);
+        if stage > Stage::Uniform {
+            self.report_late("the radius of a blend", stage, span);
+            return None;
+        }
+        self.check_above("the radius of a blend", number.id, false, span)?;
+        Some(number.id)
+    }
+
+    fn stair_count(&mut self, value: &Value<'a>, span: Span) -> Option<ExprId> {
+        let Value::Number(number) = value else {
+            self.wrong(value, "`n` is a whole number", span);
+            return None;
+        };
+        let count = self.demand(number.id, &Demand::new("the number of stairs", span))?;
+        if !(1.0..=1000.0).contains(&count) || count.fract() != 0.0 {
+            let message = format!("stairs are a whole number from 1 to 1000, and this is {}", short(count));
+            self.report(Diagnostic::error(codes::E0401, span, message));
+            return None;
+        }
+        Some(self.graph.constant(count))
+    }
+
+    fn warn_of_large_blend(&mut self, blend: &Blend, shapes: &[ShapeId], _spans: [Span; 2]) {
+        let Some(amount) = self.graph.as_constant(blend.amount) else { return };
+        for &id in shapes.iter().rev().take(2) {
+            let bounds = self.bounds_of(id);
+            let size = (0..3).map(|i| bounds.max[i] - bounds.min[i]).filter(|s| s.is_finite());
+            let Some(size) = size.reduce(f64::max) else { continue };
+            if !bounds.is_empty() && size > 0.0 && amount > size {
+                let message = format!(
+                    "this blend of {} is larger than a shape of {} that it joins",
+                    short(amount),
+                    short(size)
+                );
+                let shape = self.shapes[id.0 as usize].span;
+                let mut warning = Diagnostic::warning(codes::W0401, blend.span, message);
+                if shape.file == blend.span.file {
+                    warning = warning.label(shape, "this shape");
+                }
+                self.report(warning);
+                return;
+            }
+        }
+    }
+
+    /// `union(..)`, `intersect(..)`, `subtract(..)` with shapes, lists and a blend by name.
+    pub(crate) fn set_function(
+        &mut self,
+        operation: SetOperation,
+        call: Invocation<'a>,
+    ) -> Outcome<'a> {
+        let mut blend: Option<(BlendKind, &Given<'a>)> = None;
+        let mut kernel = None;
+        let mut steps = None;
+        let mut operands = Vec::new();
+        let known = ["smooth", "kernel", "chamfer", "fillet", "stairs", "n"];
+        for given in &call.given {
+            match given.name.map(|name| name.name.as_str()) {
+                None => operands.push(given),
+                Some("smooth") => blend = Some((BlendKind::Quadratic, given)),
+                Some("chamfer") => blend = Some((BlendKind::Chamfer, given)),
+                Some("fillet") => blend = Some((BlendKind::Fillet, given)),
+                Some("stairs") => blend = Some((BlendKind::Stairs, given)),
+                Some("kernel") => kernel = Some(given),
+                Some("n") => steps = Some(given),
+                Some(name) => {
+                    let span = given.name.map_or(given.span, |name| name.span);
+                    let message = format!("`{}` has no argument `{name}`", call.name);
+                    let diagnostic = Diagnostic::error(codes::E0203, span, message);
+                    self.report(suggest(diagnostic, span, nearest(name, known)));
+                    return Ok(Value::Poison);
+                }
+            }
+        }
+        let blend = match (blend, kernel) {
+            (Some((kind, given)), kernel) => {
+                let kind = match kernel {
+                    Some(kernel) => match self.kernel(kernel) {
+                        Some(kind) => kind,
+                        None => return Ok(Value::Poison),
+                    },
+                    None => kind,
+                };
+                let Some(amount) = self.blend_amount(&given.value, given.span) else {
+                    return Ok(Value::Poison);
+                };
+                let steps = match steps {
+                    Some(given) => self.stair_count(&given.value, given.span),
+                    None => None,
+                };
+                Some(Blend { kind, amount, steps, span: given.span })
+            }
+            (None, Some(kernel)) => {
+                let message = "a kernel needs a thickness: `smooth:`";
+                self.report(Diagnostic::error(codes::E0204, kernel.span, message));
+                return Ok(Value::Poison);
+            }
+            (None, None) => None,
+        };
+        let mut shapes = Vec::new();
+        for (at, given) in operands.iter().enumerate() {
+            // A list is its union, unless it holds all that is combined.
+            let is_spliced = match operation {
+                _ if operands.len() == 1 => true,
+                SetOperation::Union => true,
+                SetOperation::Subtraction => at > 0 && blend.is_none(),
+                SetOperation::Intersection => false,
+            };
+            let gathered = match is_spliced {
+                true => self.collect_shapes(&given.value, given.span, &mut shapes),
+                false => self.shape(&given.value, given.span).map(|shape| shapes.push(shape)),
+            };
+            if gathered.is_none() {
+                return Ok(Value::Poison);
+            }
+        }
+        let Some((row, parameters)) = self.set_row(operation, blend.as_ref()) else {
+            return Ok(Value::Poison);
+        };
+        if let Some(blend) = &blend {
+            self.warn_of_large_blend(blend, &shapes, [call.span, call.span]);
+        }
+        super::shapes::shape_value(self.combined(row, parameters, shapes, call.span))
+    }
+
+    /// `xor(a, b, ..)`: what is in an odd number of them.
+    pub(crate) fn exclusive(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        if self.wrong_count(&call, 1..=usize::MAX) {
+            return Ok(Value::Poison);
+        }
+        let mut shapes = Vec::new();
+        for given in &call.given {
+            if self.collect_shapes(&given.value, given.span, &mut shapes).is_none() {
+                return Ok(Value::Poison);
+            }
+        }
+        super::shapes::shape_value(self.combined(Op::Xor, Vec::new(), shapes, call.span))
+    }
+
+    fn kernel(&mut self, given: &Given<'a>) -> Option<BlendKind> {
+        let Value::Word(word) = given.value else {
+            self.wrong(&given.value.clone(), "a kernel is a word, such as `cubic`", given.span);
+            return None;
+        };
+        let kind = BlendKind::of(word);
+        if kind.is_none() {
+            let names = BlendKind::names();
+            let diagnostic = unknown_name(codes::E0201, "kernel", word, given.span, names);
+            let all = BlendKind::names().collect::<Vec<_>>().join(", ");
+            self.report(diagnostic.help(format!("there are {all}")));
+        }
+        kind
+    }
+}
+
+fn is_kind(arg: &Arg) -> bool {
+    word(&arg.value).is_some_and(|word| BlendKind::of(&word.name).is_some())
+}

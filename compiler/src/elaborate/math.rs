@@ -1,0 +1,522 @@
+//! The functions of numbers: component by component on vectors and colours, as in WGSL.
+
+use super::Elaborator;
+use super::arguments::{Invocation, count};
+use super::evaluate::Outcome;
+use super::numbers::{Form, assembled, parts};
+use super::value::{Number, Quantity, Value, Vector};
+use crate::expression::ExprId;
+use sdfc_lang::{Diagnostic, Span, codes};
+use sdfc_vm::table::Op;
+
+/// Of what a function's result is.
+#[derive(Clone, Copy, Debug)]
+enum Gives {
+    /// Of the same as the arguments, which have to agree.
+    Same,
+    /// A bare number, whatever the arguments are.
+    Plain,
+    /// An angle.
+    Angle,
+    /// The square root's quantity.
+    Root,
+    /// Of what the first two arguments are, with a bare third one.
+    Mix,
+}
+
+/// A function of numbers that is a row of the table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MathRow {
+    name: &'static str,
+    op: Op,
+    arity: usize,
+    gives: Gives,
+}
+
+const fn row(name: &'static str, op: Op, arity: usize, gives: Gives) -> MathRow {
+    MathRow { name, op, arity, gives }
+}
+
+/// The functions that are rows of the table.
+pub(crate) const MATH: &[MathRow] = &[
+    row("abs", Op::Abs, 1, Gives::Same),
+    row("sign", Op::Sign, 1, Gives::Plain),
+    row("floor", Op::Floor, 1, Gives::Same),
+    row("ceil", Op::Ceil, 1, Gives::Same),
+    row("round", Op::Round, 1, Gives::Same),
+    row("fract", Op::Fract, 1, Gives::Same),
+    row("trunc", Op::Trunc, 1, Gives::Same),
+    row("sqrt", Op::Sqrt, 1, Gives::Root),
+    row("inverse_sqrt", Op::InverseSqrt, 1, Gives::Plain),
+    row("sin", Op::Sin, 1, Gives::Plain),
+    row("cos", Op::Cos, 1, Gives::Plain),
+    row("tan", Op::Tan, 1, Gives::Plain),
+    row("asin", Op::Asin, 1, Gives::Angle),
+    row("acos", Op::Acos, 1, Gives::Angle),
+    row("atan", Op::Atan, 1, Gives::Angle),
+    row("atan2", Op::Atan2, 2, Gives::Angle),
+    row("sinh", Op::Sinh, 1, Gives::Plain),
+    row("cosh", Op::Cosh, 1, Gives::Plain),
+    row("tanh", Op::Tanh, 1, Gives::Plain),
+    row("exp", Op::Exp, 1, Gives::Plain),
+    row("exp2", Op::Exp2, 1, Gives::Plain),
+    row("ln", Op::Ln, 1, Gives::Plain),
+    row("log", Op::Ln, 1, Gives::Plain),
+    row("log2", Op::Log2, 1, Gives::Plain),
+    row("step", Op::Step, 2, Gives::Plain),
+    row("smoothstep", Op::Smoothstep, 3, Gives::Plain),
+    row("clamp", Op::Clamp, 3, Gives::Same),
+    row("mix", Op::Mix, 3, Gives::Mix),
+    row("lerp", Op::Mix, 3, Gives::Mix),
+];
+
+impl MathRow {
+    /// The function of this name.
+    pub(crate) fn of(name: &str) -> Option<&'static MathRow> {
+        MATH.iter().find(|row| row.name == name)
+    }
+    /// Its name.
+    pub(crate) fn name(&self) -> &'static str {
+        self.name
+    }
+}
+
+impl<'a> Elaborator<'a> {
+    /// A call of a function that is a row of the table.
+    pub(crate) fn math(&mut self, row: &MathRow, call: &Invocation<'a>) -> Value<'a> {
+        if self.wrong_count(call, row.arity..=row.arity) {
+            return Value::Poison;
+        }
+        self.componentwise(call, |e, numbers| {
+            let quantity = e.quantity_of(row, call, numbers)?;
+            e.check_domain(row, call, numbers)?;
+            let ids: Vec<ExprId> = numbers.iter().map(|number| number.id).collect();
+            let id = e.op(row.op, &ids);
+            e.finite(id, call.span)?;
+            let makes_whole = matches!(row.op, Op::Floor | Op::Ceil | Op::Round | Op::Trunc);
+            let whole = makes_whole && quantity == Quantity::Plain
+                || row.op == Op::Abs && numbers[0].whole;
+            Some(Number { id, quantity, whole })
+        })
+    }
+
+    fn quantity_of(
+        &mut self,
+        row: &MathRow,
+        call: &Invocation<'a>,
+        numbers: &[Number],
+    ) -> Option<Quantity> {
+        let same = |numbers: &[Number]| {
+            let mut quantities = numbers.iter().map(|number| number.quantity);
+            let first = quantities.next()?;
+            quantities.try_fold(first, Quantity::sum)
+        };
+        let quantity = match row.gives {
+            Gives::Same => same(numbers),
+            Gives::Plain => Some(Quantity::Plain),
+            Gives::Angle => Some(Quantity::Angle),
+            Gives::Root => Some(numbers[0].quantity.root()),
+            Gives::Mix => same(&numbers[..2]),
+        };
+        if quantity.is_none() {
+            let nouns: Vec<&str> = numbers.iter().map(|number| number.quantity.noun()).collect();
+            let message = format!("`{}` does not go with {}", call.name, nouns.join(" and "));
+            self.report(Diagnostic::error(codes::E0303, call.span, message));
+        }
+        quantity
+    }
+
+    /// Constants for which a function has no value.
+    fn check_domain(
+        &mut self,
+        row: &MathRow,
+        call: &Invocation<'a>,
+        numbers: &[Number],
+    ) -> Option<()> {
+        let value = self.graph.as_constant(numbers[0].id);
+        let message = match (row.op, value) {
+            (Op::Sqrt, Some(v)) if v < 0.0 => "the square root of a negative number",
+            (Op::InverseSqrt, Some(v)) if v <= 0.0 => "one over the square root of zero or less",
+            (Op::Ln | Op::Log2, Some(v)) if v <= 0.0 => "the logarithm of zero or less",
+            (Op::Asin | Op::Acos, Some(v)) if v.abs() > 1.0 + 1e-9 => {
+                "no angle has this sine or cosine: it lies beyond -1 or 1"
+            }
+            _ => return Some(()),
+        };
+        self.report(Diagnostic::error(codes::E0401, call.span, message));
+        None
+    }
+
+    /// Reports a call with the wrong number of arguments, or with named ones.
+    pub(crate) fn wrong_count(
+        &mut self,
+        call: &Invocation<'a>,
+        allowed: std::ops::RangeInclusive<usize>,
+    ) -> bool {
+        let name = call.name;
+        if let Some(given) = call.given.iter().find(|given| given.name.is_some()) {
+            let message = format!("the arguments of `{name}` have no names");
+            self.report(Diagnostic::error(codes::E0203, given.span, message));
+            return true;
+        }
+        let given = call.given.len();
+        if allowed.contains(&given) {
+            return false;
+        }
+        let wanted = match (*allowed.start(), *allowed.end()) {
+            (least, most) if least == most => count(least, "argument"),
+            (least, usize::MAX) => format!("at least {}", count(least, "argument")),
+            (least, most) => format!("{least} to {most} arguments"),
+        };
+        let (code, place) = match call.given.get(*allowed.end()) {
+            Some(extra) => (codes::E0205, extra.span),
+            None => (codes::E0204, call.name_span),
+        };
+        let message = format!("`{name}` takes {wanted}, and {given} are given");
+        self.report(Diagnostic::error(code, place, message));
+        true
+    }
+
+    /// The numbers of the arguments, with their common form.
+    fn common_form(&mut self, call: &Invocation<'a>) -> Option<(Form, Vec<[Number; 4]>)> {
+        let mut form = Form::Scalar;
+        let mut all = Vec::with_capacity(call.given.len());
+        for given in &call.given {
+            let Some((one, numbers)) = parts(&given.value) else {
+                let wanted = format!("`{}` is of numbers", call.name);
+                self.wrong(&given.value, &wanted, given.span);
+                return None;
+            };
+            let Some(both) = form.with(one) else {
+                let message = format!("`{}` wants vectors of one length", call.name);
+                let what = self.describe(&given.value);
+                let diagnostic = Diagnostic::error(codes::E0311, given.span, message);
+                self.report(diagnostic.primary(format!("this is {what}")));
+                return None;
+            };
+            form = both;
+            all.push(numbers);
+        }
+        Some((form, all))
+    }
+
+    fn componentwise(
+        &mut self,
+        call: &Invocation<'a>,
+        mut compute: impl FnMut(&mut Self, &[Number]) -> Option<Number>,
+    ) -> Value<'a> {
+        let Some((form, all)) = self.common_form(call) else { return Value::Poison };
+        let mut results = Vec::with_capacity(4);
+        for i in 0..form.len() {
+            let numbers: Vec<Number> = all.iter().map(|numbers| numbers[i]).collect();
+            match compute(self, &numbers) {
+                Some(number) => results.push(number),
+                None => return Value::Poison,
+            }
+        }
+        assembled(form, &results)
+    }
+
+    /// `min(..)` and `max(..)` of any number of values, or of a vector's components.
+    pub(crate) fn extreme(&mut self, op: Op, call: Invocation<'a>) -> Outcome<'a> {
+        if self.wrong_count(&call, 1..=usize::MAX) {
+            return Ok(Value::Poison);
+        }
+        let call = match self.spread(&call) {
+            Some(call) => call,
+            None => return Ok(Value::Poison),
+        };
+        Ok(self.componentwise(&call, |e, numbers| {
+            let mut result = numbers[0];
+            for number in &numbers[1..] {
+                let Some(quantity) = result.quantity.sum(number.quantity) else {
+                    let nouns = [result.quantity.noun(), number.quantity.noun()].join(" and ");
+                    let message = format!("`{}` does not go with {nouns}", call.name);
+                    e.report(Diagnostic::error(codes::E0303, call.span, message));
+                    return None;
+                };
+                let id = e.op(op, &[result.id, number.id]);
+                result = Number { id, quantity, whole: result.whole && number.whole };
+            }
+            Some(result)
+        }))
+    }
+
+    /// A call with one list or vector as a call with its elements.
+    fn spread(&mut self, call: &Invocation<'a>) -> Option<Invocation<'a>> {
+        let [only] = call.given.as_slice() else { return Some(call.clone()) };
+        let elements: Vec<Value<'a>> = match &only.value {
+            Value::List(list) => list.to_vec(),
+            Value::Vector(vector) => vector.parts().iter().map(|n| Value::Number(*n)).collect(),
+            _ => return Some(call.clone()),
+        };
+        if elements.is_empty() {
+            let message = format!("`{}` of an empty list", call.name);
+            self.report(Diagnostic::error(codes::E0410, only.span, message));
+            return None;
+        }
+        let given = elements.into_iter().map(|value| super::arguments::Given {
+            name: None,
+            value,
+            span: only.span,
+        });
+        Some(Invocation { given: given.collect(), ..call.clone() })
+    }
+
+    /// `pow(a, b)`; small whole powers are products, which hold for negative numbers too.
+    pub(crate) fn power(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        if self.wrong_count(&call, 2..=2) {
+            return Ok(Value::Poison);
+        }
+        Ok(self.componentwise(&call, |e, numbers| {
+            let [base, exponent] = [numbers[0], numbers[1]];
+            let whole = e.graph.as_constant(exponent.id).filter(|n| n.fract() == 0.0 && n.abs() <= 16.0);
+            let Some(n) = whole else {
+                if e.graph.as_constant(base.id).is_some_and(|base| base < 0.0) {
+                    let message = "a negative number has no power that is not whole";
+                    e.report(Diagnostic::error(codes::E0401, call.span, message));
+                    return None;
+                }
+                let id = e.op(Op::Pow, &[base.id, exponent.id]);
+                e.finite(id, call.span)?;
+                return Some(Number::plain(id));
+            };
+            let mut result = Number::int(e.graph.constant(1.0));
+            for _ in 0..n.abs() as u32 {
+                let quantity = result.quantity.product(base.quantity);
+                let id = e.op(Op::Mul, &[result.id, base.id]);
+                result = Number { id, quantity, whole: result.whole && base.whole };
+            }
+            if n < 0.0 {
+                if e.graph.as_constant(result.id) == Some(0.0) {
+                    e.report(Diagnostic::error(codes::E0402, call.span, "this divides by zero"));
+                    return None;
+                }
+                let one = e.graph.constant(1.0);
+                let quantity = Quantity::Plain.quotient(result.quantity);
+                result = Number::of(e.op(Op::Div, &[one, result.id]), quantity);
+            }
+            e.finite(result.id, call.span)?;
+            Some(result)
+        }))
+    }
+
+    /// The vectors that a function of vectors is given.
+    fn vectors(
+        &mut self,
+        call: &Invocation<'a>,
+        number: usize,
+    ) -> Option<(Form, Vec<[Number; 4]>)> {
+        if self.wrong_count(call, number..=number) {
+            return None;
+        }
+        let (form, all) = self.common_form(call)?;
+        if form == Form::Scalar {
+            let message = format!("`{}` is of vectors", call.name);
+            let place = call.given.first().map_or(call.span, |given| given.span);
+            self.report(Diagnostic::error(codes::E0301, place, message));
+            return None;
+        }
+        Some((form, all))
+    }
+
+    fn sum_of_products(&mut self, len: usize, a: &[Number; 4], b: &[Number; 4]) -> Number {
+        let mut sum = None;
+        for i in 0..len {
+            let product = self.op(Op::Mul, &[a[i].id, b[i].id]);
+            sum = Some(match sum {
+                Some(sum) => self.op(Op::Add, &[sum, product]),
+                None => product,
+            });
+        }
+        let quantity = a[0].quantity.product(b[0].quantity);
+        Number::of(sum.unwrap_or_else(|| self.graph.constant(0.0)), quantity)
+    }
+
+    /// `dot(a, b)`
+    pub(crate) fn dot(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        let Some((form, all)) = self.vectors(&call, 2) else { return Ok(Value::Poison) };
+        Ok(Value::Number(self.sum_of_products(form.len(), &all[0], &all[1])))
+    }
+
+    fn norm(&mut self, len: usize, v: &[Number; 4]) -> Number {
+        let square = self.sum_of_products(len, v, v);
+        Number::of(self.op(Op::Sqrt, &[square.id]), v[0].quantity)
+    }
+
+    /// `length(v)`
+    pub(crate) fn length(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        let Some((form, all)) = self.vectors(&call, 1) else { return Ok(Value::Poison) };
+        Ok(Value::Number(self.norm(form.len(), &all[0])))
+    }
+
+    /// `distance(a, b)`
+    pub(crate) fn distance(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        let Some((form, all)) = self.vectors(&call, 2) else { return Ok(Value::Poison) };
+        let mut between = all[0];
+        for i in 0..form.len() {
+            between[i].id = self.op(Op::Sub, &[all[0][i].id, all[1][i].id]);
+        }
+        Ok(Value::Number(self.norm(form.len(), &between)))
+    }
+
+    /// `normalize(v)`
+    pub(crate) fn normalize(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        let Some((form, all)) = self.vectors(&call, 1) else { return Ok(Value::Poison) };
+        let norm = self.norm(form.len(), &all[0]);
+        if self.graph.as_constant(norm.id) == Some(0.0) {
+            let message = "the zero vector has no direction";
+            self.report(Diagnostic::error(codes::E0405, call.span, message));
+            return Ok(Value::Poison);
+        }
+        let unit: Vec<Number> = all[0][..form.len()]
+            .iter()
+            .map(|part| Number::plain(self.op(Op::Div, &[part.id, norm.id])))
+            .collect();
+        Ok(assembled(form, &unit))
+    }
+
+    /// `cross(a, b)`
+    pub(crate) fn cross(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        let Some((form, all)) = self.vectors(&call, 2) else { return Ok(Value::Poison) };
+        if form != Form::Vector(3) {
+            let message = "`cross` is of two vec3";
+            self.report(Diagnostic::error(codes::E0311, call.span, message));
+            return Ok(Value::Poison);
+        }
+        let (a, b) = (&all[0], &all[1]);
+        let quantity = a[0].quantity.product(b[0].quantity);
+        let parts = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
+            let left = self.op(Op::Mul, &[a[i].id, b[j].id]);
+            let right = self.op(Op::Mul, &[a[j].id, b[i].id]);
+            Number::of(self.op(Op::Sub, &[left, right]), quantity)
+        });
+        Ok(Value::Vector(Vector::three(parts)))
+    }
+
+    /// `vec2(..)`, `vec3(..)`, `vec4(..)`: from numbers and vectors, or one number for all.
+    pub(crate) fn vector(&mut self, len: usize, call: Invocation<'a>) -> Outcome<'a> {
+        if self.wrong_count(&call, 1..=len) {
+            return Ok(Value::Poison);
+        }
+        let mut numbers = Vec::with_capacity(4);
+        for given in &call.given {
+            match parts(&given.value) {
+                Some((Form::Scalar, [one, ..])) if call.given.len() == 1 => {
+                    numbers.extend(std::iter::repeat_n(one, len));
+                }
+                Some((form, all)) => numbers.extend_from_slice(&all[..form.len()]),
+                None => {
+                    let wanted = format!("`{}` is made of numbers", call.name);
+                    return Ok(self.wrong(&given.value, &wanted, given.span));
+                }
+            }
+        }
+        if numbers.len() != len {
+            let message = format!(
+                "`{}` is made of {len} numbers, and {} are given",
+                call.name,
+                numbers.len()
+            );
+            self.report(Diagnostic::error(codes::E0311, call.span, message));
+            return Ok(Value::Poison);
+        }
+        Ok(Vector::from_slice(&numbers).map_or(Value::Poison, Value::Vector))
+    }
+
+    /// `rgb(r, g, b)`: a colour from linear numbers.
+    pub(crate) fn rgb(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        match self.vector(3, call)? {
+            Value::Vector(vector) => {
+                let parts = vector.parts();
+                Ok(Value::Color([parts[0].id, parts[1].id, parts[2].id]))
+            }
+            other => Ok(other),
+        }
+    }
+
+    /// `hsv(hue, saturation, value)`: a colour of the screen by its hue, an angle or a share of a turn.
+    pub(crate) fn hsv(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        if self.wrong_count(&call, 3..=3) {
+            return Ok(Value::Poison);
+        }
+        let Some((Form::Scalar, all)) = self.common_form(&call) else {
+            return Ok(Value::Poison);
+        };
+        let (mut hue, saturation, value) = (all[0][0], all[1][0].id, all[2][0].id);
+        if hue.quantity == Quantity::Angle {
+            let turn = self.graph.constant(std::f64::consts::TAU);
+            hue.id = self.op(Op::Div, &[hue.id, turn]);
+        }
+        // Each channel is a trapezium of the hue, a third of a turn apart.
+        let channels = [0.0, 2.0 / 3.0, 1.0 / 3.0].map(|shift| {
+            let mut c = |v: f64| self.graph.constant(v);
+            let (shift, one, three, six, zero) = (c(shift), c(1.0), c(3.0), c(6.0), c(0.0));
+            let turned = self.op(Op::Add, &[hue.id, shift]);
+            let share = self.op(Op::Fract, &[turned]);
+            let scaled = self.op(Op::Mul, &[share, six]);
+            let off = self.op(Op::Sub, &[scaled, three]);
+            let wide = self.op(Op::Abs, &[off]);
+            let raised = self.op(Op::Sub, &[wide, one]);
+            let pure = self.op(Op::Clamp, &[raised, zero, one]);
+            let mixed = self.op(Op::Mix, &[one, pure, saturation]);
+            let screen = self.op(Op::Mul, &[value, mixed]);
+            self.decoded(screen)
+        });
+        Ok(Value::Color(channels))
+    }
+
+    /// The light of an sRGB value.
+    fn decoded(&mut self, screen: ExprId) -> ExprId {
+        if let Some(value) = self.graph.as_constant(screen) {
+            return self.graph.constant(super::numbers::linear(value));
+        }
+        let mut c = |v: f64| self.graph.constant(v);
+        let (edge, slope, shift, scale, gamma) = (c(0.04045), c(12.92), c(0.055), c(1.055), c(2.4));
+        let low = self.op(Op::Div, &[screen, slope]);
+        let shifted = self.op(Op::Add, &[screen, shift]);
+        let scaled = self.op(Op::Div, &[shifted, scale]);
+        let high = self.op(Op::Pow, &[scaled, gamma]);
+        let is_low = self.op(Op::Less, &[screen, edge]);
+        self.op(Op::Select, &[is_low, low, high])
+    }
+
+    /// The text of a value, for `print`, messages and sums of texts.
+    pub(crate) fn display(&mut self, value: &Value<'a>) -> String {
+        match value {
+            Value::Number(number) => self.display_number(number.id),
+            Value::Bool(id) => match self.graph.as_constant(*id) {
+                Some(truth) => (truth != 0.0).to_string(),
+                None => (self.present(*id) != 0.0).to_string(),
+            },
+            Value::Text(text) => text.to_string(),
+            Value::Vector(vector) => {
+                let parts = vector.parts().iter().map(|n| self.display_number(n.id));
+                format!("[{}]", parts.collect::<Vec<_>>().join(", "))
+            }
+            Value::Color(parts) => {
+                let parts = parts.map(|id| self.display_number(id));
+                format!("rgb({})", parts.join(", "))
+            }
+            Value::List(list) => {
+                let parts: Vec<String> = list.iter().map(|value| self.display(value)).collect();
+                format!("[{}]", parts.join(", "))
+            }
+            Value::Range(range) => {
+                let (start, end) = (self.display_number(range.start.id), self.display_number(range.end.id));
+                format!("{start}{}{end}", if range.inclusive { "..=" } else { ".." })
+            }
+            other => self.describe(other),
+        }
+    }
+
+    fn display_number(&mut self, id: ExprId) -> String {
+        let value = self.present(id);
+        if value.is_nan() { "(depends on the point)".to_owned() } else { super::bound::short(value) }
+    }
+
+    /// A span's first argument, or the call's.
+    pub(crate) fn place(call: &Invocation<'a>, at: usize) -> Span {
+        call.given.get(at).map_or(call.span, |given| given.span)
+    }
+}

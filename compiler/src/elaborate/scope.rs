@@ -1,0 +1,47 @@
+//! Names within bodies: a list that grows at its front and is shared by all that see it, so that a
+//! lambda keeps exactly the names that stood before it.
+
+use super::value::Value;
+use std::rc::Rc;
+
+/// The local names that an expression sees, the latest first.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scope<'a>(Option<Rc<Binding<'a>>>);
+
+#[derive(Debug)]
+struct Binding<'a> {
+    name: &'a str,
+    value: Value<'a>,
+    outer: Scope<'a>,
+}
+
+impl<'a> Scope<'a> {
+    /// This scope with one more name.
+    pub(crate) fn with(&self, name: &'a str, value: Value<'a>) -> Self {
+        Self(Some(Rc::new(Binding { name, value, outer: self.clone() })))
+    }
+    /// What a name stands for, the latest of that name.
+    pub(crate) fn get(&self, name: &str) -> Option<&Value<'a>> {
+        let mut scope = self;
+        while let Some(binding) = &scope.0 {
+            if binding.name == name {
+                return Some(&binding.value);
+            }
+            scope = &binding.outer;
+        }
+        None
+    }
+}
+
+impl Drop for Scope<'_> {
+    /// Lets go of a long list one by one, for a body may have many thousand names.
+    fn drop(&mut self) {
+        let mut next = self.0.take();
+        while let Some(binding) = next {
+            next = match Rc::try_unwrap(binding) {
+                Ok(mut only) => only.outer.0.take(),
+                Err(_) => None,
+            };
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! A number type whose values are numbers of the scene, so that the table's `prepare` functions and
+//! the affine bodies run on constants and on live parameters alike.
+//!
+//! The graph that the numbers belong to is lent to the thread for the length of [`with_graph`].
+//! Sums and products with neutral constants are left out, so that the matrix of a turn about an
+//! axis stays as small as a person would write it.
+
+use crate::expression::{ExprId, Expressions};
+use sdfc_vm::real::Real;
+use sdfc_vm::table::Op;
+use sdfc_vm::vector::{V2, V3};
+use std::cell::RefCell;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+thread_local! {
+    static GRAPH: RefCell<Expressions> = RefCell::default();
+}
+
+/// A number of the graph that [`with_graph`] lent.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Symbolic(pub(crate) ExprId);
+
+/// A condition: a number that is 1 or 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Condition(ExprId);
+
+/// Runs `work` while symbolic numbers mean those of `graph`.
+pub(crate) fn with_graph<T>(graph: &mut Expressions, work: impl FnOnce() -> T) -> T {
+    GRAPH.with_borrow_mut(|lent| std::mem::swap(lent, graph));
+    let result = work();
+    GRAPH.with_borrow_mut(|lent| std::mem::swap(lent, graph));
+    result
+}
+
+/// The result of an operation, or an operand where the operation changes nothing.
+pub(crate) fn simplified(graph: &mut Expressions, op: Op, values: &[ExprId]) -> ExprId {
+    let known = |at: usize| values.get(at).and_then(|&id| graph.as_constant(id));
+    let (left, right) = (known(0), known(1));
+    match op {
+        Op::Add if left == Some(0.0) => values[1],
+        Op::Add | Op::Sub if right == Some(0.0) => values[0],
+        Op::Sub if left == Some(0.0) => simplified(graph, Op::Neg, &values[1..]),
+        Op::Mul if left == Some(1.0) => values[1],
+        Op::Mul | Op::Div if right == Some(1.0) => values[0],
+        Op::Mul if left == Some(0.0) => values[0],
+        Op::Mul if right == Some(0.0) => values[1],
+        _ => graph.call(op, values),
+    }
+}
+
+fn call(op: Op, values: &[ExprId]) -> ExprId {
+    GRAPH.with_borrow_mut(|graph| simplified(graph, op, values))
+}
+
+macro_rules! operators {
+    ($($trait:ident $method:ident)*) => {$(
+        impl $trait for Symbolic {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                Self(call(Op::$trait, &[self.0, other.0]))
+            }
+        }
+    )*};
+}
+operators! { Add add Sub sub Mul mul Div div }
+
+impl Neg for Symbolic {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(call(Op::Neg, &[self.0]))
+    }
+}
+
+impl Real for Symbolic {
+    type Bool = Condition;
+    type Vec2 = V2<Self>;
+    type Vec3 = V3<Self>;
+
+    fn constant(value: f64) -> Self {
+        Self(GRAPH.with_borrow_mut(|graph| graph.constant(value)))
+    }
+    fn abs(self) -> Self {
+        Self(call(Op::Abs, &[self.0]))
+    }
+    fn sqrt(self) -> Self {
+        Self(call(Op::Sqrt, &[self.0]))
+    }
+    fn floor(self) -> Self {
+        Self(call(Op::Floor, &[self.0]))
+    }
+    fn min(self, other: Self) -> Self {
+        Self(call(Op::Min, &[self.0, other.0]))
+    }
+    fn max(self, other: Self) -> Self {
+        Self(call(Op::Max, &[self.0, other.0]))
+    }
+    fn sin(self) -> Self {
+        Self(call(Op::Sin, &[self.0]))
+    }
+    fn cos(self) -> Self {
+        Self(call(Op::Cos, &[self.0]))
+    }
+    fn atan2(self, x: Self) -> Self {
+        Self(call(Op::Atan2, &[self.0, x.0]))
+    }
+    fn exp2(self) -> Self {
+        Self(call(Op::Exp2, &[self.0]))
+    }
+    fn log2(self) -> Self {
+        Self(call(Op::Log2, &[self.0]))
+    }
+    fn power_of_two(self) -> Self {
+        self.exp2()
+    }
+    fn exponent(self) -> Self {
+        self.log2().floor()
+    }
+    fn mantissa(self) -> Self {
+        self / self.exponent().exp2()
+    }
+    fn lattice(_cell: V3<Self>, _seed: Self) -> V3<Self> {
+        unreachable!("no parameter is prepared from noise")
+    }
+    fn less(self, other: Self) -> Condition {
+        Condition(call(Op::Less, &[self.0, other.0]))
+    }
+    fn and(a: Condition, b: Condition) -> Condition {
+        Condition(call(Op::And, &[a.0, b.0]))
+    }
+    fn or(a: Condition, b: Condition) -> Condition {
+        Condition(call(Op::Or, &[a.0, b.0]))
+    }
+    fn not(a: Condition) -> Condition {
+        Condition(call(Op::Not, &[a.0]))
+    }
+    fn select(condition: Condition, then: Self, otherwise: Self) -> Self {
+        Self(call(Op::Select, &[condition.0, then.0, otherwise.0]))
+    }
+}
