@@ -38,15 +38,25 @@ impl Interval {
     }
     /// The interval between two numbers, in either order.
     pub const fn between(a: f64, b: f64) -> Self {
-        if a < b { Self { lo: a, hi: b } } else { Self { lo: b, hi: a } }
+        if a < b {
+            Self { lo: a, hi: b }
+        } else {
+            Self { lo: b, hi: a }
+        }
     }
     /// All numbers.
-    pub const ALL: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+    pub const ALL: Self = Self {
+        lo: f64::NEG_INFINITY,
+        hi: f64::INFINITY,
+    };
 
     /// The smallest interval that holds both.
     #[inline(always)]
     pub fn hull(self, other: Self) -> Self {
-        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+        Self {
+            lo: self.lo.min(other.lo),
+            hi: self.hi.max(other.hi),
+        }
     }
     /// Whether `v` lies inside.
     pub fn contains(self, v: f64) -> bool {
@@ -62,7 +72,10 @@ impl Interval {
         if lo.is_nan() || hi.is_nan() {
             return Self::ALL;
         }
-        Self { lo: lo.next_down(), hi: hi.next_up() }
+        Self {
+            lo: lo.next_down(),
+            hi: hi.next_up(),
+        }
     }
     /// A monotonically increasing elementary function, widened by its error.
     fn increasing(self, f: impl Fn(f64) -> f64) -> Self {
@@ -81,9 +94,20 @@ impl Interval {
         let passes = |phase: f64| {
             ((self.hi - phase) / TAU + 1e-12).floor() > ((self.lo - phase) / TAU - 1e-12).floor()
         };
-        let lo = if passes(-FRAC_PI_2) { -1.0 } else { a.min(b) - 1e-15 };
-        let hi = if passes(FRAC_PI_2) { 1.0 } else { a.max(b) + 1e-15 };
-        Self { lo: lo.max(-1.0), hi: hi.min(1.0) }
+        let lo = if passes(-FRAC_PI_2) {
+            -1.0
+        } else {
+            a.min(b) - 1e-15
+        };
+        let hi = if passes(FRAC_PI_2) {
+            1.0
+        } else {
+            a.max(b) + 1e-15
+        };
+        Self {
+            lo: lo.max(-1.0),
+            hi: hi.min(1.0),
+        }
     }
 }
 
@@ -105,7 +129,10 @@ impl Neg for Interval {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self { lo: -self.hi, hi: -self.lo }
+        Self {
+            lo: -self.hi,
+            hi: -self.lo,
+        }
     }
 }
 impl Mul for Interval {
@@ -131,7 +158,10 @@ impl Div for Interval {
     fn div(self, other: Self) -> Self {
         if other.lo <= 0.0 && other.hi >= 0.0 {
             if self.lo >= 0.0 && other.lo >= 0.0 && other.hi > 0.0 {
-                return Self { lo: (self.lo / other.hi).next_down(), hi: f64::INFINITY };
+                return Self {
+                    lo: (self.lo / other.hi).next_down(),
+                    hi: f64::INFINITY,
+                };
             }
             return Self::ALL;
         }
@@ -154,25 +184,43 @@ impl Real for Interval {
         } else if self.hi <= 0.0 {
             -self
         } else {
-            Self { lo: 0.0, hi: self.magnitude() }
+            Self {
+                lo: 0.0,
+                hi: self.magnitude(),
+            }
         }
     }
     fn sqrt(self) -> Self {
         let hi = self.hi.max(0.0).sqrt().next_up();
-        Self { lo: self.lo.max(0.0).sqrt().next_down().max(0.0), hi }
+        Self {
+            lo: self.lo.max(0.0).sqrt().next_down().max(0.0),
+            hi,
+        }
     }
     fn square(self) -> Self {
         let a = self.abs();
-        Self { lo: (a.lo * a.lo).next_down().max(0.0), hi: (a.hi * a.hi).next_up() }
+        Self {
+            lo: (a.lo * a.lo).next_down().max(0.0),
+            hi: (a.hi * a.hi).next_up(),
+        }
     }
     fn floor(self) -> Self {
-        Self { lo: self.lo.floor(), hi: self.hi.floor() }
+        Self {
+            lo: self.lo.floor(),
+            hi: self.hi.floor(),
+        }
     }
     fn min(self, other: Self) -> Self {
-        Self { lo: self.lo.min(other.lo), hi: self.hi.min(other.hi) }
+        Self {
+            lo: self.lo.min(other.lo),
+            hi: self.hi.min(other.hi),
+        }
     }
     fn max(self, other: Self) -> Self {
-        Self { lo: self.lo.max(other.lo), hi: self.hi.max(other.hi) }
+        Self {
+            lo: self.lo.max(other.lo),
+            hi: self.hi.max(other.hi),
+        }
     }
     fn sin(self) -> Self {
         self.sine()
@@ -193,9 +241,15 @@ impl Real for Interval {
             ];
             let lo = corners.iter().copied().fold(f64::INFINITY, f64::min);
             let hi = corners.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            return Self { lo: lo - 1e-15, hi: hi + 1e-15 };
+            return Self {
+                lo: lo - 1e-15,
+                hi: hi + 1e-15,
+            };
         }
-        Self { lo: -PI - 1e-15, hi: PI + 1e-15 }
+        Self {
+            lo: -PI - 1e-15,
+            hi: PI + 1e-15,
+        }
     }
     fn exp2(self) -> Self {
         self.increasing(f64::exp2)
@@ -207,7 +261,10 @@ impl Real for Interval {
         self.increasing(f64::exp2)
     }
     fn exponent(self) -> Self {
-        Self { lo: self.lo.exponent(), hi: self.hi.exponent() }
+        Self {
+            lo: self.lo.exponent(),
+            hi: self.hi.exponent(),
+        }
     }
     fn mantissa(self) -> Self {
         Self { lo: 1.0, hi: 2.0 }
@@ -226,14 +283,25 @@ impl Real for Interval {
         if single(p.x) && single(p.y) && single(p.z) && seed.lo == seed.hi {
             return elementary::perlin(p, seed);
         }
-        let slope = Self { lo: -NOISE_SLOPE, hi: NOISE_SLOPE };
+        let slope = Self {
+            lo: -NOISE_SLOPE,
+            hi: NOISE_SLOPE,
+        };
         (Self { lo: -1.5, hi: 1.5 }, V3::of(slope, slope, slope))
     }
     fn jump_gradient(gradient: V3<Interval>, condition: Known) -> V3<Interval> {
-        if condition == Known::Maybe { V3::of(Self::ALL, Self::ALL, Self::ALL) } else { gradient }
+        if condition == Known::Maybe {
+            V3::of(Self::ALL, Self::ALL, Self::ALL)
+        } else {
+            gradient
+        }
     }
     fn floor_gradient(floor: Self) -> V3<Interval> {
-        let slope = if floor.lo == floor.hi { Self::point(0.0) } else { Self::ALL };
+        let slope = if floor.lo == floor.hi {
+            Self::point(0.0)
+        } else {
+            Self::ALL
+        };
         V3::of(slope, slope, slope)
     }
     fn fract(self) -> Self {

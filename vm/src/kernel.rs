@@ -58,7 +58,7 @@ impl Kernel {
     /// those of the prepared parameters.
     #[inline(always)]
     pub fn bulge<R: Real>(self, x: R, width: R, coefficient: R) -> R {
-        let h = (width - x).max(lit(0.0));
+        let h = (width - x).max(lit(0.0)).named("h");
         match self {
             Self::Hard => lit(0.0),
             // c · h² with c = 1 / 4w: w/4 at x = 0.
@@ -67,10 +67,8 @@ impl Kernel {
             Self::Cubic => h * h * h * coefficient,
             // The arc of a quarter circle that touches both axes; h runs from 0 to w, and c = 1/w.
             Self::Circular => {
-                let t = h * coefficient;
-                let arc = (lit::<R>(1.0) + t * (lit::<R>(2.0) - t))
-                    .max(lit(0.0))
-                    .sqrt();
+                let t = (h * coefficient).named("t");
+                let arc = (lit::<R>(1.0) + t * (lit::<R>(2.0) - t)).sqrt();
                 // (1 + t − arc) / 2, without the cancellation.
                 width * (t * t / (lit::<R>(1.0) + t + arc))
             }

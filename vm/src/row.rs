@@ -196,16 +196,20 @@ pub struct Argument {
 
 /// An argument that every call must give.
 pub const fn required(name: &'static str, kind: ArgumentKind) -> Argument {
-    Argument { name, kind, default: None }
+    Argument {
+        name,
+        kind,
+        default: None,
+    }
 }
 
 /// An argument that a call may leave out.
-pub const fn optional(
-    name: &'static str,
-    kind: ArgumentKind,
-    default: &'static [f64],
-) -> Argument {
-    Argument { name, kind, default: Some(default) }
+pub const fn optional(name: &'static str, kind: ArgumentKind, default: &'static [f64]) -> Argument {
+    Argument {
+        name,
+        kind,
+        default: Some(default),
+    }
 }
 
 /// The built-in of the language that makes an operation. Rows that share a name are variants: a
@@ -263,7 +267,10 @@ impl Row {
     }
     /// How many values it reads.
     pub fn arity(&self) -> usize {
-        self.inputs.iter().filter(|&&input| input == Input::Value).count()
+        self.inputs
+            .iter()
+            .filter(|&&input| input == Input::Value)
+            .count()
     }
     /// Where each parameter starts, counted in numbers; see [`align`].
     pub fn offsets(&self) -> Vec<usize> {
@@ -287,5 +294,9 @@ impl Row {
 /// The first position from `at` on where `width` numbers lie within one vec4 of the pool, so that
 /// a kernel reads each parameter from a single load.
 pub const fn align(at: usize, width: usize) -> usize {
-    if at % 4 + width > 4 { at.next_multiple_of(4) } else { at }
+    if at % 4 + width > 4 {
+        at.next_multiple_of(4)
+    } else {
+        at
+    }
 }

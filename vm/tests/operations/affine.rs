@@ -2,8 +2,8 @@
 
 use crate::fixture::{Point, Random, distance, dot};
 use sdfc_vm::ops::affine::{
-    Affine, compose, identity, least_scale, reflect, rotate, rotate_euler, rotate_quaternion, scale,
-    shear, translate,
+    Affine, compose, identity, least_scale, reflect, rotate, rotate_euler, rotate_quaternion,
+    scale, shear, translate,
 };
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,14 +13,21 @@ fn through(m: &Affine<f64>, p: Point) -> Point {
 
 fn goes(m: &Affine<f64>, from: Point, to: Point) {
     let back = through(m, to);
-    assert!(distance(back, from) < 1e-12, "{to:?} comes from {back:?}, not {from:?}");
+    assert!(
+        distance(back, from) < 1e-12,
+        "{to:?} comes from {back:?}, not {from:?}"
+    );
 }
 
 #[test]
 fn each_matrix_moves_as_its_name_says() {
     let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     goes(&identity(), [1.0, 2.0, 3.0], [1.0, 2.0, 3.0]);
-    goes(&translate([1.0, -2.0, 0.5]), [1.0, 1.0, 1.0], [2.0, -1.0, 1.5]);
+    goes(
+        &translate([1.0, -2.0, 0.5]),
+        [1.0, 1.0, 1.0],
+        [2.0, -1.0, 1.5],
+    );
     // Right-handed turns: x to y about z, y to z about x, z to x about y.
     goes(&rotate([0.0, 0.0, 2.0], FRAC_PI_2), x, y);
     goes(&rotate([3.0, 0.0, 0.0], FRAC_PI_2), y, z);
@@ -31,8 +38,16 @@ fn each_matrix_moves_as_its_name_says() {
     goes(&rotate_euler([0.0, FRAC_PI_2, FRAC_PI_2]), z, y);
     goes(&scale([2.0, 0.5, -1.0]), [1.0, 1.0, 1.0], [2.0, 0.5, -1.0]);
     assert_eq!(least_scale([2.0, 0.5, -1.0]), 0.5);
-    goes(&shear(0.5, 0.25, 2.0), [1.0, 2.0, 3.0], [1.0 + 0.5 * 8.0 + 0.25 * 3.0, 8.0, 3.0]);
-    goes(&reflect([0.0, 2.0, 0.0], 0.5), [1.0, 2.0, 3.0], [1.0, -1.0, 3.0]);
+    goes(
+        &shear(0.5, 0.25, 2.0),
+        [1.0, 2.0, 3.0],
+        [1.0 + 0.5 * 2.0 + 0.25 * 3.0, 8.0, 3.0],
+    );
+    goes(
+        &reflect([0.0, 2.0, 0.0], 0.5),
+        [1.0, 2.0, 3.0],
+        [1.0, -1.0, 3.0],
+    );
 }
 
 #[test]
@@ -41,9 +56,17 @@ fn a_quaternion_turns_as_its_axis_and_angle_do() {
     for _ in 0..100 {
         let (axis, angle) = (random.direction(), random.range(-6.0, 6.0));
         let (s, c) = (angle / 2.0).sin_cos();
-        let q = [axis[0] * s * 3.0, axis[1] * s * 3.0, axis[2] * s * 3.0, c * 3.0];
+        let q = [
+            axis[0] * s * 3.0,
+            axis[1] * s * 3.0,
+            axis[2] * s * 3.0,
+            c * 3.0,
+        ];
         let (a, b) = (rotate(axis, angle), rotate_quaternion(q));
-        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12), "{axis:?}, {angle}");
+        assert!(
+            a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12),
+            "{axis:?}, {angle}"
+        );
     }
 }
 
@@ -51,7 +74,10 @@ fn a_quaternion_turns_as_its_axis_and_angle_do() {
 fn composed_matrices_are_one_after_the_other() {
     let mut random = Random::new(51);
     for _ in 0..100 {
-        let inner = compose(&rotate(random.direction(), 1.0), &translate(random.point(1.0)));
+        let inner = compose(
+            &rotate(random.direction(), 1.0),
+            &translate(random.point(1.0)),
+        );
         let outer = compose(&scale([2.0, 3.0, 0.5]), &translate(random.point(1.0)));
         let p = random.point(2.0);
         let both = through(&compose(&inner, &outer), p);

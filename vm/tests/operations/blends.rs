@@ -22,11 +22,21 @@ fn rows_are_their_kernels_formula_bit_for_bit() {
     let mut random = Random::new(20);
     let mut seen = 0;
     for row in ROWS {
-        let Some(blend) = row.meta.blend else { continue };
+        let Some(blend) = row.meta.blend else {
+            continue;
+        };
         seen += 1;
         for i in 0..4000 {
-            let k = if i % 10 == 0 { 0.0 } else { random.range(0.0, 0.5) };
-            let k = if row.parameters.is_empty() { vec![] } else { constants(row.op, &[k]) };
+            let k = if i % 10 == 0 {
+                0.0
+            } else {
+                random.range(0.0, 0.5)
+            };
+            let k = if row.parameters.is_empty() {
+                vec![]
+            } else {
+                constants(row.op, &[k])
+            };
             let [a, mut b] = [0; 2].map(|_| random.range(-1.0, 1.0) as f32);
             if i % 7 == 0 {
                 b = a;
@@ -37,9 +47,16 @@ fn rows_are_their_kernels_formula_bit_for_bit() {
             let negated = if blend.negate_second { -1.0 } else { 1.0 };
             let width = k.first().copied().unwrap_or(0.0);
             let coefficient = k.get(1).copied().unwrap_or(0.0);
-            let fused = blend.kernel.blend(a, b, blend.sign, negated, width, coefficient);
+            let fused = blend
+                .kernel
+                .blend(a, b, blend.sign, negated, width, coefficient);
             let own = run(row.op, a, b, &k);
-            assert_eq!(own.to_bits(), fused.to_bits(), "{} of {a}, {b}, {k:?}", row.name);
+            assert_eq!(
+                own.to_bits(),
+                fused.to_bits(),
+                "{} of {a}, {b}, {k:?}",
+                row.name
+            );
         }
     }
     assert_eq!(seen, 3 * Kernel::ALL.len());
@@ -82,9 +99,18 @@ fn without_thickness_a_blend_is_hard() {
             let constants = constants(op, &[k]);
             for _ in 0..500 {
                 let [a, b] = [0; 2].map(|_| random.range(-1.0, 1.0) as f32);
-                assert_eq!(run(op, a, b, &constants), a.min(b), "{}, {k}", op.row().name);
+                assert_eq!(
+                    run(op, a, b, &constants),
+                    a.min(b),
+                    "{}, {k}",
+                    op.row().name
+                );
                 let equal = run(op, a, a, &constants);
-                assert!((equal - a).abs() <= k as f32, "{}, {k}: {equal}", op.row().name);
+                assert!(
+                    (equal - a).abs() <= k as f32,
+                    "{}, {k}: {equal}",
+                    op.row().name
+                );
             }
         }
     }
@@ -101,18 +127,23 @@ fn the_share_is_the_slope() {
             let (a, b) = (random.range(-1.0, 1.0), random.range(-1.0, 1.0));
             let (o, i) = (V3::of(0.0, 0.0, 0.0), V3::of(1.0, 0.0, 0.0));
             let (near, far) = (a.min(b), a.max(b));
-            let [near, far] = [Dual { value: near, gradient: o }, Dual { value: far, gradient: i }];
-            let slope = match apply::<Dual<f64>>(
-                op,
-                sdfc_vm::dual::DualVec3::seed(o),
-                [near, far, near],
-                &case.constants,
-            ) {
-                Applied::Value(v) => v.gradient.x,
-                Applied::Point(_) => panic!("a point"),
-            };
+            let [near, far] = [
+                Dual {
+                    value: near,
+                    gradient: o,
+                },
+                Dual {
+                    value: far,
+                    gradient: i,
+                },
+            ];
+            let slope = case.dual(o, [near, far, near]).gradient.x;
             let share = kernel.share(far.value - near.value, width, coefficient);
-            assert!((share - slope).abs() < 1e-6, "{}: {share}, {slope}", op.row().name);
+            assert!(
+                (share - slope).abs() < 1e-6,
+                "{}: {share}, {slope}",
+                op.row().name
+            );
             assert!((0.0..=0.5 + 1e-9).contains(&share));
         }
     }

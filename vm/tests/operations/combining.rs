@@ -1,6 +1,6 @@
 //! Operations on distances against closed forms: shapes that come about in two ways.
 
-use crate::fixture::{Case, Random, distance, length};
+use crate::fixture::{Case, Random, add, distance, length};
 use sdfc_vm::table::Op;
 
 /// A case on one value.
@@ -12,7 +12,10 @@ fn on(case: &Case, d: f64, p: [f64; 3]) -> f64 {
 fn an_extruded_disc_is_a_cylinder() {
     let mut random = Random::new(30);
     let disc = Case::new(Op::Circle, &[0.5]);
-    let sharp = (Case::new(Op::Extrude, &[1.5]), Case::new(Op::Cylinder, &[0.5, 1.5]));
+    let sharp = (
+        Case::new(Op::Extrude, &[1.5]),
+        Case::new(Op::Cylinder, &[0.5, 1.5]),
+    );
     let round = (
         Case::new(Op::RoundedExtrude, &[1.5, 0.125]),
         Case::new(Op::RoundedCylinder, &[0.5, 1.5, 0.125]),
@@ -29,7 +32,10 @@ fn an_extruded_disc_is_a_cylinder() {
 #[test]
 fn a_revolved_disc_is_a_torus() {
     let mut random = Random::new(31);
-    let (disc, torus) = (Case::new(Op::Circle, &[0.25]), Case::new(Op::Torus, &[1.0, 0.25]));
+    let (disc, torus) = (
+        Case::new(Op::Circle, &[0.25]),
+        Case::new(Op::Torus, &[1.0, 0.25]),
+    );
     let revolve = Case::new(Op::Revolve, &[1.0]);
     for _ in 0..500 {
         let p = random.point(2.0);
@@ -42,13 +48,16 @@ fn a_revolved_disc_is_a_torus() {
 #[test]
 fn a_part_of_a_turn_is_a_wedge_of_the_whole() {
     let mut random = Random::new(32);
-    let (disc, torus) = (Case::new(Op::Circle, &[0.25]), Case::new(Op::Torus, &[0.75, 0.25]));
+    let (disc, torus) = (
+        Case::new(Op::Circle, &[0.25]),
+        Case::new(Op::Torus, &[0.75, 0.25]),
+    );
     for angle in [0.75, 2.5, 3.5, 6.0] {
         let part = Case::new(Op::RevolvePart, &[0.75, angle]);
         let close = Case::new(Op::RevolveClose, &[angle]);
         let at = |p| on(&close, disc.at(part.map(p)), p);
         let mut inside = Vec::new();
-        for _ in 0..4000 {
+        for _ in 0..40_000 {
             let p = random.point(1.25);
             let within = p[2].atan2(p[0]).abs() < angle / 2.0 && torus.at(p) < 0.0;
             assert_eq!(at(p) < 0.0, within, "{angle} at {p:?}");
@@ -58,11 +67,25 @@ fn a_part_of_a_turn_is_a_wedge_of_the_whole() {
         }
         for _ in 0..500 {
             let p = random.point(2.0);
-            let nearest = inside.iter().map(|&q| distance(p, q)).fold(f64::INFINITY, f64::min);
-            assert!(at(p) <= nearest, "{angle} at {p:?}: {} and {nearest}", at(p));
-            if at(p) > 0.3 {
-                assert!(at(p) >= 0.7 * nearest, "{angle} at {p:?}: {} and {nearest}", at(p));
-            }
+            let nearest = inside
+                .iter()
+                .map(|&q| distance(p, q))
+                .fold(f64::INFINITY, f64::min);
+            assert!(
+                at(p) <= nearest,
+                "{angle} at {p:?}: {} and {nearest}",
+                at(p)
+            );
+            let q = add(p, random.direction(), 0.5 * random.unit());
+            assert!(
+                (at(p) - at(q)).abs() <= distance(p, q) * (1.0 + 1e-5),
+                "{angle} at {p:?}"
+            );
+            assert!(
+                at(p) < 0.0 || at(p) >= nearest - 0.2,
+                "{angle} at {p:?}: {} and {nearest}",
+                at(p)
+            );
         }
     }
 }
@@ -70,17 +93,39 @@ fn a_part_of_a_turn_is_a_wedge_of_the_whole() {
 #[test]
 fn an_elongated_ball_is_a_capsule_and_an_elongated_box_a_box() {
     let mut random = Random::new(33);
-    let (ball, capsule) = (Case::new(Op::Sphere, &[0.5]), Case::new(Op::Capsule, &[1.5, 0.5]));
-    let (small, large) =
-        (Case::new(Op::Cuboid, &[0.5, 1.0, 0.75]), Case::new(Op::Cuboid, &[1.5, 1.5, 1.75]));
+    let (ball, capsule) = (
+        Case::new(Op::Sphere, &[0.5]),
+        Case::new(Op::Capsule, &[1.5, 0.5]),
+    );
+    let (small, large) = (
+        Case::new(Op::Cuboid, &[0.5, 1.0, 0.75]),
+        Case::new(Op::Cuboid, &[1.5, 1.5, 1.75]),
+    );
     for _ in 0..500 {
         let p = random.point(2.0);
-        let both = |by: [f64; 3], shape: &Case| {
-            let (map, correct) = (Case::new(Op::Elongate, &by), Case::new(Op::ElongateCorrect, &by));
+        let pulled = |p, by: [f64; 3], shape: &Case| {
+            let (map, correct) = (
+                Case::new(Op::Elongate, &by),
+                Case::new(Op::ElongateCorrect, &by),
+            );
             on(&correct, shape.at(map.map(p)), p)
         };
+        let both = |by, shape| pulled(p, by, shape);
         assert!((both([0.0, 1.5, 0.0], &ball) - capsule.at(p)).abs() < 1e-12);
-        assert!((both([1.0, 0.5, 1.0], &small) - large.at(p)).abs() < 1e-12, "at {p:?}");
+        // Inside, the depth of the small box and that of the gap add up to less than the whole.
+        let (d, whole) = (both([1.0, 0.5, 1.0], &small), large.at(p));
+        assert!(if whole > 0.0 {
+            (d - whole).abs() < 1e-12
+        } else {
+            whole <= d && d <= 0.0
+        });
+        let q = add(p, random.direction(), 0.5 * random.unit());
+        let torus = Case::new(Op::Torus, &[0.5, 0.25]);
+        let at = |p| pulled(p, [1.0, 0.5, 0.25], &torus);
+        assert!(
+            (at(p) - at(q)).abs() <= distance(p, q) * (1.0 + 1e-9),
+            "at {p:?}, {q:?}"
+        );
     }
 }
 
@@ -108,7 +153,11 @@ fn profiles_between_walls_are_what_they_are_called() {
         let (a, b) = (p[0], p[1]);
         let at = |op, arguments: &[f64]| Case::new(op, arguments).with(p, [a, b, 0.0]);
         let hard = a <= 0.0 || b <= 0.0;
-        assert_eq!(at(Op::ChamferUnion, &[r]) <= 0.0, hard || a + b <= r, "chamfer at {p:?}");
+        assert_eq!(
+            at(Op::ChamferUnion, &[r]) <= 0.0,
+            hard || a + b <= r,
+            "chamfer at {p:?}"
+        );
         let filled = hard || (a < r && b < r && (r - a).hypot(r - b) >= r);
         assert_eq!(at(Op::RoundUnion, &[r]) <= 0.0, filled, "round at {p:?}");
         let step = r / 4.0;
@@ -126,9 +175,24 @@ fn profiles_between_walls_are_what_they_are_called() {
         }
         let with = |op, arguments: &[f64], a, b| Case::new(op, arguments).with(p, [a, b, 0.0]);
         for (union, intersection, subtraction, arguments) in [
-            (Op::ChamferUnion, Op::ChamferIntersection, Op::ChamferSubtraction, vec![r]),
-            (Op::RoundUnion, Op::RoundIntersection, Op::RoundSubtraction, vec![r]),
-            (Op::StairsUnion, Op::StairsIntersection, Op::StairsSubtraction, vec![r, 4.0]),
+            (
+                Op::ChamferUnion,
+                Op::ChamferIntersection,
+                Op::ChamferSubtraction,
+                vec![r],
+            ),
+            (
+                Op::RoundUnion,
+                Op::RoundIntersection,
+                Op::RoundSubtraction,
+                vec![r],
+            ),
+            (
+                Op::StairsUnion,
+                Op::StairsIntersection,
+                Op::StairsSubtraction,
+                vec![r, 4.0],
+            ),
         ] {
             let common = with(intersection, &arguments, a, b);
             assert!((common + with(union, &arguments, -a, -b)).abs() < 1e-12);

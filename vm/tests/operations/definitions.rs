@@ -6,7 +6,7 @@ use sdfc_vm::table::Op;
 use std::f64::consts::{PI, TAU};
 
 /// Whether a point is in the shape that these arguments make.
-pub fn contains(op: Op, a: &[f64], p: Point) -> bool {
+pub(crate) fn contains(op: Op, a: &[f64], p: Point) -> bool {
     let [x, y, z] = p;
     let rad = x.hypot(z);
     match op {
@@ -29,8 +29,10 @@ pub fn contains(op: Op, a: &[f64], p: Point) -> bool {
             let (from, to) = ([a[0], a[1], a[2]], [a[3], a[4], a[5]]);
             least(|t| distance(p, add(from, sub(to, from), t))) <= a[6]
         }
-        Op::Torus => rad.powi(2) + dot(p, p) + a[0].powi(2) - y * y - 2.0 * a[0] * rad
-            <= a[1] * a[1] + rad.powi(2) - y * y,
+        Op::Torus => {
+            rad.powi(2) + dot(p, p) + a[0].powi(2) - y * y - 2.0 * a[0] * rad
+                <= a[1] * a[1] + rad.powi(2) - y * y
+        }
         Op::CappedTorus => {
             let ring = |t: f64| {
                 let angle = (t - 0.5) * a[2].min(TAU);
@@ -41,7 +43,11 @@ pub fn contains(op: Op, a: &[f64], p: Point) -> bool {
         Op::Cylinder => rad <= a[0] && y.abs() <= a[1] / 2.0,
         Op::RoundedCylinder => {
             let round = a[2].min(a[0]).min(a[1] / 2.0);
-            near_box([rad, y, 0.0], [a[0] - round, a[1] / 2.0 - round, 0.0], round)
+            near_box(
+                [rad, y, 0.0],
+                [a[0] - round, a[1] / 2.0 - round, 0.0],
+                round,
+            )
         }
         Op::CylinderBetween => {
             let (from, to) = ([a[0], a[1], a[2]], [a[3], a[4], a[5]]);
@@ -50,9 +56,7 @@ pub fn contains(op: Op, a: &[f64], p: Point) -> bool {
             (0.0..=1.0).contains(&t) && distance(p, add(from, axis, t)) <= a[6]
         }
         Op::InfiniteCone => rad.atan2(-y) <= a[0] / 2.0,
-        Op::Cone => {
-            y.abs() <= a[2] / 2.0 && rad <= a[0] + (a[1] - a[0]) * (y / a[2] + 0.5)
-        }
+        Op::Cone => y.abs() <= a[2] / 2.0 && rad <= a[0] + (a[1] - a[0]) * (y / a[2] + 0.5),
         Op::RoundedCone => {
             let (inset, round) = inset_cone(a);
             to_polygon(&inset, [rad, y]) <= round
@@ -118,7 +122,11 @@ pub fn contains(op: Op, a: &[f64], p: Point) -> bool {
         Op::Rect => x.abs() <= a[0] / 2.0 && y.abs() <= a[1] / 2.0,
         Op::RoundedRect => {
             let round = a[2].min(a[0] / 2.0).min(a[1] / 2.0);
-            near_box([x, y, 0.0], [a[0] / 2.0 - round, a[1] / 2.0 - round, 0.0], round)
+            near_box(
+                [x, y, 0.0],
+                [a[0] / 2.0 - round, a[1] / 2.0 - round, 0.0],
+                round,
+            )
         }
         Op::Segment => {
             let (from, to) = ([a[0], a[1], 0.0], [a[2], a[3], 0.0]);
@@ -141,11 +149,11 @@ fn star(a: &[f64]) -> Vec<[f64; 2]> {
 }
 
 /// Whether a polygon winds around a point: by the angles its corners are seen under.
-pub fn winds(polygon: &[[f64; 2]], p: [f64; 2]) -> bool {
+pub(crate) fn winds(polygon: &[[f64; 2]], p: [f64; 2]) -> bool {
     let turn: f64 = (0..polygon.len())
         .map(|i| {
-            let [a, b] = [polygon[i], polygon[(i + 1) % polygon.len()]]
-                .map(|q| [q[0] - p[0], q[1] - p[1]]);
+            let [a, b] =
+                [polygon[i], polygon[(i + 1) % polygon.len()]].map(|q| [q[0] - p[0], q[1] - p[1]]);
             (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1])
         })
         .sum();
@@ -154,7 +162,9 @@ pub fn winds(polygon: &[[f64; 2]], p: [f64; 2]) -> bool {
 
 /// Whether a point is within `r` of the box of these half sizes.
 fn near_box(p: Point, half: Point, r: f64) -> bool {
-    length(std::array::from_fn(|i| p[i] - p[i].clamp(-half[i], half[i]))) <= r + 1e-12
+    length(std::array::from_fn(|i| {
+        p[i] - p[i].clamp(-half[i], half[i])
+    })) <= r + 1e-12
 }
 
 /// Whether (u, v) is in the polygon of `n` corners, the first one `r` along u: by its half planes.
@@ -168,10 +178,14 @@ fn in_ngon(n: f64, r: f64, u: f64, v: f64) -> bool {
 /// The smallest value over [0, 1] of a function that has few minima: a scan, then a narrowing.
 fn least(f: impl Fn(f64) -> f64) -> f64 {
     let n = 64;
-    let best = (0..=n).map(|i| i as f64 / n as f64).min_by(|&s, &t| f(s).total_cmp(&f(t)));
+    let best = (0..=n)
+        .map(|i| i as f64 / n as f64)
+        .min_by(|&s, &t| f(s).total_cmp(&f(t)));
     let best = best.unwrap_or(0.0);
-    let (mut low, mut high) =
-        ((best - 1.0 / n as f64).max(0.0), (best + 1.0 / n as f64).min(1.0));
+    let (mut low, mut high) = (
+        (best - 1.0 / n as f64).max(0.0),
+        (best + 1.0 / n as f64).min(1.0),
+    );
     for _ in 0..50 {
         let (s, t) = (low + (high - low) * 0.382, low + (high - low) * 0.618);
         if f(s) < f(t) { high = t } else { low = s }
@@ -218,7 +232,11 @@ fn inset_cone(a: &[f64]) -> (Vec<[f64; 2]>, f64) {
         let (mut low, mut high) = (0.0, round);
         for _ in 0..60 {
             let middle = (low + high) / 2.0;
-            if cut(middle).is_empty() { high = middle } else { low = middle }
+            if cut(middle).is_empty() {
+                high = middle
+            } else {
+                low = middle
+            }
         }
         round = low;
     }

@@ -7,16 +7,19 @@
 
 use crate::definitions::{contains, winds};
 use crate::fixture::{Case, Point, Random, add, cases, distance, gradient, is_shape, length};
+use sdfc_vm::dual::Dual;
 use sdfc_vm::row::{Category, Exactness};
 use sdfc_vm::table::Op;
+use sdfc_vm::vector::V3;
 
 const REACH: f64 = 2.5;
 
 /// Points of a definition's surface.
 fn surface(inside: impl Fn(Point) -> bool, random: &mut Random, wanted: usize) -> Vec<Point> {
     let mut points = Vec::new();
-    for _ in 0..wanted * 40 {
-        let (mut a, mut b) = (random.point(REACH), random.point(REACH));
+    for _ in 0..wanted * 400 {
+        let reach = if random.unit() < 0.5 { REACH } else { 0.6 };
+        let (mut a, mut b) = (random.point(reach), random.point(reach));
         if inside(a) == inside(b) {
             // A short way catches thin shapes.
             b = add(a, random.direction(), 0.3);
@@ -27,7 +30,11 @@ fn surface(inside: impl Fn(Point) -> bool, random: &mut Random, wanted: usize) -
         let start = inside(a);
         for _ in 0..48 {
             let middle = add(a, std::array::from_fn(|i| b[i] - a[i]), 0.5);
-            if inside(middle) == start { a = middle } else { b = middle }
+            if inside(middle) == start {
+                a = middle
+            } else {
+                b = middle
+            }
         }
         points.push(a);
         if points.len() == wanted {
@@ -40,14 +47,18 @@ fn surface(inside: impl Fn(Point) -> bool, random: &mut Random, wanted: usize) -
 /// Whether the surface passes within `r` of a point.
 fn on_surface(inside: &impl Fn(Point) -> bool, p: Point, random: &mut Random, r: f64) -> bool {
     let centre = inside(p);
-    (0..60).any(|_| inside(add(p, random.direction(), r)) != centre)
+    (0..8000).any(|_| inside(add(p, random.direction(), r)) != centre)
 }
 
 fn check(case: &Case, inside: impl Fn(Point) -> bool, exactness: Exactness, random: &mut Random) {
     let name = case.name();
     let flat = case.op.row().meta.category == Category::Shape2;
     let points = surface(&inside, random, 600);
-    assert!(points.len() > 100, "{name}: only {} points of the surface", points.len());
+    assert!(
+        points.len() > 100,
+        "{name}: only {} points of the surface",
+        points.len()
+    );
     let mut feet = 0;
     for _ in 0..300 {
         let mut p = random.point(REACH);
@@ -58,9 +69,18 @@ fn check(case: &Case, inside: impl Fn(Point) -> bool, exactness: Exactness, rand
         if d.abs() > 1e-6 {
             assert_eq!(d < 0.0, inside(p), "{name} at {p:?}: {d}");
         }
-        let gap = |q: &Point| if flat { distance([q[0], q[1], 0.0], p) } else { distance(*q, p) };
+        let gap = |q: &Point| {
+            if flat {
+                distance([q[0], q[1], 0.0], p)
+            } else {
+                distance(*q, p)
+            }
+        };
         let nearest = points.iter().map(gap).fold(f64::INFINITY, f64::min);
-        assert!(d.abs() <= nearest + 2e-6, "{name} at {p:?}: {d}, but {nearest} to the surface");
+        assert!(
+            d.abs() <= nearest + 2e-6,
+            "{name} at {p:?}: {d}, but {nearest} to the surface"
+        );
         let exact = match exactness {
             Exactness::Exact => true,
             Exactness::ExactOutside => d > 0.0,
@@ -70,7 +90,10 @@ fn check(case: &Case, inside: impl Fn(Point) -> bool, exactness: Exactness, rand
         // a point of its own (an axis, a centre) there may be none.
         if exact && length(slope) > 0.5 {
             let foot = add(p, slope, -d);
-            assert!(on_surface(&inside, foot, random, 1e-5), "{name} at {p:?}: {d}, {slope:?}");
+            assert!(
+                on_surface(&inside, foot, random, 1e-5),
+                "{name} at {p:?}: {d}, {slope:?}"
+            );
             feet += 1;
         }
     }
@@ -84,7 +107,12 @@ fn shapes_keep_their_definitions() {
     let mut random = Random::new(1);
     for case in cases(2, 6, |op| is_shape(op) && op != Op::PolygonEdge) {
         let exactness = case.op.row().meta.exactness;
-        check(&case, |p| contains(case.op, &case.arguments, p), exactness, &mut random);
+        check(
+            &case,
+            |p| contains(case.op, &case.arguments, p),
+            exactness,
+            &mut random,
+        );
     }
 }
 
@@ -103,7 +131,12 @@ fn what_does_not_fit_is_cut_to_what_does() {
     ];
     for (op, arguments) in all {
         let case = Case::new(op, arguments);
-        check(&case, |p| contains(op, arguments, p), Exactness::Exact, &mut random);
+        check(
+            &case,
+            |p| contains(op, arguments, p),
+            Exactness::Exact,
+            &mut random,
+        );
     }
 }
 
@@ -122,7 +155,11 @@ fn polygons_are_the_winding_of_their_edges() {
                 Case::new(Op::PolygonEdge, &[ax, ay, bx, by])
             })
             .collect();
-        let at = |p: Point| edges.iter().fold(1e30, |d, edge| edge.with(p, [d, 0.0, 0.0]));
+        let at = |p: Point| {
+            edges
+                .iter()
+                .fold(1e30, |d, edge| edge.with(p, [d, 0.0, 0.0]))
+        };
         for k in 0..400 {
             let mut p = random.point(2.5);
             p[2] = 0.0;
@@ -136,15 +173,53 @@ fn polygons_are_the_winding_of_their_edges() {
                     let e = [b[0] - a[0], b[1] - a[1]];
                     let q = [p[0] - a[0], p[1] - a[1]];
                     let square = e[0] * e[0] + e[1] * e[1];
-                    let t = if square > 0.0 { (q[0] * e[0] + q[1] * e[1]) / square } else { 0.0 };
+                    let t = if square > 0.0 {
+                        (q[0] * e[0] + q[1] * e[1]) / square
+                    } else {
+                        0.0
+                    };
                     let t = t.clamp(0.0, 1.0);
                     (q[0] - e[0] * t).hypot(q[1] - e[1] * t)
                 })
                 .fold(f64::INFINITY, f64::min);
-            assert!((d.abs() - nearest).abs() < 1e-9, "{polygon:?} at {p:?}: {d}, {nearest}");
+            assert!(
+                (d.abs() - nearest).abs() < 1e-9,
+                "{polygon:?} at {p:?}: {d}, {nearest}"
+            );
             if nearest > 1e-9 {
-                assert_eq!(d < 0.0, winds(&polygon, [p[0], p[1]]), "{polygon:?} at {p:?}");
+                assert_eq!(
+                    d < 0.0,
+                    winds(&polygon, [p[0], p[1]]),
+                    "{polygon:?} at {p:?}"
+                );
             }
+        }
+    }
+}
+
+/// On every side of a square, however it runs, the gradient is the side's normal.
+#[test]
+fn on_a_polygon_the_gradient_is_the_normal() {
+    let square = [[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]];
+    for reversed in [false, true] {
+        let mut corners = square;
+        if reversed {
+            corners.reverse();
+        }
+        for normal in [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]] {
+            let p = V3::of(
+                normal[0] + normal[1] * 0.25,
+                normal[1] + normal[0] * 0.25,
+                0.0,
+            );
+            let mut d = Dual::<f64>::fixed(1e30);
+            for i in 0..4 {
+                let ([ax, ay], [bx, by]) = (corners[i], corners[(i + 1) % 4]);
+                let edge = Case::new(Op::PolygonEdge, &[ax, ay, bx, by]);
+                d = edge.dual(p, [d; 3]);
+            }
+            assert!(d.value.abs() < 1e-29);
+            assert_eq!([d.gradient.x, d.gradient.y], normal, "reversed: {reversed}");
         }
     }
 }

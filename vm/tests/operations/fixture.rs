@@ -1,38 +1,39 @@
 //! What the suites share: random numbers, arguments for every row, and evaluation.
 
 use sdfc_vm::apply::{Applied, apply, laid_out};
+use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::real::{Real, Vector3};
 use sdfc_vm::row::{Argument, ArgumentKind, Output};
 use sdfc_vm::table::{Op, ROWS, prepare};
 use sdfc_vm::vector::V3;
 
-pub type Point = [f64; 3];
+pub(crate) type Point = [f64; 3];
 
 /// A small reproducible generator (xorshift).
-pub struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
     /// In [0, 1), on a grid that `f32` holds exactly.
-    pub fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
         (self.0 >> 42) as f64 / f64::from(1 << 22)
     }
-    pub fn range(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
     /// In a range, on a coarse grid: such arguments survive the rounding to `f32`.
     fn coarse(&mut self, low: f64, high: f64) -> f64 {
         (self.range(low, high) * 64.0).round() / 64.0
     }
-    pub fn point(&mut self, reach: f64) -> Point {
+    pub(crate) fn point(&mut self, reach: f64) -> Point {
         std::array::from_fn(|_| self.range(-reach, reach))
     }
-    pub fn direction(&mut self) -> Point {
+    pub(crate) fn direction(&mut self) -> Point {
         loop {
             let p = self.point(1.0);
             let length = length(p);
@@ -48,8 +49,11 @@ impl Random {
         match argument.kind {
             A::Radius if argument.name == "r1" => vec![self.coarse(0.55, 0.9)],
             A::Radius => vec![self.coarse(0.15, 0.5)],
-            A::RadiusOrZero | A::LengthOrZero if zero => vec![0.0],
+            // A cone comes to a point at one end at most.
+            A::RadiusOrZero | A::LengthOrZero if zero && argument.name != "r1" => vec![0.0],
             A::RadiusOrZero => vec![self.coarse(0.1, 0.9)],
+            A::Length if argument.name == "thickness" => vec![self.coarse(0.125, 0.25)],
+            A::Length if argument.name == "cell" => vec![self.coarse(1.0, 1.6)],
             A::Length => vec![self.coarse(0.3, 1.6)],
             A::LengthOrZero => vec![self.coarse(0.05, 0.4)],
             A::Offset => vec![self.coarse(-0.5, 0.5)],
@@ -65,13 +69,21 @@ impl Random {
         }
     }
     /// Arguments for an operation: those of its built-in, or of what the compiler gives it.
-    pub fn arguments(&mut self, op: Op) -> Vec<f64> {
+    pub(crate) fn arguments(&mut self, op: Op) -> Vec<f64> {
         let row = op.row();
         if let Some(language) = row.meta.language {
-            return language.arguments.iter().flat_map(|a| self.argument(a)).collect();
+            return language
+                .arguments
+                .iter()
+                .flat_map(|a| self.argument(a))
+                .collect();
         }
         let mut list = |kinds: &[(&'static str, ArgumentKind)]| -> Vec<f64> {
-            let list = kinds.iter().map(|&(name, kind)| Argument { name, kind, default: None });
+            let list = kinds.iter().map(|&(name, kind)| Argument {
+                name,
+                kind,
+                default: None,
+            });
             list.flat_map(|a| self.argument(&a)).collect()
         };
         use ArgumentKind as A;
@@ -79,24 +91,31 @@ impl Random {
             _ if row.parameters.is_empty() => vec![],
             Op::PolygonEdge => list(&[("a", A::Vec2), ("b", A::Vec2)]),
             Op::RevolveClose => list(&[("angle", A::Angle)]),
-            Op::DistanceUnion => {
-                [list(&[("focus", A::Vec3), ("k", A::LengthOrZero)]), vec![0.125, 0.75]].concat()
-            }
+            Op::DistanceUnion => [
+                list(&[("focus", A::Vec3), ("k", A::LengthOrZero)]),
+                vec![0.125, 0.75],
+            ]
+            .concat(),
             Op::StairsUnion | Op::StairsIntersection | Op::StairsSubtraction => {
                 list(&[("size", A::LengthOrZero), ("n", A::Count)])
             }
-            Op::RepeatNeighbour => [list(&[("spacing", A::Lengths3)]), vec![1.0, 0.0, 1.0]].concat(),
-            Op::RepeatLimitedNeighbour => {
-                [list(&[("spacing", A::Lengths3), ("n", A::Counts3)]), vec![0.0, 1.0, 1.0]].concat()
+            Op::RepeatNeighbour => {
+                [list(&[("spacing", A::Lengths3)]), vec![1.0, 0.0, 1.0]].concat()
             }
+            Op::RepeatLimitedNeighbour => [
+                list(&[("spacing", A::Lengths3), ("n", A::Counts3)]),
+                vec![0.0, 1.0, 1.0],
+            ]
+            .concat(),
             Op::PolarNeighbour | Op::PolarPlaneNeighbour => {
                 list(&[("n", A::Count), ("phase", A::Angle)])
             }
             Op::ElongateCorrect => list(&[("by", A::Lengths3)]),
-            Op::RepeatGuard => {
-                [vec![-0.25, -0.125, 0.0, 0.125, 0.25, 0.375], list(&[("spacing", A::Lengths3)])]
-                    .concat()
-            }
+            Op::RepeatGuard => [
+                vec![-0.25, -0.125, 0.0, 0.125, 0.25, 0.375],
+                list(&[("spacing", A::Lengths3)]),
+            ]
+            .concat(),
             Op::RepeatLimitedGuard => [
                 vec![-0.25, -0.125, 0.0, 0.125, 0.25, 0.375],
                 list(&[("spacing", A::Lengths3), ("n", A::Counts3)]),
@@ -105,40 +124,53 @@ impl Random {
             Op::Bounded => vec![-0.5, -1.0, -0.75, 0.5, 0.25, 1.0, 0.5],
             Op::NoiseOctave | Op::RidgeOctave => vec![self.coarse(0.5, 3.0), 0.5, 3.0],
             Op::Noise => vec![7.0],
-            _ => (0..row.parameter_width()).map(|_| self.coarse(0.1, 1.0)).collect(),
+            _ => (0..row.parameter_width())
+                .map(|_| self.coarse(0.1, 1.0))
+                .collect(),
         }
     }
 }
 
 /// The constants of an operation, from its arguments.
-pub fn constants(op: Op, arguments: &[f64]) -> Vec<f32> {
+pub(crate) fn constants(op: Op, arguments: &[f64]) -> Vec<f32> {
     laid_out(op, &prepare::<f64>(op, arguments))
 }
 
 /// An operation with its constants, ready to run.
-pub struct Case {
-    pub op: Op,
-    pub arguments: Vec<f64>,
-    pub constants: Vec<f32>,
+pub(crate) struct Case {
+    pub(crate) op: Op,
+    pub(crate) arguments: Vec<f64>,
+    pub(crate) constants: Vec<f32>,
 }
 
 impl Case {
-    pub fn new(op: Op, arguments: &[f64]) -> Self {
-        Self { op, arguments: arguments.to_vec(), constants: constants(op, arguments) }
+    pub(crate) fn new(op: Op, arguments: &[f64]) -> Self {
+        Self {
+            op,
+            arguments: arguments.to_vec(),
+            constants: constants(op, arguments),
+        }
     }
     /// The value at a point, for operands that are values already.
-    pub fn with(&self, p: Point, values: [f64; 3]) -> f64 {
+    pub(crate) fn with(&self, p: Point, values: [f64; 3]) -> f64 {
         match apply::<f64>(self.op, point::<f64>(p), values, &self.constants) {
             Applied::Value(v) => v,
             Applied::Point(_) => panic!("{} gives a point", self.op.row().name),
         }
     }
     /// The distance at a point, of a shape.
-    pub fn at(&self, p: Point) -> f64 {
+    pub(crate) fn at(&self, p: Point) -> f64 {
         self.with(p, [0.0; 3])
     }
+    /// The value and its gradient at a point, for operands that are values with gradients.
+    pub(crate) fn dual(&self, p: V3<f64>, values: [Dual<f64>; 3]) -> Dual<f64> {
+        match apply::<Dual<f64>>(self.op, DualVec3::seed(p), values, &self.constants) {
+            Applied::Value(v) => v,
+            Applied::Point(_) => panic!("{} gives a point", self.op.row().name),
+        }
+    }
     /// Where a point comes from.
-    pub fn map(&self, p: Point) -> Point {
+    pub(crate) fn map(&self, p: Point) -> Point {
         match apply::<f64>(self.op, point::<f64>(p), [0.0; 3], &self.constants) {
             Applied::Point(q) => [q.x, q.y, q.z],
             Applied::Value(_) => panic!("{} gives a value", self.op.row().name),
@@ -146,25 +178,23 @@ impl Case {
     }
     /// The value at a point where the operands are those of [`operands`]; of a new point, the sum
     /// of its coordinates with different weights.
-    pub fn on<R: Real>(&self, p: R::Vec3) -> R {
+    pub(crate) fn on<R: Real>(&self, p: R::Vec3) -> R {
         match apply::<R>(self.op, p, operands::<R>(self.op, p), &self.constants) {
             Applied::Value(v) => v,
-            Applied::Point(q) => {
-                q.x() + q.y() * R::constant(0.75) + q.z() * R::constant(0.5)
-            }
+            Applied::Point(q) => q.x() + q.y() * R::constant(0.75) + q.z() * R::constant(0.5),
         }
     }
     /// The parameters, without gaps.
-    pub fn parameters(&self) -> Vec<f64> {
+    pub(crate) fn parameters(&self) -> Vec<f64> {
         prepare::<f64>(self.op, &self.arguments)
     }
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         format!("{}{:?}", self.op.row().name, self.arguments)
     }
 }
 
 /// Operands as a scene has them: three balls; numbers of a field for arithmetic.
-pub fn operands<R: Real>(op: Op, p: R::Vec3) -> [R; 3] {
+pub(crate) fn operands<R: Real>(op: Op, p: R::Vec3) -> [R; 3] {
     let ball = |x: f64, y: f64, r: f64| {
         let c = R::Vec3::new(R::constant(x), R::constant(y), R::constant(0.125));
         (p - c).length() - R::constant(r)
@@ -176,53 +206,62 @@ pub fn operands<R: Real>(op: Op, p: R::Vec3) -> [R; 3] {
             let q = R::Vec3::new(p.x(), p.y(), R::constant(0.0));
             [q.length() - R::constant(0.5); 3]
         }
-        _ => [ball(-0.375, 0.125, 0.5), ball(0.25, -0.25, 0.625), ball(0.5, 0.5, 0.25)],
+        _ => [
+            ball(-0.375, 0.125, 0.5),
+            ball(0.25, -0.25, 0.625),
+            ball(0.5, 0.5, 0.25),
+        ],
     }
 }
 
-pub fn point<R: Real>([x, y, z]: Point) -> R::Vec3 {
+pub(crate) fn point<R: Real>([x, y, z]: Point) -> R::Vec3 {
     R::Vec3::new(R::constant(x), R::constant(y), R::constant(z))
 }
 
 /// Some random cases of every operation that `wanted` wants.
-pub fn cases(seed: u64, each: usize, wanted: impl Fn(Op) -> bool) -> Vec<Case> {
+pub(crate) fn cases(seed: u64, each: usize, wanted: impl Fn(Op) -> bool) -> Vec<Case> {
     let mut random = Random::new(seed);
     let ops = ROWS.iter().map(|row| row.op).filter(|&op| wanted(op));
     ops.flat_map(|op| {
-        let each = if op.row().parameters.is_empty() { 1 } else { each };
-        (0..each).map(|_| Case::new(op, &random.arguments(op))).collect::<Vec<_>>()
+        let each = if op.row().parameters.is_empty() {
+            1
+        } else {
+            each
+        };
+        (0..each)
+            .map(|_| Case::new(op, &random.arguments(op)))
+            .collect::<Vec<_>>()
     })
     .collect()
 }
 
-pub fn is_shape(op: Op) -> bool {
+pub(crate) fn is_shape(op: Op) -> bool {
     let row = op.row();
     row.reads_point() && row.arity() == 0 && row.output == Output::Value && !is_math(op)
 }
 
-pub fn is_math(op: Op) -> bool {
+pub(crate) fn is_math(op: Op) -> bool {
     op.row().meta.category == sdfc_vm::row::Category::Math
 }
 
-pub fn length(p: Point) -> f64 {
+pub(crate) fn length(p: Point) -> f64 {
     (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt()
 }
-pub fn sub(a: Point, b: Point) -> Point {
+pub(crate) fn sub(a: Point, b: Point) -> Point {
     std::array::from_fn(|i| a[i] - b[i])
 }
-pub fn add(a: Point, b: Point, t: f64) -> Point {
+pub(crate) fn add(a: Point, b: Point, t: f64) -> Point {
     std::array::from_fn(|i| a[i] + b[i] * t)
 }
-pub fn dot(a: Point, b: Point) -> f64 {
+pub(crate) fn dot(a: Point, b: Point) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
-pub fn distance(a: Point, b: Point) -> f64 {
+pub(crate) fn distance(a: Point, b: Point) -> f64 {
     length(sub(a, b))
 }
 
 /// The gradient at a point, by dual numbers.
-pub fn gradient(case: &Case, p: Point) -> (f64, Point) {
-    let seed = sdfc_vm::dual::DualVec3::<f64>::seed(V3::of(p[0], p[1], p[2]));
-    let d = case.on::<sdfc_vm::dual::Dual<f64>>(seed);
+pub(crate) fn gradient(case: &Case, p: Point) -> (f64, Point) {
+    let d = case.on::<Dual<f64>>(DualVec3::seed(V3::of(p[0], p[1], p[2])));
     (d.value, [d.gradient.x, d.gradient.y, d.gradient.z])
 }

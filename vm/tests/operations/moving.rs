@@ -44,7 +44,10 @@ fn an_endless_grid_is_all_its_copies() {
         assert!((both - nearest).abs() < 1e-9, "at {p:?}: {both}, {nearest}");
         let guarded = guard.with(own.map(p), [d, 0.0, 0.0]);
         assert!(guarded <= nearest + 1e-9, "at {p:?}: {guarded}, {nearest}");
-        assert!(guarded > 0.0 || nearest < 1e-9, "at {p:?}: {guarded}, {nearest}");
+        assert!(
+            guarded > 0.0 || nearest < 1e-9,
+            "at {p:?}: {guarded}, {nearest}"
+        );
         assert_eq!(guarded < 0.0, nearest < 0.0);
     }
 }
@@ -74,7 +77,11 @@ fn a_limited_grid_is_all_its_copies() {
         assert!((both - nearest).abs() < 1e-9, "at {p:?}: {both}, {nearest}");
         let guarded = guard.with(p, [d, 0.0, 0.0]);
         assert!(guarded <= nearest + 1e-9, "at {p:?}: {guarded}, {nearest}");
-        assert_eq!(guarded < 0.0, nearest < 0.0, "at {p:?}: {guarded}, {nearest}");
+        assert_eq!(
+            guarded < 0.0,
+            nearest < 0.0,
+            "at {p:?}: {guarded}, {nearest}"
+        );
     }
 }
 
@@ -92,7 +99,10 @@ fn sectors_are_all_their_copies() {
             centre[axes[0]] = 0.75 * (phase + 0.1_f64).cos();
             centre[axes[1]] = 0.75 * (phase + 0.1_f64).sin();
             let ball = |p: Point| distance(p, centre) - 0.125;
-            let maps = [Case::new(own, &[n, phase]), Case::new(neighbour, &[n, phase])];
+            let maps = [
+                Case::new(own, &[n, phase]),
+                Case::new(neighbour, &[n, phase]),
+            ];
             for _ in 0..400 {
                 let p = random.point(2.0);
                 let copies = (0..n as i32).map(|i| {
@@ -103,7 +113,10 @@ fn sectors_are_all_their_copies() {
                     ball(q)
                 });
                 let nearest = copies.fold(f64::INFINITY, f64::min);
-                let d = maps.iter().map(|m| ball(m.map(p))).fold(f64::INFINITY, f64::min);
+                let d = maps
+                    .iter()
+                    .map(|m| ball(m.map(p)))
+                    .fold(f64::INFINITY, f64::min);
                 assert!((d - nearest).abs() < 1e-6, "{n} at {p:?}: {d}, {nearest}");
             }
         }

@@ -1,9 +1,7 @@
 //! The number types agree: gradients with differences, intervals with what they hold, `f32` with
 //! `f64`.
 
-use crate::fixture::{
-    Point, Random, cases, constants, gradient, is_math, length, operands, point,
-};
+use crate::fixture::{Point, Random, cases, constants, gradient, is_math, length, operands, point};
 use sdfc_vm::apply::{Applied, apply};
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::interval::Interval;
@@ -42,11 +40,18 @@ fn gradients_are_the_limit_of_differences() {
 
 fn random_box(random: &mut Random) -> [Interval; 3] {
     let size = [0.0, 1e-3, 0.1, 1.0][(random.unit() * 4.0) as usize];
-    random.point(2.0).map(|v| Interval { lo: v, hi: v + size * random.unit() })
+    random.point(2.0).map(|v| Interval {
+        lo: v,
+        hi: v + size * random.unit(),
+    })
 }
 
 fn within(random: &mut Random, i: Interval) -> f64 {
-    if random.unit() < 0.2 { i.lo } else { random.range(i.lo, i.hi).clamp(i.lo, i.hi) }
+    if random.unit() < 0.2 {
+        i.lo
+    } else {
+        random.range(i.lo, i.hi).clamp(i.lo, i.hi)
+    }
 }
 
 #[test]
@@ -82,8 +87,13 @@ fn slopes_of_intervals_bound_all_differences() {
         for _ in 0..200 {
             let corner = random.point(1.5);
             let size = 0.5 * random.unit();
-            let [x, y, z] = corner.map(|v| Interval { lo: v, hi: v + size });
-            let d = case.on::<Dual<Interval>>(DualVec3::seed(V3::of(x, y, z))).gradient;
+            let [x, y, z] = corner.map(|v| Interval {
+                lo: v,
+                hi: v + size,
+            });
+            let d = case
+                .on::<Dual<Interval>>(DualVec3::seed(V3::of(x, y, z)))
+                .gradient;
             let [p, q] = [0; 2].map(|_| [x, y, z].map(|i| within(&mut random, i)));
             let change = case.on::<f64>(point::<f64>(q)) - case.on::<f64>(point::<f64>(p));
             let bound: f64 = [d.x, d.y, d.z]
@@ -91,7 +101,11 @@ fn slopes_of_intervals_bound_all_differences() {
                 .zip(0..3)
                 .map(|(slope, i)| {
                     let way = (q[i] - p[i]).abs();
-                    if way == 0.0 { 0.0 } else { slope.magnitude() * way }
+                    if way == 0.0 {
+                        0.0
+                    } else {
+                        slope.magnitude() * way
+                    }
                 })
                 .sum();
             assert!(
@@ -136,7 +150,11 @@ fn single_precision_is_close_to_double() {
             outside += usize::from((single - double).abs() > tolerance);
         }
         // Where space is cut into cells, a point may fall to either side of a seam.
-        let seams = if case.op.row().output == sdfc_vm::row::Output::Point { 2 } else { 0 };
+        let seams = if case.op.row().output == sdfc_vm::row::Output::Point {
+            2
+        } else {
+            0
+        };
         assert!(outside <= seams, "{}: {outside} of 500", case.name());
     }
 }
@@ -145,7 +163,9 @@ fn single_precision_is_close_to_double() {
 #[test]
 fn single_precision_arithmetic_is_close_to_double() {
     let mut random = Random::new(68);
-    for case in cases(69, 2, |op| is_math(op) && op.row().output == sdfc_vm::row::Output::Value) {
+    for case in cases(69, 2, |op| {
+        is_math(op) && op.row().output == sdfc_vm::row::Output::Value
+    }) {
         // What jumps, or is steep without end, is compared elsewhere.
         if matches!(case.op, Op::Noise | Op::NoiseOctave | Op::RidgeOctave) {
             continue;

@@ -17,7 +17,11 @@ fn validate(text: &str) -> Result<(), String> {
 }
 
 fn text(functions: &[Function]) -> String {
-    functions.iter().map(|f| f.text.as_str()).collect::<Vec<_>>().join("\n")
+    functions
+        .iter()
+        .map(|f| f.text.as_str())
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 #[test]

@@ -13,9 +13,17 @@ fn names_are_unique_and_found_again() {
         assert_eq!(row.op as usize, i);
         assert_eq!(Op::from_name(row.name), Some(row.op));
         assert_eq!(Op::from_code(i as u8), Some(row.op));
-        let fits = row.name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
+        let fits = row
+            .name
+            .chars()
+            .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
         assert!(fits, "{}", row.name);
-        assert!(row.doc.ends_with(".\n") && row.doc.len() > 10, "{}: {}", row.name, row.doc);
+        assert!(
+            row.doc.ends_with(".\n") && row.doc.len() > 10,
+            "{}: {}",
+            row.name,
+            row.doc
+        );
     }
     assert_eq!(Op::from_name("no such name"), None);
     assert_eq!(table_hash(), table_hash());
@@ -25,12 +33,17 @@ fn names_are_unique_and_found_again() {
 #[test]
 fn every_argument_is_explained() {
     for row in ROWS {
-        let Some(language) = row.meta.language else { continue };
+        let Some(language) = row.meta.language else {
+            continue;
+        };
         for argument in language.arguments {
             let implied = match argument.kind {
                 // Said in words where there is nothing else it could be.
                 ArgumentKind::Vec3 | ArgumentKind::Vec2 => false,
-                _ => row.parameters.iter().any(|p| p.name == argument.name) && language.arguments.len() == 1,
+                _ => {
+                    row.parameters.iter().any(|p| p.name == argument.name)
+                        && language.arguments.len() == 1
+                }
             };
             let named = row.doc.contains(&format!("`{}`", argument.name));
             let earlier = ROWS.iter().any(|other| {
@@ -38,7 +51,12 @@ fn every_argument_is_explained() {
                     && other.meta.language.is_some_and(|l| l.name == language.name)
                     && other.doc.contains(&format!("`{}`", argument.name))
             });
-            assert!(named || implied || earlier, "{}: {}", row.name, argument.name);
+            assert!(
+                named || implied || earlier,
+                "{}: {}",
+                row.name,
+                argument.name
+            );
         }
     }
 }
@@ -46,16 +64,24 @@ fn every_argument_is_explained() {
 #[test]
 fn rows_that_share_a_word_differ_in_their_arguments() {
     for row in ROWS {
-        let Some(language) = row.meta.language else { continue };
+        let Some(language) = row.meta.language else {
+            continue;
+        };
         for other in &ROWS[row.op as usize + 1..] {
-            let Some(second) = other.meta.language else { continue };
+            let Some(second) = other.meta.language else {
+                continue;
+            };
             let flat = |category| category == Category::Shape2;
-            if language.name == second.name && flat(row.meta.category) == flat(other.meta.category) {
-                let names = |l: &[sdfc_vm::row::Argument]| -> Vec<_> {
-                    l.iter().map(|a| a.name).collect()
-                };
+            if language.name == second.name && flat(row.meta.category) == flat(other.meta.category)
+            {
+                let names =
+                    |l: &[sdfc_vm::row::Argument]| -> Vec<_> { l.iter().map(|a| a.name).collect() };
                 let plane = row.op == Op::Polar && other.op == Op::PolarPlane;
-                assert!(plane || names(language.arguments) != names(second.arguments), "{}", row.name);
+                assert!(
+                    plane || names(language.arguments) != names(second.arguments),
+                    "{}",
+                    row.name
+                );
             }
         }
     }
@@ -68,7 +94,12 @@ fn parameters_lie_where_a_kernel_reads_them() {
         for (parameter, offset) in row.parameters.iter().zip(row.offsets()) {
             let width = parameter.ty.width();
             assert_eq!(offset, align(at, width), "{}", row.name);
-            assert!(offset % 4 + width <= 4, "{}: {} straddles", row.name, parameter.name);
+            assert!(
+                offset % 4 + width <= 4,
+                "{}: {} straddles",
+                row.name,
+                parameter.name
+            );
             at = offset + width;
         }
         assert_eq!(row.parameter_width(), at);
@@ -99,7 +130,10 @@ fn facts_fit_the_kind_of_row() {
         match meta.category {
             Category::Shape3 | Category::Shape2 => {
                 assert!(meta.language.is_some(), "{name}: no word");
-                assert!(matches!(meta.slope, Slope::Constant(_) | Slope::Of(_)), "{name}: slope");
+                assert!(
+                    matches!(meta.slope, Slope::Constant(_) | Slope::Of(_)),
+                    "{name}: slope"
+                );
                 assert_eq!((row.output, row.arity()), (Output::Value, 0), "{name}");
             }
             Category::Combine => assert_eq!(row.arity(), 2, "{name}"),
@@ -108,7 +142,9 @@ fn facts_fit_the_kind_of_row() {
                 assert!(matches!(meta.bounds, BoundsRule::Map(_)), "{name}: bounds");
                 assert_eq!(row.output, Output::Point, "{name}");
             }
-            Category::Distance => assert_eq!((row.output, row.arity()), (Output::Value, 1), "{name}"),
+            Category::Distance => {
+                assert_eq!((row.output, row.arity()), (Output::Value, 1), "{name}")
+            }
             Category::Dimension | Category::Math | Category::Internal => {}
         }
         if let Some(blend) = meta.blend {
