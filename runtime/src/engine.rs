@@ -12,6 +12,7 @@ mod interp;
 mod kernels;
 mod query;
 mod rate;
+mod tiles;
 mod wgsl;
 
 use crate::frame::{Frame, RenderSettings};
@@ -22,7 +23,7 @@ use sdfc_vm::program::Module;
 use std::fmt;
 use std::str::FromStr;
 
-pub use auto::open_auto;
+pub use auto::{open_auto, with_fallback};
 use driver::GpuEngine;
 
 /// The ways to run a scene.
@@ -145,16 +146,6 @@ pub enum EngineError {
         need: usize,
         /// How many there may be.
         allowed: usize,
-    },
-    /// The picture has more pixels than can be counted.
-    #[error("the picture is {width}x{height}, at most {allowed} pixels are allowed")]
-    TooLarge {
-        /// Its width.
-        width: u32,
-        /// Its height.
-        height: u32,
-        /// How many pixels there may be.
-        allowed: u64,
     },
     /// Nothing was loaded yet.
     #[error("no scene is loaded")]

@@ -13,6 +13,7 @@ use crate::frame::{
     Surface, Tonemap, View,
 };
 use framing::{Target, face_on, framed};
+use sdfc_vm::bounds::Bounds;
 use sdfc_vm::program::Module;
 use sdfc_vm::settings::{self as scene, Setting, Settings, Triple};
 
@@ -160,6 +161,11 @@ pub fn unpainted(module: &Module, outputs: &[f64]) -> Surface {
         bump: [0.0; 3],
         id: module.settings.material_id as f32,
     }
+}
+
+/// The box that a picture of these bounds is about: they themselves where they are finite.
+pub(crate) fn shown(bounds: &Bounds) -> Bounds {
+    Target::of(bounds).shown
 }
 
 /// Whether all conditions of the scene hold.
