@@ -1,6 +1,7 @@
 //! One operation on one number type: the dispatch that evaluation and recording share.
 
 use crate::dual::{Dual, DualVec2, DualVec3};
+use crate::interval::Interval;
 use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
 use crate::real::{Real, Vector2, Vector3};
 use crate::record::{Function, Recorded, Scalar, Signature, Vec2, Vec3, record};
@@ -15,6 +16,30 @@ pub enum Applied<R: Real> {
     /// A new current point.
     Point(R::Vec3),
 }
+
+/// Runs one operation on one point: `values` are its operands, as many as its row says;
+/// `constants` its parameters, laid out as [`crate::row::Row::offsets`] says.
+pub fn apply<R: Apply>(op: Op, p: R::Vec3, values: [R; 3], constants: &[f32]) -> Applied<R> {
+    R::apply(op, p, values, constants)
+}
+
+/// The number types that all operations are compiled for, here and not in each crate that uses
+/// them: there are more than a hundred bodies.
+pub trait Apply: Real {
+    /// See [`apply`].
+    fn apply(op: Op, p: Self::Vec3, values: [Self; 3], constants: &[f32]) -> Applied<Self>;
+}
+
+macro_rules! apply_on {
+    ($($number:ty),+) => {
+        $(impl Apply for $number {
+            fn apply(op: Op, p: Self::Vec3, v: [Self; 3], k: &[f32]) -> Applied<Self> {
+                apply_body(op, p, v, k)
+            }
+        })+
+    };
+}
+apply_on!(f32, f64, Interval, Dual<f32>, Dual<f64>, Dual<Interval>);
 
 /// Reads an operation's parameters from its constants, in order.
 pub(crate) struct Parameters<'a> {
@@ -84,9 +109,7 @@ macro_rules! define_apply {
             $($input:ident: $kind:ident),* ; $($parameter:ident: $ty:ident),*
         ) -> $output:ident, $prepare:ident::$prepared:ident, $meta:expr;
     )+) => {
-        /// Runs one operation on one point: `values` are its operands, as many as its row says;
-        /// `constants` its parameters, laid out as [`crate::row::Row::offsets`] says.
-        pub fn apply<R: Real>(op: Op, p: R::Vec3, values: [R; 3], constants: &[f32]) -> Applied<R> {
+        fn apply_body<R: Real>(op: Op, p: R::Vec3, values: [R; 3], constants: &[f32]) -> Applied<R> {
             match op {
                 $(Op::$name => {
                     #[allow(unused_mut, unused_variables, unused_assignments, reason = "rows differ in what they read")]

@@ -3,14 +3,14 @@
 //!
 //! The program must be verified ([`crate::verify`]).
 
-use crate::apply::{Applied, apply};
+use crate::apply::{Applied, Apply, apply};
 use crate::dual::{Dual, DualVec3};
 use crate::program::{Code, Frame, Instruction, Operands, Place, Program};
 use crate::real::{Real, Vector3};
 use crate::vector::V3;
 
 /// The value of the program at a point.
-pub fn evaluate<R: Real>(program: &Program, point: R::Vec3) -> R {
+pub fn evaluate<R: Apply>(program: &Program, point: R::Vec3) -> R {
     let mut stack: Vec<R> = Vec::with_capacity(8);
     let mut points: Vec<R::Vec3> = Vec::new();
     let mut slots = vec![R::constant(0.0); program.slots as usize];
@@ -64,7 +64,10 @@ pub fn evaluate<R: Real>(program: &Program, point: R::Vec3) -> R {
 }
 
 /// The value and its gradient.
-pub fn gradient<R: Real>(program: &Program, point: R::Vec3) -> Dual<R> {
+pub fn gradient<R: Real>(program: &Program, point: R::Vec3) -> Dual<R>
+where
+    Dual<R>: Apply + Real<Vec3 = DualVec3<R>>,
+{
     evaluate::<Dual<R>>(program, DualVec3::seed(point))
 }
 
