@@ -90,10 +90,10 @@ impl Bounds {
         let mut result = Self::EMPTY;
         for (axis, row) in rows.iter().enumerate() {
             let (mut lo, mut hi) = (row[3], row[3]);
-            for i in 0..3 {
+            for (i, factor) in row.iter().take(3).enumerate() {
                 // A zero coefficient drops even an infinite side.
-                if row[i] != 0.0 {
-                    let (a, b) = (row[i] * self.min[i], row[i] * self.max[i]);
+                if *factor != 0.0 {
+                    let (a, b) = (factor * self.min[i], factor * self.max[i]);
                     lo += a.min(b);
                     hi += a.max(b);
                 }

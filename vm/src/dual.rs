@@ -209,8 +209,8 @@ impl<R: Real> Real for Dual<R> {
         DualVec3::fixed(R::lattice(cell.value, seed.value))
     }
     #[inline(always)]
-    fn noise(p: Self::Vec3, seed: Self) -> (Self, Self::Vec3) {
-        let (value, slope) = R::noise(p.value, seed.value);
+    fn noise_gradient(p: Self::Vec3, seed: Self) -> (Self, Self::Vec3) {
+        let (value, slope) = R::noise_gradient(p.value, seed.value);
         let gradient = p.gradients[0] * slope.x() + p.gradients[1] * slope.y()
             + p.gradients[2] * slope.z();
         // The gradient's own derivatives are never asked for.

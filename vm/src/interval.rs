@@ -278,7 +278,7 @@ impl Real for Interval {
         let any = Self { lo: -1.0, hi: 1.0 };
         V3::of(any, any, any)
     }
-    fn noise(p: V3<Interval>, seed: Self) -> (Self, V3<Interval>) {
+    fn noise_gradient(p: V3<Interval>, seed: Self) -> (Self, V3<Interval>) {
         let single = |i: Interval| i.lo.floor() == i.hi.floor();
         if single(p.x) && single(p.y) && single(p.z) && seed.lo == seed.hi {
             return elementary::perlin(p, seed);

@@ -72,8 +72,13 @@ pub trait Real:
 
     /// Gradient noise at `p` and its gradient; see [`crate::elementary::perlin`].
     #[inline(always)]
-    fn noise(p: Self::Vec3, seed: Self) -> (Self, Self::Vec3) {
+    fn noise_gradient(p: Self::Vec3, seed: Self) -> (Self, Self::Vec3) {
         crate::elementary::perlin::<Self>(p, seed)
+    }
+    /// Gradient noise at `p`.
+    #[inline(always)]
+    fn noise(p: Self::Vec3, seed: Self) -> Self {
+        Self::noise_gradient(p, seed).0
     }
     /// The same number; a recorder takes the name for its variable.
     #[inline(always)]

@@ -300,10 +300,14 @@ impl Real for Scalar {
     fn lattice(cell: Vec3, seed: Self) -> Vec3 {
         Vec3(call("lattice", vec![cell.0, seed.0], Type::Vec3))
     }
-    fn noise(p: Vec3, seed: Self) -> (Self, Vec3) {
+    fn noise(p: Vec3, seed: Self) -> Self {
+        Self(call("noise", vec![p.0, seed.0], Type::Scalar))
+    }
+    fn noise_gradient(p: Vec3, seed: Self) -> (Self, Vec3) {
         let both = call("noise_gradient", vec![p.0, seed.0], Type::DualScalar);
-        let value = Self(call("noise", vec![p.0, seed.0], Type::Scalar));
-        (value, Vec3(push(Kind::Member(both, "xyz"), Type::Vec3)))
+        set_name(both, "noise");
+        let value = push(Kind::Member(both, "w"), Type::Scalar);
+        (Self(value), Vec3(push(Kind::Member(both, "xyz"), Type::Vec3)))
     }
     fn named(self, name: &'static str) -> Self {
         set_name(self.0, name);
@@ -606,7 +610,7 @@ impl<'a> Writer<'a> {
         let (text, trivial) = match &node.kind {
             Kind::Parameter(name) => return name.clone(),
             Kind::Literal(bits) => return scalar_literal(f32::from_bits(*bits)),
-            Kind::Prefix(op, a) => (format!("{op}{}", self.operand(*a, 4, depth)), false),
+            Kind::Prefix(op, a) => (format!("{op}{}", self.operand(*a, 5, depth)), false),
             Kind::Infix(op, a, b) => {
                 let binding = binding(op);
                 let left = self.operand(*a, binding.max(1), depth);
@@ -657,13 +661,14 @@ impl<'a> Writer<'a> {
     /// The text of a node as an operand: in parentheses if it binds less tightly than `needed`.
     fn operand(&mut self, id: u32, needed: u32, depth: u32) -> String {
         let text = self.expression(id, depth + 1);
-        let loose = match self.arena.nodes[id as usize].kind {
-            _ if self.names.contains_key(&id) => false,
-            Kind::Infix(op, ..) => binding(op) < needed,
-            Kind::Prefix(..) => true,
-            _ => text.starts_with('-'),
+        let binds = match self.arena.nodes[id as usize].kind {
+            _ if self.names.contains_key(&id) => 6,
+            Kind::Infix(op, ..) => binding(op),
+            Kind::Prefix(..) => 4,
+            _ if text.starts_with('-') => 4,
+            _ => 6,
         };
-        if loose { format!("({text})") } else { text }
+        if binds < needed { format!("({text})") } else { text }
     }
 
     /// `wanted`, with a number behind it if it is taken.
@@ -679,7 +684,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// How tightly an operator binds. Comparisons and what joins them bind loosest and are always put
+/// How tightly an operator binds; signs bind at 4, members at 5. Comparisons and what joins them bind loosest and are always put
 /// in parentheses as operands, as WGSL demands.
 fn binding(op: &str) -> u32 {
     match op {

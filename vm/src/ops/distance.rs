@@ -59,10 +59,6 @@ pub fn repeat_guard<R: Real>(d: R, p: R::Vec3, lower: R::Vec3, upper: R::Vec3) -
 /// The same for a limited grid, with the point before it is folded: there are no copies beyond the
 /// last cell.
 #[inline(always)]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "a body's parameters are its row's"
-)]
 pub fn repeat_limited_guard<R: Real>(
     d: R,
     p: R::Vec3,

@@ -296,7 +296,7 @@ pub fn select<R: Real>(condition: R, a: R, b: R) -> R {
 /// Gradient noise, between −1 and 1 (but for rare peaks).
 #[inline(always)]
 pub fn noise<R: Real>(p: R::Vec3, seed: R) -> R {
-    R::noise(p, seed).0
+    R::noise(p, seed)
 }
 
 /// One octave of fractal noise on top of those before. The offset keeps the octaves' lattices,
@@ -310,7 +310,7 @@ pub fn noise_octave<R: Real>(
     amplitude: R,
     seed: R,
 ) -> R {
-    acc + R::noise(p * frequency + offset, seed).0 * amplitude
+    acc + R::noise(p * frequency + offset, seed) * amplitude
 }
 
 /// One octave of ridges: 1 where the noise is zero, falling off to both sides.
@@ -323,6 +323,6 @@ pub fn ridge_octave<R: Real>(
     amplitude: R,
     seed: R,
 ) -> R {
-    let n = R::noise(p * frequency + offset, seed).0;
+    let n = R::noise(p * frequency + offset, seed);
     acc + (lit::<R>(1.0) - n.abs() * lit(2.0)) * amplitude
 }

@@ -228,8 +228,8 @@ pub fn slice(_: &[f64], shape: &Bounds) -> Bounds {
 /// Axes to mirror: what lies on their positive sides, on both.
 pub fn mirror(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
-    for i in 0..3 {
-        if a[i] != 0.0 {
+    for (i, axis) in a.iter().take(3).enumerate() {
+        if *axis != 0.0 {
             if b.max[i] < 0.0 {
                 return Bounds::EMPTY;
             }
@@ -243,8 +243,8 @@ pub fn mirror(a: &[f64], shape: &Bounds) -> Bounds {
 pub fn repeat(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
     if !b.is_empty() {
-        for i in 0..3 {
-            if a[i] != 0.0 {
+        for (i, spacing) in a.iter().take(3).enumerate() {
+            if *spacing != 0.0 {
                 (b.min[i], b.max[i]) = (-FAR, FAR);
             }
         }
