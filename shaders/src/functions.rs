@@ -90,11 +90,14 @@ functions! {
     occlusion_open = occlusion::open(hidden, weight);
 
     cosine_between = reflectance::cosine(a, b);
-    reflected = reflectance::reflected(normal, to_eye, to_light, albedo, roughness, metallic);
+    diffuse_share = reflectance::diffuse(normal, to_eye, albedo, roughness, metallic);
+    reflected = reflectance::reflected(
+        normal, to_eye, to_light, albedo, diffuse, roughness, metallic
+    );
     attenuation = reflectance::attenuation(distance);
     mirror = reflectance::mirror(direction, normal);
     ambient_light = reflectance::ambient(
-        normal, to_eye, albedo, roughness, metallic, around, ahead, open
+        normal, to_eye, albedo, diffuse, roughness, metallic, around, ahead, open
     );
 
     sky_color = sky::sky(direction, up, top, horizon, ground, blur);

@@ -61,7 +61,7 @@ const BLEND: f64 = 0.3;
 /// The largest mean that is used: steps are at most 2 / (1 − this) radii.
 const STEEPEST: f64 = 0.9;
 /// How many secant steps are taken at most.
-pub const SECANT_STEPS: u32 = 3;
+pub const SECANT_STEPS: u32 = 6;
 
 /// What a step makes of a ray.
 #[derive(Clone, Copy, Debug)]
@@ -145,14 +145,15 @@ pub fn settled<R: Real>(field: R, rounding: R) -> R {
 }
 
 /// Where a straight line through two values of the field meets zero: (`t`, `field`) is the better
-/// one. It goes at most `reach` from there.
+/// one. It goes at most `reach` from there. Where the two make no line, it is a plain step.
 #[inline(always)]
 pub fn secant_guess<R: Real>(t: R, field: R, t_other: R, field_other: R, reach: R) -> R {
+    let between = (t - t_other).named("between");
     let change = (field_other - field).named("change");
-    let steep = lit::<R>(1e-30).less(change.abs());
-    let safe_change = R::select(steep, change, lit(1.0));
-    let way = (t - t_other) * field / safe_change;
-    t + R::select(steep, way, lit(0.0)).clamp(-reach, reach)
+    let tiny = lit::<R>(1e-30);
+    let line = R::and(tiny.less(change.abs()), tiny.less(between.abs()));
+    let way = between * field / R::select(line, change, lit(1.0));
+    t + R::select(line, way, field).clamp(-reach, reach)
 }
 
 /// The two best of three points on a ray.

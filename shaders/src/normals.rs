@@ -56,7 +56,7 @@ pub fn spread(normals: Normals) -> f32 {
     match normals {
         Normals::Wide => 1.0,
         Normals::Exact | Normals::Central => 0.2,
-        Normals::Forward | Normals::Reverse | Normals::Tetrahedron => 0.04,
+        Normals::Forward | Normals::Reverse | Normals::Tetrahedron => 0.02,
     }
 }
 

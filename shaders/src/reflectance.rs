@@ -28,13 +28,14 @@ pub fn fresnel<R: Real>(straight: R::Vec3, cosine: R) -> R::Vec3 {
 }
 
 /// The light that goes on towards the viewer per light that arrives straight on, times the cosine
-/// of its angle. `to_eye` and `to_light` have length one.
+/// of its angle. `to_eye` and `to_light` have length one; `diffuse` is [`diffuse`] there.
 #[inline(always)]
 pub fn reflected<R: Real>(
     normal: R::Vec3,
     to_eye: R::Vec3,
     to_light: R::Vec3,
     albedo: R::Vec3,
+    diffuse: R::Vec3,
     roughness: R,
     metallic: R,
 ) -> R::Vec3 {
@@ -53,12 +54,8 @@ pub fn reflected<R: Real>(
     let masked = |c: R| (alpha2 + (one - alpha2) * c * c).sqrt();
     // Smith's shadowing of both directions, already divided by 4 · nl · nv.
     let shadowing = lit::<R>(0.5) / (nl * masked(nv) + nv * masked(nl)).max(lit(1e-6));
-    let straight = mirrored::<R>(albedo, metallic).named("straight");
-    let mirror = fresnel::<R>(straight, vh);
-    // What enters the surface has passed its border twice; so nothing is sent on twice.
-    let white = R::Vec3::splat(one);
-    let entered = (white - fresnel::<R>(straight, nl)) * (white - fresnel::<R>(straight, nv));
-    let diffuse = entered * albedo * ((one - metallic) * lit(std::f64::consts::FRAC_1_PI));
+    let mirror = fresnel::<R>(mirrored::<R>(albedo, metallic), vh);
+    let diffuse = diffuse * lit::<R>(std::f64::consts::FRAC_1_PI);
     (diffuse + mirror * (distribution * shadowing)) * nl
 }
 
@@ -82,6 +79,24 @@ pub fn mirror<R: Real>(direction: R::Vec3, normal: R::Vec3) -> R::Vec3 {
     direction - normal * (direction.dot(normal) * lit(2.0))
 }
 
+/// What a surface sends on diffusely: what it does not mirror, in its colour. How much it mirrors
+/// over all directions depends on its roughness, so that no light is sent on twice.
+#[inline(always)]
+pub fn diffuse<R: Real>(
+    normal: R::Vec3,
+    to_eye: R::Vec3,
+    albedo: R::Vec3,
+    roughness: R,
+    metallic: R,
+) -> R::Vec3 {
+    let share = mirrored_sky::<R>(
+        mirrored::<R>(albedo, metallic),
+        roughness,
+        normal.dot(to_eye).saturate(),
+    );
+    (R::Vec3::splat(lit(1.0)) - share) * albedo * (lit::<R>(1.0) - metallic)
+}
+
 /// What a surface sends on of the sky's light: `around` is the mean over the hemisphere it faces,
 /// `ahead` what a mirror there would show; `open` is the share that nothing hides.
 #[inline(always)]
@@ -90,6 +105,7 @@ pub fn ambient<R: Real>(
     normal: R::Vec3,
     to_eye: R::Vec3,
     albedo: R::Vec3,
+    diffuse: R::Vec3,
     roughness: R,
     metallic: R,
     around: R::Vec3,
@@ -97,10 +113,9 @@ pub fn ambient<R: Real>(
     open: R,
 ) -> R::Vec3 {
     let nv = normal.dot(to_eye).saturate();
-    let share = mirrored_sky::<R>(mirrored::<R>(albedo, metallic), roughness, nv).named("mirrored");
+    let share = mirrored_sky::<R>(mirrored::<R>(albedo, metallic), roughness, nv);
     // A rough surface mirrors so wide a part of the sky that little but its mean is left.
     let seen = ahead.mix(around, roughness * roughness);
-    let diffuse = (R::Vec3::splat(lit(1.0)) - share) * albedo * (lit::<R>(1.0) - metallic);
     (diffuse * around + share * seen) * open
 }
 

@@ -53,8 +53,8 @@ macro_rules! widest {
         $(#[$doc])*
         pub(super) fn $name $(<$($generic: $bound),+>)? ($($argument: $ty),*) $(-> $result)? {
             // `unsafe` is what calling a function with other target features than its caller
-            // costs. Measured on rays that do nothing but step: 2.5 times as fast with AVX2 as
-            // with SSE2.
+            // costs. Measured on a picture of a plane with occlusion, where all the work is here:
+            // 1.9 s with SSE2, 0.97 s with AVX2, 0.71 s with AVX-512.
             #[cfg(target_arch = "x86_64")]
             {
                 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]

@@ -140,8 +140,8 @@ impl Walk for March<'_> {
             b.steps.0[i] = steps;
             b.outcome.0[i] = out;
         }
-        for i in 0..LANES {
-            ended[i] = b.outcome.0[i] != outcome::UNDER_WAY;
+        for (ended, &out) in ended.iter_mut().zip(&b.outcome.0) {
+            *ended = out != outcome::UNDER_WAY;
         }
     }
 
@@ -230,14 +230,14 @@ impl Walk for Polish<'_> {
 
     #[inline(always)]
     fn advance(&self, b: &mut PolishLanes, values: &Column, ended: &mut [bool; LANES]) {
-        for i in 0..LANES {
+        for (i, ended) in ended.iter_mut().enumerate() {
             let distance = values.0[i];
             // Comparing with NaN is false, so that a guess without a value is not taken.
             let field = distance * b.factor.0[i];
             let best = marching::secant_step(b.t.0[i], b.field.0[i], b.guess.0[i], field);
             let rounding = marching::rounding_at(best.t, self.frame.rounding);
             let steps = b.steps.0[i] + 1.0;
-            ended[i] = (steps >= SECANT_STEPS as f32)
+            *ended = (steps >= SECANT_STEPS as f32)
                 | is_nan(distance)
                 | (marching::settled(best.field, rounding) > 0.0);
             b.guess.0[i] = marching::secant_guess(

@@ -77,7 +77,7 @@ impl<const MANY: bool> Walk for Look<'_, MANY> {
     #[inline(always)]
     fn advance(&self, b: &mut OcclusionLanes, values: &Column, ended: &mut [bool; LANES]) {
         let (count, pass) = (self.taps as f32, self.frame.sample as f32);
-        for i in 0..LANES {
+        for (i, ended) in ended.iter_mut().enumerate() {
             let index = b.index.0[i];
             let field = values.0[i] * b.side.0[i];
             let hidden = if MANY {
@@ -91,7 +91,7 @@ impl<const MANY: bool> Walk for Look<'_, MANY> {
             };
             b.hidden.0[i] += if is_nan(field) { 0.0 } else { hidden };
             b.index.0[i] = index + 1.0;
-            ended[i] = index + 1.0 >= count;
+            *ended = index + 1.0 >= count;
         }
     }
 

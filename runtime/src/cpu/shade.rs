@@ -16,7 +16,7 @@ lanes! {
     Lit {
         x, y, z, normal_x, normal_y, normal_z, direction_x, direction_y, direction_z, t,
         red, green, blue, roughness, metallic, emitted_red, emitted_green, emitted_blue,
-        open, arriving, light_red, light_green, light_blue,
+        open, arriving, diffuse_red, diffuse_green, diffuse_blue, light_red, light_green, light_blue,
     }
 }
 
@@ -149,10 +149,13 @@ fn around_body(f: &Frame, b: &mut Lit) {
         let around = sky::sky_on::<f32>(normal, vector(f.sky_up), top, horizon, ground);
         let mirrored = reflectance::mirror::<f32>(direction, normal);
         let ahead = background(f, mirrored, ground, roughness);
+        let diffuse = reflectance::diffuse::<f32>(normal, -direction, albedo, roughness, metallic);
+        put!(b, i, diffuse_red, diffuse_green, diffuse_blue, diffuse);
         let sent = reflectance::ambient::<f32>(
             normal,
             -direction,
             albedo,
+            diffuse,
             roughness,
             metallic,
             around,
@@ -189,6 +192,7 @@ fn from_lamp_body(lamp: &Light, b: &mut Lit) {
             -at!(b, i, direction_x, direction_y, direction_z),
             camera::unit::<f32>(to_place),
             at!(b, i, red, green, blue),
+            at!(b, i, diffuse_red, diffuse_green, diffuse_blue),
             b.roughness.0[i],
             b.metallic.0[i],
         );

@@ -128,7 +128,7 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
     fn advance(&self, b: &mut ShadowLanes, values: &Column, ended: &mut [bool; LANES]) {
         let size = self.light.size;
         let most = self.frame.shadow_steps as f32;
-        for i in 0..LANES {
+        for (i, ended) in ended.iter_mut().enumerate() {
             let (t, least) = (b.t.0[i], b.least.0[i]);
             let h = values.0[i] * b.factor.0[i] * self.frame.inverse_slope;
             let v = b.visibility.0[i];
@@ -150,7 +150,7 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
             b.stride.0[i] = stride;
             b.t.0[i] = t + stride;
             b.steps.0[i] = steps;
-            ended[i] = (t + stride > b.leave.0[i]) | (new <= dark) | (steps >= most) | nan;
+            *ended = (t + stride > b.leave.0[i]) | (new <= dark) | (steps >= most) | nan;
         }
     }
 

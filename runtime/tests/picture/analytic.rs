@@ -8,7 +8,7 @@ use sdfc_vm::real::{Real, Vector3};
 use sdfc_vm::vector::V3;
 
 /// A distance by a formula, and what its surface is made of.
-pub trait Formula: Sync {
+pub(crate) trait Formula: Sync {
     /// The distance.
     fn distance<R: Real>(&self, p: R::Vec3) -> R;
     /// The surface, where it is not the same everywhere.
@@ -26,7 +26,7 @@ pub trait Formula: Sync {
 }
 
 /// A formula as a field.
-pub struct Analytic<F>(pub F);
+pub(crate) struct Analytic<F>(pub(crate) F);
 
 struct Asking<'a, F>(&'a F);
 
@@ -45,7 +45,7 @@ impl<F: Formula> Field for Analytic<F> {
 }
 
 /// The material of formulas that have none.
-pub const CLAY: Surface = Surface {
+pub(crate) const CLAY: Surface = Surface {
     albedo: [0.7, 0.6, 0.5],
     roughness: 0.6,
     emission: [0.0; 3],
@@ -70,7 +70,11 @@ impl<F: Formula> Evaluator for Asking<'_, F> {
             let unit = |x, y, z| V3::of(x, y, z);
             let seeded = DualVec3 {
                 value: p,
-                gradients: [unit(1.0, 0.0, 0.0), unit(0.0, 1.0, 0.0), unit(0.0, 0.0, 1.0)],
+                gradients: [
+                    unit(1.0, 0.0, 0.0),
+                    unit(0.0, 1.0, 0.0),
+                    unit(0.0, 0.0, 1.0),
+                ],
             };
             let d = self.0.distance::<Dual<f32>>(seeded);
             let [x, y, z] = d.gradient.to_array();
@@ -79,7 +83,13 @@ impl<F: Formula> Evaluator for Asking<'_, F> {
             }
         }
     }
-    fn surfaces(&mut self, points: &Points, normals: &Points, count: usize, out: &mut SurfaceBlock) {
+    fn surfaces(
+        &mut self,
+        points: &Points,
+        normals: &Points,
+        count: usize,
+        out: &mut SurfaceBlock,
+    ) {
         for lane in 0..count {
             let (p, n) = (at(points, lane), at(normals, lane));
             let s = self.0.surface(p.to_array(), n.to_array()).unwrap_or(CLAY);
@@ -105,11 +115,11 @@ impl<F: Formula> Evaluator for Asking<'_, F> {
 }
 
 /// A ball.
-pub struct Ball {
+pub(crate) struct Ball {
     /// Its middle.
-    pub centre: [f64; 3],
+    pub(crate) centre: [f64; 3],
     /// Its radius.
-    pub radius: f64,
+    pub(crate) radius: f64,
 }
 
 impl Formula for Ball {
@@ -119,6 +129,6 @@ impl Formula for Ball {
 }
 
 /// A vector of constants.
-pub fn constant<R: Real>([x, y, z]: [f64; 3]) -> R::Vec3 {
+pub(crate) fn constant<R: Real>([x, y, z]: [f64; 3]) -> R::Vec3 {
     R::Vec3::new(R::constant(x), R::constant(y), R::constant(z))
 }

@@ -64,8 +64,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #else
         let seen = 1.0;
 #end
+        let diffuse = diffuse_share(
+            normal, to_eye, surface.albedo, surface.roughness, surface.metallic
+        );
         var light = surface.emission + ambient_light(
-            normal, to_eye, surface.albedo, surface.roughness, surface.metallic,
+            normal, to_eye, surface.albedo, diffuse, surface.roughness, surface.metallic,
             around, ahead, seen
         ) * frame.ambient;
 #if lit
@@ -78,7 +81,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             strength *= arriving(lamp, shadows[n * tile_pixels() + item.index].visibility);
 #end
             let sent = reflected(
-                normal, to_eye, unit(to_place), surface.albedo, surface.roughness, surface.metallic
+                normal, to_eye, unit(to_place),
+                surface.albedo, diffuse, surface.roughness, surface.metallic
             );
             light += lamp.color * strength * sent;
         }

@@ -1,0 +1,628 @@
+//! Pictures on the CPU, of fields given by formulas, against what geometry says of them.
+
+#[path = "picture/analytic.rs"]
+mod analytic;
+
+use analytic::{Analytic, Ball, Formula, constant};
+use sdfc_runtime::cpu::{Field, render};
+use sdfc_runtime::frame::{
+    Frame, Lens, Light, Lighting, Mode, Normals, Occlusion, RenderSettings, Shadow, Source, Status,
+    Tonemap, View, prepare,
+};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::real::{Real, Vector3, lit};
+
+fn settings() -> RenderSettings {
+    RenderSettings {
+        size: [96, 64],
+        aa: 1,
+        steps: 256,
+        far: 1000.0,
+        cone: RenderSettings::CONE,
+        mode: Mode::Shaded,
+        normals: Normals::Exact,
+        occlusion: Occlusion::Off,
+        occlusion_reach: 1.0,
+        tonemap: Tonemap::None,
+        exposure: 1.0,
+        view: View {
+            from: [0.0, 0.0, 5.0],
+            look: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            lens: Lens::Perspective(0.7),
+        },
+        lighting: Lighting {
+            lights: vec![],
+            sky_top: [0.2, 0.4, 0.9],
+            sky_horizon: [0.8; 3],
+            sky_ground: [0.1; 3],
+            up: [0.0, 1.0, 0.0],
+            ambient: 1.0,
+            fog: None,
+        },
+        plane: false,
+    }
+}
+
+fn picture(field: &dyn Field, settings: &RenderSettings) -> Frame {
+    let picture = prepare(settings, &field.facts());
+    render(field, &picture, &|_| ())
+}
+
+/// The ray through the middle of a pixel, in f64 and from the settings alone.
+fn ray(settings: &RenderSettings, x: usize, y: usize) -> ([f64; 3], [f64; 3]) {
+    let view = &settings.view;
+    let unit = |v: [f64; 3]| {
+        let length = dot(v, v).sqrt();
+        v.map(|c| c / length)
+    };
+    let forward = unit(std::array::from_fn(|i| view.look[i] - view.from[i]));
+    let right = unit(cross(forward, view.up));
+    let up = cross(right, forward);
+    let [w, h] = settings.size.map(f64::from);
+    let (u, v) = (
+        (x as f64 + 0.5) / w * 2.0 - 1.0,
+        1.0 - (y as f64 + 0.5) / h * 2.0,
+    );
+    match view.lens {
+        Lens::Perspective(fov) => {
+            let k = (fov / 2.0).tan();
+            let way = std::array::from_fn(|i| forward[i] + k * (right[i] * u * w / h + up[i] * v));
+            (view.from, unit(way))
+        }
+        Lens::Orthographic(height) => {
+            let k = height / 2.0;
+            let from =
+                std::array::from_fn(|i| view.from[i] + k * (right[i] * u * w / h + up[i] * v));
+            (from, forward)
+        }
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// Where a ray enters and leaves a ball, if it meets it.
+fn through_ball(ball: &Ball, (from, way): ([f64; 3], [f64; 3])) -> Option<(f64, f64)> {
+    let to: [f64; 3] = std::array::from_fn(|i| ball.centre[i] - from[i]);
+    let middle = dot(to, way);
+    let aside: [f64; 3] = std::array::from_fn(|i| to[i] - middle * way[i]);
+    let half = ball.radius * ball.radius - dot(aside, aside);
+    (half >= 0.0).then(|| (middle - half.sqrt(), middle + half.sqrt()))
+}
+
+/// Compares a picture of a ball with the quadratic equation: every hit and miss is right but at
+/// the very edge, and depths are exact to `tolerance`, relative.
+fn check_ball(ball: Ball, settings: &RenderSettings, tolerance: f64) {
+    let field = Analytic(ball);
+    let frame = picture(&field, settings);
+    let ball = &field.0;
+    let (mut worst, mut hits) = (0.0_f64, 0);
+    for y in 0..frame.height {
+        for x in 0..frame.width {
+            let at = y * frame.width + x;
+            // Along the edge, within a quarter of half a pixel, a near miss counts as a hit.
+            let wider = Ball {
+                centre: ball.centre,
+                radius: ball.radius * 1.01,
+            };
+            let smaller = Ball {
+                centre: ball.centre,
+                radius: ball.radius * 0.98,
+            };
+            let ray = ray(settings, x, y);
+            let status = frame.status[at];
+            if through_ball(&wider, ray).is_none() {
+                assert_eq!(status, Status::Miss, "pixel {x} {y}");
+                assert_eq!(frame.depth[at], f32::INFINITY);
+                continue;
+            }
+            if through_ball(&smaller, ray).is_none() {
+                continue;
+            }
+            let (enter, _) = through_ball(ball, ray).expect("a hit");
+            assert_eq!(status, Status::Hit, "pixel {x} {y}");
+            worst = worst.max((f64::from(frame.depth[at]) - enter).abs() / enter);
+            hits += 1;
+        }
+    }
+    assert!(hits > 500, "{hits} hits");
+    assert!(worst <= tolerance, "a depth is off by {worst:e} of itself");
+}
+
+#[test]
+fn a_ball_is_where_it_is() {
+    check_ball(
+        Ball {
+            centre: [0.3, -0.2, 0.1],
+            radius: 1.2,
+        },
+        &settings(),
+        2e-6,
+    );
+    let view = View {
+        lens: Lens::Orthographic(4.0),
+        ..settings().view
+    };
+    check_ball(
+        Ball {
+            centre: [0.3, -0.2, 0.1],
+            radius: 1.2,
+        },
+        &RenderSettings { view, ..settings() },
+        2e-6,
+    );
+}
+
+#[test]
+fn far_away_is_as_good() {
+    for distance in [1e4, 1e6] {
+        let view = View {
+            from: [0.0, 0.0, distance * 5.0],
+            look: [0.0; 3],
+            ..settings().view
+        };
+        let ball = Ball {
+            centre: [0.0; 3],
+            radius: distance * 1.2,
+        };
+        check_ball(
+            ball,
+            &RenderSettings {
+                view,
+                far: distance * 100.0,
+                ..settings()
+            },
+            2e-6,
+        );
+        // The same in the eyes of a camera at the origin of a far ball.
+        let view = View {
+            from: [0.0; 3],
+            look: [0.0, 0.0, -1.0],
+            ..settings().view
+        };
+        let ball = Ball {
+            centre: [0.0, 0.0, -5.0 * distance],
+            radius: distance * 1.2,
+        };
+        check_ball(
+            ball,
+            &RenderSettings {
+                view,
+                far: distance * 100.0,
+                ..settings()
+            },
+            2e-6,
+        );
+    }
+}
+
+/// The ground, or anything else below a height.
+struct Ground(f64);
+
+impl Formula for Ground {
+    fn distance<R: Real>(&self, p: R::Vec3) -> R {
+        p.y() - R::constant(self.0)
+    }
+}
+
+#[test]
+fn the_ground_is_flat_up_to_the_horizon() {
+    let mut settings = settings();
+    settings.view.from = [0.0, 1.0, 0.0];
+    settings.view.look = [0.0, 0.9, -1.0];
+    let frame = picture(&Analytic(Ground(0.0)), &settings);
+    let (mut worst, mut most_slanted) = (0.0_f64, 1.0_f64);
+    for y in 0..frame.height {
+        for x in 0..frame.width {
+            let (from, way) = ray(&settings, x, y);
+            let t = -from[1] / way[1];
+            let at = y * frame.width + x;
+            if way[1] > -1e-3 || t > 900.0 {
+                continue;
+            }
+            assert_eq!(frame.status[at], Status::Hit, "pixel {x} {y}, {t} away");
+            worst = worst.max((f64::from(frame.depth[at]) - t).abs() / t);
+            most_slanted = most_slanted.min(-way[1]);
+        }
+    }
+    assert!(
+        most_slanted < 0.02,
+        "the picture has no grazing rays: {most_slanted}"
+    );
+    assert!(worst < 1e-5, "a depth is off by {worst:e} of itself");
+    assert_eq!(frame.stats.rays(), 96 * 64);
+    assert_eq!(frame.stats.nans, 0);
+}
+
+#[test]
+fn from_inside_the_far_side_is_seen() {
+    let ball = Ball {
+        centre: [0.0, 0.0, 4.0],
+        radius: 2.0,
+    };
+    let settings = settings();
+    let field = Analytic(ball);
+    let frame = picture(&field, &settings);
+    assert_eq!(frame.stats.inside, 96 * 64);
+    for y in 0..frame.height {
+        for x in 0..frame.width {
+            let ray = ray(&settings, x, y);
+            let (_, leave) = through_ball(&field.0, ray).expect("the camera is inside");
+            let at = y * frame.width + x;
+            assert!((f64::from(frame.depth[at]) - leave).abs() < 1e-5 * leave);
+            // The surface faces the camera.
+            let facing: f64 = (0..3)
+                .map(|i| f64::from(frame.normal[at][i]) * ray.1[i])
+                .sum();
+            assert!(facing < 0.0);
+        }
+    }
+}
+
+#[test]
+fn rays_out_of_steps_are_counted() {
+    let mut settings = settings();
+    settings.steps = 3;
+    settings.view.from = [0.0, 1.0, 0.0];
+    settings.view.look = [0.0, 0.9, -1.0];
+    let frame = picture(&Analytic(Ground(0.0)), &settings);
+    assert!(frame.stats.step_caps > 1000, "{:?}", frame.stats);
+    assert_eq!(frame.stats.rays(), 96 * 64);
+    assert!(frame.steps.iter().all(|&steps| steps <= 3 + 6));
+}
+
+/// Not a number anywhere, or on one side.
+struct Broken {
+    everywhere: bool,
+}
+
+impl Formula for Broken {
+    fn distance<R: Real>(&self, p: R::Vec3) -> R {
+        let nan = R::constant(f64::NAN);
+        let beside = if self.everywhere {
+            nan
+        } else {
+            (p.x() - lit(0.1)).sqrt()
+        };
+        (p.length() - lit(1.0)) + beside * lit(0.0)
+    }
+}
+
+#[test]
+fn what_is_not_a_number_ends_rays() {
+    for mode in [Mode::Shaded, Mode::Steps, Mode::Distance, Mode::Edges] {
+        for everywhere in [true, false] {
+            let lights = vec![lamp(Shadow::Improved(0.1))];
+            let lighting = Lighting {
+                lights,
+                ..settings().lighting
+            };
+            let occlusion = Occlusion::Multi(4);
+            let settings = RenderSettings {
+                mode,
+                lighting,
+                occlusion,
+                ..settings()
+            };
+            let frame = picture(&Analytic(Broken { everywhere }), &settings);
+            let least = if everywhere { 96 * 64 } else { 96 * 64 / 3 };
+            assert!(frame.stats.nans >= least, "{mode:?}: {:?}", frame.stats);
+            assert!(
+                frame.color.iter().flatten().all(|c| c.is_finite()),
+                "{mode:?}"
+            );
+        }
+    }
+}
+
+/// A ball with known bounds.
+struct Boxed(Ball);
+
+impl Formula for Boxed {
+    fn distance<R: Real>(&self, p: R::Vec3) -> R {
+        self.0.distance(p)
+    }
+    fn bounds(&self) -> Bounds {
+        Bounds {
+            min: self.0.centre.map(|c| c - self.0.radius),
+            max: self.0.centre.map(|c| c + self.0.radius),
+        }
+    }
+}
+
+#[test]
+fn bounds_change_nothing_but_the_work() {
+    let ball = || Ball {
+        centre: [0.3, -0.2, 0.1],
+        radius: 1.2,
+    };
+    let free = picture(&Analytic(ball()), &settings());
+    let bound = picture(&Analytic(Boxed(ball())), &settings());
+    assert!(bound.stats.evaluations < free.stats.evaluations * 2 / 3);
+    let mut differences = 0;
+    for at in 0..free.status.len() {
+        if free.status[at] != bound.status[at] {
+            differences += 1;
+            continue;
+        }
+        // Rays that only touch the ball have no root to agree on.
+        let (_, way) = ray(&settings(), at % 96, at / 96);
+        let slanted = -dot(free.normal[at].map(f64::from), way) < 0.1;
+        if free.status[at] == Status::Hit && !slanted {
+            let (a, b) = (free.depth[at], bound.depth[at]);
+            assert!((a - b).abs() < 1e-5 * a, "{a} {b}, {:?}", free.normal[at]);
+        }
+    }
+    assert!(differences <= 4, "{differences} pixels at the edge");
+}
+
+fn lamp(shadow: Shadow) -> Light {
+    let source = Source::Directional([0.3, 0.5, 0.4]);
+    Light {
+        source,
+        color: [2.0; 3],
+        shadow,
+    }
+}
+
+#[test]
+fn nothing_shades_itself() {
+    // A plane that nothing stands on is lit evenly, near the origin and far from it, by lights of
+    // every kind.
+    for shadow in [
+        Shadow::Hard,
+        Shadow::Plain(0.05),
+        Shadow::Improved(0.05),
+        Shadow::Sized(0.05),
+    ] {
+        for offset in [0.0, 1e2, 1e4, 1e5] {
+            let lit_by = |shadow| {
+                let lighting = Lighting {
+                    lights: vec![lamp(shadow)],
+                    ..settings().lighting
+                };
+                let view = View {
+                    from: [offset, offset + 3.0, offset + 5.0],
+                    look: [offset, offset, offset],
+                    ..settings().view
+                };
+                RenderSettings {
+                    view,
+                    lighting,
+                    ..settings()
+                }
+            };
+            let field = Analytic(Ground(offset));
+            let with = picture(&field, &lit_by(shadow));
+            let without = picture(&field, &lit_by(Shadow::None));
+            for (a, b) in with.color.iter().zip(&without.color) {
+                assert!(
+                    (a[0] - b[0]).abs() < 0.01 * b[0],
+                    "{shadow:?} at {offset}: {a:?} {b:?}"
+                );
+            }
+        }
+    }
+}
+
+/// A ball above the ground.
+struct Floating;
+
+impl Formula for Floating {
+    fn distance<R: Real>(&self, p: R::Vec3) -> R {
+        let ball = (p - constant::<R>([0.0, 2.0, 0.0])).length() - lit(1.0);
+        ball.min(p.y())
+    }
+}
+
+#[test]
+fn shadows_fall_where_the_light_is_hidden() {
+    for shadow in [
+        Shadow::Hard,
+        Shadow::Plain(0.05),
+        Shadow::Improved(0.05),
+        Shadow::Sized(0.05),
+    ] {
+        let source = Source::Directional([0.0, 1.0, 0.0]);
+        let light = Light {
+            source,
+            color: [3.0; 3],
+            shadow,
+        };
+        let mut settings = settings();
+        settings.lighting.lights = vec![light];
+        settings.lighting.ambient = 0.0;
+        settings.view.from = [0.0, 1.5, 8.0];
+        settings.view.look = [0.0, 0.0, 0.0];
+        let frame = picture(&Analytic(Floating), &settings);
+        let (mut dark, mut bright) = (0, 0);
+        for y in 0..frame.height {
+            for x in 0..frame.width {
+                let at = y * frame.width + x;
+                let (from, way) = ray(&settings, x, y);
+                let t = f64::from(frame.depth[at]);
+                let p: [f64; 3] = std::array::from_fn(|i| from[i] + t * way[i]);
+                if !t.is_finite() || p[1].abs() > 1e-3 {
+                    continue;
+                }
+                let aside = p[0].hypot(p[2]);
+                let [red, ..] = frame.color[at];
+                if aside < 0.8 {
+                    assert!(
+                        red < 0.01,
+                        "{shadow:?}: {red} below the ball, {aside} from its axis"
+                    );
+                    dark += 1;
+                } else if aside > 1.25 {
+                    assert!(
+                        red > 0.3,
+                        "{shadow:?}: {red} beside the ball, {aside} from its axis"
+                    );
+                    bright += 1;
+                }
+            }
+        }
+        assert!(dark > 30 && bright > 500, "{dark} dark, {bright} bright");
+    }
+}
+
+/// A ball with waves on it, whose slope is known.
+struct Wavy;
+
+impl Formula for Wavy {
+    fn distance<R: Real>(&self, p: R::Vec3) -> R {
+        let wave = |v: R| (v * lit(6.0)).sin();
+        p.length() - lit(1.2) + wave(p.x()) * wave(p.y()) * wave(p.z()) * lit(0.1)
+    }
+    fn slope(&self) -> f32 {
+        1.6
+    }
+}
+
+#[test]
+fn all_ways_to_find_normals_agree() {
+    let with = |normals| {
+        picture(
+            &Analytic(Wavy),
+            &RenderSettings {
+                normals,
+                ..settings()
+            },
+        )
+    };
+    let exact = with(Normals::Exact);
+    for (method, tolerance) in [
+        (Normals::Forward, 0.15),
+        (Normals::Reverse, 0.15),
+        (Normals::Central, 0.1),
+        (Normals::Tetrahedron, 0.15),
+        (Normals::Wide, 0.5),
+    ] {
+        let frame = with(method);
+        let mut angles: Vec<f64> = (0..frame.normal.len())
+            .filter(|&at| exact.status[at] == Status::Hit)
+            .map(|at| {
+                let [a, b] = [exact.normal[at], frame.normal[at]].map(|n| n.map(f64::from));
+                let sine = cross(a, b);
+                dot(sine, sine).sqrt().asin().to_degrees()
+            })
+            .collect();
+        angles.sort_by(f64::total_cmp);
+        let p99 = angles[angles.len() * 99 / 100];
+        assert!(angles.len() > 1000 && p99 < tolerance, "{method:?}: {p99}°");
+    }
+}
+
+#[test]
+fn more_samples_measure_areas() {
+    let view = View {
+        lens: Lens::Orthographic(2.0),
+        ..settings().view
+    };
+    let ball = Analytic(Ball {
+        centre: [0.0; 3],
+        radius: 0.7,
+    });
+    let settings = RenderSettings {
+        aa: 4,
+        mode: Mode::Mask,
+        view,
+        ..settings()
+    };
+    let frame = picture(&ball, &settings);
+    assert_eq!(frame.stats.rays(), 96 * 64 * 16);
+    let pixel = 2.0 / 64.0;
+    let area: f64 = frame.color.iter().map(|c| f64::from(c[3])).sum::<f64>() * pixel * pixel;
+    let expected = std::f64::consts::PI * 0.49;
+    assert!(
+        (area / expected - 1.0).abs() < 0.005,
+        "{area} for {expected}"
+    );
+}
+
+#[test]
+fn plane_figures_are_filled() {
+    let view = View::plane([0.0, 0.0], 2.0);
+    let ball = Analytic(Ball {
+        centre: [0.0; 3],
+        radius: 0.7,
+    });
+    for mode in [Mode::Mask, Mode::Shaded] {
+        let settings = RenderSettings {
+            mode,
+            view,
+            plane: true,
+            ..settings()
+        };
+        let frame = picture(&ball, &settings);
+        let area: f64 = frame.color.iter().map(|c| f64::from(c[3])).sum::<f64>() / 1024.0;
+        let expected = std::f64::consts::PI * 0.49;
+        assert!(
+            (area / expected - 1.0).abs() < 0.002,
+            "{area} for {expected}"
+        );
+        assert_eq!(frame.stats.evaluations, 96 * 64);
+    }
+}
+
+#[test]
+fn pictures_of_any_size_come_out_the_same_every_time() {
+    for size in [[1, 1], [7, 3], [33, 65], [64, 1]] {
+        for mode in [Mode::Shaded, Mode::Edges, Mode::Normal] {
+            let settings = RenderSettings {
+                size,
+                mode,
+                ..settings()
+            };
+            let ball = Analytic(Ball {
+                centre: [0.0; 3],
+                radius: 1.0,
+            });
+            let (a, b) = (picture(&ball, &settings), picture(&ball, &settings));
+            assert_eq!(a.rgba8().len(), (size[0] * size[1] * 4) as usize);
+            assert_eq!(a.color, b.color);
+            assert_eq!(a.stats, b.stats);
+        }
+    }
+}
+
+#[test]
+fn lines_are_drawn_around_shapes() {
+    let settings = RenderSettings {
+        mode: Mode::Edges,
+        ..settings()
+    };
+    let frame = picture(
+        &Analytic(Ball {
+            centre: [0.0; 3],
+            radius: 1.0,
+        }),
+        &settings,
+    );
+    let dark = |x: usize, y: usize| frame.color[y * frame.width + x][0] < 0.3;
+    let row: Vec<usize> = (0..frame.width).filter(|&x| dark(x, 32)).collect();
+    assert_eq!(row.len(), 2, "{row:?}");
+    let inside = row[0] + 5..row[1] - 5;
+    assert!(inside.clone().len() > 20 && inside.into_iter().all(|x| !dark(x, 32)));
+}
+
+#[test]
+fn the_march_saves_what_bytes_say() {
+    // Modes that show numbers are not encoded as light.
+    let settings = RenderSettings {
+        mode: Mode::Normal,
+        ..settings()
+    };
+    let frame = picture(&Analytic(Ground(-1.0)), &settings);
+    let at = 63 * frame.width + 40;
+    assert_eq!(&frame.rgba8()[at * 4..at * 4 + 4], &[128, 255, 128, 255]);
+}
