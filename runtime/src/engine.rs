@@ -161,7 +161,9 @@ impl EngineError {
         matches!(
             self,
             Self::Gpu(
-                GpuError::NoAdapter | GpuError::OnlySoftware { .. } | GpuError::DeviceRequest { .. }
+                GpuError::NoAdapter
+                    | GpuError::OnlySoftware { .. }
+                    | GpuError::DeviceRequest { .. }
             )
         )
     }

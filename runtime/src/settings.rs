@@ -93,12 +93,21 @@ fn no_camera(name: &str, known: &[String], near: Option<&str>) -> String {
         return format!("there is no camera `{name}`, the scene's only camera has no name");
     }
     let list: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
-    let hint = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-    format!("there is no camera `{name}`, only {}{hint}", list.join(", "))
+    let hint = near
+        .map(|near| format!("; did you mean `{near}`?"))
+        .unwrap_or_default();
+    format!(
+        "there is no camera `{name}`, only {}{hint}",
+        list.join(", ")
+    )
 }
 
 fn named(name: &str) -> String {
-    if name.is_empty() { String::new() } else { format!(" `{name}`") }
+    if name.is_empty() {
+        String::new()
+    } else {
+        format!(" `{name}`")
+    }
 }
 
 /// The settings of a module's picture, with the numbers that follow from the present parameters
@@ -113,12 +122,23 @@ pub fn resolve(
     let read = Reader { outputs };
     let render = &settings.render;
     let size = size(overrides.size.unwrap_or(render.size))?;
-    let aa = within("the samples per side of a pixel", overrides.aa.unwrap_or(render.aa), MOST_SAMPLES)?;
-    let steps = within("the most steps of a ray", overrides.steps.unwrap_or(render.steps), u32::MAX)?;
+    let aa = within(
+        "the samples per side of a pixel",
+        overrides.aa.unwrap_or(render.aa),
+        MOST_SAMPLES,
+    )?;
+    let steps = within(
+        "the most steps of a ray",
+        overrides.steps.unwrap_or(render.steps),
+        u32::MAX,
+    )?;
     let target = Target::of(&settings.bounds);
     let camera = camera(settings, overrides.camera.as_deref())?;
     let view = view(settings, camera, &read, &target, size)?;
-    let far = overrides.far.or(render.far).unwrap_or_else(|| target.far(&view));
+    let far = overrides
+        .far
+        .or(render.far)
+        .unwrap_or_else(|| target.far(&view));
     let exposure = match overrides.exposure {
         Some(exposure) => exposure,
         None => read.number("the exposure", render.exposure)?,
@@ -131,8 +151,12 @@ pub fn resolve(
         cone: RenderSettings::CONE,
         mode: overrides.mode,
         normals: overrides.normals.unwrap_or_else(|| normals(render.normals)),
-        occlusion: overrides.occlusion.unwrap_or_else(|| occlusion(render.occlusion)),
-        occlusion_reach: render.occlusion_reach.unwrap_or_else(|| target.occlusion_reach()),
+        occlusion: overrides
+            .occlusion
+            .unwrap_or_else(|| occlusion(render.occlusion)),
+        occlusion_reach: render
+            .occlusion_reach
+            .unwrap_or_else(|| target.occlusion_reach()),
         tonemap: overrides.tonemap.unwrap_or_else(|| tonemap(render.tonemap)),
         exposure,
         view,
@@ -152,7 +176,10 @@ pub fn facts(module: &Module, outputs: &[f64]) -> FieldFacts {
 
 /// The material of what nothing painted: of everything, where a module has no program of surfaces.
 pub fn unpainted(module: &Module, outputs: &[f64]) -> Surface {
-    let m = module.settings.material.map(|setting| setting.value(outputs) as f32);
+    let m = module
+        .settings
+        .material
+        .map(|setting| setting.value(outputs) as f32);
     Surface {
         albedo: [m[0], m[1], m[2]],
         roughness: m[3],
@@ -173,7 +200,11 @@ pub fn check(settings: &Settings, outputs: &[f64]) -> Result<(), SettingsError> 
     for check in &settings.checks {
         let value = check.value.value(outputs);
         // Written so that what is not a number does not hold.
-        let holds = if check.strict { value > 0.0 } else { value >= 0.0 };
+        let holds = if check.strict {
+            value > 0.0
+        } else {
+            value >= 0.0
+        };
         if !holds {
             return Err(SettingsError::Check(check.message.clone()));
         }
@@ -185,7 +216,9 @@ fn camera<'a>(
     settings: &'a Settings,
     name: Option<&str>,
 ) -> Result<Option<&'a scene::Camera>, SettingsError> {
-    let Some(name) = name else { return Ok(settings.cameras.first()) };
+    let Some(name) = name else {
+        return Ok(settings.cameras.first());
+    };
     if let Some(found) = settings.cameras.iter().find(|camera| camera.name == name) {
         return Ok(Some(found));
     }
@@ -201,7 +234,11 @@ fn camera<'a>(
         .filter(|(distance, other)| *distance <= 1 + other.chars().count() / 3)
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, other)| other.clone());
-    Err(SettingsError::NoCamera { name: name.to_owned(), known, near })
+    Err(SettingsError::NoCamera {
+        name: name.to_owned(),
+        known,
+        near,
+    })
 }
 
 fn view(
@@ -213,7 +250,11 @@ fn view(
 ) -> Result<View, SettingsError> {
     let aspect = f64::from(size[0]) / f64::from(size[1]);
     let Some(camera) = camera else {
-        return Ok(if settings.plane { face_on(target, aspect) } else { framed(None, target, aspect) });
+        return Ok(if settings.plane {
+            face_on(target, aspect)
+        } else {
+            framed(None, target, aspect)
+        });
     };
     let of = |what: &str| format!("{what} of the camera{}", named(&camera.name));
     let from = read.triple(&of("the place"), camera.from)?;
@@ -225,7 +266,11 @@ fn view(
             let fov = positive(&what, read.number(&what, fov)?)?;
             if fov >= std::f64::consts::PI {
                 let allowed = "less than a half turn (3.14 radians)".to_owned();
-                return Err(SettingsError::OutOfRange { what, value: fov, allowed });
+                return Err(SettingsError::OutOfRange {
+                    what,
+                    value: fov,
+                    allowed,
+                });
             }
             Lens::Perspective(fov)
         }
@@ -237,11 +282,18 @@ fn view(
     if settings.plane {
         // A figure in the plane is seen face on; a camera can only choose the part of it.
         return Ok(match lens {
-            Lens::Orthographic(height) if !camera.automatic => View::plane([look[0], look[1]], height),
+            Lens::Orthographic(height) if !camera.automatic => {
+                View::plane([look[0], look[1]], height)
+            }
             _ => face_on(target, aspect),
         });
     }
-    let view = View { from, look, up, lens };
+    let view = View {
+        from,
+        look,
+        up,
+        lens,
+    };
     if camera.automatic {
         return Ok(framed(Some(view), target, aspect));
     }
@@ -253,14 +305,25 @@ fn view(
 
 fn lighting(settings: &Settings, read: &Reader<'_>) -> Result<Lighting, SettingsError> {
     let sky = &settings.sky;
-    let fog = sky.fog.map(|density| read.number("the fog", density)).transpose()?;
-    let lights = settings.lights.iter().map(|given| light(given, read)).collect::<Result<_, _>>()?;
+    let fog = sky
+        .fog
+        .map(|density| read.number("the fog", density))
+        .transpose()?;
+    let lights = settings
+        .lights
+        .iter()
+        .map(|given| light(given, read))
+        .collect::<Result<_, _>>()?;
     Ok(Lighting {
         lights,
         sky_top: read.triple("the sky's colour", sky.top)?,
         sky_horizon: read.triple("the sky's colour at the horizon", sky.horizon)?,
         sky_ground: read.triple("the sky's colour below", sky.ground)?,
-        up: if settings.z_up { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] },
+        up: if settings.z_up {
+            [0.0, 0.0, 1.0]
+        } else {
+            [0.0, 1.0, 0.0]
+        },
         ambient: read.number("the ambient light", sky.ambient)?,
         fog: fog.filter(|&density| density > 0.0),
     })
@@ -271,7 +334,9 @@ fn light(given: &scene::Light, read: &Reader<'_>) -> Result<Light, SettingsError
         scene::LightSource::Directional(direction) => {
             Source::Directional(read.triple("the direction of a light", direction)?)
         }
-        scene::LightSource::Point(place) => Source::Point(read.triple("the place of a light", place)?),
+        scene::LightSource::Point(place) => {
+            Source::Point(read.triple("the place of a light", place)?)
+        }
     };
     let intensity = read.number("the intensity of a light", given.intensity)?;
     let size = |size: Setting| read.number("the size of a light", size);
@@ -283,7 +348,11 @@ fn light(given: &scene::Light, read: &Reader<'_>) -> Result<Light, SettingsError
         scene::Shadow::Sized(setting) => Shadow::Sized(size(setting)?),
     };
     let color = read.triple("the colour of a light", given.color)?;
-    Ok(Light { source, color: color.map(|channel| channel * intensity), shadow })
+    Ok(Light {
+        source,
+        color: color.map(|channel| channel * intensity),
+        shadow,
+    })
 }
 
 /// Reads numbers that may follow the parameters, and refuses those that are none.
@@ -297,11 +366,18 @@ impl Reader<'_> {
         if value.is_finite() {
             return Ok(value);
         }
-        Err(SettingsError::NotFinite { what: what.to_owned(), value })
+        Err(SettingsError::NotFinite {
+            what: what.to_owned(),
+            value,
+        })
     }
     fn triple(&self, what: &str, triple: Triple) -> Result<[f64; 3], SettingsError> {
         let [x, y, z] = triple;
-        Ok([self.number(what, x)?, self.number(what, y)?, self.number(what, z)?])
+        Ok([
+            self.number(what, x)?,
+            self.number(what, y)?,
+            self.number(what, z)?,
+        ])
     }
 }
 
@@ -326,7 +402,11 @@ fn within(what: &str, value: u32, most: u32) -> Result<u32, SettingsError> {
         return Ok(value);
     }
     let allowed = format!("1 to {most}");
-    Err(SettingsError::OutOfRange { what: what.to_owned(), value: value.into(), allowed })
+    Err(SettingsError::OutOfRange {
+        what: what.to_owned(),
+        value: value.into(),
+        allowed,
+    })
 }
 
 fn positive(what: &str, value: f64) -> Result<f64, SettingsError> {
@@ -334,7 +414,11 @@ fn positive(what: &str, value: f64) -> Result<f64, SettingsError> {
         return Ok(value);
     }
     let allowed = "more than 0".to_owned();
-    Err(SettingsError::OutOfRange { what: what.to_owned(), value, allowed })
+    Err(SettingsError::OutOfRange {
+        what: what.to_owned(),
+        value,
+        allowed,
+    })
 }
 
 fn normals(normals: scene::Normals) -> Normals {

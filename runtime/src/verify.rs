@@ -65,13 +65,18 @@ pub struct Comparison {
 impl Report {
     /// Whether all engines agree.
     pub fn passed(&self) -> bool {
-        self.comparisons.iter().all(|comparison| comparison.failures.is_empty())
+        self.comparisons
+            .iter()
+            .all(|comparison| comparison.failures.is_empty())
     }
 
     /// The pictures of two engines that were compared.
     pub fn pictures(&self, comparison: &Comparison) -> Option<[&Frame; 2]> {
         let of = |kind| {
-            let at = self.engines.iter().position(|subject| subject.kind == kind)?;
+            let at = self
+                .engines
+                .iter()
+                .position(|subject| subject.kind == kind)?;
             self.frames.get(at)
         };
         Some([of(comparison.reference)?, of(comparison.engine)?])
@@ -82,7 +87,11 @@ impl Report {
 pub fn small(settings: &RenderSettings) -> RenderSettings {
     let [width, height] = settings.size.map(u64::from);
     let height = (u64::from(WIDTH) * height / width.max(1)).clamp(1, 4 * u64::from(WIDTH));
-    RenderSettings { size: [WIDTH, height as u32], aa: 1, ..settings.clone() }
+    RenderSettings {
+        size: [WIDTH, height as u32],
+        aa: 1,
+        ..settings.clone()
+    }
 }
 
 /// Loads the scene into all engines, makes the picture with each, asks each for values at
@@ -100,7 +109,10 @@ pub fn verify(
         engine.load(scene)?;
         frames.push(engine.render(settings, &|_| {})?);
         samples.push(engine.query(&points)?);
-        subjects.push(Subject { kind: engine.kind(), device: engine.device() });
+        subjects.push(Subject {
+            kind: engine.kind(),
+            device: engine.device(),
+        });
     }
     let mut comparisons = Vec::new();
     for b in 1..subjects.len() {
@@ -111,10 +123,21 @@ pub fn verify(
             let mut failures = picture.failures();
             failures.extend(field.failures());
             let (reference, engine) = (subjects[a].kind, subjects[b].kind);
-            comparisons.push(Comparison { reference, engine, picture, field, failures });
+            comparisons.push(Comparison {
+                reference,
+                engine,
+                picture,
+                field,
+                failures,
+            });
         }
     }
-    Ok(Report { engines: subjects, size: settings.size, comparisons, frames })
+    Ok(Report {
+        engines: subjects,
+        size: settings.size,
+        comparisons,
+        frames,
+    })
 }
 
 impl fmt::Display for Report {
@@ -131,7 +154,11 @@ impl fmt::Display for Report {
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let verdict = if self.failures.is_empty() { "agree" } else { "DIFFER" };
+        let verdict = if self.failures.is_empty() {
+            "agree"
+        } else {
+            "DIFFER"
+        };
         writeln!(f, "{} and {} {verdict}", self.reference, self.engine)?;
         write!(f, "{}{}", self.picture, self.field)?;
         for failure in &self.failures {

@@ -19,7 +19,10 @@ pub fn open_auto() -> Box<dyn Engine> {
 /// An engine that goes over to the CPU for good when `engine` fails for a reason of its own: its
 /// device, or a limit that the CPU does not have.
 pub fn with_fallback(engine: Box<dyn Engine>) -> Box<dyn Engine> {
-    Box::new(WithFallback { engine, scene: None })
+    Box::new(WithFallback {
+        engine,
+        scene: None,
+    })
 }
 
 struct WithFallback {
@@ -35,14 +38,21 @@ impl WithFallback {
         mut work: impl FnMut(&mut dyn Engine) -> Result<R, EngineError>,
     ) -> Result<R, EngineError> {
         let result = work(&mut *self.engine);
-        let helps = matches!(result, Err(EngineError::Gpu(_) | EngineError::TooLong { .. }));
+        let helps = matches!(
+            result,
+            Err(EngineError::Gpu(_) | EngineError::TooLong { .. })
+        );
         if !helps || self.engine.kind() == EngineKind::Cpu {
             return result;
         }
         self.engine = Box::new(CpuEngine::default());
         if let Some((module, outputs)) = &self.scene {
             let generated = SceneSource::default();
-            self.engine.load(&Loaded { module, outputs, generated })?;
+            self.engine.load(&Loaded {
+                module,
+                outputs,
+                generated,
+            })?;
         }
         work(&mut *self.engine)
     }

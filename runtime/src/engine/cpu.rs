@@ -83,7 +83,10 @@ impl Engine for CpuEngine {
         let scene = self.scene()?;
         let batches: Vec<Vec<Sample>> = points
             .par_chunks(LANES)
-            .map_init(|| scene.machines(), |machines, chunk| machines.samples(chunk))
+            .map_init(
+                || scene.machines(),
+                |machines, chunk| machines.samples(chunk),
+            )
             .collect();
         Ok(batches.concat())
     }
@@ -100,7 +103,12 @@ impl Field for Scene {
 
 impl Scene {
     fn machines(&self) -> Machines<'_> {
-        Machines { scene: self, distance: None, gradient: None, surface: None }
+        Machines {
+            scene: self,
+            distance: None,
+            gradient: None,
+            surface: None,
+        }
     }
 }
 
@@ -115,13 +123,17 @@ struct Machines<'a> {
 impl Evaluator for Machines<'_> {
     fn distances(&mut self, points: &Points, _: usize, out: &mut Column) {
         let program = &self.scene.distance;
-        let machine = self.distance.get_or_insert_with(|| Machine::new(&program.needs()));
+        let machine = self
+            .distance
+            .get_or_insert_with(|| Machine::new(&program.needs()));
         out.clone_from(machine.run(program, points));
     }
 
     fn gradients(&mut self, points: &Points, _: usize, out: &mut [Column; 4]) {
         let program = &self.scene.distance;
-        let machine = self.gradient.get_or_insert_with(|| Machine::new(&program.needs()));
+        let machine = self
+            .gradient
+            .get_or_insert_with(|| Machine::new(&program.needs()));
         out.clone_from(machine.run(program, points));
     }
 
@@ -148,7 +160,11 @@ impl Machines<'_> {
         let mut points = Points::default();
         for lane in 0..LANES {
             // Lanes that are left over repeat the last point.
-            let point = chunk.get(lane).or(chunk.last()).copied().unwrap_or_default();
+            let point = chunk
+                .get(lane)
+                .or(chunk.last())
+                .copied()
+                .unwrap_or_default();
             for (column, coordinate) in points.iter_mut().zip(point) {
                 column.0[lane] = coordinate;
             }
@@ -195,7 +211,20 @@ fn surface_at(block: &SurfaceBlock, lane: usize) -> Surface {
 /// A surface in the order of [`SurfaceBlock`].
 fn numbers(surface: &Surface) -> [f32; NUMBERS] {
     let ([r, g, b], [er, eg, eb], [x, y, z]) = (surface.albedo, surface.emission, surface.bump);
-    [r, g, b, surface.roughness, er, eg, eb, surface.metallic, x, y, z, surface.id]
+    [
+        r,
+        g,
+        b,
+        surface.roughness,
+        er,
+        eg,
+        eb,
+        surface.metallic,
+        x,
+        y,
+        z,
+        surface.id,
+    ]
 }
 
 /// The instructions that [`Machine::run`] chooses.

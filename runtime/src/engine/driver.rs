@@ -61,7 +61,11 @@ pub(super) trait OnDevice: Sized {
 /// `unpainted_surface`, where a kernel with these functions can call it: the material that the
 /// frame's uniforms hold.
 pub(super) fn unpainted_surface(functions: &[SceneFunction]) -> &'static str {
-    if functions.contains(&SceneFunction::Surface) { UNPAINTED_SURFACE } else { "" }
+    if functions.contains(&SceneFunction::Surface) {
+        UNPAINTED_SURFACE
+    } else {
+        ""
+    }
 }
 
 const UNPAINTED_SURFACE: &str = "fn unpainted_surface() -> Surface {
@@ -123,7 +127,12 @@ impl<S: OnDevice> GpuEngine<S> {
         if need <= allowed {
             return Ok(());
         }
-        Err(EngineError::TooLong { kind: S::KIND, what, need, allowed })
+        Err(EngineError::TooLong {
+            kind: S::KIND,
+            what,
+            need,
+            allowed,
+        })
     }
 
     /// The most evaluations of the distance that an invocation may do.
@@ -223,6 +232,15 @@ struct Plan {
 }
 
 impl Plan {
+    /// Whether some stage asks for materials and keeps them.
+    fn calls_surface(&self, features: &Features) -> bool {
+        let functions = |(stage, _): &(Stage, KernelId)| stage.scene_functions(features);
+        self.stages
+            .iter()
+            .flat_map(functions)
+            .any(|function| function == SceneFunction::Surface)
+    }
+
     fn has(&self, stage: Stage) -> bool {
         self.stages.iter().any(|(other, _)| *other == stage)
     }
@@ -242,15 +260,23 @@ impl<S: OnDevice> GpuEngine<S> {
     fn plan(&mut self, picture: &Picture) -> Result<Plan, EngineError> {
         let features = &picture.features;
         // A frame keeps its colours; bytes are made of them where they are wanted.
-        let wanted = || stages(features).into_iter().filter(|&stage| stage != Stage::Resolve);
+        let wanted = || {
+            stages(features)
+                .into_iter()
+                .filter(|&stage| stage != Stage::Resolve)
+        };
         for stage in wanted() {
             for function in stage.scene_functions(features) {
                 self.fits(function, stage.evaluations(features).max(1), stage.name())?;
             }
         }
         let scene = self.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
-        let bindings: Vec<Binding> =
-            scene.on_device.buffers().iter().map(|(binding, _)| *binding).collect();
+        let bindings: Vec<Binding> = scene
+            .on_device
+            .buffers()
+            .iter()
+            .map(|(binding, _)| *binding)
+            .collect();
         let mut plan = Plan {
             stages: Vec::new(),
             weight: 1,
@@ -260,9 +286,15 @@ impl<S: OnDevice> GpuEngine<S> {
         for stage in wanted() {
             let functions = stage.scene_functions(features);
             let source = || scene.on_device.source(&functions);
-            let kernel = self.kernels.stage(&self.gpu, stage, features, source, &bindings)?;
+            let kernel = self
+                .kernels
+                .stage(&self.gpu, stage, features, source, &bindings)?;
             plan.stages.push((stage, kernel));
-            let heaviest = functions.iter().map(|&function| weight(function)).max().unwrap_or(0);
+            let heaviest = functions
+                .iter()
+                .map(|&function| weight(function))
+                .max()
+                .unwrap_or(0);
             plan.weight = plan.weight.max(heaviest * stage.evaluations(features));
         }
         Ok(plan)
@@ -302,7 +334,8 @@ impl<S: OnDevice> GpuEngine<S> {
         let lights = picture.lights.len() as u64;
         for &(_, kernel) in &plan.stages {
             for slot in self.kernels.get(kernel).slots().to_vec() {
-                self.buffers.provide(&self.gpu, slot, tile.pixels(), lights)?;
+                self.buffers
+                    .provide(&self.gpu, slot, tile.pixels(), lights)?;
             }
         }
         if let Some(buffer) = self.buffers.get(Slot::Lights) {
@@ -389,14 +422,22 @@ impl<S: OnDevice> GpuEngine<S> {
         tile: Tile,
     ) -> Result<(), EngineError> {
         let call = self.bound(kernel)?;
-        let queue = self.buffers.get(Slot::Queue).ok_or(EngineError::NothingLoaded)?;
+        let queue = self
+            .buffers
+            .get(Slot::Queue)
+            .ok_or(EngineError::NothingLoaded)?;
         let most = match stage {
             Stage::Occlusion => plan.most_evaluations.min(features.occlusion.taps().max(1)),
             Stage::Shadow => plan.most_evaluations.min(uniforms.shadow_steps.max(1)),
             _ => plan.most_evaluations.min(uniforms.steps.max(1)),
         };
         let mut listed = invocations(stage, tile.size, u64::from(uniforms.lights));
-        let mut step = layout::Frame { resume: 0, phase: 0, listed: 0, ..*uniforms };
+        let mut step = layout::Frame {
+            resume: 0,
+            phase: 0,
+            listed: 0,
+            ..*uniforms
+        };
         loop {
             step.budget = self.rate.budget(listed, most);
             self.write_uniforms(&step)?;
@@ -407,17 +448,28 @@ impl<S: OnDevice> GpuEngine<S> {
             let start = Instant::now();
             batch.submit_and_wait()?;
             let seconds = start.elapsed().as_secs_f64();
-            let left = self.gpu.read_first::<u32>(&queue, 1)?.first().copied().unwrap_or(0);
+            let left = self
+                .gpu
+                .read_first::<u32>(&queue, 1)?
+                .first()
+                .copied()
+                .unwrap_or(0);
             if warm {
                 // Those that are left did all they might; of the others nothing is certain.
                 let budget = u64::from(step.budget);
-                self.rate.learn(u64::from(left) * budget, listed * budget, seconds);
+                self.rate
+                    .learn(u64::from(left) * budget, listed * budget, seconds);
             }
             if left == 0 {
                 return Ok(());
             }
             listed = u64::from(left);
-            step = layout::Frame { resume: 1, phase: 1 - step.phase, listed: left, ..step };
+            step = layout::Frame {
+                resume: 1,
+                phase: 1 - step.phase,
+                listed: left,
+                ..step
+            };
         }
     }
 
@@ -440,10 +492,14 @@ impl<S: OnDevice> GpuEngine<S> {
         if sample > 0 {
             return Ok(());
         }
-        let normals: Option<Vec<[f32; 4]>> =
-            plan.has(Stage::Normal).then(|| self.read(Slot::Normals, pixels)).transpose()?;
-        let surfaces: Option<Vec<Surface>> =
-            plan.has(Stage::Surface).then(|| self.read(Slot::Surfaces, pixels)).transpose()?;
+        let normals: Option<Vec<[f32; 4]>> = plan
+            .has(Stage::Normal)
+            .then(|| self.read(Slot::Normals, pixels))
+            .transpose()?;
+        let asked = plan.calls_surface(features);
+        let surfaces: Option<Vec<Surface>> = asked
+            .then(|| self.read(Slot::Surfaces, pixels))
+            .transpose()?;
         for (from, to) in places(tile, kept, frame.width) {
             let ray = &rays[from];
             frame.status[to] = Status::of(ray.status);
@@ -482,7 +538,8 @@ impl<S: OnDevice> GpuEngine<S> {
                 Stage::Plane if stage.scene_functions(features).len() > 1 => rays.len() as u64,
                 Stage::Shadow => {
                     let lights = picture.lights.len() as u64;
-                    let steps: Vec<ShadowRay> = self.read(Slot::Shadows, rays.len() as u64 * lights)?;
+                    let steps: Vec<ShadowRay> =
+                        self.read(Slot::Shadows, rays.len() as u64 * lights)?;
                     steps.iter().map(|ray| u64::from(ray.steps & !DONE)).sum()
                 }
                 Stage::March | Stage::Polish | Stage::Plane => 0,
@@ -493,7 +550,10 @@ impl<S: OnDevice> GpuEngine<S> {
     }
 
     fn write_uniforms(&self, uniforms: &layout::Frame) -> Result<(), EngineError> {
-        let buffer = self.buffers.get(Slot::Frame).ok_or(EngineError::NothingLoaded)?;
+        let buffer = self
+            .buffers
+            .get(Slot::Frame)
+            .ok_or(EngineError::NothingLoaded)?;
         Ok(self.gpu.write(&buffer, std::slice::from_ref(uniforms))?)
     }
 
@@ -549,7 +609,6 @@ fn places(tile: Tile, kept: Tile, width: usize) -> impl Iterator<Item = (usize, 
     let [left, upper] = kept.corner.map(|n| n as usize);
     let [columns, rows] = kept.size.map(|n| n as usize);
     let row = tile.size[0] as usize;
-    (0..rows).flat_map(move |y| {
-        (0..columns).map(move |x| (y * row + x, (upper + y) * width + left + x))
-    })
+    (0..rows)
+        .flat_map(move |y| (0..columns).map(move |x| (y * row + x, (upper + y) * width + left + x)))
 }

@@ -36,8 +36,10 @@ impl OnDevice for Interpreter {
         let surface = module.surface.as_ref();
         let distance_needs = module.distance.needs();
         let surface_needs = surface.map(|program| program.needs());
-        let loaded =
-            [module.distance.code.clone(), surface.map(|p| p.code.clone()).unwrap_or_default()];
+        let loaded = [
+            module.distance.code.clone(),
+            surface.map(|p| p.code.clone()).unwrap_or_default(),
+        ];
         let code = loaded.iter().map(Vec::len).sum();
         let pool = pool(module);
         let memory = Memory::for_program(code, pool.len());
@@ -59,9 +61,12 @@ impl OnDevice for Interpreter {
 
         let words = words(module);
         let (usage, access, code_size, pool_size) = match memory {
-            Memory::Uniform { code, pool } => {
-                (Usage::Uniform, Access::Uniform, code as usize, pool as usize)
-            }
+            Memory::Uniform { code, pool } => (
+                Usage::Uniform,
+                Access::Uniform,
+                code as usize,
+                pool as usize,
+            ),
             Memory::Storage => (Usage::Storage, Access::StorageRead, code, pool.len()),
         };
         let [first, second] = loaded.each_ref().map(|code| code.len() as u32);
@@ -73,12 +78,24 @@ impl OnDevice for Interpreter {
         let buffers = vec![
             buffer(CODE_SLOT, "code", usage, access, code_size)?,
             buffer(POOL_SLOT, "pool", usage, access, pool_size)?,
-            buffer(LENGTH_SLOT, "program length", Usage::Uniform, Access::Uniform, 1)?,
+            buffer(
+                LENGTH_SLOT,
+                "program length",
+                Usage::Uniform,
+                Access::Uniform,
+                1,
+            )?,
         ];
         gpu.write(&buffers[0].1, &words)?;
         gpu.write(&buffers[1].1, &pool)?;
         gpu.write(&buffers[2].1, &lengths)?;
-        Ok(Self { distance: distance_needs, surface: surface_needs, memory, loaded, buffers })
+        Ok(Self {
+            distance: distance_needs,
+            surface: surface_needs,
+            memory,
+            loaded,
+            buffers,
+        })
     }
 
     fn update(&mut self, gpu: &Gpu, module: &Module, _: &[f64]) -> Result<(), EngineError> {
@@ -99,16 +116,20 @@ impl OnDevice for Interpreter {
             let (needs, function) = match function {
                 SceneFunction::Distance => (&self.distance, Function::Distance),
                 SceneFunction::Gradient => (&self.distance, Function::Gradient),
-                SceneFunction::Surface => {
-                    (self.surface.as_ref().unwrap_or(&self.distance), Function::Surface)
-                }
+                SceneFunction::Surface => (
+                    self.surface.as_ref().unwrap_or(&self.distance),
+                    Function::Surface,
+                ),
             };
             text.push_str(&interpreter(needs, function, &mut library));
             text.push('\n');
         }
         let (called, calls) = library.text();
         let unpainted = unpainted_surface(functions);
-        SceneText { text: format!("{}\n{unpainted}{called}{text}", bindings(self.memory)), calls }
+        SceneText {
+            text: format!("{}\n{unpainted}{called}{text}", bindings(self.memory)),
+            calls,
+        }
     }
 
     fn buffers(&self) -> &[(Binding, Buffer)] {
@@ -125,9 +146,10 @@ impl OnDevice for Interpreter {
 
 fn holds(memory: Memory, code: usize, pool: usize) -> bool {
     match memory {
-        Memory::Uniform { code: most, pool: most_pool } => {
-            code <= most as usize && pool <= most_pool as usize
-        }
+        Memory::Uniform {
+            code: most,
+            pool: most_pool,
+        } => code <= most as usize && pool <= most_pool as usize,
         Memory::Storage => true,
     }
 }

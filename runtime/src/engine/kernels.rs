@@ -63,15 +63,29 @@ impl Kernels {
             return Ok(KernelId(at));
         }
         let calls_scene = !stage.scene_functions(features).is_empty();
-        let scene = if calls_scene { scene() } else { SceneText::default() };
-        let source = SceneSource { text: &scene.text, calls: &scene.calls };
+        let scene = if calls_scene {
+            scene()
+        } else {
+            SceneText::default()
+        };
+        let source = SceneSource {
+            text: &scene.text,
+            calls: &scene.calls,
+        };
         let kernel = assemble::kernel(stage, features, &source);
         let mut bindings: Vec<Binding> = kernel.bindings.iter().map(binding).collect();
         if calls_scene {
             bindings.extend(scene_bindings);
         }
         let slots = kernel.bindings.iter().map(|(slot, _)| *slot).collect();
-        let at = self.compile(gpu, kernel.label, kernel.text, &bindings, slots, calls_scene)?;
+        let at = self.compile(
+            gpu,
+            kernel.label,
+            kernel.text,
+            &bindings,
+            slots,
+            calls_scene,
+        )?;
         self.stages.insert((stage, features.clone()), at.0);
         Ok(at)
     }
@@ -89,8 +103,19 @@ impl Kernels {
         if let Some(&at) = self.by_text.get(&text) {
             return Ok(KernelId(at));
         }
-        let kernel = gpu.kernel(&KernelSource { label, wgsl: &text, entry: "main", bindings })?;
-        self.entries.push(Entry { kernel, slots, scene, warm: false, bound: None });
+        let kernel = gpu.kernel(&KernelSource {
+            label,
+            wgsl: &text,
+            entry: "main",
+            bindings,
+        })?;
+        self.entries.push(Entry {
+            kernel,
+            slots,
+            scene,
+            warm: false,
+            bound: None,
+        });
         self.by_text.insert(text, self.entries.len() - 1);
         Ok(KernelId(self.entries.len() - 1))
     }
@@ -118,7 +143,11 @@ impl Entry {
         let filled = |&slot: &Slot| picture(slot).map(|buffer| (slot as u32, buffer));
         let mut buffers: Vec<(u32, Buffer)> = self.slots.iter().filter_map(filled).collect();
         if self.scene {
-            buffers.extend(scene.iter().map(|(binding, buffer)| (binding.slot, buffer.clone())));
+            buffers.extend(
+                scene
+                    .iter()
+                    .map(|(binding, buffer)| (binding.slot, buffer.clone())),
+            );
         }
         let borrowed: Vec<(u32, &Buffer)> = buffers.iter().map(|(slot, b)| (*slot, b)).collect();
         let bound = gpu.bind(&self.kernel, &borrowed)?;
@@ -127,7 +156,11 @@ impl Entry {
     }
 
     /// The kernel with buffers of its own.
-    pub(super) fn bind(&self, gpu: &Gpu, buffers: &[(u32, &Buffer)]) -> Result<BoundKernel, GpuError> {
+    pub(super) fn bind(
+        &self,
+        gpu: &Gpu,
+        buffers: &[(u32, &Buffer)],
+    ) -> Result<BoundKernel, GpuError> {
         gpu.bind(&self.kernel, buffers)
     }
 }
@@ -138,5 +171,8 @@ fn binding((slot, access): &(Slot, assemble::Access)) -> Binding {
         assemble::Access::Read => Access::StorageRead,
         assemble::Access::ReadWrite => Access::StorageReadWrite,
     };
-    Binding { slot: *slot as u32, access }
+    Binding {
+        slot: *slot as u32,
+        access,
+    }
 }

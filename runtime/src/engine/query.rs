@@ -35,7 +35,11 @@ pub(super) fn query<S: OnDevice>(
     engine: &mut GpuEngine<S>,
     points: &[[f32; 3]],
 ) -> Result<Vec<Sample>, EngineError> {
-    let painted = engine.scene.as_ref().ok_or(EngineError::NothingLoaded)?.painted;
+    let painted = engine
+        .scene
+        .as_ref()
+        .ok_or(EngineError::NothingLoaded)?
+        .painted;
     let mut functions = vec![SceneFunction::Distance, SceneFunction::Gradient];
     if painted {
         functions.push(SceneFunction::Surface);
@@ -91,7 +95,11 @@ fn ask<S: OnDevice>(
             SceneFunction::Surface => vec![(3, &gradients), (4, &surfaces)],
         });
         let buffers = scene.on_device.buffers();
-        slots.extend(buffers.iter().map(|(binding, buffer)| (binding.slot, buffer)));
+        slots.extend(
+            buffers
+                .iter()
+                .map(|(binding, buffer)| (binding.slot, buffer)),
+        );
         let call = engine.kernels.get(kernel).bind(gpu, &slots)?;
         batch.dispatch(&call, Extent::Line(count as u64))?;
     }
@@ -106,7 +114,11 @@ fn ask<S: OnDevice>(
     };
     let sample = |i: usize| {
         let [x, y, z, _] = gradients[i];
-        Sample { distance: distances[i], gradient: [x, y, z], surface: surfaces[i] }
+        Sample {
+            distance: distances[i],
+            gradient: [x, y, z],
+            surface: surfaces[i],
+        }
     };
     Ok((0..count).map(sample).collect())
 }
@@ -120,13 +132,22 @@ fn kernel<S: OnDevice>(
     let text = text(&scene.on_device.source(&[function]), function);
     let storage = |slot, access| Binding { slot, access };
     let (read, write) = (Access::StorageRead, Access::StorageReadWrite);
-    let mut bindings = vec![storage(Slot::Frame as u32, Access::Uniform), storage(1, read)];
+    let mut bindings = vec![
+        storage(Slot::Frame as u32, Access::Uniform),
+        storage(1, read),
+    ];
     bindings.extend(match function {
         SceneFunction::Distance => vec![storage(2, write)],
         SceneFunction::Gradient => vec![storage(3, write)],
         SceneFunction::Surface => vec![storage(3, read), storage(4, write)],
     });
-    bindings.extend(scene.on_device.buffers().iter().map(|(binding, _)| *binding));
+    bindings.extend(
+        scene
+            .on_device
+            .buffers()
+            .iter()
+            .map(|(binding, _)| *binding),
+    );
     let kernels = &mut engine.kernels;
     Ok(kernels.compile(&engine.gpu, "query", text, &bindings, Vec::new(), true)?)
 }

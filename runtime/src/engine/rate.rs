@@ -25,7 +25,10 @@ pub(super) struct Rate {
 
 impl Default for Rate {
     fn default() -> Self {
-        Self { per_second: CAUTIOUS, known: false }
+        Self {
+            per_second: CAUTIOUS,
+            known: false,
+        }
     }
 }
 

@@ -17,7 +17,10 @@ impl Tile {
     /// With one pixel more to the right and below, as far as the picture goes.
     pub(super) fn with_neighbours(&self, picture: [u32; 2]) -> Self {
         let size = [0, 1].map(|i| (self.size[i] + 1).min(picture[i] - self.corner[i]));
-        Self { corner: self.corner, size }
+        Self {
+            corner: self.corner,
+            size,
+        }
     }
 }
 
@@ -28,7 +31,10 @@ pub(super) struct Tiles(Vec<Tile>);
 impl Tiles {
     /// All of a picture.
     pub(super) fn of(size: [u32; 2]) -> Self {
-        Self(vec![Tile { corner: [0, 0], size }])
+        Self(vec![Tile {
+            corner: [0, 0],
+            size,
+        }])
     }
 
     /// The next tile, with at most so many pixels (or 8 × 8, in which rays are taken).
@@ -61,8 +67,13 @@ mod tests {
             let mut tiles = Tiles::of(size);
             let allowed = [4096, 100, 1, 20_000, 1 << 40];
             for n in 0.. {
-                let Some(tile) = tiles.next(allowed[n % allowed.len()]) else { break };
-                assert!(tile.pixels() <= allowed[n % allowed.len()].max(64 * 8), "{tile:?}");
+                let Some(tile) = tiles.next(allowed[n % allowed.len()]) else {
+                    break;
+                };
+                assert!(
+                    tile.pixels() <= allowed[n % allowed.len()].max(64 * 8),
+                    "{tile:?}"
+                );
                 for y in tile.corner[1]..tile.corner[1] + tile.size[1] {
                     for x in tile.corner[0]..tile.corner[0] + tile.size[0] {
                         seen[(y * size[0] + x) as usize] += 1;

@@ -35,7 +35,13 @@ impl OnDevice for Generated {
             text: scene.generated.text.to_owned(),
             calls: scene.generated.calls.to_vec(),
             outputs: scene.outputs.len(),
-            buffers: vec![(Binding { slot: FIRST_SCENE_SLOT, access }, buffer)],
+            buffers: vec![(
+                Binding {
+                    slot: FIRST_SCENE_SLOT,
+                    access,
+                },
+                buffer,
+            )],
         })
     }
 
@@ -50,7 +56,12 @@ impl OnDevice for Generated {
         let wanted: Vec<&str> = functions.iter().map(|function| function.name()).collect();
         let called = reachable(&self.text, &wanted);
         let named: BTreeSet<&str> = words(&called).collect();
-        let calls = self.calls.iter().copied().filter(|name| named.contains(name)).collect();
+        let calls = self
+            .calls
+            .iter()
+            .copied()
+            .filter(|name| named.contains(name))
+            .collect();
         let count = self.outputs.div_ceil(4).max(1);
         let uniforms = if count <= MOST_UNIFORM {
             format!("var<uniform> uniforms: array<vec4f, {count}>;")
@@ -58,7 +69,8 @@ impl OnDevice for Generated {
             "var<storage, read> uniforms: array<vec4f>;".to_owned()
         };
         let unpainted = unpainted_surface(functions);
-        let text = format!("@group(0) @binding({FIRST_SCENE_SLOT}) {uniforms}\n\n{unpainted}{called}");
+        let text =
+            format!("@group(0) @binding({FIRST_SCENE_SLOT}) {uniforms}\n\n{unpainted}{called}");
         SceneText { text, calls }
     }
 
@@ -73,9 +85,9 @@ impl OnDevice for Generated {
 
 /// The results of the uniform program by fours.
 fn numbers(outputs: &[f64]) -> Vec<[f32; 4]> {
-    let fours = outputs.chunks(4).map(|chunk| {
-        std::array::from_fn(|i| chunk.get(i).map_or(0.0, |&number| number as f32))
-    });
+    let fours = outputs
+        .chunks(4)
+        .map(|chunk| std::array::from_fn(|i| chunk.get(i).map_or(0.0, |&number| number as f32)));
     let mut numbers: Vec<[f32; 4]> = fours.collect();
     numbers.resize(numbers.len().max(1), [0.0; 4]);
     numbers
@@ -86,7 +98,9 @@ fn numbers(outputs: &[f64]) -> Vec<[f32; 4]> {
 fn reachable(text: &str, wanted: &[&str]) -> String {
     let mut declarations: Vec<(&str, String)> = Vec::new();
     for line in text.lines() {
-        let declared = ["fn ", "struct ", "const "].iter().find_map(|kind| line.strip_prefix(kind));
+        let declared = ["fn ", "struct ", "const "]
+            .iter()
+            .find_map(|kind| line.strip_prefix(kind));
         if let Some(rest) = declared {
             declarations.push((words(rest).next().unwrap_or_default(), String::new()));
         }
@@ -94,21 +108,32 @@ fn reachable(text: &str, wanted: &[&str]) -> String {
             let _ = writeln!(declaration, "{line}");
         }
     }
-    let by_name: BTreeMap<&str, usize> =
-        declarations.iter().enumerate().map(|(at, (name, _))| (*name, at)).collect();
+    let by_name: BTreeMap<&str, usize> = declarations
+        .iter()
+        .enumerate()
+        .map(|(at, (name, _))| (*name, at))
+        .collect();
     let mut reached = vec![false; declarations.len()];
-    let mut open: Vec<usize> = wanted.iter().filter_map(|name| by_name.get(name).copied()).collect();
+    let mut open: Vec<usize> = wanted
+        .iter()
+        .filter_map(|name| by_name.get(name).copied())
+        .collect();
     while let Some(at) = open.pop() {
         if !std::mem::replace(&mut reached[at], true) {
             open.extend(words(&declarations[at].1).filter_map(|word| by_name.get(word).copied()));
         }
     }
-    let kept = declarations.iter().zip(&reached).filter(|(_, reached)| **reached);
-    kept.map(|((_, declaration), _)| declaration.as_str()).collect()
+    let kept = declarations
+        .iter()
+        .zip(&reached)
+        .filter(|(_, reached)| **reached);
+    kept.map(|((_, declaration), _)| declaration.as_str())
+        .collect()
 }
 
 fn words(text: &str) -> impl Iterator<Item = &str> {
-    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).filter(|word| !word.is_empty())
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
+        .filter(|word| !word.is_empty())
 }
 
 #[cfg(test)]
@@ -132,6 +157,9 @@ mod tests {
     #[test]
     fn numbers_are_padded_to_fours() {
         assert_eq!(numbers(&[]), [[0.0; 4]]);
-        assert_eq!(numbers(&[1.0, 2.0, 3.0, 4.0, 5.0]), [[1.0, 2.0, 3.0, 4.0], [5.0, 0.0, 0.0, 0.0]]);
+        assert_eq!(
+            numbers(&[1.0, 2.0, 3.0, 4.0, 5.0]),
+            [[1.0, 2.0, 3.0, 4.0], [5.0, 0.0, 0.0, 0.0]]
+        );
     }
 }

@@ -33,8 +33,13 @@ impl Target {
         });
         let largest_side = sides.fold(0.0, f64::max);
         let corners = bounds.min.iter().chain(&bounds.max);
-        let farthest = corners.filter(|v| v.is_finite()).fold(0.0_f64, |most, v| most.max(v.abs()));
-        let scale = [largest_side, 2.0 * farthest, 2.0].into_iter().find(|&s| s > 0.0).unwrap_or(2.0);
+        let farthest = corners
+            .filter(|v| v.is_finite())
+            .fold(0.0_f64, |most, v| most.max(v.abs()));
+        let scale = [largest_side, 2.0 * farthest, 2.0]
+            .into_iter()
+            .find(|&s| s > 0.0)
+            .unwrap_or(2.0);
         let mut shown = *bounds;
         for i in 0..3 {
             let (low, high) = (bounds.min[i], bounds.max[i]);
@@ -48,7 +53,10 @@ impl Target {
         if shown.half_diagonal() == 0.0 {
             shown = shown.grown(1.0);
         }
-        Self { shown, bounds: *bounds }
+        Self {
+            shown,
+            bounds: *bounds,
+        }
     }
 
     /// How far rays go: past everything, where there is an end.
@@ -95,7 +103,10 @@ pub(super) fn framed(given: Option<View>, target: &Target, aspect: f64) -> View 
         lens: Lens::Perspective(FIELD_OF_VIEW),
     });
     let back = Vector(given.from).minus(Vector(given.look));
-    let back = back.unit().or(Vector(DIRECTION).unit()).unwrap_or(Vector([0.0, 0.0, 1.0]));
+    let back = back
+        .unit()
+        .or(Vector(DIRECTION).unit())
+        .unwrap_or(Vector([0.0, 0.0, 1.0]));
     // Any direction across will do where up lies along the view.
     let right = Vector(given.up).cross(back).unit();
     let right = right
@@ -114,12 +125,23 @@ pub(super) fn framed(given: Option<View>, target: &Target, aspect: f64) -> View 
             (needs.into_iter().fold(0.0, f64::max) * MARGIN, given.lens)
         }
         Lens::Orthographic(_) => {
-            let half = corners.map(|[x, y, _]| (x / aspect).max(y)).into_iter().fold(0.0, f64::max);
+            let half = corners
+                .map(|[x, y, _]| (x / aspect).max(y))
+                .into_iter()
+                .fold(0.0, f64::max);
             let height = if half > 0.0 { 2.0 * half * MARGIN } else { 1.0 };
-            (2.0 * target.shown.half_diagonal(), Lens::Orthographic(height))
+            (
+                2.0 * target.shown.half_diagonal(),
+                Lens::Orthographic(height),
+            )
         }
     };
-    View { from: centre.plus(back, way).0, look: centre.0, up: given.up, lens }
+    View {
+        from: centre.plus(back, way).0,
+        look: centre.0,
+        up: given.up,
+        lens,
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -158,7 +180,10 @@ mod tests {
 
     /// Where a point lies in the picture, from -1 to 1 along both sides.
     fn place_in_view(view: &View, p: [f64; 3], aspect: f64) -> [f64; 2] {
-        let forward = Vector(view.look).minus(Vector(view.from)).unit().expect("a direction");
+        let forward = Vector(view.look)
+            .minus(Vector(view.from))
+            .unit()
+            .expect("a direction");
         let right = forward.cross(Vector(view.up)).unit().expect("across");
         let up = right.cross(forward);
         let v = Vector(p).minus(Vector(view.from));
@@ -173,22 +198,39 @@ mod tests {
     fn an_automatic_camera_has_all_corners_in_the_picture_and_touches_its_edge() {
         let boxes = [
             Bounds::ball(1.0),
-            Bounds { min: [10.0, 0.0, -3.0], max: [12.0, 9.0, -1.0] },
-            Bounds { min: [-1e-4; 3], max: [1e-4; 3] },
+            Bounds {
+                min: [10.0, 0.0, -3.0],
+                max: [12.0, 9.0, -1.0],
+            },
+            Bounds {
+                min: [-1e-4; 3],
+                max: [1e-4; 3],
+            },
         ];
-        let lenses = [Lens::Perspective(0.6), Lens::Perspective(2.0), Lens::Orthographic(1.0)];
+        let lenses = [
+            Lens::Perspective(0.6),
+            Lens::Perspective(2.0),
+            Lens::Orthographic(1.0),
+        ];
         for bounds in boxes {
             for lens in lenses {
                 for aspect in [0.5, 1.0, 16.0 / 9.0] {
-                    let given =
-                        View { from: [3.0, 4.0, 5.0], look: [0.0; 3], up: [0.0, 1.0, 0.0], lens };
+                    let given = View {
+                        from: [3.0, 4.0, 5.0],
+                        look: [0.0; 3],
+                        up: [0.0, 1.0, 0.0],
+                        lens,
+                    };
                     let view = framed(Some(given), &Target::of(&bounds), aspect);
                     let mut edge = 0.0_f64;
                     for corner in bounds.corners() {
                         let [x, y] = place_in_view(&view, corner, aspect);
                         edge = edge.max(x.abs()).max(y.abs());
                     }
-                    assert!((0.6..=1.0).contains(&edge), "{bounds:?} {lens:?} {aspect}: {edge}");
+                    assert!(
+                        (0.6..=1.0).contains(&edge),
+                        "{bounds:?} {lens:?} {aspect}: {edge}"
+                    );
                     let far = Target::of(&bounds).far(&view);
                     let beyond = |c: &[f64; 3]| Vector(*c).minus(Vector(view.from)).length() < far;
                     assert!(bounds.corners().iter().all(beyond));
@@ -199,10 +241,18 @@ mod tests {
 
     #[test]
     fn endless_bounds_are_framed_at_the_size_of_what_is_finite() {
-        let ground =
-            Bounds { min: [f64::NEG_INFINITY; 3], max: [f64::INFINITY, 2.0, f64::INFINITY] };
+        let ground = Bounds {
+            min: [f64::NEG_INFINITY; 3],
+            max: [f64::INFINITY, 2.0, f64::INFINITY],
+        };
         let shown = Target::of(&ground).shown;
-        assert_eq!(shown, Bounds { min: [-2.0, -2.0, -2.0], max: [2.0, 2.0, 2.0] });
+        assert_eq!(
+            shown,
+            Bounds {
+                min: [-2.0, -2.0, -2.0],
+                max: [2.0, 2.0, 2.0]
+            }
+        );
         for bounds in [Bounds::EVERYTHING, Bounds::EMPTY, Bounds::ball(0.0)] {
             let target = Target::of(&bounds);
             let view = framed(None, &target, 1.5);

@@ -77,15 +77,25 @@ pub(super) fn compare(
     let program = &module.distance;
     let slope = module.settings.slope.max(1.0);
     let shown = crate::settings::shown(&module.settings.bounds);
-    let extent = shown.min.iter().chain(&shown.max).fold(1.0_f64, |most, v| most.max(v.abs()));
-    let functions = if program.code.iter().any(|i| is_function(i.code)) { FUNCTIONS } else { 1.0 };
+    let extent = shown
+        .min
+        .iter()
+        .chain(&shown.max)
+        .fold(1.0_f64, |most, v| most.max(v.abs()));
+    let functions = if program.code.iter().any(|i| is_function(i.code)) {
+        FUNCTIONS
+    } else {
+        1.0
+    };
     let roundings = ROUNDINGS * slope * functions;
 
     let (mut ulps, mut shares, mut gradients) = (Vec::new(), Vec::new(), Vec::new());
     let (mut jumps, mut gradients_differ) = (0, 0);
     let (mut worst, mut worst_share) = (None, -1.0);
     for ((&p, a), b) in points.iter().zip(reference).zip(samples) {
-        let largest = p.iter().fold(1.0_f64, |most, v| most.max(f64::from(v.abs())));
+        let largest = p
+            .iter()
+            .fold(1.0_f64, |most, v| most.max(f64::from(v.abs())));
         let apart = (f64::from(a.distance) - f64::from(b.distance)).abs();
         let allowed = roundings * HALF_ULP * largest.max(extent);
         let around = Around::of(p, 8.0 * HALF_ULP * largest);
@@ -100,7 +110,9 @@ pub(super) fn compare(
                 worst = Some((p, a.distance, b.distance));
             }
         }
-        let apart: f64 = (0..3).map(|i| f64::from(a.gradient[i] - b.gradient[i]).abs()).sum();
+        let apart: f64 = (0..3)
+            .map(|i| f64::from(a.gradient[i] - b.gradient[i]).abs())
+            .sum();
         gradients.push(apart / slope);
         if !(apart / slope <= GRADIENT) && around.gradients(program) < apart / 2.0 {
             gradients_differ += 1;
@@ -124,7 +136,12 @@ fn is_function(code: Code) -> bool {
         Category::Math => !matches!(op, Op::X | Op::Y | Op::Z | Op::Constant | Op::MakePoint),
         Category::Domain => matches!(
             op,
-            Op::Polar | Op::PolarNeighbour | Op::PolarPlane | Op::PolarPlaneNeighbour | Op::Twist | Op::Bend
+            Op::Polar
+                | Op::PolarNeighbour
+                | Op::PolarPlane
+                | Op::PolarPlaneNeighbour
+                | Op::Twist
+                | Op::Bend
         ),
         Category::Shape3 => matches!(op, Op::Gyroid | Op::SchwarzP | Op::Diamond),
         _ => false,
@@ -151,8 +168,12 @@ impl Around {
     }
     /// How far their gradients are apart.
     fn gradients(&self, program: &sdfc_vm::program::Program) -> f64 {
-        let all = self.0.map(|[x, y, z]| gradient::<f64>(program, V3::of(x, y, z)).gradient);
-        span(all.iter().map(|g| g.x)) + span(all.iter().map(|g| g.y)) + span(all.iter().map(|g| g.z))
+        let all = self
+            .0
+            .map(|[x, y, z]| gradient::<f64>(program, V3::of(x, y, z)).gradient);
+        span(all.iter().map(|g| g.x))
+            + span(all.iter().map(|g| g.y))
+            + span(all.iter().map(|g| g.z))
     }
 }
 
@@ -188,9 +209,17 @@ impl FieldDifferences {
 
 impl fmt::Display for FieldDifferences {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "  distances     {} ulp, {:.0} allowed", self.distances, self.allowed)?;
+        writeln!(
+            f,
+            "  distances     {} ulp, {:.0} allowed",
+            self.distances, self.allowed
+        )?;
         if self.jumps > 0 {
-            writeln!(f, "                {} points on jumps of the field left out", self.jumps)?;
+            writeln!(
+                f,
+                "                {} points on jumps of the field left out",
+                self.jumps
+            )?;
         }
         writeln!(f, "  gradients     {} of the slope bound", self.gradients)
     }

@@ -87,7 +87,10 @@ fn is_edge(frame: &Frame, bytes: &[u8], here: usize, there: usize) -> bool {
     if hit(frame, here) != hit(frame, there) || frame.id[here] != frame.id[there] {
         return true;
     }
-    if channels(bytes, here).zip(channels(bytes, there)).any(|(a, b)| a.abs_diff(b) > CONTRAST) {
+    if channels(bytes, here)
+        .zip(channels(bytes, there))
+        .any(|(a, b)| a.abs_diff(b) > CONTRAST)
+    {
         return true;
     }
     if !hit(frame, here) {
@@ -147,7 +150,9 @@ pub(super) fn compare(reference: &Frame, frame: &Frame, edges: &Edges) -> Pictur
                 normals.push(degrees_between(reference.normal[i], frame.normal[i]));
             }
         }
-        let apart = channels(&bytes, i).zip(channels(&other_bytes, i)).map(|(a, b)| a.abs_diff(b));
+        let apart = channels(&bytes, i)
+            .zip(channels(&other_bytes, i))
+            .map(|(a, b)| a.abs_diff(b));
         let apart = apart.max().unwrap_or(0);
         found.worst = found.worst.max(apart);
         found.differing += usize::from(apart > ALLOWED);
@@ -203,12 +208,20 @@ impl fmt::Display for PictureDifferences {
         writeln!(f, "  depth         {} of the depth", self.depth)?;
         writeln!(f, "                {} ulp", self.depth_ulps)?;
         writeln!(f, "  normals       {} degrees", self.normals)?;
-        writeln!(f, "  steps         {} of {} rays differ", self.steps_differ, self.pixels)?;
+        writeln!(
+            f,
+            "  steps         {} of {} rays differ",
+            self.steps_differ, self.pixels
+        )?;
         writeln!(
             f,
             "  pixels        {} differ by more than {ALLOWED}/255, worst {}/255; away from edges {} \
              of {}, worst {}/255",
-            self.differing, self.worst, self.differing_inside, self.smooth_pixels, self.worst_inside
+            self.differing,
+            self.worst,
+            self.differing_inside,
+            self.smooth_pixels,
+            self.worst_inside
         )
     }
 }
@@ -245,13 +258,29 @@ mod tests {
         Frame {
             width: 8,
             height: 8,
-            color: each.clone().map(|i| if left(i) { [0.2; 4] } else { [0.0; 4] }).collect(),
-            depth: each.clone().map(|i| if left(i) { 5.0 } else { f32::INFINITY }).collect(),
-            normal: each.clone().map(|i| [0.0, 0.0, if left(i) { 1.0 } else { 0.0 }]).collect(),
+            color: each
+                .clone()
+                .map(|i| if left(i) { [0.2; 4] } else { [0.0; 4] })
+                .collect(),
+            depth: each
+                .clone()
+                .map(|i| if left(i) { 5.0 } else { f32::INFINITY })
+                .collect(),
+            normal: each
+                .clone()
+                .map(|i| [0.0, 0.0, if left(i) { 1.0 } else { 0.0 }])
+                .collect(),
             id: vec![0; 64],
             steps: vec![10; 64],
-            status: each.map(|i| if left(i) { Status::Hit } else { Status::Miss }).collect(),
-            display: Display { exposure: 1.0, tonemap: Tonemap::None, light: false, scene: false },
+            status: each
+                .map(|i| if left(i) { Status::Hit } else { Status::Miss })
+                .collect(),
+            display: Display {
+                exposure: 1.0,
+                tonemap: Tonemap::None,
+                light: false,
+                scene: false,
+            },
             stats: Stats::default(),
         }
     }
@@ -265,7 +294,10 @@ mod tests {
         frame.color[8 * 3 + 4] = [0.2; 4];
         let found = compare(&reference, &frame, &edges);
         assert_eq!((found.hit_mismatches, found.hit_mismatches_inside), (1, 0));
-        assert_eq!((found.differing, found.differing_inside, found.worst), (1, 0, 51));
+        assert_eq!(
+            (found.differing, found.differing_inside, found.worst),
+            (1, 0, 51)
+        );
         assert_eq!(found.smooth_pixels, 48);
         assert_eq!(found.failures(), [""; 0]);
     }
@@ -280,10 +312,17 @@ mod tests {
         frame.depth[2] = 5.0 * (1.0 + 1e-6);
         frame.normal[2] = [0.0, 1e-3, 1.0];
         let found = compare(&reference, &frame, &edges);
-        assert_eq!((found.hit_mismatches_inside, found.differing_inside), (1, 1));
+        assert_eq!(
+            (found.hit_mismatches_inside, found.differing_inside),
+            (1, 1)
+        );
         assert_eq!((found.worst_inside, found.worst_place), (2, [1, 0]));
         assert!((found.depth.max - 1e-6).abs() < 2e-7, "{:?}", found.depth);
-        assert!((found.normals.max - 1e-3_f64.to_degrees()).abs() < 1e-3, "{:?}", found.normals);
+        assert!(
+            (found.normals.max - 1e-3_f64.to_degrees()).abs() < 1e-3,
+            "{:?}",
+            found.normals
+        );
         assert_eq!(found.failures().len(), 2);
         let picture = difference_picture(&reference, &frame);
         assert_eq!(picture[..4], [255, 0, 0, 255]);

@@ -24,13 +24,22 @@ impl Spread {
             let rank = (share * numbers.len() as f64).ceil() as usize;
             numbers.get(rank.saturating_sub(1)).copied().unwrap_or(0.0)
         };
-        Self { count: numbers.len(), p50: at(0.5), p999: at(0.999), max: at(1.0) }
+        Self {
+            count: numbers.len(),
+            p50: at(0.5),
+            p999: at(0.999),
+            max: at(1.0),
+        }
     }
 }
 
 impl fmt::Display for Spread {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "half {:.3e}, 99.9 % {:.3e}, all {:.3e}", self.p50, self.p999, self.max)
+        write!(
+            f,
+            "half {:.3e}, 99.9 % {:.3e}, all {:.3e}",
+            self.p50, self.p999, self.max
+        )
     }
 }
 

@@ -1,6 +1,11 @@
 // plane: the field where each ray meets the plane through the view's centre.
 
 @group(0) @binding(2) var<storage, read_write> rays: array<Ray>;
+#if painted
+#if materials
+@group(0) @binding(5) var<storage, read_write> surfaces: array<Surface>;
+#end
+#end
 @group(0) @binding(8) var<storage, read_write> colors: array<vec4f>;
 
 @compute @workgroup_size(64)
@@ -25,7 +30,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let covered = coverage(distance * frame.inverse_slope, pixel);
 #if painted
 #if materials
-    let paint = scene_surface(p, -frame.forward).albedo;
+    let surface = scene_surface(p, -frame.forward);
+    surfaces[item.index] = surface;
+    let paint = surface.albedo;
 #else
     let paint = frame.albedo;
 #end

@@ -1,0 +1,15 @@
+//! Engines: that they make the same pictures and values of programs written here as listings, what
+//! an update costs, and what happens when a limit is passed or a device fails.
+
+#[path = "engines/agreement.rs"]
+mod agreement;
+#[path = "engines/devices.rs"]
+mod devices;
+#[path = "engines/operations.rs"]
+mod operations;
+#[path = "engines/scenes.rs"]
+mod scenes;
+#[path = "engines/settings.rs"]
+mod settings;
+#[path = "engines/updates.rs"]
+mod updates;

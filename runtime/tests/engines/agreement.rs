@@ -1,0 +1,314 @@
+//! The same picture and the same values on every engine.
+
+use crate::scenes::{
+    EVERYTHING, PAINTED, constants, cpu, drawn, drawn_as, gpu, interp, loaded, module, module_of,
+    program, with_params,
+};
+use sdfc_runtime::engine::{Engine, EngineKind, Loaded, on};
+use sdfc_runtime::frame::{Mode, Normals, Occlusion};
+use sdfc_runtime::settings::Overrides;
+use sdfc_runtime::verify::verify;
+use sdfc_shaders::assemble::SceneSource;
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::evaluate::evaluate_f64;
+use sdfc_vm::library::Library;
+use sdfc_vm::program::Module;
+use sdfc_vm::settings::{Light, LightSource, Setting, Shadow};
+use sdfc_vm::table::Op;
+
+/// Verifies a module on the CPU and the interpreter, and that something is in the picture.
+fn agree(module: &mut Module, overrides: &Overrides) {
+    let Some(interp) = interp() else { return };
+    let outputs = module.update(0.0);
+    let settings = drawn_as(module, &outputs, overrides);
+    let mut engines = [cpu(), interp];
+    let report =
+        verify(&loaded(module, &outputs), &mut engines, &settings).expect("both engines run");
+    println!("{report}");
+    assert!(report.passed(), "{report}");
+    let [a, b] = [&report.frames[0], &report.frames[1]];
+    assert!(a.stats.hits > 100 && a.stats.misses > 100, "{:?}", a.stats);
+    let close = |a: u64, b: u64| a.abs_diff(b) <= 2 + a / 500;
+    assert!(
+        close(a.stats.evaluations, b.stats.evaluations),
+        "{:?} {:?}",
+        a.stats,
+        b.stats
+    );
+    assert_eq!(a.stats.rays(), b.stats.rays());
+    let ids = a.id.iter().zip(&b.id).filter(|(a, b)| a != b).count();
+    assert!(ids <= 4, "{ids} pixels have another material");
+}
+
+#[test]
+fn everything_a_program_can_do() {
+    agree(&mut module(EVERYTHING, None), &Overrides::default());
+}
+
+#[test]
+fn materials_that_mix_and_follow_the_point() {
+    let mut painted = module(&distances_of(PAINTED), Some(PAINTED));
+    agree(&mut painted, &Overrides::default());
+}
+
+/// A listing of surfaces without what concerns surfaces.
+fn distances_of(listing: &str) -> String {
+    // Channels are computed from the point on; all that leads up to them goes too.
+    let mut kept: Vec<&str> = Vec::new();
+    for line in listing.lines() {
+        let name = line.trim().split(' ').next().unwrap_or_default();
+        match name {
+            "paint" | "normal" | "x" | "y" | "mul" | "fract" | "sin" | "abs" | "channel" => {}
+            _ => kept.push(line),
+        }
+    }
+    kept.join("\n")
+}
+
+#[test]
+fn lights_of_every_kind() {
+    let mut scene = module(EVERYTHING, None);
+    let light = scene.settings.lights[0].clone();
+    let with = |source, shadow| Light {
+        source,
+        shadow,
+        intensity: Setting::Constant(0.8),
+        ..light.clone()
+    };
+    let near = LightSource::Point(constants([1.5, 2.5, 1.0]));
+    let far = LightSource::Directional(constants([-1.0, 1.0, 0.2]));
+    let size = Setting::Constant(0.1);
+    scene.settings.lights = vec![
+        with(near, Shadow::Hard),
+        with(far, Shadow::Plain(size)),
+        with(near, Shadow::Soft(size)),
+        with(far, Shadow::Sized(size)),
+        with(near, Shadow::None),
+    ];
+    scene.settings.sky.fog = Some(Setting::Constant(0.05));
+    let overrides = Overrides {
+        occlusion: Some(Occlusion::Multi(9)),
+        aa: Some(2),
+        ..Overrides::default()
+    };
+    agree(&mut scene, &overrides);
+}
+
+#[test]
+fn every_mode_and_every_way_to_find_normals() {
+    let Some(mut interp) = interp() else { return };
+    let mut cpu = cpu();
+    let mut scene = module(&distances_of(PAINTED), Some(PAINTED));
+    let outputs = scene.update(0.0);
+    for engine in [&mut cpu, &mut interp] {
+        engine.load(&loaded(&scene, &outputs)).expect("it loads");
+    }
+    let modes = [
+        Mode::Albedo,
+        Mode::Normal,
+        Mode::Depth,
+        Mode::Steps,
+        Mode::Distance,
+        Mode::Id,
+        Mode::Mask,
+        Mode::Edges,
+    ];
+    let ways = [
+        Normals::Forward,
+        Normals::Central,
+        Normals::Reverse,
+        Normals::Tetrahedron,
+        Normals::Wide,
+    ];
+    let modes = modes.map(|mode| Overrides {
+        mode,
+        ..Overrides::default()
+    });
+    let ways = ways.map(|way| Overrides {
+        mode: Mode::Normal,
+        normals: Some(way),
+        ..Overrides::default()
+    });
+    for overrides in modes.iter().chain(&ways) {
+        let settings = drawn_as(&scene, &outputs, overrides);
+        let [a, b] = [&mut cpu, &mut interp].map(|engine| {
+            engine
+                .render(&settings, &|_| {})
+                .expect("it renders")
+                .rgba8()
+        });
+        let apart = |(a, b): (&u8, &u8)| a.abs_diff(*b) > 4;
+        let differing = a.iter().zip(&b).filter(|pair| apart(*pair)).count();
+        assert!(differing <= 24, "{overrides:?}: {differing} bytes differ");
+        assert!(
+            a.chunks(4).any(|pixel| pixel != &a[..4]),
+            "{overrides:?} shows something"
+        );
+    }
+}
+
+#[test]
+fn figures_in_the_plane() {
+    let mut scene = module(
+        "circle [0.8]
+         rect [0.5, 0.3]  moved [-0.7, -0.4, 0.0]  blend quadratic [1.0, 1.0, 0.3, 0.8333333]",
+        Some(
+            "circle [0.8]
+             paint #0 [0.9, 0.1, 0.1, 0.3, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+             rect [0.5, 0.3]  moved [-0.7, -0.4, 0.0]
+             paint #0 [0.1, 0.8, 0.1, 0.3, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0]
+             take  blend quadratic [1.0, 1.0, 0.3, 0.8333333]",
+        ),
+    );
+    scene.settings.plane = true;
+    scene.settings.bounds = Bounds {
+        min: [-0.8, -0.8, 0.0],
+        max: [1.2, 0.8, 0.0],
+    };
+    agree(&mut scene, &Overrides::default());
+    agree(
+        &mut scene,
+        &Overrides {
+            mode: Mode::Distance,
+            ..Overrides::default()
+        },
+    );
+}
+
+#[test]
+fn generated_source_with_parameters_and_materials() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = module(
+        "sphere [0.8@u0]
+         cuboid [0.5, 0.4, 0.3]  moved [-0.9, 0.2@u1, 0.0]  blend hard [1.0, 1.0, 0.0, 0.0]",
+        Some(
+            "sphere [0.8@u0]
+             cuboid [0.5, 0.4, 0.3]  moved [-0.9, 0.2@u1, 0.0]
+             paint #0 [0.9, 0.1@u4, 0.1, 0.3, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+             take  blend hard [1.0, 1.0, 0.0, 0.0]",
+        ),
+    );
+    with_params(&mut scene, 5);
+    let numbers = [0.9, 0.4, 0.0, 0.0, 0.5];
+    let outputs = scene.uniforms.run(&numbers, 0.0);
+    let narrow: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
+    scene.distance.patch(&narrow);
+    scene
+        .surface
+        .as_mut()
+        .expect("it is painted")
+        .patch(&narrow);
+
+    let mut library = Library::default();
+    for op in [Op::Sphere, Op::Cuboid] {
+        library.use_value(op);
+        library.use_gradient(op);
+    }
+    let (called, calls) = library.text();
+    let text = format!(
+        "{called}
+fn scene_distance(p: vec3f) -> f32 {{
+    let a = sdf_sphere(p, uniforms[0][0]);
+    let b = sdf_cuboid(p + vec3f(-0.9, uniforms[0][1], 0.0), vec3f(0.5, 0.4, 0.3));
+    return min(a, b);
+}}
+fn scene_gradient(p: vec3f) -> vec4f {{
+    let x = vec3f(1.0, 0.0, 0.0);
+    let y = vec3f(0.0, 1.0, 0.0);
+    let z = vec3f(0.0, 0.0, 1.0);
+    let a = sdf_sphere_gradient(DualPoint(p, x, y, z), uniforms[0][0]);
+    let q = p + vec3f(-0.9, uniforms[0][1], 0.0);
+    let b = sdf_cuboid_gradient(DualPoint(q, x, y, z), vec3f(0.5, 0.4, 0.3));
+    return select(b, a, a.w < b.w);
+}}
+fn scene_surface(p: vec3f, n: vec3f) -> Surface {{
+    let a = sdf_sphere(p, uniforms[0][0]);
+    let b = sdf_cuboid(p + vec3f(-0.9, uniforms[0][1], 0.0), vec3f(0.5, 0.4, 0.3));
+    if a < b {{ return unpainted_surface(); }}
+    return Surface(vec3f(0.9, uniforms[1][0], 0.1), 0.3, vec3f(0.0), 0.0, vec3f(0.0), 1.0);
+}}
+"
+    );
+    let loaded = Loaded {
+        module: &scene,
+        outputs: &outputs,
+        generated: SceneSource {
+            text: &text,
+            calls: &calls,
+        },
+    };
+    let mut engines = [cpu(), on(EngineKind::Wgsl, gpu)];
+    let settings = drawn(&scene, &outputs);
+    let report = verify(&loaded, &mut engines, &settings).expect("both engines run");
+    assert!(report.passed(), "{report}");
+    assert!(report.frames[0].id.contains(&1) && report.frames[0].id.contains(&3));
+}
+
+/// A row of balls that rays nearly graze, so that they take many steps.
+fn long_program(count: usize) -> String {
+    let ball = |i: usize| {
+        let (x, y, z) = (i % 10, i / 10 % 10, i / 100);
+        let place = |n: usize, of: usize| 1.8 - 3.6 * (n as f64 + 0.5) / of as f64;
+        let rows = count.div_ceil(100);
+        let blend = if i > 0 {
+            "  blend hard [1.0, 1.0, 0.0, 0.0]"
+        } else {
+            ""
+        };
+        format!(
+            "sphere [0.06]  moved [{}, {}, {}]{blend}",
+            place(x, 10) as f32,
+            place(y, 10) as f32,
+            place(z, rows) as f32
+        )
+    };
+    (0..count).map(ball).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn a_march_longer_than_any_loop_may_be() {
+    // 1,500 instructions and rays of up to some hundred steps: a single loop over all steps would
+    // pass the 65,535 rounds after which software devices stop it.
+    let mut scene = module(&long_program(1500), None);
+    scene.settings.lights.truncate(0);
+    scene.settings.render.occlusion = sdfc_vm::settings::Occlusion::Off;
+    scene.settings.render.size = [24, 16];
+    // Steps half as long.
+    scene.settings.slope = 2.0;
+    let Some(interp) = interp() else { return };
+    let settings = drawn(&scene, &[]);
+    let mut engines = [cpu(), interp];
+    let report = verify(&loaded(&scene, &[]), &mut engines, &settings).expect("both engines run");
+    assert!(report.passed(), "{report}");
+    let longest = report.frames[1].steps.iter().max().copied().unwrap_or(0);
+    assert!(
+        longest as usize * 1500 > 65_535,
+        "{longest} steps are too few to show anything"
+    );
+    assert!(report.frames[1].stats.hits > 20);
+}
+
+#[test]
+fn points_on_every_engine_follow_the_program_in_double_precision() {
+    let distance = program(EVERYTHING, false);
+    let scene = module_of(distance.clone(), None);
+    let at = |i: usize, k: usize| ((i * k) % 101) as f32 / 25.0 - 2.0;
+    // Not a multiple of 64.
+    let points: Vec<[f32; 3]> = (0..333).map(|i| [at(i, 7), at(i, 31), at(i, 53)]).collect();
+    for engine in [Some(cpu()), interp()].into_iter().flatten() {
+        let mut engine: Box<dyn Engine> = engine;
+        engine.load(&loaded(&scene, &[])).expect("it loads");
+        let samples = engine.query(&points).expect("it answers");
+        assert_eq!(samples.len(), points.len());
+        for (p, sample) in points.iter().zip(samples) {
+            let exact = evaluate_f64(&distance, p.map(f64::from));
+            assert!(
+                (f64::from(sample.distance) - exact).abs() < 4e-6,
+                "{p:?}: {sample:?}, {exact}"
+            );
+            assert_eq!(sample.surface.id, 3.0);
+            assert_eq!(sample.surface.albedo, [0.7, 0.4, 0.3]);
+        }
+        assert_eq!(engine.query(&[]).expect("it answers"), []);
+    }
+}

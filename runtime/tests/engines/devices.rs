@@ -1,0 +1,142 @@
+//! Limits and failures: what an engine cannot do is an error with both numbers, and a device that
+//! fails is replaced by the CPU where nobody asked for it by name.
+
+use crate::scenes::{cpu, drawn, drawn_as, gpu, interp, loaded, module};
+use sdfc_runtime::engine::{
+    Engine, EngineError, EngineKind, Loaded, Sample, on, open_auto, with_fallback,
+};
+use sdfc_runtime::frame::{Frame, Mode, Normals, RenderSettings};
+use sdfc_runtime::gpu::GpuError;
+use sdfc_runtime::settings::Overrides;
+use sdfc_vm::program::Module;
+
+const BALL: &str = "sphere [0.8]";
+
+fn picture(engine: &mut dyn Engine, scene: &Module) -> Result<Frame, EngineError> {
+    engine.load(&loaded(scene, &[]))?;
+    engine.render(&drawn(scene, &[]), &|_| {})
+}
+
+#[test]
+fn a_lost_device_is_an_error_and_the_cpu_takes_its_place_where_it_may() {
+    let Some(lost) = gpu() else { return };
+    lost.destroy();
+    let scene = module(BALL, None);
+    let mut engine = on(EngineKind::Interp, lost);
+    let error = picture(&mut *engine, &scene).map(|frame| frame.stats);
+    assert!(
+        matches!(error, Err(EngineError::Gpu(GpuError::DeviceLost(_)))),
+        "{error:?}"
+    );
+
+    let mut engine = with_fallback(engine);
+    assert_eq!(engine.kind(), EngineKind::Interp);
+    let frame = picture(&mut *engine, &scene).expect("the CPU does not fail");
+    assert_eq!(engine.kind(), EngineKind::Cpu);
+    let expected = picture(&mut *cpu(), &scene).expect("the CPU does not fail");
+    assert_eq!(frame.color, expected.color);
+}
+
+/// An engine whose device is lost at the first picture or query.
+struct Fragile(Box<dyn Engine>);
+
+impl Engine for Fragile {
+    fn kind(&self) -> EngineKind {
+        EngineKind::Wgsl
+    }
+    fn device(&self) -> String {
+        "glass".to_owned()
+    }
+    fn load(&mut self, scene: &Loaded<'_>) -> Result<(), EngineError> {
+        self.0.load(scene)
+    }
+    fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError> {
+        self.0.update(module, outputs)
+    }
+    fn render(
+        &mut self,
+        _: &RenderSettings,
+        _: &(dyn Fn(f32) + Sync),
+    ) -> Result<Frame, EngineError> {
+        Err(GpuError::DeviceLost("it broke".to_owned()).into())
+    }
+    fn query(&mut self, _: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError> {
+        Err(GpuError::OutOfMemory("it is full".to_owned()).into())
+    }
+}
+
+#[test]
+fn a_device_that_fails_in_the_middle_is_replaced_with_the_parameters_it_had() {
+    let mut scene = module("sphere [0.8@u0]", None);
+    crate::scenes::with_params(&mut scene, 1);
+    let mut engine = with_fallback(Box::new(Fragile(cpu())));
+    engine.load(&loaded(&scene, &[0.8])).expect("it loads");
+    scene.distance.patch(&[1.2]);
+    engine
+        .update(&scene, &[1.2])
+        .expect("it takes the parameter");
+    let samples = engine
+        .query(&[[0.0; 3], [2.0, 0.0, 0.0]])
+        .expect("the CPU answers");
+    assert_eq!(samples[0].distance, -1.2);
+    assert!((samples[1].distance - 0.8).abs() < 1e-6);
+    assert_eq!(engine.kind(), EngineKind::Cpu);
+    engine
+        .render(&drawn(&scene, &[1.2]), &|_| {})
+        .expect("the CPU renders");
+}
+
+#[test]
+fn automatic_is_hardware_or_the_cpu() {
+    let mut engine = open_auto();
+    let scene = module(BALL, None);
+    assert!(matches!(
+        engine.kind(),
+        EngineKind::Interp | EngineKind::Cpu
+    ));
+    assert!(
+        picture(&mut *engine, &scene)
+            .expect("it renders")
+            .stats
+            .hits
+            > 50
+    );
+}
+
+/// A program of so many instructions.
+fn long(instructions: usize) -> Module {
+    let mut text = String::from("sphere [0.8]\n");
+    text.push_str(&"offset [0.0]\n".repeat(instructions - 1));
+    module(&text, None)
+}
+
+#[test]
+fn a_program_too_long_for_a_stage_is_refused_before_anything_runs() {
+    let Some(mut interp) = interp() else { return };
+    let scene = long(12_000);
+    interp
+        .load(&loaded(&scene, &[]))
+        .expect("each evaluation alone is short enough");
+    let overrides = Overrides {
+        mode: Mode::Normal,
+        normals: Some(Normals::Central),
+        ..Overrides::default()
+    };
+    let settings = drawn_as(&scene, &[], &overrides);
+    let refused = interp.render(&settings, &|_| {}).map(|frame| frame.stats);
+    let expected = EngineError::TooLong {
+        kind: EngineKind::Interp,
+        what: "normal",
+        need: 12_000,
+        allowed: 9_999,
+    };
+    assert_eq!(refused, Err(expected.clone()));
+    assert_eq!(interp.pipelines_created(), 0);
+    assert_eq!(
+        expected.to_string(),
+        "the program has 12000 instructions, at most 9999 are allowed on engine interp for normal"
+    );
+    // Six evaluations are too many, three are not.
+    let samples = interp.query(&[[2.0, 0.0, 0.0]]).expect("it answers");
+    assert!((samples[0].distance - 1.2).abs() < 1e-6);
+}
