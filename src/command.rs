@@ -1,10 +1,16 @@
 //! The subcommands, one file each: this list is what the parser, the help and the dispatch are made
 //! of. A subcommand is its arguments and a function from them to its work.
 
+mod check;
+mod compile;
 mod devices;
 mod explain;
 mod fmt;
+mod info;
 mod ops;
+mod query;
+mod render;
+mod verify;
 
 use crate::failure::Failure;
 use crate::terminal::Terminal;
@@ -13,6 +19,12 @@ use clap::Subcommand;
 /// What can be done.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    Render(render::Arguments),
+    Check(check::Arguments),
+    Compile(compile::Arguments),
+    Verify(verify::Arguments),
+    Query(query::Arguments),
+    Info(info::Arguments),
     Fmt(fmt::Arguments),
     Ops(ops::Arguments),
     Devices(devices::Arguments),
@@ -23,6 +35,12 @@ impl Command {
     /// Does it.
     pub(crate) fn run(self, terminal: &Terminal) -> Result<(), Failure> {
         match self {
+            Self::Render(arguments) => render::run(&arguments, terminal),
+            Self::Check(arguments) => check::run(&arguments, terminal),
+            Self::Compile(arguments) => compile::run(&arguments, terminal),
+            Self::Verify(arguments) => verify::run(&arguments, terminal),
+            Self::Query(arguments) => query::run(&arguments, terminal),
+            Self::Info(arguments) => info::run(&arguments, terminal),
             Self::Fmt(arguments) => fmt::run(&arguments, terminal),
             Self::Ops(arguments) => ops::run(&arguments),
             Self::Devices(arguments) => devices::run(&arguments),

@@ -2,6 +2,7 @@
 //! wrong with the input, 3 for the machine around it. (2, a wrong command line, is clap's.)
 
 use crate::terminal::Terminal;
+use std::fmt;
 use std::io;
 use std::path::Path;
 use std::process::ExitCode;
@@ -60,6 +61,15 @@ impl Failure {
             path.display(),
             reason(error)
         ))
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Input(message) | Self::Environment(message) => f.write_str(message),
+            Self::Told(_) | Self::Closed => Ok(()),
+        }
     }
 }
 

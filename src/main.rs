@@ -2,9 +2,13 @@
 //! comes back into messages and an exit code. All that it knows of scenes it asks of the crates.
 
 mod command;
+mod engine;
 mod failure;
 mod input;
 mod output;
+mod picture;
+mod progress;
+mod scene;
 mod terminal;
 
 use clap::Parser;

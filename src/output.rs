@@ -37,18 +37,30 @@ pub(crate) fn deliver(to: Option<&Path>, bytes: &[u8], is_text: bool) -> Result<
     }
 }
 
-/// Writes a file under a temporary name in its folder and moves it into place, so that nobody sees
-/// half of it. What is there and no plain file (a pipe, a device) is written to as it is.
-pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+/// Where a file would be written.
+enum Place {
+    /// It is there and no plain file, a pipe or a device: it is written to as it is.
+    Device,
+    /// A file of this path in this folder.
+    File { target: PathBuf, folder: PathBuf },
+}
+
+/// Whether a file could be written, as far as that can be known before it is; for work that takes
+/// long and should not be for nothing.
+pub(crate) fn check(path: &Path) -> Result<(), Failure> {
+    if path != Path::new("-") {
+        place(path)?;
+    }
+    Ok(())
+}
+
+fn place(path: &Path) -> Result<Place, Failure> {
     let failed = |error: io::Error| Failure::unwritable(path, &error);
     let target = match std::fs::metadata(path) {
         Ok(there) if there.is_dir() => {
             return Err(failed(io::Error::other("it is a folder")));
         }
-        Ok(there) if !there.is_file() => {
-            let mut device = File::options().write(true).open(path).map_err(failed)?;
-            return device.write_all(bytes).map_err(failed);
-        }
+        Ok(there) if !there.is_file() => return Ok(Place::Device),
         // A link stays a link: what it points to is replaced.
         Ok(_) => path.canonicalize().map_err(failed)?,
         Err(_) => path.to_owned(),
@@ -61,6 +73,17 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         let problem = format!("there is no folder {}", folder.display());
         return Err(failed(io::Error::other(problem)));
     }
+    Ok(Place::File { target, folder })
+}
+
+/// Writes a file under a temporary name in its folder and moves it into place, so that nobody sees
+/// half of it.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let failed = |error: io::Error| Failure::unwritable(path, &error);
+    let Place::File { target, folder } = place(path)? else {
+        let mut device = File::options().write(true).open(path).map_err(failed)?;
+        return device.write_all(bytes).map_err(failed);
+    };
     let mut temporary = new_file(&target).tempfile_in(&folder).map_err(failed)?;
     temporary.write_all(bytes).map_err(failed)?;
     temporary

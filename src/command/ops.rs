@@ -156,7 +156,7 @@ fn arguments(row: &Row) -> &'static [Argument] {
 
 /// The row as a call in a scene; what the language has no word for has its listing's name.
 fn call(row: &Row) -> String {
-    let Some(word) = word(row) else {
+    let Some(name) = word(row) else {
         return row.name.to_owned();
     };
     let arguments: Vec<_> = arguments(row)
@@ -166,11 +166,7 @@ fn call(row: &Row) -> String {
             None => argument.name.to_owned(),
         })
         .collect();
-    format!(
-        "{}({})",
-        word(row).unwrap_or(row.name),
-        arguments.join(", ")
-    )
+    format!("{name}({})", arguments.join(", "))
 }
 
 fn numbers(values: &[f64]) -> String {

@@ -1,0 +1,87 @@
+//! `sdfc check`: what is wrong with scenes, without drawing them.
+
+use crate::failure::{Failure, INPUT, on_each};
+use crate::output;
+use crate::scene::{self, Build, Content};
+use crate::terminal::Terminal;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Say what is wrong with scenes, without drawing them.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// The scenes.
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    build: Build,
+    /// Print what was found as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
+    if !arguments.json {
+        return on_each(&arguments.scenes, terminal, |path| {
+            check(path, &arguments.build)?.told(terminal)
+        });
+    }
+    let mut all = Vec::new();
+    let checked = on_each(&arguments.scenes, terminal, |path| {
+        let outcome = check(path, &arguments.build);
+        all.push(as_json(path, &outcome));
+        match outcome?.made {
+            Some(()) => Ok(()),
+            None => Err(Failure::Told(INPUT)),
+        }
+    });
+    output::print_json(&all)?;
+    checked
+}
+
+/// What there is to say about a file. A library, which has nothing to draw, is fine as it is.
+fn check(path: &Path, build: &Build) -> Result<scene::Outcome<()>, Failure> {
+    let content = scene::read(path)?;
+    if let (Content::Text(text), None) = (&content, &build.part) {
+        let outcome = scene::elaborated(path, text.clone(), build)?;
+        if outcome
+            .made
+            .as_ref()
+            .is_some_and(|scene| scene.root.is_none())
+        {
+            let scene::Outcome { sources, found, .. } = outcome;
+            return Ok(scene::Outcome {
+                sources,
+                found,
+                made: Some(()),
+            });
+        }
+    }
+    let scene::Outcome {
+        sources,
+        found,
+        made,
+    } = scene::compile(path, content, build)?;
+    Ok(scene::Outcome {
+        sources,
+        found,
+        made: made.map(|_| ()),
+    })
+}
+
+fn as_json(path: &Path, outcome: &Result<scene::Outcome<()>, Failure>) -> Value {
+    let file = path.display().to_string();
+    match outcome {
+        Ok(outcome) => json!({
+            "file": file,
+            "ok": outcome.made.is_some(),
+            "diagnostics": outcome.found.to_json(&outcome.sources),
+        }),
+        Err(failure) => json!({
+            "file": file,
+            "ok": false,
+            "error": failure.to_string(),
+            "diagnostics": [],
+        }),
+    }
+}

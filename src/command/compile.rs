@@ -1,0 +1,142 @@
+//! `sdfc compile`: what a scene becomes, stage by stage.
+
+use crate::failure::{Failure, INPUT};
+use crate::output;
+use crate::scene::{self, Build, Content, Outcome};
+use crate::terminal::Terminal;
+use clap::ValueEnum;
+use sdfc_compiler::dump::dump;
+use sdfc_compiler::export::{Target, translate};
+use sdfc_compiler::scene::Scene;
+use sdfc_lang::{Diagnostics, Sources};
+use sdfc_vm::{file, listing};
+use std::path::{Path, PathBuf};
+
+/// Show or write what a scene becomes, at any stage.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// The scene: .sdf, .sdfb or .vm.
+    scene: PathBuf,
+    /// The stage.
+    #[arg(long, value_enum, value_name = "STAGE", default_value = "asm")]
+    emit: Stage,
+    /// Where to; without it, to standard output.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    build: Build,
+}
+
+/// A stage of the compiler, in order, and what it exports to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Stage {
+    /// The syntax tree.
+    Ast,
+    /// Names, types and loops resolved.
+    Scene,
+    /// Operations, each once.
+    Graph,
+    /// The same after the optimizing passes.
+    Optimized,
+    /// A listing of the program.
+    Asm,
+    /// The program as a file, for `sdfc` to read.
+    Bytecode,
+    /// The scene as functions in WGSL.
+    Wgsl,
+    /// … in GLSL.
+    Glsl,
+    /// … in HLSL.
+    Hlsl,
+    /// … in Metal's language.
+    Msl,
+    /// … in SPIR-V, which is no text.
+    Spirv,
+    /// A page for Shadertoy.
+    Shadertoy,
+}
+
+impl Stage {
+    fn is_text(self) -> bool {
+        !matches!(self, Self::Bytecode | Self::Spirv)
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
+    let stage = arguments.emit;
+    let bytes = emitted(&arguments.scene, stage, &arguments.build, terminal)?;
+    output::deliver(arguments.output.as_deref(), &bytes, stage.is_text())
+}
+
+fn emitted(
+    path: &Path,
+    stage: Stage,
+    build: &Build,
+    terminal: &Terminal,
+) -> Result<Vec<u8>, Failure> {
+    let target = match stage {
+        Stage::Ast => return Ok(tree(path, terminal)?.into_bytes()),
+        Stage::Scene => {
+            let scene = elaborated(path, build)?.told(terminal)?;
+            return Ok(dump(&scene).into_bytes());
+        }
+        Stage::Graph | Stage::Optimized | Stage::Asm | Stage::Bytecode => None,
+        Stage::Wgsl => Some(Target::Wgsl),
+        Stage::Glsl => Some(Target::Glsl),
+        Stage::Hlsl => Some(Target::Hlsl),
+        Stage::Msl => Some(Target::Msl),
+        Stage::Spirv => Some(Target::Spirv),
+        Stage::Shadertoy => Some(Target::Shadertoy),
+    };
+    let opened = scene::open(path, build, terminal)?;
+    let compiled = &opened.compiled;
+    if let Some(target) = target {
+        let failed = |error| Failure::Input(format!("{}: {error}", path.display()));
+        return translate(compiled, target).map_err(failed);
+    }
+    Ok(match stage {
+        Stage::Graph => compiled.graph.dump().into_bytes(),
+        Stage::Bytecode => file::encode_file(&compiled.module),
+        Stage::Asm => assembly(&opened).into_bytes(),
+        _ => compiled.optimized.dump().into_bytes(),
+    })
+}
+
+/// The syntax tree of a text.
+fn tree(path: &Path, terminal: &Terminal) -> Result<String, Failure> {
+    let Content::Text(text) = scene::read(path)? else {
+        return Err(no_text(path, "syntax tree"));
+    };
+    let mut sources = Sources::new();
+    let file = sources.add(path.display().to_string(), text);
+    let (tree, found) = sdfc_lang::parse(&sources, file);
+    terminal.diagnostics(&Diagnostics::from_iter(found), &sources);
+    tree.map(|tree| sdfc_lang::dump(&tree))
+        .ok_or(Failure::Told(INPUT))
+}
+
+fn elaborated(path: &Path, build: &Build) -> Result<Outcome<Scene>, Failure> {
+    match scene::read(path)? {
+        Content::Text(text) => scene::elaborated(path, text, build),
+        Content::Clauses(text) => scene::clauses(path, text, build),
+        Content::Bytecode(_) => Err(no_text(path, "scene")),
+    }
+}
+
+fn no_text(path: &Path, what: &str) -> Failure {
+    Failure::Input(format!(
+        "{} is compiled already and has no {what}",
+        path.display()
+    ))
+}
+
+/// The programs as listings.
+fn assembly(opened: &scene::Opened) -> String {
+    let module = opened.module();
+    let mut text = listing::print(&module.distance);
+    if let Some(surface) = &module.surface {
+        text.push_str("\n; with materials\n");
+        text.push_str(&listing::print(surface));
+    }
+    text
+}

@@ -1,0 +1,240 @@
+//! `sdfc info`: what is in a scene.
+
+use crate::failure::Failure;
+use crate::output;
+use crate::scene::{self, Build};
+use crate::terminal::Terminal;
+use sdfc_compiler::compile::operation_counts;
+use sdfc_shaders::tone;
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::settings::{Param, ParamKind};
+use sdfc_vm::vector::V3;
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Tell what is in a scene: params, parts, cameras, bounds, operations.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// The scene: .sdf, .sdfb or .vm.
+    scene: PathBuf,
+    #[command(flatten)]
+    build: Build,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
+    let opened = scene::open(&arguments.scene, &arguments.build, terminal)?;
+    if arguments.json {
+        output::print_json(&as_json(&opened))
+    } else {
+        output::print(page(&opened))
+    }
+}
+
+/// The facts for people.
+fn page(opened: &scene::Opened) -> String {
+    let module = opened.module();
+    let settings = &module.settings;
+    let needs = module.distance.needs();
+    let mut text = String::new();
+    let mut fact = |name: &str, value: &str| {
+        let _ = writeln!(text, "{name:11} {value}");
+    };
+    fact(
+        "kind",
+        if settings.plane {
+            "a figure in the plane"
+        } else {
+            "a solid"
+        },
+    );
+    fact("bounds", &corners(&settings.bounds));
+    fact("slope", &format!("at most {}", rounded(settings.slope)));
+    fact(
+        "program",
+        &format!(
+            "{} instructions, {} constants, stack of {}, {} slots{}",
+            module.distance.code.len(),
+            module.distance.pool.len() * 4,
+            needs.depth,
+            needs.slots,
+            match &module.surface {
+                Some(surface) => format!("; {} instructions with materials", surface.code.len()),
+                None => String::new(),
+            },
+        ),
+    );
+    let counts = operation_counts(&opened.compiled.optimized);
+    let counts: Vec<_> = counts
+        .iter()
+        .map(|(name, count)| format!("{count} {name}"))
+        .collect();
+    fact("operations", &counts.join(", "));
+    let [width, height] = settings.render.size;
+    fact(
+        "picture",
+        &format!("{width}x{height}, {0}x{0} samples", settings.render.aa),
+    );
+    if let Some(animation) = settings.animation {
+        let again = if animation.repeats {
+            ", again and again"
+        } else {
+            ""
+        };
+        fact(
+            "animation",
+            &format!("{} s, {} fps{again}", animation.duration, animation.fps),
+        );
+    }
+    fact(
+        "cameras",
+        &names(settings.cameras.iter().map(|camera| camera.name.as_str())),
+    );
+    fact("lights", &settings.lights.len().to_string());
+    fact(
+        "materials",
+        &names(settings.materials.iter().map(String::as_str)),
+    );
+    if !settings.parts.is_empty() {
+        fact("parts", &settings.parts.join(", "));
+    }
+    for param in &settings.params {
+        let _ = write!(
+            text,
+            "param       {} = {}",
+            param.name,
+            value(param.kind, &param.value)
+        );
+        if let Some((least, most)) = param.range {
+            let dots = if param.inclusive { "..=" } else { ".." };
+            let end = |number| value(param.kind, &[number]);
+            let _ = write!(text, " in {}{dots}{}", end(least), end(most));
+        }
+        if let Some(step) = param.step {
+            let _ = write!(text, " by {}", value(param.kind, &[step]));
+        }
+        text.push_str(if param.structural {
+            "  structural"
+        } else {
+            "  live"
+        });
+        if !param.doc.is_empty() {
+            let _ = write!(text, ": {}", param.doc.trim());
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Names in a list, those of nameless things left out.
+fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let all: Vec<_> = names.collect();
+    let named: Vec<_> = all
+        .iter()
+        .copied()
+        .filter(|name| !name.is_empty())
+        .collect();
+    match (all.len(), named.len()) {
+        (count, 0) => count.to_string(),
+        (count, with) if count == with => named.join(", "),
+        (count, with) => format!("{}, and {} without a name", named.join(", "), count - with),
+    }
+}
+
+fn corners(bounds: &Bounds) -> String {
+    if bounds.is_empty() {
+        return "empty".to_owned();
+    }
+    let corner = |at: [f64; 3]| format!("[{}]", at.map(rounded).join(", "));
+    format!("{} to {}", corner(bounds.min), corner(bounds.max))
+}
+
+/// A number with as many digits as a person reads.
+fn rounded(value: f64) -> String {
+    let text = format!("{value:.4}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+/// A param's value as a scene writes it.
+fn value(kind: ParamKind, numbers: &[f64]) -> String {
+    match (kind, numbers) {
+        (ParamKind::Bool, [truth]) => (*truth != 0.0).to_string(),
+        (ParamKind::Angle, [radians]) => format!("{}deg", rounded(radians.to_degrees())),
+        (ParamKind::Time, [seconds]) => format!("{}s", rounded(*seconds)),
+        (ParamKind::Color, [r, g, b]) => color([*r, *g, *b]),
+        (_, [one]) => rounded(*one),
+        (_, several) => {
+            format!(
+                "[{}]",
+                several
+                    .iter()
+                    .map(|n| rounded(*n))
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            )
+        }
+    }
+}
+
+/// A linear colour in the notation of scenes, which is sRGB.
+fn color(linear: [f64; 3]) -> String {
+    let encoded = tone::encode::<f64>(V3::of(linear[0], linear[1], linear[2]));
+    let [r, g, b] = [encoded.x, encoded.y, encoded.z].map(|channel| tone::to_byte(channel) as u8);
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+fn as_json(opened: &scene::Opened) -> Value {
+    let module = opened.module();
+    let settings = &module.settings;
+    let needs = module.distance.needs();
+    // JSON has no infinity: a side without end is null.
+    let corner = |at: [f64; 3]| {
+        at.map(|side| {
+            if side.is_finite() {
+                json!(side)
+            } else {
+                Value::Null
+            }
+        })
+    };
+    let counts = operation_counts(&opened.compiled.optimized);
+    json!({
+        "plane": settings.plane,
+        "bounds": { "min": corner(settings.bounds.min), "max": corner(settings.bounds.max) },
+        "slope": settings.slope,
+        "instructions": module.distance.code.len(),
+        "surface_instructions": module.surface.as_ref().map(|surface| surface.code.len()),
+        "constants": module.distance.pool.len() * 4,
+        "depth": needs.depth,
+        "slots": needs.slots,
+        "operations": counts.into_iter().collect::<std::collections::BTreeMap<_, _>>(),
+        "size": settings.render.size,
+        "aa": settings.render.aa,
+        "animation": settings.animation,
+        "cameras": settings.cameras.iter().map(|camera| &camera.name).collect::<Vec<_>>(),
+        "lights": settings.lights.len(),
+        "materials": settings.materials,
+        "parts": settings.parts,
+        "params": settings.params.iter().map(param_json).collect::<Vec<_>>(),
+    })
+}
+
+fn param_json(param: &Param) -> Value {
+    json!({
+        "name": param.name,
+        "doc": param.doc,
+        "kind": param.kind,
+        "value": param.value,
+        "default": param.default,
+        "range": param.range,
+        "inclusive": param.inclusive,
+        "step": param.step,
+        "structural": param.structural,
+    })
+}

@@ -1,0 +1,130 @@
+//! `sdfc query`: what a scene is at points, for scripts and tests.
+
+use crate::engine::{self, Choice};
+use crate::failure::{Failure, INPUT};
+use crate::input;
+use crate::output;
+use crate::scene::{self, Build};
+use crate::terminal::Terminal;
+use sdfc_runtime::engine::Sample;
+use serde_json::json;
+use std::fmt::Write;
+use std::io::IsTerminal;
+use std::path::PathBuf;
+
+/// The most lines with mistakes that are told.
+const MOST_TOLD: usize = 20;
+
+/// Read points, and tell distance, gradient and material there.
+///
+/// A line of standard input is a point, three numbers; `#` begins a comment. A line of output is
+/// the distance, the gradient's three numbers, and the material's name or number.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// The scene: .sdf, .sdfb or .vm.
+    scene: PathBuf,
+    #[command(flatten)]
+    build: Build,
+    /// What evaluates.
+    #[arg(long, value_enum, value_name = "ENGINE", default_value_t)]
+    engine: Choice,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
+    let scene = scene::open(&arguments.scene, &arguments.build, terminal)?;
+    if std::io::stdin().is_terminal() {
+        terminal.note("write a point a line: x y z");
+    }
+    let points = points(&input::standard()?, scene.module().settings.plane, terminal)?;
+    let mut engine = engine::load(arguments.engine, &scene)?;
+    let samples = engine.query(&points).map_err(engine::failed)?;
+    let materials = &scene.module().settings.materials;
+    if arguments.json {
+        let rows = points.iter().zip(&samples);
+        let rows: Vec<_> = rows
+            .map(|(point, sample)| as_json(point, sample, materials))
+            .collect();
+        return output::print_json(&rows);
+    }
+    let mut text = String::new();
+    for Sample {
+        distance,
+        gradient: [x, y, z],
+        surface,
+    } in &samples
+    {
+        let material = match material(surface.id, materials) {
+            (number, "") => number.to_string(),
+            (_, name) => name.to_owned(),
+        };
+        let _ = writeln!(text, "{distance} {x} {y} {z} {material}");
+    }
+    output::print(text)
+}
+
+/// The points of a text, a line each; the third coordinate may be left out in the plane.
+fn points(text: &str, plane: bool, terminal: &Terminal) -> Result<Vec<[f32; 3]>, Failure> {
+    let mut points = Vec::new();
+    let mut wrong = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        let content = line.split('#').next().unwrap_or_default().trim();
+        if content.is_empty() {
+            continue;
+        }
+        match point(content, plane) {
+            Ok(point) => points.push(point),
+            Err(problem) => wrong.push(format!("standard input, line {}: {problem}", number + 1)),
+        }
+    }
+    if wrong.is_empty() {
+        return Ok(points);
+    }
+    for problem in wrong.iter().take(MOST_TOLD) {
+        terminal.error(problem);
+    }
+    if wrong.len() > MOST_TOLD {
+        terminal.note(&format!("{} more lines are wrong", wrong.len() - MOST_TOLD));
+    }
+    Err(Failure::Told(INPUT))
+}
+
+fn point(content: &str, plane: bool) -> Result<[f32; 3], String> {
+    let separators = |c: char| c.is_whitespace() || c == ',';
+    let words: Vec<&str> = content
+        .split(separators)
+        .filter(|word| !word.is_empty())
+        .collect();
+    let number = |word: &str| match word.parse::<f32>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        Ok(_) => Err(format!("`{word}` is not a finite number")),
+        Err(_) => Err(format!("`{word}` is not a number")),
+    };
+    match words.as_slice() {
+        [x, y, z] => Ok([number(x)?, number(y)?, number(z)?]),
+        [x, y] if plane => Ok([number(x)?, number(y)?, 0.0]),
+        several => Err(format!(
+            "a point is three numbers, and here {} {}",
+            if several.len() == 1 { "is" } else { "are" },
+            several.len()
+        )),
+    }
+}
+
+/// The number and the name of a material.
+fn material(id: f32, names: &[String]) -> (usize, &str) {
+    let number = id.round().max(0.0) as usize;
+    (number, names.get(number).map_or("", String::as_str))
+}
+
+fn as_json(point: &[f32; 3], sample: &Sample, materials: &[String]) -> serde_json::Value {
+    let (number, name) = material(sample.surface.id, materials);
+    json!({
+        "point": point,
+        "distance": sample.distance,
+        "gradient": sample.gradient,
+        "material": { "id": number, "name": name, "albedo": sample.surface.albedo },
+    })
+}

@@ -1,0 +1,126 @@
+//! `sdfc verify`: whether all engines draw the same.
+
+use crate::engine;
+use crate::failure::{Failure, INPUT, on_each};
+use crate::output;
+use crate::picture;
+use crate::scene::{self, Build};
+use crate::terminal::Terminal;
+use sdfc_runtime::engine::{Engine, EngineKind};
+use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_runtime::verify::{Report, difference_picture, small, verify};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Draw scenes with every engine and compare: pixels, hits, depths, distances.
+///
+/// Where engines differ by more than rounding explains, the exit code is 1, and the pictures and
+/// their difference are written.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// The scenes.
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    build: Build,
+    /// The engines, the first of which is the reference.
+    #[arg(long, value_name = "ENGINES", value_delimiter = ',', value_parser = kind,
+        default_value = "cpu,interp,wgsl")]
+    engines: Vec<EngineKind>,
+    /// The folder that pictures go to where engines differ.
+    #[arg(short, long, value_name = "FOLDER", default_value = "out")]
+    output: PathBuf,
+    /// Print what was measured as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+fn kind(name: &str) -> Result<EngineKind, String> {
+    name.parse()
+        .map_err(|error: sdfc_runtime::engine::UnknownEngine| error.to_string())
+}
+
+pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
+    let mut engines = arguments
+        .engines
+        .iter()
+        .map(|kind| engine::open(*kind))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut all = Vec::new();
+    let verified = on_each(&arguments.scenes, terminal, |path| {
+        let report = compared(path, arguments, &mut engines, terminal);
+        if arguments.json {
+            all.push(as_json(path, &report));
+        }
+        let report = report?;
+        if !arguments.json {
+            output::print(format!("{}\n{report}\n", path.display()))?;
+        }
+        if report.passed() {
+            return Ok(());
+        }
+        write_pictures(path, &report, &arguments.output, terminal)?;
+        Err(Failure::Told(INPUT))
+    });
+    if arguments.json {
+        output::print_json(&all)?;
+    }
+    verified
+}
+
+/// A scene on all engines.
+fn compared(
+    path: &Path,
+    arguments: &Arguments,
+    engines: &mut [Box<dyn Engine>],
+    terminal: &Terminal,
+) -> Result<Report, Failure> {
+    let scene = scene::open(path, &arguments.build, terminal)?;
+    let settings = resolve(scene.module(), &scene.outputs, &Overrides::default())
+        .map_err(|error| Failure::Input(format!("{}: {error}", path.display())))?;
+    verify(&scene.loaded(), engines, &small(&settings)).map_err(engine::failed)
+}
+
+/// The pictures of engines that differ, and where.
+fn write_pictures(
+    path: &Path,
+    report: &Report,
+    folder: &Path,
+    terminal: &Terminal,
+) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder).map_err(|error| Failure::unwritable(folder, &error))?;
+    let stem = path
+        .file_stem()
+        .unwrap_or("scene".as_ref())
+        .display()
+        .to_string();
+    let [width, height] = report.size.map(|side| side as usize);
+    let write = |what: &str, rgba: &[u8]| {
+        let to = folder.join(format!("{stem}-{what}.png"));
+        output::write(&to, &picture::png(width, height, rgba)?)?;
+        terminal.note(&format!("wrote {}", to.display()));
+        Ok(())
+    };
+    for (subject, frame) in report.engines.iter().zip(&report.frames) {
+        write(subject.kind.name(), &frame.rgba8())?;
+    }
+    for comparison in report
+        .comparisons
+        .iter()
+        .filter(|found| !found.failures.is_empty())
+    {
+        if let Some([a, b]) = report.pictures(comparison) {
+            let what = format!("{}-{}", comparison.reference, comparison.engine);
+            write(&what, &difference_picture(a, b))?;
+        }
+    }
+    Ok(())
+}
+
+fn as_json(path: &Path, report: &Result<Report, Failure>) -> Value {
+    let file = path.display().to_string();
+    match report {
+        Ok(report) => json!({ "file": file, "ok": report.passed(), "report": report }),
+        Err(failure) => json!({ "file": file, "ok": false, "error": failure.to_string() }),
+    }
+}

@@ -1,0 +1,98 @@
+//! Scenes from bytecode. It holds the program and what feeds its constants, so live params can
+//! still be changed; what decided the program's structure cannot.
+
+use super::{Build, Opened, Outcome};
+use crate::failure::Failure;
+use sdfc_compiler::elaborate::{self, elaborate};
+use sdfc_compiler::raise;
+use sdfc_lang::Sources;
+use sdfc_vm::program::Module;
+use sdfc_vm::settings::{Param, ParamKind};
+use std::path::Path;
+
+/// A module with the params that are asked for, and its graphs.
+pub(super) fn compiled(
+    path: &Path,
+    mut module: Module,
+    build: &Build,
+) -> Result<Outcome<Opened>, Failure> {
+    let compiled_already = |flag: &str| {
+        Err(Failure::Input(format!(
+            "{} is compiled already: {flag} needs the scene's text",
+            path.display()
+        )))
+    };
+    if build.part.is_some() {
+        return compiled_already("`--part`");
+    }
+    if build.level == 0 || !build.no_pass.is_empty() {
+        return compiled_already("leaving out passes");
+    }
+    let overrides = build.overrides()?;
+    let structural =
+        module.settings.params.iter().find(|param| {
+            param.structural && overrides.iter().any(|(name, _)| *name == param.name)
+        });
+    if let Some(param) = structural {
+        return compiled_already(&format!(
+            "`{}` decides its structure, and changing it",
+            param.name
+        ));
+    }
+    // The params are declared once more in the language, which knows how values are written, what
+    // fits into a range, and how to say what does not.
+    let mut sources = Sources::new();
+    let declared: String = module.settings.params.iter().map(declaration).collect();
+    let file = sources.add(path.display().to_string(), declared);
+    let options = elaborate::Options {
+        overrides,
+        time: build.at,
+        loader: &elaborate::NoFiles,
+    };
+    let (scene, found) = elaborate(&mut sources, file, &options);
+    let found = found.into_iter().filter(|found| found.is_error()).collect();
+    let made = scene.map(|scene| {
+        for (param, new) in module.settings.params.iter_mut().zip(scene.params) {
+            param.value = new.value;
+        }
+        Opened::new(raise::raise(module), Vec::new(), build.at)
+    });
+    Ok(Outcome {
+        sources,
+        found,
+        made,
+    })
+}
+
+/// A param as a scene declares it.
+fn declaration(param: &Param) -> String {
+    let (ty, unit) = match param.kind {
+        ParamKind::Float => ("float", ""),
+        ParamKind::Int => ("int", ""),
+        ParamKind::Bool => ("bool", ""),
+        ParamKind::Length => ("length", ""),
+        ParamKind::Angle => ("angle", "rad"),
+        ParamKind::Time => ("time", "s"),
+        ParamKind::Color => ("color", ""),
+        ParamKind::Vec2 => ("vec2", ""),
+        ParamKind::Vec3 => ("vec3", ""),
+    };
+    let number = |value: &f64| format!("{value}{unit}");
+    let value = match (param.kind, param.value.as_slice()) {
+        (ParamKind::Bool, [value]) => (*value != 0.0).to_string(),
+        (ParamKind::Color, [r, g, b]) => format!("rgb({r}, {g}, {b})"),
+        (_, [value]) => number(value),
+        (_, values) => format!(
+            "[{}]",
+            values.iter().map(number).collect::<Vec<_>>().join(", ")
+        ),
+    };
+    let range = param.range.map_or(String::new(), |(least, most)| {
+        let dots = if param.inclusive { "..=" } else { ".." };
+        format!(" in {}{dots}{}", number(&least), number(&most))
+    });
+    format!(
+        "param {}: {ty} = {value}{range};\n",
+        param.name.replace("::", "_")
+    )
+}

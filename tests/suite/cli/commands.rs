@@ -1,0 +1,227 @@
+//! The other subcommands, on their happy path and off it.
+
+use super::sandbox::Sandbox;
+use insta::assert_snapshot;
+use serde_json::json;
+
+#[test]
+fn check_says_what_is_wrong_as_json() {
+    let sandbox = Sandbox::new();
+    sandbox.write("good.sdf", "sphere(1)");
+    sandbox.write("library.sdf", "fn ball(r) = sphere(r);");
+    sandbox.write("bad.sdf", "sphere(r = 1)");
+    assert_eq!(
+        sandbox.run("check good.sdf library.sdf").ok().transcript(),
+        "\
+        $ sdfc check good.sdf library.sdf\n--- exit code 0\n"
+    );
+    let run = sandbox.run("check --json good.sdf library.sdf bad.sdf missing.sdf");
+    assert_eq!(run.code, 3, "{}", run.transcript());
+    let found = run.json();
+    let ok: Vec<_> = found
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|file| &file["ok"])
+        .collect();
+    assert_eq!(ok, [true, true, false, false]);
+    let diagnostic = &found[2]["diagnostics"][0];
+    assert_eq!(diagnostic["code"], "E0117");
+    assert_eq!(
+        diagnostic["primary"]["start"],
+        json!({ "line": 1, "column": 10, "offset": 9 })
+    );
+    let error = found[3]["error"].as_str().expect("a reason");
+    assert!(error.starts_with("missing.sdf cannot be read"), "{error}");
+}
+
+#[test]
+fn every_stage_is_shown() {
+    let sandbox = Sandbox::with_scene(
+        "param k = 0.2 in 0.0..1.0;\nsphere(1) |[k] box(1).translate(1, 0, 0).color(#ff0000)\n",
+    );
+    for stage in [
+        "ast",
+        "scene",
+        "graph",
+        "optimized",
+        "asm",
+        "wgsl",
+        "glsl",
+        "hlsl",
+        "msl",
+        "shadertoy",
+    ] {
+        let run = sandbox
+            .run(&format!("compile scene.sdf --emit {stage}"))
+            .ok();
+        assert!(run.text().len() > 40, "{}", run.transcript());
+        assert_eq!(run.stderr, "");
+        sandbox
+            .run(&format!("compile scene.sdf --emit {stage} -o file.txt"))
+            .ok();
+        assert!(
+            sandbox.read("file.txt") == run.stdout,
+            "{stage}: a file holds what is printed"
+        );
+    }
+    assert_snapshot!(sandbox.run("compile scene.sdf --emit ast").transcript());
+}
+
+/// The same text and flags, the same bytes.
+#[test]
+fn compiling_is_deterministic() {
+    let sandbox = Sandbox::with_scene(
+        "union(for i in 0..20 { sphere(1).translate(i, 0, 0).color(rgb(i / 20, 0.5, 0.5)) }, smooth: 0.1)",
+    );
+    let bytes = || sandbox.run("compile scene.sdf --emit bytecode").ok().stdout;
+    assert!(bytes() == bytes());
+}
+
+#[test]
+fn query_tells_distances() {
+    let sandbox = Sandbox::with_scene("sphere(1).color(#ff0000)");
+    let points = "# x y z\n2 0 0\n\n0, 3, 0   # above\n  0 0 -0.5\n";
+    let run = sandbox.run_on("query scene.sdf --engine cpu", points).ok();
+    let rows: Vec<Vec<f32>> = run
+        .text()
+        .lines()
+        .map(|line| {
+            line.split(' ')
+                .take(4)
+                .map(|word| word.parse().expect("a number"))
+                .collect()
+        })
+        .collect();
+    let wanted = [
+        [1.0, 1.0, 0.0, 0.0],
+        [2.0, 0.0, 1.0, 0.0],
+        [-0.5, 0.0, 0.0, -1.0],
+    ];
+    assert_eq!(rows.len(), wanted.len());
+    for (row, wanted) in rows.iter().zip(wanted) {
+        assert!(
+            row.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6),
+            "{row:?}"
+        );
+    }
+    let found = sandbox
+        .run_on("query scene.sdf --engine cpu --json", "2 0 0")
+        .ok()
+        .json();
+    assert_eq!(found[0]["distance"], 1.0);
+    assert_eq!(found[0]["point"], json!([2.0, 0.0, 0.0]));
+    assert_eq!(
+        sandbox
+            .run_on("query scene.sdf --engine cpu", "")
+            .ok()
+            .text(),
+        ""
+    );
+}
+
+#[test]
+fn query_says_which_lines_are_no_points() {
+    let sandbox = Sandbox::with_scene("sphere(1)");
+    let run = sandbox.run_on(
+        "query scene.sdf --engine cpu",
+        "0 0 0\n1 2\n1 two 3\n0 nan 0\n1\n",
+    );
+    assert_eq!(run.code, 1, "{}", run.transcript());
+    assert_snapshot!(run.transcript());
+}
+
+#[test]
+fn info_tells_what_is_in_a_scene() {
+    let sandbox = Sandbox::with_scene(
+        "/// How strongly they melt together.\nparam goo = 0.35 in 0.0..1.0 by 0.05;\n\
+         param count = 3 in 1..=6;\nparam turn = 30deg;\nparam tint: color = #3aa6ff;\n\
+         camera hero { from: [0, 1, 5], look: [0, 0, 0] }\n\
+         part balls = union(for i in 0..count { sphere(1).translate(i, 0, 0) }, smooth: goo);\n\
+         part base = box(4, 1, 1).rotate(turn, Y).color(tint);\nballs | base\n",
+    );
+    assert_snapshot!(sandbox.run("info scene.sdf").ok().text());
+    let info = sandbox.run("info scene.sdf --json").ok().json();
+    assert_eq!(info["parts"], json!(["balls", "base"]));
+    assert_eq!(info["cameras"], json!(["hero"]));
+    assert_eq!(info["params"][1]["structural"], true);
+    assert_eq!(info["params"][0]["range"], json!([0.0, 1.0]));
+}
+
+#[test]
+fn ops_is_the_reference() {
+    let sandbox = Sandbox::new();
+    let list = sandbox.run("ops").ok().text();
+    for name in [
+        "sphere(r)",
+        "torus(r1, r2, angle)",
+        "solids",
+        "changes of space",
+    ] {
+        assert!(list.contains(name), "{list}");
+    }
+    let rows = sandbox.run("ops --json").ok().json();
+    assert!(rows.as_array().expect("a list").len() > 40);
+    assert_snapshot!(sandbox.run("ops torus").ok().text());
+    let run = sandbox.run("ops spere");
+    assert_eq!(run.code, 1);
+    assert_snapshot!(run.transcript());
+}
+
+#[test]
+fn explain_has_a_page_for_every_code() {
+    let sandbox = Sandbox::new();
+    let list = sandbox.run("explain").ok().text();
+    let codes: Vec<_> = list
+        .lines()
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    assert!(codes.contains(&"E0101"));
+    assert_snapshot!(sandbox.run("explain w0101").ok().text());
+    assert_eq!(sandbox.run("explain E9999").code, 1);
+}
+
+#[test]
+fn fmt_lays_out_in_place() {
+    let sandbox = Sandbox::with_scene("let  a=sphere( 1 ) ; // kept\na|box( 1,2,3 )");
+    let run = sandbox.run("fmt --check scene.sdf");
+    assert_eq!(run.code, 1, "{}", run.transcript());
+    sandbox.run("fmt scene.sdf").ok();
+    let text = String::from_utf8(sandbox.read("scene.sdf")).expect("text");
+    assert_eq!(text, "let a = sphere(1); // kept\na | box(1, 2, 3)\n");
+    sandbox.run("fmt --check scene.sdf").ok();
+    sandbox.write("scene.sdf", "sphere(");
+    assert_eq!(sandbox.run("fmt scene.sdf").code, 1);
+    assert_eq!(sandbox.read("scene.sdf"), b"sphere(");
+    assert_eq!(sandbox.files(), ["scene.sdf"]);
+}
+
+#[test]
+fn devices_are_listed() {
+    let sandbox = Sandbox::new();
+    assert!(sandbox.run("devices").ok().text().starts_with("cpu "));
+    assert!(sandbox.run("devices --json").ok().json()["cpu"]["cores"].as_u64() >= Some(1));
+}
+
+#[test]
+fn verify_compares_all_engines() {
+    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
+        eprintln!("skipped: {reason}");
+        return;
+    }
+    let sandbox =
+        Sandbox::with_scene("sphere(1) |[0.3] box(1).translate(0.8, 0, 0).color(#ff0000)");
+    let run = sandbox.run("verify scene.sdf").ok();
+    for pair in [
+        "cpu and interp agree",
+        "cpu and wgsl agree",
+        "interp and wgsl agree",
+    ] {
+        assert!(run.text().contains(pair), "{}", run.transcript());
+    }
+    let run = sandbox
+        .run("verify scene.sdf --json --engines interp,wgsl")
+        .ok();
+    assert_eq!(run.json()[0]["ok"], true);
+    assert_eq!(sandbox.files(), ["scene.sdf"]);
+}
