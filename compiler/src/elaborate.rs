@@ -105,6 +105,10 @@ pub fn elaborate(
     };
     found.extend(messages);
     let fails = found.iter().any(Diagnostic::is_error);
+    if fails {
+        // What is not used may be used by what could not be read.
+        found.retain(|d| d.code != codes::W0201);
+    }
     (scene.filter(|_| !fails), found)
 }
 

@@ -3,6 +3,7 @@
 
 pub mod bounds;
 pub mod compile;
+pub mod dump;
 pub mod elaborate;
 pub mod export;
 pub mod expression;

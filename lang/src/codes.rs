@@ -504,7 +504,7 @@ Functions call each other more than 256 deep. A recursion needs a condition that
     fn tower(n) = if n == 0 { nothing() } else { box(1) | tower(n - 1).translate(0, 1, 0) };";
 
 E0409 "too much work" "\
-Building the scene took more than ten million steps. Repetition that the program does for itself
+Building the scene took more than five million steps. Repetition that the program does for itself
 costs nothing: `repeat`, `polar`, `mirror`.
 
     sphere(0.1).repeat(1)        // endless copies, one sphere";

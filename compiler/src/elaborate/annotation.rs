@@ -34,7 +34,7 @@ pub(crate) enum Type {
 const TYPES: [(&str, Type, &str); 17] = [
     ("float", Type::Float, "a number"),
     ("int", Type::Int, "a whole number"),
-    ("bool", Type::Bool, "a truth"),
+    ("bool", Type::Bool, "a bool"),
     ("string", Type::Text, "a text"),
     ("vec2", Type::Vec2, "a vec2"),
     ("vec3", Type::Vec3, "a vec3"),

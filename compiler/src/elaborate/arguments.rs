@@ -26,12 +26,8 @@ pub(crate) enum Kind {
     Function,
     /// A material, or a colour.
     Material,
-    /// A colour.
-    Color,
     /// A list or a range.
     List,
-    /// A word.
-    Word,
     /// Anything.
     Any,
 }
@@ -49,9 +45,7 @@ impl Kind {
             | Kind::Solid
             | Kind::Function
             | Kind::Material
-            | Kind::Color
             | Kind::List
-            | Kind::Word
             | Kind::Any => 0,
         }
     }
@@ -251,18 +245,21 @@ pub(crate) fn choose<'v>(
     Err(nearest.unwrap_or((0, Misfit::TooMany { given: 0 })))
 }
 
-/// The message about a call that fits no variant; `formals` are those of the nearest one, `all`
-/// those of every variant.
+/// The message about a call that fits no variant of a function; the one at `at` came nearest.
 pub(crate) fn explain(
     call: &Invocation<'_>,
-    formals: &[Formal],
-    all: &[&str],
+    lists: &[&[Formal]],
+    at: usize,
     misfit: Misfit,
     flat: bool,
     describe: impl Fn(&Value<'_>) -> String,
 ) -> Diagnostic {
     let name = call.name;
+    let formals = lists.get(at).copied().unwrap_or_default();
     let wanted = signature(formals);
+    let mut all: Vec<&str> = lists.iter().flat_map(|list| list.iter().map(|f| f.name)).collect();
+    all.dedup();
+    let known = lists.iter().max_by_key(|list| list.len()).map_or("".into(), |l| signature(l));
     match misfit {
         Misfit::UnknownName { given } => {
             let argument = &call.given[given];
@@ -272,13 +269,19 @@ pub(crate) fn explain(
             };
             let message = format!("`{name}` has no argument `{written}`");
             let diagnostic = Diagnostic::error(codes::E0203, span, message)
-                .label(call.name_span, wanted);
-            diagnose::suggest(diagnostic, span, nearest(written, all.iter().copied()))
+                .label(call.name_span, known);
+            diagnose::suggest(diagnostic, span, nearest(written, all))
         }
         Misfit::Twice { given } => {
             let argument = &call.given[given];
             let written = argument.name.map_or("", |ident| ident.name.as_str());
-            let message = format!("`{written}` is given twice");
+            let message = match formals.iter().any(|formal| formal.name == written) {
+                true => format!("`{written}` is given twice"),
+                false => {
+                    let radius = diameter_of(written).unwrap_or_default();
+                    format!("`{radius}` is given twice, as a radius and as a diameter")
+                }
+            };
             Diagnostic::error(codes::E0206, argument.span, message).label(call.name_span, wanted)
         }
         Misfit::TooMany { given } => {
@@ -289,13 +292,17 @@ pub(crate) fn explain(
         }
         Misfit::WrongShape { given, formal } => {
             let formal = &formals[formal];
-            diagnose::wrong_type(
+            let diagnostic = diagnose::wrong_type(
                 call,
                 formal.name,
                 kind_noun(formal.kind, flat),
                 &describe(&call.given[given].value),
                 call.given[given].span,
-            )
+            );
+            match formal.kind.is_shape() {
+                true => diagnostic.help(format!("write `shape.{name}(..)`")),
+                false => diagnostic,
+            }
         }
         Misfit::PartOfVector { given, formal, count: numbers } => {
             let formal = &formals[formal];
@@ -318,9 +325,9 @@ pub(crate) fn explain(
             let message = format!("`{name}` needs `{}`{or}", formal.name);
             let diagnostic = Diagnostic::error(codes::E0204, call.name_span, message)
                 .primary(wanted);
-            match (formal.kind.is_shape(), call.name_span.file == call.span.file) {
-                (true, true) => diagnostic.help(format!("write `shape.{name}(..)`")),
-                _ => diagnostic,
+            match formal.kind.is_shape() {
+                true => diagnostic.help(format!("write `shape.{name}(..)`")),
+                false => diagnostic,
             }
         }
     }
@@ -329,8 +336,12 @@ pub(crate) fn explain(
 /// Parameters as they are listed in messages, `angle: angle, axis: direction`.
 pub(crate) fn signature(formals: &[Formal]) -> String {
     let one = |formal: &Formal| {
-        let noun = kind_noun(formal.kind, false);
-        let noun = noun.trim_start_matches("a ").trim_start_matches("an ");
+        let noun = match formal.kind {
+            Kind::Row(ArgumentKind::Size3) => "number or vec3",
+            Kind::Row(ArgumentKind::Size2) => "number or vec2",
+            Kind::Any if formal.name == "angle" => "angle",
+            kind => super::bound::bare(kind_noun(kind, false)),
+        };
         let mark = if formal.default.is_some() { "?" } else { "" };
         format!("{}{mark}: {noun}", formal.name)
     };
@@ -360,9 +371,7 @@ pub(crate) fn kind_noun(kind: Kind, flat: bool) -> &'static str {
         Kind::Solid => "a 3D shape",
         Kind::Function => "a function",
         Kind::Material => "a material",
-        Kind::Color => "a color",
         Kind::List => "a list",
-        Kind::Word => "a word",
         Kind::Any => "a value",
     }
 }

@@ -163,17 +163,13 @@ impl<'a> Elaborator<'a> {
                     None => return self.wrong_argument(call, formal, other, span, flat),
                 },
             },
-            Kind::Color => match self.as_color(&first.value) {
-                Some(color) => argument.value = Value::Color(color),
-                None => return self.wrong_argument(call, formal, &first.value, span, flat),
-            },
             Kind::List => match &first.value {
                 Value::List(_) | Value::Range(_) | Value::Vector(_) => {
                     argument.value = first.value.clone();
                 }
                 other => return self.wrong_argument(call, formal, other, span, flat),
             },
-            Kind::Word | Kind::Any => argument.value = first.value.clone(),
+            Kind::Any => argument.value = first.value.clone(),
         }
         Some(argument)
     }
@@ -231,7 +227,14 @@ impl<'a> Elaborator<'a> {
         flat: bool,
     ) -> Option<Vec<ExprId>> {
         let what = format!("`{}` of `{}`", formal.name, call.name);
-        for number in &numbers {
+        let whole = span;
+        // Of numbers that stand one after the other, each is told about where it stands.
+        let place = |at: usize| match slot {
+            Slot::Spread(first) => call.given[first + at].span,
+            Slot::Default | Slot::One(_) | Slot::Diameter(_) => whole,
+        };
+        for (at, number) in numbers.iter().enumerate() {
+            let span = place(at);
             self.check_quantity(call, formal, *number, span)?;
             let stage = self.graph.stage(number.id);
             if stage > Stage::Uniform {
@@ -249,24 +252,24 @@ impl<'a> Elaborator<'a> {
         let mut ids: Vec<ExprId> = numbers.iter().map(|n| n.id).collect();
         match formal.kind {
             Kind::Row(A::Radius | A::Length | A::Size3 | A::Size2 | A::Radii3) => {
-                for &id in &ids {
-                    self.check_above(&what, id, true, span)?;
+                for (at, &id) in ids.iter().enumerate() {
+                    self.check_above(&what, id, true, place(at))?;
                 }
             }
             Kind::Row(A::RadiusOrZero | A::LengthOrZero | A::Lengths3) => {
-                for &id in &ids {
-                    self.check_above(&what, id, false, span)?;
+                for (at, &id) in ids.iter().enumerate() {
+                    self.check_above(&what, id, false, place(at))?;
                 }
             }
             Kind::Row(A::Count | A::Counts3) => {
-                for id in &mut ids {
-                    *id = self.whole_count(&what, *id, span)?;
+                for (at, id) in ids.iter_mut().enumerate() {
+                    *id = self.whole_count(&what, *id, place(at))?;
                 }
             }
             Kind::Row(A::Direction) => ids = self.direction(&what, &ids, span)?,
             Kind::Factors => {
-                for &id in &ids {
-                    self.check_factor(&what, id, span)?;
+                for (at, &id) in ids.iter().enumerate() {
+                    self.check_factor(&what, id, place(at))?;
                 }
             }
             Kind::Row(A::Offset | A::Vec3 | A::Vec2 | A::Angle | A::Number)
@@ -275,9 +278,7 @@ impl<'a> Elaborator<'a> {
             | Kind::Solid
             | Kind::Function
             | Kind::Material
-            | Kind::Color
             | Kind::List
-            | Kind::Word
             | Kind::Any => {}
         }
         let full = formal.kind.width(false);

@@ -287,10 +287,8 @@ impl<'a> Elaborator<'a> {
         misfit: arguments::Misfit,
         flat: bool,
     ) {
-        let names: Vec<&str> = lists.iter().flat_map(|l| l.iter().map(|f| f.name)).collect();
-        let formals = lists.get(at).copied().unwrap_or_default();
         let describe = |value: &Value<'_>| self.describe(value);
-        let diagnostic = arguments::explain(call, formals, &names, misfit, flat, describe);
+        let diagnostic = arguments::explain(call, lists, at, misfit, flat, describe);
         self.report(diagnostic);
     }
 

@@ -191,8 +191,8 @@ impl<'a> Elaborator<'a> {
             let doubled = symbol.repeat(2);
             let text = format!("with conditions, write `{doubled}`");
             diagnostic = diagnostic.fix(link.op_span, doubled, text);
-        } else if matches!(value, Value::Function(_)) {
-            diagnostic = diagnostic.help("`field(fn(p) => ..)` makes a shape of a function");
+        } else {
+            diagnostic = super::shapes::help_with_function(diagnostic, value);
         }
         self.report(diagnostic);
         false
@@ -245,6 +245,13 @@ impl<'a> Elaborator<'a> {
             }
         };
         let mut arguments = vec![blend.amount];
+        if blend.kind == K::Distance {
+            // Thin at the origin, thicker by a tenth of the way from there, up to four times.
+            let (zero, growth, times) =
+                (self.graph.constant(0.0), self.graph.constant(0.1), self.graph.constant(4.0));
+            let most = self.op(Op::Mul, &[blend.amount, times]);
+            arguments = vec![zero, zero, zero, blend.amount, growth, most];
+        }
         if blend.kind == K::Stairs {
             let steps = blend.steps.unwrap_or_else(|| self.graph.constant(3.0));
             arguments.push(steps);

@@ -40,11 +40,6 @@ impl Reports {
     pub(crate) fn fill(&mut self) {
         self.errors = self.errors.max(MAX_ERRORS);
     }
-    /// The errors, and the warnings that do not follow from an unfinished run.
-    pub(crate) fn into_errors(self) -> Vec<Diagnostic> {
-        let stands = |d: &Diagnostic| d.is_error() || d.code != codes::W0201;
-        self.found.into_iter().filter(stands).collect()
-    }
     /// All of them.
     pub(crate) fn into_vec(self) -> Vec<Diagnostic> {
         self.found

@@ -21,7 +21,7 @@ use sdfc_lang::{Diagnostic, Span, codes};
 use std::rc::Rc;
 
 /// The most steps of a run; a step is an expression evaluated.
-pub(crate) const MAX_STEPS: u64 = 10_000_000;
+pub(crate) const MAX_STEPS: u64 = 5_000_000;
 /// The most expressions within each other, calls included.
 const MAX_NESTING: u32 = 6_000;
 /// The most elements that a loop may have.

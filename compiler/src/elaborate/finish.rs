@@ -14,12 +14,12 @@ impl<'a> Elaborator<'a> {
     /// The scene with its diagnostics; no scene if there are errors.
     pub(crate) fn finish(mut self, is_done: bool) -> (Option<Scene>, Vec<Diagnostic>) {
         if !is_done || self.reports.has_errors() {
-            return (None, self.reports.into_errors());
+            return (None, self.reports.into_vec());
         }
         self.look_closer();
         self.check_depth();
         if self.reports.has_errors() {
-            return (None, self.reports.into_errors());
+            return (None, self.reports.into_vec());
         }
         let sky = match self.sky.take() {
             Some(sky) => sky,

@@ -135,9 +135,9 @@ impl<'a> Elaborator<'a> {
     ) -> Option<()> {
         let value = self.graph.as_constant(numbers[0].id);
         let message = match (row.op, value) {
-            (Op::Sqrt, Some(v)) if v < 0.0 => "the square root of a negative number",
-            (Op::InverseSqrt, Some(v)) if v <= 0.0 => "one over the square root of zero or less",
-            (Op::Ln | Op::Log2, Some(v)) if v <= 0.0 => "the logarithm of zero or less",
+            (Op::Sqrt, Some(v)) if v < 0.0 => "this is the square root of a negative number",
+            (Op::InverseSqrt, Some(v)) if v <= 0.0 => "this is one over the square root of zero or less",
+            (Op::Ln | Op::Log2, Some(v)) if v <= 0.0 => "this is the logarithm of zero or less",
             (Op::Asin | Op::Acos, Some(v)) if v.abs() > 1.0 + 1e-9 => {
                 "no angle has this sine or cosine: it lies beyond -1 or 1"
             }

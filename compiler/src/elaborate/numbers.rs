@@ -4,7 +4,7 @@
 
 use super::Elaborator;
 use super::symbolic::simplified;
-use super::value::{Number, Quantity, Value, Vector};
+use super::value::{Number, Value, Vector};
 use crate::expression::{ExprId, Stage};
 use sdfc_lang::ast::{BinaryOp, Unary};
 use sdfc_lang::{Diagnostic, Span, codes};
@@ -346,11 +346,6 @@ impl<'a> Elaborator<'a> {
     /// Whether a number is known before there is a point.
     pub(crate) fn is_uniform(&self, id: ExprId) -> bool {
         self.graph.stage(id) <= Stage::Uniform
-    }
-
-    /// A bare number.
-    pub(crate) fn plain(&mut self, value: f64) -> Number {
-        Number::of(self.graph.constant(value), Quantity::Plain)
     }
 }
 

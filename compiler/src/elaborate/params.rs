@@ -279,6 +279,7 @@ impl<'a> Elaborator<'a> {
                         matches!(number.quantity, Quantity::Plain | Quantity::Length(1))
                     }
                     ParamKind::Time => matches!(number.quantity, Quantity::Plain | Quantity::Time),
+                    ParamKind::Bool => false,
                     _ => number.quantity == Quantity::Plain,
                 };
                 if !fits {

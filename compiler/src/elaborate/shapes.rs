@@ -125,15 +125,7 @@ impl<'a> Elaborator<'a> {
             other => {
                 let message = format!("a shape is wanted, and this is {}", self.describe(other));
                 let mut diagnostic = Diagnostic::error(codes::E0301, span, message);
-                if let Value::Function(closure) = other {
-                    diagnostic = match closure.name {
-                        "" => diagnostic.help("`field(fn(p) => ..)` makes a shape of a function"),
-                        name => diagnostic.help(format!("call it: `{name}(..)`")),
-                    };
-                }
-                if let Value::Builtin(name) = other {
-                    diagnostic = diagnostic.help(format!("call it: `{name}(..)`"));
-                }
+                diagnostic = help_with_function(diagnostic, other);
                 self.report(diagnostic);
                 None
             }
@@ -192,7 +184,7 @@ impl<'a> Elaborator<'a> {
         match value {
             Value::Poison | Value::Nothing => "nothing".to_owned(),
             Value::Number(number) => number.quantity.noun().to_owned(),
-            Value::Bool(_) => "a truth".to_owned(),
+            Value::Bool(_) => "a bool".to_owned(),
             Value::Text(_) => "a text".to_owned(),
             Value::Vector(vector) => format!("a vec{}", vector.len()),
             Value::Color(_) => "a color".to_owned(),
@@ -230,6 +222,18 @@ fn has_axis(op: Op) -> bool {
         .language
         .is_some_and(|language| language.arguments.iter().any(|a| is_vector(a.kind)));
     !is_round && !says_directions
+}
+
+/// Advice where a function stands and a shape is wanted.
+pub(crate) fn help_with_function(diagnostic: Diagnostic, value: &Value<'_>) -> Diagnostic {
+    match value {
+        Value::Function(closure) if closure.name.is_empty() => {
+            diagnostic.help("call it, or make a shape of it by `field(fn(p) => ..)`")
+        }
+        Value::Function(closure) => diagnostic.help(format!("call it: `{}(..)`", closure.name)),
+        Value::Builtin(name) => diagnostic.help(format!("call it: `{name}(..)`")),
+        _ => diagnostic,
+    }
 }
 
 /// The value of a shape, or of the mistake that there is none.

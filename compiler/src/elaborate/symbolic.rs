@@ -44,6 +44,8 @@ pub(crate) fn simplified(graph: &mut Expressions, op: Op, values: &[ExprId]) -> 
         Op::Mul | Op::Div if right == Some(1.0) => values[0],
         Op::Mul if left == Some(0.0) => values[0],
         Op::Mul if right == Some(0.0) => values[1],
+        Op::Mix if known(2) == Some(0.0) => values[0],
+        Op::Mix if known(2) == Some(1.0) => values[1],
         _ => graph.call(op, values),
     }
 }

@@ -158,7 +158,8 @@ impl<'a> Elaborator<'a> {
         match number.quantity {
             Quantity::Angle => {}
             Quantity::Plain | Quantity::Time => {
-                let diagnostic = self.no_unit(name, span).label(name_span, "angle: angle");
+                let wants = if name == "rotate" { "angle: angle, axis: vec3" } else { "" };
+                let diagnostic = self.no_unit(name, span).label(name_span, wants);
                 self.report(diagnostic);
                 return None;
             }

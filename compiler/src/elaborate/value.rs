@@ -134,26 +134,6 @@ impl Vector {
     pub(crate) fn len(&self) -> usize {
         usize::from(self.len)
     }
-    /// Each number changed.
-    pub(crate) fn map(&self, mut change: impl FnMut(Number) -> Number) -> Self {
-        let mut result = *self;
-        for part in &mut result.parts[..usize::from(self.len)] {
-            *part = change(*part);
-        }
-        result
-    }
-    /// Each pair of numbers combined; both have the same length.
-    pub(crate) fn zip(
-        &self,
-        other: &Self,
-        mut combine: impl FnMut(Number, Number) -> Number,
-    ) -> Self {
-        let mut result = *self;
-        for (part, other) in result.parts[..usize::from(self.len)].iter_mut().zip(other.parts) {
-            *part = combine(*part, other);
-        }
-        result
-    }
 }
 
 /// `start..end`.

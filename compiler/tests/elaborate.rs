@@ -1,0 +1,53 @@
+//! Scenes from text: what texts mean, what is said about mistakes, and rules that hold of all.
+
+#[path = "elaborate/errors.rs"]
+mod errors;
+#[path = "elaborate/meaning.rs"]
+mod meaning;
+#[path = "elaborate/rules.rs"]
+mod rules;
+
+use sdfc_compiler::elaborate::{Loader, Options, elaborate};
+use sdfc_compiler::scene::Scene;
+use sdfc_lang::{Diagnostic, Diagnostics, Sources, Style};
+
+/// Files by path.
+struct Files<'f>(&'f [(&'f str, &'f str)]);
+
+impl Loader for Files<'_> {
+    fn load(&self, path: &str) -> Result<String, String> {
+        let found = self.0.iter().find(|(name, _)| *name == path);
+        found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| "no such file".to_owned())
+    }
+}
+
+/// Elaborates a text that may import these files, with these values given from outside.
+fn build(
+    text: &str,
+    files: &[(&str, &str)],
+    overrides: &[(&str, &str)],
+) -> (Option<Scene>, Vec<Diagnostic>, Sources) {
+    let mut sources = Sources::new();
+    let file = sources.add("scene.sdf", text);
+    let overrides = overrides.iter().map(|(name, text)| ((*name).into(), (*text).into()));
+    let options =
+        Options { overrides: overrides.collect(), time: 0.0, loader: &Files(files) };
+    let (scene, found) = elaborate(&mut sources, file, &options);
+    (scene, found, sources)
+}
+
+/// The messages as a person reads them.
+fn rendered(found: Vec<Diagnostic>, sources: &Sources) -> String {
+    found.into_iter().collect::<Diagnostics>().render(sources, Style::Plain)
+}
+
+/// The scene of a text that has nothing wrong.
+fn scene(text: &str) -> Scene {
+    scene_with(text, &[])
+}
+
+/// The same with values given from outside.
+fn scene_with(text: &str, overrides: &[(&str, &str)]) -> Scene {
+    let (scene, found, sources) = build(text, &[], overrides);
+    scene.unwrap_or_else(|| panic!("{text}\n{}", rendered(found, &sources)))
+}

@@ -1,0 +1,163 @@
+//! Rules that hold of all scenes: which parameters are structural, what units mean, which axis
+//! points up, and that limits are messages.
+
+use crate::{build, rendered, scene, scene_with};
+use sdfc_compiler::bounds::shape_bounds;
+use sdfc_compiler::dump::dump;
+use sdfc_compiler::scene::{Scene, ShapeKind};
+use sdfc_vm::bounds::Bounds;
+
+/// The names of the structural parameters.
+fn structural(scene: &Scene) -> Vec<&str> {
+    scene.params.iter().filter(|p| p.structural).map(|p| p.name.as_str()).collect()
+}
+
+/// The box of what is drawn.
+fn bounds(text: &str) -> Bounds {
+    let scene = scene(text);
+    let root = scene.root.expect("something is drawn");
+    shape_bounds(&scene)[root.0 as usize]
+}
+
+fn assert_box(text: &str, min: [f64; 3], max: [f64; 3]) {
+    let b = bounds(text);
+    for i in 0..3 {
+        let near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-6;
+        assert!(near(b.min[i], min[i]) && near(b.max[i], max[i]), "{text}: {b:?}");
+    }
+}
+
+#[test]
+fn a_param_is_structural_if_its_value_is_demanded() {
+    let s = scene(
+        "param loop_count = 3 in 1..9; param corners = 5 in 3..9; param octaves = 4 in 1..8;
+param which = true; param pick = 1 in 0..=2; param depth = 2 in 0..5; param r = 0.5 in 0.1..2; param t = 0.5 in 0..1;
+fn tower(n) = if n <= 0 { box(r) } else { box(r) | tower(n - 1).translate(0, r, 0) };
+let a = for i in 0..loop_count { sphere(r).translate(i, 0, 0) };
+let b = ngon(corners, r: r).extrude(t);
+let c = sphere(1).displace(fn(p) => 0.1 * fbm(p, octaves: octaves));
+let d = if which { sphere(r) } else { box(r) };
+let e = at([sphere(1), box(1), torus(1, 0.2)], pick);
+let f = sphere(if t > 0.5 { r } else { 2 * r });
+a | b | c | d | e | f | tower(depth)",
+    );
+    assert_eq!(structural(&s), ["loop_count", "corners", "octaves", "which", "pick", "depth"]);
+}
+
+#[test]
+fn a_structural_param_takes_the_value_from_outside() {
+    let text = "param n = 2 in 1..=8;\nfor i in 0..n { sphere(0.1).translate(i, 0, 0) }";
+    let count = |s: &Scene| {
+        s.shapes.iter().filter(|s| matches!(s.kind, ShapeKind::Primitive { .. })).count()
+    };
+    assert_eq!(count(&scene(text)), 2);
+    assert_eq!(count(&scene_with(text, &[("n", "5")])), 5);
+}
+
+#[test]
+fn a_live_param_leaves_the_scene_as_it_is() {
+    let text = "param r = 1 in 0.1..3;\nparam w: length = 10mm;\nsphere(r) |[0.1] box(w)";
+    let (a, b) = (scene(text), scene_with(text, &[("r", "2"), ("w", "0.5m")]));
+    let shapes = |s: &Scene| {
+        let text = dump(s);
+        text.lines().filter(|l| !l.starts_with("param")).collect::<Vec<_>>().join("\n")
+    };
+    assert_eq!(shapes(&a), shapes(&b));
+    assert_eq!(b.params[0].value, [2.0]);
+    assert_eq!(b.params[1].value, [0.5]);
+    assert_eq!(b.params[1].default, [0.01]);
+}
+
+#[test]
+fn lengths_are_in_the_units_of_the_scene() {
+    for (units, one_inch) in [("mm", 25.4), ("cm", 2.54), ("m", 0.0254), ("in", 1.0)] {
+        let text = format!("scene {{ units: {units} }}\nbox(1in)");
+        assert_box(&text, [-one_inch / 2.0; 3], [one_inch / 2.0; 3]);
+    }
+    // Without a unit a scene is in metres, and bare numbers are what the scene is in.
+    assert_box("box(2000mm) | box(2)", [-1.0; 3], [1.0; 3]);
+}
+
+#[test]
+fn the_library_follows_the_units_of_the_scene() {
+    let text = "scene { units: cm, up: z }\nimport \"std/fasteners\" as fast;\ncylinder(d: fast::M4.clearance, h: 1)";
+    assert_box(text, [-0.225, -0.225, -0.5], [0.225, 0.225, 0.5]);
+}
+
+#[test]
+fn solids_stand_along_the_axis_that_points_up() {
+    assert_box("cylinder(r: 1, h: 4)", [-1.0, -2.0, -1.0], [1.0, 2.0, 1.0]);
+    assert_box("scene { up: z }\ncylinder(r: 1, h: 4)", [-1.0, -1.0, -2.0], [1.0, 1.0, 2.0]);
+    // Sizes are along the axes as they are written.
+    assert_box("scene { up: z }\nbox(1, 2, 3)", [-0.5, -1.0, -1.5], [0.5, 1.0, 1.5]);
+    assert_box("scene { up: z }\ntorus(2, 0.5)", [-2.5, -2.5, -0.5], [2.5, 2.5, 0.5]);
+    // A figure is extruded along z, and turned about the axis that points up.
+    assert_box("rect(1, 2).extrude(4)", [-0.5, -1.0, -2.0], [0.5, 1.0, 2.0]);
+    assert_box("scene { up: z }\nrect(1, 2).extrude(4)", [-0.5, -1.0, -2.0], [0.5, 1.0, 2.0]);
+    assert_box("rect(2, 6).revolve()", [-1.0, -3.0, -1.0], [1.0, 3.0, 1.0]);
+    assert_box("scene { up: z }\nrect(2, 6).revolve()", [-1.0, -1.0, -3.0], [1.0, 1.0, 3.0]);
+}
+
+#[test]
+fn transforms_do_what_they_say() {
+    assert_box("box(2).translate(1, 2, 3)", [0.0, 1.0, 2.0], [2.0, 3.0, 4.0]);
+    assert_box("box(2, 4, 6).rotate(90deg, X)", [-1.0, -3.0, -2.0], [1.0, 3.0, 2.0]);
+    assert_box("box(2).translate(3, 0, 0).rotate(90deg, Y)", [-1.0, -1.0, -4.0], [1.0, 1.0, -2.0]);
+    assert_box("box(2).translate(3, 0, 0).rotate(90deg, Z)", [-1.0, 2.0, -1.0], [1.0, 4.0, 1.0]);
+    assert_box("box(2).translate(3, 0, 0).rotate([0deg, 0deg, 90deg])", [-1.0, 2.0, -1.0], [1.0, 4.0, 1.0]);
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let turned = format!("box(2).translate(3, 0, 0).rotate_quaternion([0, 0, {half}, {half}])");
+    assert_box(&turned, [-1.0, 2.0, -1.0], [1.0, 4.0, 1.0]);
+    assert_box("box(2).scale(3)", [-3.0; 3], [3.0; 3]);
+    assert_box("box(2).scale([1, 2, 3])", [-1.0, -2.0, -3.0], [1.0, 2.0, 3.0]);
+    assert_box("box(2).translate(3, 0, 0).reflect(X)", [-4.0, -1.0, -1.0], [-2.0, 1.0, 1.0]);
+    assert_box("box(2).translate(3, 0, 0).mirror(X)", [-4.0, -1.0, -1.0], [4.0, 1.0, 1.0]);
+    assert_box("box(2).translate(3, 0, 0).mirror(X, at: 1)", [-2.0, -1.0, -1.0], [4.0, 1.0, 1.0]);
+    assert_box("box(1).repeat(2, count: [3, 1, 2])", [-2.5, -0.5, -1.5], [2.5, 0.5, 1.5]);
+    assert_box("box(1).translate(0.9, 0, 0).repeat([2, 0, 0], count: [3, 1, 1])", [-1.6, -0.5, -0.5], [3.4, 0.5, 0.5]);
+    assert_box("box(2).elongate(4, 0, 0)", [-3.0, -1.0, -1.0], [3.0, 1.0, 1.0]);
+    assert_box("sphere(1).offset(0.5)", [-1.5; 3], [1.5; 3]);
+    assert_box("sphere(1).shell(0.5)", [-1.25; 3], [1.25; 3]);
+    assert_box("sphere(2).warp(fn(p) => p + [1, 0, 0.5 * sin(p.x)])", [-3.0, -2.0, -2.5], [1.0, 2.0, 2.5]);
+}
+
+#[test]
+fn limits_are_messages() {
+    let mut deep = "sphere(1)".to_owned();
+    for _ in 0..600 {
+        deep = format!("{deep}.offset(0.1)");
+    }
+    let many = "for i in 0..300 { for j in 0..300 { sphere(0.1).translate(i, j, 0) } }";
+    let texts = [
+        (deep.as_str(), "nested more than 500 deep"),
+        (many, "more than 65536 shapes"),
+        ("fn f(n) = f(n + 1) + 1;\nsphere(f(0))", "more than 256 deep"),
+        ("fn f(n) = if n > 0 { f(n - 1) + f(n - 1) } else { 1 };\nsphere(f(60))", "steps to build"),
+        ("for i in 0..1e18 { sphere(1) }", "rounds"),
+        ("for i in 0..exp(88) * 1e9 { sphere(1) }", "rounds"),
+    ];
+    for (text, wanted) in texts {
+        let (made, found, sources) = build(text, &[], &[]);
+        let text = rendered(found, &sources);
+        assert!(made.is_none() && text.contains(wanted), "{wanted}: {text}");
+    }
+}
+
+#[test]
+fn the_same_text_gives_the_same_scene() {
+    let text = "param n = 4 in 1..9;\nimport \"std/colors\" as c;
+let all = for i in 0..n { sphere(0.2 + 0.1 * random(i)).translate(i, 0, 0).material(c::gold) };
+union(all, smooth: 0.1) | box(1).color(#f00)";
+    assert_eq!(dump(&scene(text)), dump(&scene(text)));
+}
+
+#[test]
+fn every_operand_stands_before_what_uses_it() {
+    let s = scene("let a = sphere(1); let _b = box(1); (a - box(0.5)).ghost() | a.shell(0.1).repeat(4) |[0.2] !a");
+    for (at, shape) in s.shapes.iter().enumerate() {
+        if let ShapeKind::Combine { children, .. } = &shape.kind {
+            assert!(children.iter().all(|c| (c.0 as usize) < at));
+        }
+    }
+    assert!(!dump(&s).contains("_b"), "what nothing uses is left out");
+}
