@@ -12,13 +12,22 @@ pub struct Bounds {
 
 impl Bounds {
     /// All of space.
-    pub const EVERYTHING: Self = Self { min: [f64::NEG_INFINITY; 3], max: [f64::INFINITY; 3] };
+    pub const EVERYTHING: Self = Self {
+        min: [f64::NEG_INFINITY; 3],
+        max: [f64::INFINITY; 3],
+    };
     /// Nothing.
-    pub const EMPTY: Self = Self { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+    pub const EMPTY: Self = Self {
+        min: [f64::INFINITY; 3],
+        max: [f64::NEG_INFINITY; 3],
+    };
 
     /// The box from `-half` to `half`.
     pub fn centred(half: [f64; 3]) -> Self {
-        Self { min: half.map(|h| -h), max: half }
+        Self {
+            min: half.map(|h| -h),
+            max: half,
+        }
     }
     /// The box around a ball at the origin.
     pub fn ball(r: f64) -> Self {
@@ -55,7 +64,10 @@ impl Bounds {
         if self.is_empty() {
             return *self;
         }
-        Self { min: self.min.map(|v| v - by), max: self.max.map(|v| v + by) }
+        Self {
+            min: self.min.map(|v| v - by),
+            max: self.max.map(|v| v + by),
+        }
     }
     /// With a point inside.
     pub fn including(&self, p: [f64; 3]) -> Self {
@@ -65,7 +77,11 @@ impl Bounds {
     pub fn corners(&self) -> [[f64; 3]; 8] {
         std::array::from_fn(|i| {
             std::array::from_fn(|axis| {
-                if i >> axis & 1 == 0 { self.min[axis] } else { self.max[axis] }
+                if i >> axis & 1 == 0 {
+                    self.min[axis]
+                } else {
+                    self.max[axis]
+                }
             })
         })
     }
@@ -75,7 +91,10 @@ impl Bounds {
     }
     /// The distance from the middle to a corner.
     pub fn half_diagonal(&self) -> f64 {
-        (0..3).map(|i| ((self.max[i] - self.min[i]) / 2.0).powi(2)).sum::<f64>().sqrt()
+        (0..3)
+            .map(|i| ((self.max[i] - self.min[i]) / 2.0).powi(2))
+            .sum::<f64>()
+            .sqrt()
     }
     /// The largest distance of a point inside from the y axis.
     pub fn reach_from_y(&self) -> f64 {

@@ -46,11 +46,17 @@ impl<R: Real> Dual<R> {
     /// A value that does not depend on the point.
     #[inline(always)]
     pub fn fixed(value: R) -> Self {
-        Self { value, gradient: zero3::<R>() }
+        Self {
+            value,
+            gradient: zero3::<R>(),
+        }
     }
     #[inline(always)]
     fn chain(self, value: R, slope: R) -> Self {
-        Self { value, gradient: self.gradient * slope }
+        Self {
+            value,
+            gradient: self.gradient * slope,
+        }
     }
 }
 
@@ -59,13 +65,23 @@ impl<R: Real> DualVec3<R> {
     #[inline(always)]
     pub fn seed(p: R::Vec3) -> Self {
         let (o, i) = (lit(0.0), lit(1.0));
-        let axes = [R::Vec3::new(i, o, o), R::Vec3::new(o, i, o), R::Vec3::new(o, o, i)];
-        Self { value: p, gradients: axes }
+        let axes = [
+            R::Vec3::new(i, o, o),
+            R::Vec3::new(o, i, o),
+            R::Vec3::new(o, o, i),
+        ];
+        Self {
+            value: p,
+            gradients: axes,
+        }
     }
     /// A vector that does not depend on the point.
     #[inline(always)]
     pub fn fixed(value: R::Vec3) -> Self {
-        Self { value, gradients: [zero3::<R>(); 3] }
+        Self {
+            value,
+            gradients: [zero3::<R>(); 3],
+        }
     }
 }
 
@@ -73,7 +89,10 @@ impl<R: Real> DualVec2<R> {
     /// A vector that does not depend on the point.
     #[inline(always)]
     pub fn fixed(value: R::Vec2) -> Self {
-        Self { value, gradients: [zero3::<R>(); 2] }
+        Self {
+            value,
+            gradients: [zero3::<R>(); 2],
+        }
     }
 }
 
@@ -81,14 +100,20 @@ impl<R: Real> Add for Dual<R> {
     type Output = Self;
     #[inline(always)]
     fn add(self, b: Self) -> Self {
-        Self { value: self.value + b.value, gradient: self.gradient + b.gradient }
+        Self {
+            value: self.value + b.value,
+            gradient: self.gradient + b.gradient,
+        }
     }
 }
 impl<R: Real> Sub for Dual<R> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, b: Self) -> Self {
-        Self { value: self.value - b.value, gradient: self.gradient - b.gradient }
+        Self {
+            value: self.value - b.value,
+            gradient: self.gradient - b.gradient,
+        }
     }
 }
 impl<R: Real> Mul for Dual<R> {
@@ -114,7 +139,10 @@ impl<R: Real> Neg for Dual<R> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self { value: -self.value, gradient: -self.gradient }
+        Self {
+            value: -self.value,
+            gradient: -self.gradient,
+        }
     }
 }
 
@@ -143,11 +171,17 @@ impl<R: Real> Real for Dual<R> {
     #[inline(always)]
     fn floor(self) -> Self {
         let value = self.value.floor();
-        Self { value, gradient: R::floor_gradient(value) }
+        Self {
+            value,
+            gradient: R::floor_gradient(value),
+        }
     }
     #[inline(always)]
     fn jumping(self, condition: R::Bool) -> Self {
-        Self { value: self.value, gradient: R::jump_gradient(self.gradient, condition) }
+        Self {
+            value: self.value,
+            gradient: R::jump_gradient(self.gradient, condition),
+        }
     }
     #[inline(always)]
     fn min(self, b: Self) -> Self {
@@ -211,14 +245,17 @@ impl<R: Real> Real for Dual<R> {
     #[inline(always)]
     fn noise_gradient(p: Self::Vec3, seed: Self) -> (Self, Self::Vec3) {
         let (value, slope) = R::noise_gradient(p.value, seed.value);
-        let gradient = p.gradients[0] * slope.x() + p.gradients[1] * slope.y()
-            + p.gradients[2] * slope.z();
+        let gradient =
+            p.gradients[0] * slope.x() + p.gradients[1] * slope.y() + p.gradients[2] * slope.z();
         // The gradient's own derivatives are never asked for.
         (Self { value, gradient }, DualVec3::fixed(slope))
     }
     #[inline(always)]
     fn named(self, name: &'static str) -> Self {
-        Self { value: self.value.named(name), gradient: self.gradient }
+        Self {
+            value: self.value.named(name),
+            gradient: self.gradient,
+        }
     }
     #[inline(always)]
     fn less(self, b: Self) -> R::Bool {

@@ -42,23 +42,30 @@ pub fn logarithm<R: Real>(x: R) -> R {
     let series = s
         * (lit::<R>(1.0)
             + s2 * (lit::<R>(1.0 / 3.0)
-                + s2 * (lit::<R>(1.0 / 5.0)
-                    + s2 * (lit::<R>(1.0 / 7.0) + s2 * lit(1.0 / 9.0)))));
+                + s2 * (lit::<R>(1.0 / 5.0) + s2 * (lit::<R>(1.0 / 7.0) + s2 * lit(1.0 / 9.0)))));
     e + series * lit(2.0 * std::f64::consts::LOG2_E)
 }
 
 /// π/2 in three parts, the first two with enough trailing zeros that their products with the
 /// quadrant's number are exact up to 2¹³ quadrants.
-const HALF_PI: [f64; 3] = [1.5703125, 4.837_512_969_970_703e-4, 7.549_789_948_768_648e-8];
+const HALF_PI: [f64; 3] = [
+    1.5703125,
+    4.837_512_969_970_703e-4,
+    7.549_789_948_768_648e-8,
+];
 
 /// The number of the quadrant that `x` lies in, and the remainder within [-π/4, π/4].
 #[inline(always)]
 fn quadrant<R: Real>(x: R) -> (R, R) {
-    let k = (x * lit(std::f64::consts::FRAC_2_PI) + lit(0.5)).floor().named("k");
+    let k = (x * lit(std::f64::consts::FRAC_2_PI) + lit(0.5))
+        .floor()
+        .named("k");
     let r = x - k * lit(HALF_PI[0]);
     let r = r - k * lit(HALF_PI[1]);
     // Of angles beyond any meaning the remainder is noise, but still of this size.
-    let r = (r - k * lit(HALF_PI[2])).clamp(lit(-0.8), lit(0.8)).named("r");
+    let r = (r - k * lit(HALF_PI[2]))
+        .clamp(lit(-0.8), lit(0.8))
+        .named("r");
     let turn = k - (k * lit(0.25)).floor() * lit(4.0);
     (turn.named("turn"), r)
 }
@@ -105,7 +112,11 @@ pub fn cosine<R: Real>(x: R) -> R {
     let (sine, cosine) = sine_cosine(r);
     // cos x = sin(x + a quarter turn): the next quadrant's value.
     let next = turn + lit(1.0);
-    by_quadrant(R::select(lit::<R>(3.5).less(next), lit(0.0), next), sine, cosine)
+    by_quadrant(
+        R::select(lit::<R>(3.5).less(next), lit(0.0), next),
+        sine,
+        cosine,
+    )
 }
 
 /// The angle of the vector (`x`, `y`) in [-π, π]; 0 at the origin; absolute error below 4e-7.
@@ -125,8 +136,16 @@ pub fn arctangent<R: Real>(y: R, x: R) -> R {
                 + a2 * (lit::<R>(ARCTANGENT[2])
                     + a2 * (lit::<R>(ARCTANGENT[3]) + a2 * lit(ARCTANGENT[4])))));
     let eighth = R::select(far, lit(std::f64::consts::FRAC_PI_4), lit(0.0)) + series;
-    let quarter = R::select(ax.less(ay), lit::<R>(std::f64::consts::FRAC_PI_2) - eighth, eighth);
-    let half = R::select(x.less(lit(0.0)), lit::<R>(std::f64::consts::PI) - quarter, quarter);
+    let quarter = R::select(
+        ax.less(ay),
+        lit::<R>(std::f64::consts::FRAC_PI_2) - eighth,
+        eighth,
+    );
+    let half = R::select(
+        x.less(lit(0.0)),
+        lit::<R>(std::f64::consts::PI) - quarter,
+        quarter,
+    );
     R::select(y.less(lit(0.0)), -half, half)
 }
 

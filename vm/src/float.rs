@@ -71,8 +71,13 @@ impl Real for f32 {
     }
     #[inline(always)]
     fn lattice(cell: V3<f32>, seed: Self) -> V3<f32> {
-        let [x, y, z] = elementary::hash([cell.x as i32, cell.y as i32, cell.z as i32], seed as i32);
-        V3 { x: unit(x), y: unit(y), z: unit(z) }
+        let [x, y, z] =
+            elementary::hash([cell.x as i32, cell.y as i32, cell.z as i32], seed as i32);
+        V3 {
+            x: unit(x),
+            y: unit(y),
+            z: unit(z),
+        }
     }
     #[inline(always)]
     fn less(self, other: Self) -> bool {
@@ -165,8 +170,13 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn lattice(cell: V3<f64>, seed: Self) -> V3<f64> {
-        let [x, y, z] = elementary::hash([cell.x as i32, cell.y as i32, cell.z as i32], seed as i32);
-        V3 { x: unit(x).into(), y: unit(y).into(), z: unit(z).into() }
+        let [x, y, z] =
+            elementary::hash([cell.x as i32, cell.y as i32, cell.z as i32], seed as i32);
+        V3 {
+            x: unit(x).into(),
+            y: unit(y).into(),
+            z: unit(z).into(),
+        }
     }
     #[inline(always)]
     fn less(self, other: Self) -> bool {

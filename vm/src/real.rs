@@ -198,7 +198,9 @@ pub trait Real:
     #[inline(always)]
     fn acos(self) -> Self {
         let x = self.clamp(lit(-1.0), lit(1.0));
-        ((lit::<Self>(1.0) - x) * (lit::<Self>(1.0) + x)).sqrt().atan2(x)
+        ((lit::<Self>(1.0) - x) * (lit::<Self>(1.0) + x))
+            .sqrt()
+            .atan2(x)
     }
     /// The inverse tangent.
     #[inline(always)]

@@ -307,7 +307,10 @@ impl Real for Scalar {
         let both = call("noise_gradient", vec![p.0, seed.0], Type::DualScalar);
         set_name(both, "noise");
         let value = push(Kind::Member(both, "w"), Type::Scalar);
-        (Self(value), Vec3(push(Kind::Member(both, "xyz"), Type::Vec3)))
+        (
+            Self(value),
+            Vec3(push(Kind::Member(both, "xyz"), Type::Vec3)),
+        )
     }
     fn named(self, name: &'static str) -> Self {
         set_name(self.0, name);
@@ -668,7 +671,11 @@ impl<'a> Writer<'a> {
             _ if text.starts_with('-') => 4,
             _ => 6,
         };
-        if binds < needed { format!("({text})") } else { text }
+        if binds < needed {
+            format!("({text})")
+        } else {
+            text
+        }
     }
 
     /// `wanted`, with a number behind it if it is taken.

@@ -829,10 +829,16 @@ const SOLID: Meta = Meta {
     source: "",
 };
 /// What the plane shapes have in common.
-const PLANE: Meta = Meta { category: Category::Shape2, ..SOLID };
+const PLANE: Meta = Meta {
+    category: Category::Shape2,
+    ..SOLID
+};
 /// What the ways between plane and space have in common.
-const DIMENSION: Meta =
-    Meta { category: Category::Dimension, slope: Slope::LargestOrOne, ..SOLID };
+const DIMENSION: Meta = Meta {
+    category: Category::Dimension,
+    slope: Slope::LargestOrOne,
+    ..SOLID
+};
 /// What the combinations have in common.
 const COMBINE: Meta = Meta {
     category: Category::Combine,
@@ -841,8 +847,11 @@ const COMBINE: Meta = Meta {
     ..SOLID
 };
 /// What the changes of the point have in common: most only fold or move space.
-const DOMAIN: Meta =
-    Meta { category: Category::Domain, slope: Slope::Stretch(|_, _| 1.0), ..SOLID };
+const DOMAIN: Meta = Meta {
+    category: Category::Domain,
+    slope: Slope::Stretch(|_, _| 1.0),
+    ..SOLID
+};
 /// What the changes of the distance have in common.
 const DISTANCE: Meta = Meta {
     category: Category::Distance,
@@ -937,7 +946,10 @@ pub fn table_hash() -> u32 {
     };
     for row in ROWS {
         feed(row.name);
-        feed(&format!("{:?}{:?}{:?}", row.inputs, row.output, row.parameters));
+        feed(&format!(
+            "{:?}{:?}{:?}",
+            row.inputs, row.output, row.parameters
+        ));
     }
     hash
 }

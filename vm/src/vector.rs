@@ -97,15 +97,24 @@ impl<R: Real> Vector2<R> for V2<R> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self { x: self.x.abs(), y: self.y.abs() }
+        Self {
+            x: self.x.abs(),
+            y: self.y.abs(),
+        }
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        Self { x: self.x.min(other.x), y: self.y.min(other.y) }
+        Self {
+            x: self.x.min(other.x),
+            y: self.y.min(other.y),
+        }
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        Self { x: self.x.max(other.x), y: self.y.max(other.y) }
+        Self {
+            x: self.x.max(other.x),
+            y: self.y.max(other.y),
+        }
     }
     #[inline(always)]
     fn select(condition: R::Bool, then: Self, otherwise: Self) -> Self {
@@ -135,19 +144,35 @@ impl<R: Real> Vector3<R> for V3<R> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
+        Self {
+            x: self.x.abs(),
+            y: self.y.abs(),
+            z: self.z.abs(),
+        }
     }
     #[inline(always)]
     fn floor(self) -> Self {
-        Self { x: self.x.floor(), y: self.y.floor(), z: self.z.floor() }
+        Self {
+            x: self.x.floor(),
+            y: self.y.floor(),
+            z: self.z.floor(),
+        }
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        Self { x: self.x.min(other.x), y: self.y.min(other.y), z: self.z.min(other.z) }
+        Self {
+            x: self.x.min(other.x),
+            y: self.y.min(other.y),
+            z: self.z.min(other.z),
+        }
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        Self { x: self.x.max(other.x), y: self.y.max(other.y), z: self.z.max(other.z) }
+        Self {
+            x: self.x.max(other.x),
+            y: self.y.max(other.y),
+            z: self.z.max(other.z),
+        }
     }
     #[inline(always)]
     fn select(condition: R::Bool, then: Self, otherwise: Self) -> Self {

@@ -1,6 +1,6 @@
 //! What the suites share: random numbers, arguments for every row, and evaluation.
 
-use sdfc_vm::apply::{Applied, apply, laid_out};
+use sdfc_vm::apply::{Applied, Apply, apply, laid_out};
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::real::{Real, Vector3};
 use sdfc_vm::row::{Argument, ArgumentKind, Output};
@@ -178,7 +178,7 @@ impl Case {
     }
     /// The value at a point where the operands are those of [`operands`]; of a new point, the sum
     /// of its coordinates with different weights.
-    pub(crate) fn on<R: Real>(&self, p: R::Vec3) -> R {
+    pub(crate) fn on<R: Apply>(&self, p: R::Vec3) -> R {
         match apply::<R>(self.op, p, operands::<R>(self.op, p), &self.constants) {
             Applied::Value(v) => v,
             Applied::Point(q) => q.x() + q.y() * R::constant(0.75) + q.z() * R::constant(0.5),
