@@ -156,8 +156,7 @@ pub(crate) fn clauses(path: &Path, text: String, build: &Build) -> Result<Outcom
     }
     let mut sources = Sources::new();
     let file: FileId = sources.add(path.display().to_string(), text);
-    let _ = file;
-    let (made, found): (Option<Scene>, Vec<sdfc_lang::Diagnostic>) = (None, Vec::new());
+    let (made, found) = sdfc_compiler::clauses::parse_clauses(&sources, file);
     Ok(Outcome {
         sources,
         found: found.into_iter().collect(),

@@ -167,7 +167,7 @@ impl Lowering<'_> {
                 }
             }
             ShapeKind::Domain { op, child, parameters } => {
-                let stretch = self.stretch(op, &parameters, child);
+                let stretch = self.stretch(op, &parameters, child, id);
                 let parameters = self.numbers(&parameters);
                 let point = self.apply(op, at, Vec::new(), parameters);
                 let node = self.shape(child, At { base: point, frame: None });
@@ -225,10 +225,14 @@ impl Lowering<'_> {
         self.number(inverse)
     }
 
-    /// How much a row of the table stretches space, whatever the parameters within their ranges.
-    fn stretch(&mut self, op: Op, parameters: &[ExprId], child: ShapeId) -> f64 {
+    /// How much a row of the table stretches space near its child, whatever the parameters within
+    /// their ranges. Farther out the elaborator has put a bound that needs no map; near means within
+    /// an eighth of the result's size.
+    fn stretch(&mut self, op: Op, parameters: &[ExprId], child: ShapeId, id: ShapeId) -> f64 {
         let Slope::Stretch(stretch) = op.row().meta.slope else { return 1.0 };
-        let bounds = self.bounds[child.0 as usize];
+        let cube = Bounds::centred([FIELD_REGION; 3]);
+        let margin = self.bounds[id.0 as usize].common(&cube).half_diagonal() * 0.125;
+        let bounds = self.bounds[child.0 as usize].common(&cube).grown(margin);
         let ranges: Vec<_> = parameters
             .iter()
             .map(|&id| self.ranges.of_number(&self.scene.expressions, id))

@@ -18,8 +18,10 @@ use std::collections::BinaryHeap;
 
 type DualInterval = Dual<Interval>;
 
-/// How many boxes are looked at before the bound is left as it is.
-const BUDGET: usize = 3_000;
+/// How many operations are spent on looking at boxes before the bound is left as it is, and how many
+/// boxes are looked at most and least.
+const BUDGET: usize = 600_000;
+const BOXES: (usize, usize) = (8, 3_000);
 
 /// The ranges of the parameters' numbers and of the time, for bounds that hold for all of them.
 #[derive(Clone, Debug)]
@@ -158,7 +160,8 @@ pub fn bound(
         found
     };
     let mut best = push(&mut queue, *region);
-    for _ in 0..BUDGET {
+    let size: usize = fields.iter().map(|field| field.order.len()).sum();
+    for _ in 0..(BUDGET / size.max(1)).clamp(BOXES.0, BOXES.1) {
         let Some(worst) = queue.pop() else { break };
         if worst.upper <= best * 1.21 || !region.is_finite() {
             queue.push(worst);

@@ -575,6 +575,14 @@ a radius became zero, say. The range of the parameter can keep it out.
     param r = 0.5 in 0..1;        // sphere(r) fails at r = 0
     param r = 0.5 in 0.01..1;";
 
+E0505 "a clause that means nothing" "\
+In `.vm` files each line is a clause: a name, an operation, and the names of earlier clauses (or a
+number behind `const`).
+
+    _0 var-x
+    _1 const 0.5
+    _2 sub _0 _1";
+
 W0101 "`-` mixed with `|` or `&`" "\
 `-` binds tighter than `&`, and `&` tighter than `|`, so `a | b - c` is `a | (b - c)`: the hole is
 cut from `b` only. Parentheses say which was meant.
