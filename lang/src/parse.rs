@@ -304,7 +304,7 @@ fn item_end(words: &[Word<'_>], start: usize) -> usize {
     let item = || words[start..].iter().map(|word| word.1);
     let is_named_fn =
         item().next() == Some(Token::Fn) && matches!(item().nth(1), Some(Token::Name(_)));
-    let ends_with_brace = is_named_fn || settings_brace(item()).is_some();
+    let ends_with_brace = (is_named_fn && has_block(item())) || settings_brace(item()).is_some();
     let mut depth = 0;
     for (at, (_, token, _)) in words.iter().enumerate().skip(start) {
         if token.closer().is_some() {
@@ -319,6 +319,22 @@ fn item_end(words: &[Word<'_>], start: usize) -> usize {
         }
     }
     words.len()
+}
+
+/// Whether the body of a named function is a block, and not an expression behind a `=`: that may end
+/// in a brace too, as `if a { b } else { c }` does, but its own end is a `;`.
+fn has_block<'t>(tokens: impl Iterator<Item = Token<'t>>) -> bool {
+    let mut depth = 0;
+    for token in tokens {
+        match token {
+            Token::Assign if depth == 0 => return false,
+            Token::OpenBrace if depth == 0 => return true,
+            _ if token.closer().is_some() => depth += 1,
+            _ if token.is_closer() => depth -= 1,
+            _ => {}
+        }
+    }
+    true
 }
 
 /// The first word in `from..end` at which an item surely begins, else `end`.
