@@ -417,7 +417,10 @@ pub fn kernel(stage: Stage, features: &Features, scene: &SceneSource<'_>) -> Ker
     for function in recorded {
         let _ = writeln!(text, "{}", function.text);
     }
-    for part in [scene_text, &body] {
+    for part in [scene_text, &body]
+        .into_iter()
+        .filter(|part| !part.is_empty())
+    {
         text.push_str(part);
         text.push('\n');
     }
