@@ -122,6 +122,9 @@ pub fn bounds_of(
             let child = known[child.0 as usize];
             let mut result = child;
             for (axis, &coordinate) in point.iter().enumerate() {
+                if *graph.get(coordinate) == Expression::Coordinate(axis as u8) {
+                    continue;
+                }
                 let moved = shift(graph, coordinate, axis as u8)
                     .map(|by| range(graph, by, &Bounds::EVERYTHING, value));
                 // The shape is where the point, moved by this much, is inside the child.

@@ -50,11 +50,13 @@ pub fn lower(
 ) -> (Graph, Vec<Diagnostic>) {
     let ranges = Ranges::of(scene);
     let bounds = shape_bounds(scene);
+    let paints = paints(scene);
     let mut graph = Graph::default();
     let world = graph.add(Node::World);
     let mut lowering = Lowering {
         scene,
         bounds,
+        paints,
         ranges,
         uniforms,
         graph,
@@ -70,6 +72,7 @@ pub fn lower(
 struct Lowering<'a> {
     scene: &'a mut Scene,
     bounds: Vec<Bounds>,
+    paints: Vec<Paints>,
     ranges: Ranges,
     uniforms: &'a mut Uniforms,
     graph: Graph,
@@ -150,8 +153,24 @@ impl Lowering<'_> {
                 let mut children = children.into_iter();
                 let first = children.next().expect("a combination has operands");
                 let mut left = self.shape(first, at);
+                let mut paints = self.paints[first.0 as usize];
                 for child in children {
-                    let right = self.shape(child, at);
+                    let mut right = self.shape(child, at);
+                    let other = self.paints[child.0 as usize];
+                    if self.purpose == Purpose::Surface && cuts(op) {
+                        // What only cuts leaves no paint of its own: the face it makes has the
+                        // material of what is cut.
+                        match (paints, other) {
+                            (Paints::One(material), Paints::None) => {
+                                right = self.paint(right, material, at);
+                            }
+                            (Paints::None, Paints::One(material)) => {
+                                left = self.paint(left, material, at);
+                            }
+                            _ => {}
+                        }
+                    }
+                    paints = paints.join(other);
                     left = self.apply(op, at, vec![left, right], parameters.clone());
                 }
                 left
@@ -366,6 +385,67 @@ impl Lowering<'_> {
             constants[9] = Number::Constant(1.0);
         }
         self.graph.add(Node::Paint { value, constants, channels })
+    }
+}
+
+/// Which materials a shape was given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Paints {
+    /// None anywhere.
+    None,
+    /// This one, wherever it has one.
+    One(MaterialId),
+    /// Several.
+    Many,
+}
+
+impl Paints {
+    fn join(self, other: Self) -> Self {
+        match (self, other) {
+            (paints, Paints::None) | (Paints::None, paints) => paints,
+            (a, b) if a == b => a,
+            _ => Paints::Many,
+        }
+    }
+}
+
+/// The paints of every shape.
+fn paints(scene: &Scene) -> Vec<Paints> {
+    let mut all: Vec<Paints> = Vec::with_capacity(scene.shapes.len());
+    for shape in &scene.shapes {
+        all.push(match &shape.kind {
+            ShapeKind::Painted { material, .. } => Paints::One(*material),
+            ShapeKind::Combine { children, .. } => children
+                .iter()
+                .map(|child| all[child.0 as usize])
+                .fold(Paints::None, Paints::join),
+            ShapeKind::Frame { child, .. }
+            | ShapeKind::Domain { child, .. }
+            | ShapeKind::Warp { child, .. }
+            | ShapeKind::Distance { child, .. }
+            | ShapeKind::Displace { child, .. } => all[child.0 as usize],
+            ShapeKind::Primitive { .. }
+            | ShapeKind::Field { .. }
+            | ShapeKind::Polygon { .. }
+            | ShapeKind::Nothing => Paints::None,
+        });
+    }
+    all
+}
+
+/// Whether an operation takes away from its operands: an intersection or a difference.
+fn cuts(op: Op) -> bool {
+    match op.row().meta.blend {
+        Some(blend) => blend.sign < 0.0,
+        None => matches!(
+            op,
+            Op::ChamferIntersection
+                | Op::ChamferSubtraction
+                | Op::RoundIntersection
+                | Op::RoundSubtraction
+                | Op::StairsIntersection
+                | Op::StairsSubtraction
+        ),
     }
 }
 

@@ -147,7 +147,8 @@ impl<'a> Elaborator<'a> {
         for field in &block.fields {
             match field.name.name.as_str() {
                 "units" => {
-                    if let Some(at) = one_of(self, field, &["mm", "cm", "m", "in"]) {
+                    // `in` is a reserved word.
+                    if let Some(at) = one_of(self, field, &["mm", "cm", "m", "inch"]) {
                         self.unit = [1.0, 10.0, 1000.0, 25.4][at];
                     }
                 }

@@ -70,7 +70,7 @@ fn a_live_param_leaves_the_scene_as_it_is() {
 
 #[test]
 fn lengths_are_in_the_units_of_the_scene() {
-    for (units, one_inch) in [("mm", 25.4), ("cm", 2.54), ("m", 0.0254), ("in", 1.0)] {
+    for (units, one_inch) in [("mm", 25.4), ("cm", 2.54), ("m", 0.0254), ("inch", 1.0)] {
         let text = format!("scene {{ units: {units} }}\nbox(1in)");
         assert_box(&text, [-one_inch / 2.0; 3], [one_inch / 2.0; 3]);
     }
