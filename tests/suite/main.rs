@@ -1,3 +1,7 @@
 //! The suites that look at the whole: what a person types, and what comes out.
 
+mod agreement;
 mod cli;
+mod corpus;
+mod passes;
+mod stages;

@@ -5,7 +5,7 @@
 //! and the choice is made at run time. Measured with 50 primitives: ten times a scalar interpreter,
 //! twice a just-in-time compiler (see `ARCHITECTURE.md`).
 
-use crate::apply::{Parameters, read_parameter};
+use crate::apply::{Applied, Apply, Parameters, read_parameter};
 use crate::dual::{Dual, DualVec3};
 use crate::evaluate;
 use crate::kernel::Kernel;
@@ -75,10 +75,19 @@ type Operate<L> = fn(
     &mut <L as Lane>::PointBlock,
 );
 
-/// The loops of a number type, once per instruction set. It is a macro and not a generic function
+/// The block, for number types that want the widest instruction set.
+macro_rules! only_wide {
+    (wide $block:block) => {
+        $block
+    };
+    (narrow $block:block) => {};
+}
+
+/// The loops of a number type, once per instruction set. Gradients are computed once per pixel and do
+/// without the widest one, which keeps this crate quick to compile. It is a macro and not a generic function
 /// so that they are compiled in this crate and not again in each that uses it.
 macro_rules! loops {
-    ($L:ty) => {{
+    ($L:ty, $wide:ident) => {{
         type B = <$L as Lane>::Block;
         type P = <$L as Lane>::PointBlock;
         type Out<'a> = (&'a mut B, &'a mut P);
@@ -111,22 +120,32 @@ macro_rules! loops {
         }
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx512vl")
-                && is_x86_feature_detected!("avx512bw")
-            {
-                return level!("avx512f,avx512dq,avx512vl,avx512bw");
-            }
+            only_wide!($wide {
+                if is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512bw")
+                {
+                    return level!("avx512f,avx512dq,avx512vl,avx512bw");
+                }
+            });
             if is_x86_feature_detected!("avx2") {
                 return level!("avx2");
             }
+            // Processors of before 2013: correct, and one lane after the other.
+            Loops {
+                operate: crate::lanes::operate_singly::<$L>,
+                blend: crate::lanes::blend::<$L>,
+                moved: crate::lanes::moved::<$L>,
+                mapped: crate::lanes::mapped::<$L>,
+            }
         }
+        #[cfg(not(target_arch = "x86_64"))]
         Loops {
-            operate: operate::<$L>,
-            blend: blend::<$L>,
-            moved: moved::<$L>,
-            mapped: mapped::<$L>,
+            operate: |op, q, v, k, out, to| crate::lanes::operate::<$L>(op, q, v, k, out, to),
+            blend: crate::lanes::blend::<$L>,
+            moved: crate::lanes::moved::<$L>,
+            mapped: crate::lanes::mapped::<$L>,
         }
     }};
 }
@@ -160,7 +179,7 @@ impl Lane for f32 {
         self
     }
     fn loops() -> Loops<Self> {
-        loops!(f32)
+        loops!(f32, wide)
     }
 }
 
@@ -213,7 +232,7 @@ impl Lane for Dual<f32> {
         self.value
     }
     fn loops() -> Loops<Self> {
-        loops!(Dual<f32>)
+        loops!(Dual<f32>, narrow)
     }
 }
 
@@ -265,6 +284,26 @@ fn blend<L: Lane>(kernel: Kernel, a: &mut L::Block, b: &L::Block, constants: [f3
         Kernel::Cubic => each!(Kernel::Cubic),
         Kernel::Circular => each!(Kernel::Circular),
         Kernel::Exponential => each!(Kernel::Exponential),
+    }
+}
+
+/// Runs one operation in one lane after the other: the form for processors without any SIMD that is
+/// worth a compiled loop for each operation.
+#[cfg(target_arch = "x86_64")]
+fn operate_singly<L: Lane + Apply>(
+    op: Op,
+    q: &L::PointBlock,
+    operands: [&L::Block; 3],
+    constants: &[f32],
+    out: &mut L::Block,
+    to: &mut L::PointBlock,
+) {
+    for lane in 0..LANES {
+        let values = operands.map(|block| L::load(block, lane));
+        match L::apply(op, L::load_point(q, lane), values, constants) {
+            Applied::Value(value) => value.store(out, lane),
+            Applied::Point(point) => L::store_point(point, to, lane),
+        }
     }
 }
 

@@ -38,7 +38,7 @@ fn a_picture_of_the_asked_size() {
     assert!(run.stdout.is_empty());
     assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
     assert!(
-        run.stderr.starts_with("out.png: 24x16, cpu ("),
+        run.stderr.starts_with("out.png: 24x16, cpu on "),
         "{}",
         run.stderr
     );

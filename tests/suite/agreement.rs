@@ -1,0 +1,37 @@
+//! Every engine draws every scene alike, within the tolerances that `sdfc verify` states.
+
+use crate::corpus::{compiled, on_large_stack, scenes};
+use sdfc_compiler::passes::PassOptions;
+use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open};
+use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_runtime::verify::{small, verify};
+use sdfc_shaders::assemble::SceneSource;
+
+#[test]
+fn engines_draw_every_scene_alike() {
+    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
+        println!("skipped: engines are not compared ({reason})");
+        return;
+    }
+    let mut engines: Vec<Box<dyn Engine>> = EngineKind::ALL
+        .into_iter()
+        .map(|kind| open(kind).unwrap_or_else(|error| panic!("{kind}: {error}")))
+        .collect();
+    let mut failures = Vec::new();
+    for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
+        let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
+        let outputs = compiled.module.update(0.0);
+        let source = compiled.generated();
+        let overrides = Overrides { size: Some([96, 64]), aa: Some(1), ..Overrides::default() };
+        let settings = resolve(&compiled.module, &outputs, &overrides);
+        let settings = settings.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let generated = SceneSource { text: &source.text, calls: &source.calls };
+        let loaded = Loaded { module: &compiled.module, outputs: &outputs, generated };
+        let report = verify(&loaded, &mut engines, &small(&settings));
+        let report = report.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        if !report.passed() {
+            failures.push(format!("{}\n{report}", path.display()));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n\n"));
+}

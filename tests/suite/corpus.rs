@@ -1,0 +1,64 @@
+//! The scenes that the suites run over: `tests/scenes`, each of which holds one idea, and the
+//! examples.
+
+use sdfc_compiler::compile::{self, Compiled};
+use sdfc_compiler::elaborate::{Loader, Options, elaborate};
+use sdfc_compiler::passes::PassOptions;
+use sdfc_compiler::scene::Scene;
+use sdfc_lang::{Diagnostics, Sources, Style};
+use std::path::{Path, PathBuf};
+
+/// Files beside a scene.
+struct Folder(PathBuf);
+
+impl Loader for Folder {
+    fn load(&self, path: &str) -> Result<String, String> {
+        std::fs::read_to_string(self.0.join(path)).map_err(|error| error.to_string())
+    }
+}
+
+/// The scenes of a folder of the repository, in order.
+pub(crate) fn scenes(folder: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let entries = std::fs::read_dir(&folder).expect("the folder can be read");
+    let mut paths: Vec<PathBuf> = entries
+        .map(|entry| entry.expect("its entries too").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "sdf"))
+        .collect();
+    paths.sort();
+    assert!(!paths.is_empty(), "{} has no scenes", folder.display());
+    paths
+}
+
+/// The name of a scene.
+pub(crate) fn name(path: &Path) -> String {
+    path.file_stem().expect("a scene has a name").to_string_lossy().into_owned()
+}
+
+/// Makes something of a scene on a thread with the stack that the command line gives it.
+pub(crate) fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(64 << 20);
+        let handle = thread.spawn_scoped(scope, work).expect("a thread can be started");
+        handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// The scene of a file, which must be without errors.
+pub(crate) fn scene(path: &Path) -> Scene {
+    let text = std::fs::read_to_string(path).expect("the scene can be read");
+    let mut sources = Sources::new();
+    let file = sources.add(name(path), text);
+    let folder = Folder(path.parent().expect("it lies in a folder").to_owned());
+    let options = Options { loader: &folder, ..Options::default() };
+    let (scene, found) = elaborate(&mut sources, file, &options);
+    let found: Diagnostics = found.into_iter().collect();
+    scene.unwrap_or_else(|| panic!("{}", found.render(&sources, Style::Plain)))
+}
+
+/// The scene of a file, compiled with some passes.
+pub(crate) fn compiled(path: &Path, passes: PassOptions) -> Compiled {
+    let options = compile::Options { part: None, passes };
+    let (compiled, found) = compile::compile(scene(path), &options);
+    compiled.unwrap_or_else(|| panic!("{}: {found:?}", path.display()))
+}

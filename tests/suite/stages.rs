@@ -1,0 +1,101 @@
+//! What each stage makes of each test scene, as snapshots: `tests/suite/snapshots/STAGE__SCENE`.
+
+use crate::corpus::{compiled, name, on_large_stack, scene, scenes};
+use sdfc_compiler::dump::dump;
+use sdfc_compiler::export::{Target, module_text, translate};
+use sdfc_compiler::passes::PassOptions;
+use sdfc_compiler::raise::raise;
+use sdfc_vm::encode::encode;
+use sdfc_vm::file::{decode_file, encode_file};
+use sdfc_vm::listing;
+use sdfc_vm::row::Category;
+use sdfc_vm::table::ROWS;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// A scene whose text would be too long to be read by anyone.
+fn is_long(path: &Path) -> bool {
+    name(path) == "spheres_many"
+}
+
+fn check(stage: &str, path: &Path, text: &str) {
+    insta::with_settings!({ prepend_module_to_snapshot => false, omit_expression => true }, {
+        insta::assert_snapshot!(format!("{stage}__{}", name(path)), text);
+    });
+}
+
+#[test]
+fn scenes_graphs_listings_and_wgsl_are_as_they_were() {
+    for path in scenes("tests/scenes").iter().filter(|path| !is_long(path)) {
+        on_large_stack(|| {
+            let compiled = compiled(path, PassOptions::default());
+            check("scene", path, &dump(&scene(path)));
+            check("graph", path, &compiled.graph.dump());
+            check("optimized", path, &compiled.optimized.dump());
+            check("asm", path, &listing::print(&compiled.module.distance));
+            if let Some(surface) = &compiled.module.surface {
+                check("asm_surface", path, &listing::print(surface));
+            }
+            check("wgsl", path, &module_text(&compiled));
+        });
+    }
+}
+
+#[test]
+fn compiling_twice_gives_the_same_bytes() {
+    for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
+        on_large_stack(|| {
+            let bytes = || encode_file(&compiled(path, PassOptions::default()).module);
+            assert!(bytes() == bytes(), "{}", path.display());
+        });
+    }
+}
+
+#[test]
+fn bytecode_files_hold_the_whole_module() {
+    for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
+        on_large_stack(|| {
+            let compiled = compiled(path, PassOptions::default());
+            let bytes = encode_file(&compiled.module);
+            let decoded = decode_file(&bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+            assert!(decoded == compiled.module, "{}", path.display());
+            // Back to a graph and to words again: the same program, if not in the same order.
+            let raised = raise(decoded);
+            let again = sdfc_compiler::schedule::schedule(&raised.optimized);
+            let count = |words: &[u32]| words.len() / 4;
+            let (was, is) =
+                (encode(&compiled.module.distance.code), encode(&again.code));
+            assert_eq!(count(&was), count(&is), "{}", path.display());
+        });
+    }
+}
+
+#[test]
+fn every_example_can_be_written_in_every_shading_language() {
+    let targets =
+        [Target::Wgsl, Target::Glsl, Target::Hlsl, Target::Msl, Target::Spirv, Target::Shadertoy];
+    for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
+        let compiled = on_large_stack(|| compiled(path, PassOptions::default()));
+        for target in targets {
+            let text = translate(&compiled, target);
+            let text = text.unwrap_or_else(|e| panic!("{} as {target:?}: {e}", path.display()));
+            assert!(text.len() > 200, "{} as {target:?}", path.display());
+        }
+    }
+}
+
+#[test]
+fn every_word_of_the_table_is_in_a_test_scene() {
+    let mut seen = BTreeSet::new();
+    for path in scenes("tests/scenes") {
+        let compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        for (name, _) in sdfc_compiler::compile::operation_counts(&compiled.graph) {
+            seen.insert(name);
+        }
+    }
+    let words = ROWS.iter().filter(|row| row.meta.category != Category::Internal);
+    let missing: Vec<&str> =
+        words.map(|row| row.name).filter(|name| !seen.contains(name)).collect();
+    // A constant is no operation of a graph.
+    assert_eq!(missing, ["constant"], "rows without a test scene");
+}
