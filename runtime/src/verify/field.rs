@@ -96,25 +96,23 @@ pub(super) fn compare(
         let largest = p
             .iter()
             .fold(1.0_f64, |most, v| most.max(f64::from(v.abs())));
-        let apart = (f64::from(a.distance) - f64::from(b.distance)).abs();
+        let apart = difference(a.distance, b.distance);
         let allowed = roundings * HALF_ULP * largest.max(extent);
         let around = Around::of(p, 8.0 * HALF_ULP * largest);
-        // Written so that what is not a number is beyond it.
-        if !(apart <= allowed) && around.distances(program) >= apart / 2.0 {
+        if apart > allowed && around.distances(program) >= apart / 2.0 {
             jumps += 1;
         } else {
             ulps.push(apart / (2.0 * HALF_ULP * largest.log2().floor().exp2()));
             shares.push(apart / allowed);
-            if !(apart / allowed <= worst_share) {
+            if apart / allowed > worst_share {
                 worst_share = apart / allowed;
                 worst = Some((p, a.distance, b.distance));
             }
         }
-        let apart: f64 = (0..3)
-            .map(|i| f64::from(a.gradient[i] - b.gradient[i]).abs())
-            .sum();
+        let both = a.gradient.iter().zip(b.gradient);
+        let apart: f64 = both.map(|(&a, b)| difference(a, b)).sum();
         gradients.push(apart / slope);
-        if !(apart / slope <= GRADIENT) && around.gradients(program) < apart / 2.0 {
+        if apart > GRADIENT * slope && around.gradients(program) < apart / 2.0 {
             gradients_differ += 1;
         }
     }
@@ -177,6 +175,15 @@ impl Around {
     }
 }
 
+/// How far two numbers are apart; nothing where both are the same infinity or no number.
+fn difference(a: f32, b: f32) -> f64 {
+    if a == b || (a.is_nan() && b.is_nan()) {
+        return 0.0;
+    }
+    let apart = (f64::from(a) - f64::from(b)).abs();
+    if apart.is_nan() { f64::INFINITY } else { apart }
+}
+
 /// The largest minus the smallest.
 fn span(values: impl Iterator<Item = f64>) -> f64 {
     let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
@@ -190,7 +197,7 @@ impl FieldDifferences {
     pub(super) fn failures(&self) -> Vec<String> {
         let mut failures = Vec::new();
         let share = self.distances_of_allowed.max;
-        if !(share <= 1.0)
+        if share > 1.0
             && let Some((p, a, b)) = self.worst
         {
             failures.push(format!(

@@ -24,7 +24,6 @@ fn agree(module: &mut Module, overrides: &Overrides) {
     let mut engines = [cpu(), interp];
     let report =
         verify(&loaded(module, &outputs), &mut engines, &settings).expect("both engines run");
-    println!("{report}");
     assert!(report.passed(), "{report}");
     let [a, b] = [&report.frames[0], &report.frames[1]];
     assert!(a.stats.hits > 100 && a.stats.misses > 100, "{:?}", a.stats);

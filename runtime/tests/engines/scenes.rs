@@ -19,7 +19,7 @@ use sdfc_vm::verify::verify;
 /// The device that GPU tests run on. Only a stated reason excuses the want of one.
 pub(crate) fn gpu() -> Option<Gpu> {
     if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        println!("skipped: {reason}");
+        eprintln!("skipped: {reason}");
         return None;
     }
     match Gpu::open(Preference::Any) {
