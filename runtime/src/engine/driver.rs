@@ -3,7 +3,7 @@
 //!
 //! A tile is as large, and a dispatch evaluates the scene as often, as takes a moment
 //! ([`super::rate`]); nothing depends on how a picture was cut. No invocation runs loops for more
-//! than [`MOST_ITERATIONS`] rounds in all: the stages that need more are resumed, and a scene that
+//! than a device can ([`GpuEngine::most_iterations`]): the stages that need more are resumed, and a scene that
 //! is too long for that is refused before anything runs.
 
 use super::kernels::{KernelId, Kernels};
@@ -21,9 +21,11 @@ use sdfc_shaders::shadow::DONE;
 use sdfc_vm::program::Module;
 use std::time::{Duration, Instant};
 
-/// The most rounds that all loops of an invocation may run together: software devices end loops
-/// silently after 65,535.
-pub(super) const MOST_ITERATIONS: usize = 60_000;
+/// The most rounds that all loops of an invocation may run together on a software device: these
+/// end loops silently after 65,535.
+const MOST_ITERATIONS_SOFTWARE: usize = 65_000;
+/// The same on hardware, which has no such limit but must come to an end.
+const MOST_ITERATIONS_HARDWARE: usize = 1 << 24;
 /// The most bytes that the buffers of a tile take together.
 const MOST_BYTES: u64 = 512 << 20;
 /// How long a wait for a software device may take besides the time its compiler takes, which is
@@ -123,7 +125,7 @@ impl<S: OnDevice> GpuEngine<S> {
         let scene = self.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
         let need = scene.on_device.iterations(function);
         // One round more for each evaluation: that of the loop around it.
-        let allowed = MOST_ITERATIONS / times.max(1) as usize - 1;
+        let allowed = self.most_iterations() / times.max(1) as usize - 1;
         if need <= allowed {
             return Ok(());
         }
@@ -137,7 +139,15 @@ impl<S: OnDevice> GpuEngine<S> {
 
     /// The most evaluations of the distance that an invocation may do.
     fn most_evaluations(&self, scene: &S) -> u32 {
-        (MOST_ITERATIONS / (scene.iterations(SceneFunction::Distance) + 1)).max(1) as u32
+        (self.most_iterations() / (scene.iterations(SceneFunction::Distance) + 1)).max(1) as u32
+    }
+
+    /// The most rounds that all loops of an invocation may run together.
+    fn most_iterations(&self) -> usize {
+        match self.gpu.info().kind {
+            DeviceKind::Software => MOST_ITERATIONS_SOFTWARE,
+            _ => MOST_ITERATIONS_HARDWARE,
+        }
     }
 }
 

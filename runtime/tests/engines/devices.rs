@@ -1,13 +1,13 @@
 //! Limits and failures: what an engine cannot do is an error with both numbers, and a device that
 //! fails is replaced by the CPU where nobody asked for it by name.
 
-use crate::scenes::{cpu, drawn, drawn_as, gpu, interp, loaded, module};
+use crate::scenes::{cpu, drawn, gpu, loaded, module};
 use sdfc_runtime::engine::{
     Engine, EngineError, EngineKind, Loaded, Sample, on, open_auto, with_fallback,
 };
-use sdfc_runtime::frame::{Frame, Mode, Normals, RenderSettings};
-use sdfc_runtime::gpu::GpuError;
-use sdfc_runtime::settings::Overrides;
+use sdfc_runtime::frame::{Frame, RenderSettings};
+use sdfc_runtime::gpu::{DeviceKind, GpuError};
+use sdfc_shaders::marching::SECANT_STEPS;
 use sdfc_vm::program::Module;
 
 const BALL: &str = "sphere [0.8]";
@@ -112,31 +112,36 @@ fn long(instructions: usize) -> Module {
 
 #[test]
 fn a_program_too_long_for_a_stage_is_refused_before_anything_runs() {
-    let Some(mut interp) = interp() else { return };
-    let scene = long(12_000);
+    let Some(gpu) = gpu() else { return };
+    if gpu.info().kind != DeviceKind::Software {
+        return;
+    }
+    let mut interp = on(EngineKind::Interp, gpu);
+    let allowed = 65_000 / SECANT_STEPS as usize - 1;
+    let scene = long(allowed + 1);
     interp
         .load(&loaded(&scene, &[]))
         .expect("each evaluation alone is short enough");
-    let overrides = Overrides {
-        mode: Mode::Normal,
-        normals: Some(Normals::Central),
-        ..Overrides::default()
-    };
-    let settings = drawn_as(&scene, &[], &overrides);
-    let refused = interp.render(&settings, &|_| {}).map(|frame| frame.stats);
+    let refused = interp
+        .render(&drawn(&scene, &[]), &|_| {})
+        .map(|frame| frame.stats);
     let expected = EngineError::TooLong {
         kind: EngineKind::Interp,
-        what: "normal",
-        need: 12_000,
-        allowed: 9_999,
+        what: "polish",
+        need: allowed + 1,
+        allowed,
     };
     assert_eq!(refused, Err(expected.clone()));
     assert_eq!(interp.pipelines_created(), 0);
     assert_eq!(
         expected.to_string(),
-        "the program has 12000 instructions, at most 9999 are allowed on engine interp for normal"
+        format!(
+            "the program has {} instructions, at most {allowed} are allowed on engine interp for \
+             polish",
+            allowed + 1
+        )
     );
-    // Six evaluations are too many, three are not.
+    // Several evaluations are too many, one is not.
     let samples = interp.query(&[[2.0, 0.0, 0.0]]).expect("it answers");
     assert!((samples[0].distance - 1.2).abs() < 1e-6);
 }
