@@ -22,13 +22,7 @@ pub struct Present {
 
 impl Present {
     /// The value of a number that does not depend on a point; NaN for others.
-    pub fn value(
-        &mut self,
-        graph: &Expressions,
-        params: &[Param],
-        time: f64,
-        id: ExprId,
-    ) -> f64 {
+    pub fn value(&mut self, graph: &Expressions, params: &[Param], time: f64, id: ExprId) -> f64 {
         if id.index() >= self.values.len() {
             for (_, node, _) in graph.since(self.values.len()) {
                 let value = self.compute(node, params, time);
@@ -45,10 +39,17 @@ impl Present {
             Expression::Time => time,
             Expression::Param(param, component) => {
                 let param = params.get(param.0 as usize);
-                param.and_then(|p| p.value.get(usize::from(*component))).map_or(f64::NAN, |v| *v)
+                param
+                    .and_then(|p| p.value.get(usize::from(*component)))
+                    .map_or(f64::NAN, |v| *v)
             }
             Expression::Coordinate(_) | Expression::NormalComponent(_) => f64::NAN,
-            Expression::Apply { op, point, values, parameters } => {
+            Expression::Apply {
+                op,
+                point,
+                values,
+                parameters,
+            } => {
                 let inputs = point.iter().flatten().chain(values).chain(parameters);
                 if inputs.map(value).any(f64::is_nan) {
                     return f64::NAN;
@@ -97,11 +98,17 @@ pub fn bounds_of(
             let mut hull = Bounds::EMPTY;
             for [x, y] in points {
                 let (x, y) = (value(*x), value(*y));
-                hull = hull.including([x, y, f64::NEG_INFINITY]).including([x, y, f64::INFINITY]);
+                hull = hull
+                    .including([x, y, f64::NEG_INFINITY])
+                    .including([x, y, f64::INFINITY]);
             }
             hull
         }
-        ShapeKind::Combine { op, children, parameters } => {
+        ShapeKind::Combine {
+            op,
+            children,
+            parameters,
+        } => {
             let numbers = numbers(parameters);
             let mut children = children.iter().map(|id| known[id.0 as usize]);
             ruled(*op, &numbers, &mut children)
@@ -113,8 +120,16 @@ pub fn bounds_of(
                 None => Bounds::EVERYTHING,
             }
         }
-        ShapeKind::Domain { op, child, parameters }
-        | ShapeKind::Distance { op, child, parameters } => {
+        ShapeKind::Domain {
+            op,
+            child,
+            parameters,
+        }
+        | ShapeKind::Distance {
+            op,
+            child,
+            parameters,
+        } => {
             let child = known[child.0 as usize];
             ruled(*op, &numbers(parameters), &mut std::iter::once(child))
         }
@@ -167,9 +182,9 @@ fn ruled(op: Op, numbers: &[f64], operands: &mut dyn Iterator<Item = Bounds>) ->
         }
         BoundsRule::Common => operands.fold(Bounds::EVERYTHING, |common, b| common.common(&b)),
         BoundsRule::First => operands.next().unwrap_or(Bounds::EVERYTHING),
-        BoundsRule::Map(rule) => {
-            operands.next().map_or(Bounds::EVERYTHING, |child| rule(numbers, &child))
-        }
+        BoundsRule::Map(rule) => operands
+            .next()
+            .map_or(Bounds::EVERYTHING, |child| rule(numbers, &child)),
         BoundsRule::Everything => Bounds::EVERYTHING,
     }
 }
@@ -199,7 +214,11 @@ fn inverse(m: &[f64]) -> Option<[[f64; 4]; 3]> {
 fn shift(graph: &Expressions, id: ExprId, axis: u8) -> Option<ExprId> {
     let is_axis = |id: ExprId| matches!(graph.get(id), Expression::Coordinate(a) if *a == axis);
     match graph.get(id) {
-        Expression::Apply { op: Op::Add, values, .. } => match values.as_slice() {
+        Expression::Apply {
+            op: Op::Add,
+            values,
+            ..
+        } => match values.as_slice() {
             [a, b] if is_axis(*a) => Some(*b),
             [a, b] if is_axis(*b) => Some(*a),
             _ => None,
@@ -234,10 +253,18 @@ pub fn range(
             }
             Expression::Coordinate(axis) => {
                 let axis = usize::from(*axis);
-                Interval { lo: region.min[axis], hi: region.max[axis] }
+                Interval {
+                    lo: region.min[axis],
+                    hi: region.max[axis],
+                }
             }
             Expression::NormalComponent(_) => Interval { lo: -1.0, hi: 1.0 },
-            Expression::Apply { op, point, values, parameters } => {
+            Expression::Apply {
+                op,
+                point,
+                values,
+                parameters,
+            } => {
                 let get = |id: &ExprId| known.get(id).copied().unwrap_or(Interval::ALL);
                 let p = point.map_or([Interval::ALL; 3], |p| [0, 1, 2].map(|i| get(&p[i])));
                 let mut operands = [Interval::point(0.0); 3];

@@ -53,7 +53,9 @@ pub fn dump(scene: &Scene) -> String {
         line(light_line(light, &formulas));
     }
     let sky = &scene.sky;
-    let fog = sky.fog.map_or_else(String::new, |fog| format!(" fog {}", formulas.of_id(fog)));
+    let fog = sky
+        .fog
+        .map_or_else(String::new, |fog| format!(" fog {}", formulas.of_id(fog)));
     line(format!(
         "sky top {} horizon {} ground {} ambient {}{fog}",
         formulas.triple(sky.top),
@@ -84,7 +86,11 @@ pub fn dump(scene: &Scene) -> String {
     }
     for check in &scene.checks {
         let sign = if check.strict { ">" } else { ">=" };
-        line(format!("check {} {sign} 0: {}", formulas.of_id(check.value), check.message));
+        line(format!(
+            "check {} {sign} 0: {}",
+            formulas.of_id(check.value),
+            check.message
+        ));
     }
     for printed in &scene.printed {
         line(format!("print {printed}"));
@@ -113,7 +119,11 @@ fn param_line(param: &Param) -> String {
     if let Some(step) = param.step {
         let _ = write!(line, " by {}", short(step));
     }
-    line.push_str(if param.structural { " (structural)" } else { " (live)" });
+    line.push_str(if param.structural {
+        " (structural)"
+    } else {
+        " (live)"
+    });
     if !param.doc.is_empty() {
         let _ = write!(line, " // {}", param.doc.replace('\n', " "));
     }
@@ -123,7 +133,11 @@ fn param_line(param: &Param) -> String {
 fn material_line(material: &Material, formulas: &Formulas<'_>) -> String {
     let mut line = format!(
         "material {}: albedo {} roughness {} metallic {} emission {}",
-        if material.name.is_empty() { "(unnamed)" } else { &material.name },
+        if material.name.is_empty() {
+            "(unnamed)"
+        } else {
+            &material.name
+        },
         formulas.triple(material.albedo),
         formulas.of_id(material.roughness),
         formulas.of_id(material.metallic),
@@ -137,29 +151,65 @@ fn material_line(material: &Material, formulas: &Formulas<'_>) -> String {
 
 fn shape_line(shape: &Shape, formulas: &Formulas<'_>) -> String {
     let operands = |ids: &[ShapeId]| {
-        ids.iter().map(|id| format!("s{}", id.0)).collect::<Vec<_>>().join(" ")
+        ids.iter()
+            .map(|id| format!("s{}", id.0))
+            .collect::<Vec<_>>()
+            .join(" ")
     };
     let row = |op: Op, children: &[ShapeId], parameters: &[ExprId]| {
         let row = op.row();
-        let parts = [row.name.to_owned(), operands(children), named(row, parameters, formulas)];
-        parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+        let parts = [
+            row.name.to_owned(),
+            operands(children),
+            named(row, parameters, formulas),
+        ];
+        parts
+            .into_iter()
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join(" ")
     };
     let what = match &shape.kind {
         ShapeKind::Primitive { op, parameters } => row(*op, &[], parameters),
-        ShapeKind::Field { value, slope, region } => {
-            let slope = slope.map_or_else(String::new, |s| format!(" lipschitz {}", formulas.of_id(s)));
-            format!("field {}{slope}{}", formulas.of_id(*value), region_text(region))
+        ShapeKind::Field {
+            value,
+            slope,
+            region,
+        } => {
+            let slope =
+                slope.map_or_else(String::new, |s| format!(" lipschitz {}", formulas.of_id(s)));
+            format!(
+                "field {}{slope}{}",
+                formulas.of_id(*value),
+                region_text(region)
+            )
         }
         ShapeKind::Polygon { points } => {
-            let points = points.iter().map(|[x, y]| {
-                format!("[{}, {}]", formulas.of_id(*x), formulas.of_id(*y))
-            });
+            let points = points
+                .iter()
+                .map(|[x, y]| format!("[{}, {}]", formulas.of_id(*x), formulas.of_id(*y)));
             format!("polygon {}", points.collect::<Vec<_>>().join(" "))
         }
-        ShapeKind::Combine { op, children, parameters } => row(*op, children, parameters),
-        ShapeKind::Frame { child, matrix, scale } => frame(*child, matrix, *scale, formulas),
-        ShapeKind::Domain { op, child, parameters }
-        | ShapeKind::Distance { op, child, parameters } => row(*op, &[*child], parameters),
+        ShapeKind::Combine {
+            op,
+            children,
+            parameters,
+        } => row(*op, children, parameters),
+        ShapeKind::Frame {
+            child,
+            matrix,
+            scale,
+        } => frame(*child, matrix, *scale, formulas),
+        ShapeKind::Domain {
+            op,
+            child,
+            parameters,
+        }
+        | ShapeKind::Distance {
+            op,
+            child,
+            parameters,
+        } => row(*op, &[*child], parameters),
         ShapeKind::Warp { child, point } => {
             format!("warp s{} by {}", child.0, formulas.triple(*point))
         }
@@ -179,7 +229,9 @@ fn shape_line(shape: &Shape, formulas: &Formulas<'_>) -> String {
 fn frame(child: ShapeId, matrix: &[ExprId; 12], scale: ExprId, formulas: &Formulas<'_>) -> String {
     let is = |at: usize, value: f64| formulas.graph.as_constant(matrix[at]) == Some(value);
     let linear = (0..12).filter(|at| at % 4 != 3);
-    let is_shift = linear.clone().all(|at| is(at, if at / 4 == at % 4 { 1.0 } else { 0.0 }));
+    let is_shift = linear
+        .clone()
+        .all(|at| is(at, if at / 4 == at % 4 { 1.0 } else { 0.0 }));
     let shifts = [3, 7, 11];
     if is_shift {
         let by: Vec<String> = shifts.map(|at| formulas.of_id(matrix[at])).to_vec();
@@ -203,8 +255,11 @@ fn named(row: &Row, parameters: &[ExprId], formulas: &Formulas<'_>) -> String {
     let mut parts = Vec::new();
     for parameter in row.parameters {
         let width = parameter.ty.width();
-        let values: Vec<String> =
-            numbers.by_ref().take(width).map(|id| formulas.of_id(*id)).collect();
+        let values: Vec<String> = numbers
+            .by_ref()
+            .take(width)
+            .map(|id| formulas.of_id(*id))
+            .collect();
         parts.push(match values.as_slice() {
             [one] => format!("{} {one}", parameter.name),
             several => format!("{} [{}]", parameter.name, several.join(", ")),
@@ -257,7 +312,11 @@ fn light_line(light: &Light, formulas: &Formulas<'_>) -> String {
 }
 
 fn spaced(name: &str) -> String {
-    if name.is_empty() { String::new() } else { format!(" {name}") }
+    if name.is_empty() {
+        String::new()
+    } else {
+        format!(" {name}")
+    }
 }
 
 /// A number with at most six decimals.
@@ -299,17 +358,23 @@ impl<'s> Formulas<'s> {
         let mut levels: BTreeMap<ExprId, u32> = BTreeMap::new();
         let mut names = BTreeMap::new();
         for &id in &seen {
-            let inner = operands(graph, id).into_iter().map(|o| match names.contains_key(&o) {
-                true => 0,
-                false => levels.get(&o).copied().unwrap_or(0),
-            });
+            let inner = operands(graph, id)
+                .into_iter()
+                .map(|o| match names.contains_key(&o) {
+                    true => 0,
+                    false => levels.get(&o).copied().unwrap_or(0),
+                });
             let level = inner.max().map_or(0, |level| level + 1);
             levels.insert(id, level);
             if level > 0 && (uses[&id] > 1 || level > MAX_LEVELS) {
                 names.insert(id, format!("n{}", names.len()));
             }
         }
-        Self { graph, params: &scene.params, names }
+        Self {
+            graph,
+            params: &scene.params,
+            names,
+        }
     }
 
     fn of_id(&self, id: ExprId) -> String {
@@ -328,9 +393,13 @@ impl<'s> Formulas<'s> {
         match self.graph.get(id) {
             Expression::Constant(value) => short(*value),
             Expression::Param(param, component) => {
-                let Some(param) = self.params.get(param.0 as usize) else { return String::new() };
+                let Some(param) = self.params.get(param.0 as usize) else {
+                    return String::new();
+                };
                 match (param.kind, component) {
-                    (ParamKind::Color, at) => format!("{}.{}", param.name, ["r", "g", "b"][usize::from(*at)]),
+                    (ParamKind::Color, at) => {
+                        format!("{}.{}", param.name, ["r", "g", "b"][usize::from(*at)])
+                    }
                     (ParamKind::Vec2 | ParamKind::Vec3, at) => {
                         format!("{}.{}", param.name, ["x", "y", "z"][usize::from(*at)])
                     }
@@ -342,7 +411,12 @@ impl<'s> Formulas<'s> {
             Expression::NormalComponent(axis) => {
                 format!("n.{}", ["x", "y", "z"][usize::from(*axis)])
             }
-            Expression::Apply { op, point, values, parameters } => {
+            Expression::Apply {
+                op,
+                point,
+                values,
+                parameters,
+            } => {
                 let list: Vec<String> = values.iter().map(|id| self.of_id(*id)).collect();
                 let sign = match op {
                     Op::Add => "+",
@@ -371,9 +445,18 @@ impl<'s> Formulas<'s> {
 
 fn operands(graph: &Expressions, id: ExprId) -> Vec<ExprId> {
     match graph.get(id) {
-        Expression::Apply { point, values, parameters, .. } => {
-            point.iter().flatten().chain(values).chain(parameters).copied().collect()
-        }
+        Expression::Apply {
+            point,
+            values,
+            parameters,
+            ..
+        } => point
+            .iter()
+            .flatten()
+            .chain(values)
+            .chain(parameters)
+            .copied()
+            .collect(),
         _ => Vec::new(),
     }
 }
@@ -402,7 +485,13 @@ fn used_numbers(scene: &Scene) -> Vec<ExprId> {
         }
     }
     for material in &scene.materials {
-        ids.extend(material.albedo.iter().chain(&material.emission).chain(&material.bump));
+        ids.extend(
+            material
+                .albedo
+                .iter()
+                .chain(&material.emission)
+                .chain(&material.bump),
+        );
         ids.extend([material.roughness, material.metallic]);
     }
     for camera in &scene.cameras {
@@ -424,7 +513,13 @@ fn used_numbers(scene: &Scene) -> Vec<ExprId> {
         }
     }
     let sky = &scene.sky;
-    ids.extend(sky.top.iter().chain(&sky.horizon).chain(&sky.ground).chain(&sky.fog));
+    ids.extend(
+        sky.top
+            .iter()
+            .chain(&sky.horizon)
+            .chain(&sky.ground)
+            .chain(&sky.fog),
+    );
     ids.extend([sky.ambient, scene.render.exposure]);
     ids.extend(scene.checks.iter().map(|check| check.value));
     ids

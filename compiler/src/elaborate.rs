@@ -26,6 +26,7 @@ mod modules;
 mod names;
 mod numbers;
 mod params;
+mod reference;
 mod scope;
 mod shapes;
 mod stage;
@@ -37,7 +38,8 @@ mod vocabulary;
 use crate::bounds::Present;
 use crate::expression::{ExprId, Expressions};
 use crate::scene::{
-    Animation, Camera, Check, Light, Material, MaterialId, Param, Render, Scene, Shape, ShapeId, Sky,
+    Animation, Camera, Check, Light, Material, MaterialId, Param, Render, Scene, Shape, ShapeId,
+    Sky,
 };
 use diagnose::Reports;
 use items::Globals;
@@ -49,9 +51,10 @@ use sdfc_vm::bounds::Bounds;
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 pub use modules::{Loader, NoFiles};
+pub use reference::{Entry, reference};
 
 /// The stack that evaluation runs on: calls within calls, each a few levels of expressions.
-const STACK_BYTES: usize = 512 << 20;
+const STACK_BYTES: usize = 192 << 20;
 
 /// What elaboration depends on besides the text.
 #[derive(Clone)]
@@ -67,7 +70,11 @@ pub struct Options<'o> {
 
 impl Default for Options<'static> {
     fn default() -> Self {
-        Self { overrides: Vec::new(), time: 0.0, loader: &NoFiles }
+        Self {
+            overrides: Vec::new(),
+            time: 0.0,
+            loader: &NoFiles,
+        }
     }
 }
 
@@ -92,7 +99,9 @@ pub fn elaborate(
     let result = std::thread::scope(|scope| {
         let builder = std::thread::Builder::new().stack_size(STACK_BYTES);
         builder.spawn_scoped(scope, work).map(|thread| {
-            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            thread
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
         })
     });
     let (scene, messages) = match result {
@@ -121,7 +130,13 @@ fn evaluate(
 ) -> (Option<Scene>, Vec<Diagnostic>) {
     let mut structural = BTreeSet::new();
     loop {
-        let mut run = Elaborator::new(sources, &modules.all, overrides, options, structural.clone());
+        let mut run = Elaborator::new(
+            sources,
+            &modules.all,
+            overrides,
+            options,
+            structural.clone(),
+        );
         names::look_over(&modules.all, &mut run.reports);
         let is_done = run.run().is_ok();
         let demanded = std::mem::take(&mut run.demanded);

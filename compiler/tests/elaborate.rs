@@ -17,7 +17,9 @@ struct Files<'f>(&'f [(&'f str, &'f str)]);
 impl Loader for Files<'_> {
     fn load(&self, path: &str) -> Result<String, String> {
         let found = self.0.iter().find(|(name, _)| *name == path);
-        found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| "no such file".to_owned())
+        found
+            .map(|(_, text)| (*text).to_owned())
+            .ok_or_else(|| "no such file".to_owned())
     }
 }
 
@@ -29,16 +31,24 @@ fn build(
 ) -> (Option<Scene>, Vec<Diagnostic>, Sources) {
     let mut sources = Sources::new();
     let file = sources.add("scene.sdf", text);
-    let overrides = overrides.iter().map(|(name, text)| ((*name).into(), (*text).into()));
-    let options =
-        Options { overrides: overrides.collect(), time: 0.0, loader: &Files(files) };
+    let overrides = overrides
+        .iter()
+        .map(|(name, text)| ((*name).into(), (*text).into()));
+    let options = Options {
+        overrides: overrides.collect(),
+        time: 0.0,
+        loader: &Files(files),
+    };
     let (scene, found) = elaborate(&mut sources, file, &options);
     (scene, found, sources)
 }
 
 /// The messages as a person reads them.
 fn rendered(found: Vec<Diagnostic>, sources: &Sources) -> String {
-    found.into_iter().collect::<Diagnostics>().render(sources, Style::Plain)
+    found
+        .into_iter()
+        .collect::<Diagnostics>()
+        .render(sources, Style::Plain)
 }
 
 /// The scene of a text that has nothing wrong.

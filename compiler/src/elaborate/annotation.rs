@@ -75,7 +75,9 @@ impl<'a> Elaborator<'a> {
         wanted: &TypeName,
         span: Span,
     ) -> Value<'a> {
-        let Some(ty) = self.type_of(wanted) else { return Value::Poison };
+        let Some(ty) = self.type_of(wanted) else {
+            return Value::Poison;
+        };
         if value.is_poison() {
             return value;
         }
@@ -85,10 +87,16 @@ impl<'a> Elaborator<'a> {
         if ty == Type::Angle && matches!(value, Value::Number(_)) {
             let diagnostic = self.no_unit(&wanted.name, span);
             let label = "this wants an angle".to_owned();
-            self.report(Diagnostic { label, ..diagnostic });
+            self.report(Diagnostic {
+                label,
+                ..diagnostic
+            });
             return Value::Poison;
         }
-        let noun = TYPES.iter().find(|(_, t, _)| *t == ty).map_or("", |(.., noun)| *noun);
+        let noun = TYPES
+            .iter()
+            .find(|(_, t, _)| *t == ty)
+            .map_or("", |(.., noun)| *noun);
         let got = self.describe(&value);
         let message = format!("{noun} is wanted, and this is {got}");
         let mut diagnostic = Diagnostic::error(codes::E0301, span, message);
@@ -103,7 +111,10 @@ impl<'a> Elaborator<'a> {
     fn taken(&mut self, value: &Value<'a>, ty: Type, span: Span) -> Option<Value<'a>> {
         match (ty, value) {
             (Type::Float, Value::Number(number)) if number.quantity != Quantity::Angle => {
-                Some(Value::Number(Number { whole: false, ..*number }))
+                Some(Value::Number(Number {
+                    whole: false,
+                    ..*number
+                }))
             }
             (Type::Int, Value::Number(number)) => {
                 if number.whole {
@@ -115,18 +126,20 @@ impl<'a> Elaborator<'a> {
                     .then(|| Value::Number(Number::int(self.graph.constant(known))))
             }
             (Type::Length, Value::Number(number)) => match number.quantity {
-                Quantity::Plain | Quantity::Length(1) => {
-                    Some(Value::Number(Number { quantity: Quantity::Length(1), ..*number }))
-                }
+                Quantity::Plain | Quantity::Length(1) => Some(Value::Number(Number {
+                    quantity: Quantity::Length(1),
+                    ..*number
+                })),
                 Quantity::Length(_) | Quantity::Angle | Quantity::Time => None,
             },
             (Type::Angle, Value::Number(number)) => {
                 (number.quantity == Quantity::Angle).then(|| value.clone())
             }
             (Type::Time, Value::Number(number)) => match number.quantity {
-                Quantity::Plain | Quantity::Time => {
-                    Some(Value::Number(Number { quantity: Quantity::Time, ..*number }))
-                }
+                Quantity::Plain | Quantity::Time => Some(Value::Number(Number {
+                    quantity: Quantity::Time,
+                    ..*number
+                })),
                 Quantity::Length(_) | Quantity::Angle => None,
             },
             (Type::Bool, Value::Bool(_))
@@ -140,7 +153,7 @@ impl<'a> Elaborator<'a> {
                     _ => 4,
                 };
                 match parts(value)? {
-                    (Form::Vector(len) , numbers) if len == wanted => {
+                    (Form::Vector(len), numbers) if len == wanted => {
                         Vector::from_slice(&numbers[..len]).map(Value::Vector)
                     }
                     (Form::Color, numbers) if wanted == 3 => {
@@ -151,7 +164,9 @@ impl<'a> Elaborator<'a> {
             }
             (Type::Color, _) => self.as_color(value).map(Value::Color),
             (Type::Shape | Type::Shape2 | Type::Shape3, _) if self.is_shape(value) => {
-                let Some(id) = self.shape(value, span) else { return Some(Value::Poison) };
+                let Some(id) = self.shape(value, span) else {
+                    return Some(Value::Poison);
+                };
                 let plane = self.shapes[id.0 as usize].plane;
                 let fits = match ty {
                     Type::Shape2 => plane || self.is_nothing(id),

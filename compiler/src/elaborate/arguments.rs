@@ -54,12 +54,14 @@ impl Kind {
         use ArgumentKind as A;
         matches!(
             self,
-            Kind::Factors
-                | Kind::Row(A::Size3 | A::Size2 | A::Radii3 | A::Lengths3 | A::Counts3)
+            Kind::Factors | Kind::Row(A::Size3 | A::Size2 | A::Radii3 | A::Lengths3 | A::Counts3)
         )
     }
     fn is_radius(self) -> bool {
-        matches!(self, Kind::Row(ArgumentKind::Radius | ArgumentKind::RadiusOrZero))
+        matches!(
+            self,
+            Kind::Row(ArgumentKind::Radius | ArgumentKind::RadiusOrZero)
+        )
     }
     fn is_shape(self) -> bool {
         matches!(self, Kind::Shape | Kind::Figure | Kind::Solid)
@@ -79,12 +81,20 @@ pub(crate) struct Formal {
 
 /// A parameter that every call must give.
 pub(crate) const fn needed(name: &'static str, kind: Kind) -> Formal {
-    Formal { name, kind, default: None }
+    Formal {
+        name,
+        kind,
+        default: None,
+    }
 }
 
 /// A parameter that a call may leave out.
 pub(crate) const fn left(name: &'static str, kind: Kind, default: &'static [f64]) -> Formal {
-    Formal { name, kind, default: Some(default) }
+    Formal {
+        name,
+        kind,
+        default: Some(default),
+    }
 }
 
 /// An argument as it was given.
@@ -127,12 +137,27 @@ pub(crate) enum Slot {
 /// Why a call does not fit a list of parameters; positions are those of arguments and parameters.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Misfit {
-    UnknownName { given: usize },
-    Twice { given: usize },
-    TooMany { given: usize },
-    WrongShape { given: usize, formal: usize },
-    PartOfVector { given: usize, formal: usize, count: usize },
-    Missing { formal: usize },
+    UnknownName {
+        given: usize,
+    },
+    Twice {
+        given: usize,
+    },
+    TooMany {
+        given: usize,
+    },
+    WrongShape {
+        given: usize,
+        formal: usize,
+    },
+    PartOfVector {
+        given: usize,
+        formal: usize,
+        count: usize,
+    },
+    Missing {
+        formal: usize,
+    },
 }
 
 impl Misfit {
@@ -150,7 +175,11 @@ impl Misfit {
 }
 
 /// How a call fits a list of parameters, if it does.
-pub(crate) fn fit(formals: &[Formal], given: &[Given<'_>], flat: bool) -> Result<Vec<Slot>, Misfit> {
+pub(crate) fn fit(
+    formals: &[Formal],
+    given: &[Given<'_>],
+    flat: bool,
+) -> Result<Vec<Slot>, Misfit> {
     let mut slots = vec![Slot::Default; formals.len()];
     let mut next = 0;
     let mut at = 0;
@@ -162,16 +191,25 @@ pub(crate) fn fit(formals: &[Formal], given: &[Given<'_>], flat: bool) -> Result
         let mut taken = 1;
         slots[next] = Slot::One(at);
         if width > 1 && is_number(&given[at].value) {
-            let run = given[at..].iter().take_while(|g| g.name.is_none() && is_number(&g.value));
+            let run = given[at..]
+                .iter()
+                .take_while(|g| g.name.is_none() && is_number(&g.value));
             let count = run.count();
             if count >= width {
                 taken = width;
                 slots[next] = Slot::Spread(at);
             } else if count > 1 || !formal.kind.spreads() {
-                return Err(Misfit::PartOfVector { given: at, formal: next, count });
+                return Err(Misfit::PartOfVector {
+                    given: at,
+                    formal: next,
+                    count,
+                });
             }
         } else if !has_form_of(formal.kind, &given[at].value) {
-            return Err(Misfit::WrongShape { given: at, formal: next });
+            return Err(Misfit::WrongShape {
+                given: at,
+                formal: next,
+            });
         }
         at += taken;
         next += 1;
@@ -257,9 +295,15 @@ pub(crate) fn explain(
     let name = call.name;
     let formals = lists.get(at).copied().unwrap_or_default();
     let wanted = signature(formals);
-    let mut all: Vec<&str> = lists.iter().flat_map(|list| list.iter().map(|f| f.name)).collect();
+    let mut all: Vec<&str> = lists
+        .iter()
+        .flat_map(|list| list.iter().map(|f| f.name))
+        .collect();
     all.dedup();
-    let known = lists.iter().max_by_key(|list| list.len()).map_or("".into(), |l| signature(l));
+    let known = lists
+        .iter()
+        .max_by_key(|list| list.len())
+        .map_or("".into(), |l| signature(l));
     match misfit {
         Misfit::UnknownName { given } => {
             let argument = &call.given[given];
@@ -268,8 +312,8 @@ pub(crate) fn explain(
                 None => ("", argument.span),
             };
             let message = format!("`{name}` has no argument `{written}`");
-            let diagnostic = Diagnostic::error(codes::E0203, span, message)
-                .label(call.name_span, known);
+            let diagnostic =
+                Diagnostic::error(codes::E0203, span, message).label(call.name_span, known);
             diagnose::suggest(diagnostic, span, nearest(written, all))
         }
         Misfit::Twice { given } => {
@@ -285,7 +329,10 @@ pub(crate) fn explain(
             Diagnostic::error(codes::E0206, argument.span, message).label(call.name_span, wanted)
         }
         Misfit::TooMany { given } => {
-            let message = format!("`{name}` takes no more than {}", count(formals.len(), "argument"));
+            let message = format!(
+                "`{name}` takes no more than {}",
+                count(formals.len(), "argument")
+            );
             Diagnostic::error(codes::E0205, call.given[given].span, message)
                 .primary("one too many")
                 .label(call.name_span, wanted)
@@ -304,11 +351,21 @@ pub(crate) fn explain(
                 false => diagnostic,
             }
         }
-        Misfit::PartOfVector { given, formal, count: numbers } => {
+        Misfit::PartOfVector {
+            given,
+            formal,
+            count: numbers,
+        } => {
             let formal = &formals[formal];
             let width = formal.kind.width(flat);
-            let span = call.given[given].span.to(call.given[given + numbers - 1].span);
-            let one = if formal.kind.spreads() { "one number, " } else { "" };
+            let span = call.given[given]
+                .span
+                .to(call.given[given + numbers - 1].span);
+            let one = if formal.kind.spreads() {
+                "one number, "
+            } else {
+                ""
+            };
             let message = format!(
                 "`{}` of `{name}` is {one}{width} numbers or a vector, and this is {}",
                 formal.name,
@@ -323,8 +380,8 @@ pub(crate) fn explain(
                 false => String::new(),
             };
             let message = format!("`{name}` needs `{}`{or}", formal.name);
-            let diagnostic = Diagnostic::error(codes::E0204, call.name_span, message)
-                .primary(wanted);
+            let diagnostic =
+                Diagnostic::error(codes::E0204, call.name_span, message).primary(wanted);
             match formal.kind.is_shape() {
                 true => diagnostic.help(format!("write `shape.{name}(..)`")),
                 false => diagnostic,

@@ -23,11 +23,24 @@ pub(crate) const KINDS: [(&str, &[&str]); 8] = [
     ("scene", &["units", "up"]),
     ("camera", &["from", "look", "up", "fov", "height"]),
     ("light", &["dir", "at", "color", "intensity", "shadow"]),
-    ("material", &["color", "roughness", "metallic", "emission", "bump"]),
+    (
+        "material",
+        &["color", "roughness", "metallic", "emission", "bump"],
+    ),
     ("sky", &["top", "horizon", "ground", "ambient", "fog"]),
     (
         "render",
-        &["size", "aa", "steps", "far", "occlusion", "reach", "normals", "tonemap", "exposure"],
+        &[
+            "size",
+            "aa",
+            "steps",
+            "far",
+            "occlusion",
+            "reach",
+            "normals",
+            "tonemap",
+            "exposure",
+        ],
     ),
     ("animate", &["duration", "fps", "loop"]),
     ("record", &[]),
@@ -106,8 +119,9 @@ impl<'a> Elaborator<'a> {
                     None => diagnostic.help(format!("its fields are {}", known.join(", "))),
                 };
                 self.report(diagnostic);
-            } else if let Some(first) =
-                block.fields[..at].iter().find(|other| other.name.name == field.name.name)
+            } else if let Some(first) = block.fields[..at]
+                .iter()
+                .find(|other| other.name.name == field.name.name)
             {
                 let message = format!("`{name}` is given twice");
                 let diagnostic = Diagnostic::error(codes::E0206, field.name.span, message);
@@ -127,7 +141,10 @@ impl<'a> Elaborator<'a> {
         for field in &block.fields {
             fields.push((field.name.name.as_str(), self.eval(here, &field.value)?));
         }
-        Ok(Value::Record(Rc::new(Record { name: &name.name, fields })))
+        Ok(Value::Record(Rc::new(Record {
+            name: &name.name,
+            fields,
+        })))
     }
 
     /// What the `scene` block of a file says, read before everything else.
@@ -218,9 +235,14 @@ impl<'a> Elaborator<'a> {
         block: &'a Block,
         name: &str,
     ) -> Result<Option<Triple>, Halt> {
-        let Some(field) = self.given(block, name) else { return Ok(None) };
+        let Some(field) = self.given(block, name) else {
+            return Ok(None);
+        };
         let what = format!("`{name}` of a {}", block.kind.name);
-        let wanted = Wanted { what: &what, stage: Stage::Uniform };
+        let wanted = Wanted {
+            what: &what,
+            stage: Stage::Uniform,
+        };
         self.field_numbers(here, field, Form::Vector(3), wanted)
     }
 
@@ -231,7 +253,9 @@ impl<'a> Elaborator<'a> {
         name: &str,
         stage: Stage,
     ) -> Result<Option<Triple>, Halt> {
-        let Some(field) = self.given(block, name) else { return Ok(None) };
+        let Some(field) = self.given(block, name) else {
+            return Ok(None);
+        };
         let what = format!("`{name}` of a {}", block.kind.name);
         self.field_numbers(here, field, Form::Color, Wanted { what: &what, stage })
     }
@@ -245,7 +269,9 @@ impl<'a> Elaborator<'a> {
         stage: Stage,
         limit: f64,
     ) -> Result<Option<ExprId>, Halt> {
-        let Some(field) = self.given(block, name) else { return Ok(None) };
+        let Some(field) = self.given(block, name) else {
+            return Ok(None);
+        };
         let what = format!("`{name}` of a {}", block.kind.name);
         let wanted = Wanted { what: &what, stage };
         let Some([id, ..]) = self.field_numbers(here, field, Form::Scalar, wanted)? else {
@@ -274,9 +300,14 @@ impl<'a> Elaborator<'a> {
         name: &str,
         range: std::ops::RangeInclusive<u32>,
     ) -> Result<Option<u32>, Halt> {
-        let Some(field) = self.given(block, name) else { return Ok(None) };
+        let Some(field) = self.given(block, name) else {
+            return Ok(None);
+        };
         let what = format!("`{name}` of a {}", block.kind.name);
-        let wanted = Wanted { what: &what, stage: Stage::Uniform };
+        let wanted = Wanted {
+            what: &what,
+            stage: Stage::Uniform,
+        };
         match self.field_numbers(here, field, Form::Scalar, wanted)? {
             Some([id, ..]) => Ok(self.count(&what, id, range, field.value.span)),
             None => Ok(None),
@@ -294,7 +325,8 @@ impl<'a> Elaborator<'a> {
         let (low, high) = (f64::from(*range.start()), f64::from(*range.end()));
         if !(low..=high).contains(&value) || value.fract() != 0.0 {
             let value = short(value);
-            let message = format!("{what} is a whole number from {low} to {high}, and this is {value}");
+            let message =
+                format!("{what} is a whole number from {low} to {high}, and this is {value}");
             self.report(Diagnostic::error(codes::E0401, span, message));
             return None;
         }
@@ -307,7 +339,9 @@ impl<'a> Elaborator<'a> {
         block: &'a Block,
         name: &str,
     ) -> Result<Option<ExprId>, Halt> {
-        let Some(field) = self.given(block, name) else { return Ok(None) };
+        let Some(field) = self.given(block, name) else {
+            return Ok(None);
+        };
         let value = self.eval(here, &field.value)?;
         match value {
             Value::Number(number) => {
@@ -337,7 +371,10 @@ impl<'a> Elaborator<'a> {
         let emission = self.color_field(here, block, "emission", stage)?;
         let bump = match self.given(block, "bump") {
             Some(field) => {
-                let wanted = Wanted { what: "`bump` of a material", stage: Stage::Point };
+                let wanted = Wanted {
+                    what: "`bump` of a material",
+                    stage: Stage::Point,
+                };
                 let numbers = self.field_numbers(here, field, Form::Scalar, wanted)?;
                 numbers.map(|[height, ..]| height)
             }
@@ -360,7 +397,10 @@ impl<'a> Elaborator<'a> {
         let name = self.block_name(block);
         if !name.is_empty() && self.cameras.iter().any(|camera| camera.name == name) {
             let message = format!("there are two cameras `{name}`");
-            let span = block.name.as_ref().map_or(block.kind.span, |name| name.span);
+            let span = block
+                .name
+                .as_ref()
+                .map_or(block.kind.span, |name| name.span);
             self.report(Diagnostic::error(codes::E0214, span, message));
             return Ok(());
         }
@@ -398,7 +438,10 @@ impl<'a> Elaborator<'a> {
                         format!("a field of view lies between 0 and 180 degrees, and this is {now}")
                     }
                     Lens::Orthographic { .. } => {
-                        format!("the height of a view is larger than 0, and this is {}", short(now))
+                        format!(
+                            "the height of a view is larger than 0, and this is {}",
+                            short(now)
+                        )
                     }
                 };
                 self.report(Diagnostic::error(codes::E0401, field.value.span, message));
@@ -436,7 +479,11 @@ impl<'a> Elaborator<'a> {
                 return;
             }
             // Seen from above, as on a map.
-            let north = if self.z_up { [0.0, 1.0, 0.0] } else { [0.0, 0.0, -1.0] };
+            let north = if self.z_up {
+                [0.0, 1.0, 0.0]
+            } else {
+                [0.0, 0.0, -1.0]
+            };
             camera.up = north.map(|v| self.graph.constant(v));
         }
     }
@@ -444,14 +491,24 @@ impl<'a> Elaborator<'a> {
     /// The camera of a scene without one.
     pub(crate) fn automatic_camera(&mut self) -> Camera {
         let mut c = |v: f64| self.graph.constant(v);
-        let from = if self.z_up { [3.0, -4.0, 2.5] } else { [3.0, 2.5, 4.0] };
-        let up = if self.z_up { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] };
+        let from = if self.z_up {
+            [3.0, -4.0, 2.5]
+        } else {
+            [3.0, 2.5, 4.0]
+        };
+        let up = if self.z_up {
+            [0.0, 0.0, 1.0]
+        } else {
+            [0.0, 1.0, 0.0]
+        };
         Camera {
             name: String::new(),
             from: from.map(&mut c),
             look: [0.0; 3].map(&mut c),
             up: up.map(&mut c),
-            lens: Lens::Perspective { fov: c(35.0_f64.to_radians()) },
+            lens: Lens::Perspective {
+                fov: c(35.0_f64.to_radians()),
+            },
             automatic: true,
         }
     }
@@ -461,7 +518,8 @@ impl<'a> Elaborator<'a> {
         let dir = self.vector_field(here, block, "dir")?;
         let at = self.vector_field(here, block, "at")?;
         let color = self.color_field(here, block, "color", Stage::Uniform)?;
-        let intensity = self.number_field(here, block, "intensity", Stage::Uniform, f64::INFINITY)?;
+        let intensity =
+            self.number_field(here, block, "intensity", Stage::Uniform, f64::INFINITY)?;
         let shadow = match self.given(block, "shadow") {
             Some(field) => self.shadow(here, field)?,
             None => Some(Shadow::Soft(self.graph.constant(0.03))),
@@ -470,13 +528,19 @@ impl<'a> Elaborator<'a> {
         let neither = self.given(block, "dir").is_none() && self.given(block, "at").is_none();
         if both || neither {
             let message = "a light comes from a direction, `dir`, or from a place, `at`";
-            let label = if both { "this has both" } else { "this has neither" };
+            let label = if both {
+                "this has both"
+            } else {
+                "this has neither"
+            };
             self.report(Diagnostic::error(codes::E0204, block.kind.span, message).primary(label));
             return Ok(());
         }
         let source = match (dir, at) {
             (Some(dir), _) => {
-                let span = self.given(block, "dir").map_or(block.kind.span, |f| f.value.span);
+                let span = self
+                    .given(block, "dir")
+                    .map_or(block.kind.span, |f| f.value.span);
                 let Some(unit) = self.direction("`dir` of a light", &dir, span) else {
                     return Ok(());
                 };
@@ -489,7 +553,13 @@ impl<'a> Elaborator<'a> {
         let intensity = intensity.unwrap_or_else(|| self.graph.constant(3.0));
         let Some(shadow) = shadow else { return Ok(()) };
         let color = color.unwrap_or([one; 3]);
-        self.lights.push(Light { name, source, color, intensity, shadow });
+        self.lights.push(Light {
+            name,
+            source,
+            color,
+            intensity,
+            shadow,
+        });
         Ok(())
     }
 
@@ -526,7 +596,10 @@ impl<'a> Elaborator<'a> {
                     self.report_late("the width of a shadow", stage, arg.span);
                     return Ok(None);
                 }
-                if self.check_above("the width of a shadow", number.id, true, arg.span).is_none() {
+                if self
+                    .check_above("the width of a shadow", number.id, true, arg.span)
+                    .is_none()
+                {
                     return Ok(None);
                 }
                 number.id
@@ -583,20 +656,21 @@ impl<'a> Elaborator<'a> {
     /// the other side.
     pub(crate) fn default_lights(&mut self) -> Vec<Light> {
         let z_up = self.z_up;
-        let light = |e: &mut Self, [x, y, z]: [f64; 3], color: [u8; 4], strength: f64, soft: bool| {
-            let length = (x * x + y * y + z * z).sqrt();
-            let dir = if z_up { [x, -z, y] } else { [x, y, z] };
-            Light {
-                name: String::new(),
-                source: LightSource::Directional(dir.map(|v| e.graph.constant(v / length))),
-                color: e.srgb(color),
-                intensity: e.graph.constant(strength),
-                shadow: match soft {
-                    true => Shadow::Soft(e.graph.constant(0.04)),
-                    false => Shadow::None,
-                },
-            }
-        };
+        let light =
+            |e: &mut Self, [x, y, z]: [f64; 3], color: [u8; 4], strength: f64, soft: bool| {
+                let length = (x * x + y * y + z * z).sqrt();
+                let dir = if z_up { [x, -z, y] } else { [x, y, z] };
+                Light {
+                    name: String::new(),
+                    source: LightSource::Directional(dir.map(|v| e.graph.constant(v / length))),
+                    color: e.srgb(color),
+                    intensity: e.graph.constant(strength),
+                    shadow: match soft {
+                        true => Shadow::Soft(e.graph.constant(0.04)),
+                        false => Shadow::None,
+                    },
+                }
+            };
         vec![
             light(self, [-0.55, 0.9, 0.65], [0xff, 0xf0, 0xdc, 255], 3.2, true),
             light(self, [0.8, 0.35, -0.4], [0xc4, 0xd8, 0xff, 255], 0.5, false),
@@ -617,15 +691,23 @@ impl<'a> Elaborator<'a> {
         {
             render.size = size;
         }
-        render.aa = self.count_field(here, block, "aa", 1..=8)?.unwrap_or(render.aa);
-        render.steps = self.count_field(here, block, "steps", 1..=10_000)?.unwrap_or(render.steps);
+        render.aa = self
+            .count_field(here, block, "aa", 1..=8)?
+            .unwrap_or(render.aa);
+        render.steps = self
+            .count_field(here, block, "steps", 1..=10_000)?
+            .unwrap_or(render.steps);
         for name in ["far", "reach"] {
             let Some(id) = self.number_field(here, block, name, Stage::Uniform, 1e18)? else {
                 continue;
             };
             let what = format!("`{name}` of a render");
-            let span = self.given(block, name).map_or(block.kind.span, |f| f.value.span);
-            let Some(value) = self.demand(id, &Demand::new(&what, span)) else { continue };
+            let span = self
+                .given(block, name)
+                .map_or(block.kind.span, |f| f.value.span);
+            let Some(value) = self.demand(id, &Demand::new(&what, span)) else {
+                continue;
+            };
             if value == 0.0 {
                 let message = format!("{what} is larger than 0");
                 self.report(Diagnostic::error(codes::E0401, span, message));
@@ -646,7 +728,10 @@ impl<'a> Elaborator<'a> {
                 Some("five_tap") => Occlusion::FiveTap,
                 _ => {
                     let what = "`occlusion` (off, five_tap, or a number of samples)";
-                    let wanted = Wanted { what, stage: Stage::Uniform };
+                    let wanted = Wanted {
+                        what,
+                        stage: Stage::Uniform,
+                    };
                     let numbers = self.field_numbers(here, field, Form::Scalar, wanted)?;
                     let samples = match numbers {
                         Some([id, ..]) => self.count(what, id, 1..=256, field.value.span),
@@ -664,10 +749,17 @@ impl<'a> Elaborator<'a> {
             ("tetrahedron", Normals::Tetrahedron),
             ("wide", Normals::Wide),
         ];
-        render.normals = self.one_of(block, "normals", &normals).unwrap_or(render.normals);
-        let tonemaps =
-            [("none", Tonemap::None), ("reinhard", Tonemap::Reinhard), ("aces", Tonemap::Aces)];
-        render.tonemap = self.one_of(block, "tonemap", &tonemaps).unwrap_or(render.tonemap);
+        render.normals = self
+            .one_of(block, "normals", &normals)
+            .unwrap_or(render.normals);
+        let tonemaps = [
+            ("none", Tonemap::None),
+            ("reinhard", Tonemap::Reinhard),
+            ("aces", Tonemap::Aces),
+        ];
+        render.tonemap = self
+            .one_of(block, "tonemap", &tonemaps)
+            .unwrap_or(render.tonemap);
         self.render = Some(render);
         Ok(())
     }
@@ -689,7 +781,11 @@ impl<'a> Elaborator<'a> {
     fn size(&mut self, here: &Here<'a>, field: &'a Field) -> Result<Option<[u32; 2]>, Halt> {
         let value = self.eval(here, &field.value)?;
         let Some((Form::Vector(2), [width, height, ..])) = parts(&value) else {
-            self.wrong(&value, "`size` is a width and a height, `[1280, 720]`", field.value.span);
+            self.wrong(
+                &value,
+                "`size` is a width and a height, `[1280, 720]`",
+                field.value.span,
+            );
             return Ok(None);
         };
         let what = "`size` of a render";
@@ -719,16 +815,25 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0214, block.kind.span, message));
             return Ok(());
         }
-        let mut animation = Animation { duration: 4.0, fps: 30.0, repeats: false };
-        for (name, slot) in
-            [("duration", &mut animation.duration), ("fps", &mut animation.fps)]
-        {
+        let mut animation = Animation {
+            duration: 4.0,
+            fps: 30.0,
+            repeats: false,
+        };
+        for (name, slot) in [
+            ("duration", &mut animation.duration),
+            ("fps", &mut animation.fps),
+        ] {
             let Some(id) = self.number_field(here, block, name, Stage::Uniform, 1e6)? else {
                 continue;
             };
             let what = format!("`{name}` of an animation");
-            let span = self.given(block, name).map_or(block.kind.span, |f| f.value.span);
-            let Some(value) = self.demand(id, &Demand::new(&what, span)) else { continue };
+            let span = self
+                .given(block, name)
+                .map_or(block.kind.span, |f| f.value.span);
+            let Some(value) = self.demand(id, &Demand::new(&what, span)) else {
+                continue;
+            };
             if value == 0.0 {
                 let message = format!("{what} is larger than 0");
                 self.report(Diagnostic::error(codes::E0401, span, message));
@@ -747,6 +852,9 @@ impl<'a> Elaborator<'a> {
     }
 
     fn block_name(&self, block: &ast::Block) -> String {
-        block.name.as_ref().map_or_else(String::new, |name| name.name.clone())
+        block
+            .name
+            .as_ref()
+            .map_or_else(String::new, |name| name.name.clone())
     }
 }

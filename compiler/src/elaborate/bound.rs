@@ -126,8 +126,12 @@ impl<'a> Elaborator<'a> {
             [] => call.name_span,
             [first, ..] => given.iter().fold(first.span, |span, g| span.to(g.span)),
         };
-        let mut argument =
-            Argument { given: !given.is_empty(), span, numbers: Vec::new(), value: Value::Nothing };
+        let mut argument = Argument {
+            given: !given.is_empty(),
+            span,
+            numbers: Vec::new(),
+            value: Value::Nothing,
+        };
         let Some(first) = given.first() else {
             let default = formal.default.unwrap_or_default();
             argument.numbers = default.iter().map(|v| self.graph.constant(*v)).collect();
@@ -199,7 +203,12 @@ impl<'a> Elaborator<'a> {
         let width = formal.kind.width(flat);
         let given = &call.given[sources(slot, width)];
         if let Slot::Spread(_) = slot {
-            return Some(given.iter().filter_map(|g| super::evaluate::as_number(&g.value)).collect());
+            return Some(
+                given
+                    .iter()
+                    .filter_map(|g| super::evaluate::as_number(&g.value))
+                    .collect(),
+            );
         }
         let value = &given[0].value;
         let numbers = match parts(value) {
@@ -315,13 +324,18 @@ impl<'a> Elaborator<'a> {
         if formal.kind == Kind::Row(A::Angle)
             && matches!(number.quantity, Quantity::Plain | Quantity::Time)
         {
-            let diagnostic = self.no_unit(call.name, span).label(call.name_span, signature);
+            let diagnostic = self
+                .no_unit(call.name, span)
+                .label(call.name_span, signature);
             self.report(diagnostic);
             return None;
         }
         let noun = kind_noun(formal.kind, false);
         let got = number.quantity.noun();
-        let message = format!("`{}` wants {noun} for `{}`, and this is {got}", call.name, formal.name);
+        let message = format!(
+            "`{}` wants {noun} for `{}`, and this is {got}",
+            call.name, formal.name
+        );
         self.report(
             Diagnostic::error(codes::E0303, span, message).label(call.name_span, signature),
         );
@@ -334,8 +348,13 @@ impl<'a> Elaborator<'a> {
             .primary(format!("`{name}` wants an angle"));
         let text = self.sources.slice(span);
         match text.parse::<f64>() {
-            Ok(_) => diagnostic.fix(span.at_end(), "deg", format!("{text} degrees, as in OpenSCAD")),
-            Err(_) => diagnostic.help("an angle is a number with `deg`, `rad` or `turn`; `x * 1deg` is one too"),
+            Ok(_) => diagnostic.fix(
+                span.at_end(),
+                "deg",
+                format!("{text} degrees, as in OpenSCAD"),
+            ),
+            Err(_) => diagnostic
+                .help("an angle is a number with `deg`, `rad` or `turn`; `x * 1deg` is one too"),
         }
     }
 
@@ -362,7 +381,11 @@ impl<'a> Elaborator<'a> {
         strict: bool,
         span: Span,
     ) -> Option<()> {
-        let wanted = if strict { "larger than 0" } else { "0 or larger" };
+        let wanted = if strict {
+            "larger than 0"
+        } else {
+            "0 or larger"
+        };
         let later = format!("{what} must be {wanted}");
         let message = |now: f64| {
             let message = format!("{what} must be {wanted}, and this is {}", short(now));
@@ -375,7 +398,8 @@ impl<'a> Elaborator<'a> {
         let square = self.op(sdfc_vm::table::Op::Mul, &[id, id]);
         let later = format!("{what} must not be 0");
         let message = |_| Diagnostic::error(codes::E0401, span, format!("{what} must not be 0"));
-        self.check(square, true, span, message, &later).then_some(())
+        self.check(square, true, span, message, &later)
+            .then_some(())
     }
 
     /// A whole number of at least one, known while compiling.
@@ -383,7 +407,8 @@ impl<'a> Elaborator<'a> {
         let value = self.demand(id, &Demand::new(what, span))?;
         if value < 1.0 || value.fract() != 0.0 || value > 1e6 {
             let value = short(value);
-            let message = format!("{what} must be a whole number from 1 to 1000000, and this is {value}");
+            let message =
+                format!("{what} must be a whole number from 1 to 1000000, and this is {value}");
             self.report(Diagnostic::error(codes::E0401, span, message));
             return None;
         }
@@ -391,9 +416,16 @@ impl<'a> Elaborator<'a> {
     }
 
     /// A direction of length one.
-    pub(crate) fn direction(&mut self, what: &str, ids: &[ExprId], span: Span) -> Option<Vec<ExprId>> {
+    pub(crate) fn direction(
+        &mut self,
+        what: &str,
+        ids: &[ExprId],
+        span: Span,
+    ) -> Option<Vec<ExprId>> {
         let squared = with_graph(&mut self.graph, || {
-            ids.iter().fold(lit::<Symbolic>(0.0), |sum, &id| sum + Symbolic(id).square()).0
+            ids.iter()
+                .fold(lit::<Symbolic>(0.0), |sum, &id| sum + Symbolic(id).square())
+                .0
         });
         let later = format!("{what} must not be the zero vector");
         let message = |_| {
@@ -438,10 +470,16 @@ impl<'a> Elaborator<'a> {
 /// A number as a person would write it.
 pub(crate) fn short(value: f64) -> String {
     let rounded = (value * 1e6).round() / 1e6;
-    if value.abs() < 1e9 && rounded != 0.0 { format!("{rounded}") } else { format!("{value}") }
+    if value.abs() < 1e9 && rounded != 0.0 {
+        format!("{rounded}")
+    } else {
+        format!("{value}")
+    }
 }
 
 /// A noun without its article.
 pub(crate) fn bare(noun: &str) -> &str {
-    noun.strip_prefix("a ").or_else(|| noun.strip_prefix("an ")).unwrap_or(noun)
+    noun.strip_prefix("a ")
+        .or_else(|| noun.strip_prefix("an "))
+        .unwrap_or(noun)
 }

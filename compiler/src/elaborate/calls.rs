@@ -6,7 +6,7 @@ use super::arguments::{self, Formal, Given, Invocation, Slot, count};
 use super::diagnose::{self, nearest};
 use super::evaluate::{Halt, Here, Outcome};
 use super::value::{Closure, Value};
-use super::vocabulary::{self, Function};
+use super::vocabulary::{self, Function, RunFixed};
 use super::{Active, Elaborator};
 use crate::expression::Stage;
 use sdfc_lang::ast::{self, Arg, Args, Call, ExprKind, Ident, Suffix};
@@ -23,12 +23,19 @@ impl<'a> Elaborator<'a> {
     /// `name(args)`
     pub(crate) fn call(&mut self, here: &Here<'a>, call: &'a Call, span: Span) -> Outcome<'a> {
         let given = self.arguments(here, &call.args, Vec::new())?;
-        let Some(name) = call.callee.segments.last() else { return Ok(Value::Poison) };
+        let Some(name) = call.callee.segments.last() else {
+            return Ok(Value::Poison);
+        };
         let Some(callee) = self.lookup(here, &call.callee) else {
             self.report_unknown(here, &call.callee, "function");
             return Ok(Value::Poison);
         };
-        let call = Invocation { name: &name.name, name_span: call.callee.span, span, given };
+        let call = Invocation {
+            name: &name.name,
+            name_span: call.callee.span,
+            span,
+            given,
+        };
         self.invoke(&callee, call)
     }
 
@@ -41,7 +48,11 @@ impl<'a> Elaborator<'a> {
         suffix: &'a Suffix,
         args: &'a Args,
     ) -> Outcome<'a> {
-        let object = Given { name: None, value, span: value_span };
+        let object = Given {
+            name: None,
+            value,
+            span: value_span,
+        };
         let given = self.arguments(here, &args.args, vec![object])?;
         let name = &suffix.name;
         let call = Invocation {
@@ -80,13 +91,19 @@ impl<'a> Elaborator<'a> {
     ) -> Result<Vec<Given<'a>>, Halt> {
         given.reserve(args.len());
         for arg in args {
-            let takes_word =
-                arg.name.as_ref().is_some_and(|name| WORD_ARGUMENTS.contains(&name.name.as_str()));
+            let takes_word = arg
+                .name
+                .as_ref()
+                .is_some_and(|name| WORD_ARGUMENTS.contains(&name.name.as_str()));
             let value = match word(&arg.value) {
                 Some(ident) if takes_word => Value::Word(&ident.name),
                 _ => self.eval(here, &arg.value)?,
             };
-            given.push(Given { name: arg.name.as_ref(), value, span: arg.value.span });
+            given.push(Given {
+                name: arg.name.as_ref(),
+                value,
+                span: arg.value.span,
+            });
         }
         Ok(given)
     }
@@ -119,18 +136,35 @@ impl<'a> Elaborator<'a> {
         values: impl IntoIterator<Item = Value<'a>>,
         span: Span,
     ) -> Outcome<'a> {
-        let given = values.into_iter().map(|value| Given { name: None, value, span }).collect();
+        let given = values
+            .into_iter()
+            .map(|value| Given {
+                name: None,
+                value,
+                span,
+            })
+            .collect();
         let name = match callee {
             Value::Function(closure) if !closure.name.is_empty() => closure.name,
             Value::Builtin(name) => name,
             _ => "this function",
         };
-        self.invoke(callee, Invocation { name, name_span: span, span, given })
+        self.invoke(
+            callee,
+            Invocation {
+                name,
+                name_span: span,
+                span,
+                given,
+            },
+        )
     }
 
     fn call_closure(&mut self, closure: &Rc<Closure<'a>>, call: Invocation<'a>) -> Outcome<'a> {
         self.tick(call.span)?;
-        let Some(here) = self.bind(closure, &call)? else { return Ok(Value::Poison) };
+        let Some(here) = self.bind(closure, &call)? else {
+            return Ok(Value::Poison);
+        };
         if self.calls.len() >= MAX_CALLS {
             let message = format!("calls go more than {MAX_CALLS} deep into each other");
             let help = "a recursion must end: give it an `if` that stops it";
@@ -233,19 +267,7 @@ impl<'a> Elaborator<'a> {
         }
         match function {
             Function::Free { run, .. } => run(self, call),
-            Function::Fixed { formals, run, .. } => {
-                let flat = self.is_flat(&call);
-                match arguments::fit(formals, &call.given, flat) {
-                    Ok(slots) => match self.converted(&call, formals, &slots, flat) {
-                        Some(bound) => run(self, bound),
-                        None => Ok(Value::Poison),
-                    },
-                    Err(misfit) => {
-                        self.report_misfit(&call, &[formals], 0, misfit, flat);
-                        Ok(Value::Poison)
-                    }
-                }
-            }
+            Function::Fixed { formals, run } => self.call_fixed(formals, *run, call),
             Function::Rows(variants) => {
                 let flat = self.is_flat(&call);
                 let lists: Vec<&[Formal]> = variants.iter().map(|v| v.formals.as_slice()).collect();
@@ -262,6 +284,26 @@ impl<'a> Elaborator<'a> {
                         Ok(Value::Poison)
                     }
                 }
+            }
+        }
+    }
+
+    /// Calls a function of the language whose arguments are bound to parameters.
+    pub(crate) fn call_fixed(
+        &mut self,
+        formals: &'static [Formal],
+        run: RunFixed,
+        call: Invocation<'a>,
+    ) -> Outcome<'a> {
+        let flat = self.is_flat(&call);
+        match arguments::fit(formals, &call.given, flat) {
+            Ok(slots) => match self.converted(&call, formals, &slots, flat) {
+                Some(bound) => run(self, bound),
+                None => Ok(Value::Poison),
+            },
+            Err(misfit) => {
+                self.report_misfit(&call, &[formals], 0, misfit, flat);
+                Ok(Value::Poison)
             }
         }
     }
@@ -307,7 +349,11 @@ impl<'a> Elaborator<'a> {
 
     /// Says that a number is known too late.
     pub(crate) fn report_late(&mut self, what: &str, stage: Stage, span: Span) {
-        let blamed = if stage == Stage::Normal { "the normal" } else { "the point" };
+        let blamed = if stage == Stage::Normal {
+            "the normal"
+        } else {
+            "the point"
+        };
         let message = format!("{what} cannot depend on {blamed}");
         let help = "`field`, `displace` and `warp` take functions of the point";
         self.report(Diagnostic::error(codes::E0309, span, message).help(help));

@@ -56,7 +56,10 @@ impl BlendKind {
     ];
 
     fn of(word: &str) -> Option<Self> {
-        Self::WORDS.iter().find(|(name, _)| *name == word).map(|(_, kind)| *kind)
+        Self::WORDS
+            .iter()
+            .find(|(name, _)| *name == word)
+            .map(|(_, kind)| *kind)
     }
 
     fn names() -> impl Iterator<Item = &'static str> {
@@ -108,6 +111,10 @@ impl<'a> Elaborator<'a> {
         let mut fits = self.set_operand(&first, first_span, &links[0]);
         for link in links {
             let value = self.eval(here, &link.operand)?;
+            if link.op == BinaryOp::Add {
+                let spans = (first_span, link.op_span, link.operand.span);
+                return Ok(self.binary(link.op, first, value, spans));
+            }
             let blend = match &link.blend {
                 Some(args) => self.blend(here, args, Some(link.op_span))?,
                 None => here.blend.as_deref().cloned(),
@@ -124,7 +131,10 @@ impl<'a> Elaborator<'a> {
         let mut shapes = Vec::new();
         let hard_union = links[0].op == BinaryOp::Or && operands[0].2.is_none();
         if hard_union {
-            if self.collect_shapes(&first, first_span, &mut shapes).is_none() {
+            if self
+                .collect_shapes(&first, first_span, &mut shapes)
+                .is_none()
+            {
                 return Ok(Value::Poison);
             }
         } else {
@@ -146,15 +156,28 @@ impl<'a> Elaborator<'a> {
                 Some(group) if group.row == row && group.parameters == parameters => group,
                 Some(group) => {
                     let whole = self.combined(group.row, group.parameters, group.shapes, before);
-                    let Some(whole) = whole else { return Ok(Value::Poison) };
-                    Gathered { row, parameters, shapes: vec![whole] }
+                    let Some(whole) = whole else {
+                        return Ok(Value::Poison);
+                    };
+                    Gathered {
+                        row,
+                        parameters,
+                        shapes: vec![whole],
+                    }
                 }
-                None => Gathered { row, parameters, shapes: std::mem::take(&mut shapes) },
+                None => Gathered {
+                    row,
+                    parameters,
+                    shapes: std::mem::take(&mut shapes),
+                },
             };
             let operand = link.operand.span;
             // Cutting away a union is cutting away each of its shapes; so is adding one.
             if matches!(row, Op::Union | Op::Subtraction) {
-                if self.collect_shapes(&value, operand, &mut group.shapes).is_none() {
+                if self
+                    .collect_shapes(&value, operand, &mut group.shapes)
+                    .is_none()
+                {
                     return Ok(Value::Poison);
                 }
             } else {
@@ -169,7 +192,12 @@ impl<'a> Elaborator<'a> {
             before = before.to(operand);
             gathered = Some(group);
         }
-        let Some(Gathered { row, parameters, shapes }) = gathered else {
+        let Some(Gathered {
+            row,
+            parameters,
+            shapes,
+        }) = gathered
+        else {
             return Ok(Value::Poison);
         };
         super::shapes::shape_value(self.combined(row, parameters, shapes, span))
@@ -185,8 +213,7 @@ impl<'a> Elaborator<'a> {
         let what = self.describe(value);
         let symbol = link.op.symbol();
         let message = format!("`{symbol}` goes with shapes, and this is {what}");
-        let mut diagnostic =
-            Diagnostic::error(codes::E0302, span, message).label(link.op_span, "");
+        let mut diagnostic = Diagnostic::error(codes::E0302, span, message).label(link.op_span, "");
         if matches!(value, Value::Bool(_)) && link.op != BinaryOp::Sub {
             let doubled = symbol.repeat(2);
             let text = format!("with conditions, write `{doubled}`");
@@ -247,8 +274,11 @@ impl<'a> Elaborator<'a> {
         let mut arguments = vec![blend.amount];
         if blend.kind == K::Distance {
             // Thin at the origin, thicker by a tenth of the way from there, up to four times.
-            let (zero, growth, times) =
-                (self.graph.constant(0.0), self.graph.constant(0.1), self.graph.constant(4.0));
+            let (zero, growth, times) = (
+                self.graph.constant(0.0),
+                self.graph.constant(0.1),
+                self.graph.constant(4.0),
+            );
             let most = self.op(Op::Mul, &[blend.amount, times]);
             arguments = vec![zero, zero, zero, blend.amount, growth, most];
         }
@@ -304,10 +334,15 @@ impl<'a> Elaborator<'a> {
             _ => {}
         }
         let plane = self.shapes[children[0].0 as usize].plane;
-        let other = children.iter().find(|id| self.shapes[id.0 as usize].plane != plane);
+        let other = children
+            .iter()
+            .find(|id| self.shapes[id.0 as usize].plane != plane);
         if let Some(&other) = other {
             let dimension = |plane: bool| if plane { "2D" } else { "3D" };
-            let (a, b) = (&self.shapes[children[0].0 as usize], &self.shapes[other.0 as usize]);
+            let (a, b) = (
+                &self.shapes[children[0].0 as usize],
+                &self.shapes[other.0 as usize],
+            );
             let message = format!(
                 "a {} and a {} shape cannot be combined",
                 dimension(a.plane),
@@ -324,19 +359,33 @@ impl<'a> Elaborator<'a> {
             self.report(diagnostic);
             return None;
         }
-        Some(self.add(ShapeKind::Combine { op: row, children, parameters }, plane, span))
+        Some(self.add(
+            ShapeKind::Combine {
+                op: row,
+                children,
+                parameters,
+            },
+            plane,
+            span,
+        ))
     }
 
     /// `!shape`
     pub(crate) fn complement(&mut self, value: &Value<'a>, operand: Span, span: Span) -> Value<'a> {
-        let Some(child) = self.shape(value, operand) else { return Value::Poison };
+        let Some(child) = self.shape(value, operand) else {
+            return Value::Poison;
+        };
         let plane = self.shapes[child.0 as usize].plane;
         if self.is_nothing(child) {
             let message = "everything is no shape that can be drawn";
             self.report(Diagnostic::error(codes::E0405, span, message));
             return Value::Poison;
         }
-        let kind = ShapeKind::Distance { op: Op::Complement, child, parameters: Vec::new() };
+        let kind = ShapeKind::Distance {
+            op: Op::Complement,
+            child,
+            parameters: Vec::new(),
+        };
         Value::Shape(self.add(kind, plane, span))
     }
 
@@ -347,7 +396,11 @@ impl<'a> Elaborator<'a> {
         args: &'a Args,
         operator: Option<Span>,
     ) -> Result<Option<Blend>, Halt> {
-        let positional = args.args.iter().take_while(|arg| arg.name.is_none()).count();
+        let positional = args
+            .args
+            .iter()
+            .take_while(|arg| arg.name.is_none())
+            .count();
         let mut kind = BlendKind::Quadratic;
         let mut rest = args.args.as_slice();
         // One argument is the radius, even if a parameter is called `fillet`; of two, the first is
@@ -361,8 +414,13 @@ impl<'a> Elaborator<'a> {
                 return Ok(None);
             };
             let Some(named) = BlendKind::of(&word.name) else {
-                let diagnostic =
-                    unknown_name(codes::E0201, "blend", &word.name, word.span, BlendKind::names());
+                let diagnostic = unknown_name(
+                    codes::E0201,
+                    "blend",
+                    &word.name,
+                    word.span,
+                    BlendKind::names(),
+                );
                 let all = BlendKind::names().collect::<Vec<_>>().join(", ");
                 self.report(diagnostic.help(format!("there are {all}")));
                 return Ok(None);
@@ -389,7 +447,11 @@ impl<'a> Elaborator<'a> {
                 }
                 Some(name) => {
                     let message = format!("a blend has no argument `{name}`");
-                    let known = if kind == BlendKind::Stairs { vec!["n"] } else { vec![] };
+                    let known = if kind == BlendKind::Stairs {
+                        vec!["n"]
+                    } else {
+                        vec![]
+                    };
                     let diagnostic = Diagnostic::error(codes::E0203, arg.span, message);
                     self.report(suggest(diagnostic, arg.span, nearest(name, known)));
                     return Ok(None);
@@ -407,7 +469,12 @@ impl<'a> Elaborator<'a> {
             return Ok(None);
         };
         let span = operator.map_or(args.span, |at| at.to(args.span));
-        Ok(Some(Blend { kind, amount, steps, span }))
+        Ok(Some(Blend {
+            kind,
+            amount,
+            steps,
+            span,
+        }))
     }
 
     fn blend_amount(&mut self, value: &Value<'a>, span: Span) -> Option<ExprId> {
@@ -438,7 +505,10 @@ impl<'a> Elaborator<'a> {
         };
         let count = self.demand(number.id, &Demand::new("the number of stairs", span))?;
         if !(1.0..=1000.0).contains(&count) || count.fract() != 0.0 {
-            let message = format!("stairs are a whole number from 1 to 1000, and this is {}", short(count));
+            let message = format!(
+                "stairs are a whole number from 1 to 1000, and this is {}",
+                short(count)
+            );
             self.report(Diagnostic::error(codes::E0401, span, message));
             return None;
         }
@@ -446,11 +516,17 @@ impl<'a> Elaborator<'a> {
     }
 
     fn warn_of_large_blend(&mut self, blend: &Blend, shapes: &[ShapeId], _spans: [Span; 2]) {
-        let Some(amount) = self.graph.as_constant(blend.amount) else { return };
+        let Some(amount) = self.graph.as_constant(blend.amount) else {
+            return;
+        };
         for &id in shapes.iter().rev().take(2) {
             let bounds = self.bounds_of(id);
-            let size = (0..3).map(|i| bounds.max[i] - bounds.min[i]).filter(|s| s.is_finite());
-            let Some(size) = size.reduce(f64::max) else { continue };
+            let size = (0..3)
+                .map(|i| bounds.max[i] - bounds.min[i])
+                .filter(|s| s.is_finite());
+            let Some(size) = size.reduce(f64::max) else {
+                continue;
+            };
             if !bounds.is_empty() && size > 0.0 && amount > size {
                 let message = format!(
                     "this blend of {} is larger than a shape of {} that it joins",
@@ -513,7 +589,12 @@ impl<'a> Elaborator<'a> {
                     Some(given) => self.stair_count(&given.value, given.span),
                     None => None,
                 };
-                Some(Blend { kind, amount, steps, span: given.span })
+                Some(Blend {
+                    kind,
+                    amount,
+                    steps,
+                    span: given.span,
+                })
             }
             (None, Some(kernel)) => {
                 let message = "a kernel needs a thickness: `smooth:`";
@@ -533,7 +614,9 @@ impl<'a> Elaborator<'a> {
             };
             let gathered = match is_spliced {
                 true => self.collect_shapes(&given.value, given.span, &mut shapes),
-                false => self.shape(&given.value, given.span).map(|shape| shapes.push(shape)),
+                false => self
+                    .shape(&given.value, given.span)
+                    .map(|shape| shapes.push(shape)),
             };
             if gathered.is_none() {
                 return Ok(Value::Poison);
@@ -555,7 +638,10 @@ impl<'a> Elaborator<'a> {
         }
         let mut shapes = Vec::new();
         for given in &call.given {
-            if self.collect_shapes(&given.value, given.span, &mut shapes).is_none() {
+            if self
+                .collect_shapes(&given.value, given.span, &mut shapes)
+                .is_none()
+            {
                 return Ok(Value::Poison);
             }
         }
@@ -564,7 +650,11 @@ impl<'a> Elaborator<'a> {
 
     fn kernel(&mut self, given: &Given<'a>) -> Option<BlendKind> {
         let Value::Word(word) = given.value else {
-            self.wrong(&given.value.clone(), "a kernel is a word, such as `cubic`", given.span);
+            self.wrong(
+                &given.value.clone(),
+                "a kernel is a word, such as `cubic`",
+                given.span,
+            );
             return None;
         };
         let kind = BlendKind::of(word);

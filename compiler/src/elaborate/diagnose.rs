@@ -105,12 +105,14 @@ pub(crate) fn dialect(name: &str) -> Option<(Option<&'static str>, &'static str)
         "opRepetition" | "opRep" | "tile" => replaced("repeat", "it is called `repeat` here"),
         "opElongate" => replaced("elongate", "it is called `elongate` here"),
         "opDisplace" => replaced("displace", "it is called `displace` here"),
-        "difference" | "opSubtraction" | "cut" => {
-            replaced("subtract", "it is called `subtract` here, or written `a - b`")
-        }
-        "intersection" | "opIntersection" => {
-            replaced("intersect", "it is called `intersect` here, or written `a & b`")
-        }
+        "difference" | "opSubtraction" | "cut" => replaced(
+            "subtract",
+            "it is called `subtract` here, or written `a - b`",
+        ),
+        "intersection" | "opIntersection" => replaced(
+            "intersect",
+            "it is called `intersect` here, or written `a & b`",
+        ),
         "opUnion" | "group" => replaced("union", "it is called `union` here, or written `a | b`"),
         "smin" | "smooth_union" | "opSmoothUnion" | "smoothUnion" => {
             advice("a smooth union is written `union(a, b, smooth: 0.2)`, or `a |[0.2] b`")
@@ -131,6 +133,12 @@ pub(crate) fn dialect(name: &str) -> Option<(Option<&'static str>, &'static str)
         "t" | "iTime" | "u_time" | "Time" => replaced("time", "the time is called `time` here"),
         "echo" => replaced("print", "it is called `print` here"),
         "lerp3" => replaced("mix", "it is called `mix` here"),
+        "scatter" | "taper" | "text" | "image" | "path" | "bezier" | "polyline" | "mesh"
+        | "helix" | "columns" | "pipe" | "engrave" | "groove" | "tongue" | "everything"
+        | "tube" | "ellipse" | "trapezoid" | "parallelogram" | "arc" | "ring" | "pie"
+        | "horseshoe" | "moon" | "egg" | "heart" | "cross" | "solid_angle" | "cut_sphere"
+        | "death_star" | "vesica" | "quad" | "superellipsoid" | "dodecahedron" | "icosahedron"
+        | "rhombus" | "stairs" => advice("it is planned, and not part of the language yet"),
         "None" | "null" | "nil" => advice("an empty shape is `nothing()`"),
         _ => None,
     }
@@ -161,6 +169,9 @@ pub(crate) fn wrong_type(
     got: &str,
     span: Span,
 ) -> Diagnostic {
-    let message = format!("`{}` wants {wanted} for `{formal}`, and this is {got}", call.name);
+    let message = format!(
+        "`{}` wants {wanted} for `{formal}`, and this is {got}",
+        call.name
+    );
     Diagnostic::error(codes::E0301, span, message).label(call.name_span, "")
 }

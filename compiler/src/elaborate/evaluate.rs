@@ -50,7 +50,10 @@ pub(crate) struct Here<'a> {
 impl<'a> Here<'a> {
     /// The same place with one more name.
     pub(crate) fn with(&self, name: &'a str, value: Value<'a>) -> Self {
-        Self { scope: self.scope.with(name, value), ..self.clone() }
+        Self {
+            scope: self.scope.with(name, value),
+            ..self.clone()
+        }
     }
 }
 
@@ -85,7 +88,13 @@ impl<'a> Elaborator<'a> {
             ExprKind::Range(range) => {
                 let start = self.eval(here, &range.start)?;
                 let end = self.eval(here, &range.end)?;
-                Ok(self.range(start, end, range.inclusive, range.start.span, range.end.span))
+                Ok(self.range(
+                    start,
+                    end,
+                    range.inclusive,
+                    range.start.span,
+                    range.end.span,
+                ))
             }
             ExprKind::If(branch) => self.branch(here, branch, expr.span),
             ExprKind::For(each) => self.each(here, each),
@@ -93,7 +102,10 @@ impl<'a> Elaborator<'a> {
                 let Some(blend) = self.blend(here, &scope.blend, None)? else {
                     return Ok(Value::Poison);
                 };
-                let here = Here { blend: Some(Rc::new(blend)), ..here.clone() };
+                let here = Here {
+                    blend: Some(Rc::new(blend)),
+                    ..here.clone()
+                };
                 self.body(&here, &scope.body)
             }
             ExprKind::Lambda(lambda) => Ok(self.lambda(here, lambda, expr.span)),
@@ -109,7 +121,11 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0409, span, message).help(help));
             return Err(Halt);
         }
-        if self.reports.is_full() { Err(Halt) } else { Ok(()) }
+        if self.reports.is_full() {
+            Err(Halt)
+        } else {
+            Ok(())
+        }
     }
 
     /// The meaning of a body: its statements in order, then its value.
@@ -173,7 +189,11 @@ impl<'a> Elaborator<'a> {
             Unit::Ms => (amount / 1000.0, Quantity::Time),
         };
         let whole = matches!(value, NumberValue::Int(_)) && unit == Unit::None;
-        Number { id: self.graph.constant(amount), quantity, whole }
+        Number {
+            id: self.graph.constant(amount),
+            quantity,
+            whole,
+        }
     }
 
     fn path(&mut self, here: &Here<'a>, path: &'a Path) -> Value<'a> {
@@ -237,7 +257,9 @@ impl<'a> Elaborator<'a> {
 
     /// Says that a name is unknown, or not there yet.
     pub(crate) fn report_unknown(&mut self, here: &Here<'a>, path: &Path, what: &str) {
-        let Some(last) = path.segments.last() else { return };
+        let Some(last) = path.segments.last() else {
+            return;
+        };
         let modules = self.modules;
         let diagnostic = match path.segments.as_slice() {
             [only] if self.is_defined_later(here, &only.name) => {
@@ -289,10 +311,12 @@ impl<'a> Elaborator<'a> {
             2..=4 => values.iter().map(as_number).collect(),
             _ => None,
         };
-        Ok(match numbers.and_then(|numbers| Vector::from_slice(&numbers)) {
-            Some(vector) => Value::Vector(vector),
-            None => Value::List(values.into()),
-        })
+        Ok(
+            match numbers.and_then(|numbers| Vector::from_slice(&numbers)) {
+                Some(vector) => Value::Vector(vector),
+                None => Value::List(values.into()),
+            },
+        )
     }
 
     fn postfix(&mut self, here: &Here<'a>, postfix: &'a Postfix) -> Outcome<'a> {
@@ -334,8 +358,8 @@ impl<'a> Elaborator<'a> {
         }
         let what = self.describe(&value);
         let message = format!("{what} has no field `{name}`");
-        let diagnostic = Diagnostic::error(codes::E0306, suffix.name.span, message)
-            .label(span, what);
+        let diagnostic =
+            Diagnostic::error(codes::E0306, suffix.name.span, message).label(span, what);
         let diagnostic = match &value {
             Value::Record(record) => {
                 let fields = record.fields.iter().map(|(field, _)| *field);
@@ -385,7 +409,12 @@ impl<'a> Elaborator<'a> {
                 return self.csg_links(here, value, before, &chain.rest[at..], span);
             }
             let operand = self.eval(here, &link.operand)?;
-            value = self.binary(link.op, value, operand, (before, link.op_span, link.operand.span));
+            value = self.binary(
+                link.op,
+                value,
+                operand,
+                (before, link.op_span, link.operand.span),
+            );
             before = before.to(link.operand.span);
         }
         Ok(value)
@@ -425,9 +454,11 @@ impl<'a> Elaborator<'a> {
         end_span: Span,
     ) -> Value<'a> {
         match (start, end) {
-            (Value::Number(start), Value::Number(end)) => {
-                Value::Range(Range { start, end, inclusive })
-            }
+            (Value::Number(start), Value::Number(end)) => Value::Range(Range {
+                start,
+                end,
+                inclusive,
+            }),
             (Value::Poison, _) | (_, Value::Poison) => Value::Poison,
             (Value::Number(_), other) => self.wrong(&other, "a range ends with a number", end_span),
             (other, _) => self.wrong(&other, "a range starts with a number", start_span),
@@ -493,7 +524,11 @@ impl<'a> Elaborator<'a> {
         if let Some(value) = self.choice(condition, &then, &otherwise) {
             return Ok(value);
         }
-        let what = format!("which of {} and {} it is", self.describe(&then), self.describe(&otherwise));
+        let what = format!(
+            "which of {} and {} it is",
+            self.describe(&then),
+            self.describe(&otherwise)
+        );
         let demand = Demand::new(&what, arm.condition.span);
         Ok(match self.demand(condition, &demand) {
             Some(value) if value != 0.0 => then,
@@ -526,7 +561,9 @@ impl<'a> Elaborator<'a> {
         match value {
             Value::Poison => None,
             Value::List(list) => Some(list),
-            Value::Vector(vector) => Some(vector.parts().iter().map(|n| Value::Number(*n)).collect()),
+            Value::Vector(vector) => {
+                Some(vector.parts().iter().map(|n| Value::Number(*n)).collect())
+            }
             Value::Range(range) => self.counted(range, span),
             other => {
                 self.wrong(&other, "a loop goes through a range or a list", span);
@@ -540,7 +577,11 @@ impl<'a> Elaborator<'a> {
         let start = self.demand(range.start.id, &demand);
         let end = self.demand(range.end.id, &demand);
         let (start, end) = (start?, end?);
-        let last = if range.inclusive { end.floor() } else { end.ceil() - 1.0 };
+        let last = if range.inclusive {
+            end.floor()
+        } else {
+            end.ceil() - 1.0
+        };
         if start.fract() != 0.0 {
             let message = format!("a loop counts from a whole number, and this is {start}");
             self.report(Diagnostic::error(codes::E0401, span, message));
@@ -555,7 +596,11 @@ impl<'a> Elaborator<'a> {
         }
         let one = |i: u32| {
             let id = self.graph.constant(start + f64::from(i));
-            Value::Number(Number { id, quantity: range.start.quantity, whole: true })
+            Value::Number(Number {
+                id,
+                quantity: range.start.quantity,
+                whole: true,
+            })
         };
         Some((0..count as u32).map(one).collect())
     }
@@ -583,7 +628,9 @@ pub(crate) fn as_number(value: &Value<'_>) -> Option<Number> {
 /// Components picked by letters, `xy` or `zyx`.
 fn swizzle<'a>(parts: &[Number], name: &str, alphabets: &[&str]) -> Option<Value<'a>> {
     let pick = |alphabet: &&str| -> Option<Vec<Number>> {
-        name.chars().map(|letter| parts.get(alphabet.find(letter)?).copied()).collect()
+        name.chars()
+            .map(|letter| parts.get(alphabet.find(letter)?).copied())
+            .collect()
     };
     let picked = alphabets.iter().find_map(pick)?;
     match picked.as_slice() {

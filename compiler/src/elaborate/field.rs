@@ -26,25 +26,43 @@ impl<'a> Elaborator<'a> {
         let function = bound.value(0).clone();
         let [x, y, z] = self.coordinates();
         let flat = takes_vec2(&function);
-        let point = if flat { Vector::from_slice(&[x, y]) } else { Some(Vector::three([x, y, z])) };
+        let point = if flat {
+            Vector::from_slice(&[x, y])
+        } else {
+            Some(Vector::three([x, y, z]))
+        };
         let Some(value) = self.field_number(&function, point, bound.span_of(0))? else {
             return Ok(Value::Poison);
         };
         let slope = bound.given(1).then(|| bound.number(1));
         if let Some(slope) = slope
-            && self.check_above("`lipschitz` of `field`", slope, true, bound.span_of(1)).is_none()
+            && self
+                .check_above("`lipschitz` of `field`", slope, true, bound.span_of(1))
+                .is_none()
         {
             return Ok(Value::Poison);
         }
         if !bound.given(2) {
             let region = Bounds::EVERYTHING;
-            let kind = ShapeKind::Field { value, slope, region };
+            let kind = ShapeKind::Field {
+                value,
+                slope,
+                region,
+            };
             return Ok(Value::Shape(self.add(kind, flat, bound.span)));
         }
         // What is asked for only within a box ends there.
         let size = bound.vector(2);
         let region = Bounds::centred(size.map(|id| self.present(id) / 2.0));
-        let field = self.add(ShapeKind::Field { value, slope, region }, flat, bound.span);
+        let field = self.add(
+            ShapeKind::Field {
+                value,
+                slope,
+                region,
+            },
+            flat,
+            bound.span,
+        );
         let op = if flat { Op::Rect } else { Op::Cuboid };
         let size = if flat { &size[..2] } else { &size[..] };
         let parameters = self.prepared(op, size);
@@ -71,7 +89,11 @@ impl<'a> Elaborator<'a> {
                 Ok(None)
             }
             other => {
-                self.wrong(&other, "this function of the point must give a number", span);
+                self.wrong(
+                    &other,
+                    "this function of the point must give a number",
+                    span,
+                );
                 Ok(None)
             }
         }
@@ -117,7 +139,11 @@ impl<'a> Elaborator<'a> {
         region.max[up] = high;
         let upwards = [x, y, z][up].id;
         let value = self.op(Op::Sub, &[upwards, height]);
-        let kind = ShapeKind::Field { value, slope: None, region };
+        let kind = ShapeKind::Field {
+            value,
+            slope: None,
+            region,
+        };
         let ground = self.add(kind, false, span);
         let sizes = [0, 1, 2].map(|i| self.graph.constant(region.max[i] - region.min[i]));
         let parameters = self.prepared(Op::Cuboid, &sizes);
@@ -141,12 +167,20 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         let amount = self.op(Op::Neg, &[amount]);
-        Ok(Value::Shape(self.add(ShapeKind::Displace { child, amount }, plane, bound.span)))
+        Ok(Value::Shape(self.add(
+            ShapeKind::Displace { child, amount },
+            plane,
+            bound.span,
+        )))
     }
 
     fn local_point(&mut self, plane: bool) -> Option<Vector> {
         let [x, y, z] = self.coordinates();
-        if plane { Vector::from_slice(&[x, y]) } else { Some(Vector::three([x, y, z])) }
+        if plane {
+            Vector::from_slice(&[x, y])
+        } else {
+            Some(Vector::three([x, y, z]))
+        }
     }
 
     /// `warp(shape, f)`
@@ -157,7 +191,9 @@ impl<'a> Elaborator<'a> {
         }
         let plane = self.shapes[child.0 as usize].plane;
         let span = bound.span_of(1);
-        let Some(point) = self.local_point(plane) else { return Ok(Value::Poison) };
+        let Some(point) = self.local_point(plane) else {
+            return Ok(Value::Poison);
+        };
         let value = self.at_point(&bound.value(1).clone(), [Value::Vector(point)], span)?;
         if value.is_poison() {
             return Ok(Value::Poison);
@@ -165,7 +201,11 @@ impl<'a> Elaborator<'a> {
         let width = if plane { 2 } else { 3 };
         let point = match parts(&value) {
             Some((Form::Vector(len), numbers)) if len == width => {
-                let z = if plane { self.graph.coordinate(2) } else { numbers[2].id };
+                let z = if plane {
+                    self.graph.coordinate(2)
+                } else {
+                    numbers[2].id
+                };
                 [numbers[0].id, numbers[1].id, z]
             }
             _ => {
@@ -173,12 +213,18 @@ impl<'a> Elaborator<'a> {
                 return Ok(self.wrong(&value, &wanted, span));
             }
         };
-        Ok(Value::Shape(self.add(ShapeKind::Warp { child, point }, plane, bound.span)))
+        Ok(Value::Shape(self.add(
+            ShapeKind::Warp { child, point },
+            plane,
+            bound.span,
+        )))
     }
 
     /// `noise(p, seed)`
     pub(crate) fn noise(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let Some(point) = self.noise_point(&bound) else { return Ok(Value::Poison) };
+        let Some(point) = self.noise_point(&bound) else {
+            return Ok(Value::Poison);
+        };
         let seed = bound.number(1);
         let id = self.graph.apply(Op::Noise, Some(point), &[], &[seed]);
         Ok(Value::Number(Number::plain(id)))
@@ -199,7 +245,9 @@ impl<'a> Elaborator<'a> {
 
     /// `fbm(p, octaves, seed, gain, lacunarity)` and `ridge(..)`: noise at several scales.
     pub(crate) fn octaves(&mut self, op: Op, bound: Bound<'a>) -> Outcome<'a> {
-        let Some(point) = self.noise_point(&bound) else { return Ok(Value::Poison) };
+        let Some(point) = self.noise_point(&bound) else {
+            return Ok(Value::Poison);
+        };
         let what = "the number of octaves";
         let demand = Demand::new(what, bound.span_of(1));
         let Some(count) = self.demand(bound.number(1), &demand) else {
@@ -207,7 +255,8 @@ impl<'a> Elaborator<'a> {
         };
         if !(1.0..=MAX_OCTAVES).contains(&count) || count.fract() != 0.0 {
             let count = super::bound::short(count);
-            let message = format!("{what} is a whole number from 1 to {MAX_OCTAVES}, and this is {count}");
+            let message =
+                format!("{what} is a whole number from 1 to {MAX_OCTAVES}, and this is {count}");
             self.report(Diagnostic::error(codes::E0401, bound.span_of(1), message));
             return Ok(Value::Poison);
         }
@@ -228,7 +277,9 @@ impl<'a> Elaborator<'a> {
     /// `polygon(points)`
     pub(crate) fn polygon(&mut self, bound: Bound<'a>) -> Outcome<'a> {
         let span = bound.span_of(0);
-        let Some(elements) = self.elements_of(&bound, 0) else { return Ok(Value::Poison) };
+        let Some(elements) = self.elements_of(&bound, 0) else {
+            return Ok(Value::Poison);
+        };
         if elements.len() < 3 {
             let corners = super::arguments::count(elements.len(), "corner");
             let message = format!("a polygon has at least 3 corners, and this has {corners}");
@@ -250,7 +301,11 @@ impl<'a> Elaborator<'a> {
             points.push([x.id, y.id]);
         }
         points.dedup();
-        Ok(Value::Shape(self.add(ShapeKind::Polygon { points }, true, bound.span)))
+        Ok(Value::Shape(self.add(
+            ShapeKind::Polygon { points },
+            true,
+            bound.span,
+        )))
     }
 
     /// A material's field: a value, or a function of the point and the normal.
@@ -264,6 +319,19 @@ impl<'a> Elaborator<'a> {
         let normal = [0, 1, 2].map(|axis| Number::plain(self.graph.normal(axis)));
         let given = [Value::Vector(point), Value::Vector(Vector::three(normal))];
         self.at_point(&value, given.into_iter().take(params.clamp(1, 2)), span)
+    }
+
+    /// `color(shape, color)`: a colour, or a function of the point and the normal that gives one.
+    pub(crate) fn colored(&mut self, mut bound: Bound<'a>) -> Outcome<'a> {
+        let span = bound.span_of(1);
+        let value = self.surface_value(bound.value(1).clone(), span)?;
+        let material = match (self.as_color(&value), &value) {
+            (Some(color), _) => self.plain_material(color),
+            (None, Value::Material(id)) => *id,
+            (None, _) => return Ok(self.wrong(&value, "a color is wanted", span)),
+        };
+        bound.arguments[1].value = Value::Material(material);
+        self.painted(bound)
     }
 
     /// A shape in a material.
@@ -282,7 +350,10 @@ impl<'a> Elaborator<'a> {
 fn takes_vec2(function: &Value<'_>) -> bool {
     match function {
         Value::Function(closure) => closure.params.first().is_some_and(|param| {
-            param.annotation.as_ref().is_some_and(|annotation| annotation.name == "vec2")
+            param
+                .annotation
+                .as_ref()
+                .is_some_and(|annotation| annotation.name == "vec2")
         }),
         _ => false,
     }

@@ -3,7 +3,7 @@
 
 use super::Elaborator;
 use super::measure::children;
-use crate::scene::{MaterialId, Material, Scene, ShapeId, ShapeKind};
+use crate::scene::{Material, MaterialId, Scene, ShapeId, ShapeKind};
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::table::Op;
 
@@ -64,19 +64,32 @@ impl<'a> Elaborator<'a> {
         let span = self.shapes[root.0 as usize].span;
         let plane = self.shapes[root.0 as usize].plane;
         let fits = |e: &Self, id: &ShapeId| e.shapes[id.0 as usize].plane == plane;
-        let only: Vec<ShapeId> = self.only.iter().copied().filter(|id| fits(self, id)).collect();
+        let only: Vec<ShapeId> = self
+            .only
+            .iter()
+            .copied()
+            .filter(|id| fits(self, id))
+            .collect();
         if !only.is_empty()
             && let Some(shown) = self.combined(Op::Union, Vec::new(), only, span)
         {
             root = shown;
         }
-        let ghosts: Vec<ShapeId> =
-            self.ghosts.iter().copied().filter(|id| fits(self, id) || self.is_nothing(root)).collect();
+        let ghosts: Vec<ShapeId> = self
+            .ghosts
+            .iter()
+            .copied()
+            .filter(|id| fits(self, id) || self.is_nothing(root))
+            .collect();
         if !ghosts.is_empty() {
             let pale = self.srgb([0xb9, 0xd3, 0xf2, 255]);
             let default = self.materials[0].clone();
             let name = "ghost".to_owned();
-            let material = self.material(Material { name, albedo: pale, ..default });
+            let material = self.material(Material {
+                name,
+                albedo: pale,
+                ..default
+            });
             let mut shapes = vec![root];
             for child in ghosts {
                 let plane = self.shapes[child.0 as usize].plane;
@@ -93,7 +106,10 @@ impl<'a> Elaborator<'a> {
     fn check_depth(&mut self) {
         let mut depths: Vec<u32> = Vec::with_capacity(self.shapes.len());
         for shape in &self.shapes {
-            let inner = children(&shape.kind).iter().map(|id| depths[id.0 as usize]).max();
+            let inner = children(&shape.kind)
+                .iter()
+                .map(|id| depths[id.0 as usize])
+                .max();
             depths.push(inner.map_or(1, |depth| depth + 1));
         }
         if let Some(at) = depths.iter().position(|depth| *depth > MAX_SHAPE_DEPTH) {

@@ -25,7 +25,10 @@ impl<'a> Globals<'a> {
     /// What a name means where `horizon` definitions stand before.
     pub(crate) fn get(&self, name: &str, horizon: u32) -> Option<&Value<'a>> {
         let definitions = self.names.get(name)?;
-        let before = definitions.iter().rev().find(|(position, _)| *position < horizon);
+        let before = definitions
+            .iter()
+            .rev()
+            .find(|(position, _)| *position < horizon);
         before.map(|(_, value)| value)
     }
     /// All names, in the order of their definition.
@@ -38,7 +41,11 @@ impl<'a> Elaborator<'a> {
     /// Evaluates all files.
     pub(crate) fn run(&mut self) -> Result<(), Halt> {
         let modules = self.modules;
-        for item in modules.last().into_iter().flat_map(|module| &module.file.items) {
+        for item in modules
+            .last()
+            .into_iter()
+            .flat_map(|module| &module.file.items)
+        {
             if let ItemKind::Block(block) = &item.kind
                 && block.kind.name == "scene"
             {
@@ -92,7 +99,12 @@ impl<'a> Elaborator<'a> {
     }
 
     fn outermost(&self, module: usize, horizon: u32) -> Here<'a> {
-        Here { scope: Scope::default(), module, horizon, blend: None }
+        Here {
+            scope: Scope::default(),
+            module,
+            horizon,
+            blend: None,
+        }
     }
 
     /// Evaluates an item; gives the name that it defines.

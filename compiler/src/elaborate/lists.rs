@@ -28,7 +28,9 @@ impl<'a> Elaborator<'a> {
 
     /// `map(list, f)`
     pub(crate) fn map(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let Some(list) = self.elements_of(&bound, 0) else { return Ok(Value::Poison) };
+        let Some(list) = self.elements_of(&bound, 0) else {
+            return Ok(Value::Poison);
+        };
         let function = bound.value(1).clone();
         let mut results = Vec::with_capacity(list.len());
         for value in list.iter() {
@@ -42,7 +44,9 @@ impl<'a> Elaborator<'a> {
 
     /// `filter(list, f)`
     pub(crate) fn filter(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let Some(list) = self.elements_of(&bound, 0) else { return Ok(Value::Poison) };
+        let Some(list) = self.elements_of(&bound, 0) else {
+            return Ok(Value::Poison);
+        };
         let function = bound.value(1).clone();
         let mut results = Vec::new();
         for value in list.iter() {
@@ -61,7 +65,9 @@ impl<'a> Elaborator<'a> {
 
     /// `fold(list, start, f)`: `f(f(start, first), second)` and so on.
     pub(crate) fn fold(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let Some(list) = self.elements_of(&bound, 0) else { return Ok(Value::Poison) };
+        let Some(list) = self.elements_of(&bound, 0) else {
+            return Ok(Value::Poison);
+        };
         let function = bound.value(2).clone();
         let mut result = bound.value(1).clone();
         for value in list.iter() {
@@ -75,7 +81,9 @@ impl<'a> Elaborator<'a> {
 
     /// `sum(list)`
     pub(crate) fn sum(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let Some(list) = self.elements_of(&bound, 0) else { return Ok(Value::Poison) };
+        let Some(list) = self.elements_of(&bound, 0) else {
+            return Ok(Value::Poison);
+        };
         let zero = Number::int(self.graph.constant(0.0));
         let mut result = Value::Number(zero);
         let span = bound.span_of(0);
@@ -87,7 +95,9 @@ impl<'a> Elaborator<'a> {
 
     /// `at(list, index)`, counted from zero.
     pub(crate) fn element_at(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let Some(list) = self.elements_of(&bound, 0) else { return Ok(Value::Poison) };
+        let Some(list) = self.elements_of(&bound, 0) else {
+            return Ok(Value::Poison);
+        };
         let span = bound.span_of(1);
         let demand = Demand::new("the place in a list", span);
         let Some(index) = self.demand(bound.number(1), &demand) else {
@@ -97,11 +107,7 @@ impl<'a> Elaborator<'a> {
         match found.flatten() {
             Some(value) => Ok(value.clone()),
             None => {
-                let message = format!(
-                    "a list of {} has no element {}",
-                    list.len(),
-                    short(index)
-                );
+                let message = format!("a list of {} has no element {}", list.len(), short(index));
                 let help = "elements are counted from 0";
                 self.report(Diagnostic::error(codes::E0410, span, message).help(help));
                 Ok(Value::Poison)
@@ -111,7 +117,9 @@ impl<'a> Elaborator<'a> {
 
     /// `reverse(list)`
     pub(crate) fn reverse(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let Some(list) = self.elements_of(&bound, 0) else { return Ok(Value::Poison) };
+        let Some(list) = self.elements_of(&bound, 0) else {
+            return Ok(Value::Poison);
+        };
         Ok(Value::List(list.iter().rev().cloned().collect()))
     }
 
@@ -136,7 +144,12 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         }
         let values: Rc<[Value<'a>]> = match call.given.as_slice() {
-            [only] if matches!(only.value, Value::Range(_) | Value::Vector(_) | Value::List(_)) => {
+            [only]
+                if matches!(
+                    only.value,
+                    Value::Range(_) | Value::Vector(_) | Value::List(_)
+                ) =>
+            {
                 match self.elements(only.value.clone(), only.span) {
                     Some(list) => list,
                     None => return Ok(Value::Poison),
@@ -162,12 +175,19 @@ impl<'a> Elaborator<'a> {
             hash ^= hash >> 31;
         }
         let share = (hash >> 11) as f64 / (1_u64 << 53) as f64;
-        Ok(Value::Number(Number::of(self.graph.constant(share), Quantity::Plain)))
+        Ok(Value::Number(Number::of(
+            self.graph.constant(share),
+            Quantity::Plain,
+        )))
     }
 
     /// `print(..)`
     pub(crate) fn print(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        let texts: Vec<String> = call.given.iter().map(|given| self.display(&given.value)).collect();
+        let texts: Vec<String> = call
+            .given
+            .iter()
+            .map(|given| self.display(&given.value))
+            .collect();
         self.printed.push(texts.join(" "));
         // `x.print()` goes on with `x`.
         Ok(match call.given.into_iter().next() {
@@ -178,7 +198,11 @@ impl<'a> Elaborator<'a> {
 
     /// `str(..)`: values as text.
     pub(crate) fn text(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        let texts: String = call.given.iter().map(|given| self.display(&given.value)).collect();
+        let texts: String = call
+            .given
+            .iter()
+            .map(|given| self.display(&given.value))
+            .collect();
         Ok(Value::Text(texts.as_str().into()))
     }
 

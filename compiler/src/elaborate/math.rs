@@ -2,6 +2,7 @@
 
 use super::Elaborator;
 use super::arguments::{Invocation, count};
+use super::bound::short;
 use super::evaluate::Outcome;
 use super::numbers::{Form, assembled, parts};
 use super::value::{Number, Quantity, Value, Vector};
@@ -34,7 +35,12 @@ pub(crate) struct MathRow {
 }
 
 const fn row(name: &'static str, op: Op, arity: usize, gives: Gives) -> MathRow {
-    MathRow { name, op, arity, gives }
+    MathRow {
+        name,
+        op,
+        arity,
+        gives,
+    }
 }
 
 /// The functions that are rows of the table.
@@ -75,6 +81,22 @@ impl MathRow {
     pub(crate) fn of(name: &str) -> Option<&'static MathRow> {
         MATH.iter().find(|row| row.name == name)
     }
+    /// Its arguments, for the reference.
+    pub(crate) fn arguments(&self) -> &'static str {
+        match (self.op, self.arity) {
+            (Op::Step, _) => "edge, x",
+            (Op::Smoothstep, _) => "low, high, x",
+            (Op::Clamp, _) => "x, low, high",
+            (Op::Mix, _) => "a, b, t",
+            (Op::Atan2, _) => "y, x",
+            (_, 1) => "x",
+            _ => "a, b",
+        }
+    }
+    /// Its meaning.
+    pub(crate) fn doc(&self) -> &'static str {
+        self.op.row().doc.trim()
+    }
     /// Its name.
     pub(crate) fn name(&self) -> &'static str {
         self.name
@@ -94,9 +116,13 @@ impl<'a> Elaborator<'a> {
             let id = e.op(row.op, &ids);
             e.finite(id, call.span)?;
             let makes_whole = matches!(row.op, Op::Floor | Op::Ceil | Op::Round | Op::Trunc);
-            let whole = makes_whole && quantity == Quantity::Plain
-                || row.op == Op::Abs && numbers[0].whole;
-            Some(Number { id, quantity, whole })
+            let whole =
+                makes_whole && quantity == Quantity::Plain || row.op == Op::Abs && numbers[0].whole;
+            Some(Number {
+                id,
+                quantity,
+                whole,
+            })
         })
     }
 
@@ -119,7 +145,10 @@ impl<'a> Elaborator<'a> {
             Gives::Mix => same(&numbers[..2]),
         };
         if quantity.is_none() {
-            let nouns: Vec<&str> = numbers.iter().map(|number| number.quantity.noun()).collect();
+            let nouns: Vec<&str> = numbers
+                .iter()
+                .map(|number| number.quantity.noun())
+                .collect();
             let message = format!("`{}` does not go with {}", call.name, nouns.join(" and "));
             self.report(Diagnostic::error(codes::E0303, call.span, message));
         }
@@ -136,7 +165,9 @@ impl<'a> Elaborator<'a> {
         let value = self.graph.as_constant(numbers[0].id);
         let message = match (row.op, value) {
             (Op::Sqrt, Some(v)) if v < 0.0 => "this is the square root of a negative number",
-            (Op::InverseSqrt, Some(v)) if v <= 0.0 => "this is one over the square root of zero or less",
+            (Op::InverseSqrt, Some(v)) if v <= 0.0 => {
+                "this is one over the square root of zero or less"
+            }
             (Op::Ln | Op::Log2, Some(v)) if v <= 0.0 => "this is the logarithm of zero or less",
             (Op::Asin | Op::Acos, Some(v)) if v.abs() > 1.0 + 1e-9 => {
                 "no angle has this sine or cosine: it lies beyond -1 or 1"
@@ -205,7 +236,9 @@ impl<'a> Elaborator<'a> {
         call: &Invocation<'a>,
         mut compute: impl FnMut(&mut Self, &[Number]) -> Option<Number>,
     ) -> Value<'a> {
-        let Some((form, all)) = self.common_form(call) else { return Value::Poison };
+        let Some((form, all)) = self.common_form(call) else {
+            return Value::Poison;
+        };
         let mut results = Vec::with_capacity(4);
         for i in 0..form.len() {
             let numbers: Vec<Number> = all.iter().map(|numbers| numbers[i]).collect();
@@ -236,7 +269,11 @@ impl<'a> Elaborator<'a> {
                     return None;
                 };
                 let id = e.op(op, &[result.id, number.id]);
-                result = Number { id, quantity, whole: result.whole && number.whole };
+                result = Number {
+                    id,
+                    quantity,
+                    whole: result.whole && number.whole,
+                };
             }
             Some(result)
         }))
@@ -244,7 +281,9 @@ impl<'a> Elaborator<'a> {
 
     /// A call with one list or vector as a call with its elements.
     fn spread(&mut self, call: &Invocation<'a>) -> Option<Invocation<'a>> {
-        let [only] = call.given.as_slice() else { return Some(call.clone()) };
+        let [only] = call.given.as_slice() else {
+            return Some(call.clone());
+        };
         let elements: Vec<Value<'a>> = match &only.value {
             Value::List(list) => list.to_vec(),
             Value::Vector(vector) => vector.parts().iter().map(|n| Value::Number(*n)).collect(),
@@ -260,7 +299,10 @@ impl<'a> Elaborator<'a> {
             value,
             span: only.span,
         });
-        Some(Invocation { given: given.collect(), ..call.clone() })
+        Some(Invocation {
+            given: given.collect(),
+            ..call.clone()
+        })
     }
 
     /// `pow(a, b)`; small whole powers are products, which hold for negative numbers too.
@@ -270,7 +312,10 @@ impl<'a> Elaborator<'a> {
         }
         Ok(self.componentwise(&call, |e, numbers| {
             let [base, exponent] = [numbers[0], numbers[1]];
-            let whole = e.graph.as_constant(exponent.id).filter(|n| n.fract() == 0.0 && n.abs() <= 16.0);
+            let whole = e
+                .graph
+                .as_constant(exponent.id)
+                .filter(|n| n.fract() == 0.0 && n.abs() <= 16.0);
             let Some(n) = whole else {
                 if e.graph.as_constant(base.id).is_some_and(|base| base < 0.0) {
                     let message = "a negative number has no power that is not whole";
@@ -285,11 +330,19 @@ impl<'a> Elaborator<'a> {
             for _ in 0..n.abs() as u32 {
                 let quantity = result.quantity.product(base.quantity);
                 let id = e.op(Op::Mul, &[result.id, base.id]);
-                result = Number { id, quantity, whole: result.whole && base.whole };
+                result = Number {
+                    id,
+                    quantity,
+                    whole: result.whole && base.whole,
+                };
             }
             if n < 0.0 {
                 if e.graph.as_constant(result.id) == Some(0.0) {
-                    e.report(Diagnostic::error(codes::E0402, call.span, "this divides by zero"));
+                    e.report(Diagnostic::error(
+                        codes::E0402,
+                        call.span,
+                        "this divides by zero",
+                    ));
                     return None;
                 }
                 let one = e.graph.constant(1.0);
@@ -335,8 +388,14 @@ impl<'a> Elaborator<'a> {
 
     /// `dot(a, b)`
     pub(crate) fn dot(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        let Some((form, all)) = self.vectors(&call, 2) else { return Ok(Value::Poison) };
-        Ok(Value::Number(self.sum_of_products(form.len(), &all[0], &all[1])))
+        let Some((form, all)) = self.vectors(&call, 2) else {
+            return Ok(Value::Poison);
+        };
+        Ok(Value::Number(self.sum_of_products(
+            form.len(),
+            &all[0],
+            &all[1],
+        )))
     }
 
     fn norm(&mut self, len: usize, v: &[Number; 4]) -> Number {
@@ -346,13 +405,17 @@ impl<'a> Elaborator<'a> {
 
     /// `length(v)`
     pub(crate) fn length(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        let Some((form, all)) = self.vectors(&call, 1) else { return Ok(Value::Poison) };
+        let Some((form, all)) = self.vectors(&call, 1) else {
+            return Ok(Value::Poison);
+        };
         Ok(Value::Number(self.norm(form.len(), &all[0])))
     }
 
     /// `distance(a, b)`
     pub(crate) fn distance(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        let Some((form, all)) = self.vectors(&call, 2) else { return Ok(Value::Poison) };
+        let Some((form, all)) = self.vectors(&call, 2) else {
+            return Ok(Value::Poison);
+        };
         let mut between = all[0];
         for i in 0..form.len() {
             between[i].id = self.op(Op::Sub, &[all[0][i].id, all[1][i].id]);
@@ -362,7 +425,9 @@ impl<'a> Elaborator<'a> {
 
     /// `normalize(v)`
     pub(crate) fn normalize(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        let Some((form, all)) = self.vectors(&call, 1) else { return Ok(Value::Poison) };
+        let Some((form, all)) = self.vectors(&call, 1) else {
+            return Ok(Value::Poison);
+        };
         let norm = self.norm(form.len(), &all[0]);
         if self.graph.as_constant(norm.id) == Some(0.0) {
             let message = "the zero vector has no direction";
@@ -378,7 +443,9 @@ impl<'a> Elaborator<'a> {
 
     /// `cross(a, b)`
     pub(crate) fn cross(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        let Some((form, all)) = self.vectors(&call, 2) else { return Ok(Value::Poison) };
+        let Some((form, all)) = self.vectors(&call, 2) else {
+            return Ok(Value::Poison);
+        };
         if form != Form::Vector(3) {
             let message = "`cross` is of two vec3";
             self.report(Diagnostic::error(codes::E0311, call.span, message));
@@ -422,6 +489,108 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         }
         Ok(Vector::from_slice(&numbers).map_or(Value::Poison, Value::Vector))
+    }
+
+    /// `saturate(x)`: kept within 0 and 1.
+    pub(crate) fn saturate(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        if self.wrong_count(&call, 1..=1) {
+            return Ok(Value::Poison);
+        }
+        Ok(self.componentwise(&call, |e, numbers| {
+            let (zero, one) = (e.graph.constant(0.0), e.graph.constant(1.0));
+            Some(Number::plain(e.op(Op::Clamp, &[numbers[0].id, zero, one])))
+        }))
+    }
+
+    /// `radians(x)`: a bare number of degrees as an angle.
+    pub(crate) fn radians(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        self.scaled(call, 1.0_f64.to_radians(), Quantity::Angle)
+    }
+
+    /// `degrees(angle)`: an angle as a bare number of degrees.
+    pub(crate) fn degrees(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        self.scaled(call, 1.0_f64.to_degrees(), Quantity::Plain)
+    }
+
+    fn scaled(&mut self, call: Invocation<'a>, factor: f64, quantity: Quantity) -> Outcome<'a> {
+        if self.wrong_count(&call, 1..=1) {
+            return Ok(Value::Poison);
+        }
+        Ok(self.componentwise(&call, |e, numbers| {
+            let factor = e.graph.constant(factor);
+            Some(Number::of(
+                e.op(Op::Mul, &[numbers[0].id, factor]),
+                quantity,
+            ))
+        }))
+    }
+
+    /// `fma(a, b, c)`: `a * b + c`.
+    pub(crate) fn product_and_sum(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        if self.wrong_count(&call, 3..=3) {
+            return Ok(Value::Poison);
+        }
+        Ok(self.componentwise(&call, |e, numbers| {
+            let product = e.op(Op::Mul, &[numbers[0].id, numbers[1].id]);
+            let quantity = numbers[0].quantity.product(numbers[1].quantity);
+            Some(Number::of(
+                e.op(Op::Add, &[product, numbers[2].id]),
+                quantity,
+            ))
+        }))
+    }
+
+    /// The inverse hyperbolic functions, by logarithms.
+    pub(crate) fn area(&mut self, op: Op, call: Invocation<'a>) -> Outcome<'a> {
+        if self.wrong_count(&call, 1..=1) {
+            return Ok(Value::Poison);
+        }
+        Ok(self.componentwise(&call, |e, numbers| {
+            let x = numbers[0].id;
+            let one = e.graph.constant(1.0);
+            let logarithm = match op {
+                Op::Tanh => {
+                    let (above, below) = (e.op(Op::Add, &[one, x]), e.op(Op::Sub, &[one, x]));
+                    let quotient = e.op(Op::Div, &[above, below]);
+                    let (half, logarithm) = (e.graph.constant(0.5), e.op(Op::Ln, &[quotient]));
+                    e.op(Op::Mul, &[half, logarithm])
+                }
+                _ => {
+                    // The magnitude, for a sum without cancellation.
+                    let size = e.op(Op::Abs, &[x]);
+                    let square = e.op(Op::Mul, &[x, x]);
+                    let shifted = if op == Op::Sinh { Op::Add } else { Op::Sub };
+                    let under = e.op(shifted, &[square, one]);
+                    let root = e.op(Op::Sqrt, &[under]);
+                    let sum = e.op(Op::Add, &[size, root]);
+                    let logarithm = e.op(Op::Ln, &[sum]);
+                    let sign = if op == Op::Sinh {
+                        e.op(Op::Sign, &[x])
+                    } else {
+                        one
+                    };
+                    e.op(Op::Mul, &[sign, logarithm])
+                }
+            };
+            e.finite(logarithm, call.span)?;
+            Some(Number::plain(logarithm))
+        }))
+    }
+
+    /// `reflect(v, n)` of vectors: `v - 2 * dot(v, n) * n`.
+    pub(crate) fn reflected(&mut self, call: Invocation<'a>) -> Outcome<'a> {
+        let Some((form, all)) = self.vectors(&call, 2) else {
+            return Ok(Value::Poison);
+        };
+        let along = self.sum_of_products(form.len(), &all[0], &all[1]);
+        let two = self.graph.constant(2.0);
+        let twice = self.op(Op::Mul, &[two, along.id]);
+        let mut result = all[0];
+        for (part, normal) in result.iter_mut().zip(all[1]) {
+            let by = self.op(Op::Mul, &[twice, normal.id]);
+            part.id = self.op(Op::Sub, &[part.id, by]);
+        }
+        Ok(assembled(form, &result))
     }
 
     /// `rgb(r, g, b)`: a colour from linear numbers.
@@ -484,18 +653,18 @@ impl<'a> Elaborator<'a> {
     /// The text of a value, for `print`, messages and sums of texts.
     pub(crate) fn display(&mut self, value: &Value<'a>) -> String {
         match value {
-            Value::Number(number) => self.display_number(number.id),
+            Value::Number(number) => self.display_number(*number),
             Value::Bool(id) => match self.graph.as_constant(*id) {
                 Some(truth) => (truth != 0.0).to_string(),
                 None => (self.present(*id) != 0.0).to_string(),
             },
             Value::Text(text) => text.to_string(),
             Value::Vector(vector) => {
-                let parts = vector.parts().iter().map(|n| self.display_number(n.id));
+                let parts = vector.parts().iter().map(|n| self.display_number(*n));
                 format!("[{}]", parts.collect::<Vec<_>>().join(", "))
             }
             Value::Color(parts) => {
-                let parts = parts.map(|id| self.display_number(id));
+                let parts = parts.map(|id| self.display_number(Number::plain(id)));
                 format!("rgb({})", parts.join(", "))
             }
             Value::List(list) => {
@@ -503,16 +672,24 @@ impl<'a> Elaborator<'a> {
                 format!("[{}]", parts.join(", "))
             }
             Value::Range(range) => {
-                let (start, end) = (self.display_number(range.start.id), self.display_number(range.end.id));
+                let (start, end) = (
+                    self.display_number(range.start),
+                    self.display_number(range.end),
+                );
                 format!("{start}{}{end}", if range.inclusive { "..=" } else { ".." })
             }
             other => self.describe(other),
         }
     }
 
-    fn display_number(&mut self, id: ExprId) -> String {
-        let value = self.present(id);
-        if value.is_nan() { "(depends on the point)".to_owned() } else { super::bound::short(value) }
+    fn display_number(&mut self, number: Number) -> String {
+        let value = self.present(number.id);
+        match number.quantity {
+            _ if value.is_nan() => "(depends on the point)".to_owned(),
+            Quantity::Angle => format!("{}deg", short(value.to_degrees())),
+            Quantity::Time => format!("{}s", short(value)),
+            Quantity::Plain | Quantity::Length(_) => short(value),
+        }
     }
 
     /// A span's first argument, or the call's.

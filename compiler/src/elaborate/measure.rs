@@ -35,13 +35,19 @@ impl<'a> Elaborator<'a> {
             let present = &mut self.present;
             let mut value = |id| present.value(graph, params, time, id);
             let bounds = bounds_of(shape, &self.boxes, graph, &mut value);
-            let numbers_are_constant =
-                numbers(&shape.kind).iter().all(|&id| follows_nothing(graph, id));
+            let numbers_are_constant = numbers(&shape.kind)
+                .iter()
+                .all(|&id| follows_nothing(graph, id));
             let children = children(&shape.kind);
             let is_constant = numbers_are_constant
-                && children.iter().all(|id| self.measures[id.0 as usize].is_constant);
+                && children
+                    .iter()
+                    .all(|id| self.measures[id.0 as usize].is_constant);
             self.boxes.push(bounds);
-            self.measures.push(Measure { bounds, is_constant });
+            self.measures.push(Measure {
+                bounds,
+                is_constant,
+            });
         }
         self.measures[id.0 as usize]
     }
@@ -85,8 +91,15 @@ fn follows_nothing(graph: &Expressions, id: ExprId) -> bool {
         }
         match graph.get(id) {
             Expression::Param(..) | Expression::Time => return false,
-            Expression::Constant(_) | Expression::Coordinate(_) | Expression::NormalComponent(_) => {}
-            Expression::Apply { point, values, parameters, .. } => {
+            Expression::Constant(_)
+            | Expression::Coordinate(_)
+            | Expression::NormalComponent(_) => {}
+            Expression::Apply {
+                point,
+                values,
+                parameters,
+                ..
+            } => {
                 pending.extend(point.iter().flatten().chain(values).chain(parameters));
             }
         }
@@ -103,9 +116,7 @@ fn numbers(kind: &ShapeKind) -> Vec<ExprId> {
         | ShapeKind::Distance { parameters, .. } => parameters.clone(),
         ShapeKind::Field { value, .. } => vec![*value],
         ShapeKind::Polygon { points } => points.iter().flatten().copied().collect(),
-        ShapeKind::Frame { matrix, scale, .. } => {
-            matrix.iter().copied().chain([*scale]).collect()
-        }
+        ShapeKind::Frame { matrix, scale, .. } => matrix.iter().copied().chain([*scale]).collect(),
         ShapeKind::Warp { point, .. } => point.to_vec(),
         ShapeKind::Displace { amount, .. } => vec![*amount],
         ShapeKind::Painted { .. } | ShapeKind::Nothing => Vec::new(),

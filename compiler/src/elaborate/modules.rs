@@ -51,7 +51,11 @@ impl Module {
     /// not be read.
     pub(crate) fn import(&self, alias: &str) -> Option<Option<usize>> {
         // The latest of a name holds.
-        self.imports.iter().rev().find(|(name, ..)| name == alias).map(|(.., module)| *module)
+        self.imports
+            .iter()
+            .rev()
+            .find(|(name, ..)| name == alias)
+            .map(|(.., module)| *module)
     }
     /// The names of its imports.
     pub(crate) fn import_names(&self) -> impl Iterator<Item = &str> {
@@ -92,7 +96,9 @@ pub(crate) fn load(
         files: 1,
     };
     loading.module(file, "")?;
-    Some(Modules { all: loading.modules })
+    Some(Modules {
+        all: loading.modules,
+    })
 }
 
 struct Loading<'l> {
@@ -114,7 +120,8 @@ impl Loading<'_> {
         let (file, messages) = parse(self.sources, id);
         // Warnings are for the file that the user works on.
         let is_own = path.is_empty();
-        self.found.extend(messages.into_iter().filter(|m| is_own || m.is_error()));
+        self.found
+            .extend(messages.into_iter().filter(|m| is_own || m.is_error()));
         let file = file?;
         let mut imports = Vec::new();
         let mut defined = Vec::new();
@@ -134,7 +141,11 @@ impl Loading<'_> {
                 ItemKind::Expr(_) => {}
             }
         }
-        self.modules.push(Module { file, imports, defined });
+        self.modules.push(Module {
+            file,
+            imports,
+            defined,
+        });
         Some(self.modules.len() - 1)
     }
 
@@ -162,7 +173,8 @@ impl Loading<'_> {
         self.known.insert(path.clone(), None);
         if self.files == MAX_FILES {
             let message = format!("a scene is made of at most {MAX_FILES} files");
-            self.found.push(Diagnostic::error(codes::E0210, import.path_span, message));
+            self.found
+                .push(Diagnostic::error(codes::E0210, import.path_span, message));
             return None;
         }
         let text = match self.text(&path, import) {

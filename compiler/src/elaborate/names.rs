@@ -98,7 +98,11 @@ impl<'a> Names<'a, '_> {
                         }
                     }
                     if let (Some(name), "material" | "record") = (&block.name, kind) {
-                        let what = if kind == "material" { "material" } else { "record" };
+                        let what = if kind == "material" {
+                            "material"
+                        } else {
+                            "record"
+                        };
                         self.define(&name.name, name.span, what, self.horizon);
                     }
                 }
@@ -124,15 +128,31 @@ impl<'a> Names<'a, '_> {
                 .collect();
             unused.sort_unstable_by_key(|(_, span)| *span);
             for (alias, span) in unused {
-                let defined = Defined { name: alias, span, what: "import", is_used: false };
+                let defined = Defined {
+                    name: alias,
+                    span,
+                    what: "import",
+                    is_used: false,
+                };
                 self.tell_unused(&defined);
             }
         }
     }
 
     fn define(&mut self, name: &'a str, span: Span, what: &'static str, position: u32) {
-        self.latest.entry(name).or_default().push(self.globals.len());
-        self.globals.push((position, Defined { name, span, what, is_used: what.is_empty() }));
+        self.latest
+            .entry(name)
+            .or_default()
+            .push(self.globals.len());
+        self.globals.push((
+            position,
+            Defined {
+                name,
+                span,
+                what,
+                is_used: what.is_empty(),
+            },
+        ));
     }
 
     fn tell_unused(&mut self, defined: &Defined<'_>) {
@@ -141,21 +161,31 @@ impl<'a> Names<'a, '_> {
         }
         let message = format!("the {} `{}` is not used", defined.what, defined.name);
         let help = format!("remove it, or call it `_{}` if that is meant", defined.name);
-        self.reports.push(Diagnostic::warning(codes::W0201, defined.span, message).help(help));
+        self.reports
+            .push(Diagnostic::warning(codes::W0201, defined.span, message).help(help));
     }
 
     fn function(&mut self, params: &'a [FnParam], body: &'a Body, tells_unused: bool) {
         let outer = self.locals.len();
         for param in params {
             param.default.iter().for_each(|default| self.expr(default));
-            self.local(&param.name.name, param.name.span, if tells_unused { "argument" } else { "" });
+            self.local(
+                &param.name.name,
+                param.name.span,
+                if tells_unused { "argument" } else { "" },
+            );
         }
         self.body(body);
         self.leave(outer);
     }
 
     fn local(&mut self, name: &'a str, span: Span, what: &'static str) {
-        self.locals.push(Defined { name, span, what, is_used: what.is_empty() });
+        self.locals.push(Defined {
+            name,
+            span,
+            what,
+            is_used: what.is_empty(),
+        });
     }
 
     fn leave(&mut self, outer: usize) {
@@ -248,13 +278,21 @@ impl<'a> Names<'a, '_> {
     /// The first of several arguments of a blend is its kind.
     fn blend(&mut self, blend: &'a Args) {
         let names_kind = blend.args.len() > 1
-            && blend.args.first().is_some_and(|arg| arg.name.is_none() && word(&arg.value).is_some());
+            && blend
+                .args
+                .first()
+                .is_some_and(|arg| arg.name.is_none() && word(&arg.value).is_some());
         self.args(&blend.args[usize::from(names_kind)..]);
     }
 
     /// Marks a name as used; says whether it exists.
     fn mark(&mut self, name: &str) -> bool {
-        if let Some(local) = self.locals.iter_mut().rev().find(|local| local.name == name) {
+        if let Some(local) = self
+            .locals
+            .iter_mut()
+            .rev()
+            .find(|local| local.name == name)
+        {
             local.is_used = true;
             return true;
         }
@@ -282,8 +320,7 @@ impl<'a> Names<'a, '_> {
                         .chain(self.module.definitions())
                         .chain(vocabulary::names())
                         .collect();
-                    let diagnostic =
-                        unknown_name(codes::E0201, what, &only.name, only.span, known);
+                    let diagnostic = unknown_name(codes::E0201, what, &only.name, only.span, known);
                     self.reports.push(diagnostic);
                 }
             }

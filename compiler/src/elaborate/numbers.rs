@@ -53,7 +53,8 @@ pub(crate) fn parts(value: &Value<'_>) -> Option<(Form, [Number; 4])> {
         Value::Color([r, g, b]) => Some((Form::Color, [*r, *g, *b, *b].map(Number::plain))),
         // A list that a loop made is a vector where its length allows.
         Value::List(list) if (2..=4).contains(&list.len()) => {
-            let numbers: Option<Vec<Number>> = list.iter().map(super::evaluate::as_number).collect();
+            let numbers: Option<Vec<Number>> =
+                list.iter().map(super::evaluate::as_number).collect();
             parts(&Value::Vector(Vector::from_slice(&numbers?)?))
         }
         Value::Poison
@@ -162,7 +163,8 @@ impl<'a> Elaborator<'a> {
         spans: OperatorSpans,
     ) -> Option<Number> {
         let (left, sign, right) = spans;
-        if matches!(op, BinaryOp::Div | BinaryOp::Rem) && self.graph.as_constant(b.id) == Some(0.0) {
+        if matches!(op, BinaryOp::Div | BinaryOp::Rem) && self.graph.as_constant(b.id) == Some(0.0)
+        {
             let diagnostic = Diagnostic::error(codes::E0402, right, "this divides by zero")
                 .primary("it is zero");
             self.report(diagnostic);
@@ -187,14 +189,22 @@ impl<'a> Elaborator<'a> {
         let id = self.op(row, &[a.id, b.id]);
         let whole = a.whole && b.whole && op != BinaryOp::Div;
         self.finite(id, left.to(right))?;
-        Some(Number { id, quantity, whole })
+        Some(Number {
+            id,
+            quantity,
+            whole,
+        })
     }
 
     /// Reports a constant that is not finite.
     pub(crate) fn finite(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
         match self.graph.as_constant(id) {
             Some(value) if !value.is_finite() => {
-                let what = if value.is_nan() { "not a number" } else { "infinite" };
+                let what = if value.is_nan() {
+                    "not a number"
+                } else {
+                    "infinite"
+                };
                 let message = format!("the result of this is {what}");
                 self.report(Diagnostic::error(codes::E0403, span, message));
                 None
@@ -234,7 +244,11 @@ impl<'a> Elaborator<'a> {
                 let below = self.op(Op::Less, &[a, b]);
                 let above = self.op(Op::Less, &[b, a]);
                 let differ = self.op(Op::Or, &[below, above]);
-                if op == BinaryOp::NotEqual { differ } else { self.op(Op::Not, &[differ]) }
+                if op == BinaryOp::NotEqual {
+                    differ
+                } else {
+                    self.op(Op::Not, &[differ])
+                }
             }
         };
         Value::Bool(id)
@@ -322,7 +336,9 @@ impl<'a> Elaborator<'a> {
         otherwise: &Value<'a>,
     ) -> Option<Value<'a>> {
         if let (Value::Bool(a), Value::Bool(b)) = (then, otherwise) {
-            return Some(Value::Bool(self.graph.call(Op::Select, &[condition, *a, *b])));
+            return Some(Value::Bool(
+                self.graph.call(Op::Select, &[condition, *a, *b]),
+            ));
         }
         let ((left, a), (right, b)) = (parts(then)?, parts(otherwise)?);
         let form = left.with(right)?;
@@ -333,7 +349,11 @@ impl<'a> Elaborator<'a> {
                 true => a[i].id,
                 false => self.graph.call(Op::Select, &[condition, a[i].id, b[i].id]),
             };
-            numbers[i] = Number { id, quantity, whole: a[i].whole && b[i].whole };
+            numbers[i] = Number {
+                id,
+                quantity,
+                whole: a[i].whole && b[i].whole,
+            };
         }
         Some(assembled(form, &numbers))
     }
@@ -351,5 +371,9 @@ impl<'a> Elaborator<'a> {
 
 /// The light of an sRGB value between 0 and 1.
 pub(crate) fn linear(value: f64) -> f64 {
-    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+    if value <= 0.04045 {
+        value / 12.92
+    } else {
+        ((value + 0.055) / 1.055).powf(2.4)
+    }
 }

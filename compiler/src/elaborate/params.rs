@@ -33,7 +33,12 @@ impl Override {
         let (value, _) = parse(sources, literal);
         let value = value
             .filter(|file| file.items.is_empty() && file.result.as_ref().is_some_and(is_literal));
-        Self { name: name.to_owned(), text: text.to_owned(), file, value }
+        Self {
+            name: name.to_owned(),
+            text: text.to_owned(),
+            file,
+            value,
+        }
     }
 
     fn span(&self) -> Span {
@@ -98,8 +103,8 @@ impl<'a> Elaborator<'a> {
         };
         if let Some(other) = self.params.iter().find(|other| other.name == name) {
             let message = format!("there are two params `{name}`");
-            let diagnostic = Diagnostic::error(codes::E0214, span, message)
-                .label(other.span, "the first one");
+            let diagnostic =
+                Diagnostic::error(codes::E0214, span, message).label(other.span, "the first one");
             self.report(diagnostic);
             return Ok(Value::Poison);
         }
@@ -115,7 +120,11 @@ impl<'a> Elaborator<'a> {
             structural: false,
             span,
         };
-        if let Some(value) = declared.default.iter().find(|value| !declared.allows(**value)) {
+        if let Some(value) = declared
+            .default
+            .iter()
+            .find(|value| !declared.allows(**value))
+        {
             let message = format!(
                 "the value of `{}` is {}, outside its range {}",
                 declared.name,
@@ -144,8 +153,7 @@ impl<'a> Elaborator<'a> {
             return Ok(None);
         };
         let wrong = |message: String| {
-            Diagnostic::error(codes::E0407, param.span, message)
-                .label(given.span(), "given here")
+            Diagnostic::error(codes::E0407, param.span, message).label(given.span(), "given here")
         };
         let Some(expr) = given.value.as_ref().and_then(|file| file.result.as_ref()) else {
             let message = format!("`{}` is no value for `{}`", given.text, param.name);
@@ -153,7 +161,12 @@ impl<'a> Elaborator<'a> {
             self.report(wrong(message).help(help));
             return Ok(None);
         };
-        let here = Here { scope: Default::default(), module: self.root(), horizon: 0, blend: None };
+        let here = Here {
+            scope: Default::default(),
+            module: self.root(),
+            horizon: 0,
+            blend: None,
+        };
         let value = self.eval(&here, expr)?;
         let Some(numbers) = self.kind_numbers(param.kind, &value) else {
             let got = self.describe(&value);
@@ -164,7 +177,10 @@ impl<'a> Elaborator<'a> {
             return Ok(None);
         };
         if param.kind == ParamKind::Int && numbers.iter().any(|n| n.fract() != 0.0) {
-            let message = format!("`{}` is a whole number, and `{}` is not", param.name, given.text);
+            let message = format!(
+                "`{}` is a whole number, and `{}` is not",
+                param.name, given.text
+            );
             self.report(wrong(message));
             return Ok(None);
         }
@@ -219,9 +235,9 @@ impl<'a> Elaborator<'a> {
             Value::Number(number) => match number.quantity {
                 // Without a range, `2` may become 2.5; a range of whole numbers says that it may not.
                 Quantity::Plain if number.whole && range.is_some_and(|r| r.whole) => ParamKind::Int,
-                Quantity::Plain => {
-                    range.and_then(|r| quantity_kind(r.quantity)).unwrap_or(ParamKind::Float)
-                }
+                Quantity::Plain => range
+                    .and_then(|r| quantity_kind(r.quantity))
+                    .unwrap_or(ParamKind::Float),
                 quantity => quantity_kind(quantity)?,
             },
             Value::Bool(_) => ParamKind::Bool,
@@ -299,20 +315,25 @@ impl<'a> Elaborator<'a> {
         range: &'a ast::ParamRange,
     ) -> Result<Option<RangeOf>, Halt> {
         let mut bounds = Vec::new();
-        for expr in [Some(&range.start), Some(&range.end), range.step.as_ref()].into_iter().flatten()
+        for expr in [Some(&range.start), Some(&range.end), range.step.as_ref()]
+            .into_iter()
+            .flatten()
         {
             let Value::Number(number) = self.eval(here, expr)? else {
                 let message = "the range of a param is made of numbers";
                 self.report(Diagnostic::error(codes::E0301, expr.span, message));
                 return Ok(None);
             };
-            let Some(value) = self.demand(number.id, &Demand::new("the range of a param", expr.span))
+            let Some(value) =
+                self.demand(number.id, &Demand::new("the range of a param", expr.span))
             else {
                 return Ok(None);
             };
             bounds.push((number, value, expr.span));
         }
-        let quantity = bounds.iter().try_fold(Quantity::Plain, |q, (n, ..)| q.sum(n.quantity));
+        let quantity = bounds
+            .iter()
+            .try_fold(Quantity::Plain, |q, (n, ..)| q.sum(n.quantity));
         let Some(quantity) = quantity else {
             let message = "the ends of this range are of different kinds";
             self.report(Diagnostic::error(codes::E0303, range.span, message));
@@ -333,7 +354,14 @@ impl<'a> Elaborator<'a> {
             return Ok(None);
         }
         let whole = bounds.iter().all(|(number, ..)| number.whole);
-        Ok(Some(RangeOf { start, end, inclusive: range.inclusive, step, quantity, whole }))
+        Ok(Some(RangeOf {
+            start,
+            end,
+            inclusive: range.inclusive,
+            step,
+            quantity,
+            whole,
+        }))
     }
 
     /// What a parameter is in expressions.
@@ -352,13 +380,18 @@ impl<'a> Elaborator<'a> {
             ParamKind::Bool => Value::Bool(component(self, 0)),
             ParamKind::Color => Value::Color([0, 1, 2].map(|at| component(self, at))),
             ParamKind::Vec2 | ParamKind::Vec3 => {
-                let numbers: Vec<Number> =
-                    (0..param.value.len()).map(|at| Number::plain(component(self, at))).collect();
+                let numbers: Vec<Number> = (0..param.value.len())
+                    .map(|at| Number::plain(component(self, at)))
+                    .collect();
                 Vector::from_slice(&numbers).map_or(Value::Poison, Value::Vector)
             }
             _ => {
                 let whole = param.kind == ParamKind::Int;
-                Value::Number(Number { id: component(self, 0), quantity, whole })
+                Value::Number(Number {
+                    id: component(self, 0),
+                    quantity,
+                    whole,
+                })
             }
         }
     }
@@ -377,18 +410,31 @@ struct RangeOf {
 impl Param {
     /// Whether a value lies in the range.
     pub fn allows(&self, value: f64) -> bool {
-        let Some((low, high)) = self.range else { return value.is_finite() };
-        value >= low && if self.inclusive { value <= high } else { value < high || value == low }
+        let Some((low, high)) = self.range else {
+            return value.is_finite();
+        };
+        value >= low
+            && if self.inclusive {
+                value <= high
+            } else {
+                value < high || value == low
+            }
     }
 
     /// The range in words, in the units that are written in a scene.
     pub fn allowed(&self) -> String {
-        let Some((low, high)) = self.range else { return "any number".to_owned() };
+        let Some((low, high)) = self.range else {
+            return "any number".to_owned();
+        };
         let (low, high) = match self.kind {
             ParamKind::Angle => (low.to_degrees(), high.to_degrees()),
             _ => (low, high),
         };
-        let unit = if self.kind == ParamKind::Angle { "deg" } else { "" };
+        let unit = if self.kind == ParamKind::Angle {
+            "deg"
+        } else {
+            ""
+        };
         let dots = if self.inclusive { "..=" } else { ".." };
         format!("{}{unit}{dots}{}{unit}", short(low), short(high))
     }

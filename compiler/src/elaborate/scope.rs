@@ -18,7 +18,11 @@ struct Binding<'a> {
 impl<'a> Scope<'a> {
     /// This scope with one more name.
     pub(crate) fn with(&self, name: &'a str, value: Value<'a>) -> Self {
-        Self(Some(Rc::new(Binding { name, value, outer: self.clone() })))
+        Self(Some(Rc::new(Binding {
+            name,
+            value,
+            outer: self.clone(),
+        })))
     }
     /// What a name stands for, the latest of that name.
     pub(crate) fn get(&self, name: &str) -> Option<&Value<'a>> {

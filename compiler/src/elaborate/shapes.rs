@@ -29,7 +29,12 @@ impl<'a> Elaborator<'a> {
             self.reports.fill();
         }
         let id = ShapeId(self.shapes.len() as u32);
-        self.shapes.push(Shape { kind, plane, name: String::new(), span });
+        self.shapes.push(Shape {
+            kind,
+            plane,
+            name: String::new(),
+            span,
+        });
         id
     }
 
@@ -37,7 +42,10 @@ impl<'a> Elaborator<'a> {
     pub(crate) fn prepared(&mut self, op: Op, arguments: &[ExprId]) -> Vec<ExprId> {
         with_graph(&mut self.graph, || {
             let arguments: Vec<Symbolic> = arguments.iter().map(|&id| Symbolic(id)).collect();
-            prepare::<Symbolic>(op, &arguments).into_iter().map(|number| number.0).collect()
+            prepare::<Symbolic>(op, &arguments)
+                .into_iter()
+                .map(|number| number.0)
+                .collect()
         })
     }
 
@@ -53,24 +61,47 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0405, bound.span, message).help(help));
             return Value::Poison;
         }
-        let numbers: Vec<ExprId> = arguments.iter().flat_map(|a| a.numbers.iter().copied()).collect();
+        let numbers: Vec<ExprId> = arguments
+            .iter()
+            .flat_map(|a| a.numbers.iter().copied())
+            .collect();
         let parameters = self.prepared(op, &numbers);
         let id = match row.meta.category {
             Category::Shape3 => {
                 let id = self.add(ShapeKind::Primitive { op, parameters }, false, bound.span);
-                if has_axis(op) { self.upright(id, bound.span) } else { id }
+                if has_axis(op) {
+                    self.upright(id, bound.span)
+                } else {
+                    id
+                }
             }
             Category::Shape2 => self.add(ShapeKind::Primitive { op, parameters }, true, bound.span),
             Category::Domain => {
                 let child = bound.shape(0);
                 let plane = self.shapes[child.0 as usize].plane;
-                self.add(ShapeKind::Domain { op, child, parameters }, plane, bound.span)
+                self.add(
+                    ShapeKind::Domain {
+                        op,
+                        child,
+                        parameters,
+                    },
+                    plane,
+                    bound.span,
+                )
             }
             Category::Dimension | Category::Distance => {
                 let child = bound.shape(0);
-                let plane = self.shapes[child.0 as usize].plane
-                    && row.meta.category == Category::Distance;
-                self.add(ShapeKind::Distance { op, child, parameters }, plane, bound.span)
+                let plane =
+                    self.shapes[child.0 as usize].plane && row.meta.category == Category::Distance;
+                self.add(
+                    ShapeKind::Distance {
+                        op,
+                        child,
+                        parameters,
+                    },
+                    plane,
+                    bound.span,
+                )
             }
             Category::Combine | Category::Math | Category::Internal => {
                 unreachable!("`{}` is no word of the language", row.name)
@@ -80,12 +111,10 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Whether a row from one point to another is given the same point twice.
-    fn are_equal_ends<'n>(
-        &self,
-        op: Op,
-        arguments: impl Iterator<Item = &'n [ExprId]>,
-    ) -> bool {
-        let Some(language) = &op.row().meta.language else { return false };
+    fn are_equal_ends<'n>(&self, op: Op, arguments: impl Iterator<Item = &'n [ExprId]>) -> bool {
+        let Some(language) = &op.row().meta.language else {
+            return false;
+        };
         let mut ends = language
             .arguments
             .iter()
@@ -159,7 +188,11 @@ impl<'a> Elaborator<'a> {
     /// A material of one colour.
     pub(crate) fn plain_material(&mut self, albedo: [ExprId; 3]) -> MaterialId {
         let default = self.materials[0].clone();
-        self.material(Material { name: String::new(), albedo, ..default })
+        self.material(Material {
+            name: String::new(),
+            albedo,
+            ..default
+        })
     }
 
     /// A material; an equal one without a name of its own is the same.
@@ -167,7 +200,11 @@ impl<'a> Elaborator<'a> {
         let key = (
             material.albedo,
             material.emission,
-            [Some(material.roughness), Some(material.metallic), material.bump],
+            [
+                Some(material.roughness),
+                Some(material.metallic),
+                material.bump,
+            ],
             material.name.clone(),
         );
         if let Some(&id) = self.known_materials.get(&key) {

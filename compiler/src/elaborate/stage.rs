@@ -26,7 +26,9 @@ impl<'a> Elaborator<'a> {
     pub(crate) fn present(&mut self, id: ExprId) -> f64 {
         match self.graph.as_constant(id) {
             Some(value) => value,
-            None => self.present.value(&self.graph, &self.params, self.options.time, id),
+            None => self
+                .present
+                .value(&self.graph, &self.params, self.options.time, id),
         }
     }
 
@@ -71,7 +73,12 @@ impl<'a> Elaborator<'a> {
                 continue;
             }
             match self.graph.get(id) {
-                Expression::Apply { point, values, parameters, .. } => {
+                Expression::Apply {
+                    point,
+                    values,
+                    parameters,
+                    ..
+                } => {
                     pending.extend(point.iter().flatten().chain(values).chain(parameters));
                 }
                 source => sources.push(source.clone()),
@@ -110,7 +117,12 @@ impl<'a> Elaborator<'a> {
         }
         if self.graph.stage(value) == Stage::Uniform && self.checked.insert((value, strict)) {
             let message = later.to_owned();
-            self.checks.push(Check { value, strict, message, span });
+            self.checks.push(Check {
+                value,
+                strict,
+                message,
+                span,
+            });
         }
         true
     }

@@ -41,7 +41,15 @@ impl<'a> Elaborator<'a> {
             return child;
         }
         let plane = self.shapes[child.0 as usize].plane;
-        self.add(ShapeKind::Frame { child, matrix, scale }, plane, span)
+        self.add(
+            ShapeKind::Frame {
+                child,
+                matrix,
+                scale,
+            },
+            plane,
+            span,
+        )
     }
 
     /// A shape that stands along y, made to stand along the axis that points up.
@@ -71,7 +79,9 @@ impl<'a> Elaborator<'a> {
     /// `translate(shape, by)`
     pub(crate) fn translate(&mut self, bound: Bound<'a>) -> Outcome<'a> {
         let by = bound.vector(1).map(Symbolic);
-        let id = self.framed(bound.shape(0), bound.span, || (affine::translate(by), lit(1.0)));
+        let id = self.framed(bound.shape(0), bound.span, || {
+            (affine::translate(by), lit(1.0))
+        });
         Ok(Value::Shape(id))
     }
 
@@ -79,7 +89,11 @@ impl<'a> Elaborator<'a> {
     pub(crate) fn scale(&mut self, bound: Bound<'a>) -> Outcome<'a> {
         let ids = bound.vector(1);
         let by = ids.map(Symbolic);
-        let is_even = if bound.flat { ids[0] == ids[1] } else { ids[0] == ids[1] && ids[1] == ids[2] };
+        let is_even = if bound.flat {
+            ids[0] == ids[1]
+        } else {
+            ids[0] == ids[1] && ids[1] == ids[2]
+        };
         let flat = bound.flat;
         let id = self.framed(bound.shape(0), bound.span, || {
             let [x, y, z] = by;
@@ -105,7 +119,10 @@ impl<'a> Elaborator<'a> {
             return Ok(self.wrong(bound.value(1), "`rotate` wants an angle", span));
         };
         for number in &numbers[..form.len()] {
-            if self.angle(bound.name, *number, span, bound.name_span).is_none() {
+            if self
+                .angle(bound.name, *number, span, bound.name_span)
+                .is_none()
+            {
                 return Ok(Value::Poison);
             }
         }
@@ -158,7 +175,11 @@ impl<'a> Elaborator<'a> {
         match number.quantity {
             Quantity::Angle => {}
             Quantity::Plain | Quantity::Time => {
-                let wants = if name == "rotate" { "angle: angle, axis: vec3" } else { "" };
+                let wants = if name == "rotate" {
+                    "angle: angle, axis: vec3"
+                } else {
+                    ""
+                };
                 let diagnostic = self.no_unit(name, span).label(name_span, wants);
                 self.report(diagnostic);
                 return None;
@@ -182,7 +203,9 @@ impl<'a> Elaborator<'a> {
     fn turned(&mut self, child: ShapeId, angle: ExprId, axis: [ExprId; 3], span: Span) -> ShapeId {
         let constants = axis.map(|id| self.graph.as_constant(id));
         let along = (0..3).find(|&i| {
-            (0..3).all(|j| constants[j].is_some_and(|v| if i == j { v.abs() == 1.0 } else { v == 0.0 }))
+            (0..3).all(|j| {
+                constants[j].is_some_and(|v| if i == j { v.abs() == 1.0 } else { v == 0.0 })
+            })
         });
         // About an axis of the frame, quarter turns are exact and most factors are zero.
         if let Some(along) = along {
@@ -196,11 +219,16 @@ impl<'a> Elaborator<'a> {
                     }
                     None => (Symbolic(angle).cos(), Symbolic(angle).sin()),
                 };
-                (turn_about(along, c, if negative { -s } else { s }), lit(1.0))
+                (
+                    turn_about(along, c, if negative { -s } else { s }),
+                    lit(1.0),
+                )
             });
         }
         let axis = axis.map(Symbolic);
-        self.framed(child, span, || (affine::rotate(axis, Symbolic(angle)), lit(1.0)))
+        self.framed(child, span, || {
+            (affine::rotate(axis, Symbolic(angle)), lit(1.0))
+        })
     }
 
     /// `rotate_quaternion(shape, [x, y, z, w])`
@@ -218,7 +246,9 @@ impl<'a> Elaborator<'a> {
                 return Ok(Value::Poison);
             }
         }
-        let Some(unit) = self.direction(what, &ids, span) else { return Ok(Value::Poison) };
+        let Some(unit) = self.direction(what, &ids, span) else {
+            return Ok(Value::Poison);
+        };
         let quaternion = [unit[0], unit[1], unit[2], unit[3]].map(Symbolic);
         let id = self.framed(bound.shape(0), bound.span, || {
             (affine::rotate_quaternion(quaternion), lit(1.0))
@@ -229,8 +259,9 @@ impl<'a> Elaborator<'a> {
     /// `reflect(shape, normal, at)`: the mirror image.
     pub(crate) fn reflect(&mut self, bound: Bound<'a>) -> Outcome<'a> {
         let (normal, at) = (bound.vector(1).map(Symbolic), Symbolic(bound.number(2)));
-        let id =
-            self.framed(bound.shape(0), bound.span, || (affine::reflect(normal, at), lit(1.0)));
+        let id = self.framed(bound.shape(0), bound.span, || {
+            (affine::reflect(normal, at), lit(1.0))
+        });
         Ok(Value::Shape(id))
     }
 
@@ -242,7 +273,9 @@ impl<'a> Elaborator<'a> {
             // A distance inside is at most the matrix's norm times one outside; the norm is at most
             // the root of the sum of squares.
             let linear = [0, 1, 2, 4, 5, 6, 8, 9, 10].map(|at| matrix[at]);
-            let sum = linear.iter().fold(lit::<Symbolic>(0.0), |sum, v| sum + v.square());
+            let sum = linear
+                .iter()
+                .fold(lit::<Symbolic>(0.0), |sum, v| sum + v.square());
             (matrix, lit::<Symbolic>(1.0) / sum.sqrt())
         });
         Ok(Value::Shape(id))
@@ -291,7 +324,9 @@ impl<'a> Elaborator<'a> {
         });
         let (one, zero) = (self.graph.constant(1.0), self.graph.constant(0.0));
         let folded = self.folded(inner, [one, zero, zero], span);
-        let id = self.framed(folded, span, || (affine::compose(&shift(at), &swap()), lit(1.0)));
+        let id = self.framed(folded, span, || {
+            (affine::compose(&shift(at), &swap()), lit(1.0))
+        });
         Ok(Value::Shape(id))
     }
 
@@ -301,7 +336,15 @@ impl<'a> Elaborator<'a> {
         }
         let plane = self.shapes[child.0 as usize].plane;
         let parameters = self.prepared(Op::Mirror, &axes);
-        self.add(ShapeKind::Domain { op: Op::Mirror, child, parameters }, plane, span)
+        self.add(
+            ShapeKind::Domain {
+                op: Op::Mirror,
+                child,
+                parameters,
+            },
+            plane,
+            span,
+        )
     }
 
     /// `repeat(shape, spacing, count)`
@@ -339,7 +382,8 @@ impl<'a> Elaborator<'a> {
                 self.report(diagnostic.help("make the spacing larger, or the shape smaller"));
                 return Ok(Value::Poison);
             }
-            let is_inside = bounds.min[axis] >= -steps[axis] / 2.0 && bounds.max[axis] <= steps[axis] / 2.0;
+            let is_inside =
+                bounds.min[axis] >= -steps[axis] / 2.0 && bounds.max[axis] <= steps[axis] / 2.0;
             if is_fixed && !is_inside && bounds.is_finite() {
                 middle[axis] = bounds.centre()[axis];
             }
@@ -368,20 +412,44 @@ impl<'a> Elaborator<'a> {
             let counts = bound.vector(2);
             let arguments: Vec<ExprId> = spacing.into_iter().chain(counts).collect();
             let parameters = self.prepared(Op::RepeatLimited, &arguments);
-            let kind = ShapeKind::Domain { op: Op::RepeatLimited, child: centred, parameters };
+            let kind = ShapeKind::Domain {
+                op: Op::RepeatLimited,
+                child: centred,
+                parameters,
+            };
             let folded = self.add(kind, plane, span);
             guard.extend(counts);
             let parameters = self.prepared(Op::RepeatLimitedGuard, &guard);
             let op = Op::RepeatLimitedGuard;
-            self.add(ShapeKind::Distance { op, child: folded, parameters }, plane, span)
+            self.add(
+                ShapeKind::Distance {
+                    op,
+                    child: folded,
+                    parameters,
+                },
+                plane,
+                span,
+            )
         } else {
             let parameters = self.prepared(Op::RepeatGuard, &guard);
             let op = Op::RepeatGuard;
-            let kind = ShapeKind::Distance { op, child: centred, parameters };
+            let kind = ShapeKind::Distance {
+                op,
+                child: centred,
+                parameters,
+            };
             let guarded = self.add(kind, plane, span);
             let parameters = self.prepared(Op::Repeat, &spacing);
             let op = Op::Repeat;
-            self.add(ShapeKind::Domain { op, child: guarded, parameters }, plane, span)
+            self.add(
+                ShapeKind::Domain {
+                    op,
+                    child: guarded,
+                    parameters,
+                },
+                plane,
+                span,
+            )
         };
         Ok(Value::Shape(self.moved(repeated, middle, span)))
     }
@@ -398,7 +466,11 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Shape(child));
         }
         let plane = self.shapes[child.0 as usize].plane;
-        let child = if plane { child } else { self.lying(child, span) };
+        let child = if plane {
+            child
+        } else {
+            self.lying(child, span)
+        };
         // The first sector is the one in which the shape stands.
         let phase = match bound.given(2) {
             true => bound.number(2),
@@ -406,8 +478,16 @@ impl<'a> Elaborator<'a> {
                 let bounds = self.bounds_of(child);
                 let centre = bounds.centre();
                 let across = if plane { centre[1] } else { centre[2] };
-                let direction = if bounds.is_empty() { 0.0 } else { across.atan2(centre[0]) };
-                self.graph.constant(if direction.is_finite() { direction } else { 0.0 })
+                let direction = if bounds.is_empty() {
+                    0.0
+                } else {
+                    across.atan2(centre[0])
+                };
+                self.graph.constant(if direction.is_finite() {
+                    direction
+                } else {
+                    0.0
+                })
             }
         };
         let rows = match plane {
@@ -417,12 +497,24 @@ impl<'a> Elaborator<'a> {
         let arguments = [bound.number(1), phase];
         let copies = rows.map(|op| {
             let parameters = self.prepared(op, &arguments);
-            self.add(ShapeKind::Domain { op, child, parameters }, plane, span)
+            self.add(
+                ShapeKind::Domain {
+                    op,
+                    child,
+                    parameters,
+                },
+                plane,
+                span,
+            )
         });
         let Some(both) = self.combined(Op::Union, Vec::new(), copies.to_vec(), span) else {
             return Ok(Value::Poison);
         };
-        Ok(Value::Shape(if plane { both } else { self.upright(both, span) }))
+        Ok(Value::Shape(if plane {
+            both
+        } else {
+            self.upright(both, span)
+        }))
     }
 
     /// `elongate(shape, by)`
@@ -434,11 +526,19 @@ impl<'a> Elaborator<'a> {
         let plane = self.shapes[child.0 as usize].plane;
         let by = bound.vector(1);
         let parameters = self.prepared(Op::Elongate, &by);
-        let kind = ShapeKind::Domain { op: Op::Elongate, child, parameters };
+        let kind = ShapeKind::Domain {
+            op: Op::Elongate,
+            child,
+            parameters,
+        };
         let pulled = self.add(kind, plane, span);
         let parameters = self.prepared(Op::ElongateCorrect, &by);
         let op = Op::ElongateCorrect;
-        let kind = ShapeKind::Distance { op, child: pulled, parameters };
+        let kind = ShapeKind::Distance {
+            op,
+            child: pulled,
+            parameters,
+        };
         Ok(Value::Shape(self.add(kind, plane, span)))
     }
 
@@ -452,7 +552,15 @@ impl<'a> Elaborator<'a> {
         let child = self.lying(child, span);
         let parameters = self.prepared(op, &[bound.number(1)]);
         let bounds = self.bounds_of(child);
-        let curled = self.add(ShapeKind::Domain { op, child, parameters }, false, span);
+        let curled = self.add(
+            ShapeKind::Domain {
+                op,
+                child,
+                parameters,
+            },
+            false,
+            span,
+        );
         let curled = self.kept_near(curled, &bounds, span);
         Ok(Value::Shape(self.upright(curled, span)))
     }
@@ -467,7 +575,11 @@ impl<'a> Elaborator<'a> {
         let numbers = bounds.min.into_iter().chain(bounds.max).chain([margin]);
         let arguments: Vec<ExprId> = numbers.map(|v| self.graph.constant(v)).collect();
         let parameters = self.prepared(Op::Bounded, &arguments);
-        let kind = ShapeKind::Distance { op: Op::Bounded, child: shape, parameters };
+        let kind = ShapeKind::Distance {
+            op: Op::Bounded,
+            child: shape,
+            parameters,
+        };
         self.add(kind, false, span)
     }
 
@@ -481,27 +593,55 @@ impl<'a> Elaborator<'a> {
         let angle = bound.given(2).then(|| bound.number(2));
         let whole = match angle {
             None => true,
-            Some(angle) => {
-                self.graph.as_constant(angle).is_some_and(|a| a >= std::f64::consts::TAU - 1e-9)
-            }
+            Some(angle) => self
+                .graph
+                .as_constant(angle)
+                .is_some_and(|a| a >= std::f64::consts::TAU - 1e-9),
         };
         let turned = match angle {
             Some(angle) if !whole => {
                 let what = "the angle of a revolution";
-                if self.check_above(what, angle, true, bound.span_of(2)).is_none() {
+                if self
+                    .check_above(what, angle, true, bound.span_of(2))
+                    .is_none()
+                {
                     return Ok(Value::Poison);
                 }
                 let parameters = self.prepared(Op::RevolvePart, &[offset, angle]);
                 let op = Op::RevolvePart;
-                let turned = self.add(ShapeKind::Domain { op, child, parameters }, false, span);
+                let turned = self.add(
+                    ShapeKind::Domain {
+                        op,
+                        child,
+                        parameters,
+                    },
+                    false,
+                    span,
+                );
                 let parameters = self.prepared(Op::RevolveClose, &[angle]);
                 let op = Op::RevolveClose;
-                self.add(ShapeKind::Distance { op, child: turned, parameters }, false, span)
+                self.add(
+                    ShapeKind::Distance {
+                        op,
+                        child: turned,
+                        parameters,
+                    },
+                    false,
+                    span,
+                )
             }
             _ => {
                 let parameters = self.prepared(Op::Revolve, &[offset]);
                 let op = Op::Revolve;
-                self.add(ShapeKind::Domain { op, child, parameters }, false, span)
+                self.add(
+                    ShapeKind::Domain {
+                        op,
+                        child,
+                        parameters,
+                    },
+                    false,
+                    span,
+                )
             }
         };
         Ok(Value::Shape(self.upright(turned, span)))
@@ -534,9 +674,16 @@ impl<'a> Elaborator<'a> {
                 }
                 _ => affine::reflect([normal[0], normal[1], normal[2] - lit(1.0)], o),
             };
-            (affine::compose(&onto, &affine::translate([o, o, -at])), lit(1.0))
+            (
+                affine::compose(&onto, &affine::translate([o, o, -at])),
+                lit(1.0),
+            )
         });
-        let kind = ShapeKind::Domain { op: Op::Slice, child: turned, parameters: Vec::new() };
+        let kind = ShapeKind::Domain {
+            op: Op::Slice,
+            child: turned,
+            parameters: Vec::new(),
+        };
         Ok(Value::Shape(self.add(kind, true, span)))
     }
 
@@ -553,7 +700,14 @@ impl<'a> Elaborator<'a> {
         }
         let parameters = self.prepared(Op::Plane, &arguments);
         let plane = self.shapes[child.0 as usize].plane;
-        let half = self.add(ShapeKind::Primitive { op: Op::Plane, parameters }, plane, span);
+        let half = self.add(
+            ShapeKind::Primitive {
+                op: Op::Plane,
+                parameters,
+            },
+            plane,
+            span,
+        );
         let both = self.combined(Op::Intersection, Vec::new(), vec![child, half], span);
         super::shapes::shape_value(both)
     }
@@ -561,7 +715,11 @@ impl<'a> Elaborator<'a> {
 
 /// An extent of a shape, which may be endless.
 fn extent(size: f64) -> String {
-    if size.is_finite() { format!("{} long", short(size)) } else { "endless".to_owned() }
+    if size.is_finite() {
+        format!("{} long", short(size))
+    } else {
+        "endless".to_owned()
+    }
 }
 
 /// From z-up space to the space of a body that stands along y.

@@ -23,7 +23,11 @@ pub(crate) enum Quantity {
 impl Quantity {
     /// A length to a power, a bare number if that is 0.
     pub(crate) fn length(power: i8) -> Self {
-        if power == 0 { Self::Plain } else { Self::Length(power) }
+        if power == 0 {
+            Self::Plain
+        } else {
+            Self::Length(power)
+        }
     }
     fn power(self) -> i8 {
         match self {
@@ -92,7 +96,11 @@ pub(crate) struct Number {
 impl Number {
     /// A number of something.
     pub(crate) fn of(id: ExprId, quantity: Quantity) -> Self {
-        Self { id, quantity, whole: false }
+        Self {
+            id,
+            quantity,
+            whole: false,
+        }
     }
     /// A bare number.
     pub(crate) fn plain(id: ExprId) -> Self {
@@ -100,7 +108,11 @@ impl Number {
     }
     /// A bare whole number.
     pub(crate) fn int(id: ExprId) -> Self {
-        Self { id, quantity: Quantity::Plain, whole: true }
+        Self {
+            id,
+            quantity: Quantity::Plain,
+            whole: true,
+        }
     }
 }
 
@@ -119,12 +131,18 @@ impl Vector {
             return None;
         }
         let parts = std::array::from_fn(|i| parts[i.min(len - 1)]);
-        Some(Self { parts, len: len as u8 })
+        Some(Self {
+            parts,
+            len: len as u8,
+        })
     }
     /// From three numbers.
     pub(crate) fn three(parts: [Number; 3]) -> Self {
         let [x, y, z] = parts;
-        Self { parts: [x, y, z, z], len: 3 }
+        Self {
+            parts: [x, y, z, z],
+            len: 3,
+        }
     }
     /// Its numbers.
     pub(crate) fn parts(&self) -> &[Number] {

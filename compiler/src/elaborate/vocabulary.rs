@@ -14,7 +14,7 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 
 /// A function whose arguments are bound to parameters first.
-type RunFixed = for<'a> fn(&mut Elaborator<'a>, Bound<'a>) -> Outcome<'a>;
+pub(crate) type RunFixed = for<'a> fn(&mut Elaborator<'a>, Bound<'a>) -> Outcome<'a>;
 /// A function that looks at its arguments itself.
 type RunFree = for<'a> fn(&mut Elaborator<'a>, Invocation<'a>) -> Outcome<'a>;
 
@@ -55,14 +55,28 @@ const SEED: Formal = left("seed", Kind::Row(A::Number), &[0.0]);
 
 /// The functions with parameters that are not one row.
 const FIXED: &[(&str, &[Formal], RunFixed)] = &[
-    ("translate", &[SHAPE, needed("by", Kind::Row(A::Vec3))], |e, b| e.translate(b)),
+    (
+        "translate",
+        &[SHAPE, needed("by", Kind::Row(A::Vec3))],
+        |e, b| e.translate(b),
+    ),
     (
         "rotate",
-        &[SHAPE, needed("angle", Kind::Any), left("axis", Kind::Row(A::Direction), &[])],
+        &[
+            SHAPE,
+            needed("angle", Kind::Any),
+            left("axis", Kind::Row(A::Direction), &[]),
+        ],
         |e, b| e.rotate(b),
     ),
-    ("rotate_quaternion", &[SOLID, needed("q", Kind::Any)], |e, b| e.rotate_quaternion(b)),
-    ("scale", &[SHAPE, needed("by", Kind::Factors)], |e, b| e.scale(b)),
+    (
+        "rotate_quaternion",
+        &[SOLID, needed("q", Kind::Any)],
+        |e, b| e.rotate_quaternion(b),
+    ),
+    ("scale", &[SHAPE, needed("by", Kind::Factors)], |e, b| {
+        e.scale(b)
+    }),
     (
         "shear",
         &[
@@ -75,27 +89,46 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
     ),
     (
         "mirror",
-        &[SHAPE, needed("axes", Kind::Row(A::Vec3)), left("at", Kind::Row(A::Offset), &[0.0])],
+        &[
+            SHAPE,
+            needed("axes", Kind::Row(A::Vec3)),
+            left("at", Kind::Row(A::Offset), &[0.0]),
+        ],
         |e, b| e.mirror(b),
     ),
     (
-        "reflect",
-        &[SHAPE, needed("normal", Kind::Row(A::Direction)), left("at", Kind::Row(A::Offset), &[0.0])],
-        |e, b| e.reflect(b),
-    ),
-    (
         "repeat",
-        &[SHAPE, needed("spacing", Kind::Row(A::Lengths3)), left("count", Kind::Row(A::Counts3), &[])],
+        &[
+            SHAPE,
+            needed("spacing", Kind::Row(A::Lengths3)),
+            left("count", Kind::Row(A::Counts3), &[]),
+        ],
         |e, b| e.repeat(b),
     ),
     (
         "polar",
-        &[SHAPE, needed("n", Kind::Row(A::Count)), left("phase", Kind::Row(A::Angle), &[])],
+        &[
+            SHAPE,
+            needed("n", Kind::Row(A::Count)),
+            left("phase", Kind::Row(A::Angle), &[]),
+        ],
         |e, b| e.polar(b),
     ),
-    ("elongate", &[SHAPE, needed("by", Kind::Row(A::Lengths3))], |e, b| e.elongate(b)),
-    ("twist", &[SOLID, needed("rate", Kind::Row(A::Angle))], |e, b| e.curled(Op::Twist, b)),
-    ("bend", &[SOLID, needed("rate", Kind::Row(A::Angle))], |e, b| e.curled(Op::Bend, b)),
+    (
+        "elongate",
+        &[SHAPE, needed("by", Kind::Row(A::Lengths3))],
+        |e, b| e.elongate(b),
+    ),
+    (
+        "twist",
+        &[SOLID, needed("rate", Kind::Row(A::Angle))],
+        |e, b| e.curled(Op::Twist, b),
+    ),
+    (
+        "bend",
+        &[SOLID, needed("rate", Kind::Row(A::Angle))],
+        |e, b| e.curled(Op::Bend, b),
+    ),
     (
         "revolve",
         &[
@@ -107,28 +140,38 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
     ),
     (
         "section",
-        &[SOLID, needed("normal", Kind::Row(A::Direction)), left("at", Kind::Row(A::Offset), &[0.0])],
+        &[
+            SOLID,
+            needed("normal", Kind::Row(A::Direction)),
+            left("at", Kind::Row(A::Offset), &[0.0]),
+        ],
         |e, b| e.section(b),
     ),
     (
         "slice",
-        &[SOLID, needed("normal", Kind::Row(A::Direction)), left("at", Kind::Row(A::Offset), &[0.0])],
+        &[
+            SOLID,
+            needed("normal", Kind::Row(A::Direction)),
+            left("at", Kind::Row(A::Offset), &[0.0]),
+        ],
         |e, b| e.slice(b),
     ),
     (
         "morph",
-        &[SHAPE, needed("other", Kind::Shape), needed("t", Kind::Row(A::Number))],
+        &[
+            SHAPE,
+            needed("other", Kind::Shape),
+            needed("t", Kind::Row(A::Number)),
+        ],
         |e, b| {
             let parameters = e.prepared(Op::Morph, &[b.number(2)]);
             let shapes = vec![b.shape(0), b.shape(1)];
             super::shapes::shape_value(e.combined(Op::Morph, parameters, shapes, b.span))
         },
     ),
-    (
-        "complement",
-        &[SHAPE],
-        |e, b| Ok(e.complement(&b.value(0).clone(), b.span_of(0), b.span)),
-    ),
+    ("complement", &[SHAPE], |e, b| {
+        Ok(e.complement(&b.value(0).clone(), b.span_of(0), b.span))
+    }),
     (
         "field",
         &[
@@ -140,28 +183,48 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
     ),
     (
         "heightfield",
-        &[FUNCTION, needed("over", Kind::Row(A::Size2)), left("base", Kind::Row(A::Offset), &[])],
+        &[
+            FUNCTION,
+            needed("over", Kind::Row(A::Size2)),
+            left("base", Kind::Row(A::Offset), &[]),
+        ],
         |e, b| e.heightfield(b),
     ),
     ("displace", &[SHAPE, FUNCTION], |e, b| e.displace(b)),
     ("warp", &[SHAPE, FUNCTION], |e, b| e.warp(b)),
-    ("polygon", &[needed("points", Kind::List)], |e, b| e.polygon(b)),
+    ("polygon", &[needed("points", Kind::List)], |e, b| {
+        e.polygon(b)
+    }),
     ("nothing", &[], |e, b| {
         let kind = crate::scene::ShapeKind::Nothing;
         Ok(Value::Shape(e.add(kind, false, b.span)))
     }),
-    ("material", &[SHAPE, needed("material", Kind::Material)], |e, b| e.painted(b)),
-    ("color", &[SHAPE, needed("color", Kind::Material)], |e, b| e.painted(b)),
+    (
+        "material",
+        &[SHAPE, needed("material", Kind::Material)],
+        |e, b| e.painted(b),
+    ),
+    ("color", &[SHAPE, needed("color", Kind::Any)], |e, b| {
+        e.colored(b)
+    }),
     ("only", &[SHAPE], |e, b| {
         e.only.push(b.shape(0));
         Ok(b.value(0).clone())
     }),
     ("ghost", &[SHAPE], |e, b| {
         e.ghosts.push(b.shape(0));
-        Ok(Value::Shape(e.add(crate::scene::ShapeKind::Nothing, false, b.span)))
+        Ok(Value::Shape(e.add(
+            crate::scene::ShapeKind::Nothing,
+            false,
+            b.span,
+        )))
     }),
     ("hide", &[SHAPE], |e, b| {
-        Ok(Value::Shape(e.add(crate::scene::ShapeKind::Nothing, false, b.span)))
+        Ok(Value::Shape(e.add(
+            crate::scene::ShapeKind::Nothing,
+            false,
+            b.span,
+        )))
     }),
     ("noise", &[needed("p", Kind::Any), SEED], |e, b| e.noise(b)),
     ("fbm", OCTAVES, |e, b| e.octaves(Op::NoiseOctave, b)),
@@ -169,13 +232,30 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
     ("len", &[needed("list", Kind::Any)], |e, b| e.len(b)),
     ("map", &[LIST, FUNCTION], |e, b| e.map(b)),
     ("filter", &[LIST, FUNCTION], |e, b| e.filter(b)),
-    ("fold", &[LIST, needed("start", Kind::Any), FUNCTION], |e, b| e.fold(b)),
+    (
+        "fold",
+        &[LIST, needed("start", Kind::Any), FUNCTION],
+        |e, b| e.fold(b),
+    ),
     ("sum", &[LIST], |e, b| e.sum(b)),
-    ("at", &[LIST, needed("index", Kind::Row(A::Number))], |e, b| e.element_at(b)),
+    (
+        "at",
+        &[LIST, needed("index", Kind::Row(A::Number))],
+        |e, b| e.element_at(b),
+    ),
     ("reverse", &[LIST], |e, b| e.reverse(b)),
-    ("random", &[needed("i", Kind::Row(A::Number)), SEED], |e, b| e.random(b)),
+    (
+        "random",
+        &[needed("i", Kind::Row(A::Number)), SEED],
+        |e, b| e.random(b),
+    ),
 ];
 
+const REFLECT: &[Formal] = &[
+    SHAPE,
+    needed("normal", Kind::Row(A::Direction)),
+    left("at", Kind::Row(A::Offset), &[0.0]),
+];
 const OCTAVES: &[Formal] = &[
     needed("p", Kind::Any),
     left("octaves", Kind::Row(A::Number), &[5.0]),
@@ -187,8 +267,12 @@ const OCTAVES: &[Formal] = &[
 /// The functions that look at their arguments themselves.
 const FREE: &[(&str, RunFree)] = &[
     ("union", |e, c| e.set_function(SetOperation::Union, c)),
-    ("intersect", |e, c| e.set_function(SetOperation::Intersection, c)),
-    ("subtract", |e, c| e.set_function(SetOperation::Subtraction, c)),
+    ("intersect", |e, c| {
+        e.set_function(SetOperation::Intersection, c)
+    }),
+    ("subtract", |e, c| {
+        e.set_function(SetOperation::Subtraction, c)
+    }),
     ("xor", |e, c| e.exclusive(c)),
     ("min", |e, c| e.extreme(Op::Min, c)),
     ("max", |e, c| e.extreme(Op::Max, c)),
@@ -198,6 +282,19 @@ const FREE: &[(&str, RunFree)] = &[
     ("length", |e, c| e.length(c)),
     ("distance", |e, c| e.distance(c)),
     ("normalize", |e, c| e.normalize(c)),
+    ("saturate", |e, c| e.saturate(c)),
+    ("radians", |e, c| e.radians(c)),
+    ("degrees", |e, c| e.degrees(c)),
+    ("fma", |e, c| e.product_and_sum(c)),
+    ("asinh", |e, c| e.area(Op::Sinh, c)),
+    ("acosh", |e, c| e.area(Op::Cosh, c)),
+    ("atanh", |e, c| e.area(Op::Tanh, c)),
+    ("reflect", |e, c| {
+        match c.given.first().map(|given| &given.value) {
+            Some(Value::Vector(_)) => e.reflected(c),
+            _ => e.call_fixed(REFLECT, |e, b| e.reflect(b), c),
+        }
+    }),
     ("vec2", |e, c| e.vector(2, c)),
     ("vec3", |e, c| e.vector(3, c)),
     ("vec4", |e, c| e.vector(4, c)),
@@ -214,7 +311,9 @@ const FREE: &[(&str, RunFree)] = &[
 static FUNCTIONS: LazyLock<HashMap<&'static str, Function>> = LazyLock::new(|| {
     let mut functions: HashMap<&'static str, Function> = HashMap::new();
     for row in ROWS {
-        let Some(language) = &row.meta.language else { continue };
+        let Some(language) = &row.meta.language else {
+            continue;
+        };
         let formals = language.arguments.iter().map(|argument| Formal {
             name: argument.name,
             kind: Kind::Row(argument.kind),
@@ -226,8 +325,14 @@ static FUNCTIONS: LazyLock<HashMap<&'static str, Function>> = LazyLock::new(|| {
             Category::Distance | Category::Domain => Some(SHAPE),
             Category::Combine | Category::Math | Category::Internal => continue,
         };
-        let variant = Variant { op: row.op, formals: object.into_iter().chain(formals).collect() };
-        match functions.entry(language.name).or_insert_with(|| Function::Rows(Vec::new())) {
+        let variant = Variant {
+            op: row.op,
+            formals: object.into_iter().chain(formals).collect(),
+        };
+        match functions
+            .entry(language.name)
+            .or_insert_with(|| Function::Rows(Vec::new()))
+        {
             Function::Rows(variants) => variants.push(variant),
             Function::Fixed { .. } | Function::Free { .. } => {}
         }
@@ -280,7 +385,11 @@ mod tests {
     fn every_word_of_the_table_is_a_function() {
         for row in ROWS {
             if let Some(language) = &row.meta.language {
-                assert!(get(language.name).is_some(), "{} is no function", language.name);
+                assert!(
+                    get(language.name).is_some(),
+                    "{} is no function",
+                    language.name
+                );
             }
         }
     }
@@ -295,7 +404,9 @@ mod tests {
             };
             for formals in lists {
                 for (at, formal) in formals.iter().enumerate() {
-                    let again = formals[at + 1..].iter().any(|other| other.name == formal.name);
+                    let again = formals[at + 1..]
+                        .iter()
+                        .any(|other| other.name == formal.name);
                     assert!(!again, "{name}: {}", formal.name);
                 }
             }

@@ -7,9 +7,18 @@ const MISTAKES: &[(&str, &str)] = &[
     ("unknown name", "let base = box(1);\nbse | sphere(1)"),
     ("unknown function", "spehre(1)"),
     ("unknown method", "sphere(1).tranlsate(1, 2, 3)"),
-    ("unknown name in a function that nobody calls", "fn f(r) = sphere(q);\nbox(1)"),
-    ("names of other dialects", "cube(1) | ball(2).move(1, 0, 0) | linear_extrude(circle(1), 2)"),
-    ("a hint instead of a name", "smin(sphere(1), box(1), 0.2) | sphere(1).rotateX(90)"),
+    (
+        "unknown name in a function that nobody calls",
+        "fn f(r) = sphere(q);\nbox(1)",
+    ),
+    (
+        "names of other dialects",
+        "cube(1) | ball(2).move(1, 0, 0) | linear_extrude(circle(1), 2)",
+    ),
+    (
+        "a hint instead of a name",
+        "smin(sphere(1), box(1), 0.2) | sphere(1).rotateX(90)",
+    ),
     ("unknown argument", "cylinder(radius: 1, h: 2)"),
     ("near argument", "sphere(1) | box(1, rond: 0.1)"),
     ("missing argument", "cylinder(r: 1)"),
@@ -22,17 +31,29 @@ const MISTAKES: &[(&str, &str)] = &[
     ("text for a number", "sphere(\"1\")"),
     ("a shape for a number", "sphere(sphere(1))"),
     ("a number for a shape", "translate(1, [0, 0, 1])"),
-    ("angle without a unit", "let base = box(1);\nbase.rotate(90, X).translate(0, 20mm, 0)"),
-    ("angle without a unit, computed", "let n = 3;\nbox(1).rotate(n * 30, X)"),
+    (
+        "angle without a unit",
+        "let base = box(1);\nbase.rotate(90, X).translate(0, 20mm, 0)",
+    ),
+    (
+        "angle without a unit, computed",
+        "let n = 3;\nbox(1).rotate(n * 30, X)",
+    ),
     ("length for an angle", "box(1).rotate(2mm, Y)"),
     ("angle for a radius", "sphere(90deg)"),
-    ("area for a length", "scene { units: mm }\nlet a = 2mm;\nsphere(a * a)"),
+    (
+        "area for a length",
+        "scene { units: mm }\nlet a = 2mm;\nsphere(a * a)",
+    ),
     ("units in a sum", "let a = 10mm + 30deg;\nsphere(a)"),
     ("sum of shapes", "sphere(1) + box(1)"),
     ("product of shapes", "sphere(1) * 2"),
     ("negative shape", "sphere(1) & -box(1)"),
     ("set operation on numbers", "sphere(1) | 2"),
-    ("condition with one bar", "let a = true | false;\nif a { sphere(1) } else { box(1) }"),
+    (
+        "condition with one bar",
+        "let a = true | false;\nif a { sphere(1) } else { box(1) }",
+    ),
     ("2D and 3D", "circle(1) | sphere(1)"),
     ("2D only", "sphere(1).extrude(2)"),
     ("3D only", "circle(1).twist(9deg)"),
@@ -41,7 +62,10 @@ const MISTAKES: &[(&str, &str)] = &[
     ("function as a field", "let s = sphere(1);\ns.nothing"),
     ("radius zero", "sphere(0)"),
     ("negative size", "let w = -2;\nbox(1, w, 1)"),
-    ("degenerate capsule", "capsule(from: [1, 2, 3], to: [1, 2, 3], r: 0.1)"),
+    (
+        "degenerate capsule",
+        "capsule(from: [1, 2, 3], to: [1, 2, 3], r: 0.1)",
+    ),
     ("no direction", "plane([0, 0, 0])"),
     ("scale by zero", "sphere(1).scale(0)"),
     ("division by zero", "let n = 3;\nsphere(1 / (n - 3))"),
@@ -49,50 +73,134 @@ const MISTAKES: &[(&str, &str)] = &[
     ("too large", "sphere(1e30)"),
     ("square root of a negative number", "sphere(sqrt(-1))"),
     ("loop over time", "for i in 0..time { sphere(i + 1) }"),
-    ("point as a radius", "field(fn(p) => length(p) - 1) | sphere(1).displace(fn(p) => len(for i in 0..p.x { 1 }))"),
+    (
+        "point as a radius",
+        "field(fn(p) => length(p) - 1) | sphere(1).displace(fn(p) => len(for i in 0..p.x { 1 }))",
+    ),
     ("shape in a field", "field(fn(p) => sphere(p.x))"),
     ("field gives a vector", "field(fn(p) => p)"),
     ("field that forgot its function", "field(1)"),
-    ("a loop of a billion", "for i in 0..1000000000 { sphere(1) }"),
-    ("recursion without end", "fn f(n) = sphere(1) | f(n + 1);\nf(0)"),
-    ("too much work", "let a = for i in 0..5000 { sum(for j in 0..5000 { i * j }) };\nsphere(sum(a))"),
-    ("failed assertion", "let n = 3;\nassert(n > 4, \"at least five, not \" + n);\nsphere(1)"),
-    ("used before it is defined", "let a = b + 1;\nlet b = 2;\nsphere(a)"),
-    ("unknown block", "lamp key { dir: [1, 1, 1] }\nligth sun { dir: [0, 1, 0] }\nsphere(1)"),
-    ("unknown field", "camera { form: [0, 1, 5], position: 1 }\nsphere(1)"),
-    ("field of the wrong type", "camera { from: 3, fov: 40 }\nlight { dir: [0, 0, 0] }\nrender { aa: 99, tonemap: acse }\nsphere(1)"),
+    (
+        "a loop of a billion",
+        "for i in 0..1000000000 { sphere(1) }",
+    ),
+    (
+        "recursion without end",
+        "fn f(n) = sphere(1) | f(n + 1);\nf(0)",
+    ),
+    (
+        "too much work",
+        "let a = for i in 0..5000 { sum(for j in 0..5000 { i * j }) };\nsphere(sum(a))",
+    ),
+    (
+        "failed assertion",
+        "let n = 3;\nassert(n > 4, \"at least five, not \" + n);\nsphere(1)",
+    ),
+    (
+        "used before it is defined",
+        "let a = b + 1;\nlet b = 2;\nsphere(a)",
+    ),
+    (
+        "unknown block",
+        "lamp key { dir: [1, 1, 1] }\nligth sun { dir: [0, 1, 0] }\nsphere(1)",
+    ),
+    (
+        "unknown field",
+        "camera { form: [0, 1, 5], position: 1 }\nsphere(1)",
+    ),
+    (
+        "field of the wrong type",
+        "camera { from: 3, fov: 40 }\nlight { dir: [0, 0, 0] }\nrender { aa: 99, tonemap: acse }\nsphere(1)",
+    ),
     ("light from nowhere", "light { color: #fff }\nsphere(1)"),
-    ("unknown unit of the scene", "scene { units: km, up: x }\nsphere(1)"),
-    ("unknown type", "fn f(r: double) -> solid = sphere(r);\nf(1)"),
-    ("annotation that does not hold", "fn f(a: angle) = box(1).rotate(a, X);\nf(30)"),
-    ("result that is not what is written", "fn f(r) -> shape2 = sphere(r);\nf(1)"),
-    ("two params of a name", "param a = 1;\nparam a = 2;\nsphere(a)"),
+    (
+        "unknown unit of the scene",
+        "scene { units: km, up: x }\nsphere(1)",
+    ),
+    (
+        "unknown type",
+        "fn f(r: double) -> solid = sphere(r);\nf(1)",
+    ),
+    (
+        "annotation that does not hold",
+        "fn f(a: angle) = box(1).rotate(a, X);\nf(30)",
+    ),
+    (
+        "result that is not what is written",
+        "fn f(r) -> shape2 = sphere(r);\nf(1)",
+    ),
+    (
+        "two params of a name",
+        "param a = 1;\nparam a = 2;\nsphere(a)",
+    ),
     ("param outside its range", "param a = 3 in 0..1;\nsphere(a)"),
     ("param of nothing", "param a = sphere(1);\na"),
     ("unknown blend", "sphere(1) |[chamfre, 0.2] box(1)"),
-    ("unknown kernel", "union(sphere(1), box(1), smooth: 0.2, kernel: qubic)"),
+    (
+        "unknown kernel",
+        "union(sphere(1), box(1), smooth: 0.2, kernel: qubic)",
+    ),
     ("blend of an angle", "sphere(1) |[30deg] box(1)"),
     ("larger than its cell", "box(2).repeat(1)"),
     ("polygon of two", "polygon([[0, 0], [1, 0]]).extrude(1)"),
     ("list too short", "sphere(at([1, 2, 3], 3))"),
-    ("private name", "import \"parts.sdf\" as parts;\nparts::_secret()"),
-    ("unknown name of an import", "import \"parts.sdf\" as parts;\nparts::blot(1) | prats::bolt(1)"),
+    (
+        "private name",
+        "import \"parts.sdf\" as parts;\nparts::_secret()",
+    ),
+    (
+        "unknown name of an import",
+        "import \"parts.sdf\" as parts;\nparts::blot(1) | prats::bolt(1)",
+    ),
     ("missing file", "import \"bolt\" as bolt;\nbolt::head()"),
-    ("unknown library", "import \"std/fastener\" as fast;\nsphere(fast::M4.clearance)"),
-    ("absolute path", "import \"/etc/passwd\" as a;\nimport \"../x.sdf\" as b;\nsphere(1)"),
-    ("a circle of imports", "import \"one.sdf\" as one;\none::a()"),
-    ("mistake in an imported function", "import \"parts.sdf\" as parts;\nbox(1) | parts::bolt(-1)"),
-    ("mistake in a function of the scene", "fn ball(r) = sphere(r);\nbox(1) | ball(0)"),
-    ("many mistakes at once", "sphere(0) | box(sphere) | cylinder(1) | torus(1, 0.1, 30)"),
-    ("a function that was not called", "let f = fn(r) => sphere(r);\nf | nothing"),
+    (
+        "unknown library",
+        "import \"std/fastener\" as fast;\nsphere(fast::M4.clearance)",
+    ),
+    (
+        "absolute path",
+        "import \"/etc/passwd\" as a;\nimport \"../x.sdf\" as b;\nsphere(1)",
+    ),
+    (
+        "a circle of imports",
+        "import \"one.sdf\" as one;\none::a()",
+    ),
+    (
+        "mistake in an imported function",
+        "import \"parts.sdf\" as parts;\nbox(1) | parts::bolt(-1)",
+    ),
+    (
+        "mistake in a function of the scene",
+        "fn ball(r) = sphere(r);\nbox(1) | ball(0)",
+    ),
+    (
+        "many mistakes at once",
+        "sphere(0) | box(sphere) | cylinder(1) | torus(1, 0.1, 30)",
+    ),
+    (
+        "a function that was not called",
+        "let f = fn(r) => sphere(r);\nf | nothing",
+    ),
     ("blend larger than a shape", "sphere(0.1) |[5] box(0.1)"),
-    ("unused names", "import \"parts.sdf\" as parts;\nparam p = 1;\nlet a = 2;\nfn f(x, y) { let z = x; x }\nfn g() = 3;\nsphere(f(1, 2))"),
+    (
+        "unused names",
+        "import \"parts.sdf\" as parts;\nparam p = 1;\nlet a = 2;\nfn f(x, y) { let z = x; x }\nfn g() = 3;\nsphere(f(1, 2))",
+    ),
 ];
 
 const FILES: &[(&str, &str)] = &[
-    ("parts.sdf", "fn _secret() = sphere(1);\nfn bolt(r) {\n    let head = cylinder(r: 2 * r, h: 1);\n    head | cylinder(r: r, h: 4)\n}\n"),
-    ("one.sdf", "import \"two.sdf\" as two;\nfn a() = two::b();\n"),
-    ("two.sdf", "import \"one.sdf\" as one;\nfn b() = sphere(1);\n"),
+    (
+        "parts.sdf",
+        "fn _secret() = sphere(1);\nfn bolt(r) {\n    let head = cylinder(r: 2 * r, h: 1);\n    head | cylinder(r: r, h: 4)\n}\n",
+    ),
+    (
+        "one.sdf",
+        "import \"two.sdf\" as two;\nfn a() = two::b();\n",
+    ),
+    (
+        "two.sdf",
+        "import \"one.sdf\" as one;\nfn b() = sphere(1);\n",
+    ),
 ];
 
 #[test]
@@ -130,7 +238,12 @@ sphere(goo + n).rotate(turn, X).color(if on { tint } else { #fff })";
     ] {
         let (made, found, sources) = build(scene, &[], &[given]);
         assert!(made.is_none(), "{given:?}");
-        text += &format!("──── {}={}\n{}\n", given.0, given.1, rendered(found, &sources));
+        text += &format!(
+            "──── {}={}\n{}\n",
+            given.0,
+            given.1,
+            rendered(found, &sources)
+        );
     }
     insta::assert_snapshot!(text);
 }

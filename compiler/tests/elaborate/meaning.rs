@@ -19,14 +19,21 @@ fn described(name: &str) -> String {
     let text = std::fs::read_to_string(folder.join(name)).expect("the scene is there");
     // Scattering is not in the vocabulary yet.
     let kept = text.lines().filter(|line| !line.contains(".scatter("));
-    kept.collect::<Vec<_>>().join("\n").replace("ground | forest", "ground | tree()")
+    kept.collect::<Vec<_>>()
+        .join("\n")
+        .replace("ground | forest", "ground | tree()")
 }
 
 #[test]
 fn the_scenes_of_the_description() {
-    for name in
-        ["one_expression", "metaballs", "bracket", "landscape", "gyroid", "cog"]
-    {
+    for name in [
+        "one_expression",
+        "metaballs",
+        "bracket",
+        "landscape",
+        "gyroid",
+        "cog",
+    ] {
         insta::assert_snapshot!(name, listing(&described(&format!("{name}.sdf"))));
     }
 }

@@ -9,7 +9,12 @@ use sdfc_vm::bounds::Bounds;
 
 /// The names of the structural parameters.
 fn structural(scene: &Scene) -> Vec<&str> {
-    scene.params.iter().filter(|p| p.structural).map(|p| p.name.as_str()).collect()
+    scene
+        .params
+        .iter()
+        .filter(|p| p.structural)
+        .map(|p| p.name.as_str())
+        .collect()
 }
 
 /// The box of what is drawn.
@@ -23,7 +28,10 @@ fn assert_box(text: &str, min: [f64; 3], max: [f64; 3]) {
     let b = bounds(text);
     for i in 0..3 {
         let near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-6;
-        assert!(near(b.min[i], min[i]) && near(b.max[i], max[i]), "{text}: {b:?}");
+        assert!(
+            near(b.min[i], min[i]) && near(b.max[i], max[i]),
+            "{text}: {b:?}"
+        );
     }
 }
 
@@ -41,14 +49,20 @@ let e = at([sphere(1), box(1), torus(1, 0.2)], pick);
 let f = sphere(if t > 0.5 { r } else { 2 * r });
 a | b | c | d | e | f | tower(depth)",
     );
-    assert_eq!(structural(&s), ["loop_count", "corners", "octaves", "which", "pick", "depth"]);
+    assert_eq!(
+        structural(&s),
+        ["loop_count", "corners", "octaves", "which", "pick", "depth"]
+    );
 }
 
 #[test]
 fn a_structural_param_takes_the_value_from_outside() {
     let text = "param n = 2 in 1..=8;\nfor i in 0..n { sphere(0.1).translate(i, 0, 0) }";
     let count = |s: &Scene| {
-        s.shapes.iter().filter(|s| matches!(s.kind, ShapeKind::Primitive { .. })).count()
+        s.shapes
+            .iter()
+            .filter(|s| matches!(s.kind, ShapeKind::Primitive { .. }))
+            .count()
     };
     assert_eq!(count(&scene(text)), 2);
     assert_eq!(count(&scene_with(text, &[("n", "5")])), 5);
@@ -60,7 +74,10 @@ fn a_live_param_leaves_the_scene_as_it_is() {
     let (a, b) = (scene(text), scene_with(text, &[("r", "2"), ("w", "0.5m")]));
     let shapes = |s: &Scene| {
         let text = dump(s);
-        text.lines().filter(|l| !l.starts_with("param")).collect::<Vec<_>>().join("\n")
+        text.lines()
+            .filter(|l| !l.starts_with("param"))
+            .collect::<Vec<_>>()
+            .join("\n")
     };
     assert_eq!(shapes(&a), shapes(&b));
     assert_eq!(b.params[0].value, [2.0]);
@@ -87,38 +104,110 @@ fn the_library_follows_the_units_of_the_scene() {
 #[test]
 fn solids_stand_along_the_axis_that_points_up() {
     assert_box("cylinder(r: 1, h: 4)", [-1.0, -2.0, -1.0], [1.0, 2.0, 1.0]);
-    assert_box("scene { up: z }\ncylinder(r: 1, h: 4)", [-1.0, -1.0, -2.0], [1.0, 1.0, 2.0]);
+    assert_box(
+        "scene { up: z }\ncylinder(r: 1, h: 4)",
+        [-1.0, -1.0, -2.0],
+        [1.0, 1.0, 2.0],
+    );
     // Sizes are along the axes as they are written.
-    assert_box("scene { up: z }\nbox(1, 2, 3)", [-0.5, -1.0, -1.5], [0.5, 1.0, 1.5]);
-    assert_box("scene { up: z }\ntorus(2, 0.5)", [-2.5, -2.5, -0.5], [2.5, 2.5, 0.5]);
+    assert_box(
+        "scene { up: z }\nbox(1, 2, 3)",
+        [-0.5, -1.0, -1.5],
+        [0.5, 1.0, 1.5],
+    );
+    assert_box(
+        "scene { up: z }\ntorus(2, 0.5)",
+        [-2.5, -2.5, -0.5],
+        [2.5, 2.5, 0.5],
+    );
     // A figure is extruded along z, and turned about the axis that points up.
     assert_box("rect(1, 2).extrude(4)", [-0.5, -1.0, -2.0], [0.5, 1.0, 2.0]);
-    assert_box("scene { up: z }\nrect(1, 2).extrude(4)", [-0.5, -1.0, -2.0], [0.5, 1.0, 2.0]);
+    assert_box(
+        "scene { up: z }\nrect(1, 2).extrude(4)",
+        [-0.5, -1.0, -2.0],
+        [0.5, 1.0, 2.0],
+    );
     assert_box("rect(2, 6).revolve()", [-1.0, -3.0, -1.0], [1.0, 3.0, 1.0]);
-    assert_box("scene { up: z }\nrect(2, 6).revolve()", [-1.0, -1.0, -3.0], [1.0, 1.0, 3.0]);
+    assert_box(
+        "scene { up: z }\nrect(2, 6).revolve()",
+        [-1.0, -1.0, -3.0],
+        [1.0, 1.0, 3.0],
+    );
 }
 
 #[test]
 fn transforms_do_what_they_say() {
-    assert_box("box(2).translate(1, 2, 3)", [0.0, 1.0, 2.0], [2.0, 3.0, 4.0]);
-    assert_box("box(2, 4, 6).rotate(90deg, X)", [-1.0, -3.0, -2.0], [1.0, 3.0, 2.0]);
-    assert_box("box(2).translate(3, 0, 0).rotate(90deg, Y)", [-1.0, -1.0, -4.0], [1.0, 1.0, -2.0]);
-    assert_box("box(2).translate(3, 0, 0).rotate(90deg, Z)", [-1.0, 2.0, -1.0], [1.0, 4.0, 1.0]);
-    assert_box("box(2).translate(3, 0, 0).rotate([0deg, 0deg, 90deg])", [-1.0, 2.0, -1.0], [1.0, 4.0, 1.0]);
+    assert_box(
+        "box(2).translate(1, 2, 3)",
+        [0.0, 1.0, 2.0],
+        [2.0, 3.0, 4.0],
+    );
+    assert_box(
+        "box(2, 4, 6).rotate(90deg, X)",
+        [-1.0, -3.0, -2.0],
+        [1.0, 3.0, 2.0],
+    );
+    assert_box(
+        "box(2).translate(3, 0, 0).rotate(90deg, Y)",
+        [-1.0, -1.0, -4.0],
+        [1.0, 1.0, -2.0],
+    );
+    assert_box(
+        "box(2).translate(3, 0, 0).rotate(90deg, Z)",
+        [-1.0, 2.0, -1.0],
+        [1.0, 4.0, 1.0],
+    );
+    assert_box(
+        "box(2).translate(3, 0, 0).rotate([0deg, 0deg, 90deg])",
+        [-1.0, 2.0, -1.0],
+        [1.0, 4.0, 1.0],
+    );
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let turned = format!("box(2).translate(3, 0, 0).rotate_quaternion([0, 0, {half}, {half}])");
     assert_box(&turned, [-1.0, 2.0, -1.0], [1.0, 4.0, 1.0]);
     assert_box("box(2).scale(3)", [-3.0; 3], [3.0; 3]);
-    assert_box("box(2).scale([1, 2, 3])", [-1.0, -2.0, -3.0], [1.0, 2.0, 3.0]);
-    assert_box("box(2).translate(3, 0, 0).reflect(X)", [-4.0, -1.0, -1.0], [-2.0, 1.0, 1.0]);
-    assert_box("box(2).translate(3, 0, 0).mirror(X)", [-4.0, -1.0, -1.0], [4.0, 1.0, 1.0]);
-    assert_box("box(2).translate(3, 0, 0).mirror(X, at: 1)", [-2.0, -1.0, -1.0], [4.0, 1.0, 1.0]);
-    assert_box("box(1).repeat(2, count: [3, 1, 2])", [-2.5, -0.5, -1.5], [2.5, 0.5, 1.5]);
-    assert_box("box(1).translate(0.9, 0, 0).repeat([2, 0, 0], count: [3, 1, 1])", [-1.6, -0.5, -0.5], [3.4, 0.5, 0.5]);
-    assert_box("box(2).elongate(4, 0, 0)", [-3.0, -1.0, -1.0], [3.0, 1.0, 1.0]);
+    assert_box(
+        "box(2).scale([1, 2, 3])",
+        [-1.0, -2.0, -3.0],
+        [1.0, 2.0, 3.0],
+    );
+    assert_box(
+        "box(2).translate(3, 0, 0).reflect(X)",
+        [-4.0, -1.0, -1.0],
+        [-2.0, 1.0, 1.0],
+    );
+    assert_box(
+        "box(2).translate(3, 0, 0).mirror(X)",
+        [-4.0, -1.0, -1.0],
+        [4.0, 1.0, 1.0],
+    );
+    assert_box(
+        "box(2).translate(3, 0, 0).mirror(X, at: 1)",
+        [-2.0, -1.0, -1.0],
+        [4.0, 1.0, 1.0],
+    );
+    assert_box(
+        "box(1).repeat(2, count: [3, 1, 2])",
+        [-2.5, -0.5, -1.5],
+        [2.5, 0.5, 1.5],
+    );
+    assert_box(
+        "box(1).translate(0.9, 0, 0).repeat([2, 0, 0], count: [3, 1, 1])",
+        [-1.6, -0.5, -0.5],
+        [3.4, 0.5, 0.5],
+    );
+    assert_box(
+        "box(2).elongate(4, 0, 0)",
+        [-3.0, -1.0, -1.0],
+        [3.0, 1.0, 1.0],
+    );
     assert_box("sphere(1).offset(0.5)", [-1.5; 3], [1.5; 3]);
     assert_box("sphere(1).shell(0.5)", [-1.25; 3], [1.25; 3]);
-    assert_box("sphere(2).warp(fn(p) => p + [1, 0, 0.5 * sin(p.x)])", [-3.0, -2.0, -2.5], [1.0, 2.0, 2.5]);
+    assert_box(
+        "sphere(2).warp(fn(p) => p + [1, 0, 0.5 * sin(p.x)])",
+        [-3.0, -2.0, -2.5],
+        [1.0, 2.0, 2.5],
+    );
 }
 
 #[test]
@@ -131,8 +220,14 @@ fn limits_are_messages() {
     let texts = [
         (deep.as_str(), "nested more than 500 deep"),
         (many, "more than 65536 shapes"),
-        ("fn f(n) = f(n + 1) + 1;\nsphere(f(0))", "more than 256 deep"),
-        ("fn f(n) = if n > 0 { f(n - 1) + f(n - 1) } else { 1 };\nsphere(f(60))", "steps to build"),
+        (
+            "fn f(n) = f(n + 1) + 1;\nsphere(f(0))",
+            "more than 256 deep",
+        ),
+        (
+            "fn f(n) = if n > 0 { f(n - 1) + f(n - 1) } else { 1 };\nsphere(f(60))",
+            "steps to build",
+        ),
         ("for i in 0..1e18 { sphere(1) }", "rounds"),
         ("for i in 0..exp(88) * 1e9 { sphere(1) }", "rounds"),
     ];
@@ -153,7 +248,9 @@ union(all, smooth: 0.1) | box(1).color(#f00)";
 
 #[test]
 fn every_operand_stands_before_what_uses_it() {
-    let s = scene("let a = sphere(1); let _b = box(1); (a - box(0.5)).ghost() | a.shell(0.1).repeat(4) |[0.2] !a");
+    let s = scene(
+        "let a = sphere(1); let _b = box(1); (a - box(0.5)).ghost() | a.shell(0.1).repeat(4) |[0.2] !a",
+    );
     for (at, shape) in s.shapes.iter().enumerate() {
         if let ShapeKind::Combine { children, .. } = &shape.kind {
             assert!(children.iter().all(|c| (c.0 as usize) < at));
