@@ -14,12 +14,17 @@ mod terminal;
 use clap::Parser;
 use command::Command;
 use std::process::ExitCode;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use terminal::{Colour, Terminal};
 
 /// SDF scenes compiled to bytecode and WGSL, rendered on CPU and GPU.
 #[derive(Debug, Parser)]
-#[command(name = "sdfc", version, arg_required_else_help = true)]
+#[command(
+    name = "sdfc",
+    version,
+    arg_required_else_help = true,
+    args_override_self = true
+)]
 struct Cli {
     /// When messages are coloured.
     #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t)]
@@ -38,11 +43,14 @@ const BUG: u8 = 101;
 fn main() -> ExitCode {
     quieten_drivers();
     let cli = Cli::parse();
-    let terminal = Terminal::new(cli.color);
+    let terminal = Arc::new(Terminal::new(cli.color));
     keep_panics();
-    let work = move || match cli.command.run(&terminal) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(&terminal),
+    let work = {
+        let terminal = Arc::clone(&terminal);
+        move || match cli.command.run(&terminal) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(failure) => failure.report(&terminal),
+        }
     };
     let worker = match std::thread::Builder::new()
         .stack_size(STACK_BYTES)

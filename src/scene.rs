@@ -12,12 +12,13 @@ use crate::input;
 use crate::terminal::Terminal;
 use clap::builder::PossibleValuesParser;
 use files::Folder;
+use sdfc_compiler::clauses::parse_clauses;
 use sdfc_compiler::compile;
 use sdfc_compiler::compile::{Compiled, GeneratedSource};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::{PASSES, PassOptions};
 use sdfc_compiler::scene::Scene;
-use sdfc_lang::{Diagnostics, FileId, Sources};
+use sdfc_lang::{Diagnostics, Sources};
 use sdfc_runtime::engine::Loaded;
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
@@ -155,7 +156,7 @@ pub(crate) fn clauses(path: &Path, text: String, build: &Build) -> Result<Outcom
         return Err(Failure::Input(problem));
     }
     let mut sources = Sources::new();
-    let file: FileId = sources.add(path.display().to_string(), text);
+    let file = sources.add(path.display().to_string(), text);
     let (made, found) = sdfc_compiler::clauses::parse_clauses(&sources, file);
     Ok(Outcome {
         sources,

@@ -3,6 +3,7 @@
 
 use sdfc_lang::{Diagnostics, Sources, Style};
 use std::io::{IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// When messages are coloured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -17,10 +18,12 @@ pub(crate) enum Colour {
 }
 
 /// Standard error.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(crate) struct Terminal {
     coloured: bool,
     interactive: bool,
+    /// Whether something has been said.
+    spoke: AtomicBool,
 }
 
 impl Terminal {
@@ -37,16 +40,18 @@ impl Terminal {
         Self {
             coloured,
             interactive,
+            spoke: AtomicBool::new(false),
         }
     }
 
     /// Whether a person looks on.
-    pub(crate) fn is_interactive(self) -> bool {
+    pub(crate) fn is_interactive(&self) -> bool {
         self.interactive
     }
 
     /// Writes text as it is.
-    pub(crate) fn write(self, text: &str) {
+    pub(crate) fn write(&self, text: &str) {
+        self.spoke.store(true, Ordering::Relaxed);
         let mut stderr = std::io::stderr().lock();
         let _ = stderr
             .write_all(text.as_bytes())
@@ -54,21 +59,21 @@ impl Terminal {
     }
 
     /// What is wrong.
-    pub(crate) fn error(self, message: &str) {
+    pub(crate) fn error(&self, message: &str) {
         self.headline("error", "\x1b[1;31m", message);
     }
 
     /// What may be wrong.
-    pub(crate) fn warning(self, message: &str) {
+    pub(crate) fn warning(&self, message: &str) {
         self.headline("warning", "\x1b[1;33m", message);
     }
 
     /// What is worth knowing.
-    pub(crate) fn note(self, message: &str) {
+    pub(crate) fn note(&self, message: &str) {
         self.headline("note", "\x1b[1;32m", message);
     }
 
-    fn headline(self, kind: &str, colour: &str, message: &str) {
+    fn headline(&self, kind: &str, colour: &str, message: &str) {
         if self.coloured {
             self.write(&format!("{colour}{kind}\x1b[0m\x1b[1m: {message}\x1b[0m\n"));
         } else {
@@ -76,14 +81,17 @@ impl Terminal {
         }
     }
 
-    /// What the compiler has to say about a scene.
-    pub(crate) fn diagnostics(self, found: &Diagnostics, sources: &Sources) {
+    /// What the compiler has to say about a scene, apart from what was said before.
+    pub(crate) fn diagnostics(&self, found: &Diagnostics, sources: &Sources) {
         if !found.is_empty() {
             let style = if self.coloured {
                 Style::Coloured
             } else {
                 Style::Plain
             };
+            if self.spoke.load(Ordering::Relaxed) {
+                self.write("\n");
+            }
             self.write(&found.render(sources, style));
         }
     }

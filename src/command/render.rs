@@ -193,7 +193,7 @@ fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
 /// What was drawn, by what, how fast.
 fn summary(to: &Path, frame: &Frame, engine: &dyn Engine, took: Duration) -> String {
     format!(
-        "{}: {}x{}, {} ({}), {} ms\n",
+        "{}: {}x{}, {} on {}, {} ms\n",
         to.display(),
         frame.width,
         frame.height,

@@ -6,6 +6,8 @@ use insta::assert_snapshot;
 const SCENE: &str = "\
 param goo = 0.3 in 0.0..1.0;
 param count = 3 in 1..=5;
+camera { from: [0, 1, 5], look: [0, 0, 0] }
+render { far: 40 }
 let balls = for i in 0..count { sphere(0.5).translate(0.8 * i - 0.8, 0, 0) };
 union(balls, smooth: goo).color(#c05030) | plane(Y, at: -0.5)
 ";
@@ -104,9 +106,8 @@ fn damaged_files_are_refused() {
 }
 
 #[test]
-fn bytecode_does_not_go_to_a_text() {
+fn bytes_go_into_pipes() {
     let sandbox = Sandbox::with_scene("sphere(1)");
-    // Into a pipe it goes as it is.
     let run = sandbox.run("compile scene.sdf --emit bytecode").ok();
     assert!(run.stdout.starts_with(b"SDFB"));
     let run = sandbox.run("compile scene.sdf --emit spirv").ok();

@@ -92,6 +92,7 @@ fn parts_cameras_and_sizes() {
     draw("--part ball --camera hero").ok();
     std::fs::remove_file(sandbox.path("out.png")).expect("the picture");
     let mut said = String::new();
+    // Of two values for one flag the last counts, so that a script can have defaults.
     for more in [
         "--part bal",
         "--camera heros",

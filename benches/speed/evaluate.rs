@@ -1,0 +1,82 @@
+//! Points per second. The first three measure the distance alone, on one thread: one point at a
+//! time, and 64. The engines' queries, on all that they have, are distance, gradient and material.
+
+use crate::scenes;
+use criterion::{BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
+use sdfc_compiler::compile::Compiled;
+use sdfc_runtime::engine::{EngineKind, Loaded, open};
+use sdfc_shaders::assemble::SceneSource;
+use sdfc_vm::batch::{Column, LANES, Machine, Points};
+use sdfc_vm::evaluate::evaluate;
+use sdfc_vm::vector::V3;
+use std::hint::black_box;
+
+/// How many points a query asks for.
+const QUERY: usize = 1 << 16;
+
+pub(crate) fn bench(criterion: &mut Criterion) {
+    let compiled = scenes::compiled(&scenes::text(50));
+    let mut group = criterion.benchmark_group("evaluate 50 primitives");
+    let program = &compiled.module.distance;
+    let points = points(LANES);
+
+    group.throughput(Throughput::Elements(LANES as u64));
+    group.bench_function("one point at a time", |bencher| {
+        bencher.iter(|| {
+            let value = |&[x, y, z]: &[f32; 3]| evaluate::<f32>(program, V3::of(x, y, z));
+            black_box(&points).iter().map(value).sum::<f32>()
+        });
+    });
+    let mut machine: Machine<f32> = Machine::new(&program.needs());
+    let block: Points = [0, 1, 2].map(|axis| {
+        let mut column = Column::default();
+        for (number, point) in column.0.iter_mut().zip(&points) {
+            *number = point[axis];
+        }
+        column
+    });
+    group.bench_function("64 points at a time", |bencher| {
+        bencher.iter(|| machine.run(program, black_box(&block)).0[0]);
+    });
+
+    group
+        .throughput(Throughput::Elements(QUERY as u64))
+        .sample_size(10);
+    for kind in EngineKind::ALL {
+        query(&mut group, &compiled, kind);
+    }
+}
+
+/// A query on an engine, if this machine has what it needs.
+fn query(group: &mut BenchmarkGroup<'_, WallTime>, compiled: &Compiled, kind: EngineKind) {
+    let mut module = compiled.module.clone();
+    let outputs = module.update(0.0);
+    let generated = compiled.generated();
+    let scene = Loaded {
+        module: &module,
+        outputs: &outputs,
+        generated: SceneSource {
+            text: &generated.text,
+            calls: &generated.calls,
+        },
+    };
+    let Ok(mut engine) = open(kind) else {
+        eprintln!("engine {kind} is not measured: there is no GPU adapter");
+        return;
+    };
+    engine.load(&scene).expect("the scene fits every engine");
+    let points = points(QUERY);
+    group.bench_function(format!("query on {kind}"), |bencher| {
+        bencher.iter(|| engine.query(black_box(&points)).expect("an answer"));
+    });
+}
+
+/// Points all over the scene, the same every time.
+fn points(count: usize) -> Vec<[f32; 3]> {
+    let mut state = 1_u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 24) as f32 * 12.0 - 6.0
+    };
+    (0..count).map(|_| [next(), next(), next()]).collect()
+}

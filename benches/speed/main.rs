@@ -1,0 +1,18 @@
+//! How fast it is, from text to picture. See `benches/README.md` for how to run and compare.
+
+mod compile;
+mod evaluate;
+mod parse;
+mod render;
+mod scenes;
+
+use criterion::{criterion_group, criterion_main};
+
+criterion_group!(
+    speed,
+    parse::bench,
+    compile::bench,
+    evaluate::bench,
+    render::bench
+);
+criterion_main!(speed);

@@ -1,0 +1,56 @@
+//! The scene that everything is measured on: `count` primitives (sphere, rotated box, torus and
+//! capsule in turn) in groups of five, each joined by union, smooth union and subtraction.
+
+use sdfc_compiler::compile::{self, Compiled, compile};
+use sdfc_compiler::elaborate::{self, elaborate};
+use sdfc_lang::Sources;
+use std::fmt::Write;
+
+/// Settings of a picture with a shadow and occlusion.
+const SETTINGS: &str = "\
+camera { from: [0, 4, 16], look: [0, 0, 0], fov: 40deg }
+light { dir: [-0.6, 0.8, 0.4], shadow: soft(0.03) }
+render { size: [640, 360], aa: 1, occlusion: five_tap }
+";
+
+/// The scene's text; `count` is a multiple of five.
+pub(crate) fn text(count: usize) -> String {
+    let mut text = String::from(SETTINGS);
+    let side = (count as f64).cbrt().ceil() as usize;
+    for i in 0..count {
+        let place = |n: usize| (n % side) as f64 * 8.0 / side as f64 - 4.0;
+        let at = [place(i), place(i / side), place(i / side / side)];
+        // Sizes that differ, so that no two primitives are one.
+        let size = 3.0 / side as f64 * (1.0 + (i * 7 % 11) as f64 / 11.0);
+        text.push_str(match i % 5 {
+            0 if i > 0 => "\n| (((",
+            0 => "(((",
+            1 => " | ",
+            2 => ") |[0.1] ",
+            3 => " | ",
+            _ => ") - ",
+        });
+        let _ = match i % 4 {
+            0 => write!(text, "sphere({:.4})", size / 2.0),
+            1 => write!(text, "box({size:.4}).rotate({}deg, Y)", i * 13 % 90),
+            2 => write!(text, "torus(r1: {:.4}, r2: {:.4})", size / 2.0, size / 8.0),
+            _ => write!(text, "capsule(h: {size:.4}, r: {:.4})", size / 4.0),
+        };
+        let [x, y, z] = at;
+        let _ = write!(text, ".translate({x:.3}, {y:.3}, {z:.3})");
+        if i % 5 == 4 {
+            text.push(')');
+        }
+    }
+    text
+}
+
+/// The scene, compiled.
+pub(crate) fn compiled(text: &str) -> Compiled {
+    let mut sources = Sources::new();
+    let file = sources.add("bench.sdf", text);
+    let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
+    let scene = scene.unwrap_or_else(|| panic!("{:?}", found.first()));
+    let (compiled, found) = compile(scene, &compile::Options::default());
+    compiled.unwrap_or_else(|| panic!("{:?}", found.first()))
+}
