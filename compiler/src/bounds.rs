@@ -283,3 +283,31 @@ pub fn range(
     }
     last
 }
+
+/// The value of a number of point stage, without parameters, at a point.
+pub fn value_at(graph: &Expressions, id: ExprId, point: [f64; 3]) -> f64 {
+    let order = crate::uniforms::operands_first(graph, id, |_| false);
+    let mut values: HashMap<ExprId, f64> = HashMap::with_capacity(order.len());
+    for id in order {
+        let value = |id: &ExprId| values[id];
+        let result = match graph.get(id) {
+            Expression::Constant(value) => *value,
+            Expression::Coordinate(axis) => point[usize::from(*axis)],
+            Expression::Apply { op, point: None, values: operands, parameters } => {
+                let mut given = [0.0; 3];
+                for (slot, id) in given.iter_mut().zip(operands) {
+                    *slot = value(id);
+                }
+                let parameters: Vec<f64> = parameters.iter().map(value).collect();
+                let p = V3::of(0.0, 0.0, 0.0);
+                match apply::<f64>(*op, p, given, &laid_out(*op, &parameters)) {
+                    Applied::Value(value) => value,
+                    Applied::Point(_) => f64::NAN,
+                }
+            }
+            _ => f64::NAN,
+        };
+        values.insert(id, result);
+    }
+    values[&id]
+}

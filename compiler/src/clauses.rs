@@ -1,7 +1,7 @@
 //! `.vm` files: the plain text of Fidget and libfive, a clause a line, `_name operation operands`.
 //!
-//! The last clause is the result, negative inside, over the square or cube from −1 to 1. A file
-//! that does not read `var-z` is a figure in the plane.
+//! The last clause is the result, negative inside, over the square or cube from −1 to 1,
+//! or a larger one where it does not fit. A file that does not read `var-z` is a figure in the plane.
 
 use crate::elaborate::{NoFiles, Options, elaborate};
 use crate::expression::{ExprId, Expressions};
@@ -57,8 +57,8 @@ pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Dia
         return (None, errors);
     };
     let plane = !reads_z;
-    let deep = if plane { f64::INFINITY } else { 1.0 };
-    let region = Bounds::centred([1.0, 1.0, deep]);
+    let side = reach(&scene.expressions, value, plane);
+    let region = Bounds::centred([side, side, if plane { f64::INFINITY } else { side }]);
     let kind = ShapeKind::Field { value, slope: None, region };
     scene.shapes = vec![Shape { kind, plane, name: String::new(), span }];
     scene.root = Some(ShapeId(0));
@@ -67,6 +67,29 @@ pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Dia
         scene.render.size = [1024, 1024];
     }
     (Some(scene), errors)
+}
+
+/// Half the side of the square or cube that is shown: 1, or as many doublings of it as it takes until
+/// the shape does not stick out of it at any of the points looked at; 16 at most.
+fn reach(expressions: &Expressions, value: ExprId, plane: bool) -> f64 {
+    const POINTS: usize = 24;
+    let sticks_out = |side: f64| {
+        let at = |i: usize| side * (2.0 * i as f64 / (POINTS - 1) as f64 - 1.0);
+        let levels = if plane { 1 } else { POINTS };
+        (0..POINTS).any(|i| {
+            (0..levels).any(|j| {
+                let (a, b) = (at(i), if plane { 0.0 } else { at(j) });
+                [side, -side].into_iter().any(|s| {
+                    let faces = [[s, a, b], [a, s, b], [a, b, s]];
+                    let faces = if plane { &faces[..2] } else { &faces };
+                    faces.iter().any(|p| crate::bounds::value_at(expressions, value, *p) < 0.0)
+                })
+            })
+        })
+    };
+    // An endless shape sticks out of every cube and is shown in the first.
+    let sides = [1.0, 2.0, 4.0, 8.0, 16.0];
+    sides.into_iter().find(|&side| !sticks_out(side)).unwrap_or(1.0)
 }
 
 struct Reader<'a> {

@@ -641,7 +641,7 @@ macro_rules! for_each_operation {
                 ..DISTANCE
             };
             /// Makes a repetition's distance safe: at most that to the slabs that hold the neighbours. Reads the folded point; its parameters are made of the two corners of what the cell holds and of the spacing.
-            RepeatGuard "repeat_guard" = distance::repeat_guard(d: Value, p: Point; lower: Vec3, upper: Vec3) -> Value, prepare::guard, Meta {
+            RepeatGuard "repeat_guard" = distance::repeat_guard(d: Value, p: Point; spacing: Vec3, lower: Vec3, upper: Vec3) -> Value, prepare::guard, Meta {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
                 slope: Slope::LargestOrOne,

@@ -52,8 +52,14 @@ pub fn bounded<R: Real>(d: R, p: R::Vec3, centre: R::Vec3, margin: R, half: R::V
 /// than the distance to what the neighbouring cells may hold. `p` is the point folded into its
 /// cell; the copies in the cells above begin at `upper`, those in the cells below end at `lower`.
 #[inline(always)]
-pub fn repeat_guard<R: Real>(d: R, p: R::Vec3, lower: R::Vec3, upper: R::Vec3) -> R {
-    least::<R>(d, upper - p, p - lower)
+pub fn repeat_guard<R: Real>(
+    d: R,
+    p: R::Vec3,
+    spacing: R::Vec3,
+    lower: R::Vec3,
+    upper: R::Vec3,
+) -> R {
+    guarded::<R>(d, p, spacing, [lower, upper], [upper - p, p - lower])
 }
 
 /// The same for a limited grid, with the point before it is folded: there are no copies beyond the
@@ -76,15 +82,37 @@ pub fn repeat_limited_guard<R: Real>(
         .min(last)
         .named("cell");
     let folded = (q - spacing * cell).named("folded");
-    let far = lit::<R>(1e30);
+    let far = lit::<R>(FAR);
     let above = upper - folded + (cell - last + one).max(zero) * far;
     let below = folded - lower + (one - cell).max(zero) * far;
-    least::<R>(d, above, below)
+    guarded::<R>(d, folded, spacing, [lower, upper], [above, below])
 }
 
-/// The smallest of a distance and six gaps.
+/// Farther than any copy; its square is finite.
+const FAR: f64 = 1e15;
+
+/// The smallest of a distance and those to the boxes that hold the copies next to a cell. Along an
+/// axis, a neighbour is as far as the gap to it; across, it is as far as the nearer of it and the
+/// cell's own copy.
 #[inline(always)]
-fn least<R: Real>(d: R, above: R::Vec3, below: R::Vec3) -> R {
-    let gap = above.min(below).named("gap");
-    d.min(gap.x().min(gap.y()).min(gap.z()))
+fn guarded<R: Real>(
+    d: R,
+    p: R::Vec3,
+    spacing: R::Vec3,
+    [lower, upper]: [R::Vec3; 2],
+    [above, below]: [R::Vec3; 2],
+) -> R {
+    let zero = R::Vec3::splat(lit(0.0));
+    let gap = above.min(below).max(zero).named("gap");
+    let alone = |spacing: R, gap: R| R::select(spacing.less(lit(1e-12)), lit(FAR), gap);
+    let gap = R::Vec3::new(
+        alone(spacing.x(), gap.x()),
+        alone(spacing.y(), gap.y()),
+        alone(spacing.z(), gap.z()),
+    );
+    let own = (upper - spacing - p).max(p - lower - spacing).max(zero);
+    let across = own.min(gap).named("across");
+    let along = |g: R, a: R, b: R| (g * g + a * a + b * b).sqrt();
+    let (x, y, z) = (across.x(), across.y(), across.z());
+    d.min(along(gap.x(), y, z)).min(along(gap.y(), z, x)).min(along(gap.z(), x, y))
 }

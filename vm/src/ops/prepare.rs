@@ -336,26 +336,27 @@ pub fn limited_spacing<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// The lower and the upper corner of what a cell holds and the spacing, to where the copies below
-/// end and those above begin; along axes without repetition there are none.
+/// The lower and the upper corner of what a cell holds and the spacing, to the spacing, and where
+/// the copies below end and those above begin.
 pub fn guard<R: Real>(a: &[R]) -> Vec<R> {
-    let (lower, upper): (Vec<R>, Vec<R>) = (0..3)
-        .map(|i| {
-            let none = a[6 + i].abs().less(lit(1e-12));
-            let far = lit::<R>(1e30);
-            let below = R::select(none, -far, a[3 + i] - a[6 + i]);
-            (below, R::select(none, far, a[i] + a[6 + i]))
-        })
-        .unzip();
-    [lower, upper].concat()
+    let spacing = a[6..9].iter().map(|spacing| spacing.abs()).collect();
+    [spacing, neighbours(a)].concat()
 }
 
 /// The corners, the spacing and the counts: the parameters of the grid, and where the neighbours
 /// end and begin.
 pub fn limited_guard<R: Real>(a: &[R]) -> Vec<R> {
     let mut v = limited_spacing(&a[6..12]);
-    v.extend(guard(&a[..9]));
+    v.extend(neighbours(a));
     v
+}
+
+/// Where the copies below end and those above begin.
+fn neighbours<R: Real>(a: &[R]) -> Vec<R> {
+    let kept = |v: R| v.clamp(lit(-1e15), lit(1e15));
+    let lower = (0..3).map(|i| kept(a[3 + i]) - a[6 + i].abs());
+    let upper = (0..3).map(|i| kept(a[i]) + a[6 + i].abs());
+    lower.chain(upper).collect()
 }
 
 /// A number of sectors and where the first of them is, to their angle and one over it.
