@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 /// Settings of a picture with a shadow and occlusion.
 const SETTINGS: &str = "\
-camera { from: [0, 4, 16], look: [0, 0, 0], fov: 40deg }
+camera { from: [0, 3, 12], look: [0, 0, 0], fov: 40deg }
 light { dir: [-0.6, 0.8, 0.4], shadow: soft(0.03) }
 render { size: [640, 360], aa: 1, occlusion: five_tap }
 ";
@@ -16,12 +16,21 @@ render { size: [640, 360], aa: 1, occlusion: five_tap }
 /// The scene's text; `count` is a multiple of five.
 pub(crate) fn text(count: usize) -> String {
     let mut text = String::from(SETTINGS);
-    let side = (count as f64).cbrt().ceil() as usize;
+    let groups = count.div_ceil(5);
+    let side = (groups as f64).cbrt().ceil() as usize;
+    let cell = 8.0 / side as f64;
     for i in 0..count {
-        let place = |n: usize| (n % side) as f64 * 8.0 / side as f64 - 4.0;
-        let at = [place(i), place(i / side), place(i / side / side)];
+        // Groups stand on a grid; the members of one are close enough to overlap.
+        let (group, member) = (i / 5, i % 5);
+        let place = |n: usize| ((n % side) as f64 + 0.5) * cell - 4.0;
+        let offset = |n: usize| cell * 0.2 * ((member * n % 5) as f64 - 2.0) / 2.0;
+        let at = [
+            place(group) + offset(1),
+            place(group / side) + offset(2),
+            place(group / side / side) + offset(3),
+        ];
         // Sizes that differ, so that no two primitives are one.
-        let size = 3.0 / side as f64 * (1.0 + (i * 7 % 11) as f64 / 11.0);
+        let size = cell * (0.25 + 0.2 * (i * 7 % 11) as f64 / 11.0);
         text.push_str(match i % 5 {
             0 if i > 0 => "\n| (((",
             0 => "(((",

@@ -96,6 +96,20 @@ fn colours_are_what_the_scene_says() {
     }
 }
 
+/// What moves is drawn where it is at the time, whole, and not where it was at first.
+#[test]
+fn time_moves_the_whole_shape() {
+    let settings = "camera { from: [0, 1, 9], look: [0, 0, 0] }\nrender { far: 40 }\n";
+    let mask = |shape: &str, more: &str| {
+        let sandbox = Sandbox::with_scene(&format!("{settings}{shape}"));
+        draw(&sandbox, &format!("--mode mask {more}"));
+        decoded(&sandbox.read("out.png")).2
+    };
+    let moved = mask("sphere(1).translate(2 * sin(time), 0, 0)", "--at 1.5s");
+    let there = mask("sphere(1).translate(2 * sin(1.5), 0, 0)", "");
+    assert!(moved == there);
+}
+
 #[test]
 fn the_name_and_the_pipe() {
     let sandbox = Sandbox::with_scene(SCENE);
