@@ -157,7 +157,7 @@ pub(crate) fn clauses(path: &Path, text: String, build: &Build) -> Result<Outcom
     }
     let mut sources = Sources::new();
     let file = sources.add(path.display().to_string(), text);
-    let (made, found) = sdfc_compiler::clauses::parse_clauses(&sources, file);
+    let (made, found) = parse_clauses(&sources, file);
     Ok(Outcome {
         sources,
         found: found.into_iter().collect(),

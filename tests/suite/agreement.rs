@@ -22,11 +22,22 @@ fn engines_draw_every_scene_alike() {
         let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
         let source = compiled.generated();
-        let overrides = Overrides { size: Some([96, 64]), aa: Some(1), ..Overrides::default() };
+        let overrides = Overrides {
+            size: Some([96, 64]),
+            aa: Some(1),
+            ..Overrides::default()
+        };
         let settings = resolve(&compiled.module, &outputs, &overrides);
         let settings = settings.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-        let generated = SceneSource { text: &source.text, calls: &source.calls };
-        let loaded = Loaded { module: &compiled.module, outputs: &outputs, generated };
+        let generated = SceneSource {
+            text: &source.text,
+            calls: &source.calls,
+        };
+        let loaded = Loaded {
+            module: &compiled.module,
+            outputs: &outputs,
+            generated,
+        };
         let report = verify(&loaded, &mut engines, &small(&settings));
         let report = report.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         if !report.passed() {

@@ -32,15 +32,22 @@ pub(crate) fn scenes(folder: &str) -> Vec<PathBuf> {
 
 /// The name of a scene.
 pub(crate) fn name(path: &Path) -> String {
-    path.file_stem().expect("a scene has a name").to_string_lossy().into_owned()
+    path.file_stem()
+        .expect("a scene has a name")
+        .to_string_lossy()
+        .into_owned()
 }
 
 /// Makes something of a scene on a thread with the stack that the command line gives it.
 pub(crate) fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(64 << 20);
-        let handle = thread.spawn_scoped(scope, work).expect("a thread can be started");
-        handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        let handle = thread
+            .spawn_scoped(scope, work)
+            .expect("a thread can be started");
+        handle
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
 }
 
@@ -50,7 +57,10 @@ pub(crate) fn scene(path: &Path) -> Scene {
     let mut sources = Sources::new();
     let file = sources.add(name(path), text);
     let folder = Folder(path.parent().expect("it lies in a folder").to_owned());
-    let options = Options { loader: &folder, ..Options::default() };
+    let options = Options {
+        loader: &folder,
+        ..Options::default()
+    };
     let (scene, found) = elaborate(&mut sources, file, &options);
     let found: Diagnostics = found.into_iter().collect();
     scene.unwrap_or_else(|| panic!("{}", found.render(&sources, Style::Plain)))

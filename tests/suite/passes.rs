@@ -20,14 +20,22 @@ fn points(block: u64) -> [Column; 3] {
 
 fn values(program: &Program) -> Vec<f32> {
     let mut machine = Machine::<f32>::new(&program.needs());
-    (0..64).flat_map(|block| machine.run(program, &points(block)).0).collect()
+    (0..64)
+        .flat_map(|block| machine.run(program, &points(block)).0)
+        .collect()
 }
 
 #[test]
 fn passes_keep_every_bit() {
-    let mut variants = vec![PassOptions { none: true, without: vec![] }];
+    let mut variants = vec![PassOptions {
+        none: true,
+        without: vec![],
+    }];
     for pass in PASSES {
-        variants.push(PassOptions { none: false, without: vec![pass.name.to_owned()] });
+        variants.push(PassOptions {
+            none: false,
+            without: vec![pass.name.to_owned()],
+        });
     }
     for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
         on_large_stack(|| {
@@ -35,7 +43,10 @@ fn passes_keep_every_bit() {
             assert_eq!(all.len(), 64 * LANES);
             for options in &variants {
                 let other = values(&compiled(path, options.clone()).module.distance);
-                let differs = all.iter().zip(&other).position(|(a, b)| a != b && !(a.is_nan() && b.is_nan()));
+                let differs = all
+                    .iter()
+                    .zip(&other)
+                    .position(|(a, b)| a != b && !(a.is_nan() && b.is_nan()));
                 if let Some(at) = differs {
                     panic!(
                         "{}, {options:?}: point {at} is {} with all passes, {} with these",

@@ -63,8 +63,7 @@ fn bytecode_files_hold_the_whole_module() {
             let raised = raise(decoded);
             let again = sdfc_compiler::schedule::schedule(&raised.optimized);
             let count = |words: &[u32]| words.len() / 4;
-            let (was, is) =
-                (encode(&compiled.module.distance.code), encode(&again.code));
+            let (was, is) = (encode(&compiled.module.distance.code), encode(&again.code));
             assert_eq!(count(&was), count(&is), "{}", path.display());
         });
     }
@@ -72,8 +71,14 @@ fn bytecode_files_hold_the_whole_module() {
 
 #[test]
 fn every_example_can_be_written_in_every_shading_language() {
-    let targets =
-        [Target::Wgsl, Target::Glsl, Target::Hlsl, Target::Msl, Target::Spirv, Target::Shadertoy];
+    let targets = [
+        Target::Wgsl,
+        Target::Glsl,
+        Target::Hlsl,
+        Target::Msl,
+        Target::Spirv,
+        Target::Shadertoy,
+    ];
     for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
         let compiled = on_large_stack(|| compiled(path, PassOptions::default()));
         for target in targets {
@@ -93,9 +98,13 @@ fn every_word_of_the_table_is_in_a_test_scene() {
             seen.insert(name);
         }
     }
-    let words = ROWS.iter().filter(|row| row.meta.category != Category::Internal);
-    let missing: Vec<&str> =
-        words.map(|row| row.name).filter(|name| !seen.contains(name)).collect();
+    let words = ROWS
+        .iter()
+        .filter(|row| row.meta.category != Category::Internal);
+    let missing: Vec<&str> = words
+        .map(|row| row.name)
+        .filter(|name| !seen.contains(name))
+        .collect();
     // A constant is no operation of a graph.
     assert_eq!(missing, ["constant"], "rows without a test scene");
 }
