@@ -10,11 +10,15 @@
 
 mod annotation;
 mod arguments;
+mod blend;
 mod blocks;
 mod bound;
 mod calls;
+mod copies;
 mod csg;
+mod curves;
 mod diagnose;
+mod display;
 mod evaluate;
 mod field;
 mod finish;
@@ -33,6 +37,7 @@ mod stage;
 mod symbolic;
 mod transform;
 mod value;
+mod vectors;
 mod vocabulary;
 
 use crate::bounds::Present;

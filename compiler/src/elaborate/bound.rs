@@ -10,13 +10,12 @@ use super::diagnose::wrong_type;
 use super::numbers::{Form, parts};
 use super::stage::Demand;
 use super::symbolic::{Symbolic, with_graph};
-use super::value::{Number, Quantity, Value};
+use super::value::{List, Number, Quantity, Value};
 use crate::expression::{ExprId, Stage};
 use crate::scene::{MaterialId, ShapeId};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::real::{Real, lit};
 use sdfc_vm::row::ArgumentKind as A;
-use std::rc::Rc;
 
 /// The largest magnitude of a number of a shape: squares stay finite in `f32`.
 const MAX_MAGNITUDE: f64 = 1e18;
@@ -462,7 +461,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// The elements of a list argument.
-    pub(crate) fn elements_of(&mut self, bound: &Bound<'a>, at: usize) -> Option<Rc<[Value<'a>]>> {
+    pub(crate) fn elements_of(&mut self, bound: &Bound<'a>, at: usize) -> Option<List<'a>> {
         self.elements(bound.value(at).clone(), bound.span_of(at))
     }
 }

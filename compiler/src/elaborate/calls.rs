@@ -110,6 +110,13 @@ impl<'a> Elaborator<'a> {
 
     /// Calls whatever can be called.
     pub(crate) fn invoke(&mut self, callee: &Value<'a>, call: Invocation<'a>) -> Outcome<'a> {
+        let span = call.span;
+        let result = self.invoked(callee, call)?;
+        self.check_value_depth(&result, span)?;
+        Ok(result)
+    }
+
+    fn invoked(&mut self, callee: &Value<'a>, call: Invocation<'a>) -> Outcome<'a> {
         match callee {
             Value::Function(closure) => {
                 let closure = Rc::clone(closure);

@@ -5,11 +5,11 @@
 //! and a [`Halt`]. Any other mistake is reported and gives a [`Value::Poison`], which is silent in
 //! all that follows.
 
-use super::csg::Blend;
+use super::blend::Blend;
 use super::diagnose::unknown_name;
 use super::scope::Scope;
 use super::stage::Demand;
-use super::value::{Closure, Number, Quantity, Range, Value, Vector};
+use super::value::{Closure, List, Number, Quantity, Range, Value, Vector};
 use super::{Elaborator, vocabulary};
 use crate::expression::Stage;
 use crate::scene::Shape;
@@ -24,6 +24,8 @@ use std::rc::Rc;
 pub(crate) const MAX_STEPS: u64 = 5_000_000;
 /// The most expressions within each other, calls included.
 const MAX_NESTING: u32 = 6_000;
+/// The most lists within lists, and functions that remember functions.
+const MAX_VALUE_DEPTH: u32 = 1_000;
 /// The most elements that a loop may have.
 pub(crate) const MAX_LOOP: f64 = 1_000_000.0;
 
@@ -67,9 +69,21 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0408, expr.span, message));
             return Err(Halt);
         }
-        let result = self.eval_kind(here, expr);
+        let result = self.eval_kind(here, expr)?;
         self.nesting -= 1;
-        result
+        self.check_value_depth(&result, expr.span)?;
+        Ok(result)
+    }
+
+    /// Ends the run where values are too deep within each other to be let go of again.
+    pub(crate) fn check_value_depth(&mut self, value: &Value<'a>, span: Span) -> Result<(), Halt> {
+        if value.depth() <= MAX_VALUE_DEPTH {
+            return Ok(());
+        }
+        let message = format!("values are more than {MAX_VALUE_DEPTH} deep within each other");
+        let help = "put lists one after the other by `concat`";
+        self.report(Diagnostic::error(codes::E0408, span, message).help(help));
+        Err(Halt)
     }
 
     fn eval_kind(&mut self, here: &Here<'a>, expr: &'a Expr) -> Outcome<'a> {
@@ -557,7 +571,14 @@ impl<'a> Elaborator<'a> {
     }
 
     /// The values that a loop goes through.
-    pub(crate) fn elements(&mut self, value: Value<'a>, span: Span) -> Option<Rc<[Value<'a>]>> {
+    pub(crate) fn elements(&mut self, value: Value<'a>, span: Span) -> Option<List<'a>> {
+        let list = self.elements_free(value, span)?;
+        // Going through a list is work, whatever is done with its elements.
+        self.steps += list.len() as u64 / 2;
+        Some(list)
+    }
+
+    fn elements_free(&mut self, value: Value<'a>, span: Span) -> Option<List<'a>> {
         match value {
             Value::Poison => None,
             Value::List(list) => Some(list),
@@ -572,7 +593,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    fn counted(&mut self, range: Range, span: Span) -> Option<Rc<[Value<'a>]>> {
+    fn counted(&mut self, range: Range, span: Span) -> Option<List<'a>> {
         let demand = Demand::new("a loop count", span);
         let start = self.demand(range.start.id, &demand);
         let end = self.demand(range.end.id, &demand);

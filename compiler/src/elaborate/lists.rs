@@ -4,14 +4,16 @@
 use super::Elaborator;
 use super::arguments::Invocation;
 use super::bound::{Bound, short};
-use super::evaluate::Outcome;
+use super::evaluate::{MAX_LOOP, Outcome};
 use super::stage::Demand;
-use super::value::{Number, Quantity, Value};
+use super::value::{List, Number, Quantity, Value};
 use crate::expression::Stage;
 use sdfc_lang::ast::BinaryOp;
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::table::Op;
-use std::rc::Rc;
+
+/// The most lines that `print` keeps.
+const MAX_PRINTED: usize = 1_000;
 
 impl<'a> Elaborator<'a> {
     /// `len(list)`
@@ -134,6 +136,11 @@ impl<'a> Elaborator<'a> {
                 Some(list) => all.extend(list.iter().cloned()),
                 None => return Ok(Value::Poison),
             }
+            if all.len() as f64 > MAX_LOOP {
+                let message = format!("a list has at most {MAX_LOOP} elements");
+                self.report(Diagnostic::error(codes::E0412, call.span, message));
+                return Ok(Value::Poison);
+            }
         }
         Ok(Value::List(all.into()))
     }
@@ -143,7 +150,7 @@ impl<'a> Elaborator<'a> {
         if self.wrong_count(&call, 0..=usize::MAX) {
             return Ok(Value::Poison);
         }
-        let values: Rc<[Value<'a>]> = match call.given.as_slice() {
+        let values: List<'a> = match call.given.as_slice() {
             [only]
                 if matches!(
                     only.value,
@@ -183,12 +190,15 @@ impl<'a> Elaborator<'a> {
 
     /// `print(..)`
     pub(crate) fn print(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        let texts: Vec<String> = call
-            .given
-            .iter()
-            .map(|given| self.display(&given.value))
-            .collect();
-        self.printed.push(texts.join(" "));
+        let values = call.given.iter().map(|given| &given.value);
+        match self.printed.len() {
+            ..MAX_PRINTED => {
+                let line = self.display(values, " ");
+                self.printed.push(line);
+            }
+            MAX_PRINTED => self.printed.push("…".to_owned()),
+            _ => {}
+        }
         // `x.print()` goes on with `x`.
         Ok(match call.given.into_iter().next() {
             Some(first) if first.span.start == call.span.start => first.value,
@@ -198,12 +208,8 @@ impl<'a> Elaborator<'a> {
 
     /// `str(..)`: values as text.
     pub(crate) fn text(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        let texts: String = call
-            .given
-            .iter()
-            .map(|given| self.display(&given.value))
-            .collect();
-        Ok(Value::Text(texts.as_str().into()))
+        let values = call.given.iter().map(|given| &given.value);
+        Ok(Value::Text(self.display(values, "").as_str().into()))
     }
 
     /// `assert(condition, message)`: now, or whenever a parameter changes.
@@ -216,7 +222,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         let message = match call.given.get(1) {
-            Some(given) => self.display(&given.value),
+            Some(given) => self.display([&given.value], ""),
             None => format!("`{}` does not hold", self.sources.slice(span)),
         };
         let stage = self.graph.stage(condition);

@@ -136,7 +136,7 @@ impl<'a> Elaborator<'a> {
         if let (BinaryOp::Add, Value::Text(_), _) | (BinaryOp::Add, _, Value::Text(_)) =
             (op, left, right)
         {
-            let text = self.display(left) + &self.display(right);
+            let text = self.display([left, right], "");
             return Value::Text(text.as_str().into());
         }
         let (Some((left_form, a)), Some((right_form, b))) = (parts(left), parts(right)) else {

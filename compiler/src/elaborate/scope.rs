@@ -10,6 +10,8 @@ pub(crate) struct Scope<'a>(Option<Rc<Binding<'a>>>);
 
 #[derive(Debug)]
 struct Binding<'a> {
+    /// The depth of the deepest value of this scope.
+    depth: u32,
     name: &'a str,
     value: Value<'a>,
     outer: Scope<'a>,
@@ -18,11 +20,18 @@ struct Binding<'a> {
 impl<'a> Scope<'a> {
     /// This scope with one more name.
     pub(crate) fn with(&self, name: &'a str, value: Value<'a>) -> Self {
+        let depth = self.depth().max(value.depth());
+        let outer = self.clone();
         Self(Some(Rc::new(Binding {
+            depth,
             name,
             value,
-            outer: self.clone(),
+            outer,
         })))
+    }
+    /// How deep the values of this scope are.
+    pub(crate) fn depth(&self) -> u32 {
+        self.0.as_ref().map_or(0, |binding| binding.depth)
     }
     /// What a name stands for, the latest of that name.
     pub(crate) fn get(&self, name: &str) -> Option<&Value<'a>> {

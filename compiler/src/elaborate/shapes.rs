@@ -23,10 +23,7 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0309, span, message).help(help));
         }
         if self.shapes.len() == MAX_SHAPES {
-            let message = format!("the scene has more than {MAX_SHAPES} shapes");
-            let help = "`repeat`, `polar` and `mirror` make copies that cost nothing";
-            self.report(Diagnostic::error(codes::E0414, span, message).help(help));
-            self.reports.fill();
+            self.report_too_many(span);
         }
         let id = ShapeId(self.shapes.len() as u32);
         self.shapes.push(Shape {
@@ -36,6 +33,13 @@ impl<'a> Elaborator<'a> {
             span,
         });
         id
+    }
+
+    fn report_too_many(&mut self, span: Span) {
+        let message = format!("the scene has more than {MAX_SHAPES} shapes");
+        let help = "`repeat`, `polar` and `mirror` make copies that cost nothing";
+        self.report(Diagnostic::error(codes::E0414, span, message).help(help));
+        self.reports.fill();
     }
 
     /// The parameters of a row from the numbers of its arguments.
@@ -182,6 +186,11 @@ impl<'a> Elaborator<'a> {
             }
             other => shapes.push(self.shape(other, span)?),
         }
+        // A list may hold the same list many times.
+        if shapes.len() > MAX_SHAPES {
+            self.report_too_many(span);
+            return None;
+        }
         Some(())
     }
 
@@ -225,7 +234,7 @@ impl<'a> Elaborator<'a> {
             Value::Text(_) => "a text".to_owned(),
             Value::Vector(vector) => format!("a vec{}", vector.len()),
             Value::Color(_) => "a color".to_owned(),
-            Value::List(list) if !list.is_empty() && self.all_shapes(list) => {
+            Value::List(list) if !list.is_empty() && self.is_shape_list(list) => {
                 "a list of shapes".to_owned()
             }
             Value::List(list) => format!("a list of {}", list.len()),
@@ -239,12 +248,12 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    fn all_shapes(&self, list: &[Value<'_>]) -> bool {
-        list.iter().all(|value| match value {
-            Value::Shape(_) => true,
-            Value::List(list) => self.all_shapes(list),
+    fn is_shape_list(&self, list: &[Value<'_>]) -> bool {
+        match list.first() {
+            Some(Value::Shape(_)) => true,
+            Some(Value::List(list)) => self.is_shape_list(list),
             _ => false,
-        })
+        }
     }
 }
 

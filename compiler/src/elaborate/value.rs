@@ -5,6 +5,7 @@ use crate::expression::ExprId;
 use crate::scene::{MaterialId, ShapeId};
 use sdfc_lang::Span;
 use sdfc_lang::ast;
+use std::ops::Deref;
 use std::rc::Rc;
 
 /// Of what a number is.
@@ -182,6 +183,30 @@ pub(crate) struct Closure<'a> {
     pub(crate) span: Span,
 }
 
+/// Values in order, shared.
+#[derive(Clone, Debug)]
+pub(crate) struct List<'a>(Rc<(Vec<Value<'a>>, u32)>);
+
+impl<'a> From<Vec<Value<'a>>> for List<'a> {
+    fn from(values: Vec<Value<'a>>) -> Self {
+        let inner = values.iter().map(Value::depth).max().unwrap_or(0);
+        Self(Rc::new((values, inner + 1)))
+    }
+}
+
+impl<'a> FromIterator<Value<'a>> for List<'a> {
+    fn from_iter<T: IntoIterator<Item = Value<'a>>>(values: T) -> Self {
+        values.into_iter().collect::<Vec<_>>().into()
+    }
+}
+
+impl<'a> Deref for List<'a> {
+    type Target = [Value<'a>];
+    fn deref(&self) -> &[Value<'a>] {
+        &self.0.0
+    }
+}
+
 /// Named values, `record M4 { clearance: 4.5mm }`.
 #[derive(Debug)]
 pub(crate) struct Record<'a> {
@@ -209,7 +234,7 @@ pub(crate) enum Value<'a> {
     /// A colour: linear red, green, blue.
     Color([ExprId; 3]),
     /// Values in order.
-    List(Rc<[Value<'a>]>),
+    List(List<'a>),
     /// The numbers between two.
     Range(Range),
     /// A solid or a figure.
@@ -227,6 +252,29 @@ pub(crate) enum Value<'a> {
 }
 
 impl Value<'_> {
+    /// How deep values are within each other: lists in lists, functions that remember functions.
+    pub(crate) fn depth(&self) -> u32 {
+        match self {
+            Value::List(list) => list.0.1,
+            Value::Function(closure) => closure.here.scope.depth() + 1,
+            Value::Record(record) => {
+                let fields = record.fields.iter().map(|(_, value)| value.depth());
+                fields.max().unwrap_or(0) + 1
+            }
+            Value::Poison
+            | Value::Nothing
+            | Value::Number(_)
+            | Value::Bool(_)
+            | Value::Text(_)
+            | Value::Vector(_)
+            | Value::Color(_)
+            | Value::Range(_)
+            | Value::Shape(_)
+            | Value::Material(_)
+            | Value::Builtin(_)
+            | Value::Word(_) => 0,
+        }
+    }
     /// Whether a mistake made it.
     pub(crate) fn is_poison(&self) -> bool {
         matches!(self, Value::Poison)

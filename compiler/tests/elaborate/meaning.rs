@@ -39,7 +39,7 @@ fn the_scenes_of_the_description() {
 }
 
 /// Small scenes, each under what it shows.
-const SMALL: &[(&str, &str)] = &[
+pub(crate) const SMALL: &[(&str, &str)] = &[
     ("operators gather", "let a = sphere(1); let b = box(1); (a | b | a - b - a) & !b"),
     ("lists are unions", "let row = for i in 0..3 { sphere(0.4).translate(i, 0, 0) };\nbox(4) - row"),
     ("blends of all kinds", "let a = sphere(1); let b = box(1);

@@ -258,3 +258,103 @@ fn every_operand_stands_before_what_uses_it() {
     }
     assert!(!dump(&s).contains("_b"), "what nothing uses is left out");
 }
+
+/// A small generator of reproducible numbers (xorshift).
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, sides: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % sides as u64) as usize
+    }
+}
+
+/// The pieces of a text: words, numbers, and single signs.
+fn pieces(text: &str) -> Vec<String> {
+    let mut pieces: Vec<String> = Vec::new();
+    let mut joins = false;
+    for letter in text.chars() {
+        let is_word = letter.is_alphanumeric() || letter == '_';
+        match pieces.last_mut() {
+            Some(last) if joins && is_word => last.push(letter),
+            _ => pieces.push(letter.to_string()),
+        }
+        joins = is_word;
+    }
+    pieces
+}
+
+#[test]
+fn no_text_makes_it_panic() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../lang/tests/scenes");
+    let names = [
+        "one_expression",
+        "metaballs",
+        "bracket",
+        "landscape",
+        "gyroid",
+        "cog",
+    ];
+    let mut scenes: Vec<String> = names
+        .iter()
+        .map(|name| {
+            std::fs::read_to_string(folder.join(format!("{name}.sdf"))).expect("it is there")
+        })
+        .collect();
+    scenes.extend(
+        crate::meaning::SMALL
+            .iter()
+            .map(|(_, scene)| (*scene).to_owned()),
+    );
+    let functions = sdfc_compiler::elaborate::reference();
+    let odd = [
+        "0",
+        "-1",
+        "1e18",
+        "1e-18",
+        "time",
+        "p",
+        "X",
+        "[1, 2]",
+        "[]",
+        "90deg",
+        "3mm",
+        "#f00",
+        "true",
+        "\"text\"",
+        "nothing()",
+        "fn(p) => p",
+        "0..3",
+        "circle(1)",
+        "sphere(1)",
+        "(1, 2)",
+    ];
+    let mut dice = Dice(0x5df_c0de);
+    for _ in 0..3_000 {
+        let mut pieces = pieces(&scenes[dice.roll(scenes.len())]);
+        for _ in 0..=dice.roll(3) {
+            // Mostly words and numbers, so that most texts still parse.
+            let words: Vec<usize> = (0..pieces.len())
+                .filter(|&at| dice.roll(20) == 0 || pieces[at].chars().all(char::is_alphanumeric))
+                .filter(|&at| !pieces[at].is_empty())
+                .collect();
+            let (at, from) = (words[dice.roll(words.len())], words[dice.roll(words.len())]);
+            match dice.roll(4) {
+                0 => pieces[at] = pieces[from].clone(),
+                1 => pieces.swap(at, from),
+                2 => pieces[at] = odd[dice.roll(odd.len())].to_owned(),
+                _ => pieces[at] = functions[dice.roll(functions.len())].name.to_owned(),
+            }
+        }
+        let text = pieces.concat();
+        let (made, found, sources) = build(&text, &[], &[]);
+        assert_eq!(made.is_none(), found.iter().any(|d| d.is_error()), "{text}");
+        // Rendering, listing and measuring must not panic either.
+        let _ = rendered(found, &sources);
+        if let Some(scene) = made {
+            let _ = (dump(&scene), shape_bounds(&scene));
+        }
+    }
+}

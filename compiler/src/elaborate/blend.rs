@@ -1,0 +1,317 @@
+//! Blends: how two surfaces go over into each other, and which row of the table that is.
+
+use super::Elaborator;
+use super::arguments::Given;
+use super::bound::short;
+use super::calls::word;
+use super::csg::SetOperation;
+use super::diagnose::{nearest, suggest, unknown_name};
+use super::evaluate::{Halt, Here};
+use super::stage::Demand;
+use super::value::{Quantity, Value};
+use crate::expression::{ExprId, Stage};
+use crate::scene::ShapeId;
+use sdfc_lang::ast::{Arg, Args};
+use sdfc_lang::{Diagnostic, Span, codes};
+use sdfc_vm::table::Op;
+
+/// How two surfaces go over into each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BlendKind {
+    Quadratic,
+    Cubic,
+    Circular,
+    Exponential,
+    Distance,
+    Chamfer,
+    Fillet,
+    Stairs,
+}
+
+impl BlendKind {
+    /// The words for it: the first is the one that is suggested.
+    const WORDS: [(&'static str, BlendKind); 9] = [
+        ("quadratic", BlendKind::Quadratic),
+        ("smooth", BlendKind::Quadratic),
+        ("cubic", BlendKind::Cubic),
+        ("circular", BlendKind::Circular),
+        ("exponential", BlendKind::Exponential),
+        ("distance", BlendKind::Distance),
+        ("chamfer", BlendKind::Chamfer),
+        ("fillet", BlendKind::Fillet),
+        ("stairs", BlendKind::Stairs),
+    ];
+
+    fn of(word: &str) -> Option<Self> {
+        Self::WORDS
+            .iter()
+            .find(|(name, _)| *name == word)
+            .map(|(_, kind)| *kind)
+    }
+
+    fn names() -> impl Iterator<Item = &'static str> {
+        Self::WORDS.iter().map(|(name, _)| *name)
+    }
+}
+
+/// A blend: `[0.2]`, `[chamfer, 0.3]`, `[stairs, 0.4, n: 4]`.
+#[derive(Clone, Debug)]
+pub(crate) struct Blend {
+    /// Which one.
+    pub(crate) kind: BlendKind,
+    /// The thickness of a smooth blend, the radius of the others.
+    pub(crate) amount: ExprId,
+    /// The number of stairs.
+    pub(crate) steps: Option<ExprId>,
+    /// Where it is written.
+    pub(crate) span: Span,
+}
+
+impl<'a> Elaborator<'a> {
+    /// The row of a set operation with a blend, and its parameters.
+    pub(crate) fn set_row(
+        &mut self,
+        operation: SetOperation,
+        blend: Option<&Blend>,
+    ) -> Option<(Op, Vec<ExprId>)> {
+        use BlendKind as K;
+        use SetOperation as S;
+        let Some(blend) = blend else {
+            let row = match operation {
+                S::Union => Op::Union,
+                S::Intersection => Op::Intersection,
+                S::Subtraction => Op::Subtraction,
+            };
+            return Some((row, Vec::new()));
+        };
+        let row = match (blend.kind, operation) {
+            (K::Quadratic, S::Union) => Op::SmoothUnion,
+            (K::Quadratic, S::Intersection) => Op::SmoothIntersection,
+            (K::Quadratic, S::Subtraction) => Op::SmoothSubtraction,
+            (K::Cubic, S::Union) => Op::CubicUnion,
+            (K::Cubic, S::Intersection) => Op::CubicIntersection,
+            (K::Cubic, S::Subtraction) => Op::CubicSubtraction,
+            (K::Circular, S::Union) => Op::CircularUnion,
+            (K::Circular, S::Intersection) => Op::CircularIntersection,
+            (K::Circular, S::Subtraction) => Op::CircularSubtraction,
+            (K::Exponential, S::Union) => Op::ExponentialUnion,
+            (K::Exponential, S::Intersection) => Op::ExponentialIntersection,
+            (K::Exponential, S::Subtraction) => Op::ExponentialSubtraction,
+            (K::Chamfer, S::Union) => Op::ChamferUnion,
+            (K::Chamfer, S::Intersection) => Op::ChamferIntersection,
+            (K::Chamfer, S::Subtraction) => Op::ChamferSubtraction,
+            (K::Fillet, S::Union) => Op::RoundUnion,
+            (K::Fillet, S::Intersection) => Op::RoundIntersection,
+            (K::Fillet, S::Subtraction) => Op::RoundSubtraction,
+            (K::Stairs, S::Union) => Op::StairsUnion,
+            (K::Stairs, S::Intersection) => Op::StairsIntersection,
+            (K::Stairs, S::Subtraction) => Op::StairsSubtraction,
+            (K::Distance, S::Union) => Op::DistanceUnion,
+            (K::Distance, S::Intersection | S::Subtraction) => {
+                let message = "the distance-aware blend goes with unions only";
+                let help = "use `quadratic`, `cubic`, `circular` or `exponential` here";
+                self.report(Diagnostic::error(codes::E0302, blend.span, message).help(help));
+                return None;
+            }
+        };
+        let mut arguments = vec![blend.amount];
+        if blend.kind == K::Distance {
+            // Thin at the origin, thicker by a tenth of the way from there, up to four times.
+            let (zero, growth, times) = (
+                self.graph.constant(0.0),
+                self.graph.constant(0.1),
+                self.graph.constant(4.0),
+            );
+            let most = self.op(Op::Mul, &[blend.amount, times]);
+            arguments = vec![zero, zero, zero, blend.amount, growth, most];
+        }
+        if blend.kind == K::Stairs {
+            let steps = blend.steps.unwrap_or_else(|| self.graph.constant(3.0));
+            arguments.push(steps);
+        }
+        Some((row, self.prepared(row, &arguments)))
+    }
+
+    /// A blend in brackets after an operator, or in a scope.
+    pub(crate) fn blend(
+        &mut self,
+        here: &Here<'a>,
+        args: &'a Args,
+        operator: Option<Span>,
+    ) -> Result<Option<Blend>, Halt> {
+        let positional = args
+            .args
+            .iter()
+            .take_while(|arg| arg.name.is_none())
+            .count();
+        let mut kind = BlendKind::Quadratic;
+        let mut rest = args.args.as_slice();
+        // One argument is the radius, even if a parameter is called `fillet`; of two, the first is
+        // the kind.
+        if positional > 1 || positional == 1 && args.args.len() > 1 && is_kind(&args.args[0]) {
+            let Some(word) = word(&args.args[0].value) else {
+                let message = "a blend is a radius, or a kind and a radius";
+                let help = "write `[0.2]` or `[chamfer, 0.2]`";
+                let span = args.args[0].span;
+                self.report(Diagnostic::error(codes::E0301, span, message).help(help));
+                return Ok(None);
+            };
+            let Some(named) = BlendKind::of(&word.name) else {
+                let diagnostic = unknown_name(
+                    codes::E0201,
+                    "blend",
+                    &word.name,
+                    word.span,
+                    BlendKind::names(),
+                );
+                let all = BlendKind::names().collect::<Vec<_>>().join(", ");
+                self.report(diagnostic.help(format!("there are {all}")));
+                return Ok(None);
+            };
+            kind = named;
+            rest = &args.args[1..];
+        }
+        let mut amount = None;
+        let mut steps = None;
+        for arg in rest {
+            let value = self.eval(here, &arg.value)?;
+            match arg.name.as_ref().map(|name| name.name.as_str()) {
+                None if amount.is_none() => {
+                    let Some(id) = self.blend_amount(&value, arg.value.span) else {
+                        return Ok(None);
+                    };
+                    amount = Some(id);
+                }
+                Some("n") if kind == BlendKind::Stairs => {
+                    let Some(id) = self.stair_count(&value, arg.value.span) else {
+                        return Ok(None);
+                    };
+                    steps = Some(id);
+                }
+                Some(name) => {
+                    let message = format!("a blend has no argument `{name}`");
+                    let known = if kind == BlendKind::Stairs {
+                        vec!["n"]
+                    } else {
+                        vec![]
+                    };
+                    let diagnostic = Diagnostic::error(codes::E0203, arg.span, message);
+                    self.report(suggest(diagnostic, arg.span, nearest(name, known)));
+                    return Ok(None);
+                }
+                None => {
+                    let message = "a blend has one radius";
+                    self.report(Diagnostic::error(codes::E0205, arg.span, message));
+                    return Ok(None);
+                }
+            }
+        }
+        let Some(amount) = amount else {
+            let message = "this blend has no radius";
+            self.report(Diagnostic::error(codes::E0204, args.span, message));
+            return Ok(None);
+        };
+        let span = operator.map_or(args.span, |at| at.to(args.span));
+        Ok(Some(Blend {
+            kind,
+            amount,
+            steps,
+            span,
+        }))
+    }
+
+    pub(crate) fn blend_amount(&mut self, value: &Value<'a>, span: Span) -> Option<ExprId> {
+        let number = match value {
+            Value::Number(number)
+                if matches!(number.quantity, Quantity::Plain | Quantity::Length(1)) =>
+            {
+                *number
+            }
+            other => {
+                self.wrong(other, "a blend wants a length", span);
+                return None;
+            }
+        };
+        let stage = self.graph.stage(number.id);
+        if stage > Stage::Uniform {
+            self.report_late("the radius of a blend", stage, span);
+            return None;
+        }
+        self.check_above("the radius of a blend", number.id, false, span)?;
+        Some(number.id)
+    }
+
+    pub(crate) fn stair_count(&mut self, value: &Value<'a>, span: Span) -> Option<ExprId> {
+        let Value::Number(number) = value else {
+            self.wrong(value, "`n` is a whole number", span);
+            return None;
+        };
+        let count = self.demand(number.id, &Demand::new("the number of stairs", span))?;
+        if !(1.0..=1000.0).contains(&count) || count.fract() != 0.0 {
+            let message = format!(
+                "stairs are a whole number from 1 to 1000, and this is {}",
+                short(count)
+            );
+            self.report(Diagnostic::error(codes::E0401, span, message));
+            return None;
+        }
+        Some(self.graph.constant(count))
+    }
+
+    pub(crate) fn warn_of_large_blend(
+        &mut self,
+        blend: &Blend,
+        shapes: &[ShapeId],
+        _spans: [Span; 2],
+    ) {
+        let Some(amount) = self.graph.as_constant(blend.amount) else {
+            return;
+        };
+        for &id in shapes.iter().rev().take(2) {
+            let bounds = self.bounds_of(id);
+            let size = (0..3)
+                .map(|i| bounds.max[i] - bounds.min[i])
+                .filter(|s| s.is_finite());
+            let Some(size) = size.reduce(f64::max) else {
+                continue;
+            };
+            if !bounds.is_empty() && size > 0.0 && amount > size {
+                let message = format!(
+                    "this blend of {} is larger than a shape of {} that it joins",
+                    short(amount),
+                    short(size)
+                );
+                let shape = self.shapes[id.0 as usize].span;
+                let mut warning = Diagnostic::warning(codes::W0401, blend.span, message);
+                if shape.file == blend.span.file {
+                    warning = warning.label(shape, "this shape");
+                }
+                self.report(warning);
+                return;
+            }
+        }
+    }
+
+    pub(crate) fn kernel(&mut self, given: &Given<'a>) -> Option<BlendKind> {
+        let Value::Word(word) = given.value else {
+            self.wrong(
+                &given.value.clone(),
+                "a kernel is a word, such as `cubic`",
+                given.span,
+            );
+            return None;
+        };
+        let kind = BlendKind::of(word);
+        if kind.is_none() {
+            let names = BlendKind::names();
+            let diagnostic = unknown_name(codes::E0201, "kernel", word, given.span, names);
+            let all = BlendKind::names().collect::<Vec<_>>().join(", ");
+            self.report(diagnostic.help(format!("there are {all}")));
+        }
+        kind
+    }
+}
+
+fn is_kind(arg: &Arg) -> bool {
+    word(&arg.value).is_some_and(|word| BlendKind::of(&word.name).is_some())
+}
