@@ -81,6 +81,53 @@ pub fn shape_bounds(scene: &Scene) -> Vec<Bounds> {
     bounds
 }
 
+/// The box of every shape of a scene, whatever the live parameters and the time: what reads one of
+/// them may be anywhere. Rays are cut to these boxes, and slopes hold within them.
+pub fn lasting_bounds(scene: &Scene) -> Vec<Bounds> {
+    let graph = &scene.expressions;
+    let mut live = vec![false; graph.len()];
+    for (id, node, _) in graph.since(0) {
+        live[id.index()] = match node {
+            Expression::Param(..) | Expression::Time => true,
+            Expression::Constant(_)
+            | Expression::Coordinate(_)
+            | Expression::NormalComponent(_) => false,
+            Expression::Apply { point, values, parameters, .. } => {
+                let mut inputs = point.iter().flatten().chain(values).chain(parameters);
+                inputs.any(|input| live[input.index()])
+            }
+        };
+    }
+    let mut present = Present::default();
+    let mut value = |id| present.value(graph, &scene.params, 0.0, id);
+    let mut bounds = Vec::with_capacity(scene.shapes.len());
+    for shape in &scene.shapes {
+        let moves = numbers_of(&shape.kind).iter().any(|id| live[id.index()]);
+        let next = match moves {
+            true => Bounds::EVERYTHING,
+            false => bounds_of(shape, &bounds, graph, &mut value),
+        };
+        bounds.push(next);
+    }
+    bounds
+}
+
+/// The numbers that decide where a shape is, besides its operands.
+fn numbers_of(kind: &ShapeKind) -> Vec<ExprId> {
+    match kind {
+        ShapeKind::Primitive { parameters, .. }
+        | ShapeKind::Combine { parameters, .. }
+        | ShapeKind::Domain { parameters, .. }
+        | ShapeKind::Distance { parameters, .. } => parameters.clone(),
+        ShapeKind::Polygon { points } => points.as_flattened().to_vec(),
+        ShapeKind::Frame { matrix, .. } => matrix.to_vec(),
+        ShapeKind::Warp { point, .. } => point.to_vec(),
+        ShapeKind::Displace { amount, .. } => vec![*amount],
+        // A field is where its region is, which is constant.
+        ShapeKind::Field { .. } | ShapeKind::Painted { .. } | ShapeKind::Nothing => Vec::new(),
+    }
+}
+
 /// The box of a shape, given those of all shapes before it.
 pub fn bounds_of(
     shape: &Shape,

@@ -1,6 +1,6 @@
 //! Scene → module: the pipeline behind the language.
 
-use crate::bounds::shape_bounds;
+use crate::bounds::{lasting_bounds, shape_bounds};
 use crate::expression::{ExprId, Stage};
 use crate::graph::{Graph, Node, Number};
 use crate::lower::{Purpose, channel_numbers, lower};
@@ -80,8 +80,9 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
         optimize(&graph, &options.passes)
     });
     let bounds = shape_bounds(&scene)[root.0 as usize];
+    let reach = lasting_bounds(&scene)[root.0 as usize];
     let slope = steepness(&optimized);
-    let settings = settings_of(&mut scene, fallback, bounds, slope, &mut uniforms);
+    let settings = settings_of(&mut scene, fallback, [bounds, reach], slope, &mut uniforms);
     let mut module = Module {
         distance: schedule(&optimized),
         surface: surface.as_ref().map(schedule),
@@ -173,7 +174,7 @@ fn materials(scene: &Scene, root: ShapeId) -> (usize, MaterialId) {
 fn settings_of(
     scene: &mut Scene,
     fallback: MaterialId,
-    bounds: Bounds,
+    [bounds, reach]: [Bounds; 2],
     slope: f64,
     uniforms: &mut Uniforms,
 ) -> Settings {
@@ -278,6 +279,7 @@ fn settings_of(
         plane: scene.plane,
         z_up: scene.z_up,
         bounds,
+        reach,
         slope,
         material,
         material_id: fallback.0,

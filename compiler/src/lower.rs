@@ -8,7 +8,7 @@
 //! The same scene is lowered twice: once for its distance, once for its surface, where paints stay
 //! in the graph.
 
-use crate::bounds::shape_bounds;
+use crate::bounds::lasting_bounds;
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::graph::{Graph, Node, NodeId, Number, Origin};
 use crate::scene::{Material, MaterialId, Scene, ShapeId, ShapeKind};
@@ -49,7 +49,7 @@ pub fn lower(
     uniforms: &mut Uniforms,
 ) -> (Graph, Vec<Diagnostic>) {
     let ranges = Ranges::of(scene);
-    let bounds = shape_bounds(scene);
+    let bounds = lasting_bounds(scene);
     let paints = paints(scene);
     let mut graph = Graph::default();
     let world = graph.add(Node::World);
@@ -250,8 +250,10 @@ impl Lowering<'_> {
     fn stretch(&mut self, op: Op, parameters: &[ExprId], child: ShapeId, id: ShapeId) -> f64 {
         let Slope::Stretch(stretch) = op.row().meta.slope else { return 1.0 };
         let cube = Bounds::centred([FIELD_REGION; 3]);
-        let margin = self.bounds[id.0 as usize].common(&cube).half_diagonal() * 0.125;
-        let bounds = self.bounds[child.0 as usize].common(&cube).grown(margin);
+        let inner = self.bounds[child.0 as usize].common(&cube);
+        let outer = self.bounds[id.0 as usize];
+        let size = if outer.is_finite() { outer } else { inner }.half_diagonal();
+        let bounds = inner.grown(size * 0.125);
         let ranges: Vec<_> = parameters
             .iter()
             .map(|&id| self.ranges.of_number(&self.scene.expressions, id))
@@ -275,7 +277,12 @@ impl Lowering<'_> {
         let slope = if slope.is_finite() && slope < 1e6 {
             slope.max(1e-6)
         } else {
-            let span = self.scene.shapes[id.0 as usize].span;
+            let shape = &self.scene.shapes[id.0 as usize];
+            let span = shape.span;
+            // Nothing marches on a figure that is the whole scene.
+            if shape.plane && self.scene.plane {
+                return 1.0;
+            }
             self.diagnostics.push(
                 Diagnostic::warning(codes::W0501, span, "the slope of this field cannot be bounded")
                     .primary("it may rise arbitrarily fast, so rays may step over it")

@@ -138,7 +138,7 @@ pub fn resolve(
     let far = overrides
         .far
         .or(render.far)
-        .unwrap_or_else(|| target.far(&view));
+        .unwrap_or_else(|| target.lasting(&settings.reach).far(&view));
     let exposure = match overrides.exposure {
         Some(exposure) => exposure,
         None => read.number("the exposure", render.exposure)?,
@@ -169,7 +169,7 @@ pub fn resolve(
 pub fn facts(module: &Module, outputs: &[f64]) -> FieldFacts {
     FieldFacts {
         slope: module.settings.slope as f32,
-        bounds: module.settings.bounds,
+        bounds: module.settings.reach,
         material: module.surface.is_none().then(|| unpainted(module, outputs)),
     }
 }

@@ -47,8 +47,10 @@ pub struct Settings {
     pub plane: bool,
     /// Whether z points up.
     pub z_up: bool,
-    /// A box around the solid.
+    /// A box around the solid at the present parameters, at time 0: what a camera frames.
     pub bounds: Bounds,
+    /// A box around the solid for all parameters and times: what rays may be cut to.
+    pub reach: Bounds,
     /// A bound on the distance's slope.
     pub slope: f64,
     /// The material of everything: albedo, roughness, emission, metallic; used where there is no

@@ -22,12 +22,14 @@ use std::rc::Rc;
 
 /// The most steps of a run; a step is an expression evaluated.
 pub(crate) const MAX_STEPS: u64 = 5_000_000;
+/// The most different numbers of a run.
+const MAX_NUMBERS: usize = 2_000_000;
 /// The most expressions within each other, calls included.
 const MAX_NESTING: u32 = 6_000;
 /// The most lists within lists, and functions that remember functions.
 const MAX_VALUE_DEPTH: u32 = 1_000;
 /// The most elements that a loop may have.
-pub(crate) const MAX_LOOP: f64 = 1_000_000.0;
+pub(crate) const MAX_LOOP: f64 = 100_000.0;
 
 /// The run cannot go on; why has been reported.
 #[derive(Clone, Copy, Debug)]
@@ -129,8 +131,11 @@ impl<'a> Elaborator<'a> {
     /// One step of the budget.
     pub(crate) fn tick(&mut self, span: Span) -> Result<(), Halt> {
         self.steps += 1;
-        if self.steps > MAX_STEPS {
-            let message = format!("the scene takes more than {MAX_STEPS} steps to build");
+        if self.steps > MAX_STEPS || self.graph.len() > MAX_NUMBERS {
+            let message = match self.steps > MAX_STEPS {
+                true => format!("the scene takes more than {MAX_STEPS} steps to build"),
+                false => format!("the scene computes more than {MAX_NUMBERS} different numbers"),
+            };
             let help = "use fewer repetitions, or `repeat` and `polar`, which cost nothing";
             self.report(Diagnostic::error(codes::E0409, span, message).help(help));
             return Err(Halt);
@@ -574,7 +579,7 @@ impl<'a> Elaborator<'a> {
     pub(crate) fn elements(&mut self, value: Value<'a>, span: Span) -> Option<List<'a>> {
         let list = self.elements_free(value, span)?;
         // Going through a list is work, whatever is done with its elements.
-        self.steps += list.len() as u64 / 2;
+        self.steps += list.len() as u64;
         Some(list)
     }
 

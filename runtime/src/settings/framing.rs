@@ -59,6 +59,14 @@ impl Target {
         }
     }
 
+    /// The same target in a scene that may come to fill this box.
+    pub(super) fn lasting(&self, reach: &Bounds) -> Self {
+        Self {
+            shown: self.shown,
+            bounds: *reach,
+        }
+    }
+
     /// How far rays go: past everything, where there is an end.
     pub(super) fn far(&self, view: &View) -> f64 {
         let place = Vector(view.from);

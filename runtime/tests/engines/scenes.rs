@@ -131,6 +131,7 @@ fn settings() -> Settings {
         plane: false,
         z_up: false,
         bounds: Bounds::centred([2.0; 3]),
+        reach: Bounds::centred([2.0; 3]),
         slope: 1.0,
         material: constants([0.7, 0.4, 0.3, 0.5, 0.0, 0.0, 0.0, 0.0]),
         material_id: 3,
