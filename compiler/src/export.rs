@@ -59,7 +59,7 @@ pub fn translate(compiled: &Compiled, target: Target) -> Result<Vec<u8>, ExportE
     }
     let text = module_text(compiled);
     // naga's parser is recursive; what it gets here is shallow, but a page is not worth a risk.
-    let translated = on_large_stack(move || match target {
+    on_large_stack(move || match target {
         Target::Wgsl => {
             validated(&text)?;
             Ok(text.into_bytes())
@@ -69,8 +69,7 @@ pub fn translate(compiled: &Compiled, target: Target) -> Result<Vec<u8>, ExportE
         Target::Hlsl => to_hlsl(&text).map(String::into_bytes),
         Target::Msl => to_msl(&text).map(String::into_bytes),
         Target::Spirv => to_spirv(&text),
-    });
-    translated
+    })
 }
 
 /// The scene's functions as a WGSL module that stands alone.

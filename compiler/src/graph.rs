@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::fmt::Write;
 
 /// A node, by its position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeId(pub u32);
 
 /// A number that is the same at all points.
@@ -160,12 +160,6 @@ pub struct Graph {
     origins: HashMap<NodeId, Origin>,
     /// The scene's distance.
     pub root: NodeId,
-}
-
-impl Default for NodeId {
-    fn default() -> Self {
-        NodeId(0)
-    }
 }
 
 impl Graph {

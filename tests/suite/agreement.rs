@@ -10,7 +10,7 @@ use sdfc_shaders::assemble::SceneSource;
 #[test]
 fn engines_draw_every_scene_alike() {
     if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
-        println!("skipped: engines are not compared ({reason})");
+        eprintln!("skipped: engines are not compared ({reason})");
         return;
     }
     let mut engines: Vec<Box<dyn Engine>> = EngineKind::ALL

@@ -104,10 +104,13 @@ pub struct Surfaces {
     /// What a shape has that nothing painted, set before a run.
     pub unpainted: [f32; NUMBERS],
     result: Box<SurfaceBlock>,
-    stack: Vec<Box<SurfaceBlock>>,
-    slots: Vec<Box<SurfaceBlock>>,
-    pending: Box<SurfaceBlock>,
+    stack: Vec<Swapped>,
+    slots: Vec<Swapped>,
+    pending: Swapped,
 }
+
+/// Blocks change places with each other by their pointers.
+type Swapped = Box<SurfaceBlock>;
 
 /// Two values whose gradients tell them apart.
 #[inline(always)]
@@ -251,11 +254,11 @@ impl Attachment<Dual<f32>> for Surfaces {
     fn paint(&mut self, constants: &[[f32; 4]], mask: u8) {
         self.keep();
         let numbers = constants.as_flattened();
-        for channel in 0..BUMP {
+        for (channel, &number) in numbers[..BUMP].iter().enumerate() {
             self.result[channel] = if mask >> channel & 1 == 1 {
                 self.pending[channel]
             } else {
-                Column([numbers[channel]; LANES])
+                Column([number; LANES])
             };
         }
         // The bump is there whenever its share of the constants says so.
