@@ -523,7 +523,7 @@ spacing larger, or write the copies down as a list.
     box(2).repeat(3)";
 
 E0412 "a loop that is too long" "\
-A loop may have a million rounds.
+A loop may have 100,000 rounds.
 
     for i in 0..1000000000 { sphere(1) }
     sphere(1).repeat(3)";
