@@ -159,9 +159,9 @@ fn batches_and_single_points_agree_in_every_bit() {
         let program = random_program(seed);
         let points = random_points(seed * 7 + 3);
         let mut machine = Machine::<f32>::new(&program.needs());
-        let values = machine.run(&program, &points).clone();
+        let values = *machine.run(&program, &points);
         let mut dual = Machine::<Dual<f32>>::new(&program.needs());
-        let duals = dual.run(&program, &points).clone();
+        let duals = *dual.run(&program, &points);
         for lane in 0..LANES {
             let p = V3::of(points[0].0[lane], points[1].0[lane], points[2].0[lane]);
             let single = evaluate::<f32>(&program, p);
