@@ -612,6 +612,13 @@ another unit was meant.
     sphere(0.1) |[5] box(0.1)
     sphere(0.1) |[0.05] box(0.1)";
 
+W0402 "a shape that is never seen" "\
+A shape is cut away where there is nothing to cut, or intersected with one that it does not touch.
+Perhaps it is somewhere else than was meant.
+
+    box(1) - sphere(0.2).translate(5, 0, 0)
+    box(1) - sphere(0.2).translate(0.5, 0, 0)";
+
 W0501 "a slope that cannot be bounded" "\
 A ray is safe on a field because the field changes no faster than the ray moves, after division by a
 bound on its slope. Near a pole (a division by something that reaches zero, a root at zero) there is

@@ -13,6 +13,7 @@ use crate::expression::ExprId;
 use crate::scene::{ShapeId, ShapeKind};
 use sdfc_lang::ast::{BinaryOp, Chain, Link};
 use sdfc_lang::{Diagnostic, Span, codes};
+use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;
 
 /// Which set operation.
@@ -242,6 +243,7 @@ impl<'a> Elaborator<'a> {
             self.report(diagnostic);
             return None;
         }
+        self.warn_of_unseen(row, &children, span);
         Some(self.add(
             ShapeKind::Combine {
                 op: row,
@@ -251,6 +253,35 @@ impl<'a> Elaborator<'a> {
             plane,
             span,
         ))
+    }
+
+    /// Warns of cuts that take nothing away and of intersections that are empty, where the boxes of
+    /// shapes that stand still show it.
+    fn warn_of_unseen(&mut self, row: Op, children: &[ShapeId], span: Span) {
+        if !matches!(row, Op::Subtraction | Op::Intersection) {
+            return;
+        }
+        if !children.iter().all(|&id| self.is_constant_shape(id)) {
+            return;
+        }
+        let boxes: Vec<Bounds> = children.iter().map(|&id| self.bounds_of(id)).collect();
+        let (message, what) = match row {
+            Op::Subtraction => {
+                let misses = |other: &Bounds| boxes[0].common(other).is_empty();
+                if !boxes[1..].iter().all(misses) {
+                    return;
+                }
+                ("this cuts nothing away", "the shapes do not touch")
+            }
+            _ => {
+                let common = boxes.iter().fold(Bounds::EVERYTHING, |c, b| c.common(b));
+                if !common.is_empty() {
+                    return;
+                }
+                ("this intersection is empty", "the shapes do not touch")
+            }
+        };
+        self.report(Diagnostic::warning(codes::W0402, span, message).primary(what));
     }
 
     /// `!shape`

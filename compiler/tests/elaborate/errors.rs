@@ -183,6 +183,10 @@ const MISTAKES: &[(&str, &str)] = &[
     ),
     ("blend larger than a shape", "sphere(0.1) |[5] box(0.1)"),
     (
+        "shapes that do not touch",
+        "let hole = sphere(0.2).translate(5, 0, 0);\n(box(1) - hole) | (box(1) & hole)",
+    ),
+    (
         "unused names",
         "import \"parts.sdf\" as parts;\nparam p = 1;\nlet a = 2;\nfn f(x, y) { let z = x; x }\nfn g() = 3;\nsphere(f(1, 2))",
     ),
