@@ -337,7 +337,8 @@ The block has no setting of this name, or one that does not go with another.
     camera { from: [0, 1, 5] }";
 
 E0209 "a private name" "\
-Names that start with `_` are for the file that defines them.
+Names that start with `_` are for the file that defines them, and cannot be reached from files that
+import it.
 
     parts::_helper()";
 
@@ -418,7 +419,8 @@ a figure, `section` a figure of a solid.
     circle(1).extrude(0.1) | sphere(1)";
 
 E0305 "something that cannot be called" "\
-Only functions are called.
+Only functions are called, with their arguments in parentheses behind the name; a number, a shape or a
+material is used as it is.
 
     let r = 2;
     r(3)";
