@@ -142,6 +142,10 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
                 PLAIN | SIZED => shadow::short_stride(h, t, least, size),
                 _ => shadow::stride(h, t, least, size),
             };
+            // The last point is the end of the ray itself, wherever the steps before it were.
+            let left = b.leave.0[i] - t;
+            let left = if left > 0.0 { left } else { 0.0 };
+            let stride = if stride < left { stride } else { left };
             let steps = b.steps.0[i] + 1.0;
             let dark = if FORM == SIZED { -1.0 } else { 0.0 };
             let nan = is_nan(h);
@@ -150,7 +154,7 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
             b.stride.0[i] = stride;
             b.t.0[i] = t + stride;
             b.steps.0[i] = steps;
-            *ended = (t + stride > b.leave.0[i]) | (new <= dark) | (steps >= most) | nan;
+            *ended = (t >= b.leave.0[i]) | (new <= dark) | (steps >= most) | nan;
         }
     }
 

@@ -81,10 +81,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         }
         ray.visibility = visible(light, ray, h, least);
         ray.radius_before = h;
-        ray.stride = stride_of(light, h, ray.t, least);
+        // The last point is the end of the ray itself, wherever the steps before it were.
+        let ended = ray.t >= bounds.y;
+        ray.stride = min(stride_of(light, h, ray.t, least), max(bounds.y - ray.t, 0.0));
         ray.t += ray.stride;
         let dark = select(0.0, -1.0, light.shadow == SHADOW_SIZED);
-        if ray.t > bounds.y || ray.visibility <= dark || ray.steps >= frame.shadow_steps {
+        if ended || ray.visibility <= dark || ray.steps >= frame.shadow_steps {
             ray.steps |= DONE;
         }
     }
