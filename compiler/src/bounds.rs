@@ -92,7 +92,12 @@ pub fn lasting_bounds(scene: &Scene) -> Vec<Bounds> {
             Expression::Constant(_)
             | Expression::Coordinate(_)
             | Expression::NormalComponent(_) => false,
-            Expression::Apply { point, values, parameters, .. } => {
+            Expression::Apply {
+                point,
+                values,
+                parameters,
+                ..
+            } => {
                 let mut inputs = point.iter().flatten().chain(values).chain(parameters);
                 inputs.any(|input| live[input.index()])
             }
@@ -340,7 +345,12 @@ pub fn value_at(graph: &Expressions, id: ExprId, point: [f64; 3]) -> f64 {
         let result = match graph.get(id) {
             Expression::Constant(value) => *value,
             Expression::Coordinate(axis) => point[usize::from(*axis)],
-            Expression::Apply { op, point: None, values: operands, parameters } => {
+            Expression::Apply {
+                op,
+                point: None,
+                values: operands,
+                parameters,
+            } => {
                 let mut given = [0.0; 3];
                 for (slot, id) in given.iter_mut().zip(operands) {
                     *slot = value(id);

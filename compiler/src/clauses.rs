@@ -21,7 +21,11 @@ pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Dia
     // What a scene without any settings has is for the language to say.
     let mut template = Sources::new();
     let sphere = template.add("template", "sphere(1)".to_owned());
-    let options = Options { overrides: Vec::new(), time: 0.0, loader: &NoFiles };
+    let options = Options {
+        overrides: Vec::new(),
+        time: 0.0,
+        loader: &NoFiles,
+    };
     let (Some(mut scene), _) = elaborate(&mut template, sphere, &options) else {
         unreachable!("the template is a scene");
     };
@@ -39,28 +43,56 @@ pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Dia
         if reader.errors.len() >= MAX_ERRORS {
             break;
         }
-        let span = Span { file, start: start as u32, end: (start + line.trim_end().len()) as u32 };
+        let span = Span {
+            file,
+            start: start as u32,
+            end: (start + line.trim_end().len()) as u32,
+        };
         if count >= MAX_CLAUSES {
             let message = format!("the file has more than the {MAX_CLAUSES} clauses that are read");
-            reader.errors.push(Diagnostic::error(codes::E0505, span, message));
+            reader
+                .errors
+                .push(Diagnostic::error(codes::E0505, span, message));
             break;
         }
         reader.line(line, start);
         start += line.len();
     }
-    let Reader { reads_z, last, mut errors, .. } = reader;
-    let span = Span { file, start: 0, end: text.len() as u32 };
+    let Reader {
+        reads_z,
+        last,
+        mut errors,
+        ..
+    } = reader;
+    let span = Span {
+        file,
+        start: 0,
+        end: text.len() as u32,
+    };
     let Some(value) = last.filter(|_| errors.is_empty()) else {
         if errors.is_empty() {
-            errors.push(Diagnostic::error(codes::E0505, span, "the file has no clauses"));
+            errors.push(Diagnostic::error(
+                codes::E0505,
+                span,
+                "the file has no clauses",
+            ));
         }
         return (None, errors);
     };
     let plane = !reads_z;
     let side = reach(&scene.expressions, value, plane);
     let region = Bounds::centred([side, side, if plane { f64::INFINITY } else { side }]);
-    let kind = ShapeKind::Field { value, slope: None, region };
-    scene.shapes = vec![Shape { kind, plane, name: String::new(), span }];
+    let kind = ShapeKind::Field {
+        value,
+        slope: None,
+        region,
+    };
+    scene.shapes = vec![Shape {
+        kind,
+        plane,
+        name: String::new(),
+        span,
+    }];
     scene.root = Some(ShapeId(0));
     scene.plane = plane;
     if plane {
@@ -82,14 +114,19 @@ fn reach(expressions: &Expressions, value: ExprId, plane: bool) -> f64 {
                 [side, -side].into_iter().any(|s| {
                     let faces = [[s, a, b], [a, s, b], [a, b, s]];
                     let faces = if plane { &faces[..2] } else { &faces };
-                    faces.iter().any(|p| crate::bounds::value_at(expressions, value, *p) < 0.0)
+                    faces
+                        .iter()
+                        .any(|p| crate::bounds::value_at(expressions, value, *p) < 0.0)
                 })
             })
         })
     };
     // An endless shape sticks out of every cube and is shown in the first.
     let sides = [1.0, 2.0, 4.0, 8.0, 16.0];
-    sides.into_iter().find(|&side| !sticks_out(side)).unwrap_or(1.0)
+    sides
+        .into_iter()
+        .find(|&side| !sticks_out(side))
+        .unwrap_or(1.0)
 }
 
 struct Reader<'a> {
@@ -105,7 +142,11 @@ impl<'a> Reader<'a> {
     fn span(&self, start: usize, line: &str, word: &str) -> Span {
         // Words are slices of their line.
         let at = start + (word.as_ptr() as usize - line.as_ptr() as usize);
-        Span { file: self.file, start: at as u32, end: (at + word.len()) as u32 }
+        Span {
+            file: self.file,
+            start: at as u32,
+            end: (at + word.len()) as u32,
+        }
     }
 
     fn line(&mut self, line: &'a str, start: usize) {
@@ -138,8 +179,9 @@ impl<'a> Reader<'a> {
         operands: &[&'a str],
     ) -> Result<ExprId, Box<Diagnostic>> {
         let at = |word: &str| self.span(start, line, word);
-        let wrong =
-            |word: &str, message: String| Box::new(Diagnostic::error(codes::E0505, at(word), message));
+        let wrong = |word: &str, message: String| {
+            Box::new(Diagnostic::error(codes::E0505, at(word), message))
+        };
         let arity = match operation {
             "var-x" | "var-y" | "var-z" => 0,
             "const" => 1,
@@ -151,17 +193,21 @@ impl<'a> Reader<'a> {
                         .map(|(name, _)| *name)
                         .filter(|name| strsim::damerau_levenshtein(name, operation) <= 2)
                         .min_by_key(|name| strsim::damerau_levenshtein(name, operation));
-                    let mut error = wrong(operation, format!("there is no operation `{operation}`"));
+                    let mut error =
+                        wrong(operation, format!("there is no operation `{operation}`"));
                     if let Some(close) = close {
-                        *error = error.fix(at(operation), close, format!("did you mean `{close}`?"));
+                        *error =
+                            error.fix(at(operation), close, format!("did you mean `{close}`?"));
                     }
                     return Err(error);
                 }
             },
         };
         if operands.len() != arity {
-            let message =
-                format!("`{operation}` takes {arity} operands, and {} are given", operands.len());
+            let message = format!(
+                "`{operation}` takes {arity} operands, and {} are given",
+                operands.len()
+            );
             return Err(wrong(operation, message));
         }
         match operation {
@@ -231,7 +277,10 @@ impl Known {
 }
 
 fn known(operation: &str) -> Option<Known> {
-    OPERATIONS.iter().find(|(name, _)| *name == operation).map(|&(_, known)| known)
+    OPERATIONS
+        .iter()
+        .find(|(name, _)| *name == operation)
+        .map(|&(_, known)| known)
 }
 
 /// `min` and `max` are set operations here, which programs fuse.

@@ -56,13 +56,20 @@ impl Compiled {
         let mut library = Library::default();
         let mut scene = wgsl::write(&self.optimized, wgsl::Function::Distance, &mut library);
         scene.push('\n');
-        scene.push_str(&wgsl::write(&self.optimized, wgsl::Function::Gradient, &mut library));
+        scene.push_str(&wgsl::write(
+            &self.optimized,
+            wgsl::Function::Gradient,
+            &mut library,
+        ));
         if let Some(surface) = &self.surface {
             scene.push('\n');
             scene.push_str(&wgsl::write(surface, wgsl::Function::Surface, &mut library));
         }
         let (text, calls) = library.text();
-        GeneratedSource { text: text + &scene, calls }
+        GeneratedSource {
+            text: text + &scene,
+            calls,
+        }
     }
 }
 
@@ -96,19 +103,34 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
     if diagnostics.iter().any(Diagnostic::is_error) {
         return (None, diagnostics);
     }
-    (Some(Compiled { module, graph, optimized, surface }), diagnostics)
+    (
+        Some(Compiled {
+            module,
+            graph,
+            optimized,
+            surface,
+        }),
+        diagnostics,
+    )
 }
 
 /// The shape that the options ask for.
 fn chosen(scene: &Scene, options: &Options) -> Option<ShapeId> {
     match &options.part {
-        Some(part) => scene.parts.iter().find(|(name, _)| name == part).map(|&(_, id)| id),
+        Some(part) => scene
+            .parts
+            .iter()
+            .find(|(name, _)| name == part)
+            .map(|&(_, id)| id),
         None => scene.root,
     }
 }
 
 fn nothing_to_draw(scene: &Scene, options: &Options) -> Diagnostic {
-    let span = scene.shapes.first().map_or(Span::default(), |shape| shape.span);
+    let span = scene
+        .shapes
+        .first()
+        .map_or(Span::default(), |shape| shape.span);
     match &options.part {
         Some(part) => {
             let names: Vec<&str> = scene.parts.iter().map(|(name, _)| name.as_str()).collect();
@@ -117,7 +139,11 @@ fn nothing_to_draw(scene: &Scene, options: &Options) -> Diagnostic {
             } else {
                 format!("its parts are {}", names.join(", "))
             };
-            Diagnostic::error(codes::E0503, span, format!("the scene has no part `{part}`: {known}"))
+            Diagnostic::error(
+                codes::E0503,
+                span,
+                format!("the scene has no part `{part}`: {known}"),
+            )
         }
         None => Diagnostic::error(codes::E0502, span, "the file has no shape to draw")
             .help("end it with an expression, such as `sphere(1)`, or name a `part`"),
@@ -156,8 +182,8 @@ fn materials(scene: &Scene, root: ShapeId) -> (usize, MaterialId) {
         if let Some(id) = material {
             let material = &scene.materials[id.0 as usize];
             let uniform = |number: ExprId| scene.expressions.stage(number) <= Stage::Uniform;
-            constant &= material.bump.is_none()
-                && channel_numbers(material).into_iter().all(uniform);
+            constant &=
+                material.bump.is_none() && channel_numbers(material).into_iter().all(uniform);
             if !found.contains(&id) {
                 found.push(id);
             }
@@ -283,7 +309,11 @@ fn settings_of(
         slope,
         material,
         material_id: fallback.0,
-        materials: scene.materials.iter().map(|material| material.name.clone()).collect(),
+        materials: scene
+            .materials
+            .iter()
+            .map(|material| material.name.clone())
+            .collect(),
         parts: scene.parts.iter().map(|(name, _)| name.clone()).collect(),
     }
 }
@@ -294,7 +324,12 @@ fn unverified(module: &Module, span: Span) -> Vec<Diagnostic> {
     let outputs = module.uniforms.outputs.len();
     let check = |program: &Program, surface: bool| verify(program, outputs, surface).err();
     let mut errors = vec![check(&module.distance, false)];
-    errors.push(module.surface.as_ref().and_then(|program| check(program, true)));
+    errors.push(
+        module
+            .surface
+            .as_ref()
+            .and_then(|program| check(program, true)),
+    );
     errors
         .into_iter()
         .flatten()
@@ -317,7 +352,11 @@ fn violated(scene: &Scene, module: &Module, outputs: &[f64]) -> Vec<Diagnostic> 
     checks
         .filter(|(check, _)| {
             let value = check.value.value(outputs);
-            if check.strict { value.is_nan() || value <= 0.0 } else { value.is_nan() || value < 0.0 }
+            if check.strict {
+                value.is_nan() || value <= 0.0
+            } else {
+                value.is_nan() || value < 0.0
+            }
         })
         .map(|(check, from)| Diagnostic::error(codes::E0504, from.span, check.message.clone()))
         .collect()

@@ -127,7 +127,11 @@ impl Expressions {
     pub fn constant(&mut self, value: f64) -> ExprId {
         // Both zeros are one number.
         let value = value + 0.0;
-        self.insert(Key::Constant(value.to_bits()), || Expression::Constant(value), Stage::Constant)
+        self.insert(
+            Key::Constant(value.to_bits()),
+            || Expression::Constant(value),
+            Stage::Constant,
+        )
     }
     /// A component of a live parameter.
     pub fn param(&mut self, param: ParamId, component: u8) -> ExprId {
@@ -140,11 +144,19 @@ impl Expressions {
     }
     /// A coordinate of the local point.
     pub fn coordinate(&mut self, axis: u8) -> ExprId {
-        self.insert(Key::Coordinate(axis), || Expression::Coordinate(axis), Stage::Point)
+        self.insert(
+            Key::Coordinate(axis),
+            || Expression::Coordinate(axis),
+            Stage::Point,
+        )
     }
     /// A component of the normal.
     pub fn normal(&mut self, axis: u8) -> ExprId {
-        self.insert(Key::NormalComponent(axis), || Expression::NormalComponent(axis), Stage::Normal)
+        self.insert(
+            Key::NormalComponent(axis),
+            || Expression::NormalComponent(axis),
+            Stage::Normal,
+        )
     }
 
     /// The result of an operation; folded if all it reads is constant, and kept as a uniform
@@ -157,7 +169,10 @@ impl Expressions {
         parameters: &[ExprId],
     ) -> ExprId {
         let inputs = || point.iter().flatten().chain(values).chain(parameters);
-        let stage = inputs().map(|&id| self.stage(id)).max().unwrap_or(Stage::Constant);
+        let stage = inputs()
+            .map(|&id| self.stage(id))
+            .max()
+            .unwrap_or(Stage::Constant);
         if stage == Stage::Constant
             && let Some(value) = self.fold(op, point, values, parameters)
         {

@@ -113,28 +113,46 @@ impl Node {
             Node::World | Node::Constant(_) => Vec::new(),
             Node::Moved { point, .. } | Node::Mapped { point, .. } => vec![*point],
             Node::Normal { point, .. } => vec![*point],
-            Node::Apply { point, values, .. } => {
-                point.iter().chain(values).copied().collect()
-            }
-            Node::Paint { value, channels, .. } => {
-                std::iter::once(*value).chain(channels.iter().map(|&(_, id)| id)).collect()
-            }
+            Node::Apply { point, values, .. } => point.iter().chain(values).copied().collect(),
+            Node::Paint {
+                value, channels, ..
+            } => std::iter::once(*value)
+                .chain(channels.iter().map(|&(_, id)| id))
+                .collect(),
         }
     }
     /// The same node with its inputs replaced.
     pub fn with_inputs(&self, mut to: impl FnMut(NodeId) -> NodeId) -> Node {
         match self {
             Node::World | Node::Constant(_) => self.clone(),
-            Node::Moved { point, by } => Node::Moved { point: to(*point), by: *by },
-            Node::Mapped { point, rows } => Node::Mapped { point: to(*point), rows: *rows },
-            Node::Normal { point, axis } => Node::Normal { point: to(*point), axis: *axis },
-            Node::Apply { op, point, values, parameters } => Node::Apply {
+            Node::Moved { point, by } => Node::Moved {
+                point: to(*point),
+                by: *by,
+            },
+            Node::Mapped { point, rows } => Node::Mapped {
+                point: to(*point),
+                rows: *rows,
+            },
+            Node::Normal { point, axis } => Node::Normal {
+                point: to(*point),
+                axis: *axis,
+            },
+            Node::Apply {
+                op,
+                point,
+                values,
+                parameters,
+            } => Node::Apply {
                 op: *op,
                 point: point.map(&mut to),
                 values: values.iter().map(|&v| to(v)).collect(),
                 parameters: parameters.clone(),
             },
-            Node::Paint { value, constants, channels } => Node::Paint {
+            Node::Paint {
+                value,
+                constants,
+                channels,
+            } => Node::Paint {
                 value: to(*value),
                 constants: *constants,
                 channels: channels.iter().map(|&(c, id)| (c, to(id))).collect(),
@@ -169,7 +187,10 @@ impl Graph {
     }
     /// All nodes, inputs before what reads them.
     pub fn nodes(&self) -> impl Iterator<Item = (NodeId, &Node)> {
-        self.nodes.iter().enumerate().map(|(i, node)| (NodeId(i as u32), node))
+        self.nodes
+            .iter()
+            .enumerate()
+            .map(|(i, node)| (NodeId(i as u32), node))
     }
     /// How many nodes there are.
     pub fn len(&self) -> usize {
@@ -232,9 +253,19 @@ impl Graph {
                     let _ = write!(text, "constant {}", numbers(&[*number]));
                 }
                 Node::Normal { point, axis } => {
-                    let _ = write!(text, "normal.{} %{}", ["x", "y", "z"][usize::from(*axis)], point.0);
+                    let _ = write!(
+                        text,
+                        "normal.{} %{}",
+                        ["x", "y", "z"][usize::from(*axis)],
+                        point.0
+                    );
                 }
-                Node::Apply { op, point, values, parameters } => {
+                Node::Apply {
+                    op,
+                    point,
+                    values,
+                    parameters,
+                } => {
                     text.push_str(op.row().name);
                     for input in point.iter().chain(values) {
                         let _ = write!(text, " %{}", input.0);
@@ -243,7 +274,11 @@ impl Graph {
                         let _ = write!(text, " {}", numbers(parameters));
                     }
                 }
-                Node::Paint { value, constants, channels } => {
+                Node::Paint {
+                    value,
+                    constants,
+                    channels,
+                } => {
                     let _ = write!(text, "paint %{} {}", value.0, numbers(constants));
                     for (channel, id) in channels {
                         let _ = write!(text, " {}=%{}", channel_name(*channel), id.0);
@@ -265,8 +300,15 @@ impl Graph {
 /// What a channel of a material is called in listings.
 pub fn channel_name(channel: u8) -> &'static str {
     const NAMES: [&str; CHANNELS] = [
-        "albedo.r", "albedo.g", "albedo.b", "roughness", "emission.r", "emission.g", "emission.b",
-        "metallic", "bump",
+        "albedo.r",
+        "albedo.g",
+        "albedo.b",
+        "roughness",
+        "emission.r",
+        "emission.g",
+        "emission.b",
+        "metallic",
+        "bump",
     ];
     NAMES[usize::from(channel)]
 }
@@ -284,14 +326,23 @@ fn numbers(numbers: &[Number]) -> String {
 
 /// Whether the order of an operation's two operands does not matter, to the last bit.
 pub fn is_commutative(op: Op) -> bool {
-    let by_blend = op.row().meta.blend.is_some_and(|blend| !blend.negate_second);
+    let by_blend = op
+        .row()
+        .meta
+        .blend
+        .is_some_and(|blend| !blend.negate_second);
     by_blend || matches!(op, Op::Add | Op::Mul | Op::Min | Op::Max)
 }
 
 /// Operands of arithmetic in a fixed order, so that equal sums are equal nodes. The operands of
 /// blends keep their order: materials of equal distance go to the first.
 fn canonical(mut node: Node) -> Node {
-    if let Node::Apply { op: Op::Add | Op::Mul | Op::Min | Op::Max, values, .. } = &mut node {
+    if let Node::Apply {
+        op: Op::Add | Op::Mul | Op::Min | Op::Max,
+        values,
+        ..
+    } = &mut node
+    {
         values.sort_unstable();
     }
     node

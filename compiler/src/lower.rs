@@ -64,7 +64,13 @@ pub fn lower(
         slopes: HashMap::new(),
         diagnostics: Vec::new(),
     };
-    let root = lowering.shape(shape, At { base: world, frame: None });
+    let root = lowering.shape(
+        shape,
+        At {
+            base: world,
+            frame: None,
+        },
+    );
     lowering.graph.root = root;
     (lowering.graph, lowering.diagnostics)
 }
@@ -92,13 +98,18 @@ impl Lowering<'_> {
 
     /// The node of the point itself, for operations that read it.
     fn point(&mut self, at: At) -> NodeId {
-        let Some(frame) = at.frame else { return at.base };
+        let Some(frame) = at.frame else {
+            return at.base;
+        };
         let rows: [Number; 12] = frame.map(|id| self.number(id));
         let linear_is_identity = (0..12)
             .filter(|i| i % 4 != 3)
             .all(|i| rows[i].is(if i % 4 == i / 4 { 1.0 } else { 0.0 }));
         if !linear_is_identity {
-            return self.graph.add(Node::Mapped { point: at.base, rows });
+            return self.graph.add(Node::Mapped {
+                point: at.base,
+                rows,
+            });
         }
         let by = [rows[3], rows[7], rows[11]];
         if by.iter().all(|n| n.is(0.0)) {
@@ -113,30 +124,39 @@ impl Lowering<'_> {
             Some(outer) => compose(&mut self.scene.expressions, &matrix, &outer),
             None => matrix,
         };
-        At { base: at.base, frame: Some(frame) }
+        At {
+            base: at.base,
+            frame: Some(frame),
+        }
     }
 
-    fn apply(
-        &mut self,
-        op: Op,
-        at: At,
-        values: Vec<NodeId>,
-        parameters: Vec<Number>,
-    ) -> NodeId {
+    fn apply(&mut self, op: Op, at: At, values: Vec<NodeId>, parameters: Vec<Number>) -> NodeId {
         let point = op.row().reads_point().then(|| self.point(at));
-        self.graph.add(Node::Apply { op, point, values, parameters })
+        self.graph.add(Node::Apply {
+            op,
+            point,
+            values,
+            parameters,
+        })
     }
 
     /// Recursion over shapes within shapes, whose depth the elaborator bounds.
     fn shape(&mut self, id: ShapeId, at: At) -> NodeId {
         let shape = &self.scene.shapes[id.0 as usize];
-        let origin = Origin { name: shape.name.clone(), span: Some(shape.span) };
+        let origin = Origin {
+            name: shape.name.clone(),
+            span: Some(shape.span),
+        };
         let node = match shape.kind.clone() {
             ShapeKind::Primitive { op, parameters } => {
                 let parameters = self.numbers(&parameters);
                 self.apply(op, at, Vec::new(), parameters)
             }
-            ShapeKind::Field { value, slope, region } => {
+            ShapeKind::Field {
+                value,
+                slope,
+                region,
+            } => {
                 let node = self.field(value, at);
                 let slope = match slope {
                     Some(slope) => self.reciprocal(slope),
@@ -148,7 +168,11 @@ impl Lowering<'_> {
                 self.apply(Op::FieldDistance, at, vec![node], vec![slope])
             }
             ShapeKind::Polygon { points } => self.polygon(&points, at),
-            ShapeKind::Combine { op, children, parameters } => {
+            ShapeKind::Combine {
+                op,
+                children,
+                parameters,
+            } => {
                 let parameters = self.numbers(&parameters);
                 let mut children = children.into_iter();
                 let first = children.next().expect("a combination has operands");
@@ -175,7 +199,11 @@ impl Lowering<'_> {
                 }
                 left
             }
-            ShapeKind::Frame { child, matrix, scale } => {
+            ShapeKind::Frame {
+                child,
+                matrix,
+                scale,
+            } => {
                 let inner = self.framed(at, matrix);
                 let node = self.shape(child, inner);
                 let scale = self.number(scale);
@@ -185,11 +213,21 @@ impl Lowering<'_> {
                     self.apply(Op::ScaleDistance, at, vec![node], vec![scale])
                 }
             }
-            ShapeKind::Domain { op, child, parameters } => {
+            ShapeKind::Domain {
+                op,
+                child,
+                parameters,
+            } => {
                 let stretch = self.stretch(op, &parameters, child, id);
                 let parameters = self.numbers(&parameters);
                 let point = self.apply(op, at, Vec::new(), parameters);
-                let node = self.shape(child, At { base: point, frame: None });
+                let node = self.shape(
+                    child,
+                    At {
+                        base: point,
+                        frame: None,
+                    },
+                );
                 self.slowed(node, stretch, at)
             }
             ShapeKind::Warp { child, point } => {
@@ -197,10 +235,20 @@ impl Lowering<'_> {
                 let stretch = self.field_slope(id, &point, &region);
                 let coordinates = point.map(|number| self.field(number, at));
                 let point = self.apply(Op::MakePoint, at, coordinates.to_vec(), Vec::new());
-                let node = self.shape(child, At { base: point, frame: None });
+                let node = self.shape(
+                    child,
+                    At {
+                        base: point,
+                        frame: None,
+                    },
+                );
                 self.slowed(node, stretch, at)
             }
-            ShapeKind::Distance { op, child, parameters } => {
+            ShapeKind::Distance {
+                op,
+                child,
+                parameters,
+            } => {
                 let node = self.shape(child, at);
                 let parameters = self.numbers(&parameters);
                 self.apply(op, at, vec![node], parameters)
@@ -248,7 +296,9 @@ impl Lowering<'_> {
     /// their ranges. Farther out the elaborator has put a bound that needs no map; near means within
     /// an eighth of the result's size.
     fn stretch(&mut self, op: Op, parameters: &[ExprId], child: ShapeId, id: ShapeId) -> f64 {
-        let Slope::Stretch(stretch) = op.row().meta.slope else { return 1.0 };
+        let Slope::Stretch(stretch) = op.row().meta.slope else {
+            return 1.0;
+        };
         let cube = Bounds::centred([FIELD_REGION; 3]);
         let inner = self.bounds[child.0 as usize].common(&cube);
         let outer = self.bounds[id.0 as usize];
@@ -263,7 +313,9 @@ impl Lowering<'_> {
             ranges.iter().map(|r| r.lo).collect::<Vec<_>>(),
             ranges.iter().map(|r| r.hi).collect::<Vec<_>>(),
         ];
-        ends.iter().map(|numbers| stretch(numbers, &bounds)).fold(1.0, f64::max)
+        ends.iter()
+            .map(|numbers| stretch(numbers, &bounds))
+            .fold(1.0, f64::max)
     }
 
     /// The slope bound of numbers of point stage over a region, found once per shape.
@@ -284,9 +336,15 @@ impl Lowering<'_> {
                 return 1.0;
             }
             self.diagnostics.push(
-                Diagnostic::warning(codes::W0501, span, "the slope of this field cannot be bounded")
-                    .primary("it may rise arbitrarily fast, so rays may step over it")
-                    .help("state a bound, `field(…, lipschitz: 2)`, or keep away from poles with `max`"),
+                Diagnostic::warning(
+                    codes::W0501,
+                    span,
+                    "the slope of this field cannot be bounded",
+                )
+                .primary("it may rise arbitrarily fast, so rays may step over it")
+                .help(
+                    "state a bound, `field(…, lipschitz: 2)`, or keep away from poles with `max`",
+                ),
             );
             1.0
         };
@@ -312,12 +370,22 @@ impl Lowering<'_> {
                     let point = self.point(at);
                     self.graph.add(Node::Normal { point, axis })
                 }
-                Expression::Apply { op, point, values, parameters } => {
+                Expression::Apply {
+                    op,
+                    point,
+                    values,
+                    parameters,
+                } => {
                     let parameters = self.numbers(&parameters);
-                    let values =
-                        values.iter().map(|&v| self.operand(v, &nodes)).collect::<Vec<_>>();
+                    let values = values
+                        .iter()
+                        .map(|&v| self.operand(v, &nodes))
+                        .collect::<Vec<_>>();
                     let at = match point {
-                        Some(p) => At { base: self.made_point(p, &nodes, at), frame: None },
+                        Some(p) => At {
+                            base: self.made_point(p, &nodes, at),
+                            frame: None,
+                        },
                         None => at,
                     };
                     self.apply(op, at, values, parameters)
@@ -391,7 +459,11 @@ impl Lowering<'_> {
             channels.push((8, self.field(bump, at)));
             constants[9] = Number::Constant(1.0);
         }
-        self.graph.add(Node::Paint { value, constants, channels })
+        self.graph.add(Node::Paint {
+            value,
+            constants,
+            channels,
+        })
     }
 }
 
@@ -466,7 +538,11 @@ pub fn channel_numbers(material: &Material) -> [ExprId; 8] {
 fn compose(e: &mut Expressions, inner: &[ExprId; 12], outer: &[ExprId; 12]) -> [ExprId; 12] {
     std::array::from_fn(|i| {
         let (row, column) = (i / 4, i % 4);
-        let mut sum = if column == 3 { inner[row * 4 + 3] } else { e.constant(0.0) };
+        let mut sum = if column == 3 {
+            inner[row * 4 + 3]
+        } else {
+            e.constant(0.0)
+        };
         for k in 0..3 {
             let product = multiply(e, inner[row * 4 + k], outer[k * 4 + column]);
             sum = add(e, sum, product);
@@ -515,14 +591,24 @@ fn affine_row(e: &mut Expressions, id: ExprId, depth: u32) -> Option<[ExprId; 4]
     match e.get(id).clone() {
         Expression::Coordinate(axis) => {
             let one = e.constant(1.0);
-            Some(std::array::from_fn(|i| if i == usize::from(axis) { one } else { zero }))
+            Some(std::array::from_fn(|i| {
+                if i == usize::from(axis) { one } else { zero }
+            }))
         }
-        Expression::Apply { op: Op::Add, values, .. } => {
+        Expression::Apply {
+            op: Op::Add,
+            values,
+            ..
+        } => {
             let a = affine_row(e, values[0], depth - 1)?;
             let b = affine_row(e, values[1], depth - 1)?;
             Some(std::array::from_fn(|i| add(e, a[i], b[i])))
         }
-        Expression::Apply { op: Op::Mul, values, .. } => {
+        Expression::Apply {
+            op: Op::Mul,
+            values,
+            ..
+        } => {
             let uniform = |e: &Expressions, id| e.stage(id) <= crate::expression::Stage::Uniform;
             let (factor, row) = match (uniform(e, values[0]), uniform(e, values[1])) {
                 (true, _) => (values[0], affine_row(e, values[1], depth - 1)?),

@@ -22,7 +22,11 @@ pub const PASSES: [Pass; 2] = [
         summary: "constant values, and operations that change nothing; values stay the same",
         run: fold::fold,
     },
-    Pass { name: "dead", summary: "nodes that nothing reads; values stay the same", run: dead::dead },
+    Pass {
+        name: "dead",
+        summary: "nodes that nothing reads; values stay the same",
+        run: dead::dead,
+    },
 ];
 
 /// Which passes run.

@@ -14,7 +14,12 @@ use std::collections::HashMap;
 pub fn raise(module: Module) -> Compiled {
     let graph = graph_of(&module.distance);
     let surface = module.surface.as_ref().map(graph_of);
-    Compiled { optimized: graph.clone(), graph, surface, module }
+    Compiled {
+        optimized: graph.clone(),
+        graph,
+        surface,
+        module,
+    }
 }
 
 fn graph_of(program: &Program) -> Graph {
@@ -22,7 +27,11 @@ fn graph_of(program: &Program) -> Graph {
     let world = graph.add(Node::World);
     let mut raising = Raising {
         program,
-        outputs: program.patches.iter().map(|patch| (patch.at, patch.output)).collect(),
+        outputs: program
+            .patches
+            .iter()
+            .map(|patch| (patch.at, patch.output))
+            .collect(),
         graph,
         stack: Vec::new(),
         points: Vec::new(),
@@ -73,11 +82,17 @@ impl Raising<'_> {
             Frame::Same => self.current,
             Frame::Moved(index) => {
                 let by = std::array::from_fn(|k| self.number(at(index, k)));
-                self.graph.add(Node::Moved { point: self.current, by })
+                self.graph.add(Node::Moved {
+                    point: self.current,
+                    by,
+                })
             }
             Frame::Mapped(index) => {
                 let rows = std::array::from_fn(|k| self.number(at(index, k)));
-                self.graph.add(Node::Mapped { point: self.current, rows })
+                self.graph.add(Node::Mapped {
+                    point: self.current,
+                    rows,
+                })
             }
         }
     }
@@ -97,7 +112,12 @@ impl Raising<'_> {
                 let node = if op == Op::Constant {
                     Node::Constant(parameters[0])
                 } else {
-                    Node::Apply { op, point, values, parameters }
+                    Node::Apply {
+                        op,
+                        point,
+                        values,
+                        parameters,
+                    }
                 };
                 let id = self.graph.add(node);
                 if i.code.gives_point() {
@@ -115,7 +135,10 @@ impl Raising<'_> {
             Code::Take => self.pop(),
             Code::Normal => {
                 let point = self.point(i);
-                self.graph.add(Node::Normal { point, axis: i.slot })
+                self.graph.add(Node::Normal {
+                    point,
+                    axis: i.slot,
+                })
             }
             Code::Channel => {
                 let value = self.pop();
@@ -127,7 +150,11 @@ impl Raising<'_> {
                 let start = i.parameters as usize * 4;
                 let constants = std::array::from_fn(|k| self.number(start + k));
                 let channels = std::mem::take(&mut self.channels);
-                self.graph.add(Node::Paint { value, constants, channels })
+                self.graph.add(Node::Paint {
+                    value,
+                    constants,
+                    channels,
+                })
             }
         };
         let result = match i.place {
@@ -171,12 +198,24 @@ impl Raising<'_> {
     /// The row whose blend has this kernel and these signs.
     fn blend(&mut self, kernel: Kernel, index: u32, a: NodeId, b: NodeId) -> NodeId {
         let constants = self.program.pool[index as usize];
-        let wanted =
-            Blend { kernel, sign: constants[0], negate_second: constants[1].is_sign_negative() };
-        let row = ROWS.iter().find(|row| row.meta.blend == Some(wanted)).unwrap_or(&ROWS[0]);
+        let wanted = Blend {
+            kernel,
+            sign: constants[0],
+            negate_second: constants[1].is_sign_negative(),
+        };
+        let row = ROWS
+            .iter()
+            .find(|row| row.meta.blend == Some(wanted))
+            .unwrap_or(&ROWS[0]);
         let start = index as usize * 4;
-        let parameters: Vec<Number> =
-            (0..row.parameters.len()).map(|k| self.number(start + 2 + k)).collect();
-        self.graph.add(Node::Apply { op: row.op, point: None, values: vec![a, b], parameters })
+        let parameters: Vec<Number> = (0..row.parameters.len())
+            .map(|k| self.number(start + 2 + k))
+            .collect();
+        self.graph.add(Node::Apply {
+            op: row.op,
+            point: None,
+            values: vec![a, b],
+            parameters,
+        })
     }
 }

@@ -29,7 +29,12 @@ pub fn schedule(graph: &Graph) -> Program {
     };
     scheduler.run();
     let (pool, patches) = scheduler.pool.finish();
-    Program { code: scheduler.code, pool, patches, slots: scheduler.slots.count }
+    Program {
+        code: scheduler.code,
+        pool,
+        patches,
+        slots: scheduler.slots.count,
+    }
 }
 
 struct World;
@@ -94,7 +99,9 @@ fn needs(graph: &Graph) -> Vec<u32> {
                     each.max().unwrap_or(1)
                 }
             },
-            Node::Paint { value, channels, .. } => {
+            Node::Paint {
+                value, channels, ..
+            } => {
                 let each = channels.iter().map(|(_, id)| of(id) + 1);
                 each.max().unwrap_or(0).max(of(value))
             }
@@ -116,7 +123,10 @@ impl Scheduler<'_> {
                 Task::EmitPoint(id) => self.emit_point(id),
                 Task::Channel(channel) => {
                     let slot = channel;
-                    self.code.push(Instruction { slot, ..Instruction::new(Code::Channel) });
+                    self.code.push(Instruction {
+                        slot,
+                        ..Instruction::new(Code::Channel)
+                    });
                 }
                 Task::Keep(id) => self.keep(id),
             }
@@ -138,7 +148,11 @@ impl Scheduler<'_> {
     fn is_cheap(&self, id: NodeId) -> bool {
         matches!(
             self.node(id),
-            Node::Constant(_) | Node::Apply { op: Op::X | Op::Y | Op::Z, .. }
+            Node::Constant(_)
+                | Node::Apply {
+                    op: Op::X | Op::Y | Op::Z,
+                    ..
+                }
         )
     }
 
@@ -151,7 +165,10 @@ impl Scheduler<'_> {
                 self.slots.free.push(slot);
                 self.slots.free.sort_unstable_by(|a, b| b.cmp(a));
             }
-            self.code.push(Instruction { slot, ..Instruction::new(Code::Load) });
+            self.code.push(Instruction {
+                slot,
+                ..Instruction::new(Code::Load)
+            });
             return;
         }
         if self.uses[id.0 as usize] > 1 && !self.is_cheap(id) {
@@ -167,16 +184,24 @@ impl Scheduler<'_> {
                     }
                 }
                 let blend = op.row().meta.blend.is_some();
-                self.tasks.push(if blend { Task::Blend(id) } else { Task::Emit(id) });
+                self.tasks.push(if blend {
+                    Task::Blend(id)
+                } else {
+                    Task::Emit(id)
+                });
                 let constants = !blend && values.len() == 2;
-                let skipped = values.iter().position(|&v| constants && self.constant(v).is_some());
+                let skipped = values
+                    .iter()
+                    .position(|&v| constants && self.constant(v).is_some());
                 for (i, &value) in values.iter().enumerate().rev() {
                     if skipped != Some(i) {
                         self.tasks.push(Task::Visit(value));
                     }
                 }
             }
-            Node::Paint { value, channels, .. } => {
+            Node::Paint {
+                value, channels, ..
+            } => {
                 let (value, channels) = (*value, channels.clone());
                 self.tasks.push(Task::Emit(id));
                 for (channel, node) in channels.into_iter().rev() {
@@ -211,8 +236,14 @@ impl Scheduler<'_> {
         let numbers: Vec<PoolNumber> = numbers
             .iter()
             .map(|number| match *number {
-                Number::Constant(value) => PoolNumber { value, output: None },
-                Number::Uniform(output) => PoolNumber { value: 0.0, output: Some(output) },
+                Number::Constant(value) => PoolNumber {
+                    value,
+                    output: None,
+                },
+                Number::Uniform(output) => PoolNumber {
+                    value: 0.0,
+                    output: Some(output),
+                },
             })
             .collect();
         self.pool.add(&numbers)
@@ -271,13 +302,22 @@ impl Scheduler<'_> {
                 instruction.code = Code::Normal;
                 instruction.slot = *axis;
             }
-            Node::Paint { constants, channels, .. } => {
+            Node::Paint {
+                constants,
+                channels,
+                ..
+            } => {
                 instruction.code = Code::Paint;
                 instruction.parameters = self.add(constants);
                 let bits = channels.iter().filter(|(c, _)| *c < 8).map(|(c, _)| 1 << c);
                 instruction.slot = bits.fold(0, |mask, bit: u8| mask | bit);
             }
-            Node::Apply { op, values, parameters, .. } => {
+            Node::Apply {
+                op,
+                values,
+                parameters,
+                ..
+            } => {
                 instruction.code = Code::Op(*op);
                 instruction.parameters = self.add_parameters(*op, parameters);
                 if let [a, b] = values[..] {
@@ -299,7 +339,12 @@ impl Scheduler<'_> {
         let Node::Apply { op, parameters, .. } = self.graph.get(id) else {
             unreachable!("only applications blend")
         };
-        let Some(Blend { kernel, sign, negate_second }) = op.row().meta.blend else {
+        let Some(Blend {
+            kernel,
+            sign,
+            negate_second,
+        }) = op.row().meta.blend
+        else {
             unreachable!("only blends are visited so")
         };
         let zero = Number::Constant(0.0);
@@ -319,7 +364,10 @@ impl Scheduler<'_> {
             {
                 last.place = place;
             }
-            _ => self.code.push(Instruction { place, ..Instruction::new(Code::Take) }),
+            _ => self.code.push(Instruction {
+                place,
+                ..Instruction::new(Code::Take)
+            }),
         }
     }
 
@@ -331,14 +379,22 @@ impl Scheduler<'_> {
         });
         let left = self.uses[id.0 as usize] - 1;
         self.slots.kept.insert(id, (slot, left));
-        self.code.push(Instruction { slot, ..Instruction::new(Code::Store) });
+        self.code.push(Instruction {
+            slot,
+            ..Instruction::new(Code::Store)
+        });
     }
 
     fn reach(&mut self, point: NodeId) {
         if self.points.contains(&point) {
             return;
         }
-        let Node::Apply { point: from, values, .. } = self.graph.get(point) else {
+        let Node::Apply {
+            point: from,
+            values,
+            ..
+        } = self.graph.get(point)
+        else {
             unreachable!("the world is always below; frames are part of instructions")
         };
         self.tasks.push(Task::EmitPoint(point));
@@ -355,10 +411,19 @@ impl Scheduler<'_> {
     }
 
     fn emit_point(&mut self, id: NodeId) {
-        let Node::Apply { op, point, parameters, .. } = self.graph.get(id) else {
+        let Node::Apply {
+            op,
+            point,
+            parameters,
+            ..
+        } = self.graph.get(id)
+        else {
             unreachable!("only operations are reached")
         };
-        let mut instruction = Instruction { push: true, ..Instruction::new(Code::Op(*op)) };
+        let mut instruction = Instruction {
+            push: true,
+            ..Instruction::new(Code::Op(*op))
+        };
         if let Some(point) = point {
             let (frame, base) = self.frame(*point);
             match self.back_to(base) {

@@ -55,7 +55,10 @@ impl Ranges {
 
     /// The range of a uniform number.
     pub fn of_number(&self, expressions: &Expressions, id: ExprId) -> Interval {
-        let everywhere = Bounds { min: [0.0; 3], max: [0.0; 3] };
+        let everywhere = Bounds {
+            min: [0.0; 3],
+            max: [0.0; 3],
+        };
         Field::new(expressions, id, self).at(&everywhere).value
     }
 }
@@ -69,18 +72,29 @@ struct Field<'a> {
 
 impl<'a> Field<'a> {
     fn new(expressions: &'a Expressions, id: ExprId, ranges: &'a Ranges) -> Self {
-        Self { expressions, order: operands_first(expressions, id, |_| false), ranges }
+        Self {
+            expressions,
+            order: operands_first(expressions, id, |_| false),
+            ranges,
+        }
     }
 
     /// The values of all that the field is computed from are kept in the order of their ids, so a
     /// binary search finds each.
     fn at(&self, bounds: &Bounds) -> DualInterval {
-        let axis = |i: usize| Interval { lo: bounds.min[i], hi: bounds.max[i] };
+        let axis = |i: usize| Interval {
+            lo: bounds.min[i],
+            hi: bounds.max[i],
+        };
         let point: DualVec3<Interval> = DualVec3::seed(V3::of(axis(0), axis(1), axis(2)));
         let mut values: Vec<DualInterval> = Vec::with_capacity(self.order.len());
         for &id in &self.order {
             let get = |id: &ExprId| {
-                self.order.binary_search(id).ok().and_then(|at| values.get(at)).copied()
+                self.order
+                    .binary_search(id)
+                    .ok()
+                    .and_then(|at| values.get(at))
+                    .copied()
             };
             let get = |id: &ExprId| get(id).unwrap_or(Dual::fixed(Interval::ALL));
             let value = match self.expressions.get(id) {
@@ -92,7 +106,12 @@ impl<'a> Field<'a> {
                     gradient: point.gradients[usize::from(*i)],
                 },
                 Expression::NormalComponent(_) => Dual::fixed(Interval { lo: -1.0, hi: 1.0 }),
-                Expression::Apply { op, point, values, parameters } => {
+                Expression::Apply {
+                    op,
+                    point,
+                    values,
+                    parameters,
+                } => {
                     let p = match point {
                         Some([x, y, z]) => {
                             let (x, y, z) = (get(x), get(y), get(z));
@@ -101,7 +120,9 @@ impl<'a> Field<'a> {
                                 gradients: [x.gradient, y.gradient, z.gradient],
                             }
                         }
-                        None => DualVec3::fixed(V3::of(Interval::ALL, Interval::ALL, Interval::ALL)),
+                        None => {
+                            DualVec3::fixed(V3::of(Interval::ALL, Interval::ALL, Interval::ALL))
+                        }
                     };
                     let mut operands = [Dual::constant(0.0); 3];
                     for (slot, id) in operands.iter_mut().zip(values) {
@@ -113,7 +134,11 @@ impl<'a> Field<'a> {
                         .iter()
                         .map(|id| {
                             let v = get(id).value;
-                            if v.lo == v.hi { v.lo } else { (v.lo + v.hi) / 2.0 }
+                            if v.lo == v.hi {
+                                v.lo
+                            } else {
+                                (v.lo + v.hi) / 2.0
+                            }
                         })
                         .collect();
                     match apply(*op, p, operands, &sdfc_vm::apply::laid_out(*op, &numbers)) {
@@ -136,8 +161,10 @@ pub fn bound(
     region: &Bounds,
     ranges: &Ranges,
 ) -> f64 {
-    let fields: Vec<Field<'_>> =
-        numbers.iter().map(|&id| Field::new(expressions, id, ranges)).collect();
+    let fields: Vec<Field<'_>> = numbers
+        .iter()
+        .map(|&id| Field::new(expressions, id, ranges))
+        .collect();
     let squares = |bounds: &Bounds| {
         let (mut upper, mut lower) = (0.0_f64, 0.0_f64);
         for field in &fields {
@@ -154,7 +181,10 @@ pub fn bound(
     let mut push = |queue: &mut BinaryHeap<Piece>, bounds: Bounds| {
         let (upper, lower) = squares(&bounds);
         let centre = bounds.centre();
-        let (at_centre, _) = squares(&Bounds { min: centre, max: centre });
+        let (at_centre, _) = squares(&Bounds {
+            min: centre,
+            max: centre,
+        });
         found = found.max(lower).max(at_centre);
         queue.push(Piece { upper, bounds });
         found
@@ -167,9 +197,10 @@ pub fn bound(
             queue.push(worst);
             break;
         }
-        let sizes: [f64; 3] =
-            std::array::from_fn(|i| worst.bounds.max[i] - worst.bounds.min[i]);
-        let axis = (0..3).max_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap_or(0);
+        let sizes: [f64; 3] = std::array::from_fn(|i| worst.bounds.max[i] - worst.bounds.min[i]);
+        let axis = (0..3)
+            .max_by(|&a, &b| sizes[a].total_cmp(&sizes[b]))
+            .unwrap_or(0);
         let middle = worst.bounds.centre()[axis];
         let (mut low, mut high) = (worst.bounds, worst.bounds);
         low.max[axis] = middle;

@@ -55,7 +55,12 @@ impl Uniforms {
                 Expression::Coordinate(_) | Expression::NormalComponent(_) => {
                     unreachable!("a uniform number reads no point")
                 }
-                Expression::Apply { op, point, values, parameters } => Step::Apply {
+                Expression::Apply {
+                    op,
+                    point,
+                    values,
+                    parameters,
+                } => Step::Apply {
                     op: *op as u8,
                     point: point.map(|p| p.map(|id| at(&id))),
                     values: values.iter().map(at).collect(),
@@ -91,7 +96,13 @@ pub fn operands_first(
         if known(id) || !found.insert(id) {
             continue;
         }
-        if let Expression::Apply { point, values, parameters, .. } = expressions.get(id) {
+        if let Expression::Apply {
+            point,
+            values,
+            parameters,
+            ..
+        } = expressions.get(id)
+        {
             pending.extend(point.iter().flatten().chain(values).chain(parameters));
         }
     }

@@ -38,7 +38,11 @@ pub fn functions(wanted: impl IntoIterator<Item = &'static str>) -> Vec<Function
             pending.extend(function(name).calls);
         }
     }
-    NAMES.iter().filter(|name| needed.contains(*name)).map(|name| function(name)).collect()
+    NAMES
+        .iter()
+        .filter(|name| needed.contains(*name))
+        .map(|name| function(name))
+        .collect()
 }
 
 fn function(name: &'static str) -> Function {
@@ -51,7 +55,9 @@ fn function(name: &'static str) -> Function {
             let v: Vec3 = s.parameter("v");
             v.dot(v).sqrt()
         }),
-        "exponential" => record(name, |s| elementary::exponential::<Scalar>(s.parameter("x"))),
+        "exponential" => record(name, |s| {
+            elementary::exponential::<Scalar>(s.parameter("x"))
+        }),
         "logarithm" => record(name, |s| elementary::logarithm::<Scalar>(s.parameter("x"))),
         "sine" => record(name, |s| elementary::sine::<Scalar>(s.parameter("x"))),
         "cosine" => record(name, |s| elementary::cosine::<Scalar>(s.parameter("x"))),
@@ -66,7 +72,11 @@ fn function(name: &'static str) -> Function {
                 elementary::perlin::<Scalar>(s.parameter("p"), s.parameter("seed"));
             Dual { value, gradient }
         }),
-        _ => Function { name: name.to_owned(), text: intrinsic(name).to_owned(), calls: vec![] },
+        _ => Function {
+            name: name.to_owned(),
+            text: intrinsic(name).to_owned(),
+            calls: vec![],
+        },
     }
 }
 
@@ -109,4 +119,3 @@ fn intrinsic(name: &str) -> &'static str {
         _ => unreachable!("`{name}` is not in the list of intrinsics"),
     }
 }
-

@@ -27,7 +27,15 @@ fn constant(graph: &Graph, id: NodeId) -> Option<f32> {
 
 /// The value of an operation that reads constants alone; in `f32`, as every engine would get it.
 fn constant_value(graph: &Graph, node: &Node) -> Option<f32> {
-    let Node::Apply { op, point: None, values, parameters } = node else { return None };
+    let Node::Apply {
+        op,
+        point: None,
+        values,
+        parameters,
+    } = node
+    else {
+        return None;
+    };
     let mut operands = [0.0; 3];
     for (slot, &value) in operands.iter_mut().zip(values) {
         *slot = constant(graph, value)?;
@@ -39,7 +47,12 @@ fn constant_value(graph: &Graph, node: &Node) -> Option<f32> {
             Number::Uniform(_) => None,
         })
         .collect();
-    match apply::<f32>(*op, V3::of(0.0, 0.0, 0.0), operands, &laid_out(*op, &numbers?)) {
+    match apply::<f32>(
+        *op,
+        V3::of(0.0, 0.0, 0.0),
+        operands,
+        &laid_out(*op, &numbers?),
+    ) {
         Applied::Value(v) if v.is_finite() => Some(v),
         _ => None,
     }
@@ -48,7 +61,12 @@ fn constant_value(graph: &Graph, node: &Node) -> Option<f32> {
 /// The operand that an operation only hands on.
 fn same_as(graph: &Graph, node: &Node) -> Option<NodeId> {
     match node {
-        Node::Apply { op, values, parameters, .. } => match (op, values.as_slice()) {
+        Node::Apply {
+            op,
+            values,
+            parameters,
+            ..
+        } => match (op, values.as_slice()) {
             (Op::Offset, [d]) if parameters[0].is(0.0) => Some(*d),
             (Op::ScaleDistance | Op::FieldDistance, [d]) if parameters[0].is(1.0) => Some(*d),
             (Op::Add, [a, b]) if constant(graph, *b) == Some(0.0) => Some(*a),

@@ -114,5 +114,7 @@ fn guarded<R: Real>(
     let across = own.min(gap).named("across");
     let along = |g: R, a: R, b: R| (g * g + a * a + b * b).sqrt();
     let (x, y, z) = (across.x(), across.y(), across.z());
-    d.min(along(gap.x(), y, z)).min(along(gap.y(), z, x)).min(along(gap.z(), x, y))
+    d.min(along(gap.x(), y, z))
+        .min(along(gap.y(), z, x))
+        .min(along(gap.z(), x, y))
 }
