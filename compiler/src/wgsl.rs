@@ -9,7 +9,7 @@ use crate::graph::{Graph, Node, NodeId, Number};
 use sdfc_vm::apply::wgsl_name;
 use sdfc_vm::library::Library;
 use sdfc_vm::record::scalar_literal;
-use sdfc_vm::row::{Category, ParameterType};
+use sdfc_vm::row::{Category, Input, ParameterType};
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
@@ -34,7 +34,8 @@ pub fn write(graph: &Graph, function: Function, library: &mut Library) -> String
         surface: function == Function::Surface,
         library,
         names: HashMap::new(),
-        taken: HashSet::new(),
+        // The parameters' names.
+        taken: HashSet::from(["p".to_owned(), "n".to_owned()]),
         body: String::new(),
     };
     let uses = graph.uses();
@@ -51,7 +52,9 @@ pub fn write(graph: &Graph, function: Function, library: &mut Library) -> String
         }
         Function::Gradient => {
             library.use_points();
-            format!("fn scene_gradient(p: vec3f) -> vec4f {{\n{SEED}{body}    return {result};\n}}\n")
+            format!(
+                "fn scene_gradient(p: vec3f) -> vec4f {{\n{SEED}{body}    return {result};\n}}\n"
+            )
         }
         Function::Surface => {
             library.use_points();
@@ -99,13 +102,20 @@ impl Writer<'_> {
 
     /// A name from the scene if the node has one, else from what it is.
     fn fresh(&mut self, id: NodeId, kind: &str) -> String {
-        let wanted = self.graph.origin(id).map(|o| identifier(&o.name)).filter(|n| !n.is_empty());
+        let wanted = self
+            .graph
+            .origin(id)
+            .map(|o| identifier(&o.name))
+            .filter(|n| !n.is_empty());
         let stem = wanted.unwrap_or_else(|| kind.to_owned());
         let mut name = stem.clone();
-        if !self.taken.insert(name.clone()) {
-            name = format!("{stem}_{}", id.0);
-            self.taken.insert(name.clone());
+        // A name and that of its surface are both taken; a number that is counted up ends the search.
+        let mut number = id.0;
+        while self.taken.contains(&name) || self.taken.contains(&format!("{name}_surface")) {
+            name = format!("{stem}_{number}");
+            number += 1;
         }
+        self.taken.insert(name.clone());
         self.taken.insert(format!("{name}_surface"));
         self.names.insert(id, name.clone());
         name
@@ -153,8 +163,11 @@ impl Writer<'_> {
             Node::Constant(number) => {
                 let number = self.number(*number);
                 let name = self.fresh(id, "c");
-                let value =
-                    if self.dual { format!("vec4f(0.0, 0.0, 0.0, {number})") } else { number };
+                let value = if self.dual {
+                    format!("vec4f(0.0, 0.0, 0.0, {number})")
+                } else {
+                    number
+                };
                 self.line(&name, &value);
             }
             Node::Normal { point, axis } => {
@@ -167,10 +180,19 @@ impl Writer<'_> {
                 );
                 self.line(&name, &value);
             }
-            Node::Apply { op, point, values, parameters } => {
+            Node::Apply {
+                op,
+                point,
+                values,
+                parameters,
+            } => {
                 self.application(id, *op, *point, values, parameters);
             }
-            Node::Paint { value, constants, channels } => {
+            Node::Paint {
+                value,
+                constants,
+                channels,
+            } => {
                 self.paint(id, *value, constants, channels);
             }
         }
@@ -184,15 +206,9 @@ impl Writer<'_> {
         values: &[NodeId],
         parameters: &[Number],
     ) {
-        let row = op.row();
-        let mut arguments: Vec<String> = Vec::new();
-        let mut values_left = values.iter();
-        for input in row.inputs {
-            arguments.extend(match input {
-                sdfc_vm::row::Input::Point => point.map(|p| self.name(p)),
-                sdfc_vm::row::Input::Value => values_left.next().map(|&v| self.name(v)),
-            });
-        }
+        let from = point.map(|p| self.name(p));
+        let operands: Vec<String> = values.iter().map(|&v| self.name(v)).collect();
+        let mut arguments = inputs(op, from.clone(), operands);
         let constants = self.parameters(op, parameters);
         arguments.extend(constants.iter().cloned());
         let function = wgsl_name(op);
@@ -207,19 +223,30 @@ impl Writer<'_> {
             self.line(&name, &format!("{function}({arguments})"));
         }
         if self.surface && !node_is_point(op) {
-            self.carry(&name, op, values, &constants);
+            self.carry(&name, op, from, values, &constants);
         }
     }
 
     /// The surface of an operation's result: mixed for combinations, handed on by all others.
-    fn carry(&mut self, name: &str, op: Op, values: &[NodeId], constants: &[String]) {
-        let surfaces: Vec<String> =
-            values.iter().filter_map(|&v| self.surface_of(v)).collect();
+    fn carry(
+        &mut self,
+        name: &str,
+        op: Op,
+        point: Option<String>,
+        values: &[NodeId],
+        constants: &[String],
+    ) {
+        let surfaces: Vec<String> = values.iter().filter_map(|&v| self.surface_of(v)).collect();
         let value = match (values, surfaces.as_slice()) {
             ([a, b], [first, second]) if op.row().meta.category == Category::Combine => {
                 let (a, b) = (self.name(*a), self.name(*b));
-                let mut arguments =
-                    vec![format!("vec4f(1.0, 0.0, 0.0, {a}.w)"), format!("vec4f(0.0, 1.0, 0.0, {b}.w)")];
+                // The point stays: only the operands' shares are asked for.
+                let still = point.map(|q| format!("DualPoint({q}.p, vec3f(), vec3f(), vec3f())"));
+                let seeds = vec![
+                    format!("vec4f(1.0, 0.0, 0.0, {a}.w)"),
+                    format!("vec4f(0.0, 1.0, 0.0, {b}.w)"),
+                ];
+                let mut arguments = inputs(op, still, seeds);
                 arguments.extend(constants.iter().cloned());
                 self.library.use_mixed_surface();
                 format!(
@@ -292,6 +319,17 @@ impl Writer<'_> {
     }
 }
 
+/// The inputs of a row in their order.
+fn inputs(op: Op, point: Option<String>, values: Vec<String>) -> Vec<String> {
+    let mut values = values.into_iter();
+    let rows = op.row().inputs.iter();
+    let given = rows.filter_map(|input| match input {
+        Input::Point => point.clone(),
+        Input::Value => values.next(),
+    });
+    given.collect()
+}
+
 fn node_is_point(op: Op) -> bool {
     op.row().output == sdfc_vm::row::Output::Point
 }
@@ -305,5 +343,9 @@ fn identifier(name: &str) -> String {
         .take(40)
         .collect();
     let kept = kept.trim_matches('_').to_owned();
-    if kept.is_empty() { kept } else { format!("s_{kept}") }
+    if kept.is_empty() {
+        kept
+    } else {
+        format!("s_{kept}")
+    }
 }

@@ -39,7 +39,11 @@ pub enum Memory {
 impl Memory {
     /// The smallest memory for programs of so many instructions and constants.
     pub fn for_program(code: usize, pool: usize) -> Self {
-        let class = |n: usize| [64, 256, 1024, 4096].into_iter().find(|&size| n <= size as usize);
+        let class = |n: usize| {
+            [64, 256, 1024, 4096]
+                .into_iter()
+                .find(|&size| n <= size as usize)
+        };
         match (class(code), class(pool)) {
             (Some(code), Some(pool)) => Self::Uniform { code, pool },
             _ => Self::Storage,
@@ -104,7 +108,10 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
         },
     );
     if dual {
-        line(1, "var p = DualPoint(origin, vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), vec3f(0.0, 0.0, 1.0));");
+        line(
+            1,
+            "var p = DualPoint(origin, vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), vec3f(0.0, 0.0, 1.0));",
+        );
     } else {
         line(1, "var p = origin;");
     }
@@ -114,11 +121,23 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
         line(1, "var depth = 0u;");
     }
     if needs.points > 0 {
-        line(1, &format!("var points: array<{point}, {}>;", needs.points.next_power_of_two()));
+        line(
+            1,
+            &format!(
+                "var points: array<{point}, {}>;",
+                needs.points.next_power_of_two()
+            ),
+        );
         line(1, "var kept = 0u;");
     }
     if needs.slots > 0 {
-        line(1, &format!("var slots: array<{value}, {}>;", needs.slots.next_power_of_two()));
+        line(
+            1,
+            &format!(
+                "var slots: array<{value}, {}>;",
+                needs.slots.next_power_of_two()
+            ),
+        );
     }
     if surface {
         line(1, "var material = unpainted_surface();");
@@ -131,10 +150,22 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
             line(1, &format!("var slot_materials: array<Surface, {slots}>;"));
         }
     }
-    let (first, end) = if surface { ("program_length.y", "z") } else { ("0u", "x") };
-    line(1, &format!("for (var at = {first}; at < program_length.{end}; at += 1u) {{"));
+    let (first, end) = if surface {
+        ("program_length.y", "z")
+    } else {
+        ("0u", "x")
+    };
+    line(
+        1,
+        &format!("for (var at = {first}; at < program_length.{end}; at += 1u) {{"),
+    );
     line(2, "let word = code[at];");
-    let widest = needs.codes.iter().map(|code| code.pool_width()).max().unwrap_or(0);
+    let widest = needs
+        .codes
+        .iter()
+        .map(|code| code.pool_width())
+        .max()
+        .unwrap_or(0);
     for k in 0..widest {
         line(2, &format!("let k{k} = pool[word.y + {k}u];"));
     }
@@ -177,18 +208,20 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     line(2, "}");
     place(needs, dual, surface, stack, library, &mut line);
     line(1, "}");
-    line(1, if surface { "return material;" } else { "return top;" });
+    line(
+        1,
+        if surface {
+            "return material;"
+        } else {
+            "return top;"
+        },
+    );
     line(0, "}");
     text
 }
 
 /// The point through the instruction's frame, as `q`.
-fn frame(
-    needs: &Needs,
-    dual: bool,
-    library: &mut Library,
-    line: &mut impl FnMut(usize, &str),
-) {
+fn frame(needs: &Needs, dual: bool, library: &mut Library, line: &mut impl FnMut(usize, &str)) {
     if !needs.moved && !needs.mapped {
         line(2, "let q = p;");
         return;
@@ -199,7 +232,10 @@ fn frame(
     if needs.moved {
         let target = if dual { "q.p" } else { "q" };
         let from = if dual { "p.p" } else { "p" };
-        line(2, &format!("{target} = select({from}, {from} + f0.xyz, frame == 1u);"));
+        line(
+            2,
+            &format!("{target} = select({from}, {from} + f0.xyz, frame == 1u);"),
+        );
     }
     if needs.mapped {
         line(2, "let f1 = pool[word.z + 1u];");
@@ -218,19 +254,44 @@ fn frame(
 
 /// The operands of the operations: `u` alone; `a` and `b` of two; `s`, `a`, `b` of three.
 fn operands(needs: &Needs, stack: bool, dual: bool, line: &mut impl FnMut(usize, &str)) {
-    let arity = needs.codes.iter().map(|code| code.arity()).max().unwrap_or(0);
+    let arity = needs
+        .codes
+        .iter()
+        .map(|code| code.arity())
+        .max()
+        .unwrap_or(0);
     if arity >= 3 && stack {
         line(2, "let s = stack[max(depth, 2u) - 2u];");
     }
     if arity >= 2 {
-        line(2, &format!("var a = {};", if stack { "stack[max(depth, 1u) - 1u]" } else { "top" }));
+        line(
+            2,
+            &format!(
+                "var a = {};",
+                if stack {
+                    "stack[max(depth, 1u) - 1u]"
+                } else {
+                    "top"
+                }
+            ),
+        );
         line(2, "var b = top;");
         if needs.constant_operands {
-            let constant = if dual { "vec4f(0.0, 0.0, 0.0, c.x)" } else { "c.x" };
+            let constant = if dual {
+                "vec4f(0.0, 0.0, 0.0, c.x)"
+            } else {
+                "c.x"
+            };
             line(2, "let constant_operand = (word.x >> 12u) & 3u;");
-            line(2, &format!("b = select(b, {constant}, constant_operand == 1u);"));
+            line(
+                2,
+                &format!("b = select(b, {constant}, constant_operand == 1u);"),
+            );
             line(2, "a = select(a, top, constant_operand == 1u);");
-            line(2, &format!("a = select(a, {constant}, constant_operand == 2u);"));
+            line(
+                2,
+                &format!("a = select(a, {constant}, constant_operand == 2u);"),
+            );
         }
     }
 }
@@ -248,9 +309,13 @@ fn case(
     match code {
         Code::Op(op) => {
             let row = op.row();
-            let call = |values: [&str; 3]| {
+            let call = |point: &str, values: [&str; 3]| {
                 let suffix = if dual { "_gradient" } else { "" };
-                format!("{}{suffix}({})", wgsl_name(op), arguments(row, values))
+                format!(
+                    "{}{suffix}({})",
+                    wgsl_name(op),
+                    arguments(row, point, values)
+                )
             };
             if dual {
                 library.use_gradient(op);
@@ -262,23 +327,32 @@ fn case(
                 2 => ["a", "b", ""],
                 _ => ["s", "a", "b"],
             };
-            let target = if row.output == Output::Point { "p" } else { "result" };
-            let mut body = format!("{target} = {};", call(values));
+            let target = if row.output == Output::Point {
+                "p"
+            } else {
+                "result"
+            };
+            let mut body = format!("{target} = {};", call("q", values));
             if surface && row.output == Output::Value {
                 match row.arity() {
                     0 => body.push_str(" painted = unpainted_surface();"),
                     2 if row.meta.category == Category::Combine && stack => {
                         library.use_mixed_surface();
-                        let weights =
-                            call(["vec4f(1.0, 0.0, 0.0, a.w)", "vec4f(0.0, 1.0, 0.0, b.w)", ""]);
-                        let _ = write!(
-                            body,
-                            " painted = mixed_surface(materials[depth - 1u], material, {weights});"
-                        );
+                        // The point stays: only the operands' shares are asked for.
+                        let still = "DualPoint(q.p, vec3f(), vec3f(), vec3f())";
+                        let seeds = ["vec4f(1.0, 0.0, 0.0, a.w)", "vec4f(0.0, 1.0, 0.0, b.w)", ""];
+                        let weights = call(still, seeds);
+                        let mixed =
+                            format!("mixed_surface(materials[depth - 1u], material, {weights})");
+                        let _ = if needs.constant_operands {
+                            write!(body, " if taken == 2u {{ painted = {mixed}; }}")
+                        } else {
+                            write!(body, " painted = {mixed};")
+                        };
                     }
-                    2 if stack => body.push_str(
-                        " if taken == 2u { painted = materials[depth - 1u]; }",
-                    ),
+                    2 if stack => {
+                        body.push_str(" if taken == 2u { painted = materials[depth - 1u]; }")
+                    }
                     _ => {}
                 }
             }
@@ -337,12 +411,12 @@ fn case(
 }
 
 /// The arguments of a row's function, read from the loaded constants.
-fn arguments(row: &Row, values: [&str; 3]) -> String {
+fn arguments(row: &Row, point: &str, values: [&str; 3]) -> String {
     let mut values = values.into_iter();
     let mut list: Vec<String> = Vec::new();
     for input in row.inputs {
         match input {
-            Input::Point => list.push("q".to_owned()),
+            Input::Point => list.push(point.to_owned()),
             Input::Value => list.extend(values.next().map(str::to_owned)),
         }
     }
@@ -367,7 +441,10 @@ fn place(
     library: &mut Library,
     line: &mut impl FnMut(usize, &str),
 ) {
-    let none = needs.codes.iter().any(|code| code.gives_point() || *code == Code::Channel);
+    let none = needs
+        .codes
+        .iter()
+        .any(|code| code.gives_point() || *code == Code::Channel);
     if needs.kernels.is_empty() {
         line(2, "var placed = result;");
     } else {
@@ -375,7 +452,13 @@ fn place(
         line(2, "var placed = result;");
         for &kernel in &needs.kernels {
             let call = blend(kernel, dual, library, "below", "result");
-            line(2, &format!("placed = select(placed, {call}, kernel == {}u);", kernel.number()));
+            line(
+                2,
+                &format!(
+                    "placed = select(placed, {call}, kernel == {}u);",
+                    kernel.number()
+                ),
+            );
         }
     }
     if surface {
@@ -384,7 +467,11 @@ fn place(
     if none {
         line(2, "let none = (word.x & 0x800u) != 0u;");
         if surface {
-            let restored = if stack { "materials[depth - taken]" } else { "material" };
+            let restored = if stack {
+                "materials[depth - taken]"
+            } else {
+                "material"
+            };
             line(2, &format!("if none {{ painted = {restored}; }}"));
         }
         line(2, "top = select(placed, below, none);");
@@ -416,16 +503,29 @@ fn surface_place(
         return;
     }
     library.use_mixed_surface();
-    let under = if stack { "materials[depth - taken]" } else { "material" };
+    let under = if stack {
+        "materials[depth - taken]"
+    } else {
+        "material"
+    };
     line(2, "if kernel != 0u {");
     line(3, "let seed_a = vec4f(1.0, 0.0, 0.0, below.w);");
     line(3, "let seed_b = vec4f(0.0, 1.0, 0.0, result.w);");
     line(3, "var weights = vec4f();");
     for &kernel in &needs.kernels {
         let call = blend(kernel, true, library, "seed_a", "seed_b");
-        line(3, &format!("weights = select(weights, {call}, kernel == {}u);", kernel.number()));
+        line(
+            3,
+            &format!(
+                "weights = select(weights, {call}, kernel == {}u);",
+                kernel.number()
+            ),
+        );
     }
-    line(3, &format!("painted = mixed_surface({under}, painted, weights);"));
+    line(
+        3,
+        &format!("painted = mixed_surface({under}, painted, weights);"),
+    );
     line(2, "}");
 }
 
@@ -436,5 +536,8 @@ fn blend(kernel: Kernel, dual: bool, library: &mut Library, a: &str, b: &str) ->
     } else {
         library.use_blend(kernel);
     }
-    format!("{}{suffix}({a}, {b}, c.x, c.y, c.z, c.w)", blend_name(kernel))
+    format!(
+        "{}{suffix}({a}, {b}, c.x, c.y, c.z, c.w)",
+        blend_name(kernel)
+    )
 }

@@ -114,7 +114,8 @@ fn run<L: Lane, A: Attachment<L>>(m: &mut Machine<L, A>, program: &Program, poin
                     }
                     continue;
                 }
-                m.attachment.operate(op, [a, b], depth, taken, constants);
+                m.attachment
+                    .operate(op, q, [a, b], (depth, taken), constants);
             }
             Code::Load => {
                 m.result.clone_from(&m.slots[usize::from(i.slot)]);

@@ -43,8 +43,16 @@ pub trait Attachment<L: Lane> {
     fn load(&mut self, slot: u8);
     /// The top is kept in a slot, and is the result.
     fn store(&mut self, slot: u8);
-    /// An operation took so many values and gave a new one.
-    fn operate(&mut self, op: Op, ab: [&L::Block; 2], depth: usize, taken: usize, k: &[f32]);
+    /// An operation at the point `q` took so many values from the stack of this depth, and gave a
+    /// new one.
+    fn operate(
+        &mut self,
+        op: Op,
+        q: &L::PointBlock,
+        ab: [&L::Block; 2],
+        depth_and_taken: (usize, usize),
+        k: &[f32],
+    );
     /// The result is blended into the top, or into the stack at `below`, and becomes the top.
     fn blend(
         &mut self,
@@ -84,7 +92,15 @@ impl<L: Lane> Attachment<L> for Plain {
     #[inline(always)]
     fn store(&mut self, _: u8) {}
     #[inline(always)]
-    fn operate(&mut self, _: Op, _: [&L::Block; 2], _: usize, _: usize, _: &[f32]) {}
+    fn operate(
+        &mut self,
+        _: Op,
+        _: &L::PointBlock,
+        _: [&L::Block; 2],
+        _: (usize, usize),
+        _: &[f32],
+    ) {
+    }
     #[inline(always)]
     fn blend(&mut self, _: Kernel, _: [f32; 4], _: Option<usize>, _: &L::Block, _: &L::Block) {}
     #[inline(always)]
@@ -184,9 +200,9 @@ impl Attachment<Dual<f32>> for Surfaces {
     fn operate(
         &mut self,
         op: Op,
+        q: &[Column; 12],
         [a, b]: [&[Column; 4]; 2],
-        depth: usize,
-        taken: usize,
+        (depth, taken): (usize, usize),
         constants: &[f32],
     ) {
         match taken {
@@ -197,11 +213,11 @@ impl Attachment<Dual<f32>> for Surfaces {
             }
             2 if op.row().meta.category == Category::Combine => {
                 let mut shares = Column::default();
-                let nowhere = V3::of(0.0, 0.0, 0.0);
                 for lane in 0..LANES {
                     let [x, y] = seeds(a[3].0[lane], b[3].0[lane]);
                     let values = [x, y, Dual::fixed(0.0)];
-                    let p = DualVec3::fixed(nowhere);
+                    // The point stays: only the operands' shares are asked for.
+                    let p = DualVec3::fixed(Dual::<f32>::load_point(q, lane).value);
                     if let Applied::Value(v) = apply::<Dual<f32>>(op, p, values, constants) {
                         shares.0[lane] = share(v.gradient.x, v.gradient.y);
                     }

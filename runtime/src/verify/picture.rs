@@ -11,6 +11,9 @@ const CREASE: f32 = 0.985;
 const CONTRAST: u8 = 16;
 /// Where the depths of neighbours differ by more than this share, there is an edge.
 const STEP: f32 = 0.1;
+/// How far the depths of all but a thousandth of the pixels away from edges may differ, in units
+/// of the last place.
+const DEPTH_ULPS: f64 = 8.0;
 /// How much of a byte a pixel may differ by.
 const ALLOWED: u8 = 1;
 
@@ -194,6 +197,12 @@ impl PictureDifferences {
                 self.differing_inside, self.worst_inside
             ));
         }
+        if self.depth_ulps.p999 > DEPTH_ULPS {
+            failures.push(format!(
+                "a thousandth of the depths differ by {:.1} ulp, {DEPTH_ULPS} are allowed",
+                self.depth_ulps.p999
+            ));
+        }
         failures
     }
 }
@@ -323,7 +332,7 @@ mod tests {
             "{:?}",
             found.normals
         );
-        assert_eq!(found.failures().len(), 2);
+        assert_eq!(found.failures().len(), 3);
         let picture = difference_picture(&reference, &frame);
         assert_eq!(picture[..4], [255, 0, 0, 255]);
         assert_eq!(picture[4..8], [44, 44, 44, 255]);
