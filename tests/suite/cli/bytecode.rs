@@ -7,7 +7,7 @@ const SCENE: &str = "\
 param goo = 0.3 in 0.0..1.0;
 param count = 3 in 1..=5;
 camera { from: [0, 1, 5], look: [0, 0, 0] }
-render { far: 40 }
+render { far: 40, reach: 0.4 }
 let balls = for i in 0..count { sphere(0.5).translate(0.8 * i - 0.8, 0, 0) };
 union(balls, smooth: goo).color(#c05030) | plane(Y, at: -0.5)
 ";
