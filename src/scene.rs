@@ -1,7 +1,7 @@
 //! Scenes from their files, compiled: `.sdf` text, `.sdfb` bytecode, or the clauses of a `.vm` file.
 //!
 //! What stands here is the way from a path to what engines run, the same for all subcommands:
-//! [`read`] tells the kinds of files apart, [`compile`] makes a [`Compiled`] of them and collects
+//! [`read`] tells the kinds of files apart, [`compile()`] makes a [`Compiled`] of them and collects
 //! what there is to say, and [`open`] is both, told to the user.
 
 mod bytecode;
