@@ -10,6 +10,7 @@ mod cpu;
 mod driver;
 mod interp;
 mod kernels;
+mod passes;
 mod query;
 mod rate;
 mod tiles;

@@ -1,4 +1,9 @@
-//! Tiles: a picture cut into rectangles as large as the device's speed allows at the moment.
+//! Tiles: a picture cut into rectangles as large as the device's speed allows at the moment, and
+//! the buffers that a tile's rays are kept in.
+
+use super::EngineError;
+use crate::gpu::{Buffer, Gpu, Usage};
+use sdfc_shaders::assemble::Slot;
 
 /// A part of a picture, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +58,43 @@ impl Tiles {
             self.0.push(rest);
         }
         Some(tile)
+    }
+}
+
+/// The buffers of a tile, made when a stage first needs them and kept for all later ones.
+#[derive(Default)]
+pub(super) struct TileBuffers {
+    buffers: [Option<Buffer>; Slot::ALL.len()],
+    /// Changes when any buffer does, the scene's included.
+    pub(super) generation: u64,
+}
+
+impl TileBuffers {
+    pub(super) fn get(&self, slot: Slot) -> Option<Buffer> {
+        self.buffers[slot as usize].clone()
+    }
+
+    /// Makes sure that a buffer is there and large enough.
+    pub(super) fn provide(
+        &mut self,
+        gpu: &Gpu,
+        slot: Slot,
+        pixels: u64,
+        lights: u64,
+    ) -> Result<(), EngineError> {
+        let need = slot.bytes(pixels, lights);
+        let place = &mut self.buffers[slot as usize];
+        if place.as_ref().is_none_or(|buffer| buffer.size() < need) {
+            let usage = match slot {
+                Slot::Frame | Slot::Lights => Usage::Uniform,
+                _ => Usage::Storage,
+            };
+            // The old one goes first: both together may be too much.
+            *place = None;
+            *place = Some(gpu.buffer(&format!("{slot:?}").to_lowercase(), usage, need)?);
+            self.generation += 1;
+        }
+        Ok(())
     }
 }
 
