@@ -6,6 +6,7 @@ mod compile;
 mod devices;
 mod explain;
 mod fmt;
+mod generate;
 mod info;
 mod ops;
 mod query;
@@ -26,6 +27,7 @@ pub(crate) enum Command {
     Query(query::Arguments),
     Info(info::Arguments),
     Fmt(fmt::Arguments),
+    Gen(generate::Arguments),
     Ops(ops::Arguments),
     Devices(devices::Arguments),
     Explain(explain::Arguments),
@@ -42,6 +44,7 @@ impl Command {
             Self::Query(arguments) => query::run(&arguments, terminal),
             Self::Info(arguments) => info::run(&arguments, terminal),
             Self::Fmt(arguments) => fmt::run(&arguments, terminal),
+            Self::Gen(arguments) => generate::run(&arguments),
             Self::Ops(arguments) => ops::run(&arguments),
             Self::Devices(arguments) => devices::run(&arguments),
             Self::Explain(arguments) => explain::run(&arguments),

@@ -4,6 +4,7 @@
 mod command;
 mod engine;
 mod failure;
+mod generate;
 mod input;
 mod output;
 mod picture;

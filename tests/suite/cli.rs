@@ -8,6 +8,7 @@
 mod bytecode;
 mod commands;
 mod files;
+mod generate;
 mod mistakes;
 mod params;
 mod pictures;

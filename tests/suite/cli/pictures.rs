@@ -5,7 +5,7 @@ use super::sandbox::{Run, Sandbox};
 const SCENE: &str = "sphere(1).color(#ff0000) | box(1).translate(0, 1.2, 0)";
 
 /// Width, height, and the pixels as bytes of three or four channels.
-fn decoded(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
+pub(super) fn decoded(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
         .read_info()
         .expect("a PNG");

@@ -1,0 +1,159 @@
+//! Scenes of any number of primitives, to see how cost grows with it: what `sdfc gen` writes.
+//!
+//! A family of scenes ([`Family`]) fills the same part of the picture whatever the number is: there
+//! are more primitives, and they are smaller. Every primitive stands in the text with its own
+//! numbers, as a scene that somebody modelled would have it, so that parsing, compiling and editing
+//! can be measured too. The same options give the same text.
+
+mod boxes;
+mod city;
+mod molecule;
+mod random;
+mod spheres;
+
+use std::f64::consts::PI;
+use std::fmt::Write;
+
+/// What a scene is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Family {
+    /// Balls that fill a ball.
+    Spheres,
+    /// Rounded, rotated boxes that fill a ring.
+    Boxes,
+    /// Towers of several forms on a grid of streets.
+    City,
+    /// Atoms and the bonds between them.
+    Molecule,
+}
+
+/// How a scene is generated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Options {
+    /// How many primitives it has, besides the ground they stand over; at least one.
+    pub(crate) count: u32,
+    /// Another seed is another scene of the same family.
+    pub(crate) seed: u64,
+    /// How thick the smooth union of neighbours is, as a share of a primitive's size; 0 for a hard
+    /// union.
+    pub(crate) blend: f64,
+}
+
+/// What a family says of a scene.
+struct Draft {
+    /// Camera, lights, sky and the floor's material.
+    settings: &'static str,
+    /// The functions that primitives may call: each begins with `fn`, its name and `(`.
+    functions: &'static [&'static str],
+    /// The materials: a name and its colour.
+    palette: &'static [(&'static str, &'static str)],
+    /// The primitives.
+    primitives: Vec<Primitive>,
+    /// How large a primitive is.
+    size: f64,
+    /// The ground.
+    ground: String,
+}
+
+/// A primitive in its place.
+struct Primitive {
+    /// Which of the palette's materials it has.
+    material: usize,
+    /// The expression.
+    text: String,
+}
+
+/// The text of a scene.
+pub(crate) fn scene(family: Family, options: &Options) -> String {
+    let draft = match family {
+        Family::Spheres => spheres::draft(options),
+        Family::Boxes => boxes::draft(options),
+        Family::City => city::draft(options),
+        Family::Molecule => molecule::draft(options),
+    };
+    assert_eq!(draft.primitives.len(), options.count as usize);
+    let mut text = format!("// {}\n{}", title(family, options), draft.settings);
+    for function in functions(&draft) {
+        let _ = writeln!(text, "{function}");
+    }
+    text.push('\n');
+    let groups = groups(&draft, &mut text);
+    let thickness = options.blend * draft.size;
+    let smooth = match thickness > 0.0 {
+        true => format!(", smooth: {}", number(thickness, thickness)),
+        false => String::new(),
+    };
+    let all: Vec<String> = groups
+        .iter()
+        .map(|name| format!("union({name}_parts{smooth}).material({name})"))
+        .collect();
+    let shape = match all.as_slice() {
+        [only] => only.clone(),
+        several => format!("union([{}]{smooth})", several.join(", ")),
+    };
+    let _ = write!(text, "\n{shape} | {}.material(floor)\n", draft.ground);
+    text
+}
+
+/// How to make this scene again.
+fn title(family: Family, options: &Options) -> String {
+    let name = match family {
+        Family::Spheres => "spheres",
+        Family::Boxes => "boxes",
+        Family::City => "city",
+        Family::Molecule => "molecule",
+    };
+    let Options { count, seed, blend } = options;
+    format!("sdfc gen {name} --count {count} --seed {seed} --blend {blend}")
+}
+
+/// The functions in use.
+fn functions(draft: &Draft) -> impl Iterator<Item = &'static str> {
+    draft.functions.iter().copied().filter(|function| {
+        let call = function.trim_start_matches("fn ");
+        let call = &call[..=call.find('(').unwrap_or(0)];
+        let mut texts = draft.primitives.iter().map(|primitive| &primitive.text);
+        texts.any(|text| text.starts_with(call))
+    })
+}
+
+/// Writes the materials in use, and the primitives of each as a list; gives their names.
+fn groups(draft: &Draft, text: &mut String) -> Vec<&'static str> {
+    let mut used = Vec::new();
+    for (index, (name, color)) in draft.palette.iter().enumerate() {
+        let members = draft.primitives.iter().filter(|p| p.material == index);
+        let members: Vec<&str> = members.map(|member| member.text.as_str()).collect();
+        if members.is_empty() {
+            continue;
+        }
+        let _ = writeln!(text, "material {name} {{ color: {color}, roughness: 0.5 }}");
+        let _ = writeln!(text, "let {name}_parts = [");
+        for member in members {
+            let _ = writeln!(text, "    {member},");
+        }
+        text.push_str("];\n");
+        used.push(*name);
+    }
+    used
+}
+
+/// The distance between neighbours where so many primitives fill a volume evenly.
+fn spacing(volume: f64, count: u32) -> f64 {
+    (volume / f64::from(count)).cbrt()
+}
+
+/// The volume of a ball.
+fn ball(radius: f64) -> f64 {
+    4.0 / 3.0 * PI * radius.powi(3)
+}
+
+/// A number with as many digits as can be seen of something of this size.
+fn number(value: f64, size: f64) -> String {
+    let digits = (2.5 - size.log10()).ceil().clamp(2.0, 12.0) as usize;
+    let text = format!("{value:.digits$}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    match text {
+        "-0" => "0".to_owned(),
+        text => text.to_owned(),
+    }
+}
