@@ -22,6 +22,7 @@ use sdfc_lang::{Diagnostics, Sources};
 use sdfc_runtime::engine::Loaded;
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
+use std::cell::OnceCell;
 use std::path::Path;
 
 /// How a scene becomes a program: the flags that all subcommands share that take one.
@@ -171,8 +172,8 @@ pub(crate) struct Opened {
     pub(crate) compiled: Compiled,
     /// The results of the uniform program.
     pub(crate) outputs: Vec<f64>,
-    /// The scene's functions as WGSL.
-    generated: GeneratedSource,
+    /// The scene's functions as WGSL, once something has asked for them.
+    generated: OnceCell<GeneratedSource>,
     /// What `print` said.
     pub(crate) printed: Vec<String>,
 }
@@ -180,11 +181,10 @@ pub(crate) struct Opened {
 impl Opened {
     fn new(mut compiled: Compiled, printed: Vec<String>, time: f64) -> Self {
         let outputs = compiled.module.update(time);
-        let generated = compiled.generated();
         Self {
             compiled,
             outputs,
-            generated,
+            generated: OnceCell::new(),
             printed,
         }
     }
@@ -196,12 +196,13 @@ impl Opened {
 
     /// The scene as engines take it.
     pub(crate) fn loaded(&self) -> Loaded<'_> {
+        let generated = self.generated.get_or_init(|| self.compiled.generated());
         Loaded {
             module: &self.compiled.module,
             outputs: &self.outputs,
             generated: SceneSource {
-                text: &self.generated.text,
-                calls: &self.generated.calls,
+                text: &generated.text,
+                calls: &generated.calls,
             },
         }
     }
