@@ -1,0 +1,117 @@
+//! Charts of times, both axes logarithmic, as SVG.
+
+use crate::report::{Form, note, print};
+use plotters::prelude::*;
+use std::path::Path;
+
+/// A chart.
+pub(crate) struct Chart {
+    /// What it shows.
+    pub(crate) title: &'static str,
+    /// What the horizontal axis counts.
+    pub(crate) across: &'static str,
+    /// What the vertical axis measures.
+    pub(crate) up: &'static str,
+    /// Its lines.
+    pub(crate) series: Vec<Series>,
+}
+
+/// A line of a chart.
+pub(crate) struct Series {
+    /// Its name in the legend.
+    pub(crate) name: String,
+    /// Its points, from left to right; all numbers are more than zero.
+    pub(crate) points: Vec<(f64, f64)>,
+}
+
+const SIZE: (u32, u32) = (760, 460);
+const COLORS: [RGBColor; 7] = [
+    RGBColor(31, 122, 120),
+    RGBColor(212, 112, 60),
+    RGBColor(74, 90, 138),
+    RGBColor(184, 64, 94),
+    RGBColor(106, 168, 79),
+    RGBColor(160, 130, 40),
+    RGBColor(90, 90, 90),
+];
+
+impl Chart {
+    /// Writes it into the folder, if there is one and anything to show. A table in Markdown gets a
+    /// link to it.
+    pub(crate) fn write(
+        &self,
+        folder: Option<&Path>,
+        name: &str,
+        form: Form,
+    ) -> Result<(), String> {
+        let Some(folder) = folder else {
+            return Ok(());
+        };
+        let all = || self.series.iter().flat_map(|series| &series.points);
+        if all().count() == 0 {
+            note(&format!("{name} would be empty"));
+            return Ok(());
+        }
+        let path = folder.join(name);
+        let failed = |error: &dyn std::fmt::Display| {
+            format!("{} cannot be written: {error}", path.display())
+        };
+        let mut text = String::new();
+        self.draw(&mut text).map_err(|error| failed(&error))?;
+        std::fs::write(&path, text).map_err(|error| failed(&error))?;
+        if form == Form::Markdown {
+            print(&format!("\n![{}]({})\n", self.title, path.display()))?;
+        }
+        Ok(())
+    }
+
+    fn draw(&self, text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+        let points = || self.series.iter().flat_map(|series| series.points.iter());
+        let range = |numbers: &mut dyn Iterator<Item = f64>| {
+            let (low, high) = numbers.fold((f64::MAX, f64::MIN_POSITIVE), |(low, high), n| {
+                (low.min(n), high.max(n))
+            });
+            let low = low.max(1e-3);
+            low / 1.3..high.max(low) * 1.3
+        };
+        let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
+        root.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&root)
+            .caption(self.title, ("sans-serif", 18))
+            .margin(14)
+            .x_label_area_size(44)
+            .y_label_area_size(64)
+            .build_cartesian_2d(
+                range(&mut points().map(|point| point.0)).log_scale(),
+                range(&mut points().map(|point| point.1)).log_scale(),
+            )?;
+        let plain = |n: &f64| format!("{n}");
+        chart
+            .configure_mesh()
+            .x_desc(self.across)
+            .y_desc(self.up)
+            .x_label_formatter(&plain)
+            .y_label_formatter(&plain)
+            .light_line_style(RGBColor(238, 238, 238))
+            .bold_line_style(RGBColor(205, 205, 205))
+            .draw()?;
+        for (series, color) in self.series.iter().zip(COLORS.iter().cycle()) {
+            let color = *color;
+            let line = LineSeries::new(series.points.clone(), color.stroke_width(2));
+            chart
+                .draw_series(line.point_size(3))?
+                .label(&series.name)
+                .legend(move |(x, y)| {
+                    PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2))
+                });
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperLeft)
+            .background_style(WHITE.mix(0.8))
+            .border_style(RGBColor(205, 205, 205))
+            .draw()?;
+        root.present()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,224 @@
+//! sdfc: a model compiled, and an engine that draws it.
+
+use super::{Contestant, not_drawn};
+use crate::model::{Model, Source};
+use crate::picture::{Picture, Seen};
+use rayon::ThreadPool;
+use sdfc_compiler::clauses::parse_clauses;
+use sdfc_compiler::compile::{self, GeneratedSource};
+use sdfc_compiler::elaborate::{self, elaborate};
+use sdfc_compiler::passes::PassOptions;
+use sdfc_lang::{Diagnostic, Diagnostics, Sources, Style};
+use sdfc_runtime::engine::{self, Engine, EngineKind, Loaded};
+use sdfc_runtime::frame::{Frame, Mode, RenderSettings, Status};
+use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_shaders::assemble::SceneSource;
+use sdfc_vm::program::Module;
+
+/// A scene, compiled, as engines take it.
+pub(crate) struct Compiled {
+    /// Its programs.
+    pub(crate) module: Module,
+    /// The results of its uniform program.
+    pub(crate) outputs: Vec<f64>,
+    /// Its functions as source, for the engine that compiles it; empty for the others.
+    generated: GeneratedSource,
+}
+
+impl Compiled {
+    /// The scene of a text in sdfc's language.
+    pub(crate) fn scene(
+        text: &str,
+        passes: &PassOptions,
+        kind: EngineKind,
+    ) -> Result<Self, String> {
+        let mut sources = Sources::new();
+        let file = sources.add("scene".to_owned(), text.to_owned());
+        let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
+        Self::finish(scene, found, &sources, passes, kind)
+    }
+
+    /// The scene of a `.vm` file.
+    pub(crate) fn clauses(text: &str, kind: EngineKind) -> Result<Self, String> {
+        let mut sources = Sources::new();
+        let file = sources.add("model".to_owned(), text.to_owned());
+        let (scene, found) = parse_clauses(&sources, file);
+        Self::finish(scene, found, &sources, &PassOptions::default(), kind)
+    }
+
+    fn finish(
+        scene: Option<sdfc_compiler::scene::Scene>,
+        mut found: Vec<Diagnostic>,
+        sources: &Sources,
+        passes: &PassOptions,
+        kind: EngineKind,
+    ) -> Result<Self, String> {
+        let options = compile::Options {
+            part: None,
+            passes: passes.clone(),
+        };
+        let compiled = scene.and_then(|scene| {
+            let (compiled, more) = compile::compile(scene, &options);
+            found.extend(more);
+            compiled
+        });
+        let Some(compiled) = compiled else {
+            let found: Diagnostics = found.into_iter().collect();
+            return Err(found.render(sources, Style::Plain));
+        };
+        let generated = match kind {
+            EngineKind::Wgsl => compiled.generated(),
+            EngineKind::Cpu | EngineKind::Interp => GeneratedSource::default(),
+        };
+        let mut module = compiled.module;
+        let outputs = module.update(0.0);
+        Ok(Self {
+            module,
+            outputs,
+            generated,
+        })
+    }
+
+    /// The scene as engines take it.
+    pub(crate) fn loaded(&self) -> Loaded<'_> {
+        Loaded {
+            module: &self.module,
+            outputs: &self.outputs,
+            generated: SceneSource {
+                text: &self.generated.text,
+                calls: &self.generated.calls,
+            },
+        }
+    }
+
+    /// How its picture is drawn, with some settings replaced.
+    pub(crate) fn settings(&self, overrides: &Overrides) -> Result<RenderSettings, String> {
+        resolve(&self.module, &self.outputs, overrides).map_err(|error| error.to_string())
+    }
+}
+
+/// A model on an engine.
+pub(crate) struct Ours<'a> {
+    model: &'a Model,
+    size: u32,
+    cone: f64,
+    engine: Box<dyn Engine>,
+    prepared: Option<Prepared>,
+    frame: Option<Frame>,
+}
+
+/// What frames are made of.
+struct Prepared {
+    compiled: Compiled,
+    settings: RenderSettings,
+}
+
+impl<'a> Ours<'a> {
+    /// A model on an engine of this kind. An engine on the CPU takes the threads of the pool that
+    /// it is called from. `cone` is where rays stop.
+    pub(crate) fn open(
+        kind: EngineKind,
+        model: &'a Model,
+        size: u32,
+        cone: f64,
+    ) -> Result<Self, String> {
+        Ok(Self {
+            model,
+            size,
+            cone,
+            engine: engine::open(kind).map_err(|error| error.to_string())?,
+            prepared: None,
+            frame: None,
+        })
+    }
+
+    fn settings(&self, compiled: &Compiled) -> Result<RenderSettings, String> {
+        let mode = if self.model.plane {
+            Mode::Mask
+        } else {
+            Mode::Normal
+        };
+        let settings = compiled.settings(&Overrides {
+            size: Some([self.size; 2]),
+            aa: Some(1),
+            steps: Some(STEPS),
+            far: Some(self.model.view.far()),
+            mode,
+            ..Overrides::default()
+        })?;
+        Ok(RenderSettings {
+            view: self.model.view.camera(),
+            plane: self.model.plane,
+            cone: self.cone,
+            ..settings
+        })
+    }
+
+    fn draw(&mut self) -> Result<(), String> {
+        let prepared = self.prepared.as_ref().ok_or_else(not_drawn)?;
+        let frame = self.engine.render(&prepared.settings, &|_| {});
+        self.frame = Some(frame.map_err(|error| error.to_string())?);
+        Ok(())
+    }
+}
+
+/// The most steps of a ray: enough for fields that are not distances.
+const STEPS: u32 = 4096;
+
+impl Contestant for Ours<'_> {
+    fn device(&self) -> String {
+        self.engine.device()
+    }
+
+    fn prepare(&mut self) -> Result<(), String> {
+        let kind = self.engine.kind();
+        let compiled = match &self.model.source {
+            Source::Clauses(text) => match self.model.plane {
+                true => Compiled::clauses(text, kind)?,
+                // A figure that fills the view from front to back ends at its faces.
+                false => Compiled::clauses(&self.model.bounded_clauses(text), kind)?,
+            },
+            Source::Boxes(boxes) => Compiled::scene(&boxes.text(), &PassOptions::default(), kind)?,
+        };
+        let settings = self.settings(&compiled)?;
+        self.prepared = Some(Prepared { compiled, settings });
+        Ok(())
+    }
+
+    fn frame(&mut self) -> Result<(), String> {
+        let prepared = self.prepared.as_ref().ok_or_else(not_drawn)?;
+        let loaded = self.engine.load(&prepared.compiled.loaded());
+        loaded.map_err(|error| error.to_string())?;
+        self.draw()
+    }
+
+    fn again(&mut self) -> Option<Result<(), String>> {
+        Some(self.draw())
+    }
+
+    fn picture(&self) -> Result<Picture, String> {
+        let frame = self.frame.as_ref().ok_or_else(not_drawn)?;
+        if self.model.plane {
+            let inside = |status: &Status| *status == Status::Hit;
+            return Ok(Picture::Plane(frame.status.iter().map(inside).collect()));
+        }
+        let view = &self.model.view;
+        let pixels = frame.depth.iter().zip(&frame.normal);
+        let seen = pixels.map(|(&depth, &normal)| Seen {
+            voxel: match depth.is_finite() {
+                true => view.voxel(depth, self.size),
+                false => 0,
+            },
+            normal: view.seen(normal),
+        });
+        Ok(Picture::Solid(seen.collect()))
+    }
+}
+
+/// A pool of so many threads, whose stacks are deep enough to compile on.
+pub(crate) fn pool(threads: usize) -> Result<ThreadPool, String> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .stack_size(256 << 20);
+    pool.build().map_err(|error| error.to_string())
+}

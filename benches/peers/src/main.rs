@@ -1,0 +1,134 @@
+//! sdfc and other renderers of implicit surfaces, side by side: the same models, the same pictures,
+//! one process, taking turns. See `benches/README.md` for how to run it and what it prints.
+
+mod chart;
+mod clock;
+mod contestant;
+mod duel;
+mod machine;
+mod model;
+mod picture;
+mod report;
+mod solo;
+mod view;
+
+use clap::Parser;
+use contestant::Peer;
+use sdfc_runtime::engine::EngineKind;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Measure sdfc against other renderers, or by itself.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Cli {
+    /// The folder of Fidget's models, prospero.vm and others.
+    #[arg(long, value_name = "DIR")]
+    models: Option<PathBuf>,
+    /// Only this model; may be given several times.
+    #[arg(long, value_name = "NAME")]
+    model: Vec<String>,
+    /// Pictures of so many pixels along each side, instead of each model's own sizes.
+    #[arg(long, value_name = "PIXELS", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(16..=4096))]
+    size: Vec<u32>,
+    /// Numbers of threads.
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1,2",
+        value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Vec<u16>,
+    /// sdfc's engines.
+    #[arg(
+        long,
+        value_name = "ENGINES",
+        value_delimiter = ',',
+        default_value = "cpu"
+    )]
+    engines: Vec<EngineKind>,
+    /// Whom to compare with.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "PEERS",
+        value_delimiter = ',',
+        default_value = "fidget-vm,fidget-jit,fidget-wgpu"
+    )]
+    peers: Vec<Peer>,
+    /// How near sdfc's rays come to a surface before they stop, in halves of a pixel. sdfc's own
+    /// default, 0.25, is faster and makes silhouettes of fields that are no distances thicker.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
+    cone: f64,
+    /// How often each side draws a picture, besides a first time that does not count.
+    #[arg(long, value_name = "N", default_value_t = 9)]
+    rounds: usize,
+    /// After how many seconds no more rounds are begun.
+    #[arg(long, value_name = "SECONDS", default_value_t = 30.0)]
+    patience: f64,
+    /// Measure sdfc alone: cost against primitives and pixels, engines, edits, passes.
+    #[arg(long = "self")]
+    alone: bool,
+    /// With `--self`: the most primitives.
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    most: u32,
+    /// With `--self`: the folder for the charts, as SVG.
+    #[arg(long, value_name = "DIR")]
+    charts: Option<PathBuf>,
+    /// Print one JSON object per line.
+    #[arg(long)]
+    json: bool,
+    /// Print tables as Markdown, under a line about the machine.
+    #[arg(long, conflicts_with = "json")]
+    markdown: bool,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    match run(&cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problem) => {
+            let _ = writeln!(std::io::stderr(), "error: {problem}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(cli: &Cli) -> Result<(), String> {
+    let form = match (cli.json, cli.markdown) {
+        (true, _) => report::Form::Json,
+        (_, true) => report::Form::Markdown,
+        _ => report::Form::Text,
+    };
+    if form == report::Form::Markdown {
+        report::print(&format!("{}\n", machine::line()))?;
+    }
+    if cli.alone {
+        return solo::run(
+            &solo::Options {
+                rounds: cli.rounds,
+                patience: cli.patience,
+                most: cli.most,
+                threads: cli.threads.iter().copied().max().unwrap_or(1).into(),
+                engines: cli.engines.clone(),
+                charts: cli.charts.clone(),
+            },
+            form,
+        );
+    }
+    let names: Vec<&str> = match cli.model.is_empty() {
+        true => model::NAMES.to_vec(),
+        false => cli.model.iter().map(String::as_str).collect(),
+    };
+    let models = names
+        .iter()
+        .map(|name| model::Model::open(name, cli.models.as_deref()))
+        .collect::<Result<Vec<_>, _>>()?;
+    let options = duel::Options {
+        sizes: cli.size.clone(),
+        threads: cli.threads.iter().copied().map(usize::from).collect(),
+        engines: cli.engines.clone(),
+        peers: cli.peers.clone(),
+        cone: cli.cone,
+        rounds: cli.rounds,
+        patience: cli.patience,
+    };
+    duel::run(&models, &options, form)
+}
