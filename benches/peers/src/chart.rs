@@ -24,6 +24,8 @@ pub(crate) struct Series {
     pub(crate) points: Vec<(f64, f64)>,
 }
 
+/// Smaller numbers are drawn as this.
+const LEAST: f64 = 0.01;
 const SIZE: (u32, u32) = (760, 460);
 const COLORS: [RGBColor; 7] = [
     RGBColor(31, 122, 120),
@@ -71,8 +73,9 @@ impl Chart {
             let (low, high) = numbers.fold((f64::MAX, f64::MIN_POSITIVE), |(low, high), n| {
                 (low.min(n), high.max(n))
             });
-            let low = low.max(1e-3);
-            low / 1.3..high.max(low) * 1.3
+            let decade = |n: f64, round: fn(f64) -> f64| 10.0_f64.powf(round(n.log10()));
+            let low = decade(low.max(LEAST), f64::floor);
+            low..decade(high, f64::ceil).max(low * 10.0)
         };
         let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
@@ -92,12 +95,13 @@ impl Chart {
             .y_desc(self.up)
             .x_label_formatter(&plain)
             .y_label_formatter(&plain)
+            .max_light_lines(1)
             .light_line_style(RGBColor(238, 238, 238))
             .bold_line_style(RGBColor(205, 205, 205))
             .draw()?;
         for (series, color) in self.series.iter().zip(COLORS.iter().cycle()) {
             let color = *color;
-            let line = LineSeries::new(series.points.clone(), color.stroke_width(2));
+            let line = LineSeries::new(shown(series), color.stroke_width(2));
             chart
                 .draw_series(line.point_size(3))?
                 .label(&series.name)
@@ -114,4 +118,10 @@ impl Chart {
         root.present()?;
         Ok(())
     }
+}
+
+/// A line's points, none of them too small to be drawn.
+fn shown(series: &Series) -> impl Iterator<Item = (f64, f64)> {
+    let points = series.points.iter();
+    points.map(|&(x, y)| (x.max(LEAST), y.max(LEAST)))
 }

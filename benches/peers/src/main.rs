@@ -66,6 +66,9 @@ struct Cli {
     /// Measure sdfc alone: cost against primitives and pixels, engines, edits, passes.
     #[arg(long = "self")]
     alone: bool,
+    /// With `--self`: only this part; may be given several times.
+    #[arg(long, value_enum, value_name = "PART", value_delimiter = ',')]
+    part: Vec<solo::Part>,
     /// With `--self`: the most primitives.
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     most: u32,
@@ -103,6 +106,7 @@ fn run(cli: &Cli) -> Result<(), String> {
     if cli.alone {
         return solo::run(
             &solo::Options {
+                parts: cli.part.clone(),
                 rounds: cli.rounds,
                 patience: cli.patience,
                 most: cli.most,

@@ -11,12 +11,30 @@ mod scene;
 use crate::clock::repeated;
 use crate::contestant::ours::{Compiled, pool};
 use crate::report::{Form, note};
+use clap::ValueEnum;
 use sdfc_runtime::engine::{self, Engine, EngineKind};
 use sdfc_runtime::settings::Overrides;
 use std::path::PathBuf;
 
+/// A part of the measurements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Part {
+    /// Cost against the number of primitives.
+    Primitives,
+    /// Cost against the number of pixels.
+    Resolution,
+    /// The engines against each other.
+    Engines,
+    /// The time from an edit to a frame.
+    Edit,
+    /// The same scene without each of the passes.
+    Passes,
+}
+
 /// What is measured.
 pub(crate) struct Options {
+    /// Which parts; all of them if empty.
+    pub(crate) parts: Vec<Part>,
     /// How many rounds count.
     pub(crate) rounds: usize,
     /// After how many seconds no more rounds are begun.
@@ -37,12 +55,18 @@ pub(crate) fn run(options: &Options, form: Form) -> Result<(), String> {
         std::fs::create_dir_all(folder)
             .map_err(|error| format!("{} cannot be made: {error}", folder.display()))?;
     }
+    let chosen = match options.parts.as_slice() {
+        [] => Part::value_variants(),
+        some => some,
+    };
     pool(options.threads)?.install(|| {
-        primitives::run(options, form)?;
-        resolution::run(options, form)?;
-        engines::run(options, form)?;
-        edit::run(options, form)?;
-        passes::run(options, form)
+        chosen.iter().try_for_each(|part| match part {
+            Part::Primitives => primitives::run(options, form),
+            Part::Resolution => resolution::run(options, form),
+            Part::Engines => engines::run(options, form),
+            Part::Edit => edit::run(options, form),
+            Part::Passes => passes::run(options, form),
+        })
     })
 }
 
@@ -84,6 +108,18 @@ fn times(
         frame.map(drop).map_err(|error| error.to_string())
     })?;
     Ok(Times { load, frame })
+}
+
+/// A problem if a frame took so long that one which costs three times as much is not waited for.
+fn patient(frame_ms: f64, options: &Options) -> Result<(), String> {
+    if frame_ms <= options.patience * 1e3 / 3.0 {
+        return Ok(());
+    }
+    let seconds = frame_ms / 1e3;
+    Err(format!(
+        "a frame takes {seconds:.0} s, and `--patience` is {}: what costs more is left out",
+        options.patience
+    ))
 }
 
 /// Milliseconds in a table.

@@ -1,7 +1,7 @@
 //! The engines against each other, on scenes of more and more primitives. On a GPU the first frame
 //! has the making of kernels in it.
 
-use super::{Options, ms, present, scene, times};
+use super::{Options, ms, patient, present, scene, times};
 use crate::clock::timed;
 use crate::contestant::ours::Compiled;
 use crate::model::Boxes;
@@ -33,35 +33,35 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
         &[
             Column::right("primitives"),
             Column::left("engine"),
-            Column::left("device"),
             Column::right("first, ms"),
             Column::right("load, ms"),
             Column::right("frame, ms"),
+            Column::left("device"),
         ],
         form,
     );
     table.begin()?;
-    for primitives in COUNTS.into_iter().filter(|&count| count <= options.most) {
-        let text = scene::text(&Boxes::new(primitives));
-        for mut engine in present(&EngineKind::ALL) {
-            match measured(&text, primitives, &mut *engine, options) {
-                Ok(row) => {
-                    let cells = [
-                        primitives.to_string(),
-                        row.engine.to_owned(),
-                        row.device.clone(),
-                        ms(row.first_ms),
-                        ms(row.load_ms),
-                        ms(row.frame_ms),
-                    ];
-                    table.row(&row, &cells)?;
-                }
-                Err(problem) => {
-                    note(&format!(
-                        "{primitives} primitives on {}: {problem}",
-                        engine.kind()
-                    ));
-                }
+    let counts = COUNTS.into_iter().filter(|&count| count <= options.most);
+    let counts: Vec<u32> = counts.collect();
+    for mut engine in present(&EngineKind::ALL) {
+        for &primitives in &counts {
+            let text = scene::text(&Boxes::new(primitives));
+            let done = measured(&text, primitives, &mut *engine, options).and_then(|row| {
+                let cells = [
+                    primitives.to_string(),
+                    row.engine.to_owned(),
+                    ms(row.first_ms),
+                    ms(row.load_ms),
+                    ms(row.frame_ms),
+                    row.device.clone(),
+                ];
+                table.row(&row, &cells)?;
+                patient(row.frame_ms, options)
+            });
+            if let Err(problem) = done {
+                let kind = engine.kind();
+                note(&format!("{primitives} primitives on {kind}: {problem}"));
+                break;
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Cost against the number of primitives, which cover the same part of the picture.
 
-use super::{Options, ms, present, scene, times};
+use super::{Options, ms, patient, present, scene, times};
 use crate::chart::{Chart, Series};
 use crate::clock::repeated;
 use crate::contestant::ours::Compiled;
@@ -84,6 +84,13 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
             ];
             table.row(&row, &cells)?;
             rows.push(row);
+            if let Err(problem) = patient(times.frame, options) {
+                note(&format!(
+                    "{primitives} primitives on {}: {problem}",
+                    engine.kind()
+                ));
+                break;
+            }
         }
     }
     table.end()?;

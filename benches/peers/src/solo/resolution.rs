@@ -1,6 +1,6 @@
 //! Cost against the number of pixels.
 
-use super::{Options, ms, present, scene, times};
+use super::{Options, ms, patient, present, scene, times};
 use crate::chart::{Chart, Series};
 use crate::contestant::ours::Compiled;
 use crate::model::Boxes;
@@ -69,6 +69,10 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
             ];
             table.row(&row, &cells)?;
             rows.push(row);
+            if let Err(problem) = patient(times.frame, options) {
+                note(&format!("{size:?} on {}: {problem}", engine.kind()));
+                break;
+            }
         }
     }
     table.end()?;
