@@ -6,8 +6,10 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
 use sdfc_compiler::compile::Compiled;
 use sdfc_runtime::engine::{EngineKind, Loaded, open};
 use sdfc_shaders::assemble::SceneSource;
-use sdfc_vm::batch::{Column, LANES, Machine, Points};
 use sdfc_vm::evaluate::evaluate;
+use sdfc_vm::lanes::{Column, LANES, Points};
+use sdfc_vm::tape::Tape;
+use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::vector::V3;
 use std::hint::black_box;
 
@@ -27,7 +29,8 @@ pub(crate) fn bench(criterion: &mut Criterion) {
             black_box(&points).iter().map(value).sum::<f32>()
         });
     });
-    let mut machine: Machine<f32> = Machine::new(&program.needs());
+    let tape = Tape::of(program);
+    let mut machine: Machine<f32> = Machine::new(tape.values, tape.points);
     let block: Points = [0, 1, 2].map(|axis| {
         let mut column = Column::default();
         for (number, point) in column.0.iter_mut().zip(&points) {
@@ -36,7 +39,10 @@ pub(crate) fn bench(criterion: &mut Criterion) {
         column
     });
     group.bench_function("64 points at a time", |bencher| {
-        bencher.iter(|| machine.run(program, black_box(&block)).0[0]);
+        bencher.iter(|| {
+            *machine.seed() = black_box(block);
+            machine.run(program, &tape.clauses, LANES).0[0]
+        });
     });
 
     group

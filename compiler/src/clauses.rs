@@ -243,7 +243,6 @@ impl<'a> Reader<'a> {
         let e = &mut *self.expressions;
         Ok(match known(operation).expect("looked up above") {
             Known::Row(op) => e.call(op, &values),
-            Known::Square => e.call(Op::Mul, &[values[0], values[0]]),
             Known::Reciprocal => {
                 let one = e.constant(1.0);
                 e.call(Op::Div, &[one, values[0]])
@@ -261,7 +260,6 @@ impl<'a> Reader<'a> {
 #[derive(Clone, Copy)]
 enum Known {
     Row(Op),
-    Square,
     Reciprocal,
     Compare,
 }
@@ -270,7 +268,7 @@ impl Known {
     fn arity(self) -> usize {
         match self {
             Known::Row(op) => op.row().arity(),
-            Known::Square | Known::Reciprocal => 1,
+            Known::Reciprocal => 1,
             Known::Compare => 2,
         }
     }
@@ -294,7 +292,7 @@ const OPERATIONS: [(&str, Known); 30] = [
     ("neg", Known::Row(Op::Neg)),
     ("abs", Known::Row(Op::Abs)),
     ("sqrt", Known::Row(Op::Sqrt)),
-    ("square", Known::Square),
+    ("square", Known::Row(Op::Square)),
     ("recip", Known::Reciprocal),
     ("sin", Known::Row(Op::Sin)),
     ("cos", Known::Row(Op::Cos)),

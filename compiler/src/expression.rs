@@ -168,6 +168,11 @@ impl Expressions {
         values: &[ExprId],
         parameters: &[ExprId],
     ) -> ExprId {
+        // A product of a number with itself is a square, of which more is known.
+        let (op, values) = match (op, values) {
+            (Op::Mul, [a, b]) if a == b => (Op::Square, &values[..1]),
+            other => other,
+        };
         let inputs = || point.iter().flatten().chain(values).chain(parameters);
         let stage = inputs()
             .map(|&id| self.stage(id))

@@ -5,26 +5,51 @@
 //! in a tile the rays of a stage stream through 64 lanes, and a lane whose ray has ended takes the
 //! next one, so that the field is nearly always asked about 64 points.
 
+pub mod figure;
 mod lanes;
 mod march;
+mod meet;
 mod normal;
 mod occlusion;
+mod packet;
 mod shade;
 mod shadow;
 mod show;
 mod tile;
 
+use crate::cells::{Cells, Region};
 pub use crate::frame::FieldFacts;
 use crate::frame::{Frame, Picture};
-pub use sdfc_vm::batch::{Column, LANES, Points};
+pub use sdfc_vm::lanes::{Column, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
 
 /// A field that pictures are made of.
 pub trait Field: Sync {
     /// What is known of it besides its values.
     fn facts(&self) -> FieldFacts;
+    /// The cells for a picture, if they pay.
+    fn cells(&self, _picture: &Picture) -> Option<Cells> {
+        None
+    }
+    /// The field at every pixel of a plane, as [`figure::sample`] gives it, if that pays.
+    fn figure(&self, _picture: &Picture, _plane: &figure::Plane, _band: f32) -> Option<Vec<f32>> {
+        None
+    }
     /// What asks it, with the memory that takes; each thread has its own.
-    fn evaluator(&self) -> Box<dyn Evaluator + '_>;
+    fn evaluator<'a>(
+        &'a self,
+        picture: &Picture,
+        cells: Option<&'a Cells>,
+    ) -> Box<dyn Evaluator + 'a>;
+}
+
+/// What a field is asked for in announced boxes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// Distances and gradients.
+    Distances,
+    /// Surfaces.
+    Surfaces,
 }
 
 /// Asks a field about 64 points at once. Only the first `count` points are wanted; the others are
@@ -32,11 +57,40 @@ pub trait Field: Sync {
 pub trait Evaluator {
     /// The distances.
     fn distances(&mut self, points: &Points, count: usize, out: &mut Column);
+    /// The distances at points that all lie in one cell.
+    fn distances_in(&mut self, _cell: u32, points: &Points, count: usize, out: &mut Column) {
+        self.distances(points, count, out);
+    }
     /// The gradients, in the first three columns, and the distances.
     fn gradients(&mut self, points: &Points, count: usize, out: &mut [Column; 4]);
-    /// What the surface is made of, with unit normals; asked only where
-    /// [`FieldFacts::material`] is `None`.
+    /// Announces boxes, for [`focus`](Self::focus).
+    fn announce(&mut self, _program: Asked, _regions: &[Region]) {}
+    /// All points that are asked about from now on lie in this one of the announced boxes; `None`
+    /// ends that.
+    fn focus(&mut self, _region: Option<usize>) {}
+    /// What the surface is made of, with unit normals; asked only where [`FieldFacts::material`] is
+    /// `None`.
     fn surfaces(&mut self, points: &Points, normals: &Points, count: usize, out: &mut SurfaceBlock);
+}
+
+/// Where the surface is at each pixel, row after row, and which way it faces.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Geometry {
+    /// How far along its ray; infinite where there is nothing.
+    pub depth: Vec<f32>,
+    /// The unit normals; zero where there is nothing.
+    pub normal: Vec<[f32; 3]>,
+}
+
+/// The plane that a picture shows if it sees it face on, along parallel rays.
+pub fn face_on(picture: &Picture) -> Option<figure::Plane> {
+    tile::face_on(&picture.uniforms, picture).map(|(plane, _)| plane)
+}
+
+/// Computes where the surface is at each pixel of a picture's first pass, and nothing else: no light
+/// and no colours.
+pub fn geometry(field: &dyn Field, picture: &Picture) -> Geometry {
+    tile::geometry(field, picture)
 }
 
 /// Computes a picture. `progress` is told the share that is done, from any thread, after each

@@ -7,6 +7,7 @@
 
 mod auto;
 mod cpu;
+mod cut;
 mod driver;
 mod interp;
 mod kernels;
@@ -16,10 +17,13 @@ mod rate;
 mod tiles;
 mod wgsl;
 
-use crate::frame::{Frame, RenderSettings};
+use crate::cpu::figure::Plane;
+use crate::cpu::{Geometry, face_on};
+use crate::frame::{FieldFacts, Frame, Mode, RenderSettings, prepare};
 use crate::gpu::{Gpu, GpuError, Preference};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_shaders::layout::Surface;
+use sdfc_vm::bounds::Bounds;
 use sdfc_vm::program::Module;
 use std::fmt;
 use std::str::FromStr;
@@ -112,6 +116,37 @@ pub trait Engine {
     /// changes, and no pipeline is made.
     fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError>;
 
+    /// Where the surface is at each pixel and which way it faces, without light or colours: for
+    /// tools that want no picture.
+    fn geometry(&mut self, settings: &RenderSettings) -> Result<Geometry, EngineError> {
+        let settings = RenderSettings {
+            mode: Mode::Normal,
+            aa: 1,
+            ..settings.clone()
+        };
+        let frame = self.render(&settings, &|_| {})?;
+        Ok(Geometry {
+            depth: frame.depth,
+            normal: frame.normal,
+        })
+    }
+
+    /// The field at each pixel of a plane figure that is seen face on, row after row, negative
+    /// inside; `None` where the view is another. What is `band` or farther from zero may be any
+    /// number that far from zero, of its sign.
+    fn figure(
+        &mut self,
+        settings: &RenderSettings,
+        _band: f32,
+    ) -> Result<Option<Vec<f32>>, EngineError> {
+        let Some(plane) = plane(settings) else {
+            return Ok(None);
+        };
+        let samples = self.query(&plane.points())?;
+        let distances = samples.into_iter().map(|sample| sample.distance);
+        Ok(Some(distances.collect()))
+    }
+
     /// Makes a picture. `progress` is told now and then, from any thread, what share is done.
     fn render(
         &mut self,
@@ -126,6 +161,20 @@ pub trait Engine {
     fn pipelines_created(&self) -> u64 {
         0
     }
+}
+
+/// The plane that a figure's picture shows.
+fn plane(settings: &RenderSettings) -> Option<Plane> {
+    let nothing_known = FieldFacts {
+        slope: 1.0,
+        bounds: Bounds::EVERYTHING,
+        material: None,
+    };
+    let settings = RenderSettings {
+        aa: 1,
+        ..settings.clone()
+    };
+    face_on(&prepare(&settings, &nothing_known))
 }
 
 /// Why an engine could not do what it was asked for.

@@ -134,6 +134,20 @@ pub struct RenderSettings {
     pub lighting: Lighting,
     /// Whether the scene is a plane figure.
     pub plane: bool,
+    /// Whether space is cut into cells. The picture is the same.
+    pub cells: CellUse,
+}
+
+/// When engines that can cut space into cells ([`crate::cells`]) do so.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CellUse {
+    /// Where it makes the picture sooner, as far as is known beforehand.
+    #[default]
+    Auto,
+    /// Never: the whole program is evaluated everywhere.
+    Never,
+    /// Always.
+    Always,
 }
 
 impl RenderSettings {

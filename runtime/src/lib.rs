@@ -4,7 +4,9 @@
 //! [`frame`] of them, and [`verify`] compares what engines made. [`cpu`] and [`gpu`] are what
 //! engines stand on.
 
+pub mod cells;
 pub mod cpu;
+mod crew;
 pub mod engine;
 pub mod frame;
 pub mod gpu;

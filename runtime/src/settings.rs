@@ -9,8 +9,8 @@
 mod framing;
 
 use crate::frame::{
-    FieldFacts, Lens, Light, Lighting, Mode, Normals, Occlusion, RenderSettings, Shadow, Source,
-    Surface, Tonemap, View,
+    CellUse, FieldFacts, Lens, Light, Lighting, Mode, Normals, Occlusion, RenderSettings, Shadow,
+    Source, Surface, Tonemap, View,
 };
 use framing::{Target, face_on, framed};
 use sdfc_vm::bounds::Bounds;
@@ -47,6 +47,8 @@ pub struct Overrides {
     pub tonemap: Option<Tonemap>,
     /// A factor on all light.
     pub exposure: Option<f64>,
+    /// Whether space is cut into cells.
+    pub cells: CellUse,
 }
 
 /// Why there can be no picture.
@@ -149,6 +151,7 @@ pub fn resolve(
         steps,
         far: positive("how far a ray goes", far)?,
         cone: RenderSettings::CONE,
+        cells: overrides.cells,
         mode: overrides.mode,
         normals: overrides.normals.unwrap_or_else(|| normals(render.normals)),
         occlusion: overrides

@@ -94,6 +94,14 @@ pub fn small(settings: &RenderSettings) -> RenderSettings {
     }
 }
 
+/// How a picture differs from a reference of the same view, and what of it is more than may be.
+pub fn compare(reference: &Frame, frame: &Frame) -> (PictureDifferences, Vec<String>) {
+    let edges = picture::Edges::of(reference);
+    let differences = picture::compare(reference, frame, &edges);
+    let failures = differences.failures();
+    (differences, failures)
+}
+
 /// Loads the scene into all engines, makes the picture with each, asks each for values at
 /// [`POINTS`] points, and compares each with every one before it.
 pub fn verify(

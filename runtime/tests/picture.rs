@@ -6,8 +6,8 @@ mod analytic;
 use analytic::{Analytic, Ball, Formula, constant};
 use sdfc_runtime::cpu::{Field, render};
 use sdfc_runtime::frame::{
-    Frame, Lens, Light, Lighting, Mode, Normals, Occlusion, RenderSettings, Shadow, Source, Status,
-    Tonemap, View, prepare,
+    CellUse, Frame, Lens, Light, Lighting, Mode, Normals, Occlusion, RenderSettings, Shadow,
+    Source, Status, Tonemap, View, prepare,
 };
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::real::{Real, Vector3, lit};
@@ -19,6 +19,7 @@ fn settings() -> RenderSettings {
         steps: 256,
         far: 1000.0,
         cone: RenderSettings::CONE,
+        cells: CellUse::Auto,
         mode: Mode::Shaded,
         normals: Normals::Exact,
         occlusion: Occlusion::Off,

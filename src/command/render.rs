@@ -9,7 +9,7 @@ use crate::scene::{self, Build};
 use crate::terminal::Terminal;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use sdfc_runtime::engine::Engine;
-use sdfc_runtime::frame::{Frame, Mode, Normals, Occlusion, Stats, Tonemap};
+use sdfc_runtime::frame::{CellUse, Frame, Mode, Normals, Occlusion, Stats, Tonemap};
 use sdfc_runtime::settings::{LARGEST_SIDE, Overrides, resolve};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -67,6 +67,10 @@ pub(crate) struct Look {
     /// A factor on all light.
     #[arg(long, value_name = "FACTOR")]
     exposure: Option<f64>,
+    /// Whether the cpu engine cuts space into cells, each with what of the program matters there; the
+    /// picture is the same.
+    #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = one_of(CELLS))]
+    cells: CellUse,
 }
 
 const MODES: &[(&str, Mode)] = &[
@@ -88,6 +92,12 @@ const NORMALS: &[(&str, Normals)] = &[
     ("reverse", Normals::Reverse),
     ("tetrahedron", Normals::Tetrahedron),
     ("wide", Normals::Wide),
+];
+
+const CELLS: &[(&str, CellUse)] = &[
+    ("auto", CellUse::Auto),
+    ("never", CellUse::Never),
+    ("always", CellUse::Always),
 ];
 
 const TONEMAPS: &[(&str, Tonemap)] = &[
@@ -138,6 +148,7 @@ impl Look {
             occlusion: self.occlusion,
             tonemap: self.tonemap,
             exposure: self.exposure,
+            cells: self.cells,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The suites that look at the whole: what a person types, and what comes out.
 
 mod agreement;
+mod cells;
 mod cli;
 mod corpus;
 mod passes;

@@ -2,8 +2,10 @@
 
 use crate::corpus::{compiled, on_large_stack, scenes};
 use sdfc_compiler::passes::{PASSES, PassOptions};
-use sdfc_vm::batch::{Column, LANES, Machine};
+use sdfc_vm::lanes::{Column, LANES};
 use sdfc_vm::program::Program;
+use sdfc_vm::tape::Tape;
+use sdfc_vm::tape::machine::Machine;
 
 /// 4,096 points in and around the cube of three units.
 fn points(block: u64) -> [Column; 3] {
@@ -19,9 +21,13 @@ fn points(block: u64) -> [Column; 3] {
 }
 
 fn values(program: &Program) -> Vec<f32> {
-    let mut machine = Machine::<f32>::new(&program.needs());
+    let tape = Tape::of(program);
+    let mut machine = Machine::<f32>::new(tape.values, tape.points);
     (0..64)
-        .flat_map(|block| machine.run(program, &points(block)).0)
+        .flat_map(|block| {
+            *machine.seed() = points(block);
+            machine.run(program, &tape.clauses, LANES).0
+        })
         .collect()
 }
 

@@ -1,7 +1,7 @@
 //! One operation on one number type: the dispatch that evaluation and recording share.
 
 use crate::dual::{Dual, DualVec2, DualVec3};
-use crate::interval::Interval;
+use crate::interval::{FloatInterval, Interval};
 use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
 use crate::real::{Real, Vector2, Vector3};
 use crate::record::{Function, Recorded, Scalar, Signature, Vec2, Vec3, record};
@@ -39,7 +39,16 @@ macro_rules! apply_on {
         })+
     };
 }
-apply_on!(f32, f64, Interval, Dual<f32>, Dual<f64>, Dual<Interval>);
+apply_on!(
+    f32,
+    f64,
+    Interval,
+    FloatInterval,
+    Dual<f32>,
+    Dual<f64>,
+    Dual<Interval>,
+    Dual<FloatInterval>
+);
 
 /// Reads an operation's parameters from its constants, in order.
 pub(crate) struct Parameters<'a> {

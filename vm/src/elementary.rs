@@ -184,37 +184,26 @@ pub fn hash(cell: [i32; 3], seed: i32) -> [u32; 3] {
 pub fn perlin<R: Real>(p: R::Vec3, seed: R) -> (R, R::Vec3) {
     let cell = p.floor().named("cell");
     let f = (p - cell).named("f");
-    let fade = |t: R| t * t * t * (t * (t * lit(6.0) - lit(15.0)) + lit(10.0));
-    let slope = |t: R| {
-        let u = t * (t - lit(1.0));
-        u * u * lit(30.0)
-    };
     let w = R::Vec3::new(fade(f.x()), fade(f.y()), fade(f.z())).named("w");
-    let dw = R::Vec3::new(slope(f.x()), slope(f.y()), slope(f.z())).named("dw");
+    let dw = R::Vec3::new(fade_slope(f.x()), fade_slope(f.y()), fade_slope(f.z())).named("dw");
     // At each corner: its gradient, and the value of the linear function with that gradient.
-    let corner = |x: f64, y: f64, z: f64| {
-        let offset = R::Vec3::new(lit(x), lit(y), lit(z));
-        let g = R::lattice(cell + offset, seed).named("g");
-        (g.dot(f - offset).named("v"), g)
-    };
-    let blend = |a: (R, R::Vec3), b: (R, R::Vec3), t: R| (a.0.mix(b.0, t), a.1.mix(b.1, t));
     let c: [(R, R::Vec3); 8] = [
-        corner(0.0, 0.0, 0.0),
-        corner(1.0, 0.0, 0.0),
-        corner(0.0, 1.0, 0.0),
-        corner(1.0, 1.0, 0.0),
-        corner(0.0, 0.0, 1.0),
-        corner(1.0, 0.0, 1.0),
-        corner(0.0, 1.0, 1.0),
-        corner(1.0, 1.0, 1.0),
+        corner::<R>(cell, f, seed, [0.0, 0.0, 0.0]),
+        corner::<R>(cell, f, seed, [1.0, 0.0, 0.0]),
+        corner::<R>(cell, f, seed, [0.0, 1.0, 0.0]),
+        corner::<R>(cell, f, seed, [1.0, 1.0, 0.0]),
+        corner::<R>(cell, f, seed, [0.0, 0.0, 1.0]),
+        corner::<R>(cell, f, seed, [1.0, 0.0, 1.0]),
+        corner::<R>(cell, f, seed, [0.0, 1.0, 1.0]),
+        corner::<R>(cell, f, seed, [1.0, 1.0, 1.0]),
     ];
-    let x00 = blend(c[0], c[1], w.x());
-    let x10 = blend(c[2], c[3], w.x());
-    let x01 = blend(c[4], c[5], w.x());
-    let x11 = blend(c[6], c[7], w.x());
-    let y0 = blend(x00, x10, w.y());
-    let y1 = blend(x01, x11, w.y());
-    let (value, mixed) = blend(y0, y1, w.z());
+    let x00 = between::<R>(c[0], c[1], w.x());
+    let x10 = between::<R>(c[2], c[3], w.x());
+    let x01 = between::<R>(c[4], c[5], w.x());
+    let x11 = between::<R>(c[6], c[7], w.x());
+    let y0 = between::<R>(x00, x10, w.y());
+    let y1 = between::<R>(x01, x11, w.y());
+    let (value, mixed) = between::<R>(y0, y1, w.z());
     // The weights change too: along x between the corners of each x edge, and so on.
     let dx = (c[1].0 - c[0].0)
         .mix(c[3].0 - c[2].0, w.y())
@@ -222,4 +211,31 @@ pub fn perlin<R: Real>(p: R::Vec3, seed: R) -> (R, R::Vec3) {
     let dy = (x10.0 - x00.0).mix(x11.0 - x01.0, w.z());
     let dz = y1.0 - y0.0;
     (value, mixed + R::Vec3::new(dx, dy, dz) * dw)
+}
+
+/// How one corner of a cell gives way to the next.
+#[inline(always)]
+fn fade<R: Real>(t: R) -> R {
+    t * t * t * (t * (t * lit(6.0) - lit(15.0)) + lit(10.0))
+}
+
+/// The derivative of [`fade`].
+#[inline(always)]
+fn fade_slope<R: Real>(t: R) -> R {
+    let u = t * (t - lit(1.0));
+    u * u * lit(30.0)
+}
+
+/// What a corner of a cell says at the place `f` in it, and its gradient.
+#[inline(always)]
+fn corner<R: Real>(cell: R::Vec3, f: R::Vec3, seed: R, [x, y, z]: [f64; 3]) -> (R, R::Vec3) {
+    let offset = R::Vec3::new(lit(x), lit(y), lit(z));
+    let g = R::lattice(cell + offset, seed).named("g");
+    (g.dot(f - offset).named("v"), g)
+}
+
+/// Between what two corners say.
+#[inline(always)]
+fn between<R: Real>(a: (R, R::Vec3), b: (R, R::Vec3), t: R) -> (R, R::Vec3) {
+    (a.0.mix(b.0, t), a.1.mix(b.1, t))
 }

@@ -117,6 +117,15 @@ fn framed<R: Real>(program: &Program, i: &Instruction, p: R::Vec3) -> R::Vec3 {
 /// A point through a 3×4 matrix, summed in the order of the columns.
 #[inline(always)]
 pub fn mapped<R: Real>(rows: [[R; 4]; 3], p: R::Vec3) -> R::Vec3 {
-    let along = |[a, b, c, d]: [R; 4]| p.x() * a + p.y() * b + p.z() * c + d;
-    R::Vec3::new(along(rows[0]), along(rows[1]), along(rows[2]))
+    R::Vec3::new(
+        along::<R>(rows[0], p),
+        along::<R>(rows[1], p),
+        along::<R>(rows[2], p),
+    )
+}
+
+/// A row of a matrix times a point.
+#[inline(always)]
+fn along<R: Real>([a, b, c, d]: [R; 4], p: R::Vec3) -> R {
+    p.x() * a + p.y() * b + p.z() * c + d
 }

@@ -1,9 +1,14 @@
-//! Intervals of `f64` with outward rounding: a body evaluated on intervals gives bounds that hold
-//! for every point of a box.
+//! Intervals: a body evaluated on intervals gives bounds that hold for every point of a box.
 //!
-//! Every result is widened to the next representable number on both sides, so that the bounds are
-//! proofs and not estimates; the elementary functions are widened by four units in the last place,
-//! more than the standard library's error.
+//! There are two of them, by the number type of their ends ([`End`]):
+//! - [`Interval`], of `f64`, bounds what the formula gives for *real* numbers: every result is
+//!   widened to the next representable number on both sides. It is for proofs.
+//! - [`FloatInterval`], of `f32`, bounds what the formula gives when it is *evaluated in `f32`*.
+//!   Sums, products, quotients, roots and minima round monotonically, so their ends need no
+//!   widening at all: an end is what `f32` gives there. It is for pruning programs: what it
+//!   decides cannot change a bit of the result.
+//!
+//! Everything is branch-free, so that 64 of them run in lanes ([`crate::lanes`]).
 
 use crate::elementary;
 use crate::real::{Real, lit};
@@ -11,45 +16,163 @@ use crate::vector::V3;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// All numbers from `lo` to `hi`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interval {
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct IntervalOf<E> {
     /// The smallest number.
-    pub lo: f64,
+    pub lo: E,
     /// The largest number.
-    pub hi: f64,
+    pub hi: E,
 }
+
+/// Bounds for real numbers.
+pub type Interval = IntervalOf<f64>;
+
+/// Bounds for what `f32` gives.
+pub type FloatInterval = IntervalOf<f32>;
 
 /// What is known of a comparison between intervals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Known {
-    /// It holds for all numbers.
-    Yes,
-    /// It holds for none.
-    No,
-    /// It may hold for some.
-    Maybe,
+pub struct Known {
+    /// It may hold for some numbers.
+    pub may: bool,
+    /// It may fail for some.
+    pub may_not: bool,
+}
+
+/// A number type for the ends of intervals.
+pub trait End: Real<Bool = bool, Vec3 = V3<Self>> + PartialOrd + std::fmt::Debug {
+    /// Larger than all numbers.
+    const INFINITY: Self;
+    /// The number itself, or the next one below where that is needed for the bound to hold.
+    fn down(self) -> Self;
+    /// The number itself, or the next one above where that is needed for the bound to hold.
+    fn up(self) -> Self;
+    /// How far the sine, cosine and angle of arguments up to `magnitude` may be off.
+    fn trigonometric_error(magnitude: Self) -> Self;
+    /// How far the exponential and the logarithm that gave `result` may be off.
+    fn exponential_error(result: Self) -> Self;
+    /// Gradient noise and its gradient over a box.
+    fn noise_gradient(
+        p: V3<IntervalOf<Self>>,
+        seed: IntervalOf<Self>,
+    ) -> (IntervalOf<Self>, V3<IntervalOf<Self>>);
+}
+
+impl End for f64 {
+    const INFINITY: Self = f64::INFINITY;
+    #[inline(always)]
+    fn down(self) -> Self {
+        self.next_down()
+    }
+    #[inline(always)]
+    fn up(self) -> Self {
+        self.next_up()
+    }
+    #[inline(always)]
+    fn trigonometric_error(_: Self) -> Self {
+        1e-15
+    }
+    #[inline(always)]
+    fn exponential_error(result: Self) -> Self {
+        f64::abs(result) * 1e-15
+    }
+    fn noise_gradient(p: V3<Interval>, seed: Interval) -> (Interval, V3<Interval>) {
+        let single = |i: Interval| i.lo.floor() == i.hi.floor();
+        if single(p.x) && single(p.y) && single(p.z) && seed.lo == seed.hi {
+            return elementary::perlin(p, seed);
+        }
+        (noise_around_middle(p, seed, 1e-12), noise_slopes())
+    }
+}
+
+impl End for f32 {
+    const INFINITY: Self = f32::INFINITY;
+    #[inline(always)]
+    fn down(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn up(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn trigonometric_error(magnitude: Self) -> Self {
+        1e-6 + magnitude * 2e-7
+    }
+    #[inline(always)]
+    fn exponential_error(result: Self) -> Self {
+        f32::abs(result) * 2e-6 + 1e-6
+    }
+    #[inline(always)]
+    fn noise_gradient(
+        p: V3<FloatInterval>,
+        seed: FloatInterval,
+    ) -> (FloatInterval, V3<FloatInterval>) {
+        (noise_around_middle(p, seed, 1e-5), noise_slopes())
+    }
+}
+
+/// Noise over a box: its value in the middle, and no more than its slope allows on the way from
+/// there; `slack` covers rounding. What the middle is rounded to does not matter.
+#[inline(always)]
+fn noise_around_middle<E: End>(
+    p: V3<IntervalOf<E>>,
+    seed: IntervalOf<E>,
+    slack: f64,
+) -> IntervalOf<E> {
+    let middle = |i: IntervalOf<E>| (i.lo + i.hi) * lit(0.5);
+    let centre = V3::of(middle(p.x), middle(p.y), middle(p.z));
+    let half = |i: IntervalOf<E>, middle: E| (i.hi - middle).max(middle - i.lo);
+    let (x, y, z) = (
+        half(p.x, centre.x),
+        half(p.y, centre.y),
+        half(p.z, centre.z),
+    );
+    let way = (x * x + y * y + z * z).sqrt();
+    let value = E::noise(centre, seed.lo);
+    // Far out, the coordinates themselves are rounded to steps that count.
+    let coarse = (centre.x.abs() + centre.y.abs() + centre.z.abs()) * lit(1e-6);
+    let change = (way + coarse) * lit(NOISE_STEEPNESS) + lit(slack);
+    let known = seed.lo == seed.hi && change < E::INFINITY;
+    let most = lit::<E>(1.5);
+    IntervalOf {
+        lo: E::select(known, (value - change).max(-most), -most),
+        hi: E::select(known, (value + change).min(most), most),
+    }
+}
+
+/// What is known of the noise's slopes anywhere.
+#[inline(always)]
+fn noise_slopes<E: End>() -> V3<IntervalOf<E>> {
+    let slope = IntervalOf {
+        lo: lit(-NOISE_SLOPE),
+        hi: lit(NOISE_SLOPE),
+    };
+    V3::of(slope, slope, slope)
 }
 
 impl Interval {
-    /// The interval of one number.
-    #[inline(always)]
-    pub const fn point(v: f64) -> Self {
-        Self { lo: v, hi: v }
-    }
-    /// The interval between two numbers, in either order.
-    pub const fn between(a: f64, b: f64) -> Self {
-        if a < b {
-            Self { lo: a, hi: b }
-        } else {
-            Self { lo: b, hi: a }
-        }
-    }
     /// All numbers.
     pub const ALL: Self = Self {
         lo: f64::NEG_INFINITY,
         hi: f64::INFINITY,
     };
+}
 
+impl<E: End> IntervalOf<E> {
+    /// The interval of one number.
+    #[inline(always)]
+    pub const fn point(v: E) -> Self {
+        Self { lo: v, hi: v }
+    }
+    /// The interval between two numbers, in either order.
+    #[inline(always)]
+    pub fn between(a: E, b: E) -> Self {
+        Self {
+            lo: a.min(b),
+            hi: a.max(b),
+        }
+    }
     /// The smallest interval that holds both.
     #[inline(always)]
     pub fn hull(self, other: Self) -> Self {
@@ -59,73 +182,87 @@ impl Interval {
         }
     }
     /// Whether `v` lies inside.
-    pub fn contains(self, v: f64) -> bool {
+    #[inline(always)]
+    pub fn contains(self, v: E) -> bool {
         self.lo <= v && v <= self.hi
     }
     /// The largest magnitude inside.
-    pub fn magnitude(self) -> f64 {
+    #[inline(always)]
+    pub fn magnitude(self) -> E {
         self.lo.abs().max(self.hi.abs())
     }
-    /// Rounded outwards by one unit in the last place; NaN becomes everything.
+    /// Whether it is one number.
     #[inline(always)]
-    fn widened(lo: f64, hi: f64) -> Self {
-        if lo.is_nan() || hi.is_nan() {
-            return Self::ALL;
-        }
+    fn is_point(self) -> bool {
+        self.lo == self.hi
+    }
+    /// Rounded outwards; NaN becomes everything.
+    #[inline(always)]
+    fn widened(lo: E, hi: E) -> Self {
+        let known = (lo == lo) & (hi == hi);
         Self {
-            lo: lo.next_down(),
-            hi: hi.next_up(),
+            lo: E::select(known, lo.down(), -E::INFINITY),
+            hi: E::select(known, hi.up(), E::INFINITY),
+        }
+    }
+    /// The hull of four numbers, rounded outwards.
+    #[inline(always)]
+    fn of_four([a, b, c, d]: [E; 4]) -> Self {
+        let known = (a == a) & (b == b) & (c == c) & (d == d);
+        let (lo, hi) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
+        Self {
+            lo: E::select(known, lo.down(), -E::INFINITY),
+            hi: E::select(known, hi.up(), E::INFINITY),
         }
     }
     /// A monotonically increasing elementary function, widened by its error.
-    fn increasing(self, f: impl Fn(f64) -> f64) -> Self {
+    #[inline(always)]
+    fn increasing(self, f: impl Fn(E) -> E) -> Self {
         let (lo, hi) = (f(self.lo), f(self.hi));
-        Self::widened(lo - lo.abs() * 1e-15, hi + hi.abs() * 1e-15)
+        Self::widened(lo - E::exponential_error(lo), hi + E::exponential_error(hi))
     }
-    /// The range of the sine over this interval of radians.
-    fn sine(self) -> Self {
-        use std::f64::consts::{FRAC_PI_2, TAU};
-        if (self.hi - self.lo).is_nan() || self.hi - self.lo >= TAU || self.magnitude() > 1e15 {
-            return Self { lo: -1.0, hi: 1.0 };
-        }
-        let (a, b) = (self.lo.sin(), self.hi.sin());
+    /// The range of a wave over this interval of radians: a sine or cosine `f` whose crests are
+    /// at `crest` and every full turn from there.
+    #[inline(always)]
+    fn wave(self, f: impl Fn(E) -> E, crest: f64) -> Self {
+        use std::f64::consts::{PI, TAU};
+        let error = E::trigonometric_error(self.magnitude());
+        let (a, b) = (f(self.lo), f(self.hi));
         // A crest (or a trough) lies inside if one more of them is passed at the end than at the
         // start; the slack errs on the side of a wider range.
         let passes = |phase: f64| {
-            ((self.hi - phase) / TAU + 1e-12).floor() > ((self.lo - phase) / TAU - 1e-12).floor()
+            let (start, end) = (self.lo - lit(phase), self.hi - lit(phase));
+            let turns = |x: E, slack: E| (x * lit(1.0 / TAU) + slack).floor();
+            turns(start, -error) < turns(end, error)
         };
-        let lo = if passes(-FRAC_PI_2) {
-            -1.0
-        } else {
-            a.min(b) - 1e-15
-        };
-        let hi = if passes(FRAC_PI_2) {
-            1.0
-        } else {
-            a.max(b) + 1e-15
-        };
+        let one = lit::<E>(1.0);
+        // Comparisons with NaN fail: what is not known to be short is taken to be long.
+        let short = (self.hi - self.lo < lit(TAU)) & (self.magnitude() < lit(1e5));
+        let most = one + E::trigonometric_error(one);
+        let lo = E::select(!short | passes(crest - PI), -most, a.min(b) - error);
+        let hi = E::select(!short | passes(crest), most, a.max(b) + error);
         Self {
-            lo: lo.max(-1.0),
-            hi: hi.min(1.0),
+            lo: lo.max(-most),
+            hi: hi.min(most),
         }
     }
 }
 
-impl Add for Interval {
+impl<E: End> Add for IntervalOf<E> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self::widened(self.lo + other.lo, self.hi + other.hi)
     }
 }
-impl Sub for Interval {
+impl<E: End> Sub for IntervalOf<E> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self::widened(self.lo - other.hi, self.hi - other.lo)
     }
 }
-impl Neg for Interval {
+impl<E: End> Neg for IntervalOf<E> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -135,216 +272,247 @@ impl Neg for Interval {
         }
     }
 }
-impl Mul for Interval {
+impl<E: End> Mul for IntervalOf<E> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        // 0 · ∞ is 0 here: the infinite end stands for "however large".
-        let product = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
-        let p = [
+        Self::of_four([
             product(self.lo, other.lo),
             product(self.lo, other.hi),
             product(self.hi, other.lo),
             product(self.hi, other.hi),
-        ];
-        let lo = p.iter().copied().fold(f64::INFINITY, f64::min);
-        let hi = p.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Self::widened(lo, hi)
+        ])
     }
 }
-impl Div for Interval {
+
+/// 0 · ∞ is 0 here: the infinite end stands for "however large". (A function and not a closure,
+/// which would not be compiled into each loop over lanes.)
+#[inline(always)]
+fn product<E: End>(a: E, b: E) -> E {
+    let zero = lit::<E>(0.0);
+    E::select((a == zero) | (b == zero), zero, a * b)
+}
+impl<E: End> Div for IntervalOf<E> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
-        if other.lo <= 0.0 && other.hi >= 0.0 {
-            if self.lo >= 0.0 && other.lo >= 0.0 && other.hi > 0.0 {
-                return Self {
-                    lo: (self.lo / other.hi).next_down(),
-                    hi: f64::INFINITY,
-                };
-            }
-            return Self::ALL;
+        let zero = lit::<E>(0.0);
+        let quotients = Self::of_four([
+            self.lo / other.lo,
+            self.lo / other.hi,
+            self.hi / other.lo,
+            self.hi / other.hi,
+        ]);
+        // A divisor from zero on up leaves a dividend's sign.
+        let rising = (self.lo >= zero) & (other.lo >= zero) & (other.hi > zero);
+        let whole = !((other.lo > zero) | (other.hi < zero));
+        Self {
+            lo: E::select(
+                whole,
+                E::select(rising, (self.lo / other.hi).down(), -E::INFINITY),
+                quotients.lo,
+            ),
+            hi: E::select(whole, E::INFINITY, quotients.hi),
         }
-        self * Self::widened(1.0 / other.hi, 1.0 / other.lo)
     }
 }
 
-impl Real for Interval {
+impl<E: End> Real for IntervalOf<E> {
     type Bool = Known;
-    type Vec2 = crate::vector::V2<Interval>;
-    type Vec3 = V3<Interval>;
+    type Vec2 = crate::vector::V2<Self>;
+    type Vec3 = V3<Self>;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
-        Self::point(value)
+        Self::point(lit(value))
     }
+    #[inline(always)]
     fn abs(self) -> Self {
-        if self.lo >= 0.0 {
-            self
-        } else if self.hi <= 0.0 {
-            -self
-        } else {
-            Self {
-                lo: 0.0,
-                hi: self.magnitude(),
-            }
-        }
-    }
-    fn sqrt(self) -> Self {
-        let hi = self.hi.max(0.0).sqrt().next_up();
         Self {
-            lo: self.lo.max(0.0).sqrt().next_down().max(0.0),
-            hi,
+            lo: self.lo.max(-self.hi).max(lit(0.0)),
+            hi: self.hi.max(-self.lo),
         }
     }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        let zero = lit::<E>(0.0);
+        Self {
+            lo: self.lo.max(zero).sqrt().down().max(zero),
+            hi: self.hi.max(zero).sqrt().up(),
+        }
+    }
+    #[inline(always)]
     fn square(self) -> Self {
         let a = self.abs();
         Self {
-            lo: (a.lo * a.lo).next_down().max(0.0),
-            hi: (a.hi * a.hi).next_up(),
+            lo: (a.lo * a.lo).down().max(lit(0.0)),
+            hi: (a.hi * a.hi).up(),
         }
     }
+    #[inline(always)]
     fn floor(self) -> Self {
         Self {
             lo: self.lo.floor(),
             hi: self.hi.floor(),
         }
     }
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self {
             lo: self.lo.min(other.lo),
             hi: self.hi.min(other.hi),
         }
     }
+    #[inline(always)]
     fn max(self, other: Self) -> Self {
         Self {
             lo: self.lo.max(other.lo),
             hi: self.hi.max(other.hi),
         }
     }
+    #[inline(always)]
     fn sin(self) -> Self {
-        self.sine()
+        self.wave(E::sin, std::f64::consts::FRAC_PI_2)
     }
+    #[inline(always)]
     fn cos(self) -> Self {
-        (self + Self::point(std::f64::consts::FRAC_PI_2)).sine()
+        self.wave(E::cos, 0.0)
     }
+    #[inline(always)]
     fn atan2(self, x: Self) -> Self {
-        use std::f64::consts::PI;
         // Away from the cut along the negative x axis the angle is monotone along every edge of
         // the box, so its extremes lie at the corners.
-        if x.lo > 0.0 || self.lo > 0.0 || self.hi < 0.0 {
-            let corners = [
-                self.lo.atan2(x.lo),
-                self.lo.atan2(x.hi),
-                self.hi.atan2(x.lo),
-                self.hi.atan2(x.hi),
-            ];
-            let lo = corners.iter().copied().fold(f64::INFINITY, f64::min);
-            let hi = corners.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            return Self {
-                lo: lo - 1e-15,
-                hi: hi + 1e-15,
-            };
-        }
+        let zero = lit::<E>(0.0);
+        let corners = Self::of_four([
+            self.lo.atan2(x.lo),
+            self.lo.atan2(x.hi),
+            self.hi.atan2(x.lo),
+            self.hi.atan2(x.hi),
+        ]);
+        let monotone = (x.lo > zero) | (self.lo > zero) | (self.hi < zero);
+        let most = lit::<E>(std::f64::consts::PI);
+        let error = E::trigonometric_error(lit(1.0));
         Self {
-            lo: -PI - 1e-15,
-            hi: PI + 1e-15,
+            lo: E::select(monotone, corners.lo, -most) - error,
+            hi: E::select(monotone, corners.hi, most) + error,
         }
     }
+    #[inline(always)]
     fn exp2(self) -> Self {
-        self.increasing(f64::exp2)
+        let e = self.increasing(E::exp2);
+        Self {
+            lo: e.lo.max(lit(0.0)),
+            hi: e.hi,
+        }
     }
+    #[inline(always)]
     fn log2(self) -> Self {
-        self.increasing(|v| v.max(f64::MIN_POSITIVE).log2())
+        self.increasing(E::log2)
     }
+    #[inline(always)]
     fn power_of_two(self) -> Self {
-        self.increasing(f64::exp2)
+        self.exp2()
     }
+    #[inline(always)]
     fn exponent(self) -> Self {
         Self {
             lo: self.lo.exponent(),
             hi: self.hi.exponent(),
         }
     }
+    #[inline(always)]
     fn mantissa(self) -> Self {
-        Self { lo: 1.0, hi: 2.0 }
-    }
-    fn lattice(cell: V3<Interval>, seed: Self) -> V3<Interval> {
-        let known = |i: Interval| i.lo == i.hi;
-        if known(cell.x) && known(cell.y) && known(cell.z) && known(seed) {
-            let v = f64::lattice(V3::of(cell.x.lo, cell.y.lo, cell.z.lo), seed.lo);
-            return V3::of(Self::point(v.x), Self::point(v.y), Self::point(v.z));
+        Self {
+            lo: lit(1.0),
+            hi: lit(2.0),
         }
-        let any = Self { lo: -1.0, hi: 1.0 };
-        V3::of(any, any, any)
     }
-    fn noise_gradient(p: V3<Interval>, seed: Self) -> (Self, V3<Interval>) {
-        let single = |i: Interval| i.lo.floor() == i.hi.floor();
-        if single(p.x) && single(p.y) && single(p.z) && seed.lo == seed.hi {
-            return elementary::perlin(p, seed);
-        }
-        let slope = Self {
-            lo: -NOISE_SLOPE,
-            hi: NOISE_SLOPE,
+    #[inline(always)]
+    fn lattice(cell: V3<Self>, seed: Self) -> V3<Self> {
+        let known = cell.x.is_point() & cell.y.is_point() & cell.z.is_point() & seed.is_point();
+        let v = E::lattice(V3::of(cell.x.lo, cell.y.lo, cell.z.lo), seed.lo);
+        let of = |v: E| Self {
+            lo: E::select(known, v, lit(-1.0)),
+            hi: E::select(known, v, lit(1.0)),
         };
-        (Self { lo: -1.5, hi: 1.5 }, V3::of(slope, slope, slope))
+        V3::of(of(v.x), of(v.y), of(v.z))
     }
-    fn jump_gradient(gradient: V3<Interval>, condition: Known) -> V3<Interval> {
-        if condition == Known::Maybe {
-            V3::of(Self::ALL, Self::ALL, Self::ALL)
-        } else {
-            gradient
-        }
+    #[inline(always)]
+    fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
+        <E as End>::noise_gradient(p, seed)
     }
-    fn floor_gradient(floor: Self) -> V3<Interval> {
-        let slope = if floor.lo == floor.hi {
-            Self::point(0.0)
-        } else {
-            Self::ALL
+    #[inline(always)]
+    fn jump_gradient(gradient: V3<Self>, condition: Known) -> V3<Self> {
+        let either = |g: Self| Self {
+            lo: E::select(condition.may & condition.may_not, -E::INFINITY, g.lo),
+            hi: E::select(condition.may & condition.may_not, E::INFINITY, g.hi),
         };
-        V3::of(slope, slope, slope)
+        V3::of(either(gradient.x), either(gradient.y), either(gradient.z))
     }
+    #[inline(always)]
+    fn floor_gradient(floor: Self) -> V3<Self> {
+        let zero = Self::point(lit(0.0));
+        let flat = V3::of(zero, zero, zero);
+        let apart = Known {
+            may: !floor.is_point(),
+            may_not: !floor.is_point(),
+        };
+        Self::jump_gradient(flat, apart)
+    }
+    #[inline(always)]
     fn fract(self) -> Self {
-        if self.lo.floor() == self.hi.floor() {
-            self - self.floor()
-        } else {
-            Self { lo: 0.0, hi: 1.0 }
+        let within = self.lo.floor() == self.hi.floor();
+        let inside = self - self.floor();
+        Self {
+            lo: E::select(within, inside.lo, lit(0.0)),
+            hi: E::select(within, inside.hi, lit(1.0)),
         }
     }
+    #[inline(always)]
     fn unit_component(self) -> Self {
         self.clamp(lit(-1.0), lit(1.0))
     }
+    #[inline(always)]
     fn less(self, other: Self) -> Known {
-        if self.hi < other.lo {
-            Known::Yes
-        } else if self.lo >= other.hi {
-            Known::No
-        } else {
-            Known::Maybe
+        // Comparisons with NaN fail, and then nothing is known.
+        let never = self.lo >= other.hi;
+        let always = self.hi < other.lo;
+        Known {
+            may: !never,
+            may_not: !always,
         }
     }
+    #[inline(always)]
     fn and(a: Known, b: Known) -> Known {
-        match (a, b) {
-            (Known::No, _) | (_, Known::No) => Known::No,
-            (Known::Yes, Known::Yes) => Known::Yes,
-            _ => Known::Maybe,
+        Known {
+            may: a.may & b.may,
+            may_not: a.may_not | b.may_not,
         }
     }
+    #[inline(always)]
     fn or(a: Known, b: Known) -> Known {
-        Self::not(Self::and(Self::not(a), Self::not(b)))
-    }
-    fn not(a: Known) -> Known {
-        match a {
-            Known::Yes => Known::No,
-            Known::No => Known::Yes,
-            Known::Maybe => Known::Maybe,
+        Known {
+            may: a.may | b.may,
+            may_not: a.may_not & b.may_not,
         }
     }
+    #[inline(always)]
+    fn not(a: Known) -> Known {
+        Known {
+            may: a.may_not,
+            may_not: a.may,
+        }
+    }
+    #[inline(always)]
     fn select(condition: Known, then: Self, otherwise: Self) -> Self {
-        match condition {
-            Known::Yes => then,
-            Known::No => otherwise,
-            Known::Maybe => then.hull(otherwise),
+        let both = then.hull(otherwise);
+        let sure = Self {
+            lo: E::select(condition.may_not, both.lo, then.lo),
+            hi: E::select(condition.may_not, both.hi, then.hi),
+        };
+        Self {
+            lo: E::select(condition.may, sure.lo, otherwise.lo),
+            hi: E::select(condition.may, sure.hi, otherwise.hi),
         }
     }
 }

@@ -8,6 +8,7 @@
 use crate::apply::{Applied, Apply, Parameters, read_parameter};
 use crate::dual::{Dual, DualVec3};
 use crate::evaluate;
+use crate::interval::FloatInterval;
 use crate::kernel::Kernel;
 use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
 use crate::real::{Real, Vector3};
@@ -16,6 +17,21 @@ use crate::vector::V3;
 
 /// How many points run at once.
 pub const LANES: usize = 64;
+
+/// Loops run over whole chunks of this many lanes, so that few points cost less than many.
+const CHUNK: usize = 16;
+
+/// Runs the body for each lane of the chunks that hold `count` lanes. The compiler sees that the
+/// number of lanes is a multiple of a chunk and no more than there are, so the loop becomes vectors
+/// without a remainder or a bounds check.
+macro_rules! each_lane {
+    ($count:ident, $lane:ident => $body:block) => {
+        let lanes = $count.div_ceil(CHUNK).min(LANES / CHUNK) * CHUNK;
+        for $lane in 0..lanes {
+            $body
+        }
+    };
+}
 
 /// One number for each lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,9 +50,9 @@ pub type Points = [Column; 3];
 /// A number type that runs in lanes: how 64 of it are kept.
 pub trait Lane: Real {
     /// 64 numbers.
-    type Block: Clone + Default;
+    type Block: Clone + Default + Send;
     /// 64 points.
-    type PointBlock: Clone + Default;
+    type PointBlock: Clone + Default + Send;
     /// The number in a lane.
     fn load(block: &Self::Block, lane: usize) -> Self;
     /// Sets the number in a lane.
@@ -45,10 +61,6 @@ pub trait Lane: Real {
     fn load_point(block: &Self::PointBlock, lane: usize) -> Self::Vec3;
     /// Sets the point in a lane.
     fn store_point(point: Self::Vec3, block: &mut Self::PointBlock, lane: usize);
-    /// World points.
-    fn seed(points: &Points) -> Self::PointBlock;
-    /// The number without its gradient.
-    fn value(self) -> f32;
     /// The loops over lanes, for the widest SIMD of this machine.
     fn loops() -> Loops<Self>;
 }
@@ -59,11 +71,11 @@ pub struct Loops<L: Lane> {
     /// Runs one operation in every lane; values go to the block, points to the block of points.
     pub(crate) operate: Operate<L>,
     /// The first block becomes its blend with the second.
-    pub(crate) blend: fn(Kernel, &mut L::Block, &L::Block, [f32; 4]),
+    pub(crate) blend: fn(Kernel, &mut L::Block, &L::Block, [f32; 4], usize),
     /// Points moved by a constant.
-    pub(crate) moved: fn(&L::PointBlock, [f32; 4], &mut L::PointBlock),
+    pub(crate) moved: fn(&L::PointBlock, [f32; 4], &mut L::PointBlock, usize),
     /// Points mapped by three rows.
-    pub(crate) mapped: fn(&L::PointBlock, [[f32; 4]; 3], &mut L::PointBlock),
+    pub(crate) mapped: fn(&L::PointBlock, [[f32; 4]; 3], &mut L::PointBlock, usize),
 }
 
 type Operate<L> = fn(
@@ -73,6 +85,7 @@ type Operate<L> = fn(
     &[f32],
     &mut <L as Lane>::Block,
     &mut <L as Lane>::PointBlock,
+    usize,
 );
 
 /// The block, for number types that want the widest instruction set.
@@ -94,27 +107,27 @@ macro_rules! loops {
         macro_rules! level {
             ($features:literal) => {{
                 #[target_feature(enable = $features)]
-                fn operate(op: Op, q: &P, v: [&B; 3], k: &[f32], (out, to): Out<'_>) {
-                    crate::lanes::operate::<$L>(op, q, v, k, out, to);
+                fn operate(op: Op, q: &P, v: [&B; 3], k: &[f32], (out, to): Out<'_>, n: usize) {
+                    crate::lanes::operate::<$L>(op, q, v, k, out, to, n);
                 }
                 #[target_feature(enable = $features)]
-                fn blend(kernel: Kernel, a: &mut B, b: &B, k: [f32; 4]) {
-                    crate::lanes::blend::<$L>(kernel, a, b, k);
+                fn blend(kernel: Kernel, a: &mut B, b: &B, k: [f32; 4], n: usize) {
+                    crate::lanes::blend::<$L>(kernel, a, b, k, n);
                 }
                 #[target_feature(enable = $features)]
-                fn moved(p: &P, by: [f32; 4], to: &mut P) {
-                    crate::lanes::moved::<$L>(p, by, to);
+                fn moved(p: &P, by: [f32; 4], to: &mut P, n: usize) {
+                    crate::lanes::moved::<$L>(p, by, to, n);
                 }
                 #[target_feature(enable = $features)]
-                fn mapped(p: &P, rows: [[f32; 4]; 3], to: &mut P) {
-                    crate::lanes::mapped::<$L>(p, rows, to);
+                fn mapped(p: &P, rows: [[f32; 4]; 3], to: &mut P, n: usize) {
+                    crate::lanes::mapped::<$L>(p, rows, to, n);
                 }
                 // SAFETY: these loops are only handed out after their features were detected.
                 Loops {
-                    operate: |op, q, v, k, out, to| unsafe { operate(op, q, v, k, (out, to)) },
-                    blend: |kernel, a, b, k| unsafe { blend(kernel, a, b, k) },
-                    moved: |p, by, to| unsafe { moved(p, by, to) },
-                    mapped: |p, rows, to| unsafe { mapped(p, rows, to) },
+                    operate: |op, q, v, k, out, to, n| unsafe { operate(op, q, v, k, (out, to), n) },
+                    blend: |kernel, a, b, k, n| unsafe { blend(kernel, a, b, k, n) },
+                    moved: |p, by, to, n| unsafe { moved(p, by, to, n) },
+                    mapped: |p, rows, to, n| unsafe { mapped(p, rows, to, n) },
                 }
             }};
         }
@@ -142,7 +155,7 @@ macro_rules! loops {
         }
         #[cfg(not(target_arch = "x86_64"))]
         Loops {
-            operate: |op, q, v, k, out, to| crate::lanes::operate::<$L>(op, q, v, k, out, to),
+            operate: crate::lanes::operate::<$L>,
             blend: crate::lanes::blend::<$L>,
             moved: crate::lanes::moved::<$L>,
             mapped: crate::lanes::mapped::<$L>,
@@ -170,13 +183,6 @@ impl Lane for f32 {
         block[0].0[lane] = point.x;
         block[1].0[lane] = point.y;
         block[2].0[lane] = point.z;
-    }
-    fn seed(points: &Points) -> Points {
-        *points
-    }
-    #[inline(always)]
-    fn value(self) -> f32 {
-        self
     }
     fn loops() -> Loops<Self> {
         loops!(f32, wide)
@@ -219,21 +225,94 @@ impl Lane for Dual<f32> {
             block[3 * i + 2].0[lane] = v.z;
         }
     }
-    fn seed(points: &Points) -> [Column; 12] {
-        let mut block = [Column::default(); 12];
-        block[..3].copy_from_slice(points);
-        for axis in 0..3 {
-            block[3 + 4 * axis] = Column([1.0; LANES]);
-        }
-        block
-    }
-    #[inline(always)]
-    fn value(self) -> f32 {
-        self.value
-    }
     fn loops() -> Loops<Self> {
         loops!(Dual<f32>, narrow)
     }
+}
+
+/// Columns of the lower ends, then of the upper ones.
+impl Lane for FloatInterval {
+    type Block = [Column; 2];
+    type PointBlock = [Column; 6];
+    #[inline(always)]
+    fn load(block: &[Column; 2], lane: usize) -> Self {
+        Self {
+            lo: block[0].0[lane],
+            hi: block[1].0[lane],
+        }
+    }
+    #[inline(always)]
+    fn store(self, block: &mut [Column; 2], lane: usize) {
+        block[0].0[lane] = self.lo;
+        block[1].0[lane] = self.hi;
+    }
+    #[inline(always)]
+    fn load_point(block: &[Column; 6], lane: usize) -> V3<Self> {
+        let axis = |i: usize| Self {
+            lo: block[i].0[lane],
+            hi: block[i + 3].0[lane],
+        };
+        V3::of(axis(0), axis(1), axis(2))
+    }
+    #[inline(always)]
+    fn store_point(point: V3<Self>, block: &mut [Column; 6], lane: usize) {
+        for (i, axis) in [point.x, point.y, point.z].into_iter().enumerate() {
+            block[i].0[lane] = axis.lo;
+            block[i + 3].0[lane] = axis.hi;
+        }
+    }
+    fn loops() -> Loops<Self> {
+        loops!(FloatInterval, wide)
+    }
+}
+
+/// The gradient's three intervals, then the value's.
+impl Lane for Dual<FloatInterval> {
+    type Block = [[Column; 2]; 4];
+    type PointBlock = [[Column; 6]; 4];
+    #[inline(always)]
+    fn load(block: &[[Column; 2]; 4], lane: usize) -> Self {
+        let at = |i: usize| FloatInterval::load(&block[i], lane);
+        Self {
+            value: at(3),
+            gradient: V3::of(at(0), at(1), at(2)),
+        }
+    }
+    #[inline(always)]
+    fn store(self, block: &mut [[Column; 2]; 4], lane: usize) {
+        self.gradient.x.store(&mut block[0], lane);
+        self.gradient.y.store(&mut block[1], lane);
+        self.gradient.z.store(&mut block[2], lane);
+        self.value.store(&mut block[3], lane);
+    }
+    #[inline(always)]
+    fn load_point(block: &[[Column; 6]; 4], lane: usize) -> DualVec3<FloatInterval> {
+        let at = |i: usize| FloatInterval::load_point(&block[i], lane);
+        DualVec3 {
+            value: at(0),
+            gradients: [at(1), at(2), at(3)],
+        }
+    }
+    #[inline(always)]
+    fn store_point(point: DualVec3<FloatInterval>, block: &mut [[Column; 6]; 4], lane: usize) {
+        FloatInterval::store_point(point.value, &mut block[0], lane);
+        for (gradient, block) in point.gradients.into_iter().zip(&mut block[1..]) {
+            FloatInterval::store_point(gradient, block, lane);
+        }
+    }
+    fn loops() -> Loops<Self> {
+        loops!(Dual<FloatInterval>, narrow)
+    }
+}
+
+/// Points in the world as numbers with gradients: each coordinate's own is one.
+pub fn seeded(points: &Points) -> [Column; 12] {
+    let mut block = [Column::default(); 12];
+    block[..3].copy_from_slice(points);
+    for axis in 0..3 {
+        block[3 + 4 * axis] = Column([1.0; LANES]);
+    }
+    block
 }
 
 /// A constant of the program.
@@ -244,37 +323,45 @@ fn constant<L: Lane>(v: f32) -> L {
 
 /// Points moved by a constant.
 #[inline(always)]
-fn moved<L: Lane>(p: &L::PointBlock, by: [f32; 4], to: &mut L::PointBlock) {
+fn moved<L: Lane>(p: &L::PointBlock, by: [f32; 4], to: &mut L::PointBlock, count: usize) {
     let [x, y, z, _] = by.map(constant::<L>);
-    for lane in 0..LANES {
+    each_lane!(count, lane => {
         L::store_point(L::load_point(p, lane) + L::Vec3::new(x, y, z), to, lane);
-    }
+    });
 }
 
 /// Points mapped by three rows.
 #[inline(always)]
-fn mapped<L: Lane>(p: &L::PointBlock, rows: [[f32; 4]; 3], to: &mut L::PointBlock) {
+fn mapped<L: Lane>(p: &L::PointBlock, rows: [[f32; 4]; 3], to: &mut L::PointBlock, count: usize) {
     let rows = rows.map(|row| row.map(constant::<L>));
-    for lane in 0..LANES {
+    each_lane!(count, lane => {
         L::store_point(
             evaluate::mapped::<L>(rows, L::load_point(p, lane)),
             to,
             lane,
         );
-    }
+    });
 }
 
 /// `a = blend(a, b)` in every lane.
 #[inline(always)]
-fn blend<L: Lane>(kernel: Kernel, a: &mut L::Block, b: &L::Block, constants: [f32; 4]) {
+fn blend<L: Lane>(
+    kernel: Kernel,
+    a: &mut L::Block,
+    b: &L::Block,
+    constants: [f32; 4],
+    count: usize,
+) {
     let [s, sb, width, coefficient] = constants.map(constant::<L>);
     macro_rules! each {
         ($kernel:expr) => {
-            for lane in 0..LANES {
-                let (x, y) = (L::load(a, lane), L::load(b, lane));
-                $kernel
-                    .blend(x, y, s, sb, width, coefficient)
-                    .store(a, lane);
+            {
+                each_lane!(count, lane => {
+                    let (x, y) = (L::load(a, lane), L::load(b, lane));
+                    $kernel
+                        .blend(x, y, s, sb, width, coefficient)
+                        .store(a, lane);
+                });
             }
         };
     }
@@ -297,8 +384,9 @@ fn operate_singly<L: Lane + Apply>(
     constants: &[f32],
     out: &mut L::Block,
     to: &mut L::PointBlock,
+    count: usize,
 ) {
-    for lane in 0..LANES {
+    for lane in 0..count.min(LANES) {
         let values = operands.map(|block| L::load(block, lane));
         match L::apply(op, L::load_point(q, lane), values, constants) {
             Applied::Value(value) => value.store(out, lane),
@@ -347,13 +435,14 @@ macro_rules! define_lanes {
             constants: &[f32],
             out: &mut L::Block,
             to: &mut L::PointBlock,
+            count: usize,
         ) {
             match op {
                 $(Op::$name => {
                     #[allow(unused_mut, unused_variables, reason = "rows differ in what they read")]
                     let mut k = Parameters::new(constants);
                     $(let $parameter = read_parameter!(k, L, $ty);)*
-                    for lane in 0..LANES {
+                    each_lane!(count, lane => {
                         #[allow(unused_mut, unused_variables, reason = "rows differ in what they read")]
                         let mut v = operands;
                         #[allow(unused_assignments, reason = "the last operand leaves the rest unread")]
@@ -362,7 +451,7 @@ macro_rules! define_lanes {
                             $($parameter),*
                         );
                         store_output!(L, result, out, to, lane, $output);
-                    }
+                    });
                 })+
             }
         }

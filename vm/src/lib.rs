@@ -4,7 +4,6 @@
 #![warn(missing_docs)]
 
 pub mod apply;
-pub mod batch;
 pub mod bounds;
 pub mod dual;
 pub mod elementary;
@@ -27,6 +26,7 @@ pub mod row;
 pub mod settings;
 pub mod surface;
 pub mod table;
+pub mod tape;
 pub mod uniform;
 pub mod vector;
 pub mod verify;

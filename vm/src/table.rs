@@ -813,6 +813,8 @@ macro_rules! for_each_operation {
                 source: "F. K. Musgrave, in Texturing and Modeling, 1994",
                 ..MATH
             };
+            /// The product of a number with itself.
+            Square "square" = math::square(a: Value;) -> Value, prepare::same, MATH;
         }
     };
 }

@@ -117,6 +117,11 @@ impl<R: Real> Vector2<R> for V2<R> {
         }
     }
     #[inline(always)]
+    fn length(self) -> R {
+        // Squares rather than products: an interval's square is never negative.
+        (self.x.square() + self.y.square()).sqrt()
+    }
+    #[inline(always)]
     fn select(condition: R::Bool, then: Self, otherwise: Self) -> Self {
         Self {
             x: R::select(condition, then.x, otherwise.x),
@@ -173,6 +178,11 @@ impl<R: Real> Vector3<R> for V3<R> {
             y: self.y.max(other.y),
             z: self.z.max(other.z),
         }
+    }
+    #[inline(always)]
+    fn length(self) -> R {
+        // Squares rather than products: an interval's square is never negative.
+        (self.x.square() + self.y.square() + self.z.square()).sqrt()
     }
     #[inline(always)]
     fn select(condition: R::Bool, then: Self, otherwise: Self) -> Self {

@@ -3,18 +3,24 @@
 //! The generator draws every opcode of the table and every way to use it (frames, kept points,
 //! slots, constant operands, blends), so a new row is covered without a new test.
 
-use sdfc_vm::batch::{Column, LANES, Machine};
 use sdfc_vm::dual::Dual;
 use sdfc_vm::encode::{decode, encode};
 use sdfc_vm::evaluate::{evaluate, gradient};
 use sdfc_vm::kernel::Kernel;
+use sdfc_vm::lanes::{Column, LANES, seeded};
 use sdfc_vm::listing;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
 use sdfc_vm::program::{Code, Frame, Instruction, MAX_POINTS, Operands, Place, Program};
 use sdfc_vm::row::Output;
 use sdfc_vm::table::{Op, ROWS};
+use sdfc_vm::tape::choose::Chooser;
+use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::tape::prune::Pruner;
+use sdfc_vm::tape::steep::Slopes;
+use sdfc_vm::tape::{Clause, Tape};
 use sdfc_vm::vector::V3;
 use sdfc_vm::verify::{VerifyError, verify};
+use std::sync::Arc;
 
 /// xorshift64*: small, seeded, the same everywhere.
 struct Random(u64);
@@ -153,15 +159,108 @@ fn random_programs_verify_and_survive_every_form() {
     }
 }
 
+fn values_at(program: &Program, tape: &[Clause], points: &[Column; 3]) -> Column {
+    let whole = Tape::of(program);
+    let mut machine = Machine::<f32>::new(whole.values, whole.points);
+    *machine.seed() = *points;
+    *machine.run(program, tape, LANES)
+}
+
+/// Whether the value at a point is not even in the interval of a box that is no more than the point: the
+/// program takes the root of a negative number on the way.
+fn broken(program: &Program, tape: &Tape, points: &[Column; 3], lane: usize) -> bool {
+    let mut chooser = Chooser::new(tape);
+    let boxes = chooser.boxes();
+    for axis in 0..3 {
+        boxes[axis] = points[axis];
+        boxes[axis + 3] = points[axis];
+    }
+    let [lo, hi] = *chooser.run(program, &tape.clauses, LANES);
+    let value = values_at(program, &tape.clauses, points).0[lane];
+    !(lo.0[lane] <= value && value <= hi.0[lane])
+}
+
+/// In a box, the tape that was pruned for it gives the bits of the whole one, and the interval holds
+/// them; and again for the boxes in that box, pruned from the pruned tape.
+#[test]
+fn pruned_tapes_give_the_same_bits_in_their_box() {
+    let (mut shorter, mut senseless) = (0, 0);
+    for seed in 0..3000 {
+        let program = random_program(seed);
+        // The numbers of these programs are any, so the slopes of the rows say nothing of them.
+        let unknown = Slopes {
+            whole: f32::INFINITY,
+            ..Slopes::default()
+        };
+        let tape = Tape {
+            slopes: Arc::new(unknown),
+            ..Tape::of(&program)
+        };
+        let (mut chooser, mut pruner) = (Chooser::new(&tape), Pruner::default());
+        pruner.reserve(tape.values, tape.points);
+        let mut r = Random(seed * 5 + 2);
+        let mut clauses = tape.clauses.clone();
+        let mut centre: [f32; 3] = std::array::from_fn(|_| r.number());
+        let mut half = 0.5 * r.number().abs();
+        for _ in 0..3 {
+            let boxes = chooser.boxes();
+            for axis in 0..3 {
+                boxes[axis].0 = [centre[axis] - half; LANES];
+                boxes[axis + 3].0 = [centre[axis] + half; LANES];
+            }
+            let [lo, hi] = chooser.run(&program, &clauses, LANES);
+            let (lo, hi) = (lo.0[7], hi.0[7]);
+            let mut pruned = Vec::new();
+            pruner.prune(
+                &clauses,
+                |place| chooser.decided().choice(place, 7),
+                &mut pruned,
+            );
+            shorter += usize::from(pruned.len() < clauses.len());
+            let inner = half * 0.3;
+            let points: [Column; 3] = std::array::from_fn(|axis| {
+                Column(std::array::from_fn(|_| {
+                    (centre[axis] + half * r.number())
+                        .clamp(centre[axis] - half, centre[axis] + half)
+                }))
+            });
+            let all = values_at(&program, &tape.clauses, &points);
+            let some = values_at(&program, &pruned, &points);
+            for lane in 0..LANES {
+                let (a, b) = (all.0[lane], some.0[lane]);
+                let agree = same(a, b) && lo <= a && a <= hi;
+                if !agree && broken(&program, &tape, &points, lane) {
+                    senseless += 1;
+                    continue;
+                }
+                assert!(
+                    agree,
+                    "seed {seed}: {a} by all, {b} by what was kept, in [{lo}, {hi}]\n{}",
+                    listing::print(&program)
+                );
+            }
+            clauses = pruned;
+            // The next box lies within this one.
+            for axis in &mut centre {
+                *axis += (half - inner) * 0.9 * r.number().clamp(-1.0, 1.0);
+            }
+            half = inner;
+        }
+    }
+    assert!(shorter > 1000, "only {shorter} of 9,000 became shorter");
+    assert!(senseless < 20_000, "{senseless} of 576,000 values are none");
+}
+
 #[test]
 fn batches_and_single_points_agree_in_every_bit() {
     for seed in 0..1500 {
         let program = random_program(seed);
         let points = random_points(seed * 7 + 3);
-        let mut machine = Machine::<f32>::new(&program.needs());
-        let values = *machine.run(&program, &points);
-        let mut dual = Machine::<Dual<f32>>::new(&program.needs());
-        let duals = *dual.run(&program, &points);
+        let tape = Tape::of(&program);
+        let values = values_at(&program, &tape.clauses, &points);
+        let mut dual = Machine::<Dual<f32>>::new(tape.values, tape.points);
+        *dual.seed() = seeded(&points);
+        let duals = *dual.run(&program, &tape.clauses, LANES);
         for lane in 0..LANES {
             let p = V3::of(points[0].0[lane], points[1].0[lane], points[2].0[lane]);
             let single = evaluate::<f32>(&program, p);
@@ -208,8 +307,8 @@ fn damaged_words_are_refused_or_run() {
             Err(_) => refused += 1,
             // What is accepted runs to its end without an access out of range.
             Ok(()) => {
-                let mut machine = Machine::<f32>::new(&damaged.needs());
-                machine.run(&damaged, &random_points(seed));
+                let tape = Tape::of(&damaged);
+                values_at(&damaged, &tape.clauses, &random_points(seed));
             }
         }
     }

@@ -2,10 +2,10 @@
 
 use super::lanes::{is_nan, repeat_first};
 use super::march::vector;
-use super::normal::{set, surface_of};
+use super::normal::{around, set, surface_of};
 use super::shade::{add, only_surface};
 use super::tile::{Camera, Tile, camera_ray};
-use super::{Column, Evaluator, LANES, Points};
+use super::{Asked, Column, Evaluator, LANES, Points};
 use sdfc_shaders::features::{Features, Mode};
 use sdfc_shaders::layout::{Frame, Ray, Surface};
 use sdfc_shaders::marching::{SHOWN, Status};
@@ -109,6 +109,7 @@ pub(super) fn plane(
     frame: &Frame,
     features: &Features,
     tile: &mut Tile,
+    figure: Option<&[f32]>,
     evaluator: &mut dyn Evaluator,
 ) -> u64 {
     let (mut points, mut values) = (Points::default(), Column::default());
@@ -136,10 +137,26 @@ pub(super) fn plane(
         }
         repeat_first(&mut points, count);
         repeat_first(&mut facing, count);
-        evaluator.distances(&points, count, &mut values);
-        evaluations += count as u64;
+        match figure {
+            Some(figure) => {
+                for lane in 0..count {
+                    let [x, y] = tile.pixels[start + lane].map(|v| v as usize);
+                    values.0[lane] = figure[y * frame.size[0] as usize + x];
+                }
+            }
+            None => {
+                evaluator.distances(&points, count, &mut values);
+                evaluations += count as u64;
+            }
+        }
         if asked {
+            let point =
+                |lane: usize| V3::of(points[0].0[lane], points[1].0[lane], points[2].0[lane]);
+            let region = around((0..count).map(point));
+            evaluator.announce(Asked::Surfaces, &[region]);
+            evaluator.focus(Some(0));
             evaluator.surfaces(&points, &facing, count, &mut block);
+            evaluator.focus(None);
             evaluations += count as u64;
         }
         for lane in 0..count {

@@ -1,16 +1,20 @@
 //! Tiles: a square of the picture, with what each stage leaves for the next ones.
 
+use super::figure::Plane;
 use super::lanes::stream;
 use super::march::{March, Polish, vector};
+use super::meet::{self, Meetings};
 use super::occlusion::Look;
-use super::{Evaluator, Field, normal, shade, shadow, show};
+use super::packet::Marcher;
+use super::{Asked, Evaluator, Field, LANES, normal, shade, shadow, show};
+use crate::cells::{Cells, Region};
+use crate::crew::share;
 use crate::frame::{Frame, Picture, Status};
-use rayon::prelude::*;
 use sdfc_shaders::assemble::{Stage, stages};
 use sdfc_shaders::camera;
 use sdfc_shaders::features::{Features, Mode, Occlusion};
 use sdfc_shaders::layout::{self, Ray, Surface};
-use sdfc_shaders::marching::SHOWN;
+use sdfc_shaders::marching::{self, SHOWN};
 use sdfc_vm::vector::{V2, V3};
 use std::sync::{Mutex, PoisonError};
 
@@ -45,6 +49,13 @@ pub(super) struct Tile {
     pub(super) open: Vec<f32>,
     /// The sum of all passes.
     pub(super) colors: Vec<[f32; 4]>,
+    marcher: Marcher,
+}
+
+/// The cells of a picture, and which of them its rays may meet.
+struct Way {
+    cells: Cells,
+    meetings: Meetings,
 }
 
 /// Where a pixel's ray starts and which way it goes.
@@ -54,6 +65,7 @@ pub(super) struct Camera {
 }
 
 /// The ray of a pixel.
+#[inline(always)]
 pub(super) fn camera_ray(f: &layout::Frame, [x, y]: [f32; 2]) -> Camera {
     let pair = |[x, y]: [f32; 2]| V2 { x, y };
     let place = camera::place_in_view::<f32>(V2 { x, y }, pair(f.offset), pair(f.size));
@@ -77,6 +89,7 @@ impl Tile {
         let count = (self.width * self.height) as usize;
         self.order.clear();
         let blocks = |side: u32| (0..side).step_by(8);
+        // The order of packets, when rays go through cells.
         for (y0, x0) in blocks(self.height).flat_map(|y| blocks(self.width).map(move |x| (y, x))) {
             for y in y0..(y0 + 8).min(self.height) {
                 let row = y * self.width;
@@ -107,14 +120,14 @@ impl Tile {
         &mut self,
         f: &layout::Frame,
         picture: &Picture,
-        stages: &[Stage],
+        (stages, way, figure): (&[Stage], Option<&Way>, Option<&[f32]>),
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
         let features = &picture.features;
         let mut evaluations = 0;
         for stage in stages {
             evaluations += match stage {
-                Stage::March => self.march(f, evaluator),
+                Stage::March => self.march(f, way, evaluator),
                 Stage::Polish => self.polish(f, evaluator),
                 Stage::Normal => normal::find(f, features.normals, self, evaluator),
                 Stage::Surface => normal::surfaces(self, evaluator),
@@ -137,20 +150,30 @@ impl Tile {
                     show::edges(f, features, self);
                     0
                 }
-                Stage::Plane => show::plane(f, features, self, evaluator),
+                Stage::Plane => show::plane(f, features, self, figure, evaluator),
                 Stage::Resolve => 0,
             };
         }
         evaluations
     }
 
-    fn march(&mut self, frame: &layout::Frame, evaluator: &mut dyn Evaluator) -> u64 {
-        let mut walk = March {
-            frame,
-            pixels: &self.pixels,
-            rays: &mut self.rays,
+    fn march(
+        &mut self,
+        frame: &layout::Frame,
+        way: Option<&Way>,
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        let evaluations = match way {
+            Some(way) => self.march_packets(frame, way, evaluator),
+            None => {
+                let mut walk = March {
+                    frame,
+                    pixels: &self.pixels,
+                    rays: &mut self.rays,
+                };
+                stream(&mut walk, evaluator, &self.order)
+            }
         };
-        let evaluations = stream(&mut walk, evaluator, &self.order);
         self.shown.clear();
         let rays = &self.rays;
         let shown = self
@@ -158,27 +181,76 @@ impl Tile {
             .iter()
             .filter(|&&i| rays[i as usize].status & SHOWN != 0);
         self.shown.extend(shown);
-        self.find_points(frame);
+        if way.is_none() {
+            let shown = std::mem::take(&mut self.shown);
+            self.find_points(frame, &shown);
+            self.shown = shown;
+        }
+        evaluations
+    }
+
+    fn march_packets(
+        &mut self,
+        frame: &layout::Frame,
+        way: &Way,
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        let mut evaluations = 0;
+        let side = |length: u32, block: u32| (length - block * meet::SIDE).min(meet::SIDE);
+        let mut rest = self.order.as_slice();
+        for row in 0..self.height.div_ceil(meet::SIDE) {
+            for column in 0..self.width.div_ceil(meet::SIDE) {
+                let count = side(self.width, column) * side(self.height, row);
+                let (items, others) = rest.split_at(count as usize);
+                rest = others;
+                let x = self.left + column * meet::SIDE;
+                let y = self.upper + row * meet::SIDE;
+                evaluations += self.marcher.march(
+                    frame,
+                    (&way.cells, way.meetings.at([x, y])),
+                    items,
+                    &self.pixels,
+                    (&mut self.rays, &mut self.points),
+                    evaluator,
+                );
+            }
+        }
         evaluations
     }
 
     fn polish(&mut self, frame: &layout::Frame, evaluator: &mut dyn Evaluator) -> u64 {
+        let open = |&item: &u32| {
+            let ray = &self.rays[item as usize];
+            marching::settled(ray.radius, marching::rounding_at(ray.t, frame.rounding)) <= 0.0
+        };
+        let items: Vec<u32> = self.shown.iter().copied().filter(open).collect();
         let mut walk = Polish {
             frame,
             pixels: &self.pixels,
             rays: &mut self.rays,
         };
-        let evaluations = stream(&mut walk, evaluator, &self.shown);
-        self.find_points(frame);
+        let evaluations = stream(&mut walk, evaluator, &items);
+        self.find_points(frame, &items);
         evaluations
     }
 
-    fn find_points(&mut self, frame: &layout::Frame) {
-        for &item in &self.shown {
+    fn find_points(&mut self, frame: &layout::Frame, items: &[u32]) {
+        for &item in items {
             let i = item as usize;
             let Camera { origin, direction } = camera_ray(frame, self.pixels[i]);
             self.points[i] = camera::along::<f32>(origin, direction, self.rays[i].t);
         }
+    }
+
+    /// The boxes around each 64 shown points, larger by `reach`.
+    pub(super) fn regions(&self, reach: f32) -> Vec<Region> {
+        let region = |items: &[u32]| {
+            let mut region = normal::around(items.iter().map(|&item| self.points[item as usize]));
+            region.low = region.low.map(|v| v - reach);
+            region.high = region.high.map(|v| v + reach);
+            region
+        };
+        self.shown.chunks(LANES).map(region).collect()
     }
 
     fn look_around(
@@ -187,6 +259,10 @@ impl Tile {
         features: &Features,
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
+        if features.occlusion == Occlusion::Off {
+            return 0;
+        }
+        evaluator.announce(Asked::Distances, &self.regions(frame.occlusion_reach));
         macro_rules! look {
             ($many:literal) => {{
                 let mut walk = Look::<$many> {
@@ -198,14 +274,20 @@ impl Tile {
                     normals: &self.normals,
                     open: &mut self.open,
                 };
-                stream(&mut walk, evaluator, &self.shown)
+                let mut evaluations = 0;
+                for (region, items) in self.shown.chunks(LANES).enumerate() {
+                    evaluator.focus(Some(region));
+                    evaluations += stream(&mut walk, evaluator, items);
+                }
+                evaluations
             }};
         }
-        match features.occlusion {
-            Occlusion::Off => 0,
-            Occlusion::FiveTap => look!(false),
+        let evaluations = match features.occlusion {
             Occlusion::Multi(_) => look!(true),
-        }
+            _ => look!(false),
+        };
+        evaluator.focus(None);
+        evaluations
     }
 
     /// The places that are kept, and where they are in the whole picture.
@@ -254,6 +336,81 @@ impl Tile {
     }
 }
 
+/// The plane of a pass that sees it face on along parallel rays, and how far from zero the field may
+/// be anything.
+pub(super) fn face_on(frame: &layout::Frame, picture: &Picture) -> Option<(Plane, f32)> {
+    if frame.footprint_growth != 0.0 {
+        return None;
+    }
+    let at = |x: f32, y: f32| {
+        let Camera { origin, direction } = camera_ray(frame, [x, y]);
+        let (centre, forward) = (vector(frame.centre), vector(frame.forward));
+        let t = camera::meet_plane::<f32>(origin, direction, centre, forward);
+        camera::along::<f32>(origin, direction, t)
+    };
+    // From one edge to the other, so that the rounding of one pixel is not multiplied.
+    let [width, height] = picture.size.map(|n| n as f32);
+    let first = at(0.0, 0.0);
+    let plane = Plane {
+        first: first.to_array(),
+        right: ((at(width, 0.0) - first) * (1.0 / width)).to_array(),
+        down: ((at(0.0, height) - first) * (1.0 / height)).to_array(),
+        size: picture.size.map(|n| n as usize),
+    };
+    let band = match picture.features.mode {
+        Mode::Distance => f32::INFINITY,
+        // A pixel is wholly inside or outside where the surface is more than its size away.
+        _ => 4.0 * frame.footprint * (frame.samples as f32).sqrt() / frame.inverse_slope,
+    };
+    Some((plane, band))
+}
+
+/// The tiles' corners.
+fn corners(picture: &Picture) -> Vec<[u32; 2]> {
+    let [columns, rows] = picture.size.map(|side| (0..side).step_by(SIDE as usize));
+    rows.flat_map(|y| columns.clone().map(move |x| [x, y]))
+        .collect()
+}
+
+/// The cells of a picture, and which of them rays meet.
+fn way(field: &dyn Field, picture: &Picture) -> Option<Way> {
+    let cells = field.cells(picture)?;
+    let meetings = Meetings::of(&cells, &picture.uniforms);
+    Some(Way { cells, meetings })
+}
+
+/// Computes where the surface is, tile by tile.
+pub(super) fn geometry(field: &dyn Field, picture: &Picture) -> super::Geometry {
+    let corners = corners(picture);
+    let way = way(field, picture);
+    let [width, height] = picture.size.map(|n| n as usize);
+    let found = Mutex::new(super::Geometry {
+        depth: vec![f32::INFINITY; width * height],
+        normal: vec![[0.0; 3]; width * height],
+    });
+    share(
+        corners.len(),
+        || {
+            let cells = way.as_ref().map(|way| &way.cells);
+            (Tile::default(), field.evaluator(picture, cells))
+        },
+        |(tile, evaluator), number| {
+            tile.place(corners[number], picture);
+            let stages = [Stage::March, Stage::Polish, Stage::Normal];
+            let todo = (stages.as_slice(), way.as_ref(), None);
+            tile.add(&picture.uniforms, picture, todo, &mut **evaluator);
+            let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
+            for (i, at) in tile.kept(width) {
+                if tile.rays[i].status & SHOWN != 0 {
+                    found.depth[at] = tile.rays[i].t;
+                    found.normal[at] = tile.normals[i];
+                }
+            }
+        },
+    );
+    found.into_inner().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Computes a picture, tile by tile.
 pub(super) fn render(
     field: &dyn Field,
@@ -261,21 +418,38 @@ pub(super) fn render(
     progress: &(dyn Fn(f32) + Sync),
 ) -> Frame {
     let stages = stages(&picture.features);
-    let sides = picture.size.map(|side| (0..side).step_by(SIDE as usize));
-    let [columns, rows] = sides;
-    let corners: Vec<[u32; 2]> = rows
-        .flat_map(|y| columns.clone().map(move |x| [x, y]))
+    let corners = corners(picture);
+    let way = if stages.contains(&Stage::March) {
+        way(field, picture)
+    } else {
+        None
+    };
+    let figures: Vec<Option<Vec<f32>>> = (0..picture.passes())
+        .map(|sample| {
+            let (plane, band) = if stages.contains(&Stage::Plane) {
+                face_on(&picture.pass(sample), picture)?
+            } else {
+                return None;
+            };
+            field.figure(picture, &plane, band)
+        })
         .collect();
     let frame = Mutex::new((picture.blank(), 0_usize));
-    corners.par_iter().with_max_len(1).for_each_init(
-        || (Tile::default(), field.evaluator()),
-        |(tile, evaluator), &corner| {
-            tile.place(corner, picture);
+    share(
+        corners.len(),
+        || {
+            let cells = way.as_ref().map(|way| &way.cells);
+            (Tile::default(), field.evaluator(picture, cells))
+        },
+        |(tile, evaluator), number| {
+            tile.place(corners[number], picture);
             let mut evaluations = 0;
             let mut done = 0;
             for sample in 0..picture.passes() {
                 let pass = picture.pass(sample);
-                evaluations += tile.add(&pass, picture, &stages, &mut **evaluator);
+                let figure = figures[sample as usize].as_deref();
+                let todo = (stages.as_slice(), way.as_ref(), figure);
+                evaluations += tile.add(&pass, picture, todo, &mut **evaluator);
                 let mut shared = frame.lock().unwrap_or_else(PoisonError::into_inner);
                 let (frame, tiles) = &mut *shared;
                 if sample == 0 {

@@ -3,6 +3,7 @@
 
 use super::cpu::CpuEngine;
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, on};
+use crate::cpu::Geometry;
 use crate::frame::{Frame, RenderSettings};
 use crate::gpu::{Gpu, Preference};
 use sdfc_shaders::assemble::SceneSource;
@@ -80,6 +81,16 @@ impl Engine for WithFallback {
         progress: &(dyn Fn(f32) + Sync),
     ) -> Result<Frame, EngineError> {
         self.attempt(|engine| engine.render(settings, progress))
+    }
+    fn geometry(&mut self, settings: &RenderSettings) -> Result<Geometry, EngineError> {
+        self.attempt(|engine| engine.geometry(settings))
+    }
+    fn figure(
+        &mut self,
+        settings: &RenderSettings,
+        band: f32,
+    ) -> Result<Option<Vec<f32>>, EngineError> {
+        self.attempt(|engine| engine.figure(settings, band))
     }
     fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError> {
         self.attempt(|engine| engine.query(points))

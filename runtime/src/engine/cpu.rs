@@ -1,14 +1,20 @@
 //! The CPU engine: programs on batches of 64 points, all cores.
 
-use super::{Engine, EngineError, EngineKind, Loaded, Sample};
-use crate::cpu::{self, Column, Evaluator, Field, LANES, Points, SurfaceBlock};
-use crate::frame::{FieldFacts, Frame, RenderSettings, Surface, prepare};
+use super::{Engine, EngineError, EngineKind, Loaded, Sample, cut};
+use crate::cells::{self, Cells, Lazy, Region};
+use crate::cpu::figure::{self, Plane};
+use crate::cpu::{self, Asked, Column, Evaluator, Field, Geometry, LANES, Points, SurfaceBlock};
+use crate::frame::{CellUse, FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare};
 use crate::settings::{facts, unpainted};
 use rayon::prelude::*;
-use sdfc_vm::batch::Machine;
 use sdfc_vm::dual::Dual;
+use sdfc_vm::lanes::seeded;
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::surface::{NUMBERS, Surfaces};
+use sdfc_vm::tape::choose::Chooser;
+use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::tape::prune::Pruner;
+use sdfc_vm::tape::{Clause, Tape};
 
 /// Runs the loaded scene's programs on the cores of this machine.
 #[derive(Default)]
@@ -19,7 +25,8 @@ pub(super) struct CpuEngine {
 /// What of a module is run.
 struct Scene {
     distance: Program,
-    surface: Option<Program>,
+    surface: Option<(Program, Tape)>,
+    tape: Tape,
     facts: FieldFacts,
     unpainted: Surface,
 }
@@ -28,7 +35,11 @@ impl Scene {
     fn of(module: &Module, outputs: &[f64]) -> Self {
         Self {
             distance: module.distance.clone(),
-            surface: module.surface.clone(),
+            surface: module.surface.clone().map(|p| {
+                let tape = Tape::of(&p);
+                (p, tape)
+            }),
+            tape: Tape::of(&module.distance),
             facts: facts(module, outputs),
             unpainted: unpainted(module, outputs),
         }
@@ -61,7 +72,8 @@ impl Engine for CpuEngine {
     fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError> {
         let scene = self.scene()?;
         let same = scene.distance.code == module.distance.code
-            && scene.surface.as_ref().map(|p| &p.code) == module.surface.as_ref().map(|p| &p.code);
+            && scene.surface.as_ref().map(|(p, _)| &p.code)
+                == module.surface.as_ref().map(|p| &p.code);
         if !same {
             return Err(EngineError::AnotherScene);
         }
@@ -79,14 +91,31 @@ impl Engine for CpuEngine {
         Ok(cpu::render(scene, &picture, progress))
     }
 
+    fn figure(
+        &mut self,
+        settings: &RenderSettings,
+        band: f32,
+    ) -> Result<Option<Vec<f32>>, EngineError> {
+        let scene = self.scene()?;
+        let plane = super::plane(settings);
+        Ok(plane.map(|plane| figure::sample(&scene.distance, &scene.tape, &plane, band)))
+    }
+
+    fn geometry(&mut self, settings: &RenderSettings) -> Result<Geometry, EngineError> {
+        let scene = self.scene()?;
+        let settings = RenderSettings {
+            mode: Mode::Normal,
+            aa: 1,
+            ..settings.clone()
+        };
+        Ok(cpu::geometry(scene, &prepare(&settings, &scene.facts)))
+    }
+
     fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError> {
         let scene = self.scene()?;
         let batches: Vec<Vec<Sample>> = points
             .par_chunks(LANES)
-            .map_init(
-                || scene.machines(),
-                |machines, chunk| machines.samples(chunk),
-            )
+            .map_init(|| scene.asker(None), |asker, chunk| asker.samples(chunk))
             .collect();
         Ok(batches.concat())
     }
@@ -96,65 +125,298 @@ impl Field for Scene {
     fn facts(&self) -> FieldFacts {
         self.facts
     }
-    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        Box::new(self.machines())
+    fn cells(&self, picture: &Picture) -> Option<Cells> {
+        let wanted = match picture.cells {
+            CellUse::Never => false,
+            CellUse::Auto => cut::pays(&self.distance, &self.tape),
+            CellUse::Always => true,
+        };
+        if !wanted {
+            return None;
+        }
+        let region = cut::region(&picture.uniforms)?;
+        let refine = cut::Pixels::of(&picture.uniforms);
+        Some(cells::build(&self.distance, &self.tape, region, &refine))
+    }
+    fn figure(&self, picture: &Picture, plane: &Plane, band: f32) -> Option<Vec<f32>> {
+        let wanted = match picture.cells {
+            CellUse::Never => false,
+            CellUse::Auto => self.tape.clauses.len() >= LONG,
+            CellUse::Always => true,
+        };
+        wanted.then(|| figure::sample(&self.distance, &self.tape, plane, band))
+    }
+    fn evaluator<'a>(
+        &'a self,
+        picture: &Picture,
+        cells: Option<&'a Cells>,
+    ) -> Box<dyn Evaluator + 'a> {
+        Box::new(Asker {
+            pruned: picture.cells != CellUse::Never,
+            ..self.asker(cells)
+        })
     }
 }
 
 impl Scene {
-    fn machines(&self) -> Machines<'_> {
-        Machines {
+    fn asker<'a>(&'a self, cells: Option<&'a Cells>) -> Asker<'a> {
+        let long = self.tape.clauses.len() >= LONG;
+        Asker {
             scene: self,
+            pruned: false,
+            cells,
+            lazy: cells
+                .filter(|_| long)
+                .map(|cells| Lazy::new(&self.tape, *cells.region())),
             distance: None,
             gradient: None,
             surface: None,
+            distance_tapes: RegionTapes::default(),
+            surface_tapes: RegionTapes::default(),
+            focus: None,
         }
     }
 }
 
 /// The memory of one thread; each part is made when it is first needed.
-struct Machines<'a> {
+struct Asker<'a> {
     scene: &'a Scene,
+    /// Whether tapes are pruned for the boxes that are announced.
+    pruned: bool,
+    cells: Option<&'a Cells>,
+    /// Cells for points that come in no order, where looking them up pays.
+    lazy: Option<Lazy>,
     distance: Option<Machine<f32>>,
     gradient: Option<Machine<Dual<f32>>>,
     surface: Option<Machine<Dual<f32>, Surfaces>>,
+    distance_tapes: RegionTapes,
+    surface_tapes: RegionTapes,
+    /// Which of the announced boxes all points lie in.
+    focus: Option<usize>,
 }
 
-impl Evaluator for Machines<'_> {
-    fn distances(&mut self, points: &Points, _: usize, out: &mut Column) {
-        let program = &self.scene.distance;
+/// Tapes pruned for the boxes that were announced.
+#[derive(Default)]
+struct RegionTapes {
+    /// Made when it is first needed.
+    chooser: Option<Chooser>,
+    pruner: Pruner,
+    clauses: Vec<Clause>,
+    /// Where each box's clauses end.
+    ends: Vec<usize>,
+}
+
+/// Programs of fewer clauses are run as they are: choosing takes about as long.
+const SHORT: usize = 8;
+
+impl RegionTapes {
+    fn prune(&mut self, program: &Program, tape: &Tape, regions: &[Region]) {
+        self.clauses.clear();
+        self.ends.clear();
+        if tape.clauses.len() < SHORT {
+            return;
+        }
+        let chooser = self.chooser.get_or_insert_with(|| Chooser::new(tape));
+        self.pruner.reserve(tape.values, tape.points);
+        for regions in regions.chunks(LANES) {
+            let boxes = chooser.boxes();
+            for (lane, region) in regions.iter().enumerate() {
+                region.with_margin().put(boxes, lane);
+            }
+            chooser.run(program, &tape.clauses, regions.len());
+            for lane in 0..regions.len() {
+                let choice = |place| chooser.decided().choice(place, lane);
+                self.pruner.prune(&tape.clauses, choice, &mut self.clauses);
+                self.ends.push(self.clauses.len());
+            }
+        }
+    }
+
+    fn get(&self, region: Option<usize>) -> Option<&[Clause]> {
+        let region = region?;
+        let end = *self.ends.get(region)?;
+        let start = if region == 0 {
+            0
+        } else {
+            self.ends[region - 1]
+        };
+        Some(&self.clauses[start..end])
+    }
+}
+
+/// Programs of so many clauses are worth looking up each point's cell: for 64 points in no order,
+/// that takes about as long as they do.
+const LONG: usize = 48;
+
+/// Points that lie in the same cell, and their lanes.
+struct Group {
+    lanes: [u8; LANES],
+    count: usize,
+}
+
+/// Hands the points to `each` cell by cell.
+fn by_cell(
+    program: &Program,
+    lazy: &mut Lazy,
+    points: &Points,
+    count: usize,
+    mut each: impl FnMut(&Group, &[Clause]),
+) {
+    let mut found = [0; LANES];
+    lazy.find(program, points, count, &mut found);
+    let mut left = u64::MAX >> (LANES - count.clamp(1, LANES));
+    while left != 0 {
+        let cell = found[left.trailing_zeros() as usize];
+        let mut group = Group {
+            lanes: [0; LANES],
+            count: 0,
+        };
+        let mut rest = left;
+        while rest != 0 {
+            let lane = rest.trailing_zeros();
+            rest &= rest - 1;
+            if found[lane as usize] == cell {
+                group.lanes[group.count] = lane as u8;
+                group.count += 1;
+                left &= !(1 << lane);
+            }
+        }
+        each(&group, lazy.tape(cell));
+    }
+}
+
+impl Group {
+    /// Its points, side by side.
+    fn gather(&self, points: &Points, to: &mut Points) {
+        for (from, to) in points.iter().zip(to) {
+            for (number, &lane) in to.0.iter_mut().zip(&self.lanes[..self.count]) {
+                *number = from.0[usize::from(lane)];
+            }
+        }
+    }
+    /// Its values, back to their lanes.
+    fn scatter(&self, values: &Column, to: &mut Column) {
+        for (number, &lane) in values.0.iter().zip(&self.lanes[..self.count]) {
+            to.0[usize::from(lane)] = *number;
+        }
+    }
+}
+
+impl Evaluator for Asker<'_> {
+    fn distances(&mut self, points: &Points, count: usize, out: &mut Column) {
+        let (program, tape) = (&self.scene.distance, &self.scene.tape);
+        let mut machine = self
+            .distance
+            .take()
+            .unwrap_or_else(|| Machine::new(tape.values, tape.points));
+        match (self.distance_tapes.get(self.focus), &mut self.lazy) {
+            (Some(clauses), _) => {
+                machine.seed().clone_from(points);
+                out.clone_from(machine.run(program, clauses, count));
+            }
+            (None, None) => {
+                machine.seed().clone_from(points);
+                out.clone_from(machine.run(program, &tape.clauses, count));
+            }
+            (None, Some(lazy)) => by_cell(program, lazy, points, count, |group, clauses| {
+                group.gather(points, machine.seed());
+                group.scatter(machine.run(program, clauses, group.count), out);
+            }),
+        }
+        self.distance = Some(machine);
+    }
+
+    fn distances_in(&mut self, cell: u32, points: &Points, count: usize, out: &mut Column) {
+        let Some(cells) = self.cells else {
+            return self.distances(points, count, out);
+        };
+        let tape = cells.tape(cell);
+        let whole = &self.scene.tape;
         let machine = self
             .distance
-            .get_or_insert_with(|| Machine::new(&program.needs()));
-        out.clone_from(machine.run(program, points));
+            .get_or_insert_with(|| Machine::new(whole.values, whole.points));
+        machine.seed().clone_from(points);
+        out.clone_from(machine.run(&self.scene.distance, tape, count));
     }
 
-    fn gradients(&mut self, points: &Points, _: usize, out: &mut [Column; 4]) {
-        let program = &self.scene.distance;
-        let machine = self
+    fn gradients(&mut self, points: &Points, count: usize, out: &mut [Column; 4]) {
+        let (program, tape) = (&self.scene.distance, &self.scene.tape);
+        let mut machine = self
             .gradient
-            .get_or_insert_with(|| Machine::new(&program.needs()));
-        out.clone_from(machine.run(program, points));
+            .take()
+            .unwrap_or_else(|| Machine::new(tape.values, tape.points));
+        match (self.distance_tapes.get(self.focus), &mut self.lazy) {
+            (Some(clauses), _) => {
+                *machine.seed() = seeded(points);
+                out.clone_from(machine.run(program, clauses, count));
+            }
+            (None, None) => {
+                *machine.seed() = seeded(points);
+                out.clone_from(machine.run(program, &tape.clauses, count));
+            }
+            (None, Some(lazy)) => {
+                let mut own = Points::default();
+                by_cell(program, lazy, points, count, |group, clauses| {
+                    group.gather(points, &mut own);
+                    *machine.seed() = seeded(&own);
+                    let values = machine.run(program, clauses, group.count);
+                    for (values, out) in values.iter().zip(out.iter_mut()) {
+                        group.scatter(values, out);
+                    }
+                });
+            }
+        }
+        self.gradient = Some(machine);
     }
 
-    fn surfaces(&mut self, points: &Points, normals: &Points, _: usize, out: &mut SurfaceBlock) {
+    fn announce(&mut self, asked: Asked, regions: &[Region]) {
+        self.focus = None;
+        if !self.pruned {
+            return;
+        }
+        match asked {
+            Asked::Distances => {
+                let (program, tape) = (&self.scene.distance, &self.scene.tape);
+                self.distance_tapes.prune(program, tape, regions);
+            }
+            Asked::Surfaces => {
+                if let Some((program, tape)) = &self.scene.surface {
+                    self.surface_tapes.prune(program, tape, regions);
+                }
+            }
+        }
+    }
+
+    fn focus(&mut self, region: Option<usize>) {
+        self.focus = region;
+    }
+
+    fn surfaces(
+        &mut self,
+        points: &Points,
+        normals: &Points,
+        count: usize,
+        out: &mut SurfaceBlock,
+    ) {
         let unpainted = numbers(&self.scene.unpainted);
-        let Some(program) = &self.scene.surface else {
+        let Some((program, tape)) = &self.scene.surface else {
             *out = unpainted.map(|number| Column([number; LANES]));
             return;
         };
         let machine = self.surface.get_or_insert_with(|| {
-            let mut machine: Machine<Dual<f32>, Surfaces> = Machine::new(&program.needs());
+            let mut machine: Machine<Dual<f32>, Surfaces> = Machine::new(tape.values, tape.points);
             machine.attachment().unpainted = unpainted;
             machine
         });
         machine.attachment().normals.clone_from(normals);
-        machine.run(program, points);
-        out.clone_from(&machine.attachment().top);
+        *machine.seed() = seeded(points);
+        let clauses = self.surface_tapes.get(self.focus).unwrap_or(&tape.clauses);
+        machine.run(program, clauses, count);
+        out.clone_from(machine.attachment().surface());
     }
 }
 
-impl Machines<'_> {
+impl Asker<'_> {
     /// At most 64 points.
     fn samples(&mut self, chunk: &[[f32; 3]]) -> Vec<Sample> {
         let mut points = Points::default();

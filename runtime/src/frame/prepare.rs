@@ -1,7 +1,7 @@
 //! From what is asked for to the numbers that CPU and GPU compute with.
 
 use super::{
-    Display, FieldFacts, Frame, Lens, Light, RenderSettings, Shadow, Source, Stats, Status,
+    CellUse, Display, FieldFacts, Frame, Lens, Light, RenderSettings, Shadow, Source, Stats, Status,
 };
 use sdfc_shaders::assemble::shows_light;
 use sdfc_shaders::features::{self, Features, Mode, Occlusion};
@@ -20,6 +20,8 @@ pub struct Picture {
     pub size: [u32; 2],
     /// How its colours become bytes.
     pub display: Display,
+    /// Whether space is cut into cells.
+    pub cells: CellUse,
 }
 
 impl Picture {
@@ -166,6 +168,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         lights,
         size: settings.size,
         display,
+        cells: settings.cells,
     };
     Picture {
         uniforms: picture.pass(0),

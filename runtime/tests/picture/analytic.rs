@@ -1,7 +1,8 @@
 //! Fields given by a formula, for pictures that need no compiler.
 
+use sdfc_runtime::cells::Cells;
 use sdfc_runtime::cpu::{Column, Evaluator, Field, FieldFacts, LANES, Points, SurfaceBlock};
-use sdfc_runtime::frame::Surface;
+use sdfc_runtime::frame::{Picture, Surface};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::real::{Real, Vector3};
@@ -39,7 +40,7 @@ impl<F: Formula> Field for Analytic<F> {
             material: uniform.then_some(CLAY),
         }
     }
-    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
+    fn evaluator<'a>(&'a self, _: &Picture, _: Option<&'a Cells>) -> Box<dyn Evaluator + 'a> {
         Box::new(Asking(&self.0))
     }
 }

@@ -104,17 +104,27 @@ fn guarded<R: Real>(
 ) -> R {
     let zero = R::Vec3::splat(lit(0.0));
     let gap = above.min(below).max(zero).named("gap");
-    let alone = |spacing: R, gap: R| R::select(spacing.less(lit(1e-12)), lit(FAR), gap);
     let gap = R::Vec3::new(
-        alone(spacing.x(), gap.x()),
-        alone(spacing.y(), gap.y()),
-        alone(spacing.z(), gap.z()),
+        alone::<R>(spacing.x(), gap.x()),
+        alone::<R>(spacing.y(), gap.y()),
+        alone::<R>(spacing.z(), gap.z()),
     );
     let own = (upper - spacing - p).max(p - lower - spacing).max(zero);
     let across = own.min(gap).named("across");
-    let along = |g: R, a: R, b: R| (g * g + a * a + b * b).sqrt();
     let (x, y, z) = (across.x(), across.y(), across.z());
-    d.min(along(gap.x(), y, z))
-        .min(along(gap.y(), z, x))
-        .min(along(gap.z(), x, y))
+    d.min(diagonal::<R>(gap.x(), y, z))
+        .min(diagonal::<R>(gap.y(), z, x))
+        .min(diagonal::<R>(gap.z(), x, y))
+}
+
+/// The gap along an axis without copies is as far as any.
+#[inline(always)]
+fn alone<R: Real>(spacing: R, gap: R) -> R {
+    R::select(spacing.less(lit(1e-12)), lit(FAR), gap)
+}
+
+/// The length of three parts at right angles.
+#[inline(always)]
+fn diagonal<R: Real>(a: R, b: R, c: R) -> R {
+    (a * a + b * b + c * c).sqrt()
 }

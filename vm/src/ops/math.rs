@@ -54,6 +54,12 @@ pub fn mul<R: Real>(a: R, b: R) -> R {
     a * b
 }
 
+/// The product with itself, which is known not to be negative.
+#[inline(always)]
+pub fn square<R: Real>(a: R) -> R {
+    a.square()
+}
+
 /// A divisor, kept away from zero.
 #[inline(always)]
 fn divisor<R: Real>(b: R) -> R {

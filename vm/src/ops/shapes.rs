@@ -40,13 +40,17 @@ pub fn box_frame<R: Real>(p: R::Vec3, half: R::Vec3, bar: R) -> R {
     let bars = R::Vec3::splat(bar);
     let q = (p.abs() - half).named("q");
     let e = ((q + bars).abs() - bars).named("e");
-    let along = |x: R, y: R, z: R| {
-        let v = R::Vec3::new(x, y, z);
-        v.max(R::Vec3::splat(lit(0.0))).length() + lit::<R>(0.0).min(v.max_component())
-    };
-    along(q.x(), e.y(), e.z())
-        .min(along(e.x(), q.y(), e.z()))
-        .min(along(e.x(), e.y(), q.z()))
+    one_bar(q.x(), e.y(), e.z())
+        .min(one_bar(e.x(), q.y(), e.z()))
+        .min(one_bar(e.x(), e.y(), q.z()))
+}
+
+/// A bar, from how far the point is beyond each of its faces. (A function and not a closure, which
+/// would not be compiled into each loop over lanes.)
+#[inline(always)]
+fn one_bar<R: Real>(x: R, y: R, z: R) -> R {
+    let v = R::Vec3::new(x, y, z);
+    v.max(R::Vec3::splat(lit(0.0))).length() + lit::<R>(0.0).min(v.max_component())
 }
 
 /// All points within `r` of a piece of the y axis.

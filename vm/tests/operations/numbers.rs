@@ -4,7 +4,7 @@
 use crate::fixture::{Point, Random, cases, constants, gradient, is_math, length, operands, point};
 use sdfc_vm::apply::{Applied, apply};
 use sdfc_vm::dual::{Dual, DualVec3};
-use sdfc_vm::interval::Interval;
+use sdfc_vm::interval::{FloatInterval, Interval};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 
@@ -70,6 +70,33 @@ fn intervals_hold_every_value_of_their_box() {
                 assert!(
                     all.lo - slack <= v && v <= all.hi + slack,
                     "{} at {p:?}: {v} outside {all:?} of {x:?}, {y:?}, {z:?}",
+                    case.name()
+                );
+            }
+        }
+    }
+}
+
+/// The intervals of `f32` hold what `f32` gives, to the last bit where nothing but arithmetic is used.
+#[test]
+fn float_intervals_hold_what_f32_gives() {
+    let mut random = Random::new(68);
+    for case in cases(69, 4, |_| true) {
+        for _ in 0..150 {
+            let [x, y, z] = random_box(&mut random).map(|i| FloatInterval {
+                lo: i.lo as f32,
+                hi: (i.hi as f32).max(i.lo as f32),
+            });
+            let all = case.on::<FloatInterval>(V3::of(x, y, z));
+            for _ in 0..6 {
+                let [a, b, c] = [x, y, z].map(|i| {
+                    let at = within(&mut random, Interval::between(i.lo.into(), i.hi.into()));
+                    (at as f32).clamp(i.lo, i.hi)
+                });
+                let v = case.on::<f32>(V3::of(a, b, c));
+                assert!(
+                    all.lo <= v && v <= all.hi,
+                    "{} at {a}, {b}, {c}: {v} outside {all:?} of {x:?}, {y:?}, {z:?}",
                     case.name()
                 );
             }

@@ -1,0 +1,257 @@
+//! Building cells, level by level, on all cores.
+
+use super::{CELL, CHILDREN, Cell, Cells, EMPTY, FULL, Kept, NODE, Node, Region};
+use crate::crew::share;
+use sdfc_vm::dual::Dual;
+use sdfc_vm::interval::FloatInterval;
+use sdfc_vm::lanes::{Column, LANES};
+use sdfc_vm::program::{Code, Program};
+use sdfc_vm::table::Op;
+use sdfc_vm::tape::choose::Chooser;
+use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::tape::prune::Pruner;
+use sdfc_vm::tape::{Clause, Tape};
+
+/// The most cells; those that are not cut for it keep the tape that they have.
+const MOST: usize = 400_000;
+/// The most levels: the coordinates of deeper ones would hardly differ in `f32`.
+pub(super) const LEVELS: usize = 10;
+
+/// After so many levels in a row that left next to nothing out of their tapes, the next ones will not
+/// either: of tapes that are still most of the program, and of others.
+const STALE: [u32; 2] = [3, 1];
+
+/// Decides which cells are cut further.
+pub trait Refine: Sync {
+    /// Whether this one is, with a tape of so many clauses.
+    fn cut(&self, region: &Region, clauses: usize) -> bool;
+}
+
+/// The cells of a program in a box.
+pub fn build(program: &Program, tape: &Tape, region: Region, refine: &dyn Refine) -> Cells {
+    // Raw fields are divided by a bound of their slope that holds everywhere; in a cell it may be
+    // far smaller. Distances have a slope of one nearly everywhere, which needs no finding out.
+    let slopes = program
+        .code
+        .iter()
+        .any(|i| i.code == Code::Op(Op::FieldDistance));
+    let mut cells = Cells {
+        cells: vec![Cell {
+            region,
+            slope: 1.0,
+            tape: Kept {
+                arena: 0,
+                start: 0,
+                len: tape.clauses.len() as u32,
+            },
+            stale: 0,
+            leaf: true,
+        }],
+        nodes: Vec::new(),
+        arenas: vec![tape.clauses.clone()],
+    };
+    let mut parents = vec![Parent {
+        cell: 0,
+        entry: None,
+    }];
+    for _ in 0..LEVELS {
+        if parents.is_empty() || cells.cells.len() > MOST {
+            break;
+        }
+        let length = parents.len().div_ceil(rayon::current_num_threads() * 8);
+        let pieces: Vec<&[Parent]> = parents.chunks(length.clamp(1, 64)).collect();
+        let parts = share(
+            pieces.len(),
+            || Worker::new(program, tape),
+            |worker, piece| worker.cut_all(&cells, pieces[piece], refine, slopes),
+        );
+        parents.clear();
+        for part in parts {
+            add(&mut cells, part, &mut parents);
+        }
+    }
+    cells
+}
+
+/// A cell that is to be cut, and the entry of a node that will point to its own.
+#[derive(Clone, Copy, Debug)]
+struct Parent {
+    cell: u32,
+    entry: Option<(u32, u32)>,
+}
+
+/// What became of some parents, in their order.
+#[derive(Default)]
+struct Part {
+    clauses: Vec<Clause>,
+    cells: Vec<(Cell, bool)>,
+    /// With numbers of this part's own cells.
+    nodes: Vec<[u32; CHILDREN]>,
+    parents: Vec<Parent>,
+}
+
+/// The arena of a part's own tapes, until it is known.
+const OWN: u32 = u32::MAX;
+
+/// Takes a part over; the cells that are to be cut are added to `next`.
+fn add(cells: &mut Cells, part: Part, next: &mut Vec<Parent>) {
+    let first = cells.cells.len() as u32;
+    let arena = cells.arenas.len() as u32;
+    for (parent, mut children) in part.parents.into_iter().zip(part.nodes) {
+        let node = cells.nodes.len() as u32;
+        if let Some((above, entry)) = parent.entry {
+            cells.nodes[above as usize].children[entry as usize] = NODE + node;
+        }
+        cells.cells[parent.cell as usize].leaf = false;
+        for (child, entry) in children.iter_mut().zip(0..) {
+            if *child >= CELL {
+                let (_, cut) = part.cells[(*child - CELL) as usize];
+                *child += first;
+                if cut {
+                    next.push(Parent {
+                        cell: *child - CELL,
+                        entry: Some((node, entry)),
+                    });
+                }
+            }
+        }
+        cells.nodes.push(Node { children });
+    }
+    cells
+        .cells
+        .extend(part.cells.into_iter().map(|(mut cell, _)| {
+            if cell.tape.arena == OWN {
+                cell.tape.arena = arena;
+            }
+            cell
+        }));
+    cells.arenas.push(part.clauses);
+}
+
+/// The memory of one thread.
+struct Worker<'a> {
+    program: &'a Program,
+    chooser: Chooser,
+    pruner: Pruner,
+    gradient: Machine<Dual<FloatInterval>>,
+}
+
+impl<'a> Worker<'a> {
+    fn new(program: &'a Program, tape: &Tape) -> Self {
+        let mut worker = Self {
+            program,
+            chooser: Chooser::new(tape),
+            pruner: Pruner::default(),
+            gradient: Machine::new(tape.values, tape.points),
+        };
+        worker.pruner.reserve(tape.values, tape.points);
+        worker
+    }
+
+    fn cut_all(
+        &mut self,
+        cells: &Cells,
+        parents: &[Parent],
+        refine: &dyn Refine,
+        slopes: bool,
+    ) -> Part {
+        let mut part = Part::default();
+        for &parent in parents {
+            self.cut(cells, parent.cell, refine, slopes, &mut part);
+            part.parents.push(parent);
+        }
+        part
+    }
+
+    fn cut(
+        &mut self,
+        cells: &Cells,
+        parent: u32,
+        refine: &dyn Refine,
+        slopes: bool,
+        part: &mut Part,
+    ) {
+        let region = cells.cell(parent).region;
+        let (tape, whole) = (cells.tape(parent), cells.tape(0).len());
+        let boxes = self.chooser.boxes();
+        for lane in 0..CHILDREN {
+            region.child(lane).with_margin().put(boxes, lane);
+        }
+        let seed = *boxes;
+        let [low, high] = *self.chooser.run(self.program, tape, LANES);
+        let mut children = [EMPTY; CHILDREN];
+        let first = part.cells.len();
+        for lane in 0..CHILDREN {
+            let (low, high) = (low.0[lane], high.0[lane]);
+            if low > 0.0 {
+                continue;
+            }
+            if high < 0.0 {
+                children[lane] = FULL;
+                continue;
+            }
+            let start = part.clauses.len();
+            let chooser = self.chooser.decided();
+            self.pruner
+                .prune(tape, |place| chooser.choice(place, lane), &mut part.clauses);
+            let len = part.clauses.len() - start;
+            let kept = if len == tape.len() {
+                part.clauses.truncate(start);
+                cells.cell(parent).tape
+            } else {
+                Kept {
+                    arena: OWN,
+                    start: start as u32,
+                    len: len as u32,
+                }
+            };
+            let child = region.child(lane);
+            let stale = if len * 10 > tape.len() * 9 {
+                cells.cell(parent).stale + 1
+            } else {
+                0
+            };
+            let most = STALE[usize::from(len * 2 <= whole)];
+            let cut = stale < most && refine.cut(&child, len);
+            children[lane] = CELL + part.cells.len() as u32;
+            let cell = Cell {
+                region: child,
+                slope: 1.0,
+                tape: kept,
+                stale,
+                leaf: true,
+            };
+            part.cells.push((cell, cut));
+        }
+        if slopes && part.cells[first..].iter().any(|&(_, cut)| !cut) {
+            let bounds = self.slopes(tape, &seed);
+            for (&child, slope) in children.iter().zip(bounds) {
+                if child >= CELL {
+                    part.cells[(child - CELL) as usize].0.slope = slope;
+                }
+            }
+        }
+        part.nodes.push(children);
+    }
+
+    /// Bounds of the field's slope in 64 boxes.
+    fn slopes(&mut self, tape: &[Clause], boxes: &[Column; 6]) -> [f32; LANES] {
+        let seed = self.gradient.seed();
+        *seed = <[[Column; 6]; 4]>::default();
+        seed[0] = *boxes;
+        for axis in 0..3 {
+            seed[axis + 1][axis] = Column([1.0; LANES]);
+            seed[axis + 1][axis + 3] = Column([1.0; LANES]);
+        }
+        let [x, y, z, _] = self.gradient.run(self.program, tape, LANES);
+        std::array::from_fn(|lane| {
+            let square = |[low, high]: &[Column; 2]| {
+                let most = low.0[lane].abs().max(high.0[lane].abs());
+                most * most
+            };
+            // Gradients are rounded without care for the direction; this is far more than that.
+            let slope = (square(x) + square(y) + square(z)).sqrt() * 1.001;
+            if slope < 1.0 { slope.max(1e-6) } else { 1.0 }
+        })
+    }
+}

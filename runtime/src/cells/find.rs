@@ -1,0 +1,89 @@
+//! Places: coordinates as whole numbers with the digits of all levels of cells. Two bits a level say
+//! which child it is, so that looking a point up takes no arithmetic but shifts.
+
+use super::{CELL, Cells, FULL, NODE, Region, SPLIT, build::LEVELS};
+use sdfc_vm::lanes::{LANES, Points};
+
+/// Bits of a level's digit.
+pub(super) const DIGIT: u32 = SPLIT.trailing_zeros();
+/// Bits of all levels.
+pub(super) const BITS: u32 = DIGIT * LEVELS as u32;
+/// The first number of the place of a point that is outside.
+pub(super) const OUTSIDE: u32 = u32::MAX;
+
+/// Which child of a cell a place lies in, where so many bits are within the child.
+#[inline(always)]
+pub(super) fn child_at(place: [u32; 3], within: u32) -> usize {
+    let digit = |axis: usize| (place[axis] >> within) as usize % SPLIT;
+    digit(0) + SPLIT * (digit(1) + SPLIT * digit(2))
+}
+
+/// From coordinates to places.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grid {
+    low: [f32; 3],
+    scale: [f32; 3],
+}
+
+impl Grid {
+    pub(super) fn of(region: &Region) -> Self {
+        let scale = |axis: usize| {
+            let side = region.high[axis] - region.low[axis];
+            (1_u32 << BITS) as f32 / side.max(f32::MIN_POSITIVE)
+        };
+        Self {
+            low: region.low,
+            scale: std::array::from_fn(scale),
+        }
+    }
+
+    fn place(&self, p: [f32; 3]) -> Option<[u32; 3]> {
+        let at = |axis: usize| (p[axis] - self.low[axis]) * self.scale[axis];
+        let most = (1_u32 << BITS) as f32;
+        let inside = (0..3).all(|axis| at(axis) >= 0.0 && at(axis) < most);
+        inside.then(|| std::array::from_fn(|axis| at(axis) as u32))
+    }
+
+    pub(super) fn places(&self, points: &Points) -> [[u32; LANES]; 3] {
+        let most = (1_u32 << BITS) as f32;
+        let mut places = [[0; LANES]; 3];
+        let mut outside = [false; LANES];
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                let at = (points[axis].0[lane] - self.low[axis]) * self.scale[axis];
+                let inside = (at >= 0.0) & (at < most);
+                outside[lane] |= !inside;
+                // Whole numbers of `i32` are what the processor converts to in lanes.
+                let at = if inside { at } else { 0.0 };
+                places[axis][lane] = at as i32 as u32;
+            }
+        }
+        for lane in 0..LANES {
+            if outside[lane] {
+                places[0][lane] = OUTSIDE;
+            }
+        }
+        places
+    }
+}
+
+impl Cells {
+    /// Whether a point lies where all of a cell is inside the solid.
+    pub fn full_at(&self, p: [f32; 3]) -> bool {
+        let Some(place) = Grid::of(self.region()).place(p) else {
+            return false;
+        };
+        let mut within = BITS;
+        let Some(mut node) = self.nodes.first() else {
+            return false;
+        };
+        loop {
+            within -= DIGIT;
+            match node.children[child_at(place, within)] {
+                child @ NODE.. => node = &self.nodes[(child - NODE) as usize],
+                CELL.. => return false,
+                child => return child == FULL,
+            }
+        }
+    }
+}

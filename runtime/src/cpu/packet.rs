@@ -1,0 +1,558 @@
+//! The stage `march` through cells: the rays of a packet go from leaf to leaf together.
+//!
+//! In a leaf a ray goes from where it enters to where it leaves, on the leaf's own tape and with the
+//! slope that the field has there. Between leaves there is nothing to be met, and no evaluation; a
+//! leaf that lies in the ball that the last value leaves clear is passed without one, too.
+//! Lists are sorted by the nearest that any ray can be in a leaf, which is not the order for each
+//! ray; so a hit counts until a nearer one is found, and leaves behind it are not entered.
+
+use super::lanes::{Lanes, is_nan, lanes, widest};
+use super::march::vector;
+use super::meet::Meeting;
+use super::tile::camera_ray;
+use super::{Column, Evaluator, LANES, Points};
+use crate::cells::{Cells, Region};
+use sdfc_shaders::camera;
+use sdfc_shaders::layout::{Frame, Ray};
+use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, SHOWN, Status};
+use sdfc_vm::real::Real;
+use sdfc_vm::vector::V3;
+
+lanes! {
+    /// 64 rays, and where they may still meet something.
+    Packet {
+        origin_x, origin_y, origin_z, direction_x, direction_y, direction_z,
+        inverse_x, inverse_y, inverse_z, begin, leave, clear_from, clear_to, side, steps, enter, exit,
+    }
+}
+
+lanes! {
+    /// Rays under way in a leaf, and then those that hit on their way to the root.
+    Inside {
+        lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, leave,
+        t, radius, step, trend, t_before, radius_before, side, steps, outcome,
+    }
+}
+
+lanes! {
+    /// Rays that hit in a leaf, on their way to the root.
+    Roots {
+        lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, low, high,
+        t, field, t_other, field_other, reach, side,
+    }
+}
+
+/// How a step left a ray.
+mod outcome {
+    pub(super) const UNDER_WAY: f32 = 0.0;
+    pub(super) const HIT: f32 = 1.0;
+    pub(super) const THROUGH: f32 = 2.0;
+    pub(super) const STEP_CAP: f32 = 3.0;
+    pub(super) const NEARLY: f32 = 4.0;
+    pub(super) const NOT_A_NUMBER: f32 = 5.0;
+}
+
+/// The memory of a march.
+#[derive(Default)]
+pub(super) struct Marcher {
+    packet: Packet,
+    inside: Inside,
+    roots: Roots,
+    /// How many of them there are.
+    arrived: usize,
+    points: Points,
+    values: Column,
+}
+
+impl Marcher {
+    /// Marches the rays of a packet, which are the places `items` of a tile; gives the number of
+    /// evaluations.
+    pub(super) fn march(
+        &mut self,
+        frame: &Frame,
+        (cells, meetings): (&Cells, &[Meeting]),
+        items: &[u32],
+        pixels: &[[f32; 2]],
+        (rays, points): (&mut [Ray], &mut [V3<f32>]),
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        start(frame, items, pixels, &mut self.packet);
+        for (lane, &item) in items.iter().enumerate() {
+            let begin = self.packet.begin.0[lane];
+            rays[item as usize] = Ray {
+                t: self.packet.leave.0[lane],
+                trend: -1.0,
+                t_before: begin,
+                status: Status::Miss as u32,
+                ..Ray::default()
+            };
+            self.packet.side.0[lane] = self.first_side(cells, lane);
+        }
+        let mut evaluations = 0;
+        for meeting in meetings {
+            let cell = cells.cell(meeting.cell);
+            let met = enter(&cell.region, items.len(), &mut self.packet);
+            if met.farthest < meeting.near {
+                break;
+            }
+            if met.any {
+                let slope = cell.slope;
+                let count = self.go_in(items.len());
+                evaluations +=
+                    self.cross(frame, meeting.cell, slope, count, items, rays, evaluator);
+            }
+        }
+        let p = &self.packet;
+        for (lane, &item) in items.iter().enumerate() {
+            let ray = &mut rays[item as usize];
+            ray.steps = p.steps.0[lane] as u32;
+            if p.side.0[lane] < 0.0 {
+                ray.status |= FROM_INSIDE;
+            }
+            let origin = V3::of(p.origin_x.0[lane], p.origin_y.0[lane], p.origin_z.0[lane]);
+            let direction = V3::of(
+                p.direction_x.0[lane],
+                p.direction_y.0[lane],
+                p.direction_z.0[lane],
+            );
+            points[item as usize] = camera::along::<f32>(origin, direction, ray.t);
+        }
+        evaluations
+    }
+
+    /// −1 for a ray that starts where all of a cell is inside; a ray that starts in a leaf finds out
+    /// there.
+    fn first_side(&self, cells: &Cells, lane: usize) -> f32 {
+        let p = &self.packet;
+        if p.begin.0[lane] > 0.0 {
+            return 1.0;
+        }
+        let origin = [p.origin_x.0[lane], p.origin_y.0[lane], p.origin_z.0[lane]];
+        if cells.full_at(origin) { -1.0 } else { 1.0 }
+    }
+
+    /// Collects the rays that cross the leaf; gives how many there are.
+    fn go_in(&mut self, lanes: usize) -> usize {
+        let (p, b) = (&self.packet, &mut self.inside);
+        let mut count = 0;
+        if lanes == LANES && (0..LANES).all(|lane| p.enter.0[lane] <= p.exit.0[lane]) {
+            for lane in 0..LANES {
+                b.lane.0[lane] = lane as f32;
+            }
+            b.origin_x = p.origin_x;
+            b.origin_y = p.origin_y;
+            b.origin_z = p.origin_z;
+            b.direction_x = p.direction_x;
+            b.direction_y = p.direction_y;
+            b.direction_z = p.direction_z;
+            b.leave = p.exit;
+            b.t = p.enter;
+            b.radius = Column::default();
+            b.step = Column::default();
+            b.trend = Column([-1.0; LANES]);
+            b.t_before = p.enter;
+            b.radius_before = Column::default();
+            b.side = p.side;
+            b.steps = p.steps;
+            return LANES;
+        }
+        for lane in 0..lanes {
+            let (enter, exit) = (p.enter.0[lane], p.exit.0[lane]);
+            if enter > exit {
+                continue;
+            }
+            b.lane.0[count] = lane as f32;
+            b.origin_x.0[count] = p.origin_x.0[lane];
+            b.origin_y.0[count] = p.origin_y.0[lane];
+            b.origin_z.0[count] = p.origin_z.0[lane];
+            b.direction_x.0[count] = p.direction_x.0[lane];
+            b.direction_y.0[count] = p.direction_y.0[lane];
+            b.direction_z.0[count] = p.direction_z.0[lane];
+            b.leave.0[count] = exit;
+            b.t.0[count] = enter;
+            b.radius.0[count] = 0.0;
+            b.step.0[count] = 0.0;
+            b.trend.0[count] = -1.0;
+            b.t_before.0[count] = enter;
+            b.radius_before.0[count] = 0.0;
+            b.side.0[count] = p.side.0[lane];
+            b.steps.0[count] = p.steps.0[lane];
+            count += 1;
+        }
+        count
+    }
+
+    /// Takes the collected rays through the leaf.
+    #[expect(clippy::too_many_arguments, reason = "the parts of a march")]
+    fn cross(
+        &mut self,
+        frame: &Frame,
+        cell: u32,
+        slope: f32,
+        mut count: usize,
+        items: &[u32],
+        rays: &mut [Ray],
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        let mut evaluations = 0;
+        self.arrived = 0;
+        while count > 0 {
+            place(&self.inside, &mut self.points);
+            evaluator.distances_in(cell, &self.points, count, &mut self.values);
+            evaluations += count as u64;
+            let under_way = advance(frame, slope, &self.values, &mut self.inside);
+            if under_way.trailing_ones() as usize >= count {
+                continue;
+            }
+            let mut lane = 0;
+            while lane < count {
+                if self.inside.outcome.0[lane] == outcome::UNDER_WAY {
+                    lane += 1;
+                    continue;
+                }
+                self.end(lane, slope, items, rays);
+                count -= 1;
+                self.inside.move_lane(count, lane);
+            }
+        }
+        evaluations + self.settle(frame, cell, slope, items, rays, evaluator)
+    }
+
+    /// Moves the rays that hit in the leaf onto the surface, as far as it lies in the leaf; the stage
+    /// `polish` does the others.
+    fn settle(
+        &mut self,
+        frame: &Frame,
+        cell: u32,
+        slope: f32,
+        items: &[u32],
+        rays: &mut [Ray],
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        let count = self.arrived;
+        if count == 0 {
+            return 0;
+        }
+        let mut evaluations = 0;
+        begin_roots(frame, slope, &mut self.roots);
+        for _ in 0..SECANT_STEPS {
+            let open = place_roots(frame, &self.roots, count, &mut self.points);
+            if !open {
+                break;
+            }
+            evaluator.distances_in(cell, &self.points, count, &mut self.values);
+            evaluations += count as u64;
+            step_roots(frame, slope, &self.values, &mut self.roots);
+        }
+        let b = &self.roots;
+        for place in 0..count {
+            let lane = b.lane.0[place] as usize;
+            self.packet.leave.0[lane] = b.t.0[place];
+            let ray = &mut rays[items[lane] as usize];
+            ray.t = b.t.0[place];
+            ray.radius = b.field.0[place] * slope;
+            ray.t_before = b.t_other.0[place];
+            ray.radius_before = b.field_other.0[place] * slope;
+        }
+        evaluations
+    }
+
+    /// Keeps how a ray left the leaf.
+    fn end(&mut self, place: usize, slope: f32, items: &[u32], rays: &mut [Ray]) {
+        let b = &self.inside;
+        let lane = b.lane.0[place] as usize;
+        self.packet.steps.0[lane] = b.steps.0[place];
+        self.packet.side.0[lane] = b.side.0[place];
+        // The ball around the last point is clear of surfaces beyond the leaf, too.
+        let radius = b.radius.0[place] * slope;
+        self.packet.clear_from.0[lane] = b.t.0[place] - radius;
+        self.packet.clear_to.0[lane] = b.t.0[place] + radius;
+        let status = match b.outcome.0[place] {
+            outcome::THROUGH => return,
+            outcome::HIT => {
+                let r = &mut self.roots;
+                let at = self.arrived;
+                self.arrived += 1;
+                r.lane.0[at] = b.lane.0[place];
+                r.origin_x.0[at] = b.origin_x.0[place];
+                r.origin_y.0[at] = b.origin_y.0[place];
+                r.origin_z.0[at] = b.origin_z.0[place];
+                r.direction_x.0[at] = b.direction_x.0[place];
+                r.direction_y.0[at] = b.direction_y.0[place];
+                r.direction_z.0[at] = b.direction_z.0[place];
+                r.low.0[at] = self.packet.enter.0[lane];
+                r.high.0[at] = b.leave.0[place];
+                r.t.0[at] = b.t.0[place];
+                r.field.0[at] = b.radius.0[place];
+                r.t_other.0[at] = b.t_before.0[place];
+                r.field_other.0[at] = b.radius_before.0[place];
+                r.side.0[at] = b.side.0[place];
+                Status::Hit as u32 | SHOWN
+            }
+            outcome::NEARLY => Status::StepCap as u32 | SHOWN,
+            outcome::NOT_A_NUMBER => Status::NotANumber as u32,
+            _ => Status::StepCap as u32,
+        };
+        // Nothing behind it counts any more.
+        self.packet.leave.0[lane] = b.t.0[place];
+        rays[items[lane] as usize] = Ray {
+            t: b.t.0[place],
+            radius: b.radius.0[place] * slope,
+            step: b.step.0[place],
+            trend: b.trend.0[place],
+            t_before: b.t_before.0[place],
+            radius_before: b.radius_before.0[place] * slope,
+            status,
+            steps: 0,
+        };
+    }
+}
+
+/// Whether a packet's rays cross a leaf.
+pub(super) struct Met {
+    any: bool,
+    /// The farthest that any ray still goes.
+    farthest: f32,
+}
+
+widest! {
+    /// The rays of pixels, and where they cross the scene's bounds.
+    fn start(frame: &Frame, items: &[u32], pixels: &[[f32; 2]], packet: &mut Packet) = start_body;
+}
+
+#[inline(always)]
+fn start_body(f: &Frame, items: &[u32], pixels: &[[f32; 2]], p: &mut Packet) {
+    let mut at = [[0.0_f32; LANES]; 2];
+    for lane in 0..LANES {
+        // Lanes that are left over repeat the first ray.
+        let item = items.get(lane).or(items.first()).copied().unwrap_or(0);
+        let [x, y] = pixels[item as usize];
+        at[0][lane] = x;
+        at[1][lane] = y;
+    }
+    let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
+    for lane in 0..LANES {
+        let camera = camera_ray(f, [at[0][lane], at[1][lane]]);
+        let (origin, direction) = (camera.origin, camera.direction);
+        p.origin_x.0[lane] = origin.x;
+        p.origin_y.0[lane] = origin.y;
+        p.origin_z.0[lane] = origin.z;
+        p.direction_x.0[lane] = direction.x;
+        p.direction_y.0[lane] = direction.y;
+        p.direction_z.0[lane] = direction.z;
+        let inverse = |d: f32| 1.0 / (Real::max(Real::abs(d), 1e-12) * d.side());
+        p.inverse_x.0[lane] = inverse(direction.x);
+        p.inverse_y.0[lane] = inverse(direction.y);
+        p.inverse_z.0[lane] = inverse(direction.z);
+        let bounds = camera::crossing::<f32>(origin, direction, low, high, f.far);
+        p.begin.0[lane] = bounds.x;
+        p.leave.0[lane] = bounds.y;
+        p.clear_from.0[lane] = 0.0;
+        p.clear_to.0[lane] = 0.0;
+        p.steps.0[lane] = 0.0;
+    }
+}
+
+widest! {
+    /// Where the rays enter and leave a box.
+    fn enter(region: &Region, lanes: usize, packet: &mut Packet) -> Met = enter_body;
+}
+
+#[inline(always)]
+fn enter_body(region: &Region, lanes: usize, p: &mut Packet) -> Met {
+    let (low, high) = (region.low, region.high);
+    let mut crossing = 0;
+    let mut farthest = f32::NEG_INFINITY;
+    for lane in 0..LANES {
+        let slab = |axis: usize, origin: f32, inverse: f32| {
+            let a = (low[axis] - origin) * inverse;
+            let b = (high[axis] - origin) * inverse;
+            (Real::min(a, b), Real::max(a, b))
+        };
+        let (x0, x1) = slab(0, p.origin_x.0[lane], p.inverse_x.0[lane]);
+        let (y0, y1) = slab(1, p.origin_y.0[lane], p.inverse_y.0[lane]);
+        let (z0, z1) = slab(2, p.origin_z.0[lane], p.inverse_z.0[lane]);
+        let enter = Real::max(Real::max(x0, y0), Real::max(z0, p.begin.0[lane]));
+        // Leaves do not come in the order of each ray.
+        let clear = p.clear_from.0[lane] <= enter;
+        let enter = Real::max(enter, if clear { p.clear_to.0[lane] } else { enter });
+        let exit = Real::min(Real::min(x1, y1), Real::min(z1, p.leave.0[lane]));
+        // A ray along the common face of two boxes must be in one of them at least.
+        let exit = exit + exit.abs() * 4e-7;
+        p.enter.0[lane] = enter;
+        p.exit.0[lane] = exit;
+        let real = lane < lanes;
+        crossing |= u32::from((enter <= exit) & real);
+        farthest = Real::max(farthest, if real { p.leave.0[lane] } else { farthest });
+    }
+    Met {
+        any: crossing != 0,
+        farthest,
+    }
+}
+
+widest! {
+    /// Where the rays ask the field next.
+    fn place(inside: &Inside, points: &mut Points) = place_body;
+}
+
+#[inline(always)]
+fn place_body(b: &Inside, points: &mut Points) {
+    for i in 0..LANES {
+        let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+        let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+        let p = camera::along::<f32>(origin, direction, b.t.0[i] + b.step.0[i]);
+        points[0].0[i] = p.x;
+        points[1].0[i] = p.y;
+        points[2].0[i] = p.z;
+    }
+}
+
+widest! {
+    /// Takes a step with each ray; gives those that are still under way, as bits.
+    fn advance(frame: &Frame, slope: f32, values: &Column, inside: &mut Inside) -> u64 =
+        advance_body;
+}
+
+#[inline(always)]
+fn advance_body(f: &Frame, slope: f32, values: &Column, b: &mut Inside) -> u64 {
+    let most = f.steps as f32;
+    let factor = f.inverse_slope / slope;
+    for i in 0..LANES {
+        let distance = values.0[i];
+        let t = b.t.0[i] + b.step.0[i];
+        let steps = b.steps.0[i] + 1.0;
+        let within = (steps == 1.0) & (t == 0.0) & (distance < 0.0);
+        let side = if within { -1.0 } else { b.side.0[i] };
+        let half = camera::half_pixel(t, f.footprint, f.footprint_growth);
+        let enough = marching::threshold(t, half, f.cone, f.rounding);
+        let next = marching::march_step(
+            b.t.0[i],
+            b.radius.0[i],
+            b.step.0[i],
+            b.trend.0[i],
+            b.t_before.0[i],
+            b.radius_before.0[i],
+            distance * side * factor,
+            enough,
+        );
+        let near = marching::nearly_arrived(next.radius, enough) > 0.0;
+        let capped = if near {
+            outcome::NEARLY
+        } else {
+            outcome::STEP_CAP
+        };
+        let out = if steps >= most {
+            capped
+        } else {
+            outcome::UNDER_WAY
+        };
+        // What is left lies in the ball around the last point: there is nothing there.
+        let left = b.leave.0[i] - next.t;
+        let out = if (next.radius >= left) | (left <= 0.0) {
+            outcome::THROUGH
+        } else {
+            out
+        };
+        let out = if next.arrived > 0.0 {
+            outcome::HIT
+        } else {
+            out
+        };
+        let out = if is_nan(distance) {
+            outcome::NOT_A_NUMBER
+        } else {
+            out
+        };
+        b.t.0[i] = next.t;
+        b.radius.0[i] = next.radius;
+        // The tape holds in the leaf, so no step leads out of it.
+        b.step.0[i] = Real::min(next.step, left);
+        b.trend.0[i] = next.trend;
+        b.t_before.0[i] = next.t_before;
+        b.radius_before.0[i] = next.radius_before;
+        b.side.0[i] = side;
+        b.steps.0[i] = steps;
+        b.outcome.0[i] = out;
+    }
+    let mut under_way = 0;
+    for (i, &out) in b.outcome.0.iter().enumerate() {
+        under_way |= u64::from(out == outcome::UNDER_WAY) << i;
+    }
+    under_way
+}
+
+widest! {
+    /// How far the steps to the root may go.
+    fn begin_roots(frame: &Frame, slope: f32, roots: &mut Roots) = begin_roots_body;
+}
+
+#[inline(always)]
+fn begin_roots_body(f: &Frame, _slope: f32, b: &mut Roots) {
+    for i in 0..LANES {
+        let half = camera::half_pixel(b.t.0[i], f.footprint, f.footprint_growth);
+        b.reach.0[i] = marching::secant_reach(b.t.0[i], b.t_other.0[i], half, f.rounding);
+    }
+}
+
+widest! {
+    /// Where the roots are guessed to be; whether any of them is still to be found.
+    fn place_roots(frame: &Frame, roots: &Roots, count: usize, points: &mut Points) -> bool =
+        place_roots_body;
+}
+
+/// The guess for a root, kept within its leaf.
+#[inline(always)]
+fn guess(b: &Roots, i: usize) -> f32 {
+    let guess = marching::secant_guess(
+        b.t.0[i],
+        b.field.0[i],
+        b.t_other.0[i],
+        b.field_other.0[i],
+        b.reach.0[i],
+    );
+    Real::max(Real::min(guess, b.high.0[i]), b.low.0[i])
+}
+
+#[inline(always)]
+fn place_roots_body(f: &Frame, b: &Roots, count: usize, points: &mut Points) -> bool {
+    let mut open = 0;
+    for i in 0..LANES {
+        let rounding = marching::rounding_at(b.t.0[i], f.rounding);
+        let settled = marching::settled(b.field.0[i], rounding) > 0.0;
+        open |= u32::from(!settled & (i < count));
+        let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+        let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+        let p = camera::along::<f32>(origin, direction, guess(b, i));
+        points[0].0[i] = p.x;
+        points[1].0[i] = p.y;
+        points[2].0[i] = p.z;
+    }
+    open != 0
+}
+
+widest! {
+    /// Takes the field at the guesses into account.
+    fn step_roots(frame: &Frame, slope: f32, values: &Column, roots: &mut Roots) = step_roots_body;
+}
+
+#[inline(always)]
+fn step_roots_body(f: &Frame, slope: f32, values: &Column, b: &mut Roots) {
+    let factor = f.inverse_slope / slope;
+    for i in 0..LANES {
+        let field = values.0[i] * b.side.0[i] * factor;
+        let best = marching::secant_step(b.t.0[i], b.field.0[i], guess(b, i), field);
+        let rounding = marching::rounding_at(b.t.0[i], f.rounding);
+        // What is settled stays; comparing with NaN is false, so a guess without a value is not
+        // taken.
+        let keep = marching::settled(b.field.0[i], rounding) > 0.0;
+        b.t_other.0[i] = if keep { b.t_other.0[i] } else { best.t_other };
+        b.field_other.0[i] = if keep {
+            b.field_other.0[i]
+        } else {
+            best.field_other
+        };
+        b.t.0[i] = if keep { b.t.0[i] } else { best.t };
+        b.field.0[i] = if keep { b.field.0[i] } else { best.field };
+    }
+}

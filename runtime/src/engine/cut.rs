@@ -1,0 +1,99 @@
+//! Which cells a picture wants: where they begin, how small they get, and whether they pay.
+
+use crate::cells::{Refine, Region};
+use sdfc_shaders::layout::Frame;
+use sdfc_vm::program::{Code, Program};
+use sdfc_vm::row::Category;
+use sdfc_vm::table::Op;
+use sdfc_vm::tape::Tape;
+
+/// Programs of shapes with fewer clauses are marched without cells.
+const FEW: usize = 32;
+/// A leaf's side in pixels, at most.
+const LEAF: f32 = 16.0;
+/// The side in pixels from which on cells with next to nothing to leave out are cut.
+const PLAIN_LEAF: f32 = 256.0;
+/// Tapes of so many clauses have next to nothing to leave out.
+const PLAIN: usize = 2;
+
+/// Whether a program is worth cells. Measured: shapes whose slopes are known are pruned well and
+/// cheaply; so are fields written with coordinates. Where space is repeated or rough, intervals tell
+/// little of it, and rays that are spread over many cells cost more than the cells save.
+pub(super) fn pays(program: &Program, tape: &Tape) -> bool {
+    let has = |test: fn(Op) -> bool| {
+        let mut codes = program.code.iter().map(|i| i.code);
+        codes.any(|code| matches!(code, Code::Op(op) if test(op)))
+    };
+    if tape.slopes.known() {
+        return tape.clauses.len() >= FEW;
+    }
+    has(|op| matches!(op, Op::X | Op::Y | Op::Z)) && !has(is_rough)
+}
+
+/// Whether an operation folds space with seams, or is noise.
+fn is_rough(op: Op) -> bool {
+    let row = op.row();
+    row.meta.category == Category::Domain
+        || row.name.contains("noise")
+        || row.name.contains("octave")
+}
+
+/// The cube that is cut: the scene's bounds, as far as rays go. `None` where there is nothing.
+pub(super) fn region(frame: &Frame) -> Option<Region> {
+    let eye = frame.origin;
+    // Rays of a parallel view start away from its middle.
+    let wide: f32 = [frame.origin_right, frame.origin_up]
+        .iter()
+        .map(|v| v.iter().map(|x| x * x).sum::<f32>().sqrt())
+        .sum();
+    let far = (frame.far + wide).min(1e9);
+    let low: [f32; 3] = std::array::from_fn(|i| frame.bounds_min[i].max(eye[i] - far));
+    let high: [f32; 3] = std::array::from_fn(|i| frame.bounds_max[i].min(eye[i] + far));
+    let side = (0..3).fold(0.0, |side, i| f32::max(side, high[i] - low[i]));
+    if (0..3).any(|i| low[i] > high[i]) || side <= 0.0 {
+        return None;
+    }
+    // A little larger, so that rounding leaves no point of the bounds outside.
+    let half = side / 2.0 * (1.0 + 1e-5);
+    let middle: [f32; 3] = std::array::from_fn(|i| low[i] + (high[i] - low[i]) / 2.0);
+    Some(Region {
+        low: middle.map(|m| m - half),
+        high: middle.map(|m| m + half),
+    })
+}
+
+/// Cells as large as so many pixels of a picture.
+pub(super) struct Pixels {
+    eye: [f32; 3],
+    footprint: f32,
+    growth: f32,
+}
+
+impl Pixels {
+    pub(super) fn of(frame: &Frame) -> Self {
+        // Half a pixel of a pass over subpixels is less than half a pixel of the picture.
+        let passes = (frame.samples.max(1) as f32).sqrt();
+        Self {
+            eye: frame.origin,
+            footprint: 2.0 * frame.footprint * passes,
+            growth: 2.0 * frame.footprint_growth * passes,
+        }
+    }
+}
+
+impl Refine for Pixels {
+    fn cut(&self, region: &Region, clauses: usize) -> bool {
+        let side = region.side();
+        let away = |axis: usize| {
+            (region.low[axis] - self.eye[axis])
+                .max(self.eye[axis] - region.high[axis])
+                .max(0.0)
+        };
+        let [x, y, z] = [0, 1, 2].map(away);
+        // From inside a cell, its far parts count.
+        let distance = (x * x + y * y + z * z).sqrt().max(side * 0.25);
+        let pixel = self.footprint + self.growth * distance;
+        let most = if clauses <= PLAIN { PLAIN_LEAF } else { LEAF };
+        side > most * pixel
+    }
+}

@@ -1,0 +1,126 @@
+//! Cells keep the picture of every scene, and in each cell the bits of the field.
+
+use crate::corpus::{compiled, on_large_stack, scenes};
+use sdfc_compiler::compile::Compiled;
+use sdfc_compiler::passes::PassOptions;
+use sdfc_runtime::cells::{Refine, Region, build};
+use sdfc_runtime::engine::{EngineKind, Loaded, open};
+use sdfc_runtime::frame::{CellUse, Frame};
+use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_runtime::verify::compare;
+use sdfc_shaders::assemble::SceneSource;
+use sdfc_vm::lanes::{Column, LANES};
+use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::tape::{Clause, Tape};
+use std::path::PathBuf;
+
+fn all() -> Vec<PathBuf> {
+    let mut paths = scenes("tests/scenes");
+    paths.extend(scenes("examples"));
+    paths
+}
+
+/// The scene drawn by the cpu engine.
+fn drawn(compiled: &Compiled, outputs: &[f64], cells: CellUse) -> Frame {
+    let mut engine = open(EngineKind::Cpu).expect("every machine has a processor");
+    let overrides = Overrides {
+        size: Some([128, 96]),
+        aa: Some(1),
+        cells,
+        ..Overrides::default()
+    };
+    let settings = resolve(&compiled.module, outputs, &overrides).expect("the scene has settings");
+    let loaded = Loaded {
+        module: &compiled.module,
+        outputs,
+        generated: SceneSource::default(),
+    };
+    engine.load(&loaded).expect("the scene loads");
+    engine.render(&settings, &|_| {}).expect("it is drawn")
+}
+
+#[test]
+fn pictures_are_the_same_with_and_without_cells() {
+    let mut failures = Vec::new();
+    for path in all() {
+        let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        let outputs = compiled.module.update(0.0);
+        let without = drawn(&compiled, &outputs, CellUse::Never);
+        for cells in [CellUse::Auto, CellUse::Always] {
+            let with = drawn(&compiled, &outputs, cells);
+            let (differences, failed) = compare(&without, &with);
+            if !failed.is_empty() {
+                failures.push(format!(
+                    "{}, {cells:?}: {failed:?}\n{differences}",
+                    path.display()
+                ));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// Cuts everything down to a side.
+struct Down(f32);
+
+impl Refine for Down {
+    fn cut(&self, region: &Region, _: usize) -> bool {
+        region.side() > self.0
+    }
+}
+
+#[test]
+fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
+    let mut shorter = 0;
+    for path in all() {
+        let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        compiled.module.update(0.0);
+        let program = &compiled.module.distance;
+        let tape = Tape::of(program);
+        let region = Region {
+            low: [-3.1; 3],
+            high: [3.2; 3],
+        };
+        let cells = build(program, &tape, region, &Down(0.5));
+        let mut machine = Machine::<f32>::new(tape.values, tape.points);
+        let mut run = |clauses: &[Clause], points: [Column; 3]| {
+            *machine.seed() = points;
+            *machine.run(program, clauses, LANES)
+        };
+        for (number, leaf) in cells.leaves().enumerate().step_by(7) {
+            let points = scattered(&cells.cell(leaf).region, number as u64);
+            let clauses = cells.tape(leaf);
+            shorter += usize::from(clauses.len() < tape.clauses.len());
+            let (whole, pruned) = (run(&tape.clauses, points), run(clauses, points));
+            for lane in 0..LANES {
+                let (a, b) = (whole.0[lane], pruned.0[lane]);
+                assert!(
+                    a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()),
+                    "{}: {a} by the whole, {b} by the cell's {} of {} clauses",
+                    path.display(),
+                    clauses.len(),
+                    tape.clauses.len()
+                );
+            }
+        }
+    }
+    assert!(shorter > 1000, "only {shorter} tapes were shorter");
+}
+
+/// Points all over a box, its corners among them.
+fn scattered(region: &Region, seed: u64) -> [Column; 3] {
+    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    std::array::from_fn(|axis| {
+        Column(std::array::from_fn(|lane| {
+            let (low, high) = (region.low[axis], region.high[axis]);
+            if lane < 8 {
+                return if lane >> axis & 1 == 0 { low } else { high };
+            }
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            let share = (state >> 40) as f32 / (1 << 24) as f32;
+            (low + (high - low) * share).clamp(low, high)
+        }))
+    })
+}
