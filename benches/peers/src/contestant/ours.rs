@@ -9,8 +9,9 @@ use sdfc_compiler::compile::{self, GeneratedSource};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::{Diagnostic, Diagnostics, Sources, Style};
-use sdfc_runtime::engine::{self, Engine, EngineKind, Loaded};
-use sdfc_runtime::frame::{Frame, Mode, RenderSettings, Status};
+use sdfc_runtime::cpu::Geometry;
+use sdfc_runtime::engine::{self, Engine, EngineError, EngineKind, Loaded};
+use sdfc_runtime::frame::{Mode, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
@@ -104,7 +105,15 @@ pub(crate) struct Ours<'a> {
     cone: f64,
     engine: Box<dyn Engine>,
     prepared: Option<Prepared>,
-    frame: Option<Frame>,
+    seen: Option<Found>,
+}
+
+/// What a frame found: as Fidget's, it is data and not yet a picture with colours.
+enum Found {
+    /// The field at each pixel.
+    Figure(Vec<f32>),
+    /// Depths and normals.
+    Solid(Geometry),
 }
 
 /// What frames are made of.
@@ -128,7 +137,7 @@ impl<'a> Ours<'a> {
             cone,
             engine: engine::open(kind).map_err(|error| error.to_string())?,
             prepared: None,
-            frame: None,
+            seen: None,
         })
     }
 
@@ -156,8 +165,16 @@ impl<'a> Ours<'a> {
 
     fn draw(&mut self) -> Result<(), String> {
         let prepared = self.prepared.as_ref().ok_or_else(not_drawn)?;
-        let frame = self.engine.render(&prepared.settings, &|_| {});
-        self.frame = Some(frame.map_err(|error| error.to_string())?);
+        let failed = |error: EngineError| error.to_string();
+        self.seen = Some(if self.model.plane {
+            let figure = self
+                .engine
+                .figure(&prepared.settings, 0.0)
+                .map_err(failed)?;
+            Found::Figure(figure.ok_or("the figure is not seen face on")?)
+        } else {
+            Found::Solid(self.engine.geometry(&prepared.settings).map_err(failed)?)
+        });
         Ok(())
     }
 }
@@ -197,13 +214,14 @@ impl Contestant for Ours<'_> {
     }
 
     fn picture(&self) -> Result<Picture, String> {
-        let frame = self.frame.as_ref().ok_or_else(not_drawn)?;
-        if self.model.plane {
-            let inside = |status: &Status| *status == Status::Hit;
-            return Ok(Picture::Plane(frame.status.iter().map(inside).collect()));
-        }
+        let solid = match self.seen.as_ref().ok_or_else(not_drawn)? {
+            Found::Figure(field) => {
+                return Ok(Picture::Plane(field.iter().map(|&v| v < 0.0).collect()));
+            }
+            Found::Solid(solid) => solid,
+        };
         let view = &self.model.view;
-        let pixels = frame.depth.iter().zip(&frame.normal);
+        let pixels = solid.depth.iter().zip(&solid.normal);
         let seen = pixels.map(|(&depth, &normal)| Seen {
             voxel: match depth.is_finite() {
                 true => view.voxel(depth, self.size),
