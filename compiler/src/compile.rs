@@ -1,6 +1,6 @@
 //! Scene → module: the pipeline behind the language.
 
-use crate::bounds::{lasting_bounds, shape_bounds};
+use crate::bounds::{Boxes, World};
 use crate::expression::{ExprId, Stage};
 use crate::graph::{Graph, Node, Number};
 use crate::lower::{Purpose, channel_numbers, lower};
@@ -79,15 +79,28 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
         return (None, vec![nothing_to_draw(&scene, options)]);
     };
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
-    let (graph, mut diagnostics) = lower(&mut scene, root, Purpose::Distance, &mut uniforms);
+    let mut boxes = Boxes::lasting();
+    let (graph, mut diagnostics) = lower(
+        &mut scene,
+        root,
+        Purpose::Distance,
+        &mut uniforms,
+        &mut boxes,
+    );
     let optimized = optimize(&graph, &options.passes);
     let (materials, fallback) = materials(&scene, root);
     let surface = (materials > 1).then(|| {
-        let (graph, _) = lower(&mut scene, root, Purpose::Surface, &mut uniforms);
+        let (graph, _) = lower(
+            &mut scene,
+            root,
+            Purpose::Surface,
+            &mut uniforms,
+            &mut boxes,
+        );
         optimize(&graph, &options.passes)
     });
-    let bounds = shape_bounds(&scene)[root.0 as usize];
-    let reach = lasting_bounds(&scene)[root.0 as usize];
+    let world = World::from(&scene);
+    let (bounds, reach) = (boxes.now().of(world, root), boxes.of(world, root));
     let slope = steepness(&optimized);
     let settings = settings_of(&mut scene, fallback, [bounds, reach], slope, &mut uniforms);
     let mut module = Module {

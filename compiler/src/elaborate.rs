@@ -40,7 +40,7 @@ mod value;
 mod vectors;
 mod vocabulary;
 
-use crate::bounds::Present;
+use crate::bounds::{Boxes, Present};
 use crate::expression::{ExprId, Expressions};
 use crate::scene::{
     Animation, Camera, Check, Light, Material, MaterialId, Param, Render, Scene, Shape, ShapeId,
@@ -48,11 +48,9 @@ use crate::scene::{
 };
 use diagnose::Reports;
 use items::Globals;
-use measure::Measure;
 use modules::{Module, Modules};
 use params::Override;
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
-use sdfc_vm::bounds::Bounds;
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 pub use modules::{Loader, NoFiles};
@@ -183,8 +181,10 @@ struct Elaborator<'a> {
     present: Present,
     params: Vec<Param>,
     shapes: Vec<Shape>,
-    measures: Vec<Measure>,
-    boxes: Vec<Bounds>,
+    /// The boxes of shapes at the present values of the parameters. (Of what moves they are guesses:
+    /// a displacement may turn out to be steeper over all values.)
+    boxes: Boxes,
+    is_still: Vec<bool>,
     materials: Vec<Material>,
     known_materials: HashMap<MaterialKey, MaterialId>,
     cameras: Vec<Camera>,
@@ -242,8 +242,8 @@ impl<'a> Elaborator<'a> {
             present: Present::default(),
             params: Vec::new(),
             shapes: Vec::new(),
-            measures: Vec::new(),
-            boxes: Vec::new(),
+            boxes: Boxes::at(options.time, HashMap::new()),
+            is_still: Vec::new(),
             materials: vec![default_material],
             known_materials: HashMap::new(),
             cameras: Vec::new(),

@@ -15,6 +15,7 @@ pub mod raise;
 pub mod scene;
 pub mod schedule;
 pub mod slope;
+mod spread;
 pub mod steepness;
 pub mod uniforms;
 pub mod wgsl;

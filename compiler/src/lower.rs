@@ -8,22 +8,17 @@
 //! The same scene is lowered twice: once for its distance, once for its surface, where paints stay
 //! in the graph.
 
-use crate::bounds::lasting_bounds;
+use crate::bounds::{Boxes, World};
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::graph::{Graph, Node, NodeId, Number, Origin};
 use crate::scene::{Material, MaterialId, Scene, ShapeId, ShapeKind};
-use crate::slope::{self, Ranges};
 use crate::uniforms::{Uniforms, operands_first};
 use sdfc_lang::{Diagnostic, codes};
-use sdfc_vm::bounds::Bounds;
-use sdfc_vm::row::Slope;
 use sdfc_vm::table::Op;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// What the polygon's chain starts from: a distance longer than any in a scene.
 const FAR: f32 = 1e30;
-/// Fields without bounds of their own are examined within this cube around the origin, in units.
-const FIELD_REGION: f64 = 100.0;
 
 /// The point a shape is evaluated at: a node of the graph, seen through an affine map.
 #[derive(Clone, Copy)]
@@ -42,26 +37,25 @@ pub enum Purpose {
 }
 
 /// Lowers a shape of the scene; the uniform numbers that it reads are collected in `uniforms`.
-pub fn lower(
+/// `boxes` are those that hold for all values of the parameters.
+pub(crate) fn lower(
     scene: &mut Scene,
     shape: ShapeId,
     purpose: Purpose,
     uniforms: &mut Uniforms,
+    boxes: &mut Boxes,
 ) -> (Graph, Vec<Diagnostic>) {
-    let ranges = Ranges::of(scene);
-    let bounds = lasting_bounds(scene);
     let paints = paints(scene);
     let mut graph = Graph::default();
     let world = graph.add(Node::World);
     let mut lowering = Lowering {
         scene,
-        bounds,
+        boxes,
         paints,
-        ranges,
         uniforms,
         graph,
         purpose,
-        slopes: HashMap::new(),
+        unbounded: HashSet::new(),
         diagnostics: Vec::new(),
     };
     let root = lowering.shape(
@@ -77,13 +71,13 @@ pub fn lower(
 
 struct Lowering<'a> {
     scene: &'a mut Scene,
-    bounds: Vec<Bounds>,
+    boxes: &'a mut Boxes,
     paints: Vec<Paints>,
-    ranges: Ranges,
     uniforms: &'a mut Uniforms,
     graph: Graph,
     purpose: Purpose,
-    slopes: HashMap<ShapeId, f64>,
+    /// Shapes whose slope has no bound.
+    unbounded: HashSet<ShapeId>,
     diagnostics: Vec<Diagnostic>,
 }
 
@@ -152,16 +146,12 @@ impl Lowering<'_> {
                 let parameters = self.numbers(&parameters);
                 self.apply(op, at, Vec::new(), parameters)
             }
-            ShapeKind::Field {
-                value,
-                slope,
-                region,
-            } => {
+            ShapeKind::Field { value, slope, .. } => {
                 let node = self.field(value, at);
                 let slope = match slope {
                     Some(slope) => self.reciprocal(slope),
                     None => {
-                        let slope = self.field_slope(id, &[value], &region);
+                        let slope = self.slope(id);
                         Number::Constant((1.0 / slope) as f32)
                     }
                 };
@@ -218,7 +208,7 @@ impl Lowering<'_> {
                 child,
                 parameters,
             } => {
-                let stretch = self.stretch(op, &parameters, child, id);
+                let stretch = self.slope(id);
                 let parameters = self.numbers(&parameters);
                 let point = self.apply(op, at, Vec::new(), parameters);
                 let node = self.shape(
@@ -231,8 +221,7 @@ impl Lowering<'_> {
                 self.slowed(node, stretch, at)
             }
             ShapeKind::Warp { child, point } => {
-                let region = self.bounds[child.0 as usize];
-                let stretch = self.field_slope(id, &point, &region);
+                let stretch = self.slope(id);
                 let coordinates = point.map(|number| self.field(number, at));
                 let point = self.apply(Op::MakePoint, at, coordinates.to_vec(), Vec::new());
                 let node = self.shape(
@@ -254,8 +243,7 @@ impl Lowering<'_> {
                 self.apply(op, at, vec![node], parameters)
             }
             ShapeKind::Displace { child, amount } => {
-                let region = self.bounds[id.0 as usize];
-                let slope = self.field_slope(id, &[amount], &region);
+                let slope = self.slope(id);
                 let node = self.shape(child, at);
                 let amount = self.field(amount, at);
                 let sum = self.apply(Op::Add, at, vec![node, amount], Vec::new());
@@ -292,53 +280,19 @@ impl Lowering<'_> {
         self.number(inverse)
     }
 
-    /// How much a row of the table stretches space near its child, whatever the parameters within
-    /// their ranges. Farther out the elaborator has put a bound that needs no map; near means within
-    /// an eighth of the result's size.
-    fn stretch(&mut self, op: Op, parameters: &[ExprId], child: ShapeId, id: ShapeId) -> f64 {
-        let Slope::Stretch(stretch) = op.row().meta.slope else {
-            return 1.0;
-        };
-        let cube = Bounds::centred([FIELD_REGION; 3]);
-        let inner = self.bounds[child.0 as usize].common(&cube);
-        let outer = self.bounds[id.0 as usize];
-        let size = if outer.is_finite() { outer } else { inner }.half_diagonal();
-        let bounds = inner.grown(size * 0.125);
-        let ranges: Vec<_> = parameters
-            .iter()
-            .map(|&id| self.ranges.of_number(&self.scene.expressions, id))
-            .collect();
-        // The rules grow with the magnitude of each parameter, so the ends of the ranges decide.
-        let ends = [
-            ranges.iter().map(|r| r.lo).collect::<Vec<_>>(),
-            ranges.iter().map(|r| r.hi).collect::<Vec<_>>(),
-        ];
-        ends.iter()
-            .map(|numbers| stretch(numbers, &bounds))
-            .fold(1.0, f64::max)
-    }
-
-    /// The slope bound of numbers of point stage over a region, found once per shape.
-    fn field_slope(&mut self, id: ShapeId, numbers: &[ExprId], region: &Bounds) -> f64 {
-        if let Some(&slope) = self.slopes.get(&id) {
+    /// The slope of what a shape is computed from; where there is no bound, that is told once, and
+    /// the shape is taken as it is.
+    fn slope(&mut self, id: ShapeId) -> f64 {
+        if let Some(slope) = self.boxes.slope(World::from(&*self.scene), id) {
             return slope;
         }
-        let cube = Bounds::centred([FIELD_REGION; 3]);
-        let region = region.common(&cube);
-        let slope = slope::bound(&self.scene.expressions, numbers, &region, &self.ranges);
-        let slope = if slope.is_finite() && slope < 1e6 {
-            slope.max(1e-6)
-        } else {
-            let shape = &self.scene.shapes[id.0 as usize];
-            let span = shape.span;
-            // Nothing marches on a figure that is the whole scene.
-            if shape.plane && self.scene.plane {
-                return 1.0;
-            }
+        let shape = &self.scene.shapes[id.0 as usize];
+        // Nothing marches on a figure that is the whole scene.
+        if !(shape.plane && self.scene.plane) && self.unbounded.insert(id) {
             self.diagnostics.push(
                 Diagnostic::warning(
                     codes::W0501,
-                    span,
+                    shape.span,
                     "the slope of this field cannot be bounded",
                 )
                 .primary("it may rise arbitrarily fast, so rays may step over it")
@@ -346,10 +300,8 @@ impl Lowering<'_> {
                     "state a bound, `field(…, lipschitz: 2)`, or keep away from poles with `max`",
                 ),
             );
-            1.0
-        };
-        self.slopes.insert(id, slope);
-        slope
+        }
+        1.0
     }
 
     /// A number of point stage as values of the graph.

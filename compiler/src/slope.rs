@@ -5,8 +5,8 @@
 //! slope that was found at a point, or the budget is spent; either way the bound holds everywhere
 //! in the region and for all values of the parameters.
 
+use crate::bounds::World;
 use crate::expression::{ExprId, Expression, Expressions};
-use crate::scene::Scene;
 use crate::uniforms::operands_first;
 use sdfc_vm::apply::{Applied, apply};
 use sdfc_vm::bounds::Bounds;
@@ -32,8 +32,8 @@ pub struct Ranges {
 
 impl Ranges {
     /// The ranges that the scene declares; a parameter without one is taken at its value.
-    pub fn of(scene: &Scene) -> Self {
-        let params = scene
+    pub(crate) fn of(world: World<'_>) -> Self {
+        let params = world
             .params
             .iter()
             .map(|param| match param.range {
@@ -46,7 +46,7 @@ impl Ranges {
                     .unwrap_or(Interval::point(0.0)),
             })
             .collect();
-        let time = match scene.animation {
+        let time = match world.animation {
             Some(animation) => Interval::between(0.0, animation.duration),
             None => Interval::ALL,
         };

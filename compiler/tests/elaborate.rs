@@ -1,5 +1,7 @@
 //! Scenes from text: what texts mean, what is said about mistakes, and rules that hold of all.
 
+#[path = "elaborate/boxes.rs"]
+mod boxes;
 #[path = "elaborate/errors.rs"]
 mod errors;
 #[path = "elaborate/meaning.rs"]

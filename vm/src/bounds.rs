@@ -2,6 +2,10 @@
 
 /// A box that holds a solid; empty if a lower corner exceeds the upper one, infinite where a
 /// coordinate is.
+///
+/// An empty box still says where its shape's distance is small: two balls that do not touch have
+/// nothing in common, yet between them the distance to "both" is less than anywhere else, and a
+/// blend may fill the gap. Growing such a box by half its gap makes it a box of one point.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Bounds {
     /// The lower corner.
@@ -59,9 +63,13 @@ impl Bounds {
         }
         common
     }
+    /// Whether it is as empty as [`Self::EMPTY`]: no growth puts anything inside.
+    pub fn is_void(&self) -> bool {
+        (0..3).any(|i| self.min[i] == f64::INFINITY || self.max[i] == f64::NEG_INFINITY)
+    }
     /// Grown by `by` on every side.
     pub fn grown(&self, by: f64) -> Self {
-        if self.is_empty() {
+        if self.is_void() {
             return *self;
         }
         Self {
@@ -103,19 +111,22 @@ impl Bounds {
     }
     /// The box of all points `m · p + t` for `p` inside; rows of `m` with `t` behind each.
     pub fn mapped(&self, rows: &[[f64; 4]; 3]) -> Self {
-        if self.is_empty() {
+        if self.is_void() {
             return *self;
         }
         let mut result = Self::EMPTY;
         for (axis, row) in rows.iter().enumerate() {
             let (mut lo, mut hi) = (row[3], row[3]);
-            for (i, factor) in row.iter().take(3).enumerate() {
-                // A zero coefficient drops even an infinite side.
-                if *factor != 0.0 {
-                    let (a, b) = (factor * self.min[i], factor * self.max[i]);
-                    lo += a.min(b);
-                    hi += a.max(b);
-                }
+            // A zero coefficient drops even an infinite side.
+            let factors = row.iter().take(3).enumerate().filter(|(_, f)| **f != 0.0);
+            let is_single = factors.clone().count() == 1;
+            for (i, factor) in factors {
+                let (a, b) = (factor * self.min[i], factor * self.max[i]);
+                // Empty sides stay empty where they stay apart from others.
+                let is_turned = if is_single { *factor < 0.0 } else { a > b };
+                let (a, b) = if is_turned { (b, a) } else { (a, b) };
+                lo += a;
+                hi += b;
             }
             result.min[axis] = lo;
             result.max[axis] = hi;

@@ -90,6 +90,16 @@ impl Kernel {
             Self::Exponential => width,
         }
     }
+    /// The most that a chain of this many operands adds, one blended after the other: no more than
+    /// each step adds at most, and no more than where the kernel ends.
+    pub fn most(self, width: f64, operands: usize) -> f64 {
+        let steps = operands.saturating_sub(1).max(1) as f64;
+        match self {
+            // The order does not matter: all n operands are equal, and the sum is n · 2^(−x/w).
+            Self::Exponential => width * (steps + 1.0).log2(),
+            _ => (self.thickness(width) * steps).min(self.support(width)),
+        }
+    }
     /// The difference of the operands from which on the kernel adds nothing.
     pub fn support(self, width: f64) -> f64 {
         match self {

@@ -163,12 +163,12 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: octahedron",
                 ..SOLID
             };
-            /// A tetrahedron with its corners on diagonals of the cube around the origin, `r` from the centre; outside its edges the distance is too small, by a third at worst beyond the corners.
+            /// A tetrahedron with its corners on diagonals of the cube around the origin, `r` from the centre; beyond its edges the distance is too small.
             Tetrahedron "tetrahedron" = shapes::tetrahedron(p: Point; inner: Scalar) -> Value, prepare::tetrahedron, Meta {
                 language: Some(Language { name: "tetrahedron", arguments: &[required("r", A::Radius)] }),
                 exactness: Exactness::Bound,
                 bounds: BoundsRule::Shape(volumes::tetrahedron),
-                source: "four planes",
+                source: "four planes, and the cube around them",
                 ..SOLID
             };
             /// A pyramid of the height `h` on a square with sides of the length `size`; its middle is halfway up.

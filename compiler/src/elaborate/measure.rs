@@ -2,54 +2,42 @@
 //! still.
 
 use super::Elaborator;
-use crate::bounds::bounds_of;
-use crate::expression::{ExprId, Expression, Expressions, Stage};
+use crate::bounds::World;
+use crate::expression::ExprId;
 use crate::scene::{ShapeId, ShapeKind};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
-use std::collections::HashSet;
-
-/// What is known of a shape.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Measure {
-    bounds: Bounds,
-    is_constant: bool,
-}
 
 impl<'a> Elaborator<'a> {
+    /// The scene as far as it is built.
+    fn world(&self) -> World<'_> {
+        World {
+            shapes: &self.shapes,
+            expressions: &self.graph,
+            params: &self.params,
+            animation: self.animation,
+        }
+    }
+
     /// The box of a shape at the present values of the parameters.
     pub(crate) fn bounds_of(&mut self, id: ShapeId) -> Bounds {
-        self.measure(id).bounds
+        let mut boxes = std::mem::take(&mut self.boxes);
+        let bounds = boxes.of(self.world(), id);
+        self.boxes = boxes;
+        bounds
     }
 
     /// Whether nothing about a shape follows a live parameter or the time.
     pub(crate) fn is_constant_shape(&mut self, id: ShapeId) -> bool {
-        self.measure(id).is_constant
-    }
-
-    /// Shapes are measured in order, each once.
-    fn measure(&mut self, id: ShapeId) -> Measure {
-        while self.measures.len() <= id.0 as usize {
-            let shape = &self.shapes[self.measures.len()];
-            let (graph, params, time) = (&self.graph, &self.params, self.options.time);
-            let present = &mut self.present;
-            let mut value = |id| present.value(graph, params, time, id);
-            let bounds = bounds_of(shape, &self.boxes, graph, &mut value);
-            let numbers_are_constant = numbers(&shape.kind)
-                .iter()
-                .all(|&id| follows_nothing(graph, id));
-            let children = children(&shape.kind);
-            let is_constant = numbers_are_constant
-                && children
-                    .iter()
-                    .all(|id| self.measures[id.0 as usize].is_constant);
-            self.boxes.push(bounds);
-            self.measures.push(Measure {
-                bounds,
-                is_constant,
-            });
+        let mut boxes = std::mem::take(&mut self.boxes);
+        while self.is_still.len() <= id.0 as usize {
+            let (world, kind) = (self.world(), &self.shapes[self.is_still.len()].kind);
+            let is_still = numbers(kind).iter().all(|&n| !boxes.is_live(world, n))
+                && children(kind).iter().all(|id| self.is_still[id.0 as usize]);
+            self.is_still.push(is_still);
         }
-        self.measures[id.0 as usize]
+        self.boxes = boxes;
+        self.is_still[id.0 as usize]
     }
 
     /// All values that a number of a point may have in a region.
@@ -76,35 +64,6 @@ pub(crate) fn children(kind: &ShapeKind) -> &[ShapeId] {
         | ShapeKind::Displace { child, .. }
         | ShapeKind::Painted { child, .. } => std::slice::from_ref(child),
     }
-}
-
-/// Whether a number depends on no parameter and on no time; on a point it may.
-fn follows_nothing(graph: &Expressions, id: ExprId) -> bool {
-    if graph.stage(id) == Stage::Constant {
-        return true;
-    }
-    let mut seen = HashSet::new();
-    let mut pending = vec![id];
-    while let Some(id) = pending.pop() {
-        if !seen.insert(id) {
-            continue;
-        }
-        match graph.get(id) {
-            Expression::Param(..) | Expression::Time => return false,
-            Expression::Constant(_)
-            | Expression::Coordinate(_)
-            | Expression::NormalComponent(_) => {}
-            Expression::Apply {
-                point,
-                values,
-                parameters,
-                ..
-            } => {
-                pending.extend(point.iter().flatten().chain(values).chain(parameters));
-            }
-        }
-    }
-    true
 }
 
 /// The numbers of a shape's own that move its surface.

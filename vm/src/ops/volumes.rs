@@ -1,6 +1,11 @@
 //! Bounding volumes, from the parameters of the bodies (not the arguments of the scene).
 //!
 //! A plane shape's volume is infinite along z: it is a prism until it is extruded.
+//!
+//! A shape is at least as far as its volume, along the axis where that is farthest; where it is
+//! exact, it is as far as the volume in a straight line. Blends rely on it: they add something to a
+//! shape where its distance is small, and that must be near its volume. For the same reason the maps
+//! keep empty volumes as they are (see [`Bounds`]).
 
 use crate::bounds::Bounds;
 
@@ -180,7 +185,7 @@ pub fn polygon_edge(a: &[f64], before: &Bounds) -> Bounds {
 
 fn along_z(b: &Bounds, half: f64) -> Bounds {
     let mut b = *b;
-    if !b.is_empty() {
+    if !b.is_void() {
         (b.min[2], b.max[2]) = (-half, half);
     }
     b
@@ -202,37 +207,28 @@ pub fn extrude(a: &[f64], shape: &Bounds) -> Bounds {
 
 /// Offset from the axis: a disc around the y axis.
 pub fn revolve(a: &[f64], shape: &Bounds) -> Bounds {
-    if shape.is_empty() {
+    if shape.is_void() {
         return *shape;
     }
-    // What lies on the other side of the axis does not come along.
+    // What lies on the other side of the axis does not come along; `r` may be negative.
     let r = shape.max[0] + a[0];
-    if r < 0.0 {
-        return Bounds::EMPTY;
-    }
     Bounds {
         min: [-r, shape.min[1], -r],
         max: [r, shape.max[1], r],
     }
 }
 
-/// The plane z = 0 of a solid, as a prism.
+/// The plane z = 0 of a solid, as a prism. (There is one even where the plane misses the solid: it
+/// may be near.)
 pub fn slice(_: &[f64], shape: &Bounds) -> Bounds {
-    if shape.min[2] > 0.0 || shape.max[2] < 0.0 {
-        Bounds::EMPTY
-    } else {
-        along_z(shape, FAR)
-    }
+    along_z(shape, FAR)
 }
 
 /// Axes to mirror: what lies on their positive sides, on both.
 pub fn mirror(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
     for (i, axis) in a.iter().take(3).enumerate() {
-        if *axis != 0.0 {
-            if b.max[i] < 0.0 {
-                return Bounds::EMPTY;
-            }
+        if *axis != 0.0 && !b.is_void() {
             b.min[i] = -b.max[i];
         }
     }
@@ -242,7 +238,7 @@ pub fn mirror(a: &[f64], shape: &Bounds) -> Bounds {
 /// Spacing: without end along each axis that has one.
 pub fn repeat(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
-    if !b.is_empty() {
+    if !b.is_void() {
         for (i, spacing) in a.iter().take(3).enumerate() {
             if *spacing != 0.0 {
                 (b.min[i], b.max[i]) = (-FAR, FAR);
@@ -255,7 +251,7 @@ pub fn repeat(a: &[f64], shape: &Bounds) -> Bounds {
 /// Spacing, one over it, and the last cell.
 pub fn repeat_limited(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
-    if !b.is_empty() {
+    if !b.is_void() {
         for i in 0..3 {
             let reach = (a[i] * a[6 + i] / 2.0).abs();
             b.min[i] -= reach;
@@ -267,7 +263,7 @@ pub fn repeat_limited(a: &[f64], shape: &Bounds) -> Bounds {
 
 /// A disc around the y axis.
 pub fn polar(_: &[f64], shape: &Bounds) -> Bounds {
-    if shape.is_empty() {
+    if shape.is_void() {
         return *shape;
     }
     let r = shape.reach_from_y();
@@ -279,7 +275,7 @@ pub fn polar(_: &[f64], shape: &Bounds) -> Bounds {
 
 /// A disc around the z axis.
 pub fn polar_plane(_: &[f64], shape: &Bounds) -> Bounds {
-    if shape.is_empty() {
+    if shape.is_void() {
         return *shape;
     }
     let r = reach_from_z(shape);
@@ -291,7 +287,7 @@ pub fn polar_plane(_: &[f64], shape: &Bounds) -> Bounds {
 
 /// Half lengths added to both sides.
 pub fn elongate(a: &[f64], shape: &Bounds) -> Bounds {
-    if shape.is_empty() {
+    if shape.is_void() {
         return *shape;
     }
     Bounds {
@@ -314,13 +310,13 @@ pub fn bend(a: &[f64], shape: &Bounds) -> Bounds {
     }
 }
 
-/// Middle, margin and half sizes of a box.
-pub fn bounded(a: &[f64], shape: &Bounds) -> Bounds {
-    let within = Bounds {
+/// Middle, margin and half sizes of a box: beyond it, the distance is at least that to the box,
+/// however little the shape's own is.
+pub fn bounded(a: &[f64], _: &Bounds) -> Bounds {
+    Bounds {
         min: std::array::from_fn(|i| a[i] - a[4 + i]),
         max: std::array::from_fn(|i| a[i] + a[4 + i]),
-    };
-    shape.common(&within)
+    }
 }
 
 /// How much a twist by `rate` stretches space within the reach of a shape: the largest singular

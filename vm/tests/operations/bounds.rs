@@ -1,8 +1,9 @@
 //! Nothing of a shape lies outside its bounding volume.
 
-use crate::fixture::{Case, Point, Random, cases, distance, is_math, is_shape};
+use crate::fixture::{Case, Point, Random, cases, distance, is_math, is_shape, length};
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::row::{BoundsRule, Category, Output};
+use sdfc_vm::kernel::Kernel;
+use sdfc_vm::row::{BoundsRule, Category, Exactness, Output};
 use sdfc_vm::table::Op;
 
 fn holds(b: &Bounds, p: Point) -> bool {
@@ -46,6 +47,34 @@ fn shapes_lie_within_their_bounds() {
     }
 }
 
+/// Outside its bounds a shape is at least as far as they are, which blends rely on: in a straight
+/// line if it is exact, along the farthest axis if it is not.
+#[test]
+fn shapes_are_as_far_as_their_bounds_at_least() {
+    let mut random = Random::new(16);
+    for case in cases(17, 12, |op| is_shape(op) && op != Op::PolygonEdge) {
+        let BoundsRule::Shape(bounds) = case.op.row().meta.bounds else {
+            continue;
+        };
+        let bounds = bounds(&case.parameters());
+        for _ in 0..5_000 {
+            let p = random.point(4.0);
+            let beyond: Point =
+                std::array::from_fn(|i| (bounds.min[i] - p[i]).max(p[i] - bounds.max[i]).max(0.0));
+            let least = match case.op.row().meta.exactness {
+                Exactness::Exact | Exactness::ExactOutside => length(beyond),
+                Exactness::Bound | Exactness::Field => beyond.into_iter().fold(0.0, f64::max),
+            };
+            let d = case.at(p);
+            assert!(
+                least == 0.0 || d >= least - 1e-5,
+                "{} at {p:?}: {d}, and {least} from {bounds:?}",
+                case.name()
+            );
+        }
+    }
+}
+
 /// A map's bounds hold what a ball inside the shape's bounds becomes.
 #[test]
 fn moved_shapes_lie_within_their_bounds() {
@@ -73,6 +102,59 @@ fn moved_shapes_lie_within_their_bounds() {
                     case.name()
                 );
             }
+        }
+    }
+}
+
+/// Where a union is less than some distance, one of its operands is less than that and what the
+/// rule grows its bounds by, whatever the operands are.
+#[test]
+fn blends_add_no_more_than_their_bounds_grow_by() {
+    let mut random = Random::new(18);
+    for case in cases(19, 8, |op| op.row().meta.category == Category::Combine) {
+        let by = match case.op.row().meta.bounds {
+            BoundsRule::Hull => 0.0,
+            BoundsRule::HullGrown(by) => by(&case.parameters()),
+            _ => continue,
+        };
+        for _ in 0..5_000 {
+            let [a, b, _] = random.point(2.0);
+            let result = case.with(random.point(2.0), [a, b, 0.0]);
+            assert!(
+                a.min(b) <= result.max(0.0) + by + 1e-6,
+                "{} of {a} and {b}: {result}",
+                case.name()
+            );
+        }
+    }
+}
+
+/// However long a chain of blends is, it adds no more than is said of it.
+#[test]
+fn chains_add_no_more_than_is_said_of_them() {
+    let mut random = Random::new(20);
+    for kernel in Kernel::ALL {
+        let width = 0.5;
+        let coefficient = match kernel {
+            Kernel::Hard => 0.0,
+            Kernel::Quadratic => 0.25 / width,
+            Kernel::Cubic => 1.0 / (6.0 * width * width),
+            Kernel::Circular | Kernel::Exponential => 1.0 / width,
+        };
+        for _ in 0..2_000 {
+            let count = random.range(2.0, 40.0) as usize;
+            // Most where all are nearly equal.
+            let spread = random.unit() * random.unit();
+            let values: Vec<f64> = (0..count).map(|_| random.range(0.0, spread)).collect();
+            let blend = |a, b| kernel.blend(a, b, 1.0, 1.0, width, coefficient);
+            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let chain = values.iter().copied().reduce(blend).unwrap_or(0.0);
+            let most = kernel.most(width, count);
+            assert!(
+                least - chain <= most + 1e-9,
+                "{kernel:?}: {} of {count}, not {most}",
+                least - chain
+            );
         }
     }
 }

@@ -96,13 +96,14 @@ pub fn octahedron<R: Real>(p: R::Vec3, r: R) -> R {
     R::select(any, edge, m * lit(0.577_350_269_189_625_8))
 }
 
-/// A tetrahedron from the planes of its four faces, `inner` away from the centre; its corners lie
-/// on diagonals of the cube around the origin.
+/// A tetrahedron from the planes of its four faces, `inner` away from the centre, and from the cube
+/// whose corners are those of the tetrahedron: beyond a corner, the planes alone are a third as far.
 #[inline(always)]
 pub fn tetrahedron<R: Real>(p: R::Vec3, inner: R) -> R {
     let (x, y, z) = (p.x(), p.y(), p.z());
     let planes = ((x + y).abs() - z).max((x - y).abs() + z);
-    planes * lit(0.577_350_269_189_625_8) - inner
+    let cube = p.abs().max_component() - inner * lit(1.732_050_807_568_877_2);
+    cube.max(planes * lit(0.577_350_269_189_625_8) - inner)
 }
 
 /// A pyramid on a square of the half side `base`, from −`half` to `half` along y. `across` is the

@@ -1,0 +1,99 @@
+//! Nothing of a scene lies outside its box, whatever is blended with, added to or folded of shapes
+//! whose distances are less than they could be.
+
+use crate::scene;
+use sdfc_compiler::compile::{Options, compile};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::evaluate::evaluate_f64;
+
+/// Scenes whose blends, offsets and displacements reach far beyond their shapes.
+const SCENES: &[&str] = &[
+    // A needle: one unit of its distance is four along its length.
+    "let a = sphere(0.5).scale([1, 4, 1]);\na |[0.1] a",
+    "sphere(0.5).scale([1, 4, 1]).offset(0.1)",
+    "sphere(0.5).scale([1, 4, 1]).shell(0.2)",
+    "sphere(0.5).scale([1, 4, 1]).displace(fn(p) => 0.1 + 0.02 * sin(20 * p.x))",
+    "let a = sphere(0.3).shear(1.5, 0, 0).rotate(30deg, Z);\na |[chamfer, 0.3] a",
+    // Beyond the corners of what slabs have in common.
+    "let a = (slab(X, 1) & slab(Y, 1) & slab(Z, 1)).rotate(45deg, Z);\na |[0.1] a",
+    "let a = box(2).subtract(sphere(1.2)).rotate([45deg, 30deg, 20deg]);\na |[fillet, 0.3] a",
+    "let a = ellipsoid([1, 0.1, 0.1]).rotate(45deg, Z);\na |[0.2] a",
+    "let a = tetrahedron(0.8);\na |[0.2] a.rotate(45deg, X)",
+    // Slower where it is displaced or twisted, so farther where its value is small.
+    "let a = sphere(0.5).displace(fn(p) => 0.05 * sin(30 * p.x));\na |[0.1] a",
+    "let a = sphere(0.5).warp(fn(p) => p + [0, 0.2 * sin(9 * p.x), 0]);\na |[0.1] a",
+    "let a = box(0.4, 2, 0.4).twist(90deg);\na |[0.1] a",
+    // Shapes that do not meet, and then do.
+    "(sphere(0.5).translate(-0.55, 0, 0) & sphere(0.5).translate(0.55, 0, 0)).offset(0.2)",
+    "let a = sphere(0.5).translate(-0.6, 0, 0).mirror(X);\n(a & a).offset(0.3) |[0.1] a.offset(0.3)",
+    "sphere(1).translate(0, 0, 1.1).section(Z).offset(0.3)",
+    "circle(0.4).translate(-0.5, 0).revolve().offset(0.3)",
+    "sphere(0.5).offset(-0.1).offset(0.1) |[0.2] sphere(0.3).offset(-0.4)",
+    // Chains.
+    "let a = sphere(0.5);\nunion([a, a, a, a, a, a, a, a], smooth: 0.1)",
+    "let a = sphere(0.5);\nunion([a, a, a, a, a, a, a, a], smooth: 0.1, kernel: exponential)",
+    "let a = sphere(0.5).scale([1, 2, 1]);\nunion([a, a, a, a, a, a], smooth: 0.1, kernel: circular)",
+    "sphere(0.3).repeat([1, 0, 1], count: [2, 1, 2]) |[0.2] box(3, 0.1, 3)",
+    "box(0.2, 1, 0.2).translate(0.8, 0, 0).polar(5) |[0.2] sphere(0.4)",
+];
+
+/// Random points, always the same ones.
+struct Points(u64);
+
+impl Points {
+    fn next(&mut self, reach: f64) -> [f64; 3] {
+        std::array::from_fn(|_| {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            reach * ((self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
+        })
+    }
+}
+
+fn check(name: &str, text: &str) -> Bounds {
+    let (compiled, found) = compile(scene(text), &Options::default());
+    let module = compiled
+        .unwrap_or_else(|| panic!("{name}: {found:?}"))
+        .module;
+    let Bounds { min, max } = module.settings.bounds;
+    let mut points = Points(0x5df_c0de);
+    for at in 0..20_000 {
+        let mut p = points.next([1.5, 3.0, 6.0][at % 3]);
+        if module.settings.plane {
+            p[2] = 0.0;
+        }
+        let d = evaluate_f64(&module.distance, p);
+        let is_inside = (0..3).all(|i| min[i] - 1e-5 <= p[i] && p[i] <= max[i] + 1e-5);
+        assert!(
+            d >= -1e-6 || is_inside,
+            "{name}: {d} at {p:?}, outside {:?}",
+            module.settings.bounds
+        );
+    }
+    module.settings.bounds
+}
+
+#[test]
+fn nothing_lies_outside_its_box() {
+    for text in SCENES {
+        let bounds = check(text, text);
+        let reach = (0..2).map(|i| bounds.max[i] - bounds.min[i]);
+        assert!(reach.fold(0.0, f64::max) < 10.0, "{text}: {bounds:?}");
+    }
+}
+
+#[test]
+fn nothing_of_a_test_scene_lies_outside_its_box() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenes");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).expect("the scenes are there") {
+        let path = entry.expect("they can be listed").path();
+        let text = std::fs::read_to_string(&path).expect("they can be read");
+        if !text.contains("import") {
+            check(&path.display().to_string(), &text);
+            count += 1;
+        }
+    }
+    assert!(count > 15, "{count} scenes");
+}
