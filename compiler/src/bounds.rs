@@ -194,7 +194,7 @@ impl Boxes {
     }
 
     /// The value of a number that does not depend on a point.
-    fn number(&mut self, world: World<'_>, id: ExprId) -> f64 {
+    pub(crate) fn number(&mut self, world: World<'_>, id: ExprId) -> f64 {
         let (graph, params) = (world.expressions, world.params);
         self.present.value(graph, params, self.time, id)
     }
@@ -544,7 +544,7 @@ fn numbers_of(kind: &ShapeKind) -> Vec<ExprId> {
 }
 
 /// The matrix from the inner to the outer point, if there is one.
-fn inverse(m: &[f64]) -> Option<[[f64; 4]; 3]> {
+pub(crate) fn inverse(m: &[f64]) -> Option<[[f64; 4]; 3]> {
     let at = |row: usize, column: usize| m[4 * row + column];
     let minor = |r: usize, c: usize| {
         let (r1, r2, c1, c2) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);

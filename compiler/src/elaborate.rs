@@ -27,6 +27,7 @@ mod lists;
 mod math;
 mod measure;
 mod modules;
+mod motion;
 mod names;
 mod numbers;
 mod params;
@@ -49,6 +50,7 @@ use crate::scene::{
 use diagnose::Reports;
 use items::Globals;
 use modules::{Module, Modules};
+use motion::Moment;
 use params::Override;
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
 use std::collections::{BTreeSet, HashMap, HashSet};
@@ -185,6 +187,8 @@ struct Elaborator<'a> {
     /// a displacement may turn out to be steeper over all values.)
     boxes: Boxes,
     is_still: Vec<bool>,
+    /// The same at other values.
+    moments: HashMap<Moment, Boxes>,
     materials: Vec<Material>,
     known_materials: HashMap<MaterialKey, MaterialId>,
     cameras: Vec<Camera>,
@@ -244,6 +248,7 @@ impl<'a> Elaborator<'a> {
             shapes: Vec::new(),
             boxes: Boxes::at(options.time, HashMap::new()),
             is_still: Vec::new(),
+            moments: HashMap::new(),
             materials: vec![default_material],
             known_materials: HashMap::new(),
             cameras: Vec::new(),

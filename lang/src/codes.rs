@@ -621,6 +621,24 @@ Perhaps it is somewhere else than was meant.
     box(1) - sphere(0.2).translate(5, 0, 0)
     box(1) - sphere(0.2).translate(0.5, 0, 0)";
 
+W0403 "a copy that does not fit its place" "\
+`repeat` and `polar` look at the copies next to a point only. A copy that reaches farther than its
+cell or its sector, or comes to do so where a parameter or the time changes, is cut there, or rays
+step over it.
+
+    param r = 0.4 in 0.1..=0.8;
+    sphere(r).repeat(1)
+
+    param r = 0.4 in 0.1..=0.5;
+    sphere(r).repeat(1)";
+
+W0404 "a shape behind its mirror" "\
+`mirror` shows what lies in front of a plane, on the side that its vector points to, on both sides.
+What lies behind the plane is left out.
+
+    sphere(1).translate(-3, 0, 0).mirror(X)
+    sphere(1).translate(-3, 0, 0).mirror(-X)";
+
 W0501 "a slope that cannot be bounded" "\
 A ray is safe on a field because the field changes no faster than the ray moves, after division by a
 bound on its slope. Near a pole (a division by something that reaches zero, a root at zero) there is

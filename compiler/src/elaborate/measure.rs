@@ -10,7 +10,7 @@ use sdfc_vm::interval::Interval;
 
 impl<'a> Elaborator<'a> {
     /// The scene as far as it is built.
-    fn world(&self) -> World<'_> {
+    pub(crate) fn world(&self) -> World<'_> {
         World {
             shapes: &self.shapes,
             expressions: &self.graph,
@@ -67,7 +67,7 @@ pub(crate) fn children(kind: &ShapeKind) -> &[ShapeId] {
 }
 
 /// The numbers of a shape's own that move its surface.
-fn numbers(kind: &ShapeKind) -> Vec<ExprId> {
+pub(crate) fn numbers(kind: &ShapeKind) -> Vec<ExprId> {
     match kind {
         ShapeKind::Primitive { parameters, .. }
         | ShapeKind::Combine { parameters, .. }

@@ -97,3 +97,49 @@ fn nothing_of_a_test_scene_lies_outside_its_box() {
     }
     assert!(count > 15, "{count} scenes");
 }
+
+/// A repetition of what follows a parameter is the union of its copies.
+#[test]
+fn copies_of_what_moves_are_where_they_would_be_one_by_one() {
+    let cases = [
+        (
+            "sphere(r).translate(0.1, 0, 0).repeat([1, 0, 0.8], count: [3, 1, 2])",
+            "union(for i in 0..3 { for k in 0..2 { sphere(r).translate(i - 0.9, 0, 0.8 * k - 0.4) } })",
+        ),
+        (
+            "box(r, 0.2, 0.3).translate(0.7, 0, 2 * r).repeat(1.2, count: 3)",
+            "union(for i in 0..3 { for j in 0..3 { for k in 0..3 {
+                box(r, 0.2, 0.3).translate(1.2 * i - 0.5, 1.2 * j - 1.2, 1.2 * k - 1.2 + 2 * r) } } })",
+        ),
+        // Within three units of the origin, five copies are as good as all.
+        (
+            "sphere(r).repeat([1.5, 0, 0])",
+            "union(for i in 0..9 { sphere(r).translate(1.5 * (i - 4), 0, 0) })",
+        ),
+        (
+            "circle(r).translate(0.5, 0.2).repeat(1, count: [2, 3]).extrude(1)",
+            "union(for i in 0..2 { for j in 0..3 { circle(r).translate(i, j - 0.8) } }).extrude(1)",
+        ),
+    ];
+    for (repeated, listed) in cases {
+        for r in ["0.1", "0.25", "0.4"] {
+            let [a, b] = [repeated, listed].map(|text| {
+                let text = format!("param r = 0.2 in 0.1..=0.4;\n{text}");
+                let scene = crate::scene_with(&text, &[("r", r)]);
+                let (compiled, found) = compile(scene, &Options::default());
+                compiled
+                    .unwrap_or_else(|| panic!("{text}: {found:?}"))
+                    .module
+            });
+            let mut points = Points(7);
+            for _ in 0..2_000 {
+                let p = points.next(3.0);
+                let [d, wanted] = [&a, &b].map(|module| evaluate_f64(&module.distance, p));
+                assert!(
+                    (d - wanted).abs() < 1e-5,
+                    "{repeated} at {p:?}: {d}, not {wanted}"
+                );
+            }
+        }
+    }
+}

@@ -39,6 +39,30 @@ const MISTAKES: &[(&str, &str)] = &[
         "angle without a unit, computed",
         "let n = 3;\nbox(1).rotate(n * 30, X)",
     ),
+    (
+        "copies that come to be larger than their cells",
+        "param r = 0.3 in 0.1..=0.8;\nsphere(r).repeat([1, 0, 1])",
+    ),
+    (
+        "cells that come to be smaller than their copies",
+        "param gap = 2 in 0.5..=3;\nbox(1).repeat([gap, 0, 0], count: [4, 1, 1])",
+    ),
+    (
+        "copies that leave their cells",
+        "animate { duration: 4s }\nsphere(0.2).translate(sin(time), 0, 0).repeat(1, count: 3)",
+    ),
+    (
+        "copies wider than their sector",
+        "(cylinder(r: 0.3, h: 0.2) | box(4, 0.2, 0.2)).polar(3)",
+    ),
+    (
+        "copies that are not in their sector",
+        "sphere(0.2).translate(1, 0, 0).polar(6, phase: 90deg) | rect(1, 0.2).translate(0.4, 0.5).polar(8).extrude(1)",
+    ),
+    (
+        "behind a mirror",
+        "sphere(1).translate(-3, 0, 0).mirror(X) | sphere(1).translate(0, -0.5, 0).mirror(Y) | sphere(1).mirror([0, 1, 1], at: 0.8)",
+    ),
     ("length for an angle", "box(1).rotate(2mm, Y)"),
     ("angle for a radius", "sphere(90deg)"),
     (

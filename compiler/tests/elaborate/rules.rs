@@ -211,6 +211,28 @@ fn transforms_do_what_they_say() {
 }
 
 #[test]
+fn copies_may_overlap_and_share_their_middle() {
+    for text in [
+        "sphere(0.5).translate(1, 0, 0).polar(12)",
+        "(cylinder(r: 0.3, h: 1) | box(0.1).translate(1, 0, 0)).polar(5)",
+        "box(4, 1, 1).polar(2)",
+        "cylinder(r: 0.1, h: 0.5).rotate(60deg, X).translate(0, 0, 0.25).polar(7)",
+        "rect(4, 7).translate(0, 21).polar(16)",
+        "box(2).mirror(X) | box(1).translate(0.4, 0, 0).mirror(X + Y)",
+        "param r = 0.3 in 0.1..=0.5;\nsphere(r).repeat(1)",
+        "sphere(0.2).translate(0.3 * sin(time), 0, 0).repeat(1)",
+        "param at = 3 in 3..=3.2;\nsphere(0.2).translate(at, 0, 0).repeat(1)",
+    ] {
+        let (made, found, sources) = build(text, &[], &[]);
+        assert!(
+            made.is_some() && found.is_empty(),
+            "{text}: {}",
+            rendered(found, &sources)
+        );
+    }
+}
+
+#[test]
 fn limits_are_messages() {
     let mut deep = "sphere(1)".to_owned();
     for _ in 0..600 {
