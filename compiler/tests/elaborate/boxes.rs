@@ -29,6 +29,9 @@ const SCENES: &[&str] = &[
     "sphere(1).translate(0, 0, 1.1).section(Z).offset(0.3)",
     "circle(0.4).translate(-0.5, 0).revolve().offset(0.3)",
     "sphere(0.5).offset(-0.1).offset(0.1) |[0.2] sphere(0.3).offset(-0.4)",
+    // Pulled apart where it is empty.
+    "torus(1, 0.2).elongate(2, 2, 2)",
+    "sphere(0.1).translate(1.5, 0, 0).elongate([4, 4, 4]) & sphere(1.2)",
     // Chains.
     "let a = sphere(0.5);\nunion([a, a, a, a, a, a, a, a], smooth: 0.1)",
     "let a = sphere(0.5);\nunion([a, a, a, a, a, a, a, a], smooth: 0.1, kernel: exponential)",
@@ -96,6 +99,18 @@ fn nothing_of_a_test_scene_lies_outside_its_box() {
         }
     }
     assert!(count > 15, "{count} scenes");
+}
+
+#[test]
+fn a_shape_that_is_empty_in_its_middle_is_pulled_apart_to_nothing_there() {
+    let (compiled, found) = compile(
+        scene("sphere(0.1).translate(2, 0, 0).elongate(6, 6, 6)"),
+        &Options::default(),
+    );
+    let module = compiled.unwrap_or_else(|| panic!("{found:?}")).module;
+    let at = |p| evaluate_f64(&module.distance, p);
+    assert!((at([0.0; 3]) - 1.9).abs() < 1e-6, "{}", at([0.0; 3]));
+    assert!((at([5.0, 3.0, 3.0]) + 0.1).abs() < 1e-6);
 }
 
 /// A repetition of what follows a parameter is the union of its copies.

@@ -34,10 +34,12 @@ pub fn field_distance<R: Real>(v: R, inverse_slope: R) -> R {
 }
 
 /// What the elongated shape lacks inside the gap: there the point maps to the middle for all
-/// positions, and the distance to the gap's own sides takes over.
+/// positions, and the distance to the gap's own sides takes over. Where the middle is outside the
+/// shape, so is the gap.
 #[inline(always)]
 pub fn elongate_correct<R: Real>(d: R, p: R::Vec3, half: R::Vec3) -> R {
-    d + lit::<R>(0.0).min((p.abs() - half).max_component())
+    let depth = lit::<R>(0.0).min((p.abs() - half).max_component());
+    d + R::select(d.less(lit(0.0)), depth, lit(0.0))
 }
 
 /// A distance that can be trusted only near its shape, which lies in the box of the half sizes
