@@ -795,7 +795,7 @@ macro_rules! for_each_operation {
             Not "not" = math::not(a: Value;) -> Value, prepare::same, MATH;
             /// The second number where the first is above a half, the third elsewhere.
             Select "select" = math::select(condition: Value, a: Value, b: Value;) -> Value, prepare::same, MATH;
-            /// Gradient noise: smooth, about 1 per unit of length, zero at whole coordinates, between −1 and 1 but for rare peaks.
+            /// Gradient noise: smooth, about 1 per unit of length, zero at whole coordinates, between −1 and 1 and mostly between −0.5 and 0.5.
             Noise "noise" = math::noise(p: Point; seed: Scalar) -> Value, prepare::same, Meta {
                 slope: Slope::Constant(NOISE_STEEPNESS),
                 source: "K. Perlin, Improving Noise, 2002",

@@ -11,6 +11,7 @@ mod elementary;
 mod extremes;
 mod fixture;
 mod moving;
+mod noise;
 mod numbers;
 mod recorded;
 mod slopes;
