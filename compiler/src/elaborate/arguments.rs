@@ -356,11 +356,11 @@ pub(crate) fn explain(
             formal,
             count: numbers,
         } => {
+            let next = formals.get(formal + 1);
             let formal = &formals[formal];
             let width = formal.kind.width(flat);
-            let span = call.given[given]
-                .span
-                .to(call.given[given + numbers - 1].span);
+            let second = call.given[given + numbers - 1].span;
+            let span = call.given[given].span.to(second);
             let one = if formal.kind.spreads() {
                 "one number, "
             } else {
@@ -371,7 +371,20 @@ pub(crate) fn explain(
                 formal.name,
                 count(numbers, "number"),
             );
-            Diagnostic::error(codes::E0311, span, message).label(call.name_span, wanted)
+            let diagnostic =
+                Diagnostic::error(codes::E0311, span, message).label(call.name_span, wanted);
+            // Of two numbers, the second was meant for what comes next.
+            match next.filter(|next| next.default.is_none()) {
+                Some(next) if numbers == 2 && formal.kind.spreads() => diagnostic.fix(
+                    second.at_start(),
+                    format!("{}: ", next.name),
+                    format!(
+                        "one number is the {} on all sides; what follows it needs its name",
+                        formal.name
+                    ),
+                ),
+                _ => diagnostic,
+            }
         }
         Misfit::Missing { formal } => {
             let formal = &formals[formal];

@@ -130,7 +130,14 @@ impl<'a> Elaborator<'a> {
             other => {
                 let what = self.describe(other);
                 let message = format!("`{}` is {what}, and cannot be called", call.name);
-                self.report(Diagnostic::error(codes::E0305, call.name_span, message));
+                let mut diagnostic = Diagnostic::error(codes::E0305, call.name_span, message);
+                if vocabulary::get(call.name).is_some() {
+                    let name = call.name;
+                    diagnostic = diagnostic.help(format!(
+                        "it hides the function `{name}` of the language; give it another name"
+                    ));
+                }
+                self.report(diagnostic);
                 Ok(Value::Poison)
             }
         }

@@ -158,8 +158,10 @@ impl Loading<'_> {
             }
         };
         if self.open.contains(&path) || path == self.root_path() {
-            let circle = self.open.iter().skip_while(|open| **open != path);
-            let circle: Vec<&str> = circle.map(String::as_str).chain([path.as_str()]).collect();
+            let root = self.root_path();
+            let all = [&root].into_iter().chain(&self.open);
+            let circle = all.skip_while(|open| **open != path).chain([&path]);
+            let circle: Vec<&str> = circle.map(String::as_str).collect();
             let message = format!("`{}` imports itself in the end", import.path);
             self.found.push(
                 Diagnostic::error(codes::E0211, import.path_span, message)

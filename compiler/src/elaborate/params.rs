@@ -132,8 +132,16 @@ impl<'a> Elaborator<'a> {
                 declared.allowed()
             );
             let diagnostic = Diagnostic::error(codes::E0407, param.value.span, message);
-            let range = param.range.as_ref().map_or(span, |range| range.span);
-            self.report(diagnostic.label(range, "the range"));
+            let written = param.range.as_ref().map_or(span, |range| range.span);
+            let mut diagnostic = diagnostic.label(written, "the range");
+            // A range with two dots ends before its last number.
+            let is_end = range.is_some_and(|range| !range.inclusive && range.end == *value);
+            if is_end && let Some(at) = self.sources.slice(written).find("..") {
+                let at = written.start + at as u32 + 2;
+                let behind = Span::new(written.file, at, at);
+                diagnostic = diagnostic.fix(behind, "=", "with `..=` the range includes its end");
+            }
+            self.report(diagnostic);
         }
         if let Some(value) = self.overridden(&declared)? {
             declared.value = value;

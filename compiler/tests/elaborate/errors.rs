@@ -63,6 +63,19 @@ const MISTAKES: &[(&str, &str)] = &[
         "behind a mirror",
         "sphere(1).translate(-3, 0, 0).mirror(X) | sphere(1).translate(0, -0.5, 0).mirror(Y) | sphere(1).mirror([0, 1, 1], at: 0.8)",
     ),
+    (
+        "one number for all sides, and another",
+        "box_frame(0.8, 0.1)",
+    ),
+    ("end of a range", "param a = 1 in 0..1;\nsphere(a + 1)"),
+    (
+        "material that hides a function",
+        "material floor { color: #f00 }\nsphere(floor(2.5)).material(floor)",
+    ),
+    (
+        "import of the scene itself, in the end",
+        "import \"back.sdf\" as back;\nback::a()",
+    ),
     ("length for an angle", "box(1).rotate(2mm, Y)"),
     ("angle for a radius", "sphere(90deg)"),
     (
@@ -224,6 +237,11 @@ const FILES: &[(&str, &str)] = &[
     (
         "one.sdf",
         "import \"two.sdf\" as two;\nfn a() = two::b();\n",
+    ),
+    ("back.sdf", "import \"on.sdf\" as on;\nfn a() = on::b();\n"),
+    (
+        "on.sdf",
+        "import \"scene.sdf\" as scene;\nfn b() = sphere(1);\n",
     ),
     (
         "two.sdf",
