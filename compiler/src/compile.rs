@@ -5,7 +5,7 @@ use crate::expression::{ExprId, Stage};
 use crate::graph::{Graph, Node, Number};
 use crate::lower::{Purpose, channel_numbers, lower};
 use crate::passes::{PassOptions, optimize};
-use crate::scene::{self, MaterialId, Scene, ShapeId, ShapeKind};
+use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
 use crate::schedule::schedule;
 use crate::steepness::steepness;
 use crate::uniforms::Uniforms;
@@ -225,63 +225,12 @@ fn settings_of(
             Number::Uniform(output) => Setting::Uniform(output),
         },
     };
-    macro_rules! three {
-        ($triple:expr) => {
-            $triple.map(&mut one)
-        };
-    }
-    let cameras = scene
-        .cameras
-        .iter()
-        .map(|camera| settings::Camera {
-            name: camera.name.clone(),
-            from: three!(camera.from),
-            look: three!(camera.look),
-            up: three!(camera.up),
-            lens: match camera.lens {
-                scene::Lens::Perspective { fov } => settings::Lens::Perspective(one(fov)),
-                scene::Lens::Orthographic { height } => settings::Lens::Orthographic(one(height)),
-            },
-            automatic: camera.automatic,
-        })
-        .collect();
-    let lights = scene
-        .lights
-        .iter()
-        .map(|light| settings::Light {
-            source: match light.source {
-                scene::LightSource::Directional(v) => settings::LightSource::Directional(three!(v)),
-                scene::LightSource::Point(v) => settings::LightSource::Point(three!(v)),
-            },
-            color: three!(light.color),
-            intensity: one(light.intensity),
-            shadow: match light.shadow {
-                scene::Shadow::None => settings::Shadow::None,
-                scene::Shadow::Hard => settings::Shadow::Hard,
-                scene::Shadow::Plain(k) => settings::Shadow::Plain(one(k)),
-                scene::Shadow::Soft(k) => settings::Shadow::Soft(one(k)),
-                scene::Shadow::Sized(k) => settings::Shadow::Sized(one(k)),
-            },
-        })
-        .collect();
-    let sky = settings::Sky {
-        top: three!(scene.sky.top),
-        horizon: three!(scene.sky.horizon),
-        ground: three!(scene.sky.ground),
-        ambient: one(scene.sky.ambient),
-        fog: scene.sky.fog.map(&mut one),
-    };
-    let render = settings::Render {
-        size: scene.render.size,
-        aa: scene.render.aa,
-        steps: scene.render.steps,
-        far: scene.render.far,
-        occlusion: scene.render.occlusion,
-        occlusion_reach: scene.render.occlusion_reach,
-        normals: scene.render.normals,
-        tonemap: scene.render.tonemap,
-        exposure: one(scene.render.exposure),
-    };
+    let cameras = scene.cameras.iter().map(|camera| camera.map(&mut one));
+    let cameras = cameras.collect();
+    let lights = scene.lights.iter().map(|light| light.map(&mut one));
+    let lights = lights.collect();
+    let sky = scene.sky.map(&mut one);
+    let render = scene.render.map(&mut one);
     let checks = scene
         .checks
         .iter()

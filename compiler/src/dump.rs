@@ -278,8 +278,8 @@ fn region_text(region: &Bounds) -> String {
 
 fn camera_line(camera: &Camera, formulas: &Formulas<'_>) -> String {
     let lens = match camera.lens {
-        Lens::Perspective { fov } => format!("fov {}", formulas.of_id(fov)),
-        Lens::Orthographic { height } => format!("height {}", formulas.of_id(height)),
+        Lens::Perspective(fov) => format!("fov {}", formulas.of_id(fov)),
+        Lens::Orthographic(height) => format!("height {}", formulas.of_id(height)),
     };
     let automatic = if camera.automatic { " (automatic)" } else { "" };
     let name = spaced(&camera.name);
@@ -497,8 +497,8 @@ fn used_numbers(scene: &Scene) -> Vec<ExprId> {
     for camera in &scene.cameras {
         ids.extend(camera.from.iter().chain(&camera.look).chain(&camera.up));
         ids.push(match camera.lens {
-            Lens::Perspective { fov } => fov,
-            Lens::Orthographic { height } => height,
+            Lens::Perspective(fov) => fov,
+            Lens::Orthographic(height) => height,
         });
     }
     for light in &scene.lights {

@@ -8,6 +8,7 @@
 use crate::expression::{ExprId, Expressions};
 use sdfc_lang::Span;
 use sdfc_vm::bounds::Bounds;
+use sdfc_vm::settings;
 pub use sdfc_vm::settings::{Animation, Normals, Occlusion, ParamKind, Tonemap};
 use sdfc_vm::table::Op;
 
@@ -38,7 +39,7 @@ pub struct Scene {
     /// The materials; the first is the default one.
     pub materials: Vec<Material>,
     /// The cameras; never empty, since a scene without one gets one that frames its bounds, marked
-    /// [`Camera::automatic`].
+    /// `automatic`.
     pub cameras: Vec<Camera>,
     /// The lights; a scene without any gets a key and a fill light.
     pub lights: Vec<Light>,
@@ -204,114 +205,25 @@ pub struct Material {
 }
 
 /// A camera. All numbers are uniform.
-#[derive(Clone, Debug)]
-pub struct Camera {
-    /// Its name; empty if it has none.
-    pub name: String,
-    /// Where it is.
-    pub from: Triple,
-    /// What it looks at.
-    pub look: Triple,
-    /// Which way is up.
-    pub up: Triple,
-    /// How wide it sees.
-    pub lens: Lens,
-    /// Whether the scene gave no camera: the position is then to be chosen to frame the bounds.
-    pub automatic: bool,
-}
+pub type Camera = settings::Camera<ExprId>;
 
 /// How wide a camera sees.
-#[derive(Clone, Copy, Debug)]
-pub enum Lens {
-    /// Perspective, with this vertical field of view in radians.
-    Perspective {
-        /// The angle.
-        fov: ExprId,
-    },
-    /// Parallel rays, with this much of the scene from the lower to the upper edge.
-    Orthographic {
-        /// The height.
-        height: ExprId,
-    },
-}
+pub type Lens = settings::Lens<ExprId>;
 
 /// A light. All numbers are uniform.
-#[derive(Clone, Debug)]
-pub struct Light {
-    /// Its name; empty if it has none.
-    pub name: String,
-    /// Where its light comes from.
-    pub source: LightSource,
-    /// Linear red, green, blue.
-    pub color: Triple,
-    /// A factor on the colour.
-    pub intensity: ExprId,
-    /// Its shadow.
-    pub shadow: Shadow,
-}
+pub type Light = settings::Light<ExprId>;
 
 /// Where light comes from.
-#[derive(Clone, Copy, Debug)]
-pub enum LightSource {
-    /// From far away, out of this direction (towards the light).
-    Directional(Triple),
-    /// From a point; the intensity is what arrives at a distance of one unit.
-    Point(Triple),
-}
+pub type LightSource = settings::LightSource<ExprId>;
 
 /// How a light's shadow is drawn.
-#[derive(Clone, Copy, Debug)]
-pub enum Shadow {
-    /// It casts none.
-    None,
-    /// With a sharp edge.
-    Hard,
-    /// With a penumbra as wide as that of a light of this angular radius (as a ratio: 0.03 is wide),
-    /// estimated from the nearest miss along the ray (the plain form).
-    Plain(ExprId),
-    /// The same, from the nearest point of the ray between two steps (the improved form).
-    Soft(ExprId),
-    /// A light of this size, whose penumbra also darkens from inside (the sized-light form).
-    Sized(ExprId),
-}
+pub type Shadow = settings::Shadow<ExprId>;
 
 /// What is seen where nothing is hit, and what light comes from everywhere. All numbers are uniform.
-#[derive(Clone, Debug)]
-pub struct Sky {
-    /// The colour straight up.
-    pub top: Triple,
-    /// The colour at the horizon.
-    pub horizon: Triple,
-    /// The colour straight down.
-    pub ground: Triple,
-    /// A factor on the light that comes from the sky.
-    pub ambient: ExprId,
-    /// How much of a surface the air hides per unit of distance; `None` where there is no fog.
-    pub fog: Option<ExprId>,
-}
+pub type Sky = settings::Sky<ExprId>;
 
 /// How a scene is drawn.
-#[derive(Clone, Debug)]
-pub struct Render {
-    /// Width and height in pixels.
-    pub size: [u32; 2],
-    /// Samples per pixel along each side.
-    pub aa: u32,
-    /// The most steps of a ray.
-    pub steps: u32,
-    /// How far a ray goes, in scene units; `None` lets the bounds decide.
-    pub far: Option<f64>,
-    /// How occlusion darkens crevices.
-    pub occlusion: Occlusion,
-    /// How far occlusion reaches, in scene units; `None` lets the bounds decide.
-    pub occlusion_reach: Option<f64>,
-    /// How normals are found.
-    pub normals: Normals,
-    /// How light becomes a colour on the screen.
-    pub tonemap: Tonemap,
-    /// A factor on all light, before tone mapping.
-    pub exposure: ExprId,
-}
+pub type Render = settings::Render<ExprId>;
 
 /// A condition on a uniform number.
 #[derive(Clone, Debug)]

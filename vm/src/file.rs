@@ -265,6 +265,7 @@ fn check_settings(settings: &Settings, uniforms: &UniformProgram) -> Result<(), 
         });
     }
     for Light {
+        name: _,
         source,
         color,
         intensity,

@@ -1,5 +1,8 @@
 //! What a compiled scene says besides its programs: parameters, cameras, lights, sky, and how it is
 //! drawn. Numbers that follow the parameters are named by the uniform program's results.
+//!
+//! Cameras, lights and the like are the same while a scene is being compiled, when their numbers are
+//! expressions; so they are generic over what a number is, and `map` leads from one to the other.
 
 use crate::bounds::Bounds;
 use serde::{Deserialize, Serialize};
@@ -123,103 +126,175 @@ pub struct Check {
 
 /// A camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Camera {
+pub struct Camera<N = Setting> {
     /// Its name; empty if it has none.
     pub name: String,
     /// Where it is.
-    pub from: Triple,
+    pub from: [N; 3],
     /// What it looks at.
-    pub look: Triple,
+    pub look: [N; 3],
     /// Which way is up.
-    pub up: Triple,
+    pub up: [N; 3],
     /// How wide it sees.
-    pub lens: Lens,
-    /// Whether it is to be moved so that it frames the bounds.
+    pub lens: Lens<N>,
+    /// Whether the scene says no place for it: it is to be moved so that it frames the bounds.
     pub automatic: bool,
+}
+
+impl<N: Copy> Camera<N> {
+    /// The same with other numbers.
+    pub fn map<M>(&self, mut number: impl FnMut(N) -> M) -> Camera<M> {
+        Camera {
+            name: self.name.clone(),
+            from: self.from.map(&mut number),
+            look: self.look.map(&mut number),
+            up: self.up.map(&mut number),
+            lens: match self.lens {
+                Lens::Perspective(fov) => Lens::Perspective(number(fov)),
+                Lens::Orthographic(height) => Lens::Orthographic(number(height)),
+            },
+            automatic: self.automatic,
+        }
+    }
 }
 
 /// How wide a camera sees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Lens {
+pub enum Lens<N = Setting> {
     /// With this vertical field of view in radians.
-    Perspective(Setting),
+    Perspective(N),
     /// Along parallel rays, with this much of the scene from the lower to the upper edge.
-    Orthographic(Setting),
+    Orthographic(N),
 }
 
 /// A light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Light {
+pub struct Light<N = Setting> {
+    /// Its name; empty if it has none.
+    pub name: String,
     /// Where its light comes from.
-    pub source: LightSource,
+    pub source: LightSource<N>,
     /// Linear red, green, blue.
-    pub color: Triple,
+    pub color: [N; 3],
     /// A factor on the colour.
-    pub intensity: Setting,
+    pub intensity: N,
     /// Its shadow.
-    pub shadow: Shadow,
+    pub shadow: Shadow<N>,
+}
+
+impl<N: Copy> Light<N> {
+    /// The same with other numbers.
+    pub fn map<M>(&self, mut number: impl FnMut(N) -> M) -> Light<M> {
+        Light {
+            name: self.name.clone(),
+            source: match self.source {
+                LightSource::Directional(v) => LightSource::Directional(v.map(&mut number)),
+                LightSource::Point(v) => LightSource::Point(v.map(&mut number)),
+            },
+            color: self.color.map(&mut number),
+            intensity: number(self.intensity),
+            shadow: match self.shadow {
+                Shadow::None => Shadow::None,
+                Shadow::Hard => Shadow::Hard,
+                Shadow::Plain(size) => Shadow::Plain(number(size)),
+                Shadow::Soft(size) => Shadow::Soft(number(size)),
+                Shadow::Sized(size) => Shadow::Sized(number(size)),
+            },
+        }
+    }
 }
 
 /// Where light comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum LightSource {
-    /// From far away, out of this direction.
-    Directional(Triple),
-    /// From a point.
-    Point(Triple),
+pub enum LightSource<N = Setting> {
+    /// From far away, out of this direction (towards the light).
+    Directional([N; 3]),
+    /// From a point; the intensity is what arrives at a distance of one unit.
+    Point([N; 3]),
 }
 
-/// How a light's shadow is drawn; see the language's `shadow:`.
+/// How a light's shadow is drawn. The number is the angular radius of the light as a ratio (0.03 is
+/// wide), or the size of a sized one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Shadow {
+pub enum Shadow<N = Setting> {
     /// It casts none.
     None,
     /// With a sharp edge.
     Hard,
-    /// A penumbra from the nearest of the points that the ray stepped on.
-    Plain(Setting),
-    /// A penumbra from the nearest point of the ray, estimated between steps.
-    Soft(Setting),
-    /// A penumbra that also darkens from inside the shape.
-    Sized(Setting),
+    /// A penumbra from the nearest of the points that the ray stepped on (the plain form).
+    Plain(N),
+    /// A penumbra from the nearest point of the ray, estimated between steps (the improved form).
+    Soft(N),
+    /// A penumbra that also darkens from inside the shape (the sized-light form).
+    Sized(N),
 }
 
 /// The sky.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sky {
+pub struct Sky<N = Setting> {
     /// The colour straight up.
-    pub top: Triple,
+    pub top: [N; 3],
     /// The colour at the horizon.
-    pub horizon: Triple,
+    pub horizon: [N; 3],
     /// The colour straight down.
-    pub ground: Triple,
+    pub ground: [N; 3],
     /// A factor on the light that comes from the sky.
-    pub ambient: Setting,
+    pub ambient: N,
     /// How much of a surface the air hides per unit of distance.
-    pub fog: Option<Setting>,
+    pub fog: Option<N>,
+}
+
+impl<N: Copy> Sky<N> {
+    /// The same with other numbers.
+    pub fn map<M>(&self, mut number: impl FnMut(N) -> M) -> Sky<M> {
+        Sky {
+            top: self.top.map(&mut number),
+            horizon: self.horizon.map(&mut number),
+            ground: self.ground.map(&mut number),
+            ambient: number(self.ambient),
+            fog: self.fog.map(&mut number),
+        }
+    }
 }
 
 /// How a scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Render {
+pub struct Render<N = Setting> {
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Samples per pixel along each side.
     pub aa: u32,
     /// The most steps of a ray.
     pub steps: u32,
-    /// How far a ray goes; `None` lets the bounds decide.
+    /// How far a ray goes, in scene units; `None` lets the bounds decide.
     pub far: Option<f64>,
     /// How occlusion darkens crevices.
     pub occlusion: Occlusion,
-    /// How far occlusion reaches; `None` lets the bounds decide.
+    /// How far occlusion reaches, in scene units; `None` lets the bounds decide.
     pub occlusion_reach: Option<f64>,
     /// How normals are found.
     pub normals: Normals,
     /// How light becomes a colour on the screen.
     pub tonemap: Tonemap,
     /// A factor on all light, before tone mapping.
-    pub exposure: Setting,
+    pub exposure: N,
+}
+
+impl<N: Copy> Render<N> {
+    /// The same with other numbers.
+    pub fn map<M>(&self, mut number: impl FnMut(N) -> M) -> Render<M> {
+        Render {
+            size: self.size,
+            aa: self.aa,
+            steps: self.steps,
+            far: self.far,
+            occlusion: self.occlusion,
+            occlusion_reach: self.occlusion_reach,
+            normals: self.normals,
+            tonemap: self.tonemap,
+            exposure: number(self.exposure),
+        }
+    }
 }
 
 /// Ambient occlusion.

@@ -69,6 +69,7 @@ fn lights_of_every_kind() {
     let mut scene = module(EVERYTHING, None);
     let light = scene.settings.lights[0].clone();
     let with = |source, shadow| Light {
+        name: String::new(),
         source,
         shadow,
         intensity: Setting::Constant(0.8),

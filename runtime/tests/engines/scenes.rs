@@ -104,6 +104,7 @@ fn settings() -> Settings {
             automatic: false,
         }],
         lights: vec![Light {
+            name: String::new(),
             source: LightSource::Directional(triple([0.6, 1.0, 0.5])),
             color: triple([1.0, 0.95, 0.9]),
             intensity: Setting::Constant(2.5),

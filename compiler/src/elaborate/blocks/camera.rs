@@ -36,24 +36,24 @@ impl<'a> Elaborator<'a> {
                 self.report(Diagnostic::error(codes::E0208, block.kind.span, message));
                 return Ok(());
             }
-            (None, Some(height)) => (Lens::Orthographic { height }, "height"),
-            (Some(fov), None) => (Lens::Perspective { fov }, "fov"),
+            (None, Some(height)) => (Lens::Orthographic(height), "height"),
+            (Some(fov), None) => (Lens::Perspective(fov), "fov"),
             (None, None) => (camera.lens, ""),
         };
         camera.lens = lens;
         if let Some(field) = self.given(block, place) {
             let (id, most) = match lens {
-                Lens::Perspective { fov } => (fov, std::f64::consts::PI),
-                Lens::Orthographic { height } => (height, f64::INFINITY),
+                Lens::Perspective(fov) => (fov, std::f64::consts::PI),
+                Lens::Orthographic(height) => (height, f64::INFINITY),
             };
             let now = self.present(id);
             if !(now > 0.0 && now < most) {
                 let message = match lens {
-                    Lens::Perspective { .. } => {
+                    Lens::Perspective(_) => {
                         let now = short(now.to_degrees());
                         format!("a field of view lies between 0 and 180 degrees, and this is {now}")
                     }
-                    Lens::Orthographic { .. } => {
+                    Lens::Orthographic(_) => {
                         format!(
                             "the height of a view is larger than 0, and this is {}",
                             short(now)
@@ -122,9 +122,7 @@ impl<'a> Elaborator<'a> {
             from: from.map(&mut c),
             look: [0.0; 3].map(&mut c),
             up: up.map(&mut c),
-            lens: Lens::Perspective {
-                fov: c(35.0_f64.to_radians()),
-            },
+            lens: Lens::Perspective(c(35.0_f64.to_radians())),
             automatic: true,
         }
     }
