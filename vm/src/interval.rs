@@ -112,6 +112,13 @@ impl End for f32 {
     }
 }
 
+/// Whether a number is one, and not NaN.
+#[inline(always)]
+#[expect(clippy::eq_op, reason = "NaN alone is not equal to itself")]
+fn is_number<E: End>(v: E) -> bool {
+    v == v
+}
+
 /// Noise over a box: its value in the middle, and no more than its slope allows on the way from
 /// there; `slack` covers rounding. What the middle is rounded to does not matter.
 #[inline(always)]
@@ -199,7 +206,7 @@ impl<E: End> IntervalOf<E> {
     /// Rounded outwards; NaN becomes everything.
     #[inline(always)]
     fn widened(lo: E, hi: E) -> Self {
-        let known = (lo == lo) & (hi == hi);
+        let known = is_number(lo) & is_number(hi);
         Self {
             lo: E::select(known, lo.down(), -E::INFINITY),
             hi: E::select(known, hi.up(), E::INFINITY),
@@ -208,7 +215,7 @@ impl<E: End> IntervalOf<E> {
     /// The hull of four numbers, rounded outwards.
     #[inline(always)]
     fn of_four([a, b, c, d]: [E; 4]) -> Self {
-        let known = (a == a) & (b == b) & (c == c) & (d == d);
+        let known = is_number(a) & is_number(b) & is_number(c) & is_number(d);
         let (lo, hi) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
         Self {
             lo: E::select(known, lo.down(), -E::INFINITY),

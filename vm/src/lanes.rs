@@ -75,8 +75,13 @@ pub struct Loops<L: Lane> {
     /// Points moved by a constant.
     pub(crate) moved: fn(&L::PointBlock, [f32; 4], &mut L::PointBlock, usize),
     /// Points mapped by three rows.
-    pub(crate) mapped: fn(&L::PointBlock, [[f32; 4]; 3], &mut L::PointBlock, usize),
+    pub(crate) mapped: Map<L>,
 }
+
+/// The three rows of a matrix.
+type Rows = [[f32; 4]; 3];
+
+type Map<L> = fn(&<L as Lane>::PointBlock, Rows, &mut <L as Lane>::PointBlock, usize);
 
 type Operate<L> = fn(
     Op,

@@ -27,6 +27,9 @@ pub const ID: usize = 11;
 /// A surface in each lane.
 pub type SurfaceBlock = [Column; NUMBERS];
 
+/// Blocks change places with each other by their pointers.
+type Swapped = Box<SurfaceBlock>;
+
 /// Materials attached to dual values.
 #[derive(Default)]
 pub struct Surfaces {
@@ -36,7 +39,7 @@ pub struct Surfaces {
     pub unpainted: [f32; NUMBERS],
     result: Box<SurfaceBlock>,
     blended: Box<SurfaceBlock>,
-    registers: Vec<Box<SurfaceBlock>>,
+    registers: Vec<Swapped>,
     pending: Box<SurfaceBlock>,
 }
 

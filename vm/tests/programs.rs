@@ -171,10 +171,8 @@ fn values_at(program: &Program, tape: &[Clause], points: &[Column; 3]) -> Column
 fn broken(program: &Program, tape: &Tape, points: &[Column; 3], lane: usize) -> bool {
     let mut chooser = Chooser::new(tape);
     let boxes = chooser.boxes();
-    for axis in 0..3 {
-        boxes[axis] = points[axis];
-        boxes[axis + 3] = points[axis];
-    }
+    boxes[..3].copy_from_slice(points);
+    boxes[3..].copy_from_slice(points);
     let [lo, hi] = *chooser.run(program, &tape.clauses, LANES);
     let value = values_at(program, &tape.clauses, points).0[lane];
     !(lo.0[lane] <= value && value <= hi.0[lane])

@@ -181,13 +181,13 @@ impl<'a> Worker<'a> {
         let [low, high] = *self.chooser.run(self.program, tape, LANES);
         let mut children = [EMPTY; CHILDREN];
         let first = part.cells.len();
-        for lane in 0..CHILDREN {
+        for (lane, entry) in children.iter_mut().enumerate() {
             let (low, high) = (low.0[lane], high.0[lane]);
             if low > 0.0 {
                 continue;
             }
             if high < 0.0 {
-                children[lane] = FULL;
+                *entry = FULL;
                 continue;
             }
             let start = part.clauses.len();
@@ -213,7 +213,7 @@ impl<'a> Worker<'a> {
             };
             let most = STALE[usize::from(len * 2 <= whole)];
             let cut = stale < most && refine.cut(&child, len);
-            children[lane] = CELL + part.cells.len() as u32;
+            *entry = CELL + part.cells.len() as u32;
             let cell = Cell {
                 region: child,
                 slope: 1.0,

@@ -322,17 +322,15 @@ widest! {
 
 #[inline(always)]
 fn start_body(f: &Frame, items: &[u32], pixels: &[[f32; 2]], p: &mut Packet) {
-    let mut at = [[0.0_f32; LANES]; 2];
-    for lane in 0..LANES {
+    let mut at = [[0.0_f32; 2]; LANES];
+    for (lane, at) in at.iter_mut().enumerate() {
         // Lanes that are left over repeat the first ray.
         let item = items.get(lane).or(items.first()).copied().unwrap_or(0);
-        let [x, y] = pixels[item as usize];
-        at[0][lane] = x;
-        at[1][lane] = y;
+        *at = pixels[item as usize];
     }
     let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
-    for lane in 0..LANES {
-        let camera = camera_ray(f, [at[0][lane], at[1][lane]]);
+    for (lane, &at) in at.iter().enumerate() {
+        let camera = camera_ray(f, at);
         let (origin, direction) = (camera.origin, camera.direction);
         p.origin_x.0[lane] = origin.x;
         p.origin_y.0[lane] = origin.y;

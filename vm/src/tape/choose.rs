@@ -117,7 +117,7 @@ fn support(kernel: Kernel, width: f32, coefficient: f32) -> f32 {
 /// In which boxes only one of two operands matters.
 fn decide(
     kernel: Kernel,
-    [sign, second, width, coefficient]: [f32; 4],
+    [sign, negate, width, coefficient]: [f32; 4],
     a: &[Column; 2],
     b: &[Column; 2],
 ) -> [u64; 2] {
@@ -129,19 +129,20 @@ fn decide(
     } else {
         (&a[0], &a[1])
     };
-    let other = sign * second;
+    let other = sign * negate;
     let (b_low, b_high) = if other < 0.0 {
         (&b[1], &b[0])
     } else {
         (&b[0], &b[1])
     };
     let (sa, sb) = (1.0_f32.copysign(sign), 1.0_f32.copysign(other));
-    let mut decided = [[false; LANES]; 2];
-    for lane in 0..LANES {
-        decided[0][lane] = b_low.0[lane] * sb - a_high.0[lane] * sa > support;
-        decided[1][lane] = a_low.0[lane] * sa - b_high.0[lane] * sb > support;
+    let mut first = [false; LANES];
+    let mut second = [false; LANES];
+    for (lane, (first, second)) in first.iter_mut().zip(&mut second).enumerate() {
+        *first = b_low.0[lane] * sb - a_high.0[lane] * sa > support;
+        *second = a_low.0[lane] * sa - b_high.0[lane] * sb > support;
     }
-    [bits(&decided[0]), bits(&decided[1])]
+    [bits(&first), bits(&second)]
 }
 
 /// The flags as bits.
