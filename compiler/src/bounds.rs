@@ -3,7 +3,7 @@
 //! A box follows from the rules of the table, shape by shape; what the rules do not know (a warp, a
 //! displacement, a field) follows by interval arithmetic where that gives something finite. What is
 //! added to a shape grows its box by as much as the shape's distance is less than it should be, see
-//! [`crate::spread`].
+//! `spread.rs`.
 
 use crate::expression::{ExprId, Expression, Expressions, ParamId};
 use crate::scene::{Animation, Param, Scene, Shape, ShapeId, ShapeKind};

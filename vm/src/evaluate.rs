@@ -1,5 +1,5 @@
 //! Running a program on one point, on any number type: the meaning of programs in its shortest
-//! form. Tests and proofs use it (`f64`, intervals, duals); pictures use [`crate::batch`].
+//! form. Tests and proofs use it (`f64`, intervals, duals); pictures use [`crate::tape`].
 //!
 //! The program must be verified ([`crate::verify`]).
 

@@ -2,7 +2,7 @@
 //!
 //! A walk is a ray that asks the field at one point after another. Walks in lanes advance together;
 //! a lane whose walk has ended takes the next item, so all lanes are busy until items run out. The
-//! loops over lanes are compiled once per instruction set, as those of `sdfc_vm::batch` are.
+//! loops over lanes are compiled once per instruction set, as those of `sdfc_vm::lanes` are.
 
 use super::{Column, Evaluator, LANES, Points};
 
