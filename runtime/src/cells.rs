@@ -1,11 +1,10 @@
 //! Cells: a sparse hierarchy of boxes, each with the part of the program that matters in it.
 //!
-//! A cell is cut into 4 × 4 × 4 children, which are evaluated at once, in 64 lanes, on intervals
-//! that bound what `f32` gives anywhere in a child. A child in which the field has one sign is done:
-//! nothing but its sign and the least magnitude of the field are kept. A child that may hold a
-//! surface gets its parent's tape, pruned by the choices that the box decides, and is cut again
-//! where [`Refine`] asks for it. What a tape gives inside its cell is what the whole program gives,
-//! in every bit.
+//! A cell is cut into 64 children, which are evaluated at once, in as many lanes. A child in which
+//! the field is farther from zero than anyone asks for ([`Cut::band`]) is done: nothing but its sign
+//! is kept. Every other one gets its parent's tape, pruned by the choices that the box decides, and
+//! is cut again where [`Refine`] asks for it. What a tape gives inside its cell is what the whole
+//! program gives, in every bit.
 //!
 //! Method: M. Keeter, *Massively Parallel Rendering of Complex Closed-Form Implicit Surfaces*, 2020;
 //! W. Barbier and others, *Lipschitz Pruning*, 2025.
@@ -13,17 +12,55 @@
 mod build;
 mod find;
 mod lazy;
+mod pack;
 
-pub use build::{Refine, build};
+pub use build::{Cut, Refine, build};
 pub use lazy::Lazy;
+pub use pack::{Packed, fits};
 
 use sdfc_vm::lanes::Column;
 use sdfc_vm::tape::Clause;
 
-/// How many children a cell has along each axis.
-pub const SPLIT: usize = 4;
 /// How many children a cell has.
-pub const CHILDREN: usize = SPLIT * SPLIT * SPLIT;
+pub const CHILDREN: usize = 64;
+
+/// How a cell is cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Split {
+    /// Into 4 × 4 × 4 children.
+    #[default]
+    Cube,
+    /// Into 8 × 8 along x and y: all points that are asked for lie in a plane.
+    Square,
+}
+
+impl Split {
+    /// The bits that say which child a place lies in, along each axis that is cut.
+    pub fn digit(self) -> u32 {
+        match self {
+            Self::Cube => 2,
+            Self::Square => 3,
+        }
+    }
+    /// How many levels of cells there are at most: the coordinates of deeper ones would hardly
+    /// differ in `f32`.
+    pub fn levels(self) -> u32 {
+        match self {
+            Self::Cube => 10,
+            Self::Square => 6,
+        }
+    }
+    /// The bits of a place.
+    pub fn bits(self) -> u32 {
+        self.digit() * self.levels()
+    }
+    fn counts(self) -> [usize; 3] {
+        match self {
+            Self::Cube => [4; 3],
+            Self::Square => [8, 8, 1],
+        }
+    }
+}
 
 /// A box.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,11 +79,13 @@ impl Region {
         })
     }
     /// One of its children: counted along x, then y, then z.
-    pub fn child(&self, index: usize) -> Self {
-        let place = [index % SPLIT, index / SPLIT % SPLIT, index / SPLIT / SPLIT];
+    pub fn child(&self, index: usize, split: Split) -> Self {
+        let counts = split.counts();
+        let [x, y, _] = counts;
+        let place = [index % x, index / x % y, index / x / y];
         let at = |axis: usize, n: usize| {
-            let size = (self.high[axis] - self.low[axis]) / SPLIT as f32;
-            if n == SPLIT {
+            let size = (self.high[axis] - self.low[axis]) / counts[axis] as f32;
+            if n == counts[axis] {
                 self.high[axis]
             } else {
                 self.low[axis] + size * n as f32
@@ -59,14 +98,16 @@ impl Region {
     }
     /// The box that is looked at for a cell in this one: a little larger, for what rounding puts on
     /// the wrong side of a face.
-    pub fn with_margin(&self) -> Self {
+    pub fn with_margin(&self, split: Split) -> Self {
         let farthest = (0..3).fold(0.0, |most, axis| {
             f32::max(most, self.low[axis].abs().max(self.high[axis].abs()))
         });
         let margin = self.side() / 64.0 + farthest * 1e-6;
+        let counts = split.counts();
+        let margin = |axis: usize| if counts[axis] > 1 { margin } else { 0.0 };
         Self {
-            low: self.low.map(|v| v - margin),
-            high: self.high.map(|v| v + margin),
+            low: std::array::from_fn(|axis| self.low[axis] - margin(axis)),
+            high: std::array::from_fn(|axis| self.high[axis] + margin(axis)),
         }
     }
     /// Writes it to a lane of boxes.
@@ -86,6 +127,13 @@ struct Kept {
     len: u32,
 }
 
+impl Kept {
+    /// Names the list.
+    fn key(self) -> (u32, u32) {
+        (self.arena, self.start)
+    }
+}
+
 /// A cell that may hold a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
@@ -103,7 +151,7 @@ pub struct Cell {
 /// The children of a cell.
 #[derive(Clone, Debug)]
 struct Node {
-    /// [`EMPTY`], [`FULL`], a leaf's number from [`CELL`] on, or that of a node from [`NODE`] on.
+    /// [`EMPTY`], [`FULL`], a cell's number from [`CELL`] on, or that of a node from [`NODE`] on.
     children: [u32; CHILDREN],
 }
 
@@ -119,17 +167,29 @@ const NODE: u32 = 1 << 31;
 /// A scene's cells.
 #[derive(Clone, Debug)]
 pub struct Cells {
+    split: Split,
     /// The first is the whole.
     cells: Vec<Cell>,
     /// The first is the whole's, if it is cut.
     nodes: Vec<Node>,
     arenas: Vec<Vec<Clause>>,
+    /// Whether some were not cut for want of memory.
+    short: bool,
 }
 
 impl Cells {
     /// The box that they fill.
     pub fn region(&self) -> &Region {
         &self.cells[0].region
+    }
+    /// How they are cut.
+    pub fn split(&self) -> Split {
+        self.split
+    }
+    /// Whether some cells were not cut for want of memory, so that their tapes are longer than they
+    /// might be.
+    pub fn short(&self) -> bool {
+        self.short
     }
     /// The tape of a cell.
     pub fn tape(&self, cell: u32) -> &[Clause] {

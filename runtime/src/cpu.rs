@@ -84,7 +84,12 @@ pub struct Geometry {
 
 /// The plane that a picture shows if it sees it face on, along parallel rays.
 pub fn face_on(picture: &Picture) -> Option<figure::Plane> {
-    tile::face_on(&picture.uniforms, picture).map(|(plane, _)| plane)
+    plane_and_band(picture).map(|(plane, _)| plane)
+}
+
+/// The same, and how far from zero the field may be told by its sign alone.
+pub(crate) fn plane_and_band(picture: &Picture) -> Option<(figure::Plane, f32)> {
+    tile::face_on(&picture.uniforms, picture)
 }
 
 /// Computes where the surface is at each pixel of a picture's first pass, and nothing else: no light

@@ -13,11 +13,10 @@
 //! [`invocations`]; a line too long for one axis goes on along y.
 //!
 //! The stages `march`, `shadow` and `occlusion` are resumable ([`Stage::is_resumable`]): one
-//! dispatch evaluates the scene at most `budget` times per ray and lists the rays that are not done
-//! in the queue. Before each of their dispatches the queue's first word is set to 0; the first one
-//! runs with `resume = 0`, `phase = 0`. While the queue's first word then says that `n > 0` rays are
-//! left, the stage runs again over a line of `n` with `resume = 1`, `listed = n` and `phase`
-//! flipped.
+//! dispatch evaluates the scene a bounded number of times per ray and lists the rays that are not
+//! done in the queue. Before each of their dispatches four words are written to its front
+//! ([`queue_front`]). While its first word then says that rays are left, the stage runs again over a
+//! line of so many, the other half of the queue being read.
 //!
 //! The `edges` stage compares neighbours within a tile: tiles for it overlap by one pixel.
 
@@ -100,7 +99,7 @@ pub enum Slot {
     Lights = 1,
     /// A [`Ray`] per pixel.
     Rays = 2,
-    /// What is left to do: a count, three unused words, and two lists of indices.
+    /// What is left to do: the words of [`queue_front`], and two lists of indices.
     Queue = 3,
     /// Four numbers per pixel: the normal, and one unused.
     Normals = 4,
@@ -150,6 +149,12 @@ impl Slot {
 /// How many entries a half of the queue holds: the number to put into [`Frame::capacity`].
 pub fn queue_capacity(pixels: u64, lights: u64) -> u64 {
     pixels * lights.max(1)
+}
+
+/// The front of the queue before a dispatch that evaluates the scene at most `budget` times in each
+/// invocation, and reads the first `listed` entries of a half, 0 or 1; with none it takes all rays.
+pub fn queue_front(budget: u32, listed: u32, half: u32) -> [u32; 4] {
+    [0, budget, listed, half]
 }
 
 /// How a kernel uses a buffer.

@@ -6,11 +6,12 @@
 //! results are stored behind it, since software devices run every `case`; for the same reason the
 //! stack's bookkeeping is free of branches. The word layout is drawn in [`sdfc_vm::program`].
 
-use sdfc_vm::apply::wgsl_name;
-use sdfc_vm::kernel::Kernel;
-use sdfc_vm::library::{Library, blend_name};
+mod operation;
+pub mod tape;
+
+use operation::{Names, blends, case, frame, surface_blend, widest};
+use sdfc_vm::library::Library;
 use sdfc_vm::program::{Code, Needs};
-use sdfc_vm::row::{Category, Input, Output, ParameterType, Row};
 use std::fmt::Write;
 
 /// The binding of the instructions.
@@ -18,7 +19,8 @@ pub const CODE_SLOT: u32 = 16;
 /// The binding of the constants.
 pub const POOL_SLOT: u32 = 17;
 /// The binding of where programs lie among the instructions: the distance's from 0 to x, that of
-/// surfaces from y to z.
+/// surfaces from y to z. In storage, since software Vulkan compiles a kernel again for each new
+/// value of a uniform that a loop's end depends on.
 pub const LENGTH_SLOT: u32 = 18;
 
 /// Where instructions and constants lie.
@@ -62,8 +64,17 @@ pub enum Function {
     Surface,
 }
 
-/// The bindings that an interpreter reads.
+/// The bindings that the interpreter of stacks reads.
 pub fn bindings(memory: Memory) -> String {
+    format!(
+        "{}@group(0) @binding({LENGTH_SLOT}) var<storage, read> program_length: vec4u;
+",
+        code_bindings(memory)
+    )
+}
+
+/// The bindings that both interpreters read.
+fn code_bindings(memory: Memory) -> String {
     let (code, pool) = match memory {
         Memory::Uniform { code, pool } => (
             format!("var<uniform> code: array<vec4u, {code}>"),
@@ -77,7 +88,6 @@ pub fn bindings(memory: Memory) -> String {
     format!(
         "@group(0) @binding({CODE_SLOT}) {code};
 @group(0) @binding({POOL_SLOT}) {pool};
-@group(0) @binding({LENGTH_SLOT}) var<uniform> program_length: vec4u;
 "
     )
 }
@@ -160,13 +170,7 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
         &format!("for (var at = {first}; at < program_length.{end}; at += 1u) {{"),
     );
     line(2, "let word = code[at];");
-    let widest = needs
-        .codes
-        .iter()
-        .map(|code| code.pool_width())
-        .max()
-        .unwrap_or(0);
-    for k in 0..widest {
+    for k in 0..widest(needs) {
         line(2, &format!("let k{k} = pool[word.y + {k}u];"));
     }
     if needs.constant_operands || !needs.kernels.is_empty() {
@@ -199,9 +203,17 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     if surface {
         line(2, "var painted = material;");
     }
+    let names = Names {
+        point: "p",
+        one: "top",
+        two: ["a", "b"],
+        three: ["s", "a", "b"],
+        both: "taken == 2u",
+        materials: stack.then_some(["materials[depth - 1u]", "material"]),
+    };
     line(2, "switch word.x & 255u {");
     for &code in &needs.codes {
-        let body = case(code, needs, dual, surface, stack, library);
+        let body = case(code, needs, dual, surface, &names, library);
         line(3, &format!("case {}u: {{ {body} }}", code.number()));
     }
     line(3, "default: {}");
@@ -218,38 +230,6 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     );
     line(0, "}");
     text
-}
-
-/// The point through the instruction's frame, as `q`.
-fn frame(needs: &Needs, dual: bool, library: &mut Library, line: &mut impl FnMut(usize, &str)) {
-    if !needs.moved && !needs.mapped {
-        line(2, "let q = p;");
-        return;
-    }
-    line(2, "let frame = (word.x >> 14u) & 3u;");
-    line(2, "let f0 = pool[word.z];");
-    line(2, "var q = p;");
-    if needs.moved {
-        let target = if dual { "q.p" } else { "q" };
-        let from = if dual { "p.p" } else { "p" };
-        line(
-            2,
-            &format!("{target} = select({from}, {from} + f0.xyz, frame == 1u);"),
-        );
-    }
-    if needs.mapped {
-        line(2, "let f1 = pool[word.z + 1u];");
-        line(2, "let f2 = pool[word.z + 2u];");
-        line(2, "let rows = transpose(mat3x3f(f0.xyz, f1.xyz, f2.xyz));");
-        line(2, "let shift = vec3f(f0.w, f1.w, f2.w);");
-        if dual {
-            library.use_mapped_gradient();
-            line(2, "if frame == 2u { q = mapped_gradient(p, rows, shift); }");
-        } else {
-            library.use_mapped();
-            line(2, "q = select(q, mapped(p, rows, shift), frame == 2u);");
-        }
-    }
 }
 
 /// The operands of the operations: `u` alone; `a` and `b` of two; `s`, `a`, `b` of three.
@@ -296,141 +276,6 @@ fn operands(needs: &Needs, stack: bool, dual: bool, line: &mut impl FnMut(usize,
     }
 }
 
-/// What an opcode does: it sets `result`, or the point, and in surfaces perhaps the material.
-fn case(
-    code: Code,
-    needs: &Needs,
-    dual: bool,
-    surface: bool,
-    stack: bool,
-    library: &mut Library,
-) -> String {
-    let slot = "(word.x >> 24u)";
-    match code {
-        Code::Op(op) => {
-            let row = op.row();
-            let call = |point: &str, values: [&str; 3]| {
-                let suffix = if dual { "_gradient" } else { "" };
-                format!(
-                    "{}{suffix}({})",
-                    wgsl_name(op),
-                    arguments(row, point, values)
-                )
-            };
-            if dual {
-                library.use_gradient(op);
-            } else {
-                library.use_value(op);
-            }
-            let values = match row.arity() {
-                0 | 1 => ["top", "", ""],
-                2 => ["a", "b", ""],
-                _ => ["s", "a", "b"],
-            };
-            let target = if row.output == Output::Point {
-                "p"
-            } else {
-                "result"
-            };
-            let mut body = format!("{target} = {};", call("q", values));
-            if surface && row.output == Output::Value {
-                match row.arity() {
-                    0 => body.push_str(" painted = unpainted_surface();"),
-                    2 if row.meta.category == Category::Combine && stack => {
-                        library.use_mixed_surface();
-                        // The point stays: only the operands' shares are asked for.
-                        let still = "DualPoint(q.p, vec3f(), vec3f(), vec3f())";
-                        let seeds = ["vec4f(1.0, 0.0, 0.0, a.w)", "vec4f(0.0, 1.0, 0.0, b.w)", ""];
-                        let weights = call(still, seeds);
-                        let mixed =
-                            format!("mixed_surface(materials[depth - 1u], material, {weights})");
-                        let _ = if needs.constant_operands {
-                            write!(body, " if taken == 2u {{ painted = {mixed}; }}")
-                        } else {
-                            write!(body, " painted = {mixed};")
-                        };
-                    }
-                    2 if stack => {
-                        body.push_str(" if taken == 2u { painted = materials[depth - 1u]; }")
-                    }
-                    _ => {}
-                }
-            }
-            body
-        }
-        Code::Load => {
-            let mut body = format!("result = slots[{slot}];");
-            if surface {
-                let _ = write!(body, " painted = slot_materials[{slot}];");
-            }
-            body
-        }
-        Code::Store => {
-            let mut body = format!("slots[{slot}] = top; result = top;");
-            if surface {
-                let _ = write!(body, " slot_materials[{slot}] = material;");
-            }
-            body
-        }
-        Code::Take => "result = top;".to_owned(),
-        Code::Normal => {
-            library.use_local_normal();
-            format!("result = vec4f(0.0, 0.0, 0.0, local_normal(q.dx, q.dy, q.dz, n)[{slot}]);")
-        }
-        Code::Channel => format!("channels[{slot}] = top;"),
-        Code::Paint => {
-            let channels = needs.codes.contains(&Code::Channel);
-            let number = |channel: u32, constant: &str| {
-                if channels {
-                    format!(
-                        "select({constant}, channels[{channel}].w, ({slot} & {}u) != 0u)",
-                        1 << channel
-                    )
-                } else {
-                    constant.to_owned()
-                }
-            };
-            let bump = if channels {
-                "select(vec3f(0.0), channels[8].xyz, k2.y != 0.0)"
-            } else {
-                "vec3f(0.0)"
-            };
-            format!(
-                "result = top; painted = Surface(vec3f({}, {}, {}), {}, vec3f({}, {}, {}), {}, {bump}, k2.x);",
-                number(0, "k0.x"),
-                number(1, "k0.y"),
-                number(2, "k0.z"),
-                number(3, "k0.w"),
-                number(4, "k1.x"),
-                number(5, "k1.y"),
-                number(6, "k1.z"),
-                number(7, "k1.w"),
-            )
-        }
-    }
-}
-
-/// The arguments of a row's function, read from the loaded constants.
-fn arguments(row: &Row, point: &str, values: [&str; 3]) -> String {
-    let mut values = values.into_iter();
-    let mut list: Vec<String> = Vec::new();
-    for input in row.inputs {
-        match input {
-            Input::Point => list.push(point.to_owned()),
-            Input::Value => list.extend(values.next().map(str::to_owned)),
-        }
-    }
-    for (parameter, offset) in row.parameters.iter().zip(row.offsets()) {
-        let (vector, start) = (offset / 4, offset % 4);
-        let letters = &"xyzw"[start..start + parameter.ty.width()];
-        let constant = format!("k{vector}.{letters}");
-        list.push(match parameter.ty {
-            ParameterType::Scalar | ParameterType::Vec2 | ParameterType::Vec3 => constant,
-        });
-    }
-    list.join(", ")
-}
-
 /// What becomes of the result: pushed, or blended into what is below; without one, what is below
 /// comes back.
 fn place(
@@ -445,24 +290,17 @@ fn place(
         .codes
         .iter()
         .any(|code| code.gives_point() || *code == Code::Channel);
-    if needs.kernels.is_empty() {
-        line(2, "var placed = result;");
-    } else {
+    if !needs.kernels.is_empty() {
         line(2, "let kernel = (word.x >> 8u) & 7u;");
-        line(2, "var placed = result;");
-        for &kernel in &needs.kernels {
-            let call = blend(kernel, dual, library, "below", "result");
-            line(
-                2,
-                &format!(
-                    "placed = select(placed, {call}, kernel == {}u);",
-                    kernel.number()
-                ),
-            );
-        }
     }
+    blends(needs, dual, library, line);
     if surface {
-        surface_place(needs, stack, library, line);
+        let under = if stack {
+            "materials[depth - taken]"
+        } else {
+            "material"
+        };
+        surface_blend(needs, under, library, line);
     }
     if none {
         line(2, "let none = (word.x & 0x800u) != 0u;");
@@ -490,54 +328,4 @@ fn place(
         };
         line(2, &format!("depth = depth - taken + {stays};"));
     }
-}
-
-/// The material of a blend: both operands', by the blend's derivatives.
-fn surface_place(
-    needs: &Needs,
-    stack: bool,
-    library: &mut Library,
-    line: &mut impl FnMut(usize, &str),
-) {
-    if needs.kernels.is_empty() {
-        return;
-    }
-    library.use_mixed_surface();
-    let under = if stack {
-        "materials[depth - taken]"
-    } else {
-        "material"
-    };
-    line(2, "if kernel != 0u {");
-    line(3, "let seed_a = vec4f(1.0, 0.0, 0.0, below.w);");
-    line(3, "let seed_b = vec4f(0.0, 1.0, 0.0, result.w);");
-    line(3, "var weights = vec4f();");
-    for &kernel in &needs.kernels {
-        let call = blend(kernel, true, library, "seed_a", "seed_b");
-        line(
-            3,
-            &format!(
-                "weights = select(weights, {call}, kernel == {}u);",
-                kernel.number()
-            ),
-        );
-    }
-    line(
-        3,
-        &format!("painted = mixed_surface({under}, painted, weights);"),
-    );
-    line(2, "}");
-}
-
-fn blend(kernel: Kernel, dual: bool, library: &mut Library, a: &str, b: &str) -> String {
-    let suffix = if dual { "_gradient" } else { "" };
-    if dual {
-        library.use_blend_gradient(kernel);
-    } else {
-        library.use_blend(kernel);
-    }
-    format!(
-        "{}{suffix}({a}, {b}, c.x, c.y, c.z, c.w)",
-        blend_name(kernel)
-    )
 }

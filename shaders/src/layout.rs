@@ -115,22 +115,36 @@ shared! {
         sample: u32,
         /// How many passes there are.
         samples: u32,
-        /// The most evaluations of the scene in one invocation of a resumable stage.
-        budget: u32,
         /// The most steps of a ray.
         steps: u32,
         /// The most steps of a shadow ray.
         shadow_steps: u32,
-        /// 0 in the first dispatch of a resumable stage, 1 in all later ones.
-        resume: u32,
-        /// Which half of the queue is read; the other one is written.
-        phase: u32,
-        /// How many items the queue's half holds that is read.
-        listed: u32,
         /// How many items a half of the queue has room for.
         capacity: u32,
         /// How many lights there are.
         lights: u32,
+    }
+}
+
+shared! {
+    /// Where cells are, and which are the first: see [`crate::interpreter::tape`].
+    Grid {
+        /// The lower corner of their box.
+        low: vec3f,
+        /// How many bits the numbers of a place have.
+        bits: u32,
+        /// From coordinates to those numbers.
+        scale: vec3f,
+        /// How many of the bits say which child of a cell it is.
+        digit: u32,
+        /// The first cell of the distance.
+        distance: u32,
+        /// The whole tape of the distance, for points outside the box.
+        distance_whole: u32,
+        /// The first cell of surfaces.
+        surface: u32,
+        /// The whole tape of surfaces.
+        surface_whole: u32,
     }
 }
 

@@ -7,6 +7,7 @@ use crate::picture;
 use crate::scene::{self, Build};
 use crate::terminal::Terminal;
 use sdfc_runtime::engine::{Engine, EngineKind};
+use sdfc_runtime::frame::RenderSettings;
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::{Report, difference_picture, small, verify};
 use serde_json::{Value, json};
@@ -27,6 +28,9 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "ENGINES", value_delimiter = ',', value_parser = kind,
         default_value = "cpu,interp,wgsl")]
     engines: Vec<EngineKind>,
+    /// The pictures' width and height in pixels; without it they are 160 wide.
+    #[arg(long, value_name = "WxH", value_parser = super::render::size)]
+    size: Option<[u32; 2]>,
     /// The folder that pictures go to where engines differ.
     #[arg(short, long, value_name = "FOLDER", default_value = "out")]
     output: PathBuf,
@@ -78,7 +82,15 @@ fn compared(
     let scene = scene::open(path, &arguments.build, terminal)?;
     let settings = resolve(scene.module(), &scene.outputs, &Overrides::default())
         .map_err(|error| Failure::Input(format!("{}: {error}", path.display())))?;
-    verify(&scene.loaded(), engines, &small(&settings)).map_err(engine::failed)
+    let settings = match arguments.size {
+        Some(size) => RenderSettings {
+            size,
+            aa: 1,
+            ..settings
+        },
+        None => small(&settings),
+    };
+    verify(&scene.loaded(), engines, &settings).map_err(engine::failed)
 }
 
 /// The pictures of engines that differ, and where.

@@ -3,8 +3,8 @@
 use crate::corpus::{compiled, name, on_large_stack, scenes};
 use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::cells::{Refine, Region, build};
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
+use sdfc_runtime::cells::{Cut, Refine, Region, Split, build};
+use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open};
 use sdfc_runtime::frame::{CellUse, Frame};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::compare;
@@ -20,9 +20,8 @@ fn all() -> Vec<PathBuf> {
     paths
 }
 
-/// The scene drawn by the cpu engine.
-fn drawn(compiled: &Compiled, outputs: &[f64], cells: CellUse) -> Frame {
-    let mut engine = open(EngineKind::Cpu).expect("every machine has a processor");
+/// The scene drawn.
+fn drawn(engine: &mut dyn Engine, compiled: &Compiled, outputs: &[f64], cells: CellUse) -> Frame {
     let overrides = Overrides {
         size: Some([128, 96]),
         aa: Some(1),
@@ -51,12 +50,14 @@ const THIN: [(&str, usize); 3] = [
 #[test]
 fn pictures_are_the_same_with_and_without_cells() {
     let mut failures = Vec::new();
+    let mut engine = open(EngineKind::Cpu).expect("every machine has a processor");
     for path in all() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
-        let without = drawn(&compiled, &outputs, CellUse::Never);
+        let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, cells);
+        let without = drawn(CellUse::Never);
         for cells in [CellUse::Auto, CellUse::Always] {
-            let with = drawn(&compiled, &outputs, cells);
+            let with = drawn(cells);
             let (differences, _) = compare(&without, &with);
             let thin = THIN.iter().find(|(scene, _)| *scene == name(&path));
             let allowed = thin.map_or(0, |&(_, allowed)| allowed);
@@ -68,11 +69,42 @@ fn pictures_are_the_same_with_and_without_cells() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
+#[test]
+fn the_interpreter_draws_the_same_bits_with_and_without_cells() {
+    let Ok(mut engine) = open(EngineKind::Interp) else {
+        eprintln!("skipped: no adapter");
+        return;
+    };
+    let mut failures = Vec::new();
+    for path in all() {
+        let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        let outputs = compiled.module.update(0.0);
+        let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, cells);
+        let [without, with] = [CellUse::Never, CellUse::Always].map(&mut drawn);
+        let differing =
+            |same: &dyn Fn(usize) -> bool| (0..without.depth.len()).filter(|&i| !same(i)).count();
+        let found = [
+            differing(&|i| without.color[i].map(f32::to_bits) == with.color[i].map(f32::to_bits)),
+            differing(&|i| without.depth[i].to_bits() == with.depth[i].to_bits()),
+            differing(&|i| without.normal[i].map(f32::to_bits) == with.normal[i].map(f32::to_bits)),
+            differing(&|i| without.id[i] == with.id[i]),
+            differing(&|i| without.steps[i] == with.steps[i]),
+        ];
+        if found != [0; 5] {
+            failures.push(format!(
+                "{}: colours, depths, normals, materials and steps differ in {found:?} pixels",
+                path.display()
+            ));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
 /// Cuts everything down to a side.
 struct Down(f32);
 
 impl Refine for Down {
-    fn cut(&self, region: &Region, _: usize) -> bool {
+    fn cut(&self, region: &Region, _: usize, _: f32) -> bool {
         region.side() > self.0
     }
 }
@@ -89,7 +121,13 @@ fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
             low: [-3.1; 3],
             high: [3.2; 3],
         };
-        let cells = build(program, &tape, region, &Down(0.5));
+        let cut = Cut {
+            region,
+            split: Split::Cube,
+            band: 0.0,
+            refine: &Down(0.5),
+        };
+        let cells = build(program, &tape, &cut);
         let mut machine = Machine::<f32>::new(tape.values, tape.points);
         let mut run = |clauses: &[Clause], points: [Column; 3]| {
             *machine.seed() = points;

@@ -1,11 +1,11 @@
 //! Building cells, level by level, on all cores.
 
-use super::{CELL, CHILDREN, Cell, Cells, EMPTY, FULL, Kept, NODE, Node, Region};
+use super::{CELL, CHILDREN, Cell, Cells, EMPTY, FULL, Kept, NODE, Node, Region, Split};
 use crate::crew::share;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::FloatInterval;
 use sdfc_vm::lanes::{Column, LANES};
-use sdfc_vm::program::{Code, Program};
+use sdfc_vm::program::{Code, Instruction, Program};
 use sdfc_vm::table::Op;
 use sdfc_vm::tape::choose::Chooser;
 use sdfc_vm::tape::machine::Machine;
@@ -14,8 +14,8 @@ use sdfc_vm::tape::{Clause, Tape};
 
 /// The most cells; those that are not cut for it keep the tape that they have.
 const MOST: usize = 400_000;
-/// The most levels: the coordinates of deeper ones would hardly differ in `f32`.
-pub(super) const LEVELS: usize = 10;
+/// The most clauses of all tapes together.
+const MOST_CLAUSES: usize = 3_000_000;
 
 /// After so many levels in a row that left next to nothing out of their tapes, the next ones will not
 /// either: of tapes that are still most of the program, and of others.
@@ -23,19 +23,36 @@ const STALE: [u32; 2] = [3, 1];
 
 /// Decides which cells are cut further.
 pub trait Refine: Sync {
-    /// Whether this one is, with a tape of so many clauses.
-    fn cut(&self, region: &Region, clauses: usize) -> bool;
+    /// Whether this one is, with a tape of so many clauses; in all of it the field is `away` from
+    /// zero or farther.
+    fn cut(&self, region: &Region, clauses: usize, away: f32) -> bool;
 }
 
-/// The cells of a program in a box.
-pub fn build(program: &Program, tape: &Tape, region: Region, refine: &dyn Refine) -> Cells {
+/// What is cut, and how far.
+#[derive(Clone, Copy)]
+pub struct Cut<'a> {
+    /// The box that is cut.
+    pub region: Region,
+    /// How cells are cut.
+    pub split: Split,
+    /// Where the field is this far from zero or farther, nothing but its sign is kept. With 0 the
+    /// cells that may hold a surface are kept, with infinity all are.
+    pub band: f32,
+    /// How small they get.
+    pub refine: &'a dyn Refine,
+}
+
+/// The cells of a program.
+pub fn build(program: &Program, tape: &Tape, cut: &Cut<'_>) -> Cells {
+    let region = cut.region;
     // Raw fields are divided by a bound of their slope that holds everywhere; in a cell it may be
     // far smaller. Distances have a slope of one nearly everywhere, which needs no finding out.
-    let slopes = program
-        .code
-        .iter()
-        .any(|i| i.code == Code::Op(Op::FieldDistance));
+    // Only who looks for the surface asks.
+    let raw = |i: &Instruction| i.code == Code::Op(Op::FieldDistance);
+    let slopes = cut.band == 0.0 && program.code.iter().any(raw);
     let mut cells = Cells {
+        split: cut.split,
+        short: false,
         cells: vec![Cell {
             region,
             slope: 1.0,
@@ -54,8 +71,13 @@ pub fn build(program: &Program, tape: &Tape, region: Region, refine: &dyn Refine
         cell: 0,
         entry: None,
     }];
-    for _ in 0..LEVELS {
-        if parents.is_empty() || cells.cells.len() > MOST {
+    for _ in 0..cut.split.levels() {
+        if parents.is_empty() {
+            break;
+        }
+        let clauses: usize = cells.arenas.iter().map(Vec::len).sum();
+        if cells.cells.len() > MOST || clauses > MOST_CLAUSES {
+            cells.short = true;
             break;
         }
         let length = parents.len().div_ceil(rayon::current_num_threads() * 8);
@@ -63,7 +85,7 @@ pub fn build(program: &Program, tape: &Tape, region: Region, refine: &dyn Refine
         let parts = share(
             pieces.len(),
             || Worker::new(program, tape),
-            |worker, piece| worker.cut_all(&cells, pieces[piece], refine, slopes),
+            |worker, piece| worker.cut_all(&cells, pieces[piece], cut, slopes),
         );
         parents.clear();
         for part in parts {
@@ -148,34 +170,22 @@ impl<'a> Worker<'a> {
         worker
     }
 
-    fn cut_all(
-        &mut self,
-        cells: &Cells,
-        parents: &[Parent],
-        refine: &dyn Refine,
-        slopes: bool,
-    ) -> Part {
+    fn cut_all(&mut self, cells: &Cells, parents: &[Parent], cut: &Cut<'_>, slopes: bool) -> Part {
         let mut part = Part::default();
         for &parent in parents {
-            self.cut(cells, parent.cell, refine, slopes, &mut part);
+            self.cut(cells, parent.cell, cut, slopes, &mut part);
             part.parents.push(parent);
         }
         part
     }
 
-    fn cut(
-        &mut self,
-        cells: &Cells,
-        parent: u32,
-        refine: &dyn Refine,
-        slopes: bool,
-        part: &mut Part,
-    ) {
+    fn cut(&mut self, cells: &Cells, parent: u32, cut: &Cut<'_>, slopes: bool, part: &mut Part) {
         let region = cells.cell(parent).region;
         let (tape, whole) = (cells.tape(parent), cells.tape(0).len());
         let boxes = self.chooser.boxes();
         for lane in 0..CHILDREN {
-            region.child(lane).with_margin().put(boxes, lane);
+            let child = region.child(lane, cut.split);
+            child.with_margin(cut.split).put(boxes, lane);
         }
         let seed = *boxes;
         let [low, high] = *self.chooser.run(self.program, tape, LANES);
@@ -183,10 +193,10 @@ impl<'a> Worker<'a> {
         let first = part.cells.len();
         for (lane, entry) in children.iter_mut().enumerate() {
             let (low, high) = (low.0[lane], high.0[lane]);
-            if low > 0.0 {
+            if low > 0.0 && low >= cut.band {
                 continue;
             }
-            if high < 0.0 {
+            if high < 0.0 && high <= -cut.band {
                 *entry = FULL;
                 continue;
             }
@@ -205,14 +215,14 @@ impl<'a> Worker<'a> {
                     len: len as u32,
                 }
             };
-            let child = region.child(lane);
+            let child = region.child(lane, cut.split);
             let stale = if len * 10 > tape.len() * 9 {
                 cells.cell(parent).stale + 1
             } else {
                 0
             };
             let most = STALE[usize::from(len * 2 <= whole)];
-            let cut = stale < most && refine.cut(&child, len);
+            let again = stale < most && cut.refine.cut(&child, len, low.max(-high).max(0.0));
             *entry = CELL + part.cells.len() as u32;
             let cell = Cell {
                 region: child,
@@ -221,7 +231,7 @@ impl<'a> Worker<'a> {
                 stale,
                 leaf: true,
             };
-            part.cells.push((cell, cut));
+            part.cells.push((cell, again));
         }
         if slopes && part.cells[first..].iter().any(|&(_, cut)| !cut) {
             let bounds = self.slopes(tape, &seed);

@@ -1,21 +1,23 @@
 //! Places: coordinates as whole numbers with the digits of all levels of cells. Two bits a level say
 //! which child it is, so that looking a point up takes no arithmetic but shifts.
 
-use super::{CELL, Cells, FULL, NODE, Region, SPLIT, build::LEVELS};
+use super::{CELL, CHILDREN, Cells, FULL, NODE, Region};
 use sdfc_vm::lanes::{LANES, Points};
 
 /// Bits of a level's digit.
-pub(super) const DIGIT: u32 = SPLIT.trailing_zeros();
+pub(super) const DIGIT: u32 = 2;
 /// Bits of all levels.
-pub(super) const BITS: u32 = DIGIT * LEVELS as u32;
+pub(super) const BITS: u32 = 20;
+/// Only cells that are cut along all axes are looked up here.
+const _: () = assert!(CHILDREN == 1 << (3 * DIGIT) && BITS.is_multiple_of(DIGIT));
 /// The first number of the place of a point that is outside.
 pub(super) const OUTSIDE: u32 = u32::MAX;
 
 /// Which child of a cell a place lies in, where so many bits are within the child.
 #[inline(always)]
 pub(super) fn child_at(place: [u32; 3], within: u32) -> usize {
-    let digit = |axis: usize| (place[axis] >> within) as usize % SPLIT;
-    digit(0) + SPLIT * (digit(1) + SPLIT * digit(2))
+    let digit = |axis: usize| (place[axis] >> within) as usize % (1 << DIGIT);
+    digit(0) | digit(1) << DIGIT | digit(2) << (2 * DIGIT)
 }
 
 /// From coordinates to places.

@@ -3,7 +3,7 @@
 //! since a shadow's edge needs the distance itself.
 
 use super::find::{BITS, DIGIT, Grid, OUTSIDE, child_at};
-use super::{CHILDREN, Region};
+use super::{CHILDREN, Region, Split};
 use sdfc_vm::lanes::{LANES, Points};
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::choose::{Chooser, Decided};
@@ -160,7 +160,8 @@ impl Lazy {
         let children = cell.children.get_or_insert_with(|| {
             let boxes = chooser.boxes();
             for lane in 0..CHILDREN {
-                cell.region.child(lane).with_margin().put(boxes, lane);
+                let child = cell.region.child(lane, Split::Cube);
+                child.with_margin(Split::Cube).put(boxes, lane);
             }
             chooser.run(program, &cell.clauses, LANES);
             Box::new(Children {
@@ -177,7 +178,7 @@ impl Lazy {
         );
         clauses.shrink_to_fit();
         children.cells[child] = number;
-        let region = cell.region.child(child);
+        let region = cell.region.child(child, Split::Cube);
         let little = clauses.len() * 10 > cell.clauses.len() * 9;
         let stale = if little { cell.stale + 1 } else { 0 };
         self.cells.push(Cell {

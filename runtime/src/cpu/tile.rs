@@ -357,11 +357,11 @@ pub(super) fn face_on(frame: &layout::Frame, picture: &Picture) -> Option<(Plane
         down: ((at(0.0, height) - first) * (1.0 / height)).to_array(),
         size: picture.size.map(|n| n as usize),
     };
-    let band = match picture.features.mode {
+    let band = picture.band.unwrap_or(match picture.features.mode {
         Mode::Distance => f32::INFINITY,
         // A pixel is wholly inside or outside where the surface is more than its size away.
         _ => 4.0 * frame.footprint * (frame.samples as f32).sqrt() / frame.inverse_slope,
-    };
+    });
     Some((plane, band))
 }
 

@@ -1,7 +1,7 @@
 //! The CPU engine: programs on batches of 64 points, all cores.
 
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, cut};
-use crate::cells::{self, Cells, Lazy, Region};
+use crate::cells::{self, Cells, Cut, Lazy, Region, Split};
 use crate::cpu::figure::{self, Plane};
 use crate::cpu::{self, Asked, Column, Evaluator, Field, Geometry, LANES, Points, SurfaceBlock};
 use crate::frame::{CellUse, FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare};
@@ -126,17 +126,17 @@ impl Field for Scene {
         self.facts
     }
     fn cells(&self, picture: &Picture) -> Option<Cells> {
-        let wanted = match picture.cells {
-            CellUse::Never => false,
-            CellUse::Auto => cut::pays(&self.distance, &self.tape),
-            CellUse::Always => true,
-        };
-        if !wanted {
+        if !cut::wanted(picture, &self.distance, &self.tape) {
             return None;
         }
         let region = cut::region(&picture.uniforms)?;
-        let refine = cut::Pixels::of(&picture.uniforms);
-        Some(cells::build(&self.distance, &self.tape, region, &refine))
+        let cut = Cut {
+            region,
+            split: Split::Cube,
+            band: 0.0,
+            refine: &cut::Pixels::of(&picture.uniforms),
+        };
+        Some(cells::build(&self.distance, &self.tape, &cut))
     }
     fn figure(&self, picture: &Picture, plane: &Plane, band: f32) -> Option<Vec<f32>> {
         let wanted = match picture.cells {
@@ -221,7 +221,7 @@ impl RegionTapes {
         for regions in regions.chunks(LANES) {
             let boxes = chooser.boxes();
             for (lane, region) in regions.iter().enumerate() {
-                region.with_margin().put(boxes, lane);
+                region.with_margin(Split::Cube).put(boxes, lane);
             }
             chooser.run(program, &tape.clauses, regions.len());
             for lane in 0..regions.len() {

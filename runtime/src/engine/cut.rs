@@ -1,6 +1,9 @@
 //! Which cells a picture wants: where they begin, how small they get, and whether they pay.
 
-use crate::cells::{Refine, Region};
+use crate::cells::{Cut, Refine, Region, Split};
+use crate::cpu::figure::Plane;
+use crate::cpu::plane_and_band;
+use crate::frame::{CellUse, Picture};
 use sdfc_shaders::layout::Frame;
 use sdfc_vm::program::{Code, Program};
 use sdfc_vm::row::Category;
@@ -62,6 +65,119 @@ pub(super) fn region(frame: &Frame) -> Option<Region> {
     })
 }
 
+/// Tapes of no more clauses are short enough where each point is looked up.
+const SHORT: usize = 6;
+
+/// Whether a picture's rays are to meet cells.
+pub(super) fn wanted(picture: &Picture, program: &Program, tape: &Tape) -> bool {
+    match picture.cells {
+        CellUse::Never => false,
+        CellUse::Auto => pays(program, tape),
+        CellUse::Always => true,
+    }
+}
+
+/// What an engine that looks every point up cuts for a picture: the part of space that rays of all
+/// kinds come through, or the plane of a figure.
+pub(super) struct Space {
+    region: Region,
+    split: Split,
+    band: f32,
+    pixels: Pixels,
+    inverse_slope: f32,
+}
+
+impl Space {
+    /// `None` where there is nothing to be seen.
+    pub(super) fn of(picture: &Picture) -> Option<Self> {
+        let frame = &picture.uniforms;
+        if picture.shows_plane() {
+            let (plane, band) = plane_and_band(picture)?;
+            let (region, split) = around(&plane);
+            return Some(Self {
+                region,
+                split,
+                band,
+                pixels: Pixels::of(frame),
+                inverse_slope: frame.inverse_slope,
+            });
+        }
+        // Taps of occlusion and of normals reach out of the bounds.
+        let reach = frame.occlusion_reach.max(0.0);
+        let grown = Frame {
+            bounds_min: frame.bounds_min.map(|v| v - reach),
+            bounds_max: frame.bounds_max.map(|v| v + reach),
+            ..*frame
+        };
+        Some(Self {
+            region: region(&grown)?,
+            split: Split::Cube,
+            band: f32::INFINITY,
+            pixels: Pixels::of(frame),
+            inverse_slope: frame.inverse_slope,
+        })
+    }
+
+    /// The cells of the distance.
+    pub(super) fn distance(&self) -> Cut<'_> {
+        Cut {
+            region: self.region,
+            split: self.split,
+            band: self.band,
+            refine: self,
+        }
+    }
+
+    /// The cells of surfaces: a figure shows its colours everywhere, other scenes only where rays
+    /// end.
+    pub(super) fn surface(&self) -> Cut<'_> {
+        Cut {
+            band: match self.split {
+                Split::Square => f32::INFINITY,
+                Split::Cube => 0.0,
+            },
+            ..self.distance()
+        }
+    }
+}
+
+impl Refine for Space {
+    fn cut(&self, region: &Region, clauses: usize, away: f32) -> bool {
+        // A ray's step is about as long as the way to the surface: it asks few times in a cell that
+        // is smaller than that.
+        clauses > SHORT
+            && away * self.inverse_slope < 2.0 * region.side()
+            && self.pixels.cut(region, clauses, away)
+    }
+}
+
+/// The box around a figure's pixels, and how it is cut.
+fn around(plane: &Plane) -> (Region, Split) {
+    let [right, down] = plane.size.map(|n| n as f32);
+    let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
+    for axis in 0..3 {
+        let (x, y) = (plane.right[axis] * right, plane.down[axis] * down);
+        let first = plane.first[axis];
+        // Rays meet the plane with some rounding, and subpixels lie beyond the pixels' middles.
+        let slack = plane.right[axis].abs() + plane.down[axis].abs() + first.abs() * 1e-5;
+        low[axis] = first + x.min(0.0) + y.min(0.0) - slack;
+        high[axis] = first + x.max(0.0) + y.max(0.0) + slack;
+    }
+    let thick = 1e-5 * (high[0] - low[0]).max(high[1] - low[1]);
+    if high[2] - low[2] <= thick {
+        low[2] -= thick;
+        high[2] += thick;
+        return (Region { low, high }, Split::Square);
+    }
+    let side = (0..3).fold(0.0, |side, axis| f32::max(side, high[axis] - low[axis]));
+    let middle: [f32; 3] = std::array::from_fn(|axis| (low[axis] + high[axis]) / 2.0);
+    let cube = Region {
+        low: middle.map(|m| m - side / 2.0),
+        high: middle.map(|m| m + side / 2.0),
+    };
+    (cube, Split::Cube)
+}
+
 /// Cells as large as so many pixels of a picture.
 pub(super) struct Pixels {
     eye: [f32; 3],
@@ -82,7 +198,7 @@ impl Pixels {
 }
 
 impl Refine for Pixels {
-    fn cut(&self, region: &Region, clauses: usize) -> bool {
+    fn cut(&self, region: &Region, clauses: usize, _: f32) -> bool {
         let side = region.side();
         let away = |axis: usize| {
             (region.low[axis] - self.eye[axis])

@@ -9,7 +9,7 @@ use super::kernels::Kernels;
 use super::rate::Rate;
 use super::tiles::{TileBuffers, Tiles};
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, query};
-use crate::frame::{FieldFacts, Frame, RenderSettings, Surface, prepare};
+use crate::frame::{FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare};
 use crate::gpu::{Binding, Buffer, DeviceKind, Gpu};
 use crate::settings::{facts, unpainted};
 use sdfc_shaders::assemble::SceneFunction;
@@ -46,6 +46,15 @@ pub(super) trait OnDevice: Sized {
     fn load(gpu: &Gpu, scene: &Loaded<'_>, before: Option<Self>) -> Result<Self, EngineError>;
     /// Writes the numbers of new parameters.
     fn update(&mut self, gpu: &Gpu, module: &Module, outputs: &[f64]) -> Result<(), EngineError>;
+    /// Makes ready for a picture, or for a query where there is none; whether the buffers are
+    /// others now. The programs' constants are those of the last load or update.
+    fn prepare(&mut self, _gpu: &Gpu, _picture: Option<&Picture>) -> Result<bool, EngineError> {
+        Ok(false)
+    }
+    /// A number that is another whenever [`OnDevice::source`] or the bindings are.
+    fn variant(&self) -> u32 {
+        0
+    }
     /// These functions and what they need.
     fn source(&self, functions: &[SceneFunction]) -> SceneText;
     /// The buffers that [`OnDevice::source`] declares.
@@ -99,6 +108,15 @@ impl<S: OnDevice> GpuEngine<S> {
             rate: Rate::default(),
             buffers: TileBuffers::default(),
         }
+    }
+
+    /// Lets the scene make ready; `None` is a query.
+    pub(super) fn prepare(&mut self, picture: Option<&Picture>) -> Result<(), EngineError> {
+        let scene = self.scene.as_mut().ok_or(EngineError::NothingLoaded)?;
+        if scene.on_device.prepare(&self.gpu, picture)? {
+            self.buffers.generation += 1;
+        }
+        Ok(())
     }
 
     /// Fails if an invocation that evaluates the scene `times` times would run loops for too long.
@@ -176,6 +194,36 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
         Ok(())
     }
 
+    fn figure(
+        &mut self,
+        settings: &RenderSettings,
+        band: f32,
+    ) -> Result<Option<Vec<f32>>, EngineError> {
+        let Some(plane) = super::plane(settings) else {
+            return Ok(None);
+        };
+        let settings = RenderSettings {
+            mode: Mode::Mask,
+            plane: true,
+            aa: 1,
+            ..settings.clone()
+        };
+        let scene = self.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
+        let picture = Picture {
+            band: Some(band),
+            ..prepare(&settings, &scene.facts)
+        };
+        self.prepare(Some(&picture))?;
+        let plan = self.plan(&picture)?;
+        let [width, height] = plane.size;
+        let mut values = vec![0.0; width * height];
+        let mut tiles = Tiles::of(picture.size);
+        while let Some(tile) = tiles.next(plan.largest.min(self.rate.pixels(plan.weight))) {
+            self.values(&plan, &picture, tile, &mut values)?;
+        }
+        Ok(Some(values))
+    }
+
     fn render(
         &mut self,
         settings: &RenderSettings,
@@ -192,6 +240,7 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
             id: surface.id,
             ..picture.uniforms
         };
+        self.prepare(Some(&picture))?;
         let plan = self.plan(&picture)?;
         let [width, height] = picture.size;
         let total = u64::from(width) * u64::from(height);

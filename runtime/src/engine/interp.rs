@@ -1,17 +1,25 @@
 //! The interpreter on a GPU: both programs of a scene as words and constants in buffers, and a
 //! kernel with only the operations they need. Another scene that needs no more runs in the same
 //! kernel, so an edit is a write to a buffer.
+//!
+//! Where cells pay, the kernel is the one that runs tapes ([`sdfc_shaders::interpreter::tape`]), and
+//! a picture begins with cutting its part of space on the processor.
 
 use super::driver::{OnDevice, SceneText, unpainted_surface};
-use super::{EngineError, EngineKind, Loaded};
+use super::{EngineError, EngineKind, Loaded, cut};
+use crate::cells::{self, Packed};
+use crate::frame::{CellUse, Picture};
 use crate::gpu::{Access, Binding, Buffer, Gpu, Usage};
 use sdfc_shaders::assemble::SceneFunction;
+use sdfc_shaders::interpreter::tape::{self, GRID_SLOT, NODES_SLOT, Registers, TAPES_SLOT};
 use sdfc_shaders::interpreter::{
     CODE_SLOT, Function, LENGTH_SLOT, Memory, POOL_SLOT, bindings, interpreter,
 };
+use sdfc_shaders::layout;
 use sdfc_vm::encode::encode;
 use sdfc_vm::library::Library;
-use sdfc_vm::program::{Instruction, Module, Needs};
+use sdfc_vm::program::{Module, Needs, Program};
+use sdfc_vm::tape::Tape;
 
 /// Constants that may be read behind the last one: an instruction's are loaded before it is known
 /// how many it has.
@@ -23,9 +31,27 @@ pub(super) struct Interpreter {
     distance: Needs,
     surface: Option<Needs>,
     memory: Memory,
-    /// The programs as they were loaded.
-    loaded: [Vec<Instruction>; 2],
+    /// The programs with their present constants; the second one is that of surfaces.
+    programs: [Option<Program>; 2],
+    /// Their tapes, once they are asked for.
+    tapes: Option<[Option<Tape>; 2]>,
+    /// Instructions and constants.
+    words: [(Binding, Buffer); 2],
+    length: (Binding, Buffer),
+    cells: CellBuffers,
+    /// What kernels read now: the above, with the length or the cells.
     buffers: Vec<(Binding, Buffer)>,
+}
+
+/// Cells on the device.
+#[derive(Default)]
+struct CellBuffers {
+    /// Nodes, tapes and grid, as large as was needed so far.
+    buffers: Vec<(Binding, Buffer)>,
+    /// What they were made for, if kernels read them now.
+    used: Option<layout::Frame>,
+    /// What kernels are made for.
+    registers: Registers,
 }
 
 impl OnDevice for Interpreter {
@@ -36,11 +62,11 @@ impl OnDevice for Interpreter {
         let surface = module.surface.as_ref();
         let distance_needs = module.distance.needs();
         let surface_needs = surface.map(|program| program.needs());
-        let loaded = [
-            module.distance.code.clone(),
-            surface.map(|p| p.code.clone()).unwrap_or_default(),
-        ];
-        let code = loaded.iter().map(Vec::len).sum();
+        let programs = [Some(module.distance.clone()), module.surface.clone()];
+        let lengths = programs
+            .each_ref()
+            .map(|p| p.as_ref().map_or(0, |p| p.code.len()));
+        let code = lengths.iter().sum();
         let pool = pool(module);
         let memory = Memory::for_program(code, pool.len());
 
@@ -54,9 +80,14 @@ impl OnDevice for Interpreter {
                 }
                 && holds(before.memory, code, pool.len())
         });
-        let (distance_needs, surface_needs, memory) = match kept {
-            Some(before) => (before.distance, before.surface, before.memory),
-            None => (distance_needs, surface_needs, memory),
+        let (distance_needs, surface_needs, memory, cells) = match kept {
+            Some(before) => (before.distance, before.surface, before.memory, before.cells),
+            None => (
+                distance_needs,
+                surface_needs,
+                memory,
+                CellBuffers::default(),
+            ),
         };
 
         let words = words(module);
@@ -69,44 +100,80 @@ impl OnDevice for Interpreter {
             ),
             Memory::Storage => (Usage::Storage, Access::StorageRead, code, pool.len()),
         };
-        let [first, second] = loaded.each_ref().map(|code| code.len() as u32);
+        let [first, second] = lengths.map(|length| length as u32);
         let lengths = [first, first, first + second, 0];
         let buffer = |slot, label, usage, access, size: usize| {
             let buffer = gpu.buffer(label, usage, 16 * size as u64)?;
             Ok::<_, EngineError>((Binding { slot, access }, buffer))
         };
-        let buffers = vec![
+        let length = buffer(
+            LENGTH_SLOT,
+            "program length",
+            Usage::Storage,
+            Access::StorageRead,
+            1,
+        )?;
+        let in_memory = [
             buffer(CODE_SLOT, "code", usage, access, code_size)?,
             buffer(POOL_SLOT, "pool", usage, access, pool_size)?,
-            buffer(
-                LENGTH_SLOT,
-                "program length",
-                Usage::Uniform,
-                Access::Uniform,
-                1,
-            )?,
         ];
-        gpu.write(&buffers[0].1, &words)?;
-        gpu.write(&buffers[1].1, &pool)?;
-        gpu.write(&buffers[2].1, &lengths)?;
-        Ok(Self {
+        gpu.write(&in_memory[0].1, &words)?;
+        gpu.write(&in_memory[1].1, &pool)?;
+        gpu.write(&length.1, &lengths)?;
+        let mut loaded = Self {
             distance: distance_needs,
             surface: surface_needs,
             memory,
-            loaded,
-            buffers,
-        })
+            programs,
+            tapes: None,
+            words: in_memory,
+            length,
+            cells,
+            buffers: Vec::new(),
+        };
+        loaded.without_cells();
+        Ok(loaded)
     }
 
     fn update(&mut self, gpu: &Gpu, module: &Module, _: &[f64]) -> Result<(), EngineError> {
-        let surface = module.surface.as_ref().map(|program| &program.code);
-        let [distance_code, surface_code] = &self.loaded;
-        let same = module.distance.code == *distance_code
-            && surface.map_or(surface_code.is_empty(), |code| code == surface_code);
-        if !same {
+        let now = [Some(&module.distance), module.surface.as_ref()];
+        let code = |program: Option<&Program>| program.map(|program| program.code.clone());
+        if now.map(code) != self.programs.each_ref().map(|p| code(p.as_ref())) {
             return Err(EngineError::AnotherScene);
         }
-        Ok(gpu.write(&self.buffers[1].1, &pool(module))?)
+        self.programs = now.map(|program| program.cloned());
+        // Other constants prune to other tapes.
+        self.tapes = None;
+        self.cells.used = None;
+        Ok(gpu.write(&self.words[1].1, &pool(module))?)
+    }
+
+    fn prepare(&mut self, gpu: &Gpu, picture: Option<&Picture>) -> Result<bool, EngineError> {
+        let had_cells = self.has_cells();
+        let packed = match picture {
+            Some(picture) if self.may_cut(picture) => {
+                if had_cells && self.cells.used == Some(picture.uniforms) {
+                    return Ok(false);
+                }
+                self.packed(picture)
+            }
+            _ => None,
+        };
+        let Some(packed) = packed else {
+            self.without_cells();
+            return Ok(had_cells);
+        };
+        self.with_cells(gpu, &packed)?;
+        self.cells.used = picture.map(|picture| picture.uniforms);
+        Ok(true)
+    }
+
+    fn variant(&self) -> u32 {
+        if !self.has_cells() {
+            return 0;
+        }
+        let Registers { values, points } = self.cells.registers;
+        1 + (values << 8 | points) as u32
     }
 
     fn source(&self, functions: &[SceneFunction]) -> SceneText {
@@ -121,13 +188,22 @@ impl OnDevice for Interpreter {
                     Function::Surface,
                 ),
             };
-            text.push_str(&interpreter(needs, function, &mut library));
+            text.push_str(&if self.has_cells() {
+                tape::interpreter(needs, self.cells.registers, function, &mut library)
+            } else {
+                interpreter(needs, function, &mut library)
+            });
             text.push('\n');
         }
         let (called, calls) = library.text();
         let unpainted = unpainted_surface(functions);
+        let bindings = if self.has_cells() {
+            tape::bindings(self.memory)
+        } else {
+            bindings(self.memory)
+        };
         SceneText {
-            text: format!("{}\n{unpainted}{called}{text}", bindings(self.memory)),
+            text: format!("{bindings}\n{unpainted}{called}{text}"),
             calls,
         }
     }
@@ -137,10 +213,107 @@ impl OnDevice for Interpreter {
     }
 
     fn iterations(&self, function: SceneFunction) -> usize {
-        match function {
-            SceneFunction::Distance | SceneFunction::Gradient => self.loaded[0].len(),
-            SceneFunction::Surface => self.loaded[1].len(),
+        let [distance, surface] = &self.programs;
+        let program = match function {
+            SceneFunction::Distance | SceneFunction::Gradient => distance,
+            SceneFunction::Surface => surface,
+        };
+        program.as_ref().map_or(0, |program| program.code.len()) + LOOKUP
+    }
+}
+
+/// The rounds of the loop that looks a cell up.
+const LOOKUP: usize = 10;
+
+impl Interpreter {
+    fn has_cells(&self) -> bool {
+        self.buffers.len() > 3
+    }
+
+    /// Lets kernels run whole programs.
+    fn without_cells(&mut self) {
+        self.cells.used = None;
+        self.buffers = self.words.to_vec();
+        self.buffers.push(self.length.clone());
+    }
+
+    /// Whether cells are wanted, and possible with these programs.
+    fn may_cut(&mut self, picture: &Picture) -> bool {
+        if picture.cells == CellUse::Never {
+            return false;
         }
+        let programs = &self.programs;
+        let tapes: &[Option<Tape>; 2] = self
+            .tapes
+            .get_or_insert_with(|| programs.each_ref().map(|p| p.as_ref().map(Tape::of)));
+        let [Some(program), _] = programs else {
+            return false;
+        };
+        let [Some(tape), _] = tapes else {
+            return false;
+        };
+        tapes.iter().flatten().all(cells::fits) && cut::wanted(picture, program, tape)
+    }
+
+    /// The cells of a picture, as words.
+    fn packed(&self, picture: &Picture) -> Option<Packed> {
+        let space = cut::Space::of(picture)?;
+        let [distance, surface] = &self.programs;
+        let [distance_tape, surface_tape] = self.tapes.as_ref()?;
+        let (program, tape) = (distance.as_ref()?, distance_tape.as_ref()?);
+        let cut = space.distance();
+        let mut packed = Packed::new(&cut.region, cut.split);
+        packed.add_distance(tape, &cells::build(program, tape, &cut));
+        if let (Some(program), Some(tape)) = (surface, surface_tape)
+            && picture.features.materials
+        {
+            // Its instructions lie behind those of the distance.
+            let base = distance.as_ref()?.code.len() as u32;
+            packed.add_surface(tape, &cells::build(program, tape, &space.surface()), base);
+        }
+        Some(packed)
+    }
+
+    /// Brings cells to the device.
+    fn with_cells(&mut self, gpu: &Gpu, packed: &Packed) -> Result<(), EngineError> {
+        let cells = &mut self.cells;
+        let storage = |slot| Binding {
+            slot,
+            access: Access::StorageRead,
+        };
+        let grid = Binding {
+            slot: GRID_SLOT,
+            access: Access::Uniform,
+        };
+        // One entry at least, for buffers cannot be empty.
+        let mut nodes = packed.nodes.clone();
+        nodes.resize(nodes.len().max(1), 0);
+        let sizes = [
+            (storage(NODES_SLOT), 4 * nodes.len()),
+            (storage(TAPES_SLOT), 8 * packed.tapes.len()),
+            (grid, size_of::<layout::Grid>()),
+        ];
+        for (at, (binding, size)) in sizes.into_iter().enumerate() {
+            let size = size as u64;
+            if cells.buffers.get(at).is_some_and(|(_, b)| b.size() >= size) {
+                continue;
+            }
+            let usage = match binding.access {
+                Access::Uniform => Usage::Uniform,
+                _ => Usage::Storage,
+            };
+            let buffer = gpu.buffer("cells", usage, size)?;
+            match cells.buffers.get_mut(at) {
+                Some(place) => place.1 = buffer,
+                None => cells.buffers.push((binding, buffer)),
+            }
+        }
+        gpu.write(&cells.buffers[0].1, &nodes)?;
+        gpu.write(&cells.buffers[1].1, &packed.tapes)?;
+        gpu.write(&cells.buffers[2].1, &[packed.grid])?;
+        cells.registers = cells.registers.join(packed.registers.class());
+        self.buffers = self.words.iter().chain(&cells.buffers).cloned().collect();
+        Ok(())
     }
 }
 

@@ -16,7 +16,7 @@ pub(super) struct Kernels {
     entries: Vec<Entry>,
     by_text: HashMap<String, usize>,
     /// The kernels of the present scene's pictures.
-    stages: HashMap<(Stage, Features), usize>,
+    stages: HashMap<(Stage, Features, u32), usize>,
 }
 
 /// A kernel and what it is run with.
@@ -50,16 +50,19 @@ impl Kernels {
         &mut self.entries[id.0]
     }
 
-    /// The kernel of a stage, with the scene functions that it calls.
+    /// The kernel of a stage, with the scene functions that it calls; `variant` names their text and
+    /// bindings among those of the present scene.
     pub(super) fn stage(
         &mut self,
         gpu: &Gpu,
         stage: Stage,
         features: &Features,
+        variant: u32,
         scene: impl FnOnce() -> SceneText,
         scene_bindings: &[Binding],
     ) -> Result<KernelId, GpuError> {
-        if let Some(&at) = self.stages.get(&(stage, features.clone())) {
+        let key = (stage, features.clone(), variant);
+        if let Some(&at) = self.stages.get(&key) {
             return Ok(KernelId(at));
         }
         let calls_scene = !stage.scene_functions(features).is_empty();
@@ -86,7 +89,7 @@ impl Kernels {
             slots,
             calls_scene,
         )?;
-        self.stages.insert((stage, features.clone()), at.0);
+        self.stages.insert(key, at.0);
         Ok(at)
     }
 

@@ -8,7 +8,9 @@ use super::kernels::KernelId;
 use super::tiles::Tile;
 use crate::frame::{Frame, Picture, Status, Surface};
 use crate::gpu::{Batch, Binding, BoundKernel, Extent};
-use sdfc_shaders::assemble::{SceneFunction, Slot, Stage, invocations, queue_capacity, stages};
+use sdfc_shaders::assemble::{
+    SceneFunction, Slot, Stage, invocations, queue_capacity, queue_front, stages,
+};
 use sdfc_shaders::features::{Features, Mode};
 use sdfc_shaders::layout::{self, Ray, ShadowRay};
 use sdfc_shaders::marching::SHOWN;
@@ -85,9 +87,10 @@ impl<S: OnDevice> GpuEngine<S> {
         for stage in wanted() {
             let functions = stage.scene_functions(features);
             let source = || scene.on_device.source(&functions);
+            let variant = scene.on_device.variant();
             let kernel = self
                 .kernels
-                .stage(&self.gpu, stage, features, source, &bindings)?;
+                .stage(&self.gpu, stage, features, variant, source, &bindings)?;
             plan.stages.push((stage, kernel));
             let heaviest = functions
                 .iter()
@@ -131,30 +134,45 @@ impl<S: OnDevice> GpuEngine<S> {
             _ => kept,
         };
         let lights = picture.lights.len() as u64;
-        for &(_, kernel) in &plan.stages {
-            for slot in self.kernels.get(kernel).slots().to_vec() {
-                self.buffers
-                    .provide(&self.gpu, slot, tile.pixels(), lights)?;
-            }
-        }
+        self.provide(plan, tile, lights)?;
         if let Some(buffer) = self.buffers.get(Slot::Lights) {
             self.gpu.write(&buffer, &picture.lights)?;
         }
         for sample in 0..picture.passes() {
-            let uniforms = layout::Frame {
-                tile: [tile.corner[0], tile.corner[1], tile.size[0], tile.size[1]],
-                capacity: queue_capacity(tile.pixels(), lights) as u32,
-                resume: 0,
-                phase: 0,
-                listed: 0,
-                ..picture.pass(sample)
-            };
-            self.pass(plan, features, &uniforms, tile)?;
+            self.pass(plan, features, &uniforms(picture, sample, tile), tile)?;
             self.collect(plan, picture, sample, [tile, kept], frame)?;
         }
         let colors: Vec<[f32; 4]> = self.read(Slot::Colors, tile.pixels())?;
         for (from, to) in places(tile, kept, frame.width) {
             frame.color[to] = colors[from].map(|sum| sum / picture.passes() as f32);
+        }
+        Ok(())
+    }
+
+    /// Finds the field on a part of a figure's plane.
+    pub(super) fn values(
+        &mut self,
+        plan: &Plan,
+        picture: &Picture,
+        tile: Tile,
+        values: &mut [f32],
+    ) -> Result<(), EngineError> {
+        self.provide(plan, tile, 0)?;
+        self.pass(plan, &picture.features, &uniforms(picture, 0, tile), tile)?;
+        let rays: Vec<Ray> = self.read(Slot::Rays, tile.pixels())?;
+        for (from, to) in places(tile, tile, picture.size[0] as usize) {
+            values[to] = rays[from].radius;
+        }
+        Ok(())
+    }
+
+    /// Makes sure that a tile's buffers are there.
+    fn provide(&mut self, plan: &Plan, tile: Tile, lights: u64) -> Result<(), EngineError> {
+        for &(_, kernel) in &plan.stages {
+            for slot in self.kernels.get(kernel).slots().to_vec() {
+                self.buffers
+                    .provide(&self.gpu, slot, tile.pixels(), lights)?;
+            }
         }
         Ok(())
     }
@@ -174,7 +192,6 @@ impl<S: OnDevice> GpuEngine<S> {
             if stage.is_resumable() {
                 self.run_waiting(&mut waiting, tile, lights)?;
                 self.run_until_done(plan, stage, features, kernel, uniforms, tile)?;
-                self.write_uniforms(uniforms)?;
             } else {
                 waiting.push((stage, kernel));
             }
@@ -230,20 +247,14 @@ impl<S: OnDevice> GpuEngine<S> {
             Stage::Shadow => plan.most_evaluations.min(uniforms.shadow_steps.max(1)),
             _ => plan.most_evaluations.min(uniforms.steps.max(1)),
         };
-        let mut listed = invocations(stage, tile.size, u64::from(uniforms.lights));
-        let mut step = layout::Frame {
-            resume: 0,
-            phase: 0,
-            listed: 0,
-            ..*uniforms
-        };
+        let mut line = invocations(stage, tile.size, u64::from(uniforms.lights));
+        let (mut listed, mut half) = (0, 0);
         loop {
-            step.budget = self.rate.budget(listed, most);
-            self.write_uniforms(&step)?;
-            self.gpu.write(&queue, &[0_u32; 4])?;
+            let budget = self.rate.budget(line, most);
+            self.gpu.write(&queue, &queue_front(budget, listed, half))?;
             let warm = std::mem::replace(&mut self.kernels.get(kernel).warm, true);
             let mut batch = self.gpu.batch();
-            batch.dispatch(&call, Extent::Line(listed))?;
+            batch.dispatch(&call, Extent::Line(line))?;
             let start = Instant::now();
             batch.submit_and_wait()?;
             let seconds = start.elapsed().as_secs_f64();
@@ -255,20 +266,16 @@ impl<S: OnDevice> GpuEngine<S> {
                 .unwrap_or(0);
             if warm {
                 // Those that are left did all they might; of the others nothing is certain.
-                let budget = u64::from(step.budget);
+                let budget = u64::from(budget);
                 self.rate
-                    .learn(u64::from(left) * budget, listed * budget, seconds);
+                    .learn(u64::from(left) * budget, line * budget, seconds);
             }
             if left == 0 {
                 return Ok(());
             }
-            listed = u64::from(left);
-            step = layout::Frame {
-                resume: 1,
-                phase: 1 - step.phase,
-                listed: left,
-                ..step
-            };
+            line = u64::from(left);
+            listed = left;
+            half = 1 - half;
         }
     }
 
@@ -371,6 +378,16 @@ impl<S: OnDevice> GpuEngine<S> {
     fn read<T: bytemuck::Pod>(&self, slot: Slot, count: u64) -> Result<Vec<T>, EngineError> {
         let buffer = self.buffers.get(slot).ok_or(EngineError::NothingLoaded)?;
         Ok(self.gpu.read_first(&buffer, count as usize)?)
+    }
+}
+
+/// The numbers of a pass over a tile.
+fn uniforms(picture: &Picture, sample: u32, tile: Tile) -> layout::Frame {
+    let lights = picture.lights.len() as u64;
+    layout::Frame {
+        tile: [tile.corner[0], tile.corner[1], tile.size[0], tile.size[1]],
+        capacity: queue_capacity(tile.pixels(), lights) as u32,
+        ..picture.pass(sample)
     }
 }
 

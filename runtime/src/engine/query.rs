@@ -35,6 +35,7 @@ pub(super) fn query<S: OnDevice>(
     engine: &mut GpuEngine<S>,
     points: &[[f32; 3]],
 ) -> Result<Vec<Sample>, EngineError> {
+    engine.prepare(None)?;
     let painted = engine
         .scene
         .as_ref()

@@ -22,6 +22,9 @@ pub struct Picture {
     pub display: Display,
     /// Whether space is cut into cells.
     pub cells: CellUse,
+    /// How far from zero a figure's field may be told by its sign alone, if that is not what its
+    /// mode says.
+    pub band: Option<f32>,
 }
 
 impl Picture {
@@ -39,6 +42,11 @@ impl Picture {
             offset: [place(sample % side), place(sample / side)],
             ..self.uniforms
         }
+    }
+
+    /// Whether it shows the field on a plane instead of surfaces in space.
+    pub fn shows_plane(&self) -> bool {
+        self.features.plane || self.features.mode == Mode::Distance
     }
 
     /// A frame of its size in which nothing was hit.
@@ -133,12 +141,8 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         depth_range: depth_range(settings, facts, forward),
         sample: 0,
         samples: aa * aa,
-        budget: settings.steps.max(shadow::STEPS),
         steps: settings.steps.max(1),
         shadow_steps: shadow::STEPS,
-        resume: 0,
-        phase: 0,
-        listed: 0,
         capacity: pixels.saturating_mul(lights.len().max(1) as u32),
         lights: lights.len() as u32,
     };
@@ -169,6 +173,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         size: settings.size,
         display,
         cells: settings.cells,
+        band: None,
     };
     Picture {
         uniforms: picture.pass(0),

@@ -42,6 +42,6 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let line = max(edge(here, right, half), edge(here, below, half));
     let shown = select(0.0, 1.0, here.shown);
     var color = vec4f(edge_color(line, paper(here.normal, camera_ray(item.pixel).direction)), shown);
-    if frame.sample > 0u { color += colors[item.index]; }
+    color += select(vec4f(0.0), colors[item.index], frame.sample > 0u);
     colors[item.index] = color;
 }

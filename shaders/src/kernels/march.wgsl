@@ -7,8 +7,9 @@
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let k = line_index(id, groups);
     var item = block_item(k);
-    if frame.resume == 1u {
-        if k >= frame.listed { return; }
+    let listed = entries_listed();
+    if listed > 0u {
+        if k >= listed { return; }
         item = stored_item(resumed(k));
     }
     if !item.exists { return; }
@@ -17,12 +18,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         camera.origin, camera.direction, frame.bounds_min, frame.bounds_max, frame.far
     );
     var ray = Ray(bounds.x, 0.0, 0.0, -1.0, bounds.x, 0.0, ACTIVE, 0u);
-    if frame.resume == 1u {
+    if listed > 0u {
         ray = rays[item.index];
     } else if bounds.y < bounds.x {
         ray.status = MISS;
     }
-    for (var n = 0u; n < frame.budget; n++) {
+    let budget = evaluations_left();
+    for (var n = 0u; n < budget; n++) {
         if (ray.status & ENDING) != ACTIVE { break; }
         let t = ray.t + ray.step;
         let distance = scene_distance(along(camera.origin, camera.direction, t));

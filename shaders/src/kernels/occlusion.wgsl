@@ -11,8 +11,9 @@
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let k = line_index(id, groups);
     var item = block_item(k);
-    if frame.resume == 1u {
-        if k >= frame.listed { return; }
+    let listed = entries_listed();
+    if listed > 0u {
+        if k >= listed { return; }
         item = stored_item(resumed(k));
     }
     if !item.exists { return; }
@@ -23,11 +24,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let normal = normals[item.index].xyz;
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
     var state = vec2f(0.0);
-    if frame.resume == 1u { state = occlusion[item.index]; }
+    if listed > 0u { state = occlusion[item.index]; }
 #if many
     let place = vec3f(vec2f(frame.tile.xy + item.pixel), f32(frame.sample));
 #end
-    for (var n = 0u; n < frame.budget; n++) {
+    let budget = evaluations_left();
+    for (var n = 0u; n < budget; n++) {
         if state.y >= TAPS { break; }
 #if many
         let distance = many_distance(state.y, place, frame.occlusion_reach);

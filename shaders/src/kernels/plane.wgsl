@@ -42,6 +42,6 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
 #end
     if ray.status == NOT_A_NUMBER { color = vec4f(0.0); }
-    if frame.sample > 0u { color += colors[item.index]; }
+    color += select(vec4f(0.0), colors[item.index], frame.sample > 0u);
     colors[item.index] = color;
 }

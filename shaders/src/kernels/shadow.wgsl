@@ -40,8 +40,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let blocks = ((frame.tile.z + 7u) / 8u) * ((frame.tile.w + 7u) / 8u);
     var item = block_item(k % (blocks * 64u));
     var which = k / (blocks * 64u);
-    if frame.resume == 1u {
-        if k >= frame.listed { return; }
+    let listed = entries_listed();
+    if listed > 0u {
+        if k >= listed { return; }
         let entry = resumed(k);
         item = stored_item(entry % tile_pixels());
         which = entry / tile_pixels();
@@ -63,7 +64,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let least = above * 0.25;
     let side = select(1.0, -1.0, (seen.status & FROM_INSIDE) != 0u);
     var ray = ShadowRay(least, 0.0, 0.0, 1.0, 0u);
-    if frame.resume == 1u {
+    if listed > 0u {
         ray = shadows[slot];
     } else if (seen.status & SHOWN) == 0u || light.shadow == SHADOW_NONE {
         ray.steps = DONE;
@@ -71,7 +72,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         ray.visibility = -1.0;
         ray.steps = DONE;
     }
-    for (var n = 0u; n < frame.budget; n++) {
+    let budget = evaluations_left();
+    for (var n = 0u; n < budget; n++) {
         if ray.steps >= DONE { break; }
         let h = scene_distance(along(start, direction, ray.t)) * side * frame.inverse_slope;
         ray.steps += 1u;

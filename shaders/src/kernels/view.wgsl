@@ -44,6 +44,6 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
     }
 #end
-    if frame.sample > 0u { color += colors[item.index]; }
+    color += select(vec4f(0.0), colors[item.index], frame.sample > 0u);
     colors[item.index] = color;
 }

@@ -1,0 +1,125 @@
+//! Cells as words, as the interpreter on a GPU reads them: see [`sdfc_shaders::interpreter::tape`].
+
+use super::{CELL, Cells, EMPTY, FULL, NODE, Region, Split};
+use sdfc_shaders::interpreter::tape::{self, Registers, clause_words, constant, node};
+use sdfc_shaders::layout::Grid;
+use sdfc_vm::tape::{Clause, NONE, Tape, flags};
+use std::collections::HashMap;
+
+/// The cells of a scene's programs in the same box, as words.
+#[derive(Clone, Debug)]
+pub struct Packed {
+    /// Where they are, and where each program's begin.
+    pub grid: Grid,
+    /// The children of all cells.
+    pub nodes: Vec<u32>,
+    /// All tapes, each behind its length.
+    pub tapes: Vec<[u32; 2]>,
+    /// How many registers the longest lists of them take.
+    pub registers: Registers,
+}
+
+impl Packed {
+    /// Nothing yet, in this box.
+    pub fn new(region: &Region, split: Split) -> Self {
+        let scale = |axis: usize| {
+            let side = region.high[axis] - region.low[axis];
+            (1_u32 << split.bits()) as f32 / side.max(f32::MIN_POSITIVE)
+        };
+        let mut scales = std::array::from_fn(scale);
+        if split == Split::Square {
+            scales[2] = 0.0;
+        }
+        Self {
+            grid: Grid {
+                low: region.low,
+                scale: scales,
+                bits: split.bits(),
+                digit: split.digit(),
+                ..Grid::default()
+            },
+            nodes: Vec::new(),
+            tapes: Vec::new(),
+            registers: Registers::default(),
+        }
+    }
+
+    /// Adds the cells of the distance.
+    pub fn add_distance(&mut self, tape: &Tape, cells: &Cells) {
+        let [root, whole] = self.add(tape, cells, 0, true);
+        self.grid.distance = root;
+        self.grid.distance_whole = whole;
+    }
+
+    /// Adds the cells of surfaces, whose program's instructions begin at `base`.
+    pub fn add_surface(&mut self, tape: &Tape, cells: &Cells, base: u32) {
+        let [root, whole] = self.add(tape, cells, base, false);
+        self.grid.surface = root;
+        self.grid.surface_whole = whole;
+    }
+
+    /// How many bytes they take on a device.
+    pub fn size(&self) -> usize {
+        self.nodes.len() * size_of::<u32>() + self.tapes.len() * size_of::<[u32; 2]>()
+    }
+
+    /// Adds cells; gives the words of the first one and of the whole tape. Where cells keep nothing
+    /// but a sign, that is given as a `constant` distance, or the whole tape is.
+    fn add(&mut self, tape: &Tape, cells: &Cells, base: u32, constants: bool) -> [u32; 2] {
+        let whole = self.add_tape(&tape.clauses, base);
+        self.registers.values = self.registers.values.max(tape.values);
+        self.registers.points = self.registers.points.max(tape.points);
+        let mut known = HashMap::from([(cells.cells[0].tape.key(), whole)]);
+        let first = (self.nodes.len() / super::CHILDREN) as u32;
+        for parent in &cells.nodes {
+            for &child in &parent.children {
+                let word = match child {
+                    NODE.. => node(first + child - NODE),
+                    CELL.. => {
+                        let cell = child - CELL;
+                        let key = cells.cell(cell).tape.key();
+                        *known
+                            .entry(key)
+                            .or_insert_with(|| self.add_tape(cells.tape(cell), base))
+                    }
+                    EMPTY if constants => constant(false),
+                    FULL if constants => constant(true),
+                    _ => whole,
+                };
+                self.nodes.push(word);
+            }
+        }
+        let root = if cells.nodes.is_empty() {
+            whole
+        } else {
+            node(first)
+        };
+        [root, whole]
+    }
+
+    /// Adds a tape; gives where it begins.
+    fn add_tape(&mut self, clauses: &[Clause], base: u32) -> u32 {
+        let start = self.tapes.len() as u32;
+        self.tapes.push([clauses.len() as u32, 0]);
+        for clause in clauses {
+            let used = usize::from(clause.out) + 1;
+            if clause.out != NONE {
+                let most = if clause.flags & flags::GIVES_POINT == 0 {
+                    &mut self.registers.values
+                } else {
+                    &mut self.registers.points
+                };
+                *most = used.max(*most);
+            }
+            self.tapes.push(clause_words(clause, base));
+        }
+        start
+    }
+}
+
+/// Whether a tape can be written as words.
+pub fn fits(tape: &Tape) -> bool {
+    tape.values <= tape::MOST_VALUES
+        && tape.points <= tape::MOST_POINTS
+        && tape.clauses.len() < tape::MOST_CLAUSES
+}

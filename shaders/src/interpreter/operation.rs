@@ -1,0 +1,272 @@
+//! What is the same in both interpreters: an instruction's frame, its operation and its blends.
+
+use sdfc_vm::apply::wgsl_name;
+use sdfc_vm::kernel::Kernel;
+use sdfc_vm::library::{Library, blend_name};
+use sdfc_vm::program::{Code, Needs};
+use sdfc_vm::row::{Category, Input, Output, ParameterType, Row};
+use std::fmt::Write;
+
+/// How the text calls the operands of operations.
+pub(super) struct Names<'a> {
+    /// Where a point goes that an operation gives.
+    pub(super) point: &'a str,
+    /// The only one.
+    pub(super) one: &'static str,
+    /// Two.
+    pub(super) two: [&'static str; 2],
+    /// Three.
+    pub(super) three: [&'static str; 3],
+    /// Whether neither of two is a constant.
+    pub(super) both: &'static str,
+    /// The materials of two, if there is room for so many.
+    pub(super) materials: Option<[&'static str; 2]>,
+}
+
+/// The point through the instruction's frame, as `q`.
+pub(super) fn frame(
+    needs: &Needs,
+    dual: bool,
+    library: &mut Library,
+    line: &mut impl FnMut(usize, &str),
+) {
+    if !needs.moved && !needs.mapped {
+        line(2, "let q = p;");
+        return;
+    }
+    line(2, "let frame = (word.x >> 14u) & 3u;");
+    line(2, "let f0 = pool[word.z];");
+    line(2, "var q = p;");
+    if needs.moved {
+        let target = if dual { "q.p" } else { "q" };
+        let from = if dual { "p.p" } else { "p" };
+        line(
+            2,
+            &format!("{target} = select({from}, {from} + f0.xyz, frame == 1u);"),
+        );
+    }
+    if needs.mapped {
+        line(2, "let f1 = pool[word.z + 1u];");
+        line(2, "let f2 = pool[word.z + 2u];");
+        line(2, "let rows = transpose(mat3x3f(f0.xyz, f1.xyz, f2.xyz));");
+        line(2, "let shift = vec3f(f0.w, f1.w, f2.w);");
+        if dual {
+            library.use_mapped_gradient();
+            line(2, "if frame == 2u { q = mapped_gradient(p, rows, shift); }");
+        } else {
+            library.use_mapped();
+            line(2, "q = select(q, mapped(p, rows, shift), frame == 2u);");
+        }
+    }
+}
+
+/// What an opcode does: it sets `result`, or the point, and in surfaces perhaps the material.
+pub(super) fn case(
+    code: Code,
+    needs: &Needs,
+    dual: bool,
+    surface: bool,
+    names: &Names<'_>,
+    library: &mut Library,
+) -> String {
+    let slot = "(word.x >> 24u)";
+    match code {
+        Code::Op(op) => {
+            let row = op.row();
+            let call = |point: &str, values: [&str; 3]| {
+                let suffix = if dual { "_gradient" } else { "" };
+                format!(
+                    "{}{suffix}({})",
+                    wgsl_name(op),
+                    arguments(row, point, values)
+                )
+            };
+            if dual {
+                library.use_gradient(op);
+            } else {
+                library.use_value(op);
+            }
+            let values = match row.arity() {
+                0 | 1 => [names.one, "", ""],
+                2 => [names.two[0], names.two[1], ""],
+                _ => names.three,
+            };
+            let target = if row.output == Output::Point {
+                names.point
+            } else {
+                "result"
+            };
+            let mut body = format!("{target} = {};", call("q", values));
+            if surface && row.output == Output::Value {
+                match row.arity() {
+                    0 => body.push_str(" painted = unpainted_surface();"),
+                    2 if row.meta.category == Category::Combine && names.materials.is_some() => {
+                        library.use_mixed_surface();
+                        // The point stays: only the operands' shares are asked for.
+                        let still = "DualPoint(q.p, vec3f(), vec3f(), vec3f())";
+                        let seeds = ["vec4f(1.0, 0.0, 0.0, a.w)", "vec4f(0.0, 1.0, 0.0, b.w)", ""];
+                        let weights = call(still, seeds);
+                        let [first, second] = names.materials.unwrap_or_default();
+                        let mixed = format!("mixed_surface({first}, {second}, {weights})");
+                        let _ = if needs.constant_operands {
+                            write!(body, " if {} {{ painted = {mixed}; }}", names.both)
+                        } else {
+                            write!(body, " painted = {mixed};")
+                        };
+                    }
+                    2 => {
+                        if let Some([first, _]) = names.materials {
+                            let _ = write!(body, " if {} {{ painted = {first}; }}", names.both);
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            body
+        }
+        Code::Load => {
+            let mut body = format!("result = slots[{slot}];");
+            if surface {
+                let _ = write!(body, " painted = slot_materials[{slot}];");
+            }
+            body
+        }
+        Code::Store => {
+            let mut body = format!("slots[{slot}] = top; result = top;");
+            if surface {
+                let _ = write!(body, " slot_materials[{slot}] = material;");
+            }
+            body
+        }
+        Code::Take => "result = top;".to_owned(),
+        Code::Normal => {
+            library.use_local_normal();
+            format!("result = vec4f(0.0, 0.0, 0.0, local_normal(q.dx, q.dy, q.dz, n)[{slot}]);")
+        }
+        Code::Channel => format!("channels[{slot}] = {};", names.one),
+        Code::Paint => {
+            let channels = needs.codes.contains(&Code::Channel);
+            let number = |channel: u32, constant: &str| {
+                if channels {
+                    format!(
+                        "select({constant}, channels[{channel}].w, ({slot} & {}u) != 0u)",
+                        1 << channel
+                    )
+                } else {
+                    constant.to_owned()
+                }
+            };
+            let bump = if channels {
+                "select(vec3f(0.0), channels[8].xyz, k2.y != 0.0)"
+            } else {
+                "vec3f(0.0)"
+            };
+            format!(
+                "result = {}; painted = Surface(vec3f({}, {}, {}), {}, vec3f({}, {}, {}), {}, {bump}, k2.x);",
+                names.one,
+                number(0, "k0.x"),
+                number(1, "k0.y"),
+                number(2, "k0.z"),
+                number(3, "k0.w"),
+                number(4, "k1.x"),
+                number(5, "k1.y"),
+                number(6, "k1.z"),
+                number(7, "k1.w"),
+            )
+        }
+    }
+}
+
+/// The arguments of a row's function, read from the loaded constants.
+fn arguments(row: &Row, point: &str, values: [&str; 3]) -> String {
+    let mut values = values.into_iter();
+    let mut list: Vec<String> = Vec::new();
+    for input in row.inputs {
+        match input {
+            Input::Point => list.push(point.to_owned()),
+            Input::Value => list.extend(values.next().map(str::to_owned)),
+        }
+    }
+    for (parameter, offset) in row.parameters.iter().zip(row.offsets()) {
+        let (vector, start) = (offset / 4, offset % 4);
+        let letters = &"xyzw"[start..start + parameter.ty.width()];
+        let constant = format!("k{vector}.{letters}");
+        list.push(match parameter.ty {
+            ParameterType::Scalar | ParameterType::Vec2 | ParameterType::Vec3 => constant,
+        });
+    }
+    list.join(", ")
+}
+
+/// How many vectors of constants the widest operation reads.
+pub(super) fn widest(needs: &Needs) -> usize {
+    let widths = needs.codes.iter().map(|code| code.pool_width());
+    widths.max().unwrap_or(0)
+}
+
+/// `value` with all blends done that the instruction may want, `below` being what it is blended
+/// into.
+pub(super) fn blends(
+    needs: &Needs,
+    dual: bool,
+    library: &mut Library,
+    line: &mut impl FnMut(usize, &str),
+) {
+    line(2, "var placed = result;");
+    for &kernel in &needs.kernels {
+        let call = blend(kernel, dual, library, "below", "result");
+        line(
+            2,
+            &format!(
+                "placed = select(placed, {call}, kernel == {}u);",
+                kernel.number()
+            ),
+        );
+    }
+}
+
+/// The material of a blend: both operands', by the blend's derivatives. `under` is that of what is
+/// below.
+pub(super) fn surface_blend(
+    needs: &Needs,
+    under: &str,
+    library: &mut Library,
+    line: &mut impl FnMut(usize, &str),
+) {
+    if needs.kernels.is_empty() {
+        return;
+    }
+    library.use_mixed_surface();
+    line(2, "if kernel != 0u {");
+    line(3, "let seed_a = vec4f(1.0, 0.0, 0.0, below.w);");
+    line(3, "let seed_b = vec4f(0.0, 1.0, 0.0, result.w);");
+    line(3, "var weights = vec4f();");
+    for &kernel in &needs.kernels {
+        let call = blend(kernel, true, library, "seed_a", "seed_b");
+        line(
+            3,
+            &format!(
+                "weights = select(weights, {call}, kernel == {}u);",
+                kernel.number()
+            ),
+        );
+    }
+    line(
+        3,
+        &format!("painted = mixed_surface({under}, painted, weights);"),
+    );
+    line(2, "}");
+}
+
+fn blend(kernel: Kernel, dual: bool, library: &mut Library, a: &str, b: &str) -> String {
+    let suffix = if dual { "_gradient" } else { "" };
+    if dual {
+        library.use_blend_gradient(kernel);
+    } else {
+        library.use_blend(kernel);
+    }
+    format!(
+        "{}{suffix}({a}, {b}, c.x, c.y, c.z, c.w)",
+        blend_name(kernel)
+    )
+}

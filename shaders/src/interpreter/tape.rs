@@ -1,0 +1,318 @@
+//! The interpreter of tapes: the same functions as [`super::interpreter`] gives, which look up the
+//! cell that a point lies in and run that cell's tape.
+//!
+//! # Words
+//! ```text
+//! a clause   x: 0‥19 instruction   20‥22 form   23‥27 point
+//!            y: 0‥5 result   6‥11 below   12‥17, 18‥23, 24‥29 operands
+//! a tape     x: how many clauses follow
+//! a child    31 set: 0‥30 the node with its children
+//!            30 set: no tape, but the sign of the field: 0 set where it is negative
+//!            else where its tape begins
+//! a node     64 children: the digits of x, y and z from the lowest up
+//! ```
+//! A clause names an instruction of the program that lies beside; a register that is not there has
+//! all bits set and is read as the last one, which nothing looks at then. The whole program is a
+//! tape like any other.
+
+use super::operation::{Names, blends, case, frame, surface_blend, widest};
+use super::{Function, code_bindings};
+use crate::layout::Grid;
+use sdfc_vm::library::Library;
+use sdfc_vm::program::{Code, Needs};
+use sdfc_vm::tape::{Clause, Form};
+use std::fmt::Write;
+
+/// The binding of the nodes.
+pub const NODES_SLOT: u32 = 19;
+/// The binding of the tapes.
+pub const TAPES_SLOT: u32 = 20;
+/// The binding of the [`Grid`].
+pub const GRID_SLOT: u32 = 21;
+
+/// The most value registers that words can name.
+pub const MOST_VALUES: usize = 64;
+/// The most point registers.
+pub const MOST_POINTS: usize = 32;
+/// The most instructions.
+pub const MOST_CLAUSES: usize = 1 << 20;
+
+const NODE: u32 = 1 << 31;
+const CONSTANT: u32 = 1 << 30;
+
+/// The distance that stands for one that is far away.
+const FAR: &str = "1e30";
+
+/// How many registers of each kind a kernel has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Registers {
+    /// For values.
+    pub values: usize,
+    /// For points.
+    pub points: usize,
+}
+
+impl Registers {
+    /// As many as a kernel is made for: programs that need about as many share it.
+    pub fn class(self) -> Self {
+        Self {
+            values: self.values.max(4).next_power_of_two(),
+            points: self.points.max(1).next_power_of_two(),
+        }
+    }
+    /// Those that do for both.
+    pub fn join(self, other: Self) -> Self {
+        Self {
+            values: self.values.max(other.values),
+            points: self.points.max(other.points),
+        }
+    }
+}
+
+/// The word of a child that has children.
+pub fn node(number: u32) -> u32 {
+    NODE | number
+}
+
+/// The word of a child of which only the sign is known.
+pub fn constant(negative: bool) -> u32 {
+    CONSTANT | u32::from(negative)
+}
+
+/// The words of a clause, of a program whose instructions begin at `base`.
+pub fn clause_words(clause: &Clause, base: u32) -> [u32; 2] {
+    let form = match clause.form {
+        Form::Whole => 0,
+        Form::Alone => 1,
+        Form::Negated => 2,
+        Form::Blend => 3,
+        Form::Copy => 4,
+        Form::Negate => 5,
+    };
+    let register = |r: u16| u32::from(r) & 63;
+    let [a, b, c] = clause.operands;
+    [
+        (clause.at + base) | form << 20 | (u32::from(clause.point) & 31) << 23,
+        register(clause.out)
+            | register(clause.below) << 6
+            | register(a) << 12
+            | register(b) << 18
+            | register(c) << 24,
+    ]
+}
+
+/// The bindings that this interpreter reads, and the function that looks cells up.
+pub fn bindings(memory: super::Memory) -> String {
+    format!(
+        "{}{}@group(0) @binding({NODES_SLOT}) var<storage, read> nodes: array<u32>;
+@group(0) @binding({TAPES_SLOT}) var<storage, read> tapes: array<vec2u>;
+@group(0) @binding({GRID_SLOT}) var<uniform> grid: Grid;
+
+// The word of the cell that a point lies in, from that of the first one on.
+fn cell_at(p: vec3f, first: u32, whole: u32) -> u32 {{
+    let at = (p - grid.low) * grid.scale;
+    let most = f32(1u << grid.bits);
+    if !(all(at >= vec3f(0.0)) && all(at < vec3f(most))) {{ return whole; }}
+    let place = vec3u(at);
+    var word = first;
+    var within = grid.bits;
+    while word >= {NODE}u {{
+        within -= grid.digit;
+        let digit = (place >> vec3u(within)) & vec3u((1u << grid.digit) - 1u);
+        let child = digit.x | digit.y << grid.digit | digit.z << (2u * grid.digit);
+        word = nodes[((word & {}u) << 6u) + child];
+    }}
+    return word;
+}}
+",
+        Grid::WGSL,
+        code_bindings(memory),
+        NODE - 1,
+    )
+}
+
+/// The interpreter as one function; what it calls is marked in `library`.
+pub fn interpreter(
+    needs: &Needs,
+    registers: Registers,
+    function: Function,
+    library: &mut Library,
+) -> String {
+    let dual = function != Function::Distance;
+    let surface = function == Function::Surface;
+    let value = if dual { "vec4f" } else { "f32" };
+    let point = if dual { "DualPoint" } else { "vec3f" };
+    if dual {
+        library.use_points();
+    }
+    let Registers { values, points } = registers;
+    let several = points > 1;
+    let mut text = String::new();
+    let mut line = |indent: usize, content: &str| {
+        let _ = writeln!(text, "{:indent$}{content}", "", indent = indent * 4);
+    };
+    let (head, cells) = match function {
+        Function::Distance => (
+            "fn scene_distance(origin: vec3f) -> f32 {",
+            "grid.distance, grid.distance_whole",
+        ),
+        Function::Gradient => (
+            "fn scene_gradient(origin: vec3f) -> vec4f {",
+            "grid.distance, grid.distance_whole",
+        ),
+        Function::Surface => (
+            "fn scene_surface(origin: vec3f, n: vec3f) -> Surface {",
+            "grid.surface, grid.surface_whole",
+        ),
+    };
+    line(0, head);
+    line(1, &format!("let cell = cell_at(origin, {cells});"));
+    if function == Function::Distance {
+        line(
+            1,
+            &format!(
+                "if cell >= {CONSTANT}u {{ return select({FAR}, -{FAR}, (cell & 1u) == 1u); }}"
+            ),
+        );
+    }
+    let start = if dual {
+        "DualPoint(origin, vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), vec3f(0.0, 0.0, 1.0))"
+    } else {
+        "origin"
+    };
+    if several {
+        line(1, &format!("var points: array<{point}, {points}>;"));
+        line(1, &format!("points[0] = {start};"));
+    } else {
+        line(1, &format!("var p = {start};"));
+    }
+    line(1, &format!("var values: array<{value}, {values}>;"));
+    if surface {
+        line(1, &format!("var materials: array<Surface, {values}>;"));
+        line(1, "materials[0] = unpainted_surface();");
+        line(1, "var channels: array<vec4f, 9>;");
+    }
+    line(1, "let end = cell + tapes[cell].x;");
+    line(1, "for (var at = cell + 1u; at <= end; at += 1u) {");
+    line(2, "let clause = tapes[at];");
+    line(2, "let word = code[clause.x & 0xfffffu];");
+    for k in 0..widest(needs) {
+        line(2, &format!("let k{k} = pool[word.y + {k}u];"));
+    }
+    if needs.constant_operands || !needs.kernels.is_empty() {
+        line(2, "let c = pool[word.w];");
+    }
+    if several {
+        let last = points - 1;
+        line(2, &format!("let p = points[(clause.x >> 23u) & {last}u];"));
+    }
+    frame(needs, dual, library, &mut line);
+    let last = values - 1;
+    line(2, "let form = (clause.x >> 20u) & 7u;");
+    line(2, &format!("let out = clause.y & {last}u;"));
+    line(2, &format!("let r0 = (clause.y >> 12u) & {last}u;"));
+    operands(needs, last, dual, &mut line);
+    line(2, "var result = v0;");
+    if surface {
+        let first = if needs.constant_operands {
+            "materials[select(r0, r1, constant_operand == 2u)]"
+        } else {
+            "materials[r0]"
+        };
+        line(2, &format!("var painted = {first};"));
+    }
+    let point_out = format!("points[clause.y & {}u]", points - 1);
+    let names = Names {
+        point: &point_out,
+        one: "v0",
+        two: ["a", "b"],
+        three: ["v0", "v1", "v2"],
+        both: if needs.constant_operands {
+            "constant_operand == 0u"
+        } else {
+            "true"
+        },
+        materials: Some(["materials[r0]", "materials[r1]"]),
+    };
+    line(2, "switch select(word.x & 255u, 256u, form > 2u) {");
+    let moves = |code: &&Code| matches!(code, Code::Load | Code::Store | Code::Take);
+    for &code in needs.codes.iter().filter(|code| !moves(code)) {
+        let body = case(code, needs, dual, surface, &names, library);
+        line(3, &format!("case {}u: {{ {body} }}", code.number()));
+    }
+    line(3, "default: {}");
+    line(2, "}");
+    line(2, "if form == 2u || form == 5u { result = -result; }");
+    if !needs.kernels.is_empty() {
+        line(2, &format!("let rb = (clause.y >> 6u) & {last}u;"));
+        line(2, "let below = values[rb];");
+        line(
+            2,
+            "let kernel = select(0u, (word.x >> 8u) & 7u, form == 0u || form == 3u);",
+        );
+    }
+    blends(needs, dual, library, &mut line);
+    if surface {
+        surface_blend(needs, "materials[rb]", library, &mut line);
+    }
+    let none = |code: &Code| code.gives_point() || *code == Code::Channel;
+    let none = needs.codes.iter().any(none);
+    let open = if none {
+        line(2, "if (word.x & 0x800u) == 0u {");
+        3
+    } else {
+        2
+    };
+    line(open, "values[out] = placed;");
+    if surface {
+        line(open, "materials[out] = painted;");
+    }
+    if none {
+        line(2, "}");
+    }
+    line(1, "}");
+    line(
+        1,
+        if surface {
+            "return materials[0];"
+        } else {
+            "return values[0];"
+        },
+    );
+    line(0, "}");
+    text
+}
+
+/// The operands of the operations: `v0` to `v2` as they are; `a` and `b` with a constant in the
+/// place of one.
+fn operands(needs: &Needs, last: usize, dual: bool, line: &mut impl FnMut(usize, &str)) {
+    let arities = needs.codes.iter().map(|code| code.arity());
+    let arity = arities.max().unwrap_or(0);
+    line(2, "let v0 = values[r0];");
+    if arity < 2 {
+        return;
+    }
+    line(2, &format!("let r1 = (clause.y >> 18u) & {last}u;"));
+    line(2, "let v1 = values[r1];");
+    if arity > 2 {
+        line(2, &format!("let v2 = values[(clause.y >> 24u) & {last}u];"));
+    }
+    line(2, "var a = v0;");
+    line(2, "var b = v1;");
+    if needs.constant_operands {
+        let constant = if dual {
+            "vec4f(0.0, 0.0, 0.0, c.x)"
+        } else {
+            "c.x"
+        };
+        line(2, "let constant_operand = (word.x >> 12u) & 3u;");
+        line(
+            2,
+            &format!("b = select(b, {constant}, constant_operand == 1u);"),
+        );
+        line(
+            2,
+            &format!("a = select(a, {constant}, constant_operand == 2u);"),
+        );
+    }
+}
