@@ -21,9 +21,14 @@ fn all() -> Vec<PathBuf> {
 }
 
 /// The scene drawn.
-fn drawn(engine: &mut dyn Engine, compiled: &Compiled, outputs: &[f64], cells: CellUse) -> Frame {
+fn drawn(
+    engine: &mut dyn Engine,
+    compiled: &Compiled,
+    outputs: &[f64],
+    (cells, size): (CellUse, [u32; 2]),
+) -> Frame {
     let overrides = Overrides {
-        size: Some([128, 96]),
+        size: Some(size),
         aa: Some(1),
         cells,
         ..Overrides::default()
@@ -54,7 +59,7 @@ fn pictures_are_the_same_with_and_without_cells() {
     for path in all() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
-        let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, cells);
+        let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, (cells, [128, 96]));
         let without = drawn(CellUse::Never);
         for cells in [CellUse::Auto, CellUse::Always] {
             let with = drawn(cells);
@@ -69,22 +74,26 @@ fn pictures_are_the_same_with_and_without_cells() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
+/// How much colours may differ: a driver may simplify the arithmetic of two kernels differently.
+const COLOR: f32 = 1e-4;
+
 #[test]
 fn the_interpreter_draws_the_same_bits_with_and_without_cells() {
-    let Ok(mut engine) = open(EngineKind::Interp) else {
-        eprintln!("skipped: no adapter");
-        return;
-    };
+    let mut engine = open(EngineKind::Interp).expect("there is an adapter");
     let mut failures = Vec::new();
     for path in all() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
-        let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, cells);
+        let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, (cells, [64, 48]));
         let [without, with] = [CellUse::Never, CellUse::Always].map(&mut drawn);
         let differing =
             |same: &dyn Fn(usize) -> bool| (0..without.depth.len()).filter(|&i| !same(i)).count();
+        let near = |i: usize| {
+            let channels = without.color[i].iter().zip(with.color[i]);
+            channels.fold(true, |near, (a, b)| near && (a - b).abs() <= COLOR)
+        };
         let found = [
-            differing(&|i| without.color[i].map(f32::to_bits) == with.color[i].map(f32::to_bits)),
+            differing(&near),
             differing(&|i| without.depth[i].to_bits() == with.depth[i].to_bits()),
             differing(&|i| without.normal[i].map(f32::to_bits) == with.normal[i].map(f32::to_bits)),
             differing(&|i| without.id[i] == with.id[i]),

@@ -218,7 +218,8 @@ impl OnDevice for Interpreter {
             SceneFunction::Distance | SceneFunction::Gradient => distance,
             SceneFunction::Surface => surface,
         };
-        program.as_ref().map_or(0, |program| program.code.len()) + LOOKUP
+        let lookup = if self.has_cells() { LOOKUP } else { 0 };
+        program.as_ref().map_or(0, |program| program.code.len()) + lookup
     }
 }
 
