@@ -6,9 +6,10 @@
 mod prepare;
 
 pub use prepare::{Picture, prepare};
-pub use sdfc_shaders::features::{Features, Mode, Normals, Occlusion, Tonemap};
+pub use sdfc_shaders::features::{Features, Mode, Normals, Occlusion};
 pub use sdfc_shaders::layout::Surface;
 pub use sdfc_shaders::marching::Status;
+pub use sdfc_vm::settings::Tonemap;
 
 use sdfc_shaders::tone;
 use sdfc_vm::vector::V3;
@@ -180,7 +181,7 @@ pub struct Display {
 }
 
 impl Display {
-    /// The bytes of a colour: what the kernel `resolve` does.
+    /// The bytes of a colour.
     #[inline]
     pub fn bytes(&self, [r, g, b, _]: [f32; 4]) -> [u8; 4] {
         let mut color = V3::of(r, g, b);

@@ -18,9 +18,12 @@
 //! ([`queue_front`]). While its first word then says that rays are left, the stage runs again over a
 //! line of so many, the other half of the queue being read.
 //!
+//! The picture is then in [`Slot::Colors`], as light; making bytes of it for a screen is the
+//! driver's, by the functions of [`crate::tone`].
+//!
 //! The `edges` stage compares neighbours within a tile: tiles for it overlap by one pixel.
 
-use crate::features::{Features, Mode, Normals, Occlusion, Shadow, Tonemap};
+use crate::features::{Features, Mode, Normals, Occlusion, Shadow};
 use crate::layout::{Frame, Light, Ray, ShadowRay, Surface};
 use crate::{functions, marching, normals, shadow};
 use sdfc_vm::prelude;
@@ -53,8 +56,6 @@ pub enum Stage {
     Edges,
     /// Shows the field on a plane; takes the place of all the above.
     Plane,
-    /// Makes bytes of the sum of all samples.
-    Resolve,
 }
 
 /// A function of the scene that a stage calls.
@@ -111,13 +112,11 @@ pub enum Slot {
     Occlusion = 7,
     /// Four numbers per pixel: the sum of all samples.
     Colors = 8,
-    /// A word per pixel: red, green, blue and alpha from the lowest byte on.
-    Pixels = 9,
 }
 
 impl Slot {
     /// All buffers.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::Frame,
         Self::Lights,
         Self::Rays,
@@ -127,7 +126,6 @@ impl Slot {
         Self::Shadows,
         Self::Occlusion,
         Self::Colors,
-        Self::Pixels,
     ];
 
     /// How many bytes it takes for a tile of so many pixels.
@@ -141,7 +139,6 @@ impl Slot {
             Self::Surfaces => size_of::<Surface>() as u64 * pixels,
             Self::Shadows => size_of::<ShadowRay>() as u64 * pixels * lights,
             Self::Occlusion => 8 * pixels,
-            Self::Pixels => 4 * pixels,
         }
     }
 }
@@ -182,7 +179,7 @@ pub struct Kernel {
 /// The stages of a picture, in the order in which they run.
 pub fn stages(features: &Features) -> Vec<Stage> {
     if features.plane || features.mode == Mode::Distance {
-        return vec![Stage::Plane, Stage::Resolve];
+        return vec![Stage::Plane];
     }
     let mode = features.mode;
     let colored = matches!(mode, Mode::Shaded | Mode::Albedo | Mode::Id | Mode::Edges);
@@ -190,7 +187,7 @@ pub fn stages(features: &Features) -> Vec<Stage> {
     let faces = matches!(mode, Mode::Shaded | Mode::Normal | Mode::Edges);
     let lit = mode == Mode::Shaded;
     let wanted = |stage: Stage| match stage {
-        Stage::March | Stage::Resolve => true,
+        Stage::March => true,
         Stage::Polish => !matches!(mode, Mode::Steps | Mode::Mask),
         Stage::Normal => faces || surfaces,
         Stage::Surface => surfaces,
@@ -219,7 +216,7 @@ fn casts_shadows(features: &Features) -> bool {
 
 impl Stage {
     /// All stages, in the order in which they run.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 10] = [
         Self::March,
         Self::Polish,
         Self::Normal,
@@ -230,7 +227,6 @@ impl Stage {
         Self::View,
         Self::Edges,
         Self::Plane,
-        Self::Resolve,
     ];
 
     /// Its name.
@@ -251,7 +247,7 @@ impl Stage {
             Self::Surface => 1,
             Self::Plane => 2,
             Self::March | Self::Shadow | Self::Occlusion => 0,
-            Self::Shade | Self::View | Self::Edges | Self::Resolve => 0,
+            Self::Shade | Self::View | Self::Edges => 0,
         }
     }
 
@@ -268,7 +264,7 @@ impl Stage {
                 vec![SceneFunction::Distance, SceneFunction::Surface]
             }
             Self::Plane => vec![SceneFunction::Distance],
-            Self::Shade | Self::View | Self::Edges | Self::Resolve => vec![],
+            Self::Shade | Self::View | Self::Edges => vec![],
         }
     }
 
@@ -290,7 +286,6 @@ impl Stage {
             Self::View => file!("view"),
             Self::Edges => file!("edges"),
             Self::Plane => file!("plane"),
-            Self::Resolve => file!("resolve"),
         }
     }
 }
@@ -310,8 +305,6 @@ pub fn shows_light(mode: Mode) -> bool {
 fn conditions(features: &Features) -> BTreeSet<&'static str> {
     let has = |form| features.lights.contains(&form);
     let mode = features.mode;
-    let shaded = mode == Mode::Shaded;
-    let exposed = shaded && !features.plane;
     let all = [
         ("exact", features.normals == Normals::Exact),
         ("hard", has(Shadow::Hard)),
@@ -333,10 +326,6 @@ fn conditions(features: &Features) -> BTreeSet<&'static str> {
         ("mask", mode == Mode::Mask),
         ("distance", mode == Mode::Distance),
         ("painted", is_painted(features)),
-        ("exposed", exposed),
-        ("reinhard", exposed && features.tonemap == Tonemap::Reinhard),
-        ("filmic", exposed && features.tonemap == Tonemap::Aces),
-        ("encoded", shows_light(mode)),
     ];
     all.into_iter()
         .filter_map(|(name, holds)| holds.then_some(name))

@@ -3,7 +3,7 @@
 //! Numbers are not features: they live in uniforms, so that moving a light or the camera compiles
 //! nothing.
 
-pub use sdfc_vm::settings::{Normals, Occlusion, Tonemap};
+pub use sdfc_vm::settings::{Normals, Occlusion};
 
 /// What a picture shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -56,8 +56,6 @@ pub struct Features {
     pub occlusion: Occlusion,
     /// How normals are found.
     pub normals: Normals,
-    /// How light becomes a colour.
-    pub tonemap: Tonemap,
     /// Whether the scene has materials that have to be asked for at each point; otherwise the
     /// only one is in the uniform.
     pub materials: bool,

@@ -1,6 +1,6 @@
 //! The bodies of this crate as WGSL: each is recorded under the name that kernels call it by.
 
-use crate::{camera, marching, normals, occlusion, reflectance, shadow, sky, tone, views};
+use crate::{camera, marching, normals, occlusion, reflectance, shadow, sky, views};
 use sdfc_vm::record::{Function, Recorded, Scalar, Type, record, record_struct};
 
 /// A function that kernels can call: its name, and how to record it.
@@ -103,11 +103,6 @@ functions! {
     sky_color = sky::sky(direction, up, top, horizon, ground, blur);
     sky_on = sky::sky_on(normal, up, top, horizon, ground);
     hidden_by_fog = sky::hidden_by_fog(t, density);
-
-    tone_reinhard = tone::reinhard(color);
-    tone_filmic = tone::filmic(color);
-    srgb_encode = tone::encode(color);
-    to_byte = tone::to_byte(channel);
 
     heat = views::heat(share);
     direction_color = views::direction_color(direction);

@@ -3,7 +3,7 @@
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use sdfc_shaders::assemble::{Kernel, SceneFunction, SceneSource, Stage, kernel, stages};
-use sdfc_shaders::features::{Features, Mode, Normals, Occlusion, Shadow, Tonemap};
+use sdfc_shaders::features::{Features, Mode, Normals, Occlusion, Shadow};
 use sdfc_shaders::layout::{Frame, Light, Ray, ShadowRay, Surface};
 use std::collections::BTreeSet;
 
@@ -83,7 +83,6 @@ fn variants() -> Vec<Features> {
         lights: SHADOWS.to_vec(),
         occlusion: Occlusion::Multi(16),
         normals: Normals::Exact,
-        tonemap: Tonemap::Aces,
         materials: true,
         fog: true,
         plane: false,
@@ -112,12 +111,6 @@ fn variants() -> Vec<Features> {
     for occlusion in [Occlusion::Off, Occlusion::FiveTap, Occlusion::Multi(4)] {
         all.push(Features {
             occlusion,
-            ..Features::default()
-        });
-    }
-    for tonemap in [Tonemap::None, Tonemap::Reinhard, Tonemap::Aces] {
-        all.push(Features {
-            tonemap,
             ..Features::default()
         });
     }
@@ -211,7 +204,6 @@ fn kernels_contain_what_is_used() {
         lights: vec![Shadow::Improved, Shadow::Sized],
         occlusion: Occlusion::Multi(16),
         normals: Normals::Tetrahedron,
-        tonemap: Tonemap::Aces,
         materials: true,
         fog: true,
         ..Features::default()

@@ -151,7 +151,6 @@ impl Tile {
                     0
                 }
                 Stage::Plane => show::plane(f, features, self, figure, evaluator),
-                Stage::Resolve => 0,
             };
         }
         evaluations

@@ -60,13 +60,7 @@ impl<S: OnDevice> GpuEngine<S> {
     /// Checks the limits, and compiles what is not compiled yet.
     pub(super) fn plan(&mut self, picture: &Picture) -> Result<Plan, EngineError> {
         let features = &picture.features;
-        // A frame keeps its colours; bytes are made of them where they are wanted.
-        let wanted = || {
-            stages(features)
-                .into_iter()
-                .filter(|&stage| stage != Stage::Resolve)
-        };
-        for stage in wanted() {
+        for stage in stages(features) {
             for function in stage.scene_functions(features) {
                 self.fits(function, stage.evaluations(features).max(1), stage.name())?;
             }
@@ -84,7 +78,7 @@ impl<S: OnDevice> GpuEngine<S> {
             largest: self.largest_tile(picture),
             most_evaluations: self.most_evaluations(&scene.on_device),
         };
-        for stage in wanted() {
+        for stage in stages(features) {
             let functions = stage.scene_functions(features);
             let source = || scene.on_device.source(&functions);
             let variant = scene.on_device.variant();
@@ -349,7 +343,7 @@ impl<S: OnDevice> GpuEngine<S> {
                     steps.iter().map(|ray| u64::from(ray.steps & !DONE)).sum()
                 }
                 Stage::March | Stage::Polish | Stage::Plane => 0,
-                Stage::Shade | Stage::View | Stage::Edges | Stage::Resolve => 0,
+                Stage::Shade | Stage::View | Stage::Edges => 0,
             };
         }
         Ok(evaluations)

@@ -155,7 +155,6 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
             .collect(),
         occlusion: settings.occlusion,
         normals: settings.normals,
-        tonemap: settings.tonemap,
         materials: facts.material.is_none(),
         fog: lighting.fog.is_some_and(|density| density > 0.0),
         plane: settings.plane,
