@@ -16,7 +16,7 @@ mod pack;
 
 pub use build::{Cut, Refine, build};
 pub use lazy::Lazy;
-pub use pack::{Packed, fits};
+pub use pack::{Packed, registers};
 
 use sdfc_vm::lanes::Column;
 use sdfc_vm::tape::Clause;

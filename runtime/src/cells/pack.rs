@@ -1,9 +1,9 @@
 //! Cells as words, as the interpreter on a GPU reads them: see [`sdfc_shaders::interpreter::tape`].
 
 use super::{CELL, Cells, EMPTY, FULL, NODE, Region, Split};
-use sdfc_shaders::interpreter::tape::{self, Registers, clause_words, constant, node};
+use sdfc_shaders::interpreter::tape::{Registers, clause_words, constant, node};
 use sdfc_shaders::layout::Grid;
-use sdfc_vm::tape::{Clause, NONE, Tape, flags};
+use sdfc_vm::tape::{Clause, Tape};
 use std::collections::HashMap;
 
 /// The cells of a scene's programs in the same box, as words.
@@ -15,13 +15,13 @@ pub struct Packed {
     pub nodes: Vec<u32>,
     /// All tapes, each behind its length.
     pub tapes: Vec<[u32; 2]>,
-    /// How many registers the longest lists of them take.
+    /// How many registers they take.
     pub registers: Registers,
 }
 
 impl Packed {
-    /// Nothing yet, in this box.
-    pub fn new(region: &Region, split: Split) -> Self {
+    /// Nothing yet, in this box, of tapes that take no more registers than these.
+    pub fn new(region: &Region, split: Split, registers: Registers) -> Self {
         let scale = |axis: usize| {
             let side = region.high[axis] - region.low[axis];
             (1_u32 << split.bits()) as f32 / side.max(f32::MIN_POSITIVE)
@@ -40,7 +40,7 @@ impl Packed {
             },
             nodes: Vec::new(),
             tapes: Vec::new(),
-            registers: Registers::default(),
+            registers,
         }
     }
 
@@ -67,8 +67,6 @@ impl Packed {
     /// but a sign, that is given as a `constant` distance, or the whole tape is.
     fn add(&mut self, tape: &Tape, cells: &Cells, base: u32, constants: bool) -> [u32; 2] {
         let whole = self.add_tape(&tape.clauses, base);
-        self.registers.values = self.registers.values.max(tape.values);
-        self.registers.points = self.registers.points.max(tape.points);
         let mut known = HashMap::from([(cells.cells[0].tape.key(), whole)]);
         let first = (self.nodes.len() / super::CHILDREN) as u32;
         for parent in &cells.nodes {
@@ -101,25 +99,17 @@ impl Packed {
     fn add_tape(&mut self, clauses: &[Clause], base: u32) -> u32 {
         let start = self.tapes.len() as u32;
         self.tapes.push([clauses.len() as u32, 0]);
-        for clause in clauses {
-            let used = usize::from(clause.out) + 1;
-            if clause.out != NONE {
-                let most = if clause.flags & flags::GIVES_POINT == 0 {
-                    &mut self.registers.values
-                } else {
-                    &mut self.registers.points
-                };
-                *most = used.max(*most);
-            }
-            self.tapes.push(clause_words(clause, base));
-        }
+        let bits = self.registers.bits();
+        let words = |clause| clause_words(clause, base, bits);
+        self.tapes.extend(clauses.iter().map(words));
         start
     }
 }
 
-/// Whether a tape can be written as words.
-pub fn fits(tape: &Tape) -> bool {
-    tape.values <= tape::MOST_VALUES
-        && tape.points <= tape::MOST_POINTS
-        && tape.clauses.len() < tape::MOST_CLAUSES
+/// The registers that all cells of a tape do with: pruning never needs more.
+pub fn registers(tape: &Tape) -> Registers {
+    Registers {
+        values: tape.values,
+        points: tape.points,
+    }
 }

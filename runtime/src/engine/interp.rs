@@ -253,7 +253,19 @@ impl Interpreter {
         let [Some(tape), _] = tapes else {
             return false;
         };
-        tapes.iter().flatten().all(cells::fits) && cut::wanted(picture, program, tape)
+        let wanted = cut::wanted(picture, program, tape);
+        wanted && self.registers().is_some()
+    }
+
+    /// The registers of kernels that run these programs' tapes, and what ran before if they can.
+    fn registers(&self) -> Option<Registers> {
+        let tapes = self.tapes.iter().flatten().flatten().map(cells::registers);
+        let own = tapes.fold(Registers::default(), Registers::join);
+        let code = self.programs.iter().flatten().map(|p| p.code.len()).sum();
+        [own.join(self.cells.registers), own]
+            .map(Registers::class)
+            .into_iter()
+            .find(|registers| registers.fit(code))
     }
 
     /// The cells of a picture, as words.
@@ -263,7 +275,7 @@ impl Interpreter {
         let [distance_tape, surface_tape] = self.tapes.as_ref()?;
         let (program, tape) = (distance.as_ref()?, distance_tape.as_ref()?);
         let cut = space.distance();
-        let mut packed = Packed::new(&cut.region, cut.split);
+        let mut packed = Packed::new(&cut.region, cut.split, self.registers()?);
         packed.add_distance(tape, &cells::build(program, tape, &cut));
         if let (Some(program), Some(tape)) = (surface, surface_tape)
             && picture.features.materials
@@ -312,7 +324,7 @@ impl Interpreter {
         gpu.write(&cells.buffers[0].1, &nodes)?;
         gpu.write(&cells.buffers[1].1, &packed.tapes)?;
         gpu.write(&cells.buffers[2].1, &[packed.grid])?;
-        cells.registers = cells.registers.join(packed.registers.class());
+        cells.registers = packed.registers;
         self.buffers = self.words.iter().chain(&cells.buffers).cloned().collect();
         Ok(())
     }

@@ -3,17 +3,18 @@
 //!
 //! # Words
 //! ```text
-//! a clause   x: 0‥19 instruction   20‥22 form   23‥27 point
-//!            y: 0‥5 result   6‥11 below   12‥17, 18‥23, 24‥29 operands
+//! a clause   x: 0‥2 form   3‥7 point   8‥ third operand, instruction
+//!            y: 0‥ result, below, first operand, second operand
 //! a tape     x: how many clauses follow
 //! a child    31 set: 0‥30 the node with its children
 //!            30 set: no tape, but the sign of the field: 0 set where it is negative
 //!            else where its tape begins
 //! a node     64 children: the digits of x, y and z from the lowest up
 //! ```
-//! A clause names an instruction of the program that lies beside; a register that is not there has
-//! all bits set and is read as the last one, which nothing looks at then. The whole program is a
-//! tape like any other.
+//! A value's register takes 6 bits, or 8 where there are more than 64 ([`Registers::bits`]). A clause
+//! names an instruction of the program that lies beside; a register that is not there has all bits
+//! set and is read as the last one, which nothing looks at then. The whole program is a tape like
+//! any other.
 
 use super::operation::{Names, blends, case, frame, surface_blend, widest};
 use super::{Function, code_bindings};
@@ -29,13 +30,6 @@ pub const NODES_SLOT: u32 = 19;
 pub const TAPES_SLOT: u32 = 20;
 /// The binding of the [`Grid`].
 pub const GRID_SLOT: u32 = 21;
-
-/// The most value registers that words can name.
-pub const MOST_VALUES: usize = 64;
-/// The most point registers.
-pub const MOST_POINTS: usize = 32;
-/// The most instructions.
-pub const MOST_CLAUSES: usize = 1 << 20;
 
 const NODE: u32 = 1 << 31;
 const CONSTANT: u32 = 1 << 30;
@@ -60,6 +54,14 @@ impl Registers {
             points: self.points.max(1).next_power_of_two(),
         }
     }
+    /// The bits that name a value's register.
+    pub fn bits(self) -> u32 {
+        if self.values > 64 { 8 } else { 6 }
+    }
+    /// Whether words can name so many registers, and so many instructions.
+    pub fn fit(self, instructions: usize) -> bool {
+        self.values <= 256 && self.points <= 32 && instructions <= 1 << (24 - self.bits())
+    }
     /// Those that do for both.
     pub fn join(self, other: Self) -> Self {
         Self {
@@ -79,8 +81,9 @@ pub fn constant(negative: bool) -> u32 {
     CONSTANT | u32::from(negative)
 }
 
-/// The words of a clause, of a program whose instructions begin at `base`.
-pub fn clause_words(clause: &Clause, base: u32) -> [u32; 2] {
+/// The words of a clause, of a program whose instructions begin at `base`; a register is named by so
+/// many bits.
+pub fn clause_words(clause: &Clause, base: u32, bits: u32) -> [u32; 2] {
     let form = match clause.form {
         Form::Whole => 0,
         Form::Alone => 1,
@@ -89,15 +92,16 @@ pub fn clause_words(clause: &Clause, base: u32) -> [u32; 2] {
         Form::Copy => 4,
         Form::Negate => 5,
     };
-    let register = |r: u16| u32::from(r) & 63;
+    let register = |r: u16| u32::from(r) & ((1 << bits) - 1);
     let [a, b, c] = clause.operands;
     [
-        (clause.at + base) | form << 20 | (u32::from(clause.point) & 31) << 23,
+        form | (u32::from(clause.point) & 31) << 3
+            | register(c) << 8
+            | (clause.at + base) << (8 + bits),
         register(clause.out)
-            | register(clause.below) << 6
-            | register(a) << 12
-            | register(b) << 18
-            | register(c) << 24,
+            | register(clause.below) << bits
+            | register(a) << (2 * bits)
+            | register(b) << (3 * bits),
     ]
 }
 
@@ -146,6 +150,8 @@ pub fn interpreter(
         library.use_points();
     }
     let Registers { values, points } = registers;
+    let bits = registers.bits();
+    let register = |number: u32| format!("(clause.y >> {}u) & {}u", number * bits, values - 1);
     let several = points > 1;
     let mut text = String::new();
     let mut line = |indent: usize, content: &str| {
@@ -195,7 +201,7 @@ pub fn interpreter(
     line(1, "let end = cell + tapes[cell].x;");
     line(1, "for (var at = cell + 1u; at <= end; at += 1u) {");
     line(2, "let clause = tapes[at];");
-    line(2, "let word = code[clause.x & 0xfffffu];");
+    line(2, &format!("let word = code[clause.x >> {}u];", 8 + bits));
     for k in 0..widest(needs) {
         line(2, &format!("let k{k} = pool[word.y + {k}u];"));
     }
@@ -204,14 +210,24 @@ pub fn interpreter(
     }
     if several {
         let last = points - 1;
-        line(2, &format!("let p = points[(clause.x >> 23u) & {last}u];"));
+        line(2, &format!("let p = points[(clause.x >> 3u) & {last}u];"));
     }
     frame(needs, dual, library, &mut line);
-    let last = values - 1;
-    line(2, "let form = (clause.x >> 20u) & 7u;");
-    line(2, &format!("let out = clause.y & {last}u;"));
-    line(2, &format!("let r0 = (clause.y >> 12u) & {last}u;"));
-    operands(needs, last, dual, &mut line);
+    line(2, "let form = clause.x & 7u;");
+    line(2, &format!("let out = {};", register(0)));
+    line(2, &format!("let r0 = {};", register(2)));
+    line(2, "let v0 = values[r0];");
+    if arity(needs) > 1 {
+        line(2, &format!("let r1 = {};", register(3)));
+        line(2, "let v1 = values[r1];");
+    }
+    if arity(needs) > 2 {
+        line(
+            2,
+            &format!("let v2 = values[(clause.x >> 8u) & {}u];", values - 1),
+        );
+    }
+    operands(needs, dual, &mut line);
     line(2, "var result = v0;");
     if surface {
         let first = if needs.constant_operands {
@@ -244,7 +260,7 @@ pub fn interpreter(
     line(2, "}");
     line(2, "if form == 2u || form == 5u { result = -result; }");
     if !needs.kernels.is_empty() {
-        line(2, &format!("let rb = (clause.y >> 6u) & {last}u;"));
+        line(2, &format!("let rb = {};", register(1)));
         line(2, "let below = values[rb];");
         line(
             2,
@@ -283,19 +299,16 @@ pub fn interpreter(
     text
 }
 
-/// The operands of the operations: `v0` to `v2` as they are; `a` and `b` with a constant in the
-/// place of one.
-fn operands(needs: &Needs, last: usize, dual: bool, line: &mut impl FnMut(usize, &str)) {
+/// The most operands of an operation.
+fn arity(needs: &Needs) -> usize {
     let arities = needs.codes.iter().map(|code| code.arity());
-    let arity = arities.max().unwrap_or(0);
-    line(2, "let v0 = values[r0];");
-    if arity < 2 {
+    arities.max().unwrap_or(0)
+}
+
+/// The operands of operations on two: `a` and `b`, with a constant in the place of one.
+fn operands(needs: &Needs, dual: bool, line: &mut impl FnMut(usize, &str)) {
+    if arity(needs) < 2 {
         return;
-    }
-    line(2, &format!("let r1 = (clause.y >> 18u) & {last}u;"));
-    line(2, "let v1 = values[r1];");
-    if arity > 2 {
-        line(2, &format!("let v2 = values[(clause.y >> 24u) & {last}u];"));
     }
     line(2, "var a = v0;");
     line(2, "var b = v1;");
