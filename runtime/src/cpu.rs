@@ -52,6 +52,12 @@ pub enum Asked {
     Surfaces,
 }
 
+/// 64 boxes: the lower corners, then the upper ones.
+pub type Boxes = [Column; 6];
+
+/// Lower and upper bounds.
+pub type Range = [Column; 2];
+
 /// Asks a field about 64 points at once. Only the first `count` points are wanted; the others are
 /// copies of one of them.
 pub trait Evaluator {
@@ -60,6 +66,15 @@ pub trait Evaluator {
     /// The distances at points that all lie in one cell.
     fn distances_in(&mut self, _cell: u32, points: &Points, count: usize, out: &mut Column) {
         self.distances(points, count, out);
+    }
+    /// Bounds of the distances in boxes that all lie in one cell; `false` where none are known.
+    fn ranges_in(&mut self, _cell: u32, _boxes: &Boxes, _count: usize, _out: &mut Range) -> bool {
+        false
+    }
+    /// Whether the field is written with coordinates: bounds along a ray then tell far more than
+    /// those of a whole cell.
+    fn is_raw(&self) -> bool {
+        false
     }
     /// The gradients, in the first three columns, and the distances.
     fn gradients(&mut self, points: &Points, count: usize, out: &mut [Column; 4]);

@@ -3,6 +3,9 @@
 //! In a leaf a ray goes from where it enters to where it leaves, on the leaf's own tape and with the
 //! slope that the field has there. Between leaves there is nothing to be met, and no evaluation; a
 //! leaf that lies in the ball that the last value leaves clear is passed without one, too.
+//! A ray that runs along a surface creeps; so after a few steps, and in fields written with
+//! coordinates right away, bounds of the field on what is left of the rays in the leaf say which of
+//! them meet nothing there.
 //! Lists are sorted by the nearest that any ray can be in a leaf, which is not the order for each
 //! ray; so a hit counts until a nearer one is found, and leaves behind it are not entered.
 
@@ -10,7 +13,7 @@ use super::lanes::{Lanes, is_nan, lanes, widest};
 use super::march::vector;
 use super::meet::Meeting;
 use super::tile::camera_ray;
-use super::{Column, Evaluator, LANES, Points};
+use super::{Boxes, Column, Evaluator, LANES, Points, Range};
 use crate::cells::{Cells, Region};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{Frame, Ray};
@@ -62,7 +65,13 @@ pub(super) struct Marcher {
     arrived: usize,
     points: Points,
     values: Column,
+    boxes: Boxes,
+    range: Range,
 }
+
+/// After so many steps in a leaf, what is left of the rays in it is looked at as a whole; and again
+/// after as many times so many.
+const FEW_STEPS: u32 = 4;
 
 impl Marcher {
     /// Marches the rays of a packet, which are the places `items` of a tile; gives the number of
@@ -196,7 +205,20 @@ impl Marcher {
     ) -> u64 {
         let mut evaluations = 0;
         self.arrived = 0;
-        while count > 0 {
+        let mut next_look = if evaluator.is_raw() { 0 } else { FEW_STEPS };
+        for steps in 0.. {
+            if steps == next_look {
+                next_look = FEW_STEPS.max(next_look * FEW_STEPS);
+                spans(&self.inside, &mut self.boxes);
+                if evaluator.ranges_in(cell, &self.boxes, count, &mut self.range) {
+                    evaluations += count as u64;
+                    rule_out(frame, slope, &self.range, &mut self.inside);
+                    count = self.end_those_that_ended(count, slope, items, rays);
+                }
+            }
+            if count == 0 {
+                break;
+            }
             place(&self.inside, &mut self.points);
             evaluator.distances_in(cell, &self.points, count, &mut self.values);
             evaluations += count as u64;
@@ -204,18 +226,30 @@ impl Marcher {
             if under_way.trailing_ones() as usize >= count {
                 continue;
             }
-            let mut lane = 0;
-            while lane < count {
-                if self.inside.outcome.0[lane] == outcome::UNDER_WAY {
-                    lane += 1;
-                    continue;
-                }
-                self.end(lane, slope, items, rays);
-                count -= 1;
-                self.inside.move_lane(count, lane);
-            }
+            count = self.end_those_that_ended(count, slope, items, rays);
         }
         evaluations + self.settle(frame, cell, slope, items, rays, evaluator)
+    }
+
+    /// Takes rays that are no longer under way out of the lanes; gives how many are left.
+    fn end_those_that_ended(
+        &mut self,
+        mut count: usize,
+        slope: f32,
+        items: &[u32],
+        rays: &mut [Ray],
+    ) -> usize {
+        let mut lane = 0;
+        while lane < count {
+            if self.inside.outcome.0[lane] == outcome::UNDER_WAY {
+                lane += 1;
+                continue;
+            }
+            self.end(lane, slope, items, rays);
+            count -= 1;
+            self.inside.move_lane(count, lane);
+        }
+        count
     }
 
     /// Moves the rays that hit in the leaf onto the surface, as far as it lies in the leaf; the stage
@@ -403,6 +437,51 @@ fn place_body(b: &Inside, points: &mut Points) {
         points[0].0[i] = p.x;
         points[1].0[i] = p.y;
         points[2].0[i] = p.z;
+    }
+}
+
+widest! {
+    /// The boxes around what is left of the rays in the leaf.
+    fn spans(inside: &Inside, boxes: &mut Boxes) = spans_body;
+}
+
+#[inline(always)]
+fn spans_body(b: &Inside, boxes: &mut Boxes) {
+    for i in 0..LANES {
+        let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+        let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+        // Rounding keeps the order of points along a ray, so these ends hold all between them.
+        let from = camera::along::<f32>(origin, direction, b.t.0[i]).to_array();
+        let to = camera::along::<f32>(origin, direction, b.leave.0[i]).to_array();
+        for axis in 0..3 {
+            boxes[axis].0[i] = Real::min(from[axis], to[axis]);
+            boxes[axis + 3].0[i] = Real::max(from[axis], to[axis]);
+        }
+    }
+}
+
+widest! {
+    /// Lets those rays through that stay farther from the surface than where they would stop.
+    fn rule_out(frame: &Frame, slope: f32, range: &Range, inside: &mut Inside) = rule_out_body;
+}
+
+#[inline(always)]
+fn rule_out_body(f: &Frame, slope: f32, [low, high]: &Range, b: &mut Inside) {
+    let factor = f.inverse_slope / slope;
+    for i in 0..LANES {
+        let half = camera::half_pixel(b.leave.0[i], f.footprint, f.footprint_growth);
+        let enough = marching::threshold(b.leave.0[i], half, f.cone, f.rounding);
+        let outside = b.side.0[i] > 0.0;
+        let nearest = if outside { low.0[i] } else { -high.0[i] };
+        let clear = nearest * factor > enough;
+        b.outcome.0[i] = if clear {
+            outcome::THROUGH
+        } else {
+            outcome::UNDER_WAY
+        };
+        // Nothing is known of what lies beyond the leaf.
+        b.t.0[i] = if clear { b.leave.0[i] } else { b.t.0[i] };
+        b.radius.0[i] = if clear { 0.0 } else { b.radius.0[i] };
     }
 }
 

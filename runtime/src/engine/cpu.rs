@@ -3,11 +3,14 @@
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, cut};
 use crate::cells::{self, Cells, Cut, Lazy, Region, Split};
 use crate::cpu::figure::{self, Plane};
-use crate::cpu::{self, Asked, Column, Evaluator, Field, Geometry, LANES, Points, SurfaceBlock};
+use crate::cpu::{
+    self, Asked, Boxes, Column, Evaluator, Field, Geometry, LANES, Points, Range, SurfaceBlock,
+};
 use crate::frame::{CellUse, FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare};
 use crate::settings::{facts, unpainted};
 use rayon::prelude::*;
 use sdfc_vm::dual::Dual;
+use sdfc_vm::interval::FloatInterval;
 use sdfc_vm::lanes::seeded;
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::surface::{NUMBERS, Surfaces};
@@ -169,6 +172,7 @@ impl Scene {
                 .filter(|_| long)
                 .map(|cells| Lazy::new(&self.tape, *cells.region())),
             distance: None,
+            range: None,
             gradient: None,
             surface: None,
             distance_tapes: RegionTapes::default(),
@@ -187,6 +191,7 @@ struct Asker<'a> {
     /// Cells for points that come in no order, where looking them up pays.
     lazy: Option<Lazy>,
     distance: Option<Machine<f32>>,
+    range: Option<Machine<FloatInterval>>,
     gradient: Option<Machine<Dual<f32>>>,
     surface: Option<Machine<Dual<f32>, Surfaces>>,
     distance_tapes: RegionTapes,
@@ -337,6 +342,23 @@ impl Evaluator for Asker<'_> {
             .get_or_insert_with(|| Machine::new(whole.values, whole.points));
         machine.seed().clone_from(points);
         out.clone_from(machine.run(&self.scene.distance, tape, count));
+    }
+
+    fn ranges_in(&mut self, cell: u32, boxes: &Boxes, count: usize, out: &mut Range) -> bool {
+        let Some(cells) = self.cells else {
+            return false;
+        };
+        let whole = &self.scene.tape;
+        let machine = self
+            .range
+            .get_or_insert_with(|| Machine::new(whole.values, whole.points));
+        machine.seed().clone_from(boxes);
+        out.clone_from(machine.run(&self.scene.distance, cells.tape(cell), count));
+        true
+    }
+
+    fn is_raw(&self) -> bool {
+        !self.scene.tape.slopes.known()
     }
 
     fn gradients(&mut self, points: &Points, count: usize, out: &mut [Column; 4]) {
