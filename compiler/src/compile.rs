@@ -4,7 +4,7 @@ use crate::bounds::{Boxes, World};
 use crate::expression::{ExprId, Stage};
 use crate::graph::{Graph, Node, Number};
 use crate::lower::{Purpose, channel_numbers, lower};
-use crate::passes::{PassOptions, optimize};
+use crate::passes::{Done, PassOptions, optimize};
 use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
 use crate::schedule::schedule;
 use crate::steepness::steepness;
@@ -37,6 +37,8 @@ pub struct Compiled {
     pub optimized: Graph,
     /// The graph of surfaces after the passes, where the scene has more than one material.
     pub surface: Option<Graph>,
+    /// What the passes did to the graph of the distance.
+    pub passes: Vec<Done>,
 }
 
 /// The scene's functions as WGSL.
@@ -87,7 +89,7 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
         &mut uniforms,
         &mut boxes,
     );
-    let optimized = optimize(&graph, &options.passes);
+    let (optimized, passes) = optimize(&graph, &options.passes);
     let (materials, fallback) = materials(&scene, root);
     let surface = (materials > 1).then(|| {
         let (graph, _) = lower(
@@ -97,7 +99,7 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
             &mut uniforms,
             &mut boxes,
         );
-        optimize(&graph, &options.passes)
+        optimize(&graph, &options.passes).0
     });
     let world = World::from(&scene);
     let (bounds, reach) = (boxes.now().of(world, root), boxes.of(world, root));
@@ -122,6 +124,7 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
             graph,
             optimized,
             surface,
+            passes,
         }),
         diagnostics,
     )

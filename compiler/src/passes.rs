@@ -38,16 +38,32 @@ pub struct PassOptions {
     pub without: Vec<String>,
 }
 
-/// The graph after all passes that the options leave on.
-pub fn optimize(graph: &Graph, options: &PassOptions) -> Graph {
+/// What a pass did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Done {
+    /// Its name.
+    pub name: &'static str,
+    /// Nodes of the graph before and after; `None` if it was left out.
+    pub nodes: Option<[usize; 2]>,
+}
+
+/// The graph after all passes that the options leave on, and what each did.
+pub fn optimize(graph: &Graph, options: &PassOptions) -> (Graph, Vec<Done>) {
     let mut graph = graph.clone();
+    let mut done = Vec::with_capacity(PASSES.len());
     for pass in PASSES {
         let off = options.none || options.without.iter().any(|name| name == pass.name);
-        if !off {
+        let nodes = (!off).then(|| {
+            let before = graph.len();
             graph = (pass.run)(&graph);
-        }
+            [before, graph.len()]
+        });
+        done.push(Done {
+            name: pass.name,
+            nodes,
+        });
     }
-    graph
+    (graph, done)
 }
 
 /// A copy of the graph in which each node that the root reaches is what `rewrite` makes of it, given

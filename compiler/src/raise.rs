@@ -19,6 +19,7 @@ pub fn raise(module: Module) -> Compiled {
         graph,
         surface,
         module,
+        passes: Vec::new(),
     }
 }
 

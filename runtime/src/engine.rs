@@ -11,6 +11,7 @@ mod cut;
 mod driver;
 mod interp;
 mod kernels;
+mod order;
 mod passes;
 mod query;
 mod rate;
@@ -90,7 +91,7 @@ pub struct Loaded<'a> {
 }
 
 /// What a scene is at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
     /// The distance to the surface, negative inside.
     pub distance: f32,

@@ -5,11 +5,13 @@ use crate::output;
 use crate::scene::{self, Build, Content, Outcome};
 use crate::terminal::Terminal;
 use clap::ValueEnum;
+use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::dump::dump;
 use sdfc_compiler::export::{Target, translate};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources};
 use sdfc_vm::{file, listing};
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// Show or write what a scene becomes, at any stage.
@@ -23,6 +25,9 @@ pub(crate) struct Arguments {
     /// Where to; without it, to standard output.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Say on standard error what each pass did, and what the program takes.
+    #[arg(long)]
+    stats: bool,
     #[command(flatten)]
     build: Build,
 }
@@ -64,16 +69,17 @@ impl Stage {
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let stage = arguments.emit;
-    let bytes = emitted(&arguments.scene, stage, &arguments.build, terminal)?;
+    let bytes = emitted(arguments, terminal)?;
     output::deliver(arguments.output.as_deref(), &bytes, stage.is_text())
 }
 
-fn emitted(
-    path: &Path,
-    stage: Stage,
-    build: &Build,
-    terminal: &Terminal,
-) -> Result<Vec<u8>, Failure> {
+fn emitted(arguments: &Arguments, terminal: &Terminal) -> Result<Vec<u8>, Failure> {
+    let Arguments {
+        scene: path,
+        emit: stage,
+        build,
+        ..
+    } = arguments;
     let target = match stage {
         Stage::Ast => return Ok(tree(path, terminal)?.into_bytes()),
         Stage::Scene => {
@@ -90,6 +96,9 @@ fn emitted(
     };
     let opened = scene::open(path, build, terminal)?;
     let compiled = &opened.compiled;
+    if arguments.stats {
+        terminal.write(&stats(compiled));
+    }
     if let Some(target) = target {
         let failed = |error| Failure::Input(format!("{}: {error}", path.display()));
         return translate(compiled, target).map_err(failed);
@@ -128,6 +137,44 @@ fn no_text(path: &Path, what: &str) -> Failure {
         "{} is compiled already and has no {what}",
         path.display()
     ))
+}
+
+/// What the passes did, and what the programs take.
+fn stats(compiled: &Compiled) -> String {
+    let mut text = format!("lowered   {} nodes\n", compiled.graph.len());
+    for pass in &compiled.passes {
+        let _ = match pass.nodes {
+            Some([before, after]) => writeln!(
+                text,
+                "{:<9} {after} nodes, {} fewer",
+                pass.name,
+                before - after.min(before)
+            ),
+            None => writeln!(text, "{:<9} left out", pass.name),
+        };
+    }
+    let module = &compiled.module;
+    let _ = writeln!(
+        text,
+        "{:<9} the distance changes by {} per unit at most",
+        "steepness", module.settings.slope
+    );
+    let programs = [Some(&module.distance), module.surface.as_ref()];
+    for (name, program) in ["distance", "surface"].into_iter().zip(programs) {
+        if let Some(program) = program {
+            let needs = program.needs();
+            let _ = writeln!(
+                text,
+                "{name:<9} {} instructions, {} constants, {} values deep, {} slots, {} opcodes",
+                program.code.len(),
+                program.pool.len() * 4,
+                needs.depth,
+                needs.slots,
+                needs.codes.len()
+            );
+        }
+    }
+    text
 }
 
 /// The programs as listings.

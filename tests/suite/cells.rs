@@ -109,6 +109,47 @@ fn the_interpreter_draws_the_same_bits_with_and_without_cells() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
+#[test]
+fn a_query_of_many_points_answers_as_one_of_few() {
+    let mut engine = open(EngineKind::Cpu).expect("every machine has a processor");
+    let region = Region {
+        low: [-4.0; 3],
+        high: [4.0; 3],
+    };
+    let mut points: Vec<[f32; 3]> = (0..32)
+        .map(|seed| scattered(&region, seed))
+        .flat_map(|[x, y, z]| (0..LANES).map(move |i| [x.0[i], y.0[i], z.0[i]]))
+        .collect();
+    points[77] = [f32::NAN, 0.0, 1.0];
+    points[99] = [f32::INFINITY, 0.0, 1.0];
+    for path in all() {
+        let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        let outputs = compiled.module.update(0.0);
+        let loaded = Loaded {
+            module: &compiled.module,
+            outputs: &outputs,
+            generated: SceneSource::default(),
+        };
+        engine.load(&loaded).expect("the scene loads");
+        let together = engine.query(&points).expect("it answers");
+        let alone = points.chunks(LANES).map(|few| engine.query(few));
+        let alone: Vec<_> = alone.map(|few| few.expect("it answers")).collect();
+        for (at, (a, b)) in together.iter().zip(alone.iter().flatten()).enumerate() {
+            let same =
+                |a: f32, b: f32| a == b || (a - b).abs() <= 1e-5 || (a.is_nan() && b.is_nan());
+            let gradients = a.gradient.iter().zip(b.gradient);
+            assert!(
+                (a.distance == b.distance || (a.distance.is_nan() && b.distance.is_nan()))
+                    && gradients.fold(true, |all, (a, b)| all && same(*a, b))
+                    && a.surface.id == b.surface.id,
+                "{} at {:?}: {a:?} of many, {b:?} alone",
+                path.display(),
+                points[at]
+            );
+        }
+    }
+}
+
 /// Cuts everything down to a side.
 struct Down(f32);
 

@@ -1,6 +1,6 @@
 //! The CPU engine: programs on batches of 64 points, all cores.
 
-use super::{Engine, EngineError, EngineKind, Loaded, Sample, cut};
+use super::{Engine, EngineError, EngineKind, Loaded, Sample, cut, order};
 use crate::cells::{self, Cells, Cut, Lazy, Region, Split};
 use crate::cpu::figure::{self, Plane};
 use crate::cpu::{
@@ -116,11 +116,30 @@ impl Engine for CpuEngine {
 
     fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError> {
         let scene = self.scene()?;
-        let batches: Vec<Vec<Sample>> = points
-            .par_chunks(LANES)
-            .map_init(|| scene.asker(None), |asker, chunk| asker.samples(chunk))
+        if points.len() < MANY || scene.tape.clauses.len() < LONG {
+            let batches: Vec<Vec<Sample>> = points
+                .par_chunks(LANES)
+                .map_init(|| scene.asker(None), |asker, chunk| asker.samples(chunk))
+                .collect();
+            return Ok(batches.concat());
+        }
+        let order = order::by_place(points);
+        let pruning = || Asker {
+            pruned: true,
+            ..scene.asker(None)
+        };
+        let batches: Vec<Vec<Sample>> = order
+            .par_chunks(LANES * LANES)
+            .map_init(pruning, |asker, numbers| {
+                let near: Vec<[f32; 3]> = numbers.iter().map(|&n| points[n as usize]).collect();
+                asker.samples_nearby(&near)
+            })
             .collect();
-        Ok(batches.concat())
+        let mut samples = vec![Sample::default(); points.len()];
+        for (sample, number) in batches.into_iter().flatten().zip(order) {
+            samples[number as usize] = sample;
+        }
+        Ok(samples)
     }
 }
 
@@ -438,7 +457,28 @@ impl Evaluator for Asker<'_> {
     }
 }
 
+/// So many points are worth putting in order.
+const MANY: usize = 1024;
+
 impl Asker<'_> {
+    /// Points of which each 64 are neighbours.
+    fn samples_nearby(&mut self, points: &[[f32; 3]]) -> Vec<Sample> {
+        let regions: Vec<Region> = points
+            .chunks(LANES)
+            .map(|chunk| order::around(chunk.iter()))
+            .collect();
+        self.announce(Asked::Distances, &regions);
+        self.announce(Asked::Surfaces, &regions);
+        let mut samples = Vec::with_capacity(points.len());
+        for (region, chunk) in points.chunks(LANES).enumerate() {
+            let bounded = chunk.iter().all(order::is_somewhere);
+            self.focus(bounded.then_some(region));
+            samples.extend(self.samples(chunk));
+        }
+        self.focus(None);
+        samples
+    }
+
     /// At most 64 points.
     fn samples(&mut self, chunk: &[[f32; 3]]) -> Vec<Sample> {
         let mut points = Points::default();
