@@ -9,17 +9,20 @@
 //! Method: M. Keeter, *Massively Parallel Rendering of Complex Closed-Form Implicit Surfaces*, 2020;
 //! W. Barbier and others, *Lipschitz Pruning*, 2025.
 
+mod again;
 mod build;
 mod find;
 mod lazy;
 mod pack;
 
+pub use again::again;
 pub use build::{Cut, Refine, build};
 pub use lazy::Lazy;
 pub use pack::{Packed, registers};
 
 use sdfc_vm::lanes::Column;
 use sdfc_vm::tape::Clause;
+use std::sync::Arc;
 
 /// How many children a cell has.
 pub const CHILDREN: usize = 64;
@@ -151,6 +154,8 @@ pub struct Cell {
 /// The children of a cell.
 #[derive(Clone, Debug)]
 struct Node {
+    /// Whose children they are.
+    cell: u32,
     /// [`EMPTY`], [`FULL`], a cell's number from [`CELL`] on, or that of a node from [`NODE`] on.
     children: [u32; CHILDREN],
 }
@@ -168,11 +173,17 @@ const NODE: u32 = 1 << 31;
 #[derive(Clone, Debug)]
 pub struct Cells {
     split: Split,
+    band: f32,
     /// The first is the whole.
     cells: Vec<Cell>,
-    /// The first is the whole's, if it is cut.
+    /// The children of all that are cut.
     nodes: Vec<Node>,
-    arenas: Vec<Vec<Clause>>,
+    /// The node of the whole, if it is cut.
+    root: u32,
+    arenas: Vec<Arc<Vec<Clause>>>,
+    /// How many cells were made last, and how many when all were.
+    made: usize,
+    first: usize,
     /// Whether some were not cut for want of memory.
     short: bool,
 }
@@ -185,6 +196,10 @@ impl Cells {
     /// How they are cut.
     pub fn split(&self) -> Split {
         self.split
+    }
+    /// How many cells were made last: all, or those that an edit reached.
+    pub fn made(&self) -> usize {
+        self.made
     }
     /// Whether some cells were not cut for want of memory, so that their tapes are longer than they
     /// might be.
@@ -207,7 +222,7 @@ impl Cells {
     }
     /// How much memory they take, in bytes.
     pub fn size(&self) -> usize {
-        let clauses: usize = self.arenas.iter().map(Vec::len).sum();
+        let clauses: usize = self.arenas.iter().map(|arena| arena.len()).sum();
         self.cells.len() * size_of::<Cell>()
             + self.nodes.len() * size_of::<Node>()
             + clauses * size_of::<Clause>()

@@ -22,13 +22,14 @@ pub use crate::frame::FieldFacts;
 use crate::frame::{Frame, Picture};
 pub use sdfc_vm::lanes::{Column, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
+use std::sync::Arc;
 
 /// A field that pictures are made of.
 pub trait Field: Sync {
     /// What is known of it besides its values.
     fn facts(&self) -> FieldFacts;
     /// The cells for a picture, if they pay.
-    fn cells(&self, _picture: &Picture) -> Option<Cells> {
+    fn cells(&self, _picture: &Picture) -> Option<Arc<Cells>> {
         None
     }
     /// The field at every pixel of a plane, as [`figure::sample`] gives it, if that pays.

@@ -1,15 +1,18 @@
 //! Cells keep the picture of every scene, and in each cell the bits of the field.
 
 use crate::corpus::{compiled, name, on_large_stack, scenes};
-use sdfc_compiler::compile::Compiled;
+use sdfc_compiler::compile::{self, Compiled, compile};
+use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::cells::{Cut, Refine, Region, Split, build};
+use sdfc_lang::Sources;
+use sdfc_runtime::cells::{Cells, Cut, Refine, Region, Split, again, build};
 use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open};
 use sdfc_runtime::frame::{CellUse, Frame};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::compare;
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::lanes::{Column, LANES};
+use sdfc_vm::program::Module;
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::{Clause, Tape};
 use std::path::PathBuf;
@@ -219,4 +222,101 @@ fn scattered(region: &Region, seed: u64) -> [Column; 3] {
             (low + (high - low) * share).clamp(low, high)
         }))
     })
+}
+
+/// A thousand balls in a smooth union, one of which is lifted by this height.
+fn balls(height: f64) -> Module {
+    use std::fmt::Write;
+    let mut text = String::from("union([\n");
+    for n in 0..1000 {
+        let at = |n: i32| f64::from(n) * 0.3 - 4.7;
+        let (x, y, z) = (at(n % 32), if n == 444 { height } else { 0.0 }, at(n / 32));
+        let _ = writeln!(text, "sphere(0.12).translate({x}, {y}, {z}),");
+    }
+    text.push_str("], smooth: 0.01)\n");
+    let mut sources = Sources::new();
+    let file = sources.add("balls".to_owned(), text);
+    let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
+    let scene = scene.unwrap_or_else(|| panic!("{found:?}"));
+    let (compiled, found) = compile(scene, &compile::Options::default());
+    let mut module = compiled.unwrap_or_else(|| panic!("{found:?}")).module;
+    module.update(0.0);
+    module
+}
+
+#[test]
+fn moving_one_primitive_makes_only_the_cells_that_it_touches() {
+    let [old, new] = [0.0, 0.05].map(|height| on_large_stack(|| balls(height)).distance);
+    let [old_tape, new_tape] = [&old, &new].map(Tape::of);
+    let cut = Cut {
+        region: Region {
+            low: [-5.2; 3],
+            high: [5.2; 3],
+        },
+        split: Split::Cube,
+        band: 0.0,
+        refine: &Down(0.2),
+    };
+    let before = build(&old, &old_tape, &cut);
+    assert!(!before.short());
+    let after = again(&before, (&old, &old_tape), (&new, &new_tape), &cut)
+        .expect("the edit changes only constants");
+    let anew = build(&new, &new_tape, &cut);
+    assert!(
+        after.made() * 5 < anew.made(),
+        "{} of {} cells were made",
+        after.made(),
+        anew.made()
+    );
+    assert!(after.made() > 0);
+    // What is there now is what would have been made anew.
+    let tapes = |cells: &Cells| {
+        let mut all: Vec<_> = cells
+            .leaves()
+            .map(|leaf| {
+                (
+                    format!("{:?}", cells.cell(leaf).region),
+                    cells.tape(leaf).to_vec(),
+                )
+            })
+            .collect();
+        all.sort_by(|a, b| a.0.cmp(&b.0));
+        all
+    };
+    assert!(tapes(&after) == tapes(&anew));
+    // The same again is all kept, and an edit that changes more than constants keeps nothing.
+    let same = again(&after, (&new, &new_tape), (&new, &new_tape), &cut);
+    assert_eq!(same.map(|cells| cells.made()), Some(0));
+    let mut longer = new.clone();
+    longer.code.push(longer.code[0]);
+    assert!(again(&after, (&new, &new_tape), (&longer, &new_tape), &cut).is_none());
+}
+
+#[test]
+fn a_picture_after_an_edit_is_as_one_drawn_anew() {
+    let mut engine = open(EngineKind::Cpu).expect("every machine has a processor");
+    let overrides = Overrides {
+        size: Some([96, 72]),
+        aa: Some(1),
+        cells: CellUse::Always,
+        ..Overrides::default()
+    };
+    for height in [0.0, 0.05, 0.3, 0.3] {
+        let module = on_large_stack(|| balls(height));
+        let settings = resolve(&module, &[], &overrides).expect("the scene has settings");
+        let loaded = Loaded {
+            module: &module,
+            outputs: &[],
+            generated: SceneSource::default(),
+        };
+        let draw = |engine: &mut dyn Engine| {
+            engine.load(&loaded).expect("the scene loads");
+            engine.render(&settings, &|_| {}).expect("it is drawn")
+        };
+        let edited = draw(&mut *engine);
+        let mut fresh = open(EngineKind::Cpu).expect("every machine has a processor");
+        let anew = draw(&mut *fresh);
+        assert_eq!(edited.color, anew.color);
+        assert_eq!(edited.depth, anew.depth);
+    }
 }

@@ -11,6 +11,7 @@ use sdfc_vm::tape::choose::Chooser;
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::prune::Pruner;
 use sdfc_vm::tape::{Clause, Tape};
+use std::sync::Arc;
 
 /// The most cells; those that are not cut for it keep the tape that they have.
 const MOST: usize = 400_000;
@@ -45,13 +46,12 @@ pub struct Cut<'a> {
 /// The cells of a program.
 pub fn build(program: &Program, tape: &Tape, cut: &Cut<'_>) -> Cells {
     let region = cut.region;
-    // Raw fields are divided by a bound of their slope that holds everywhere; in a cell it may be
-    // far smaller. Distances have a slope of one nearly everywhere, which needs no finding out.
-    // Only who looks for the surface asks.
-    let raw = |i: &Instruction| i.code == Code::Op(Op::FieldDistance);
-    let slopes = cut.band == 0.0 && program.code.iter().any(raw);
     let mut cells = Cells {
         split: cut.split,
+        band: cut.band,
+        made: 0,
+        first: 0,
+        root: 0,
         short: false,
         cells: vec![Cell {
             region,
@@ -65,19 +65,44 @@ pub fn build(program: &Program, tape: &Tape, cut: &Cut<'_>) -> Cells {
             leaf: true,
         }],
         nodes: Vec::new(),
-        arenas: vec![tape.clauses.clone()],
+        arenas: vec![Arc::new(tape.clauses.clone())],
     };
-    let mut parents = vec![Parent {
+    let whole = Parent {
         cell: 0,
         entry: None,
-    }];
+        before: None,
+    };
+    deepen(&mut cells, vec![whole], program, tape, cut, &[]);
+    cells.made = cells.cells.len();
+    cells.first = cells.made;
+    cells
+}
+
+/// Cuts these cells, and what they are cut into. `changed` says of each instruction whether it is
+/// another than when the cells were cut before.
+pub(super) fn deepen(
+    cells: &mut Cells,
+    mut parents: Vec<Parent>,
+    program: &Program,
+    tape: &Tape,
+    cut: &Cut<'_>,
+    changed: &[bool],
+) {
+    // Raw fields are divided by a bound of their slope that holds everywhere; in a cell it may be
+    // far smaller. Distances have a slope of one nearly everywhere, which needs no finding out.
+    // Only who looks for the surface asks.
+    let raw = |i: &Instruction| i.code == Code::Op(Op::FieldDistance);
+    let slopes = cut.band == 0.0 && program.code.iter().any(raw);
     for _ in 0..cut.split.levels() {
         if parents.is_empty() {
             break;
         }
-        let clauses: usize = cells.arenas.iter().map(Vec::len).sum();
+        let clauses: usize = cells.arenas.iter().map(|arena| arena.len()).sum();
         if cells.cells.len() > MOST || clauses > MOST_CLAUSES {
             cells.short = true;
+            for parent in &parents {
+                cells.forget(parent.before);
+            }
             break;
         }
         let length = parents.len().div_ceil(rayon::current_num_threads() * 8);
@@ -85,21 +110,22 @@ pub fn build(program: &Program, tape: &Tape, cut: &Cut<'_>) -> Cells {
         let parts = share(
             pieces.len(),
             || Worker::new(program, tape),
-            |worker, piece| worker.cut_all(&cells, pieces[piece], cut, slopes),
+            |worker, piece| worker.cut_all(cells, pieces[piece], cut, slopes),
         );
         parents.clear();
         for part in parts {
-            add(&mut cells, part, &mut parents);
+            add(cells, part, changed, &mut parents);
         }
     }
-    cells
 }
 
 /// A cell that is to be cut, and the entry of a node that will point to its own.
 #[derive(Clone, Copy, Debug)]
-struct Parent {
-    cell: u32,
-    entry: Option<(u32, u32)>,
+pub(super) struct Parent {
+    pub(super) cell: u32,
+    pub(super) entry: Option<(u32, u32)>,
+    /// What it was cut into before an edit.
+    pub(super) before: Option<u32>,
 }
 
 /// What became of some parents, in their order.
@@ -116,29 +142,11 @@ struct Part {
 const OWN: u32 = u32::MAX;
 
 /// Takes a part over; the cells that are to be cut are added to `next`.
-fn add(cells: &mut Cells, part: Part, next: &mut Vec<Parent>) {
+fn add(cells: &mut Cells, part: Part, changed: &[bool], next: &mut Vec<Parent>) {
     let first = cells.cells.len() as u32;
     let arena = cells.arenas.len() as u32;
-    for (parent, mut children) in part.parents.into_iter().zip(part.nodes) {
-        let node = cells.nodes.len() as u32;
-        if let Some((above, entry)) = parent.entry {
-            cells.nodes[above as usize].children[entry as usize] = NODE + node;
-        }
-        cells.cells[parent.cell as usize].leaf = false;
-        for (child, entry) in children.iter_mut().zip(0..) {
-            if *child >= CELL {
-                let (_, cut) = part.cells[(*child - CELL) as usize];
-                *child += first;
-                if cut {
-                    next.push(Parent {
-                        cell: *child - CELL,
-                        entry: Some((node, entry)),
-                    });
-                }
-            }
-        }
-        cells.nodes.push(Node { children });
-    }
+    cells.arenas.push(Arc::new(part.clauses));
+    let cuts: Vec<bool> = part.cells.iter().map(|&(_, cut)| cut).collect();
     cells
         .cells
         .extend(part.cells.into_iter().map(|(mut cell, _)| {
@@ -147,7 +155,46 @@ fn add(cells: &mut Cells, part: Part, next: &mut Vec<Parent>) {
             }
             cell
         }));
-    cells.arenas.push(part.clauses);
+    for (parent, mut children) in part.parents.into_iter().zip(part.nodes) {
+        let node = cells.nodes.len() as u32;
+        if let Some((above, entry)) = parent.entry {
+            cells.nodes[above as usize].children[entry as usize] = NODE + node;
+        }
+        cells.cells[parent.cell as usize].leaf = false;
+        for (child, entry) in children.iter_mut().zip(0..) {
+            let cut = *child >= CELL && cuts[(*child - CELL) as usize];
+            if *child >= CELL {
+                *child += first;
+            }
+            let mut before = None;
+            if let Some(parent) = parent.before {
+                let old = cells.nodes[parent as usize].children[entry as usize];
+                if cells.is_as_before(old, *child, changed) {
+                    if *child >= CELL {
+                        cells.cells[(*child - CELL) as usize].leaf = false;
+                    }
+                    *child = old;
+                    continue;
+                }
+                before = (old >= NODE).then(|| old - NODE);
+                if !cut || before.is_none() {
+                    cells.forget_child(old);
+                    before = None;
+                }
+            }
+            if cut {
+                next.push(Parent {
+                    cell: *child - CELL,
+                    entry: Some((node, entry)),
+                    before,
+                });
+            }
+        }
+        cells.nodes.push(Node {
+            cell: parent.cell,
+            children,
+        });
+    }
 }
 
 /// The memory of one thread.

@@ -76,7 +76,7 @@ impl Cells {
             return false;
         };
         let mut within = BITS;
-        let Some(mut node) = self.nodes.first() else {
+        let Some(mut node) = self.nodes.get(self.root as usize) else {
             return false;
         };
         loop {

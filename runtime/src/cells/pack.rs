@@ -90,7 +90,7 @@ impl Packed {
         let root = if cells.nodes.is_empty() {
             whole
         } else {
-            node(first)
+            node(first + cells.root)
         };
         [root, whole]
     }

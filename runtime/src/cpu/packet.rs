@@ -98,6 +98,14 @@ impl Marcher {
             self.packet.side.0[lane] = self.first_side(cells, lane);
         }
         let mut evaluations = 0;
+        if frame.footprint_growth == 0.0 && evaluator.is_raw() {
+            // Walls often run along parallel rays, for all of their way.
+            self.packet.enter = self.packet.begin;
+            self.packet.exit = self.packet.leave;
+            let count = self.go_in(items.len());
+            evaluations += self.look((frame, 0, 1.0), count, evaluator);
+            self.end_those_that_ended(count, 1.0, items, rays);
+        }
         for meeting in meetings {
             let cell = cells.cell(meeting.cell);
             let met = enter(&cell.region, items.len(), &mut self.packet);
@@ -209,12 +217,8 @@ impl Marcher {
         for steps in 0.. {
             if steps == next_look {
                 next_look = FEW_STEPS.max(next_look * FEW_STEPS);
-                spans(&self.inside, &mut self.boxes);
-                if evaluator.ranges_in(cell, &self.boxes, count, &mut self.range) {
-                    evaluations += count as u64;
-                    rule_out(frame, slope, &self.range, &mut self.inside);
-                    count = self.end_those_that_ended(count, slope, items, rays);
-                }
+                evaluations += self.look((frame, cell, slope), count, evaluator);
+                count = self.end_those_that_ended(count, slope, items, rays);
             }
             if count == 0 {
                 break;
@@ -229,6 +233,24 @@ impl Marcher {
             count = self.end_those_that_ended(count, slope, items, rays);
         }
         evaluations + self.settle(frame, cell, slope, items, rays, evaluator)
+    }
+
+    /// Lets those of the collected rays through that bounds of the field keep from meeting anything in
+    /// the cell.
+    fn look(
+        &mut self,
+        (frame, cell, slope): (&Frame, u32, f32),
+        count: usize,
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        spans(&self.inside, &mut self.boxes);
+        let known = evaluator.ranges_in(cell, &self.boxes, count, &mut self.range);
+        if !known {
+            self.inside.outcome = Column([outcome::UNDER_WAY; LANES]);
+            return 0;
+        }
+        rule_out(frame, slope, &self.range, &mut self.inside);
+        count as u64
     }
 
     /// Takes rays that are no longer under way out of the lanes; gives how many are left.
@@ -479,9 +501,11 @@ fn rule_out_body(f: &Frame, slope: f32, [low, high]: &Range, b: &mut Inside) {
         } else {
             outcome::UNDER_WAY
         };
-        // Nothing is known of what lies beyond the leaf.
-        b.t.0[i] = if clear { b.leave.0[i] } else { b.t.0[i] };
-        b.radius.0[i] = if clear { 0.0 } else { b.radius.0[i] };
+        // What is clear is a ball around the last point; nothing is known beyond the leaf.
+        let (from, to) = (b.t.0[i], b.leave.0[i]);
+        let (middle, half) = ((from + to) * 0.5, (to - from) * 0.5 / slope);
+        b.t.0[i] = if clear { middle } else { from };
+        b.radius.0[i] = if clear { half } else { b.radius.0[i] };
     }
 }
 

@@ -16,7 +16,7 @@ use sdfc_shaders::features::{Features, Mode, Occlusion};
 use sdfc_shaders::layout::{self, Ray, Surface};
 use sdfc_shaders::marching::{self, SHOWN};
 use sdfc_vm::vector::{V2, V3};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Pixels along a side of a tile: enough rays to keep the lanes full, few enough that every core
 /// gets many tiles.
@@ -54,7 +54,7 @@ pub(super) struct Tile {
 
 /// The cells of a picture, and which of them its rays may meet.
 struct Way {
-    cells: Cells,
+    cells: Arc<Cells>,
     meetings: Meetings,
 }
 
@@ -390,7 +390,7 @@ pub(super) fn geometry(field: &dyn Field, picture: &Picture) -> super::Geometry 
     share(
         corners.len(),
         || {
-            let cells = way.as_ref().map(|way| &way.cells);
+            let cells = way.as_ref().map(|way| &*way.cells);
             (Tile::default(), field.evaluator(picture, cells))
         },
         |(tile, evaluator), number| {
@@ -437,7 +437,7 @@ pub(super) fn render(
     share(
         corners.len(),
         || {
-            let cells = way.as_ref().map(|way| &way.cells);
+            let cells = way.as_ref().map(|way| &*way.cells);
             (Tile::default(), field.evaluator(picture, cells))
         },
         |(tile, evaluator), number| {

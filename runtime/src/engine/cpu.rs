@@ -18,6 +18,7 @@ use sdfc_vm::tape::choose::Chooser;
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::prune::Pruner;
 use sdfc_vm::tape::{Clause, Tape};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Runs the loaded scene's programs on the cores of this machine.
 #[derive(Default)]
@@ -32,11 +33,23 @@ struct Scene {
     tape: Tape,
     facts: FieldFacts,
     unpainted: Surface,
+    /// The cells of the last picture, perhaps of the scene as it was before an edit.
+    last: Mutex<Option<Last>>,
+}
+
+/// The cells of a picture, and what they were made for.
+struct Last {
+    program: Program,
+    tape: Tape,
+    pixels: cut::Pixels,
+    cells: Arc<Cells>,
 }
 
 impl Scene {
-    fn of(module: &Module, outputs: &[f64]) -> Self {
+    fn of(module: &Module, outputs: &[f64], before: Option<Self>) -> Self {
+        let last = before.map(|before| before.last);
         Self {
+            last: last.unwrap_or_default(),
             distance: module.distance.clone(),
             surface: module.surface.clone().map(|p| {
                 let tape = Tape::of(&p);
@@ -68,7 +81,7 @@ impl Engine for CpuEngine {
     }
 
     fn load(&mut self, scene: &Loaded<'_>) -> Result<(), EngineError> {
-        self.scene = Some(Scene::of(scene.module, scene.outputs));
+        self.scene = Some(Scene::of(scene.module, scene.outputs, self.scene.take()));
         Ok(())
     }
 
@@ -80,7 +93,7 @@ impl Engine for CpuEngine {
         if !same {
             return Err(EngineError::AnotherScene);
         }
-        self.scene = Some(Scene::of(module, outputs));
+        self.scene = Some(Scene::of(module, outputs, self.scene.take()));
         Ok(())
     }
 
@@ -147,18 +160,34 @@ impl Field for Scene {
     fn facts(&self) -> FieldFacts {
         self.facts
     }
-    fn cells(&self, picture: &Picture) -> Option<Cells> {
+    fn cells(&self, picture: &Picture) -> Option<Arc<Cells>> {
         if !cut::wanted(picture, &self.distance, &self.tape) {
             return None;
         }
         let region = cut::region(&picture.uniforms)?;
+        let pixels = match self.tape.slopes.known() {
+            true => cut::Pixels::of(&picture.uniforms),
+            false => cut::Pixels::of_raw(&picture.uniforms),
+        };
         let cut = Cut {
             region,
             split: Split::Cube,
             band: 0.0,
-            refine: &cut::Pixels::of(&picture.uniforms),
+            refine: &pixels,
         };
-        Some(cells::build(&self.distance, &self.tape, &cut))
+        let new = (&self.distance, &self.tape);
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = last.take().filter(|last| last.pixels == pixels);
+        let kept =
+            kept.and_then(|last| cells::again(&last.cells, (&last.program, &last.tape), new, &cut));
+        let cells = Arc::new(kept.unwrap_or_else(|| cells::build(new.0, new.1, &cut)));
+        *last = Some(Last {
+            program: self.distance.clone(),
+            tape: self.tape.clone(),
+            pixels,
+            cells: cells.clone(),
+        });
+        Some(cells)
     }
     fn figure(&self, picture: &Picture, plane: &Plane, band: f32) -> Option<Vec<f32>> {
         let wanted = match picture.cells {

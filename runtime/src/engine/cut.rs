@@ -14,6 +14,10 @@ use sdfc_vm::tape::Tape;
 const FEW: usize = 32;
 /// A leaf's side in pixels, at most.
 const LEAF: f32 = 16.0;
+/// The same for fields written with coordinates, where rays look at bounds along themselves and
+/// smaller boxes leave little out. Measured: hi and tanglecube take half the time that they take with
+/// leaves of 16 pixels, and tanglecube more with 128.
+const RAW_LEAF: f32 = 64.0;
 /// The side in pixels from which on cells with next to nothing to leave out are cut.
 const PLAIN_LEAF: f32 = 256.0;
 /// Tapes of so many clauses have next to nothing to leave out.
@@ -179,13 +183,23 @@ fn around(plane: &Plane) -> (Region, Split) {
 }
 
 /// Cells as large as so many pixels of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pixels {
     eye: [f32; 3],
     footprint: f32,
     growth: f32,
+    leaf: f32,
 }
 
 impl Pixels {
+    /// The same, for rays that look ahead in fields written with coordinates.
+    pub(super) fn of_raw(frame: &Frame) -> Self {
+        Self {
+            leaf: RAW_LEAF,
+            ..Self::of(frame)
+        }
+    }
+
     pub(super) fn of(frame: &Frame) -> Self {
         // Half a pixel of a pass over subpixels is less than half a pixel of the picture.
         let passes = (frame.samples.max(1) as f32).sqrt();
@@ -193,6 +207,7 @@ impl Pixels {
             eye: frame.origin,
             footprint: 2.0 * frame.footprint * passes,
             growth: 2.0 * frame.footprint_growth * passes,
+            leaf: LEAF,
         }
     }
 }
@@ -209,7 +224,11 @@ impl Refine for Pixels {
         // From inside a cell, its far parts count.
         let distance = (x * x + y * y + z * z).sqrt().max(side * 0.25);
         let pixel = self.footprint + self.growth * distance;
-        let most = if clauses <= PLAIN { PLAIN_LEAF } else { LEAF };
+        let most = if clauses <= PLAIN {
+            PLAIN_LEAF
+        } else {
+            self.leaf
+        };
         side > most * pixel
     }
 }

@@ -204,6 +204,10 @@ impl Contestant for Ours<'_> {
 
     fn frame(&mut self) -> Result<(), String> {
         let prepared = self.prepared.as_ref().ok_or_else(not_drawn)?;
+        if self.engine.kind() == EngineKind::Cpu {
+            // One that has drawn this before would keep what it cut.
+            self.engine = engine::open(EngineKind::Cpu).map_err(|error| error.to_string())?;
+        }
         let loaded = self.engine.load(&prepared.compiled.loaded());
         loaded.map_err(|error| error.to_string())?;
         self.draw()
