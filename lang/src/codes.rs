@@ -67,7 +67,7 @@ pub fn row(code: &str) -> Option<&'static CodeRow> {
 
 codes! {
 E0001 "a source file that is too large" "\
-A source file may have 1 MiB. A scene of that size is made by a program; let it write several
+A source file may have 9.5 MiB. A scene of that size is made by a program; let it write several
 files and `import` them, or a loop instead of its result.
 
     for i in 0..1000 { sphere(0.1).translate(i, 0, 0) }";
@@ -549,7 +549,7 @@ the process more memory.
     ulimit -v unlimited";
 
 E0501 "a limit of the program" "\
-Programs have limits that keep them safe on every device: 60,000 instructions, 64 values on the
+Programs have limits that keep them safe on every device: 250,000 instructions, 64 values on the
 stack, 256 values kept, 16 points inside each other. The message has both numbers. A scene passes
 them by nesting; a flat `union(list)` is the way to many shapes.
 

@@ -19,7 +19,7 @@ use crate::tree::{Builder, TooDeep, Top};
 use lalrpop_util::ParseError;
 
 /// The most bytes that a source file may have.
-pub const MAX_SOURCE_BYTES: usize = 1 << 20;
+pub const MAX_SOURCE_BYTES: usize = 19 << 19;
 
 /// Parses a file. There is a tree if and only if none of the diagnostics is an error; the
 /// diagnostics are in no particular order.

@@ -38,8 +38,8 @@ pub const MAX_DEPTH: usize = 64;
 pub const MAX_POINTS: usize = 16;
 /// The most slots.
 pub const MAX_SLOTS: usize = 256;
-/// The most instructions; an interpreter's loop over them stays below every device's limit.
-pub const MAX_INSTRUCTIONS: usize = 60_000;
+/// The most instructions. Engines may allow fewer: some devices end loops after 65,535 rounds.
+pub const MAX_INSTRUCTIONS: usize = 250_000;
 /// How many numbers describe a surface; see [`Code::Channel`].
 pub const CHANNELS: usize = 9;
 

@@ -328,13 +328,13 @@ fn limits_are_refused_with_both_numbers() {
         error.to_string(),
         "the program needs 65 values on the stack, more than the 64 that the format allows"
     );
-    let long = program(vec![constant; 60_001]);
+    let long = program(vec![constant; 250_001]);
     assert!(matches!(
         verify(&long, 0, false),
         Err(VerifyError::Limit {
             what: "instructions",
-            need: 60_001,
-            allowed: 60_000
+            need: 250_001,
+            allowed: 250_000
         })
     ));
     let two = program(vec![constant; 2]);

@@ -14,14 +14,18 @@ use sdfc_vm::tape::{Clause, Tape};
 const SHORT: usize = 12;
 /// The most levels.
 const LEVELS: u32 = 7;
-/// The most cells; where there are more, the tapes of larger ones are used.
+/// The most cells; then all are forgotten, and made again where they are asked for.
 const MOST: usize = 60_000;
+/// The most clauses of all.
+const MOST_CLAUSES: usize = 2_000_000;
 
 /// The cell of a child that nobody asked for yet.
 const UNKNOWN: u32 = u32::MAX;
 
 /// How often a cell is looked up before it is cut: cutting takes about as long as so many batches.
 const VISITS: u32 = 12;
+/// A tape of so many clauses is never run twice where it can be cut.
+const LONG: usize = 256;
 
 /// A part of space and its tape.
 struct Cell {
@@ -44,6 +48,8 @@ struct Children {
 pub struct Lazy {
     grid: Grid,
     cells: Vec<Cell>,
+    /// How many clauses they have together, without the whole.
+    clauses: usize,
     chooser: Chooser,
     pruner: Pruner,
     last: Last,
@@ -70,6 +76,7 @@ impl Lazy {
                 stale: 0,
                 children: None,
             }],
+            clauses: 0,
             chooser: Chooser::new(tape),
             pruner: Pruner::default(),
             last: Last {
@@ -92,6 +99,10 @@ impl Lazy {
         count: usize,
         found: &mut [u32; LANES],
     ) {
+        let enough = self.cells.len() >= MOST || self.clauses >= MOST_CLAUSES;
+        if enough {
+            self.forget();
+        }
         let places = self.grid.places(points);
         for lane in 0..count {
             let place: [u32; 3] = std::array::from_fn(|axis| places[axis][lane]);
@@ -101,6 +112,15 @@ impl Lazy {
                 self.at(program, place)
             };
         }
+    }
+
+    /// Keeps the whole only.
+    fn forget(&mut self) {
+        self.cells.truncate(1);
+        self.cells[0].children = None;
+        self.clauses = 0;
+        self.last.within = 0;
+        self.last.cell = 0;
     }
 
     /// The tape of a cell.
@@ -126,7 +146,7 @@ impl Lazy {
                 break;
             }
             here.visits += 1;
-            if here.visits < VISITS {
+            if here.visits < VISITS && here.clauses.len() < LONG {
                 break;
             }
             let child = child_at(place, within - DIGIT);
@@ -135,9 +155,6 @@ impl Lazy {
                 None => UNKNOWN,
             };
             let next = if known == UNKNOWN {
-                if self.cells.len() >= MOST {
-                    break;
-                }
                 self.make(program, cell, child)
             } else {
                 known
@@ -177,6 +194,7 @@ impl Lazy {
             &mut clauses,
         );
         clauses.shrink_to_fit();
+        self.clauses += clauses.len();
         children.cells[child] = number;
         let region = cell.region.child(child, Split::Cube);
         let little = clauses.len() * 10 > cell.clauses.len() * 9;

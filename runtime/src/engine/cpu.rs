@@ -18,7 +18,7 @@ use sdfc_vm::tape::choose::Chooser;
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::prune::Pruner;
 use sdfc_vm::tape::{Clause, Tape};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Runs the loaded scene's programs on the cores of this machine.
 #[derive(Default)]
@@ -35,6 +35,7 @@ struct Scene {
     unpainted: Surface,
     /// The cells of the last picture, perhaps of the scene as it was before an edit.
     last: Mutex<Option<Last>>,
+    surface_cells: OnceLock<Arc<Cells>>,
 }
 
 /// The cells of a picture, and what they were made for.
@@ -50,6 +51,7 @@ impl Scene {
         let last = before.map(|before| before.last);
         Self {
             last: last.unwrap_or_default(),
+            surface_cells: OnceLock::new(),
             distance: module.distance.clone(),
             surface: module.surface.clone().map(|p| {
                 let tape = Tape::of(&p);
@@ -165,6 +167,7 @@ impl Field for Scene {
             return None;
         }
         let region = cut::region(&picture.uniforms)?;
+        self.cut_surfaces(picture, region);
         let pixels = match self.tape.slopes.known() {
             true => cut::Pixels::of(&picture.uniforms),
             false => cut::Pixels::of_raw(&picture.uniforms),
@@ -204,8 +207,33 @@ impl Field for Scene {
     ) -> Box<dyn Evaluator + 'a> {
         Box::new(Asker {
             pruned: picture.cells != CellUse::Never,
+            surface_cells: cells.and(self.surface_cells.get()).cloned(),
             ..self.asker(cells)
         })
+    }
+}
+
+/// Programs of surfaces with so many clauses get cells: each 64 points then begin with a short tape.
+const MANY_CLAUSES: usize = 256;
+
+impl Scene {
+    /// Makes the cells of the program of surfaces, once for a scene.
+    fn cut_surfaces(&self, picture: &Picture, region: Region) {
+        let Some((program, tape)) = &self.surface else {
+            return;
+        };
+        if tape.clauses.len() < MANY_CLAUSES || !picture.features.materials {
+            return;
+        }
+        self.surface_cells.get_or_init(|| {
+            let cut = Cut {
+                region,
+                split: Split::Cube,
+                band: 0.0,
+                refine: &cut::Coarse::of(&picture.uniforms),
+            };
+            Arc::new(cells::build(program, tape, &cut))
+        });
     }
 }
 
@@ -216,6 +244,7 @@ impl Scene {
             scene: self,
             pruned: false,
             cells,
+            surface_cells: None,
             lazy: cells
                 .filter(|_| long)
                 .map(|cells| Lazy::new(&self.tape, *cells.region())),
@@ -236,6 +265,8 @@ struct Asker<'a> {
     /// Whether tapes are pruned for the boxes that are announced.
     pruned: bool,
     cells: Option<&'a Cells>,
+    /// Those of the program of surfaces, where it is long.
+    surface_cells: Option<Arc<Cells>>,
     /// Cells for points that come in no order, where looking them up pays.
     lazy: Option<Lazy>,
     distance: Option<Machine<f32>>,
@@ -255,44 +286,55 @@ struct RegionTapes {
     chooser: Option<Chooser>,
     pruner: Pruner,
     clauses: Vec<Clause>,
-    /// Where each box's clauses end.
-    ends: Vec<usize>,
+    /// Where each box's clauses are.
+    places: Vec<(usize, usize)>,
+    /// The cells that hold the boxes, and their numbers.
+    homes: Vec<(Option<u32>, usize)>,
 }
 
 /// Programs of fewer clauses are run as they are: choosing takes about as long.
 const SHORT: usize = 8;
 
 impl RegionTapes {
-    fn prune(&mut self, program: &Program, tape: &Tape, regions: &[Region]) {
+    /// Prunes a tape for boxes, from what cells have left of it where they hold a box.
+    fn prune(&mut self, program: &Program, tape: &Tape, cells: Option<&Cells>, regions: &[Region]) {
         self.clauses.clear();
-        self.ends.clear();
+        self.places.clear();
         if tape.clauses.len() < SHORT {
             return;
         }
         let chooser = self.chooser.get_or_insert_with(|| Chooser::new(tape));
         self.pruner.reserve(tape.values, tape.points);
-        for regions in regions.chunks(LANES) {
-            let boxes = chooser.boxes();
-            for (lane, region) in regions.iter().enumerate() {
-                region.with_margin(Split::Cube).put(boxes, lane);
-            }
-            chooser.run(program, &tape.clauses, regions.len());
-            for lane in 0..regions.len() {
-                let choice = |place| chooser.decided().choice(place, lane);
-                self.pruner.prune(&tape.clauses, choice, &mut self.clauses);
-                self.ends.push(self.clauses.len());
+        self.places.resize(regions.len(), (0, 0));
+        // Those that begin with the same tape are looked at together.
+        self.homes.clear();
+        let home = |region| cells.and_then(|cells| cells.home(region));
+        self.homes.extend(regions.iter().map(home).zip(0..));
+        self.homes.sort_unstable();
+        for group in self.homes.chunk_by(|a, b| a.0 == b.0) {
+            let tape = match (cells, group[0].0) {
+                (Some(cells), Some(home)) => cells.tape(home),
+                _ => &tape.clauses,
+            };
+            for group in group.chunks(LANES) {
+                let boxes = chooser.boxes();
+                for (lane, &(_, region)) in group.iter().enumerate() {
+                    let region: &Region = &regions[region];
+                    region.with_margin(Split::Cube).put(boxes, lane);
+                }
+                chooser.run(program, tape, group.len());
+                for (lane, &(_, region)) in group.iter().enumerate() {
+                    let start = self.clauses.len();
+                    let choice = |place| chooser.decided().choice(place, lane);
+                    self.pruner.prune(tape, choice, &mut self.clauses);
+                    self.places[region] = (start, self.clauses.len());
+                }
             }
         }
     }
 
     fn get(&self, region: Option<usize>) -> Option<&[Clause]> {
-        let region = region?;
-        let end = *self.ends.get(region)?;
-        let start = if region == 0 {
-            0
-        } else {
-            self.ends[region - 1]
-        };
+        let &(start, end) = self.places.get(region?)?;
         Some(&self.clauses[start..end])
     }
 }
@@ -447,11 +489,13 @@ impl Evaluator for Asker<'_> {
         match asked {
             Asked::Distances => {
                 let (program, tape) = (&self.scene.distance, &self.scene.tape);
-                self.distance_tapes.prune(program, tape, regions);
+                self.distance_tapes
+                    .prune(program, tape, self.cells, regions);
             }
             Asked::Surfaces => {
                 if let Some((program, tape)) = &self.scene.surface {
-                    self.surface_tapes.prune(program, tape, regions);
+                    let cells = self.surface_cells.as_deref();
+                    self.surface_tapes.prune(program, tape, cells, regions);
                 }
             }
         }
