@@ -537,7 +537,7 @@ A shape may be made of shapes that are made of shapes, 500 times over. A list do
     union(for i in 0..1000 { sphere(1).translate(0, i, 0) }, smooth: 0.1)";
 
 E0414 "too many shapes" "\
-A scene has at most 65,536 shapes, transforms included. `repeat`, `polar` and `mirror` make copies
+A scene has at most 400,000 shapes, transforms included. `repeat`, `polar` and `mirror` make copies
 without making shapes.
 
     box(1).repeat(2)";

@@ -23,7 +23,7 @@ use std::rc::Rc;
 /// The most steps of a run; a step is an expression evaluated.
 pub(crate) const MAX_STEPS: u64 = 5_000_000;
 /// The most different numbers of a run.
-const MAX_NUMBERS: usize = 2_000_000;
+const MAX_NUMBERS: usize = 8_000_000;
 /// The most expressions within each other, calls included.
 const MAX_NESTING: u32 = 6_000;
 /// The most lists within lists, and functions that remember functions.

@@ -12,7 +12,7 @@ use sdfc_vm::row::{ArgumentKind, Category};
 use sdfc_vm::table::{Op, prepare};
 
 /// The most shapes of a scene.
-pub(crate) const MAX_SHAPES: usize = 1_000_000;
+pub(crate) const MAX_SHAPES: usize = 400_000;
 
 impl<'a> Elaborator<'a> {
     /// Adds a shape.

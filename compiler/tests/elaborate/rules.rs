@@ -238,10 +238,10 @@ fn limits_are_messages() {
     for _ in 0..600 {
         deep = format!("{deep}.offset(0.1)");
     }
-    let many = "for i in 0..300 { for j in 0..300 { sphere(0.1).translate(i, j, 0) } }";
+    let many = "for i in 0..500 { for j in 0..500 { sphere(0.1).translate(i, j, 0) } }";
     let texts = [
         (deep.as_str(), "nested more than 500 deep"),
-        (many, "more than 65536 shapes"),
+        (many, "more than 400000 shapes"),
         (
             "fn f(n) = f(n + 1) + 1;\nsphere(f(0))",
             "more than 256 deep",

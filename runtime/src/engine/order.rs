@@ -18,9 +18,9 @@ pub(super) fn by_place(points: &[[f32; 3]]) -> Vec<u32> {
             // Halves, since the difference of two numbers may be none.
             let size = (high[axis] / 2.0 - low[axis] / 2.0).max(f32::MIN_POSITIVE);
             let share = (p[axis] / 2.0 - low[axis] / 2.0) / size;
-            (share * (1 << BITS) as f32) as u64
+            (share * ((1 << BITS) - 1) as f32) as u64
         });
-        (0..=BITS).fold(0, |key, bit| {
+        (0..BITS).fold(0, |key, bit| {
             let at = |axis: usize| (digits[axis] >> bit & 1) << (3 * bit + axis as u32);
             key | at(0) | at(1) | at(2)
         })
@@ -55,7 +55,7 @@ mod tests {
     fn each_point_comes_once_and_neighbours_together() {
         let mut points: Vec<[f32; 3]> = (0..4096)
             .map(|n: u32| {
-                let n = n.wrapping_mul(2_654_435_761) >> 20;
+                let n = n.wrapping_mul(2_654_435_761) & 4095;
                 [(n & 15) as f32, (n >> 4 & 15) as f32, (n >> 8) as f32]
             })
             .collect();

@@ -5,7 +5,7 @@ use crate::scenes::{cpu, drawn, gpu, loaded, module};
 use sdfc_runtime::engine::{
     Engine, EngineError, EngineKind, Loaded, Sample, on, open_auto, with_fallback,
 };
-use sdfc_runtime::frame::{Frame, RenderSettings};
+use sdfc_runtime::frame::{CellUse, Frame, RenderSettings};
 use sdfc_runtime::gpu::{DeviceKind, GpuError};
 use sdfc_shaders::marching::SECANT_STEPS;
 use sdfc_vm::program::Module;
@@ -122,9 +122,11 @@ fn a_program_too_long_for_a_stage_is_refused_before_anything_runs() {
     interp
         .load(&loaded(&scene, &[]))
         .expect("each evaluation alone is short enough");
-    let refused = interp
-        .render(&drawn(&scene, &[]), &|_| {})
-        .map(|frame| frame.stats);
+    let whole = RenderSettings {
+        cells: CellUse::Never,
+        ..drawn(&scene, &[])
+    };
+    let refused = interp.render(&whole, &|_| {}).map(|frame| frame.stats);
     let expected = EngineError::TooLong {
         kind: EngineKind::Interp,
         what: "polish",

@@ -225,3 +225,24 @@ fn verify_compares_all_engines() {
     assert_eq!(run.json()[0]["ok"], true);
     assert_eq!(sandbox.files(), ["scene.sdf"]);
 }
+
+#[test]
+fn what_passes_did_is_told_beside_the_graph() {
+    let sandbox = Sandbox::with_scene("sphere(1) | box(1).translate(2, 0, 0).offset(0)\n");
+    let plain = sandbox.run("compile scene.sdf --emit optimized");
+    let run = sandbox.run("compile scene.sdf --emit optimized --stats --no-pass dead");
+    assert_eq!(run.code, 0);
+    assert!(run.stderr.contains("dead      left out"), "{}", run.stderr);
+    let run = sandbox.run("compile scene.sdf --emit optimized --stats");
+    assert_eq!(run.stdout, plain.stdout);
+    assert_snapshot!(run.stderr);
+}
+
+#[test]
+fn engines_are_compared_at_the_size_that_is_asked_for() {
+    let sandbox = Sandbox::with_scene("sphere(1)\n");
+    let run = sandbox.run("verify scene.sdf --size 40x24 --json");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let said = String::from_utf8_lossy(&run.stdout);
+    assert!(said.contains("40") && said.contains("24"), "{said}");
+}
