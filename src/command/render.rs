@@ -67,8 +67,8 @@ pub(crate) struct Look {
     /// A factor on all light.
     #[arg(long, value_name = "FACTOR")]
     exposure: Option<f64>,
-    /// Whether the cpu engine cuts space into cells, each with what of the program matters there; the
-    /// picture is the same.
+    /// Whether the engines cpu and interp cut space into cells, each with what of the program matters
+    /// there; the picture is the same.
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = one_of(CELLS))]
     cells: CellUse,
 }
