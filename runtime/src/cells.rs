@@ -39,7 +39,7 @@ pub enum Split {
 
 impl Split {
     /// The bits that say which child a place lies in, along each axis that is cut.
-    pub fn digit(self) -> u32 {
+    pub const fn digit(self) -> u32 {
         match self {
             Self::Cube => 2,
             Self::Square => 3,
@@ -47,14 +47,14 @@ impl Split {
     }
     /// How many levels of cells there are at most: the coordinates of deeper ones would hardly
     /// differ in `f32`.
-    pub fn levels(self) -> u32 {
+    pub const fn levels(self) -> u32 {
         match self {
             Self::Cube => 10,
             Self::Square => 6,
         }
     }
     /// The bits of a place.
-    pub fn bits(self) -> u32 {
+    pub const fn bits(self) -> u32 {
         self.digit() * self.levels()
     }
     fn counts(self) -> [usize; 3] {

@@ -8,6 +8,7 @@ use super::build::{Parent, deepen};
 use super::{CELL, Cells, Cut, NODE};
 use sdfc_vm::program::{Frame, Instruction, Operands, Place, Program};
 use sdfc_vm::tape::{Clause, Tape};
+use std::sync::Arc;
 
 /// How many times as many cells as were made at first are kept before all are made anew: those that
 /// edits replaced stay in memory.
@@ -16,11 +17,11 @@ const GROWTH: usize = 2;
 /// The cells of a program that was edited, from those `before` the edit, of which the first cell is
 /// cut as it was then. `None` where the edit is not of this kind; then all cells are to be made anew.
 pub fn again(
-    before: &Cells,
+    before: &Arc<Cells>,
     old: (&Program, &Tape),
     new: (&Program, &Tape),
     cut: &Cut<'_>,
-) -> Option<Cells> {
+) -> Option<Arc<Cells>> {
     let same_cut = *before.region() == cut.region
         && before.split == cut.split
         && before.band.to_bits() == cut.band.to_bits();
@@ -29,21 +30,22 @@ pub fn again(
         return None;
     }
     let changed = changed(old.0, new.0)?;
-    let mut cells = before.clone();
-    let count = cells.cells.len();
-    if reaches(cells.tape(0), &changed) {
-        let whole = Parent {
-            cell: 0,
-            entry: None,
-            before: (!cells.nodes.is_empty()).then_some(cells.root),
-        };
-        let node = cells.nodes.len() as u32;
-        deepen(&mut cells, vec![whole], new.0, new.1, cut, &changed);
-        if cells.short {
-            return None;
-        }
-        cells.root = node;
+    if !reaches(before.tape(0), &changed) {
+        return Some(before.clone());
     }
+    let mut cells = Cells::clone(before);
+    let count = cells.cells.len();
+    let whole = Parent {
+        cell: 0,
+        entry: None,
+        before: (!cells.nodes.is_empty()).then_some(cells.root),
+    };
+    let node = cells.nodes.len() as u32;
+    deepen(&mut cells, vec![whole], new.0, new.1, cut, &changed);
+    if cells.short {
+        return None;
+    }
+    cells.root = node;
     // Those that turned out as they were before do not count.
     let fresh = &cells.cells[count..];
     cells.made = fresh.iter().filter(|cell| cell.leaf).count()
@@ -52,7 +54,7 @@ pub fn again(
             .iter()
             .filter(|node| node.cell as usize >= count)
             .count();
-    Some(cells)
+    Some(Arc::new(cells))
 }
 
 /// Which instructions have other constants; `None` if more than that is different.

@@ -1,15 +1,15 @@
 //! Places: coordinates as whole numbers with the digits of all levels of cells. Two bits a level say
 //! which child it is, so that looking a point up takes no arithmetic but shifts.
 
-use super::{CELL, CHILDREN, Cells, FULL, NODE, Region};
+use super::{CELL, CHILDREN, Cells, FULL, NODE, Region, Split};
 use sdfc_vm::lanes::{LANES, Points};
 
 /// Bits of a level's digit.
-pub(super) const DIGIT: u32 = 2;
+pub(super) const DIGIT: u32 = Split::Cube.digit();
 /// Bits of all levels.
-pub(super) const BITS: u32 = 20;
+pub(super) const BITS: u32 = Split::Cube.bits();
 /// Only cells that are cut along all axes are looked up here.
-const _: () = assert!(CHILDREN == 1 << (3 * DIGIT) && BITS.is_multiple_of(DIGIT));
+const _: () = assert!(CHILDREN == 1 << (3 * DIGIT));
 /// The first number of the place of a point that is outside.
 pub(super) const OUTSIDE: u32 = u32::MAX;
 

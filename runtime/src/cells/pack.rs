@@ -58,9 +58,9 @@ impl Packed {
         self.grid.surface_whole = whole;
     }
 
-    /// How many bytes they take on a device.
-    pub fn size(&self) -> usize {
-        self.nodes.len() * size_of::<u32>() + self.tapes.len() * size_of::<[u32; 2]>()
+    /// How many bytes the larger of the two lists takes.
+    pub fn largest(&self) -> usize {
+        size_of_val(&*self.nodes).max(size_of_val(&*self.tapes))
     }
 
     /// Adds cells; gives the words of the first one and of the whole tape. Where cells keep nothing

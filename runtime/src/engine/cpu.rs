@@ -28,9 +28,9 @@ pub(super) struct CpuEngine {
 
 /// What of a module is run.
 struct Scene {
-    distance: Program,
+    distance: Arc<Program>,
     surface: Option<(Program, Tape)>,
-    tape: Tape,
+    tape: Arc<Tape>,
     facts: FieldFacts,
     unpainted: Surface,
     /// The cells of the last picture, perhaps of the scene as it was before an edit.
@@ -40,8 +40,8 @@ struct Scene {
 
 /// The cells of a picture, and what they were made for.
 struct Last {
-    program: Program,
-    tape: Tape,
+    program: Arc<Program>,
+    tape: Arc<Tape>,
     pixels: cut::Pixels,
     cells: Arc<Cells>,
 }
@@ -52,12 +52,12 @@ impl Scene {
         Self {
             last: last.unwrap_or_default(),
             surface_cells: OnceLock::new(),
-            distance: module.distance.clone(),
+            distance: Arc::new(module.distance.clone()),
             surface: module.surface.clone().map(|p| {
                 let tape = Tape::of(&p);
                 (p, tape)
             }),
-            tape: Tape::of(&module.distance),
+            tape: Arc::new(Tape::of(&module.distance)),
             facts: facts(module, outputs),
             unpainted: unpainted(module, outputs),
         }
@@ -178,12 +178,12 @@ impl Field for Scene {
             band: 0.0,
             refine: &pixels,
         };
-        let new = (&self.distance, &self.tape);
+        let new = (&*self.distance, &*self.tape);
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let kept = last.take().filter(|last| last.pixels == pixels);
         let kept =
             kept.and_then(|last| cells::again(&last.cells, (&last.program, &last.tape), new, &cut));
-        let cells = Arc::new(kept.unwrap_or_else(|| cells::build(new.0, new.1, &cut)));
+        let cells = kept.unwrap_or_else(|| Arc::new(cells::build(new.0, new.1, &cut)));
         *last = Some(Last {
             program: self.distance.clone(),
             tape: self.tape.clone(),

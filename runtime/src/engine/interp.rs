@@ -11,6 +11,7 @@ use crate::cells::{self, Packed};
 use crate::frame::{CellUse, Picture};
 use crate::gpu::{Access, Binding, Buffer, Gpu, Usage};
 use sdfc_shaders::assemble::SceneFunction;
+use sdfc_shaders::features::Features;
 use sdfc_shaders::interpreter::tape::{self, GRID_SLOT, NODES_SLOT, Registers, TAPES_SLOT};
 use sdfc_shaders::interpreter::{
     CODE_SLOT, Function, LENGTH_SLOT, Memory, POOL_SLOT, bindings, interpreter,
@@ -43,13 +44,31 @@ pub(super) struct Interpreter {
     buffers: Vec<(Binding, Buffer)>,
 }
 
+/// All of a picture that its cells depend on.
+#[derive(Clone, Debug, PartialEq)]
+struct MadeFor {
+    uniforms: layout::Frame,
+    features: Features,
+    band: Option<f32>,
+}
+
+impl MadeFor {
+    fn of(picture: &Picture) -> Self {
+        Self {
+            uniforms: picture.uniforms,
+            features: picture.features.clone(),
+            band: picture.band,
+        }
+    }
+}
+
 /// Cells on the device.
 #[derive(Default)]
 struct CellBuffers {
     /// Nodes, tapes and grid, as large as was needed so far.
     buffers: Vec<(Binding, Buffer)>,
     /// What they were made for, if kernels read them now.
-    used: Option<layout::Frame>,
+    used: Option<MadeFor>,
     /// What kernels are made for.
     registers: Registers,
 }
@@ -152,10 +171,14 @@ impl OnDevice for Interpreter {
         let had_cells = self.has_cells();
         let packed = match picture {
             Some(picture) if self.may_cut(picture) => {
-                if had_cells && self.cells.used == Some(picture.uniforms) {
+                if had_cells && self.cells.used == Some(MadeFor::of(picture)) {
                     return Ok(false);
                 }
-                self.packed(picture)
+                // What the device has no room for is drawn without.
+                let limits = gpu.info().limits;
+                let most = limits.storage_binding.min(limits.buffer);
+                let packed = self.packed(picture);
+                packed.filter(|packed| packed.largest() as u64 <= most)
             }
             _ => None,
         };
@@ -164,7 +187,7 @@ impl OnDevice for Interpreter {
             return Ok(had_cells);
         };
         self.with_cells(gpu, &packed)?;
-        self.cells.used = picture.map(|picture| picture.uniforms);
+        self.cells.used = picture.map(MadeFor::of);
         Ok(true)
     }
 
