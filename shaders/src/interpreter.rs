@@ -9,7 +9,7 @@
 mod operation;
 pub mod tape;
 
-use operation::{Names, blends, case, frame, surface_blend, widest};
+use operation::{Names, arity, blends, case, constant_operands, frame, surface_blend, widest};
 use sdfc_vm::library::Library;
 use sdfc_vm::program::{Code, Needs};
 use std::fmt::Write;
@@ -232,47 +232,25 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     text
 }
 
-/// The operands of the operations: `u` alone; `a` and `b` of two; `s`, `a`, `b` of three.
+/// The operands of the operations: `top` alone; `a` and `b` of two; `s`, `a`, `b` of three.
 fn operands(needs: &Needs, stack: bool, dual: bool, line: &mut impl FnMut(usize, &str)) {
-    let arity = needs
-        .codes
-        .iter()
-        .map(|code| code.arity())
-        .max()
-        .unwrap_or(0);
-    if arity >= 3 && stack {
+    if arity(needs) >= 3 && stack {
         line(2, "let s = stack[max(depth, 2u) - 2u];");
     }
-    if arity >= 2 {
-        line(
-            2,
-            &format!(
-                "var a = {};",
-                if stack {
-                    "stack[max(depth, 1u) - 1u]"
-                } else {
-                    "top"
-                }
-            ),
-        );
-        line(2, "var b = top;");
-        if needs.constant_operands {
-            let constant = if dual {
-                "vec4f(0.0, 0.0, 0.0, c.x)"
-            } else {
-                "c.x"
-            };
-            line(2, "let constant_operand = (word.x >> 12u) & 3u;");
-            line(
-                2,
-                &format!("b = select(b, {constant}, constant_operand == 1u);"),
-            );
-            line(2, "a = select(a, top, constant_operand == 1u);");
-            line(
-                2,
-                &format!("a = select(a, {constant}, constant_operand == 2u);"),
-            );
-        }
+    if arity(needs) < 2 {
+        return;
+    }
+    let under = if stack {
+        "stack[max(depth, 1u) - 1u]"
+    } else {
+        "top"
+    };
+    line(2, &format!("var a = {under};"));
+    line(2, "var b = top;");
+    constant_operands(needs, dual, line);
+    if needs.constant_operands {
+        // The one value on the stack is then the first.
+        line(2, "a = select(a, top, constant_operand == 1u);");
     }
 }
 

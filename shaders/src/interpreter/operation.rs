@@ -198,6 +198,33 @@ fn arguments(row: &Row, point: &str, values: [&str; 3]) -> String {
     list.join(", ")
 }
 
+/// The most operands of an operation.
+pub(super) fn arity(needs: &Needs) -> usize {
+    let arities = needs.codes.iter().map(|code| code.arity());
+    arities.max().unwrap_or(0)
+}
+
+/// Puts a constant in the place of one of the operands `a` and `b`, where the instruction says so.
+pub(super) fn constant_operands(needs: &Needs, dual: bool, line: &mut impl FnMut(usize, &str)) {
+    if !needs.constant_operands {
+        return;
+    }
+    let constant = if dual {
+        "vec4f(0.0, 0.0, 0.0, c.x)"
+    } else {
+        "c.x"
+    };
+    line(2, "let constant_operand = (word.x >> 12u) & 3u;");
+    line(
+        2,
+        &format!("b = select(b, {constant}, constant_operand == 1u);"),
+    );
+    line(
+        2,
+        &format!("a = select(a, {constant}, constant_operand == 2u);"),
+    );
+}
+
 /// How many vectors of constants the widest operation reads.
 pub(super) fn widest(needs: &Needs) -> usize {
     let widths = needs.codes.iter().map(|code| code.pool_width());

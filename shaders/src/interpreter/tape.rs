@@ -16,7 +16,9 @@
 //! set and is read as the last one, which nothing looks at then. The whole program is a tape like
 //! any other.
 
-use super::operation::{Names, blends, case, frame, surface_blend, widest};
+use super::operation::{
+    Names, arity, blends, case, constant_operands, frame, surface_blend, widest,
+};
 use super::{Function, code_bindings};
 use crate::layout::Grid;
 use sdfc_vm::library::Library;
@@ -227,7 +229,11 @@ pub fn interpreter(
             &format!("let v2 = values[(clause.x >> 8u) & {}u];", values - 1),
         );
     }
-    operands(needs, dual, &mut line);
+    if arity(needs) > 1 {
+        line(2, "var a = v0;");
+        line(2, "var b = v1;");
+        constant_operands(needs, dual, &mut line);
+    }
     line(2, "var result = v0;");
     if surface {
         let first = if needs.constant_operands {
@@ -297,35 +303,4 @@ pub fn interpreter(
     );
     line(0, "}");
     text
-}
-
-/// The most operands of an operation.
-fn arity(needs: &Needs) -> usize {
-    let arities = needs.codes.iter().map(|code| code.arity());
-    arities.max().unwrap_or(0)
-}
-
-/// The operands of operations on two: `a` and `b`, with a constant in the place of one.
-fn operands(needs: &Needs, dual: bool, line: &mut impl FnMut(usize, &str)) {
-    if arity(needs) < 2 {
-        return;
-    }
-    line(2, "var a = v0;");
-    line(2, "var b = v1;");
-    if needs.constant_operands {
-        let constant = if dual {
-            "vec4f(0.0, 0.0, 0.0, c.x)"
-        } else {
-            "c.x"
-        };
-        line(2, "let constant_operand = (word.x >> 12u) & 3u;");
-        line(
-            2,
-            &format!("b = select(b, {constant}, constant_operand == 1u);"),
-        );
-        line(
-            2,
-            &format!("a = select(a, {constant}, constant_operand == 2u);"),
-        );
-    }
 }
