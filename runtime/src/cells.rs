@@ -17,7 +17,7 @@ mod pack;
 
 pub use again::again;
 pub use build::{Cut, Refine, build};
-pub use lazy::Lazy;
+pub use lazy::{BLOCKS, Key, Lazy};
 pub use pack::{Packed, registers};
 
 use sdfc_vm::lanes::Column;

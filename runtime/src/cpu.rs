@@ -49,6 +49,8 @@ pub trait Field: Sync {
 pub enum Asked {
     /// Distances and gradients.
     Distances,
+    /// Distances at points that are spread over large boxes.
+    Around,
     /// Surfaces.
     Surfaces,
 }
@@ -64,6 +66,16 @@ pub type Range = [Column; 2];
 pub trait Evaluator {
     /// The distances.
     fn distances(&mut self, points: &Points, count: usize, out: &mut Column);
+    /// How many blocks of 64 points it is best asked about at once.
+    fn blocks(&self) -> usize {
+        1
+    }
+    /// The distances at the first `count` points of at most [`blocks`](Self::blocks) blocks.
+    fn distances_many(&mut self, points: &[Points], count: usize, out: &mut [Column]) {
+        for (block, (points, out)) in points.iter().zip(out).enumerate() {
+            self.distances(points, (count - block * LANES).min(LANES), out);
+        }
+    }
     /// The distances at points that all lie in one cell.
     fn distances_in(&mut self, _cell: u32, points: &Points, count: usize, out: &mut Column) {
         self.distances(points, count, out);

@@ -30,3 +30,4 @@ pub mod tape;
 pub mod uniform;
 pub mod vector;
 pub mod verify;
+mod widest;

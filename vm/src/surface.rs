@@ -15,6 +15,7 @@ use crate::table::Op;
 use crate::tape::NONE;
 use crate::tape::machine::Attachment;
 use crate::vector::V3;
+use crate::widest;
 
 /// How many numbers a surface has: albedo, roughness, emission, metallic, the gradient of the
 /// bump's height, and the number of its material.
@@ -27,8 +28,37 @@ pub const ID: usize = 11;
 /// A surface in each lane.
 pub type SurfaceBlock = [Column; NUMBERS];
 
-/// Blocks change places with each other by their pointers.
-type Swapped = Box<SurfaceBlock>;
+/// What a register holds: many values have one surface in all lanes, which needs no mixing with its
+/// like.
+#[derive(Clone, Default)]
+struct Held {
+    /// The surface in all lanes, unless they differ.
+    one: Option<[f32; NUMBERS]>,
+    /// The surfaces where they differ. Blocks change places by their pointers.
+    block: Box<SurfaceBlock>,
+}
+
+impl Held {
+    /// The surfaces, lane by lane.
+    fn lanes(&mut self) -> &mut SurfaceBlock {
+        if let Some(numbers) = self.one.take() {
+            *self.block = numbers.map(|number| Column([number; LANES]));
+        }
+        &mut self.block
+    }
+
+    fn become_like(&mut self, other: &Self) {
+        self.one = other.one;
+        if self.one.is_none() {
+            self.block.clone_from(&other.block);
+        }
+    }
+
+    /// Mixes with another by its shares.
+    fn mix(&mut self, other: &mut Self, shares: &Column) {
+        mix(self.lanes(), other.lanes(), shares);
+    }
+}
 
 /// Materials attached to dual values.
 #[derive(Default)]
@@ -37,16 +67,16 @@ pub struct Surfaces {
     pub normals: Points,
     /// What a shape has that nothing painted, set before a run.
     pub unpainted: [f32; NUMBERS],
-    result: Box<SurfaceBlock>,
-    blended: Box<SurfaceBlock>,
-    registers: Vec<Swapped>,
+    result: Held,
+    blended: Held,
+    registers: Vec<Held>,
     pending: Box<SurfaceBlock>,
 }
 
 impl Surfaces {
     /// The scene's surface, after a run.
-    pub fn surface(&self) -> &SurfaceBlock {
-        &self.registers[0]
+    pub fn surface(&mut self) -> &SurfaceBlock {
+        self.registers[0].lanes()
     }
 }
 
@@ -72,9 +102,13 @@ pub fn share<R: Real>(by_first: R, by_second: R) -> R {
     b / (a + b).max(R::constant(1e-20))
 }
 
-/// `a` and `b` mixed in every lane into `a`; the material's number is the larger share's.
+widest! {
+    /// `a` and `b` mixed in every lane into `a`; the material's number is the larger share's.
+    fn mix(a: &mut SurfaceBlock, b: &SurfaceBlock, shares: &Column) = mix_body;
+}
+
 #[inline(always)]
-fn mix(a: &mut SurfaceBlock, b: &SurfaceBlock, shares: &Column) {
+fn mix_body(a: &mut SurfaceBlock, b: &SurfaceBlock, shares: &Column) {
     for number in 0..ID {
         for lane in 0..LANES {
             let (x, y) = (a[number].0[lane], b[number].0[lane]);
@@ -82,15 +116,41 @@ fn mix(a: &mut SurfaceBlock, b: &SurfaceBlock, shares: &Column) {
         }
     }
     for lane in 0..LANES {
-        if shares.0[lane] > 0.5 {
-            a[ID].0[lane] = b[ID].0[lane];
-        }
+        let (x, y) = (a[ID].0[lane], b[ID].0[lane]);
+        a[ID].0[lane] = if shares.0[lane] > 0.5 { y } else { x };
+    }
+}
+
+widest! {
+    /// The share of the second operand of a blend, in every lane.
+    fn shares_of(kernel: Kernel, constants: [f32; 4], a: &Column, b: &Column, shares: &mut Column)
+        = shares_body;
+}
+
+#[inline(always)]
+fn shares_body(kernel: Kernel, constants: [f32; 4], a: &Column, b: &Column, shares: &mut Column) {
+    let [s, sb, width, coefficient] = constants.map(Dual::fixed);
+    macro_rules! each {
+        ($kernel:expr) => {
+            for lane in 0..LANES {
+                let [x, y] = seeds(a.0[lane], b.0[lane]);
+                let v = $kernel.blend(x, y, s, sb, width, coefficient);
+                shares.0[lane] = share(v.gradient.x, v.gradient.y);
+            }
+        };
+    }
+    match kernel {
+        Kernel::Hard => each!(Kernel::Hard),
+        Kernel::Quadratic => each!(Kernel::Quadratic),
+        Kernel::Cubic => each!(Kernel::Cubic),
+        Kernel::Circular => each!(Kernel::Circular),
+        Kernel::Exponential => each!(Kernel::Exponential),
     }
 }
 
 impl Attachment<Dual<f32>> for Surfaces {
     fn reserve(&mut self, values: usize) {
-        self.registers.resize_with(values, Box::default);
+        self.registers.resize_with(values, Held::default);
     }
     fn operate(
         &mut self,
@@ -101,15 +161,13 @@ impl Attachment<Dual<f32>> for Surfaces {
         constants: &[f32],
     ) {
         match registers {
-            [NONE, NONE] => {
-                for (column, v) in self.result.iter_mut().zip(self.unpainted) {
-                    *column = Column([v; LANES]);
-                }
-            }
+            [NONE, NONE] => self.result.one = Some(self.unpainted),
             [only, NONE] | [NONE, only] => self.copy(only),
             [first, second] => {
                 self.copy(first);
-                if op.row().meta.category != Category::Combine {
+                let other = &self.registers[usize::from(second)];
+                let alike = self.result.one.is_some() && self.result.one == other.one;
+                if op.row().meta.category != Category::Combine || alike {
                     return;
                 }
                 let mut shares = Column::default();
@@ -122,16 +180,14 @@ impl Attachment<Dual<f32>> for Surfaces {
                         shares.0[lane] = share(v.gradient.x, v.gradient.y);
                     }
                 }
-                mix(
-                    &mut self.result,
-                    &self.registers[usize::from(second)],
-                    &shares,
-                );
+                let other = &mut self.registers[usize::from(second)];
+                self.result.mix(other, &shares);
             }
         }
     }
     fn copy(&mut self, from: u16) {
-        self.result.clone_from(&self.registers[usize::from(from)]);
+        self.result
+            .become_like(&self.registers[usize::from(from)]);
     }
     fn normal(&mut self, q: &[Column; 12], axis: u8, out: &mut [Column; 4]) {
         for lane in 0..LANES {
@@ -153,8 +209,16 @@ impl Attachment<Dual<f32>> for Surfaces {
     fn paint(&mut self, from: u16, constants: &[[f32; 4]], mask: u8) {
         self.copy(from);
         let numbers = constants.as_flattened();
+        if mask == 0 && numbers[9] == 0.0 {
+            let mut one = [0.0; NUMBERS];
+            one[..BUMP].copy_from_slice(&numbers[..BUMP]);
+            one[ID] = numbers[8];
+            self.result.one = Some(one);
+            return;
+        }
+        let result = self.result.lanes();
         for (channel, &number) in numbers[..BUMP].iter().enumerate() {
-            self.result[channel] = if mask >> channel & 1 == 1 {
+            result[channel] = if mask >> channel & 1 == 1 {
                 self.pending[channel]
             } else {
                 Column([number; LANES])
@@ -164,9 +228,9 @@ impl Attachment<Dual<f32>> for Surfaces {
         let bumped = numbers[9] != 0.0;
         for axis in 0..3 {
             let column = self.pending[BUMP + axis];
-            self.result[BUMP + axis] = if bumped { column } else { Column::default() };
+            result[BUMP + axis] = if bumped { column } else { Column::default() };
         }
-        self.result[ID] = Column([numbers[8]; LANES]);
+        result[ID] = Column([numbers[8]; LANES]);
     }
     fn blend(
         &mut self,
@@ -175,16 +239,15 @@ impl Attachment<Dual<f32>> for Surfaces {
         [a, b]: [&[Column; 4]; 2],
         below: u16,
     ) {
-        let [s, sb, width, coefficient] = constants.map(Dual::fixed);
-        let mut shares = Column::default();
-        for lane in 0..LANES {
-            let [x, y] = seeds(a[3].0[lane], b[3].0[lane]);
-            let v = kernel.blend(x, y, s, sb, width, coefficient);
-            shares.0[lane] = share(v.gradient.x, v.gradient.y);
+        let first = &self.registers[usize::from(below)];
+        if self.result.one.is_some() && self.result.one == first.one {
+            return;
         }
+        let mut shares = Column::default();
+        shares_of(kernel, constants, &a[3], &b[3], &mut shares);
         std::mem::swap(&mut self.blended, &mut self.result);
-        self.result.clone_from(&self.registers[usize::from(below)]);
-        mix(&mut self.result, &self.blended, &shares);
+        self.result.become_like(first);
+        self.result.mix(&mut self.blended, &shares);
     }
     #[inline(always)]
     fn choose(&mut self, _: u32, _: Kernel, _: [f32; 4], _: [&[Column; 4]; 2]) {}

@@ -10,8 +10,6 @@ pub(super) const DIGIT: u32 = Split::Cube.digit();
 pub(super) const BITS: u32 = Split::Cube.bits();
 /// Only cells that are cut along all axes are looked up here.
 const _: () = assert!(CHILDREN == 1 << (3 * DIGIT));
-/// The first number of the place of a point that is outside.
-pub(super) const OUTSIDE: u32 = u32::MAX;
 
 /// Which child of a cell a place lies in, where so many bits are within the child.
 #[inline(always)]
@@ -46,26 +44,26 @@ impl Grid {
         inside.then(|| std::array::from_fn(|axis| at(axis) as u32))
     }
 
-    pub(super) fn places(&self, points: &Points) -> [[u32; LANES]; 3] {
+    /// Places of points; gives which are inside.
+    #[inline(always)]
+    pub(super) fn places(
+        &self,
+        points: &Points,
+        places: &mut [[u32; LANES]; 3],
+    ) -> [bool; LANES] {
         let most = (1_u32 << BITS) as f32;
-        let mut places = [[0; LANES]; 3];
-        let mut outside = [false; LANES];
+        let mut inside = [true; LANES];
         for axis in 0..3 {
             for lane in 0..LANES {
                 let at = (points[axis].0[lane] - self.low[axis]) * self.scale[axis];
-                let inside = (at >= 0.0) & (at < most);
-                outside[lane] |= !inside;
+                let within = (at >= 0.0) & (at < most);
+                inside[lane] &= within;
                 // Whole numbers of `i32` are what the processor converts to in lanes.
-                let at = if inside { at } else { 0.0 };
+                let at = if within { at } else { 0.0 };
                 places[axis][lane] = at as i32 as u32;
             }
         }
-        for lane in 0..LANES {
-            if outside[lane] {
-                places[0][lane] = OUTSIDE;
-            }
-        }
-        places
+        inside
     }
 }
 

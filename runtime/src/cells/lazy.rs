@@ -2,13 +2,14 @@
 //! as those of shadow rays do. Every part of space has its tape here, with a surface in it or not,
 //! since a shadow's edge needs the distance itself.
 
-use super::find::{BITS, DIGIT, Grid, OUTSIDE, child_at};
+use super::find::{BITS, DIGIT, Grid};
 use super::{CHILDREN, Region, Split};
 use sdfc_vm::lanes::{LANES, Points};
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::choose::{Chooser, Decided};
 use sdfc_vm::tape::prune::Pruner;
 use sdfc_vm::tape::{Clause, Tape};
+use sdfc_vm::widest;
 
 /// A tape of no more clauses is short enough.
 const SHORT: usize = 12;
@@ -22,17 +23,22 @@ const MOST_CLAUSES: usize = 2_000_000;
 /// The cell of a child that nobody asked for yet.
 const UNKNOWN: u32 = u32::MAX;
 
-/// How often a cell is looked up before it is cut: cutting takes about as long as so many batches.
-const VISITS: u32 = 12;
-/// A tape of so many clauses is never run twice where it can be cut.
-const LONG: usize = 256;
+/// A cell is cut when this many times its tape's length of clauses have been run in it: cutting takes
+/// about as long.
+const WORTH: usize = 8;
+/// How many lanes a clause runs in at once, at the least.
+const CHUNK: usize = 16;
+/// What it takes to collect points and to start a tape, in clauses run on a chunk.
+const START: usize = 3;
 
 /// A part of space and its tape.
 struct Cell {
     region: Region,
-    clauses: Vec<Clause>,
-    /// How often it was looked up and not cut.
-    visits: u32,
+    /// Where its clauses are.
+    start: u32,
+    len: u32,
+    /// How many clauses have been run in it, by chunks of lanes.
+    work: usize,
     /// How many levels in a row left next to nothing out.
     stale: u32,
     /// Its children, if there was a point in one: their cells, and what they decide.
@@ -48,20 +54,74 @@ struct Children {
 pub struct Lazy {
     grid: Grid,
     cells: Vec<Cell>,
-    /// How many clauses they have together, without the whole.
-    clauses: usize,
+    /// The tapes of all, the whole's first.
+    clauses: Vec<Clause>,
     chooser: Chooser,
     pruner: Pruner,
-    last: Last,
+    /// The clauses of the cell that is being made.
+    kept: Vec<Clause>,
+    /// The points that are asked about, in the order of their places.
+    keys: Vec<Key>,
+    /// Those that are still to be brought to a cell.
+    todo: Vec<Group>,
 }
 
-/// The cell of the last point: neighbours most often lie in the same.
+/// Points that lie in the same cell: neighbours in the order of places.
 #[derive(Clone, Copy)]
-struct Last {
-    place: [u32; 3],
-    /// The bits of a place that do not matter in it.
-    within: u32,
+struct Group {
     cell: u32,
+    /// How many levels of cells there are above it.
+    level: u32,
+    from: u32,
+    to: u32,
+}
+
+/// The most blocks of 64 points at once.
+pub const BLOCKS: usize = 16;
+/// The bits of a lane's number.
+const LANE_BITS: u32 = (BLOCKS * LANES).ilog2();
+/// The key of a place outside, without the lane.
+const OUTSIDE: u64 = u64::MAX << LANE_BITS;
+
+/// A point's place, as which child it lies in on each level, and its lane in the lowest bits.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Key(u64);
+
+impl Key {
+    /// The point's block and lane.
+    #[inline(always)]
+    pub fn lane(self) -> (usize, usize) {
+        let lane = self.0 as usize % (BLOCKS * LANES);
+        (lane / LANES, lane % LANES)
+    }
+
+    /// Which child of its cell it lies in, that many levels down.
+    #[inline(always)]
+    fn child(self, level: u32) -> usize {
+        let digits = (LEVELS - 1 - level) * 3 * DIGIT;
+        (self.0 >> (LANE_BITS + digits)) as usize % CHILDREN
+    }
+}
+
+widest! {
+    /// Keys of the points of a block.
+    fn keys_of(grid: &Grid, points: &Points, block: usize, keys: &mut [Key; LANES]) = keys_body;
+}
+
+#[inline(always)]
+fn keys_body(grid: &Grid, points: &Points, block: usize, keys: &mut [Key; LANES]) {
+    let mut places = [[0; LANES]; 3];
+    let inside = grid.places(points, &mut places);
+    for lane in 0..LANES {
+        let mut key = 0;
+        for level in 0..LEVELS {
+            let within = BITS - (level + 1) * DIGIT;
+            let digit = |axis: usize| u64::from(places[axis][lane] >> within) & ((1 << DIGIT) - 1);
+            key = key << (3 * DIGIT) | digit(0) | digit(1) << DIGIT | digit(2) << (2 * DIGIT);
+        }
+        let key = if inside[lane] { key << LANE_BITS } else { OUTSIDE };
+        keys[lane] = Key(key | (block * LANES + lane) as u64);
+    }
 }
 
 impl Lazy {
@@ -71,138 +131,162 @@ impl Lazy {
             grid: Grid::of(&region),
             cells: vec![Cell {
                 region,
-                clauses: tape.clauses.clone(),
-                visits: VISITS,
+                start: 0,
+                len: tape.clauses.len() as u32,
+                work: 0,
                 stale: 0,
                 children: None,
             }],
-            clauses: 0,
+            clauses: tape.clauses.clone(),
             chooser: Chooser::new(tape),
             pruner: Pruner::default(),
-            last: Last {
-                place: [0; 3],
-                within: 0,
-                cell: 0,
-            },
+            kept: Vec::new(),
+            keys: Vec::new(),
+            todo: Vec::new(),
         };
         lazy.pruner.reserve(tape.values, tape.points);
-        // The whole is right for every place, so nothing is remembered that is not so.
-        lazy.last.within = 0;
         lazy
     }
 
-    /// For each point the cell whose tape holds there.
-    pub fn find(
+    /// Hands the first `count` points of at most [`BLOCKS`] blocks to `run`, at most 64 at a time,
+    /// with a tape that holds where they are. Points are kept together as long as that is cheaper
+    /// than the shorter tapes of smaller cells are.
+    pub fn each(
         &mut self,
         program: &Program,
-        points: &Points,
+        points: &[Points],
         count: usize,
-        found: &mut [u32; LANES],
+        mut run: impl FnMut(&[Key], &[Clause]),
     ) {
-        let enough = self.cells.len() >= MOST || self.clauses >= MOST_CLAUSES;
-        if enough {
+        if self.cells.len() >= MOST || self.clauses.len() >= MOST_CLAUSES {
             self.forget();
         }
-        let places = self.grid.places(points);
-        for lane in 0..count {
-            let place: [u32; 3] = std::array::from_fn(|axis| places[axis][lane]);
-            found[lane] = if place[0] == OUTSIDE {
-                0
-            } else {
-                self.at(program, place)
-            };
+        let mut keys = std::mem::take(&mut self.keys);
+        keys.resize(points.len() * LANES, Key(0));
+        for (block, (points, keys)) in points.iter().zip(keys.as_chunks_mut().0).enumerate() {
+            keys_of(&self.grid, points, block, keys);
         }
+        keys.truncate(count);
+        keys.sort_unstable();
+        let inside = keys.partition_point(|key| key.0 < OUTSIDE);
+        for keys in keys[inside..].chunks(LANES) {
+            run(keys, self.tape(0));
+        }
+        self.todo.push(Group {
+            cell: 0,
+            level: 0,
+            from: 0,
+            to: inside as u32,
+        });
+        while let Some(group) = self.todo.pop() {
+            if !self.split(program, &keys, group) {
+                let clauses = self.tape(group.cell);
+                for keys in keys[group.from as usize..group.to as usize].chunks(LANES) {
+                    run(keys, clauses);
+                }
+            }
+        }
+        self.keys = keys;
     }
 
     /// Keeps the whole only.
     fn forget(&mut self) {
         self.cells.truncate(1);
         self.cells[0].children = None;
-        self.clauses = 0;
-        self.last.within = 0;
-        self.last.cell = 0;
+        self.clauses.truncate(self.cells[0].len as usize);
     }
 
-    /// The tape of a cell.
-    pub fn tape(&self, cell: u32) -> &[Clause] {
-        &self.cells[cell as usize].clauses
+    fn tape(&self, cell: u32) -> &[Clause] {
+        let Cell { start, len, .. } = self.cells[cell as usize];
+        &self.clauses[start as usize..(start + len) as usize]
     }
 
-    #[inline(always)]
-    fn at(&mut self, program: &Program, place: [u32; 3]) -> u32 {
-        let last = self.last;
-        let [x, y, z] = [0, 1, 2].map(|axis| place[axis] ^ last.place[axis]);
-        if (x | y | z) >> last.within != 0 {
-            self.descend(program, place);
+    /// Puts a cell's points on the list by the children that they lie in, if that pays.
+    fn split(&mut self, program: &Program, keys: &[Key], group: Group) -> bool {
+        let here = &mut self.cells[group.cell as usize];
+        let length = here.len as usize;
+        if length <= SHORT || here.stale > 1 || group.level >= LEVELS || group.from == group.to {
+            return false;
         }
-        self.last.cell
-    }
-
-    fn descend(&mut self, program: &Program, place: [u32; 3]) {
-        let (mut cell, mut within) = (0_u32, BITS);
-        while within > BITS - DIGIT * LEVELS {
-            let here = &mut self.cells[cell as usize];
-            if here.clauses.len() <= SHORT || here.stale > 1 {
-                break;
-            }
-            here.visits += 1;
-            if here.visits < VISITS && here.clauses.len() < LONG {
-                break;
-            }
-            let child = child_at(place, within - DIGIT);
-            let known = match &self.cells[cell as usize].children {
+        let cost = |length: usize, lanes: u32| {
+            (length + 1) * (lanes as usize).div_ceil(CHUNK) + START
+        };
+        let whole = cost(length, group.to - group.from);
+        here.work += whole;
+        if here.work < WORTH * length {
+            return false;
+        }
+        let child_of = |place: u32| keys[place as usize].child(group.level);
+        let (first, mut from, mut sum) = (self.todo.len(), group.from, 0);
+        while from < group.to {
+            let child = child_of(from);
+            let to = if child_of(group.to - 1) == child {
+                group.to
+            } else {
+                (from + 1..group.to).find(|&place| child_of(place) != child).unwrap_or(group.to)
+            };
+            let known = match &self.cells[group.cell as usize].children {
                 Some(children) => children.cells[child],
                 None => UNKNOWN,
             };
-            let next = if known == UNKNOWN {
-                self.make(program, cell, child)
+            let cell = if known == UNKNOWN {
+                self.make(program, group.cell, child)
             } else {
                 known
             };
-            cell = next;
-            within -= DIGIT;
+            // What is left to cut will be cut where that pays, down to about this.
+            let length = (self.cells[cell as usize].len as usize).min(2 * SHORT);
+            sum += cost(length, to - from);
+            self.todo.push(Group {
+                cell,
+                level: group.level + 1,
+                from,
+                to,
+            });
+            from = to;
         }
-        self.last = Last {
-            place,
-            within,
-            cell,
-        };
+        let pays = sum < whole || self.todo.len() == first + 1;
+        if !pays {
+            self.todo.truncate(first);
+        }
+        pays
     }
 
     /// Makes a child.
     fn make(&mut self, program: &Program, parent: u32, child: usize) -> u32 {
         let number = self.cells.len() as u32;
+        let Cell { start, len, .. } = self.cells[parent as usize];
+        let tape = start as usize..(start + len) as usize;
         let cell = &mut self.cells[parent as usize];
-        let chooser = &mut self.chooser;
+        let (region, chooser) = (cell.region, &mut self.chooser);
         let children = cell.children.get_or_insert_with(|| {
             let boxes = chooser.boxes();
             for lane in 0..CHILDREN {
-                let child = cell.region.child(lane, Split::Cube);
+                let child = region.child(lane, Split::Cube);
                 child.with_margin(Split::Cube).put(boxes, lane);
             }
-            chooser.run(program, &cell.clauses, LANES);
+            chooser.run(program, &self.clauses[tape.clone()], LANES);
             Box::new(Children {
                 cells: [UNKNOWN; CHILDREN],
                 decided: chooser.decided().clone(),
             })
         });
-        let mut clauses = Vec::new();
+        let first = self.clauses.len();
         let decided = &children.decided;
-        self.pruner.prune(
-            &cell.clauses,
-            |place| decided.choice(place, child),
-            &mut clauses,
-        );
-        clauses.shrink_to_fit();
-        self.clauses += clauses.len();
+        let choice = |place| decided.choice(place, child);
+        let mut kept = std::mem::take(&mut self.kept);
+        kept.clear();
+        self.pruner.prune(&self.clauses[tape], choice, &mut kept);
+        self.clauses.extend_from_slice(&kept);
+        self.kept = kept;
+        let kept = (self.clauses.len() - first) as u32;
         children.cells[child] = number;
-        let region = cell.region.child(child, Split::Cube);
-        let little = clauses.len() * 10 > cell.clauses.len() * 9;
-        let stale = if little { cell.stale + 1 } else { 0 };
+        let stale = if kept * 10 > len * 9 { cell.stale + 1 } else { 0 };
         self.cells.push(Cell {
-            region,
-            clauses,
-            visits: 0,
+            region: region.child(child, Split::Cube),
+            start: first as u32,
+            len: kept,
+            work: 0,
             stale,
             children: None,
         });

@@ -5,6 +5,7 @@
 //! loops over lanes are compiled once per instruction set, as those of `sdfc_vm::lanes` are.
 
 use super::{Column, Evaluator, LANES, Points};
+use sdfc_vm::widest;
 
 /// A kind of walk. Its methods that loop over lanes are `#[inline(always)]`, so that they become
 /// part of each version of [`stream`].
@@ -25,6 +26,8 @@ pub(super) trait Walk {
 pub(super) trait Lanes: Default {
     /// Copies one lane's memory to another.
     fn move_lane(&mut self, from: usize, to: usize);
+    /// Copies the memory of another block's lane.
+    fn take_lane(&mut self, to: usize, other: &Self, from: usize);
 }
 
 /// Declares the memory of 64 walks: a column for each name.
@@ -39,68 +42,33 @@ macro_rules! lanes {
             fn move_lane(&mut self, from: usize, to: usize) {
                 $(self.$field.0[to] = self.$field.0[from];)+
             }
+            fn take_lane(&mut self, to: usize, other: &Self, from: usize) {
+                $(self.$field.0[to] = other.$field.0[from];)+
+            }
         }
     };
 }
 pub(super) use lanes;
 
-/// Declares `fn $name(…)` as the body `$body` compiled for the widest instruction set that the
-/// machine has; the body is `#[inline(always)]`.
-macro_rules! widest {
-    ($(#[$doc:meta])* fn $name:ident $(<$($generic:ident: $bound:path),+>)? (
-        $($argument:ident: $ty:ty),* $(,)?
-    ) $(-> $result:ty)? = $body:path;) => {
-        $(#[$doc])*
-        pub(super) fn $name $(<$($generic: $bound),+>)? ($($argument: $ty),*) $(-> $result)? {
-            // `unsafe` is what calling a function with other target features than its caller
-            // costs. Measured on a picture of a plane with occlusion, where all the work is here:
-            // 1.9 s with SSE2, 0.97 s with AVX2, 0.71 s with AVX-512.
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
-                fn avx512 $(<$($generic: $bound),+>)? ($($argument: $ty),*) $(-> $result)? {
-                    $body($($argument),*)
-                }
-                #[target_feature(enable = "avx2")]
-                fn avx2 $(<$($generic: $bound),+>)? ($($argument: $ty),*) $(-> $result)? {
-                    $body($($argument),*)
-                }
-                if is_x86_feature_detected!("avx512f")
-                    && is_x86_feature_detected!("avx512dq")
-                    && is_x86_feature_detected!("avx512vl")
-                    && is_x86_feature_detected!("avx512bw")
-                {
-                    // SAFETY: the features were just detected.
-                    return unsafe { avx512($($argument),*) };
-                }
-                if is_x86_feature_detected!("avx2") {
-                    // SAFETY: the feature was just detected.
-                    return unsafe { avx2($($argument),*) };
-                }
-            }
-            $body($($argument),*)
-        }
-    };
-}
-pub(super) use widest;
-
 widest! {
     /// Walks through the field for every item; gives the number of evaluations.
-    fn stream<W: Walk>(walk: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u64 = run;
+    pub(super) fn stream<W: Walk>(walk: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u64 = run;
 }
 
 #[inline(always)]
 fn run<W: Walk>(walk: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u64 {
-    let mut block = W::Block::default();
-    let mut running = [0_u32; LANES];
+    let most = evaluator.blocks().min(items.len().div_ceil(LANES));
+    let mut blocks: Vec<W::Block> = (0..most).map(|_| W::Block::default()).collect();
+    let mut points = vec![Points::default(); most];
+    let mut values = vec![Column::default(); most];
+    let mut ended = vec![[false; LANES]; most];
+    let mut running = vec![0_u32; most * LANES];
     let mut waiting = items.iter().copied();
-    let (mut points, mut values) = (Points::default(), Column::default());
-    let mut ended = [false; LANES];
     let (mut count, mut evaluations) = (0, 0);
     loop {
-        while count < LANES {
+        while count < most * LANES {
             let Some(item) = waiting.next() else { break };
-            if walk.begin(item, &mut block, count) {
+            if walk.begin(item, &mut blocks[count / LANES], count % LANES) {
                 running[count] = item;
                 count += 1;
             }
@@ -108,21 +76,27 @@ fn run<W: Walk>(walk: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u
         if count == 0 {
             return evaluations;
         }
-        walk.points(&block, &mut points);
-        repeat_first(&mut points, count);
-        evaluator.distances(&points, count, &mut values);
+        let used = count.div_ceil(LANES);
+        for (block, points) in blocks[..used].iter().zip(&mut points) {
+            walk.points(block, points);
+        }
+        repeat_first(&mut points[used - 1], count - (used - 1) * LANES);
+        evaluator.distances_many(&points[..used], count, &mut values[..used]);
         evaluations += count as u64;
-        walk.advance(&mut block, &values, &mut ended);
+        for (block, (values, ended)) in blocks.iter_mut().zip(values.iter().zip(&mut ended)).take(used) {
+            walk.advance(block, values, ended);
+        }
         let mut lane = 0;
         while lane < count {
-            if !ended[lane] {
+            let (block, at) = (lane / LANES, lane % LANES);
+            if !ended[block][at] {
                 lane += 1;
                 continue;
             }
-            walk.end(running[lane], &block, lane);
+            walk.end(running[lane], &blocks[block], at);
             match waiting
                 .by_ref()
-                .find(|&item| walk.begin(item, &mut block, lane))
+                .find(|&item| walk.begin(item, &mut blocks[block], at))
             {
                 Some(item) => {
                     running[lane] = item;
@@ -130,9 +104,15 @@ fn run<W: Walk>(walk: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u
                 }
                 None => {
                     count -= 1;
-                    block.move_lane(count, lane);
+                    let (last, from) = (count / LANES, count % LANES);
+                    if last == block {
+                        blocks[block].move_lane(from, at);
+                    } else {
+                        let (first, rest) = blocks.split_at_mut(last);
+                        first[block].take_lane(at, &rest[0], from);
+                    }
                     running[lane] = running[count];
-                    ended[lane] = ended[count];
+                    ended[block][at] = ended[last][from];
                 }
             }
         }

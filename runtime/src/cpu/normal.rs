@@ -1,6 +1,6 @@
 //! The stages `normal` and `surface`: which way surfaces face and what they are made of.
 
-use super::lanes::{repeat_first, widest};
+use super::lanes::repeat_first;
 use super::march::vector;
 use super::tile::{Tile, camera_ray};
 use super::{Asked, Column, Evaluator, LANES, Points};
@@ -11,6 +11,7 @@ use sdfc_shaders::marching::FROM_INSIDE;
 use sdfc_shaders::{camera, normals};
 use sdfc_vm::surface::{NUMBERS, SurfaceBlock};
 use sdfc_vm::vector::V3;
+use sdfc_vm::widest;
 
 /// Finds the normals of the shown pixels; gives the number of evaluations.
 pub(super) fn find(

@@ -9,7 +9,7 @@
 //! Lists are sorted by the nearest that any ray can be in a leaf, which is not the order for each
 //! ray; so a hit counts until a nearer one is found, and leaves behind it are not entered.
 
-use super::lanes::{Lanes, is_nan, lanes, widest};
+use super::lanes::{Lanes, is_nan, lanes};
 use super::march::vector;
 use super::meet::Meeting;
 use super::tile::camera_ray;
@@ -20,6 +20,7 @@ use sdfc_shaders::layout::{Frame, Ray};
 use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, SHOWN, Status};
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
+use sdfc_vm::widest;
 
 lanes! {
     /// 64 rays, and where they may still meet something.

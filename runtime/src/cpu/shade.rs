@@ -1,7 +1,7 @@
 //! The stage `shade`: the light that each ray brings to the eye.
 
 use super::LANES;
-use super::lanes::{lanes, widest};
+use super::lanes::lanes;
 use super::march::vector;
 use super::tile::{Tile, camera_ray};
 use sdfc_shaders::features::Features;
@@ -10,6 +10,7 @@ use sdfc_shaders::marching::SHOWN;
 use sdfc_shaders::{camera, normals, reflectance, sky};
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::V3;
+use sdfc_vm::widest;
 
 lanes! {
     /// 64 lit points.

@@ -261,7 +261,7 @@ impl Tile {
         if features.occlusion == Occlusion::Off {
             return 0;
         }
-        evaluator.announce(Asked::Distances, &self.regions(frame.occlusion_reach));
+        evaluator.announce(Asked::Around, &self.regions(frame.occlusion_reach));
         macro_rules! look {
             ($many:literal) => {{
                 let mut walk = Look::<$many> {
@@ -273,12 +273,15 @@ impl Tile {
                     normals: &self.normals,
                     open: &mut self.open,
                 };
-                let mut evaluations = 0;
-                for (region, items) in self.shown.chunks(LANES).enumerate() {
-                    evaluator.focus(Some(region));
-                    evaluations += stream(&mut walk, evaluator, items);
+                if evaluator.blocks() > 1 {
+                    stream(&mut walk, evaluator, &self.shown)
+                } else {
+                    let each = |(region, items)| {
+                        evaluator.focus(Some(region));
+                        stream(&mut walk, evaluator, items)
+                    };
+                    self.shown.chunks(LANES).enumerate().map(each).sum()
                 }
-                evaluations
             }};
         }
         let evaluations = match features.occlusion {

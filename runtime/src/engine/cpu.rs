@@ -1,7 +1,7 @@
 //! The CPU engine: programs on batches of 64 points, all cores.
 
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, cut, order};
-use crate::cells::{self, Cells, Cut, Lazy, Region, Split};
+use crate::cells::{self, BLOCKS, Cells, Cut, Key, Lazy, Region, Split};
 use crate::cpu::figure::{self, Plane};
 use crate::cpu::{
     self, Asked, Boxes, Column, Evaluator, Field, Geometry, LANES, Points, Range, SurfaceBlock,
@@ -298,8 +298,7 @@ const SHORT: usize = 8;
 impl RegionTapes {
     /// Prunes a tape for boxes, from what cells have left of it where they hold a box.
     fn prune(&mut self, program: &Program, tape: &Tape, cells: Option<&Cells>, regions: &[Region]) {
-        self.clauses.clear();
-        self.places.clear();
+        self.clear();
         if tape.clauses.len() < SHORT {
             return;
         }
@@ -333,6 +332,11 @@ impl RegionTapes {
         }
     }
 
+    fn clear(&mut self) {
+        self.clauses.clear();
+        self.places.clear();
+    }
+
     fn get(&self, region: Option<usize>) -> Option<&[Clause]> {
         let &(start, end) = self.places.get(region?)?;
         Some(&self.clauses[start..end])
@@ -343,82 +347,54 @@ impl RegionTapes {
 /// that takes about as long as they do.
 const LONG: usize = 48;
 
-/// Points that lie in the same cell, and their lanes.
-struct Group {
-    lanes: [u8; LANES],
-    count: usize,
-}
-
-/// Hands the points to `each` cell by cell.
-fn by_cell(
-    program: &Program,
-    lazy: &mut Lazy,
-    points: &Points,
-    count: usize,
-    mut each: impl FnMut(&Group, &[Clause]),
-) {
-    let mut found = [0; LANES];
-    lazy.find(program, points, count, &mut found);
-    let mut left = u64::MAX >> (LANES - count.clamp(1, LANES));
-    while left != 0 {
-        let cell = found[left.trailing_zeros() as usize];
-        let mut group = Group {
-            lanes: [0; LANES],
-            count: 0,
-        };
-        let mut rest = left;
-        while rest != 0 {
-            let lane = rest.trailing_zeros();
-            rest &= rest - 1;
-            if found[lane as usize] == cell {
-                group.lanes[group.count] = lane as u8;
-                group.count += 1;
-                left &= !(1 << lane);
-            }
-        }
-        each(&group, lazy.tape(cell));
-    }
-}
-
-impl Group {
-    /// Its points, side by side.
-    fn gather(&self, points: &Points, to: &mut Points) {
-        for (from, to) in points.iter().zip(to) {
-            for (number, &lane) in to.0.iter_mut().zip(&self.lanes[..self.count]) {
-                *number = from.0[usize::from(lane)];
-            }
-        }
-    }
-    /// Its values, back to their lanes.
-    fn scatter(&self, values: &Column, to: &mut Column) {
-        for (number, &lane) in values.0.iter().zip(&self.lanes[..self.count]) {
-            to.0[usize::from(lane)] = *number;
+/// The points of these keys, side by side.
+fn gather(points: &[Points], keys: &[Key], to: &mut Points) {
+    for (place, key) in keys.iter().enumerate() {
+        let (block, lane) = key.lane();
+        for (from, to) in points[block].iter().zip(to.iter_mut()) {
+            to.0[place] = from.0[lane];
         }
     }
 }
 
 impl Evaluator for Asker<'_> {
     fn distances(&mut self, points: &Points, count: usize, out: &mut Column) {
-        let (program, tape) = (&self.scene.distance, &self.scene.tape);
-        let mut machine = self
-            .distance
-            .take()
-            .unwrap_or_else(|| Machine::new(tape.values, tape.points));
-        match (self.distance_tapes.get(self.focus), &mut self.lazy) {
-            (Some(clauses), _) => {
-                machine.seed().clone_from(points);
-                out.clone_from(machine.run(program, clauses, count));
-            }
-            (None, None) => {
-                machine.seed().clone_from(points);
-                out.clone_from(machine.run(program, &tape.clauses, count));
-            }
-            (None, Some(lazy)) => by_cell(program, lazy, points, count, |group, clauses| {
-                group.gather(points, machine.seed());
-                group.scatter(machine.run(program, clauses, group.count), out);
-            }),
+        if self.lazy.is_some() && self.distance_tapes.get(self.focus).is_none() {
+            let (points, out) = (std::slice::from_ref(points), std::slice::from_mut(out));
+            return self.distances_many(points, count, out);
         }
-        self.distance = Some(machine);
+        let (program, tape) = (&self.scene.distance, &self.scene.tape);
+        let machine = self
+            .distance
+            .get_or_insert_with(|| Machine::new(tape.values, tape.points));
+        let clauses = self.distance_tapes.get(self.focus).unwrap_or(&tape.clauses);
+        machine.seed().clone_from(points);
+        out.clone_from(machine.run(program, clauses, count));
+    }
+
+    fn blocks(&self) -> usize {
+        if self.lazy.is_some() { BLOCKS } else { 1 }
+    }
+
+    fn distances_many(&mut self, points: &[Points], count: usize, out: &mut [Column]) {
+        let (program, tape) = (&self.scene.distance, &self.scene.tape);
+        let Some(lazy) = &mut self.lazy else {
+            for (block, (points, out)) in points.iter().zip(out).enumerate() {
+                self.distances(points, (count - block * LANES).min(LANES), out);
+            }
+            return;
+        };
+        let machine = self
+            .distance
+            .get_or_insert_with(|| Machine::new(tape.values, tape.points));
+        lazy.each(program, points, count, |keys, clauses| {
+            gather(points, keys, machine.seed());
+            let values = machine.run(program, clauses, keys.len());
+            for (value, key) in values.0.iter().zip(keys) {
+                let (block, lane) = key.lane();
+                out[block].0[lane] = *value;
+            }
+        });
     }
 
     fn distances_in(&mut self, cell: u32, points: &Points, count: usize, out: &mut Column) {
@@ -468,12 +444,15 @@ impl Evaluator for Asker<'_> {
             }
             (None, Some(lazy)) => {
                 let mut own = Points::default();
-                by_cell(program, lazy, points, count, |group, clauses| {
-                    group.gather(points, &mut own);
+                let points = std::slice::from_ref(points);
+                lazy.each(program, points, count, |keys, clauses| {
+                    gather(points, keys, &mut own);
                     *machine.seed() = seeded(&own);
-                    let values = machine.run(program, clauses, group.count);
+                    let values = machine.run(program, clauses, keys.len());
                     for (values, out) in values.iter().zip(out.iter_mut()) {
-                        group.scatter(values, out);
+                        for (value, key) in values.0.iter().zip(keys) {
+                            out.0[key.lane().1] = *value;
+                        }
                     }
                 });
             }
@@ -487,7 +466,9 @@ impl Evaluator for Asker<'_> {
             return;
         }
         match asked {
-            Asked::Distances => {
+            // Cells that are looked up are far smaller than such boxes.
+            Asked::Around if self.lazy.is_some() => self.distance_tapes.clear(),
+            Asked::Distances | Asked::Around => {
                 let (program, tape) = (&self.scene.distance, &self.scene.tape);
                 self.distance_tapes
                     .prune(program, tape, self.cells, regions);

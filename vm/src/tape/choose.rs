@@ -18,6 +18,7 @@ use crate::kernel::Kernel;
 use crate::lanes::{Column, LANES, Lane};
 use crate::program::Program;
 use crate::table::Op;
+use crate::widest;
 use std::sync::Arc;
 
 /// What a run on 64 boxes decided: for each choice of the tape, in order, the boxes in which only
@@ -56,13 +57,31 @@ impl BySlopes {
     /// Between what a value lies that is this one in the middle of the box.
     fn around(&self, value: &Column, slope: f32) -> [Column; 2] {
         let mut ends = [Column::default(); 2];
-        for lane in 0..LANES {
-            let v = value.0[lane];
-            let most = self.radius.0[lane] * slope + self.slack.0[lane] + v.abs() * 2e-6;
-            ends[0].0[lane] = v - most;
-            ends[1].0[lane] = v + most;
-        }
+        around(value, slope, &self.radius, &self.slack, &mut ends);
         ends
+    }
+}
+
+widest! {
+    /// The ends of what a value and its slope allow in boxes of this radius.
+    fn around(
+        value: &Column, slope: f32, radius: &Column, slack: &Column, ends: &mut [Column; 2],
+    ) = around_body;
+}
+
+#[inline(always)]
+fn around_body(
+    value: &Column,
+    slope: f32,
+    radius: &Column,
+    slack: &Column,
+    ends: &mut [Column; 2],
+) {
+    for lane in 0..LANES {
+        let v = value.0[lane];
+        let most = radius.0[lane] * slope + slack.0[lane] + v.abs() * 2e-6;
+        ends[0].0[lane] = v - most;
+        ends[1].0[lane] = v + most;
     }
 }
 
@@ -114,8 +133,15 @@ fn support(kernel: Kernel, width: f32, coefficient: f32) -> f32 {
     }
 }
 
-/// In which boxes only one of two operands matters.
-fn decide(
+widest! {
+    /// In which boxes only one of two operands matters.
+    fn decide(
+        kernel: Kernel, constants: [f32; 4], a: &[Column; 2], b: &[Column; 2],
+    ) -> [u64; 2] = decide_body;
+}
+
+#[inline(always)]
+fn decide_body(
     kernel: Kernel,
     [sign, negate, width, coefficient]: [f32; 4],
     a: &[Column; 2],
@@ -138,14 +164,15 @@ fn decide(
     let (sa, sb) = (1.0_f32.copysign(sign), 1.0_f32.copysign(other));
     let mut first = [false; LANES];
     let mut second = [false; LANES];
-    for (lane, (first, second)) in first.iter_mut().zip(&mut second).enumerate() {
-        *first = b_low.0[lane] * sb - a_high.0[lane] * sa > support;
-        *second = a_low.0[lane] * sa - b_high.0[lane] * sb > support;
+    for lane in 0..LANES {
+        first[lane] = b_low.0[lane] * sb - a_high.0[lane] * sa > support;
+        second[lane] = a_low.0[lane] * sa - b_high.0[lane] * sb > support;
     }
     [bits(&first), bits(&second)]
 }
 
 /// The flags as bits.
+#[inline(always)]
 fn bits(flags: &[bool; LANES]) -> u64 {
     let mut bits = 0;
     for (at, eight) in flags.as_chunks::<8>().0.iter().enumerate() {
