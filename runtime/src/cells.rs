@@ -81,6 +81,10 @@ impl Region {
             f32::max(side, self.high[axis] - self.low[axis])
         })
     }
+    /// Whether a point lies in it.
+    pub fn holds(&self, p: [f32; 3]) -> bool {
+        (0..3).all(|axis| self.low[axis] <= p[axis] && p[axis] <= self.high[axis])
+    }
     /// One of its children: counted along x, then y, then z.
     pub fn child(&self, index: usize, split: Split) -> Self {
         let counts = split.counts();

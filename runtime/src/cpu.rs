@@ -49,8 +49,6 @@ pub trait Field: Sync {
 pub enum Asked {
     /// Distances and gradients.
     Distances,
-    /// Distances at points that are spread over large boxes.
-    Around,
     /// Surfaces.
     Surfaces,
 }
@@ -66,8 +64,9 @@ pub type Range = [Column; 2];
 pub trait Evaluator {
     /// The distances.
     fn distances(&mut self, points: &Points, count: usize, out: &mut Column);
-    /// How many blocks of 64 points it is best asked about at once.
-    fn blocks(&self) -> usize {
+    /// How many blocks of 64 points it is best asked about at once; where it is more than one, boxes
+    /// need not be announced.
+    fn blocks(&self, _asked: Asked) -> usize {
         1
     }
     /// The distances at the first `count` points of at most [`blocks`](Self::blocks) blocks.
@@ -91,6 +90,14 @@ pub trait Evaluator {
     }
     /// The gradients, in the first three columns, and the distances.
     fn gradients(&mut self, points: &Points, count: usize, out: &mut [Column; 4]);
+    /// Whether a point lies in a cell.
+    fn holds(&self, _cell: u32, _point: [f32; 3]) -> bool {
+        false
+    }
+    /// The gradients at points that all lie in one cell.
+    fn gradients_in(&mut self, _cell: u32, points: &Points, count: usize, out: &mut [Column; 4]) {
+        self.gradients(points, count, out);
+    }
     /// Announces boxes, for [`focus`](Self::focus).
     fn announce(&mut self, _program: Asked, _regions: &[Region]) {}
     /// All points that are asked about from now on lie in this one of the announced boxes; `None`
@@ -99,6 +106,19 @@ pub trait Evaluator {
     /// What the surface is made of, with unit normals; asked only where [`FieldFacts::material`] is
     /// `None`.
     fn surfaces(&mut self, points: &Points, normals: &Points, count: usize, out: &mut SurfaceBlock);
+    /// The surfaces at the first `count` points of at most [`blocks`](Self::blocks) blocks.
+    fn surfaces_many(
+        &mut self,
+        points: &[Points],
+        normals: &[Points],
+        count: usize,
+        out: &mut [SurfaceBlock],
+    ) {
+        for (block, (points, out)) in points.iter().zip(out).enumerate() {
+            let count = (count - block * LANES).min(LANES);
+            self.surfaces(points, &normals[block], count, out);
+        }
+    }
 }
 
 /// Where the surface is at each pixel, row after row, and which way it faces.

@@ -68,31 +68,6 @@ impl Grid {
 }
 
 impl Cells {
-    /// The smallest cell that holds a box: its tape holds there. The first one if it reaches out.
-    pub fn home(&self, region: &Region) -> Option<u32> {
-        let grid = Grid::of(self.region());
-        let (low, high) = (grid.place(region.low)?, grid.place(region.high)?);
-        let (mut cell, mut within) = (0, BITS);
-        let mut node = self.nodes.get(self.root as usize);
-        while let Some(here) = node {
-            within -= DIGIT;
-            let child = child_at(low, within);
-            if child != child_at(high, within) {
-                break;
-            }
-            match here.children[child] {
-                word @ NODE.. => {
-                    let next = &self.nodes[(word - NODE) as usize];
-                    cell = next.cell;
-                    node = Some(next);
-                }
-                word @ CELL.. => return Some(word - CELL),
-                _ => break,
-            }
-        }
-        Some(cell)
-    }
-
     /// Whether a point lies where all of a cell is inside the solid.
     pub fn full_at(&self, p: [f32; 3]) -> bool {
         let Some(place) = Grid::of(self.region()).place(p) else {

@@ -12,20 +12,20 @@ use sdfc_vm::tape::{Clause, Tape};
 use sdfc_vm::widest;
 
 /// A tape of no more clauses is short enough.
-const SHORT: usize = 12;
+const SHORT: usize = 16;
 /// The most levels.
 const LEVELS: u32 = 7;
 /// The most cells; then all are forgotten, and made again where they are asked for.
-const MOST: usize = 60_000;
+const MOST: usize = 150_000;
 /// The most clauses of all.
-const MOST_CLAUSES: usize = 2_000_000;
+const MOST_CLAUSES: usize = 3_000_000;
 
 /// The cell of a child that nobody asked for yet.
 const UNKNOWN: u32 = u32::MAX;
 
 /// A cell is cut when this many times its tape's length of clauses have been run in it: cutting takes
 /// about as long.
-const WORTH: usize = 8;
+const WORTH: usize = 12;
 /// How many lanes a clause runs in at once, at the least.
 const CHUNK: usize = 16;
 /// What it takes to collect points and to start a tape, in clauses run on a chunk.

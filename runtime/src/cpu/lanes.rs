@@ -4,7 +4,7 @@
 //! a lane whose walk has ended takes the next item, so all lanes are busy until items run out. The
 //! loops over lanes are compiled once per instruction set, as those of `sdfc_vm::lanes` are.
 
-use super::{Column, Evaluator, LANES, Points};
+use super::{Asked, Column, Evaluator, LANES, Points};
 use sdfc_vm::widest;
 
 /// A kind of walk. Its methods that loop over lanes are `#[inline(always)]`, so that they become
@@ -57,7 +57,7 @@ widest! {
 
 #[inline(always)]
 fn run<W: Walk>(walk: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u64 {
-    let most = evaluator.blocks().min(items.len().div_ceil(LANES));
+    let most = evaluator.blocks(Asked::Distances).min(items.len().div_ceil(LANES));
     let mut blocks: Vec<W::Block> = (0..most).map(|_| W::Block::default()).collect();
     let mut points = vec![Points::default(); most];
     let mut values = vec![Column::default(); most];

@@ -2,6 +2,7 @@
 
 use super::lanes::repeat_first;
 use super::march::vector;
+use super::packet::NO_LEAF;
 use super::tile::{Tile, camera_ray};
 use super::{Asked, Column, Evaluator, LANES, Points};
 use crate::cells::Region;
@@ -20,29 +21,26 @@ pub(super) fn find(
     tile: &mut Tile,
     evaluator: &mut dyn Evaluator,
 ) -> u64 {
+    if method == Normals::Exact && !tile.leaves.is_empty() {
+        by_leaf(frame, tile, evaluator);
+        return tile.shown.len() as u64;
+    }
     let taps = normals::taps(method);
     let (mut points, mut near) = (Points::default(), Points::default());
     let (mut apart, mut values) = (Column::default(), Column::default());
     let mut gradients = [Column::default(); 4];
-    let mut pixels = Points::default();
     // How far from its point any tap is.
     let mut reach = 0.0;
     for &item in &tile.shown {
-        let p = tile.points[item as usize];
-        let t = tile.rays[item as usize].t;
-        let half = camera::half_pixel(t, frame.footprint, frame.footprint_growth);
-        let apart = normals::tap_distance::<f32>(p, half, normals::spread(method));
-        reach = f32::max(reach, 2.0 * apart);
+        reach = f32::max(reach, 2.0 * tap_distance(frame, method, tile, item));
     }
-    evaluator.announce(Asked::Distances, &tile.regions(reach));
-    for (region, items) in tile.shown.chunks(LANES).enumerate() {
+    let shown = std::mem::take(&mut tile.shown);
+    evaluator.announce(Asked::Distances, &tile.regions_of(&shown, reach));
+    for (region, items) in shown.chunks(LANES).enumerate() {
         evaluator.focus(Some(region));
         for (lane, &item) in items.iter().enumerate() {
-            let p = tile.points[item as usize];
-            let t = tile.rays[item as usize].t;
-            let half = camera::half_pixel(t, frame.footprint, frame.footprint_growth);
-            apart.0[lane] = normals::tap_distance::<f32>(p, half, normals::spread(method));
-            set(&mut points, lane, p);
+            apart.0[lane] = tap_distance(frame, method, tile, item);
+            set(&mut points, lane, tile.points[item as usize]);
         }
         repeat_first(&mut points, items.len());
         if method == Normals::Exact {
@@ -59,37 +57,92 @@ pub(super) fn find(
                 }
             }
         }
-        for (lane, &item) in items.iter().enumerate() {
-            pixels[0].0[lane] = tile.pixels[item as usize][0];
-            pixels[1].0[lane] = tile.pixels[item as usize][1];
-            let inside = tile.rays[item as usize].status & FROM_INSIDE != 0;
-            pixels[2].0[lane] = if inside { -1.0 } else { 1.0 };
-        }
-        face(frame, &pixels, &mut gradients);
-        for (lane, &item) in items.iter().enumerate() {
-            tile.normals[item as usize] = std::array::from_fn(|axis| gradients[axis].0[lane]);
-        }
+        keep(frame, items, &mut gradients, tile);
     }
+    tile.shown = shown;
     evaluator.focus(None);
     (tile.shown.len() * taps.len().max(1)) as u64
 }
 
+/// How far from its point the taps of a pixel are.
+fn tap_distance(frame: &Frame, method: Normals, tile: &Tile, item: u32) -> f32 {
+    let (p, t) = (tile.points[item as usize], tile.rays[item as usize].t);
+    let half = camera::half_pixel(t, frame.footprint, frame.footprint_growth);
+    normals::tap_distance::<f32>(p, half, normals::spread(method))
+}
+
+/// Finds exact normals by the tapes of the leaves in which rays ended.
+fn by_leaf(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator) {
+    let leaf_of = |&item: &u32| {
+        let leaf = tile.leaves[item as usize];
+        let held = leaf != NO_LEAF && evaluator.holds(leaf, tile.points[item as usize].to_array());
+        (if held { leaf } else { NO_LEAF }, item)
+    };
+    let mut items: Vec<(u32, u32)> = tile.shown.iter().map(leaf_of).collect();
+    items.sort_unstable();
+    let mut points = Points::default();
+    let mut gradients = [Column::default(); 4];
+    let mut together = [0; LANES];
+    for group in items.chunk_by(|a, b| a.0 == b.0) {
+        let leaf = group[0].0;
+        for group in group.chunks(LANES) {
+            for (lane, &(_, item)) in group.iter().enumerate() {
+                together[lane] = item;
+                set(&mut points, lane, tile.points[item as usize]);
+            }
+            repeat_first(&mut points, group.len());
+            if leaf == NO_LEAF {
+                evaluator.gradients(&points, group.len(), &mut gradients);
+            } else {
+                evaluator.gradients_in(leaf, &points, group.len(), &mut gradients);
+            }
+            keep(frame, &together[..group.len()], &mut gradients, tile);
+        }
+    }
+}
+
+/// Keeps the normals of pixels with these gradients.
+fn keep(frame: &Frame, items: &[u32], gradients: &mut [Column; 4], tile: &mut Tile) {
+    let mut pixels = Points::default();
+    for (lane, &item) in items.iter().enumerate() {
+        pixels[0].0[lane] = tile.pixels[item as usize][0];
+        pixels[1].0[lane] = tile.pixels[item as usize][1];
+        let inside = tile.rays[item as usize].status & FROM_INSIDE != 0;
+        pixels[2].0[lane] = if inside { -1.0 } else { 1.0 };
+    }
+    face(frame, &pixels, gradients);
+    for (lane, &item) in items.iter().enumerate() {
+        tile.normals[item as usize] = std::array::from_fn(|axis| gradients[axis].0[lane]);
+    }
+}
+
 /// Asks what the shown pixels' surfaces are made of.
 pub(super) fn surfaces(tile: &mut Tile, evaluator: &mut dyn Evaluator) -> u64 {
-    let (mut points, mut facing) = (Points::default(), Points::default());
-    let mut block: Box<SurfaceBlock> = Box::default();
-    evaluator.announce(Asked::Surfaces, &tile.regions(0.0));
-    for (region, items) in tile.shown.chunks(LANES).enumerate() {
-        evaluator.focus(Some(region));
-        for (lane, &item) in items.iter().enumerate() {
-            set(&mut points, lane, tile.points[item as usize]);
-            set(&mut facing, lane, vector(tile.normals[item as usize]));
+    let blocks = evaluator.blocks(Asked::Surfaces);
+    let mut points = vec![Points::default(); blocks];
+    let mut facing = vec![Points::default(); blocks];
+    let mut found = vec![SurfaceBlock::default(); blocks];
+    if blocks == 1 {
+        evaluator.announce(Asked::Surfaces, &tile.regions_of(&tile.shown, 0.0));
+    }
+    for (region, items) in tile.shown.chunks(blocks * LANES).enumerate() {
+        evaluator.focus((blocks == 1).then_some(region));
+        let mut used = 0;
+        for (items, (points, facing)) in items
+            .chunks(LANES)
+            .zip(points.iter_mut().zip(&mut facing))
+        {
+            for (lane, &item) in items.iter().enumerate() {
+                set(points, lane, tile.points[item as usize]);
+                set(facing, lane, vector(tile.normals[item as usize]));
+            }
+            repeat_first(points, items.len());
+            repeat_first(facing, items.len());
+            used += 1;
         }
-        repeat_first(&mut points, items.len());
-        repeat_first(&mut facing, items.len());
-        evaluator.surfaces(&points, &facing, items.len(), &mut block);
-        for (lane, &item) in items.iter().enumerate() {
-            tile.surfaces[item as usize] = surface_of(&block, lane);
+        evaluator.surfaces_many(&points[..used], &facing[..used], items.len(), &mut found[..used]);
+        for (place, &item) in items.iter().enumerate() {
+            tile.surfaces[item as usize] = surface_of(&found[place / LANES], place % LANES);
         }
     }
     evaluator.focus(None);

@@ -64,28 +64,35 @@ pub(super) struct Marcher {
     roots: Roots,
     /// How many of them there are.
     arrived: usize,
+    /// The leaf in which each ray ended.
+    ended_in: Vec<u32>,
     points: Points,
     values: Column,
     boxes: Boxes,
     range: Range,
 }
 
+/// The leaf of a ray that ended in none.
+pub(super) const NO_LEAF: u32 = u32::MAX;
+
 /// After so many steps in a leaf, what is left of the rays in it is looked at as a whole; and again
 /// after as many times so many.
 const FEW_STEPS: u32 = 4;
 
 impl Marcher {
-    /// Marches the rays of a packet, which are the places `items` of a tile; gives the number of
-    /// evaluations.
+    /// Marches the rays of a packet, which are the places `items` of a tile, and says in which leaf
+    /// each ended; gives the number of evaluations.
     pub(super) fn march(
         &mut self,
         frame: &Frame,
         (cells, meetings): (&Cells, &[Meeting]),
         items: &[u32],
         pixels: &[[f32; 2]],
-        (rays, points): (&mut [Ray], &mut [V3<f32>]),
+        (rays, points, leaves): (&mut [Ray], &mut [V3<f32>], &mut [u32]),
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
+        self.ended_in.clear();
+        self.ended_in.resize(LANES, NO_LEAF);
         start(frame, items, pixels, &mut self.packet);
         for (lane, &item) in items.iter().enumerate() {
             let begin = self.packet.begin.0[lane];
@@ -105,7 +112,7 @@ impl Marcher {
             self.packet.exit = self.packet.leave;
             let count = self.go_in(items.len());
             evaluations += self.look((frame, 0, 1.0), count, evaluator);
-            self.end_those_that_ended(count, 1.0, items, rays);
+            self.end_those_that_ended(count, (NO_LEAF, 1.0), items, rays);
         }
         for meeting in meetings {
             let cell = cells.cell(meeting.cell);
@@ -124,6 +131,7 @@ impl Marcher {
         for (lane, &item) in items.iter().enumerate() {
             let ray = &mut rays[item as usize];
             ray.steps = p.steps.0[lane] as u32;
+            leaves[item as usize] = self.ended_in[lane];
             if p.side.0[lane] < 0.0 {
                 ray.status |= FROM_INSIDE;
             }
@@ -219,7 +227,7 @@ impl Marcher {
             if steps == next_look {
                 next_look = FEW_STEPS.max(next_look * FEW_STEPS);
                 evaluations += self.look((frame, cell, slope), count, evaluator);
-                count = self.end_those_that_ended(count, slope, items, rays);
+                count = self.end_those_that_ended(count, (cell, slope), items, rays);
             }
             if count == 0 {
                 break;
@@ -231,7 +239,7 @@ impl Marcher {
             if under_way.trailing_ones() as usize >= count {
                 continue;
             }
-            count = self.end_those_that_ended(count, slope, items, rays);
+            count = self.end_those_that_ended(count, (cell, slope), items, rays);
         }
         evaluations + self.settle(frame, cell, slope, items, rays, evaluator)
     }
@@ -258,7 +266,7 @@ impl Marcher {
     fn end_those_that_ended(
         &mut self,
         mut count: usize,
-        slope: f32,
+        leaf: (u32, f32),
         items: &[u32],
         rays: &mut [Ray],
     ) -> usize {
@@ -268,7 +276,7 @@ impl Marcher {
                 lane += 1;
                 continue;
             }
-            self.end(lane, slope, items, rays);
+            self.end(lane, leaf, items, rays);
             count -= 1;
             self.inside.move_lane(count, lane);
         }
@@ -315,7 +323,13 @@ impl Marcher {
     }
 
     /// Keeps how a ray left the leaf.
-    fn end(&mut self, place: usize, slope: f32, items: &[u32], rays: &mut [Ray]) {
+    fn end(
+        &mut self,
+        place: usize,
+        (cell, slope): (u32, f32),
+        items: &[u32],
+        rays: &mut [Ray],
+    ) {
         let b = &self.inside;
         let lane = b.lane.0[place] as usize;
         self.packet.steps.0[lane] = b.steps.0[place];
@@ -352,6 +366,7 @@ impl Marcher {
         };
         // Nothing behind it counts any more.
         self.packet.leave.0[lane] = b.t.0[place];
+        self.ended_in[lane] = cell;
         rays[items[lane] as usize] = Ray {
             t: b.t.0[place],
             radius: b.radius.0[place] * slope,

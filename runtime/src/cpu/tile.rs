@@ -5,7 +5,7 @@ use super::lanes::stream;
 use super::march::{March, Polish, vector};
 use super::meet::{self, Meetings};
 use super::occlusion::Look;
-use super::packet::Marcher;
+use super::packet::{Marcher, NO_LEAF};
 use super::{Asked, Evaluator, Field, LANES, normal, shade, shadow, show};
 use crate::cells::{Cells, Region};
 use crate::crew::share;
@@ -39,6 +39,8 @@ pub(super) struct Tile {
     /// Which pixels they are.
     pub(super) pixels: Vec<[f32; 2]>,
     pub(super) rays: Vec<Ray>,
+    /// The leaf of cells in which each ray ended, if they went through cells.
+    pub(super) leaves: Vec<u32>,
     /// Where the surfaces are.
     pub(super) points: Vec<V3<f32>>,
     pub(super) normals: Vec<[f32; 3]>,
@@ -162,8 +164,12 @@ impl Tile {
         way: Option<&Way>,
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
+        self.leaves.clear();
         let evaluations = match way {
-            Some(way) => self.march_packets(frame, way, evaluator),
+            Some(way) => {
+                self.leaves.resize(self.rays.len(), NO_LEAF);
+                self.march_packets(frame, way, evaluator)
+            }
             None => {
                 let mut walk = March {
                     frame,
@@ -209,7 +215,7 @@ impl Tile {
                     (&way.cells, way.meetings.at([x, y])),
                     items,
                     &self.pixels,
-                    (&mut self.rays, &mut self.points),
+                    (&mut self.rays, &mut self.points, &mut self.leaves),
                     evaluator,
                 );
             }
@@ -241,15 +247,15 @@ impl Tile {
         }
     }
 
-    /// The boxes around each 64 shown points, larger by `reach`.
-    pub(super) fn regions(&self, reach: f32) -> Vec<Region> {
+    /// The boxes around the points of each 64 places, larger by `reach`.
+    pub(super) fn regions_of(&self, items: &[u32], reach: f32) -> Vec<Region> {
         let region = |items: &[u32]| {
             let mut region = normal::around(items.iter().map(|&item| self.points[item as usize]));
             region.low = region.low.map(|v| v - reach);
             region.high = region.high.map(|v| v + reach);
             region
         };
-        self.shown.chunks(LANES).map(region).collect()
+        items.chunks(LANES).map(region).collect()
     }
 
     fn look_around(
@@ -261,7 +267,7 @@ impl Tile {
         if features.occlusion == Occlusion::Off {
             return 0;
         }
-        evaluator.announce(Asked::Around, &self.regions(frame.occlusion_reach));
+        let regions = self.regions_of(&self.shown, frame.occlusion_reach);
         macro_rules! look {
             ($many:literal) => {{
                 let mut walk = Look::<$many> {
@@ -273,9 +279,10 @@ impl Tile {
                     normals: &self.normals,
                     open: &mut self.open,
                 };
-                if evaluator.blocks() > 1 {
+                if evaluator.blocks(Asked::Distances) > 1 {
                     stream(&mut walk, evaluator, &self.shown)
                 } else {
+                    evaluator.announce(Asked::Distances, &regions);
                     let each = |(region, items)| {
                         evaluator.focus(Some(region));
                         stream(&mut walk, evaluator, items)

@@ -18,7 +18,7 @@ use sdfc_vm::tape::choose::Chooser;
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::prune::Pruner;
 use sdfc_vm::tape::{Clause, Tape};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Runs the loaded scene's programs on the cores of this machine.
 #[derive(Default)]
@@ -35,7 +35,6 @@ struct Scene {
     unpainted: Surface,
     /// The cells of the last picture, perhaps of the scene as it was before an edit.
     last: Mutex<Option<Last>>,
-    surface_cells: OnceLock<Arc<Cells>>,
 }
 
 /// The cells of a picture, and what they were made for.
@@ -51,7 +50,6 @@ impl Scene {
         let last = before.map(|before| before.last);
         Self {
             last: last.unwrap_or_default(),
-            surface_cells: OnceLock::new(),
             distance: Arc::new(module.distance.clone()),
             surface: module.surface.clone().map(|p| {
                 let tape = Tape::of(&p);
@@ -167,7 +165,6 @@ impl Field for Scene {
             return None;
         }
         let region = cut::region(&picture.uniforms)?;
-        self.cut_surfaces(picture, region);
         let pixels = match self.tape.slopes.known() {
             true => cut::Pixels::of(&picture.uniforms),
             false => cut::Pixels::of_raw(&picture.uniforms),
@@ -207,47 +204,24 @@ impl Field for Scene {
     ) -> Box<dyn Evaluator + 'a> {
         Box::new(Asker {
             pruned: picture.cells != CellUse::Never,
-            surface_cells: cells.and(self.surface_cells.get()).cloned(),
             ..self.asker(cells)
         })
     }
 }
 
-/// Programs of surfaces with so many clauses get cells: each 64 points then begin with a short tape.
-const MANY_CLAUSES: usize = 256;
-
-impl Scene {
-    /// Makes the cells of the program of surfaces, once for a scene.
-    fn cut_surfaces(&self, picture: &Picture, region: Region) {
-        let Some((program, tape)) = &self.surface else {
-            return;
-        };
-        if tape.clauses.len() < MANY_CLAUSES || !picture.features.materials {
-            return;
-        }
-        self.surface_cells.get_or_init(|| {
-            let cut = Cut {
-                region,
-                split: Split::Cube,
-                band: 0.0,
-                refine: &cut::Coarse::of(&picture.uniforms),
-            };
-            Arc::new(cells::build(program, tape, &cut))
-        });
-    }
-}
-
 impl Scene {
     fn asker<'a>(&'a self, cells: Option<&'a Cells>) -> Asker<'a> {
-        let long = self.tape.clauses.len() >= LONG;
+        let lazy = |tape: &Tape, cells: &Cells| {
+            let long = tape.clauses.len() >= LONG;
+            long.then(|| Lazy::new(tape, *cells.region()))
+        };
+        let surface = self.surface.as_ref().map(|(_, tape)| tape);
         Asker {
             scene: self,
             pruned: false,
             cells,
-            surface_cells: None,
-            lazy: cells
-                .filter(|_| long)
-                .map(|cells| Lazy::new(&self.tape, *cells.region())),
+            lazy: cells.and_then(|cells| lazy(&self.tape, cells)),
+            surface_lazy: surface.zip(cells).and_then(|(tape, cells)| lazy(tape, cells)),
             distance: None,
             range: None,
             gradient: None,
@@ -265,10 +239,10 @@ struct Asker<'a> {
     /// Whether tapes are pruned for the boxes that are announced.
     pruned: bool,
     cells: Option<&'a Cells>,
-    /// Those of the program of surfaces, where it is long.
-    surface_cells: Option<Arc<Cells>>,
     /// Cells for points that come in no order, where looking them up pays.
     lazy: Option<Lazy>,
+    /// The same for surfaces.
+    surface_lazy: Option<Lazy>,
     distance: Option<Machine<f32>>,
     range: Option<Machine<FloatInterval>>,
     gradient: Option<Machine<Dual<f32>>>,
@@ -288,46 +262,31 @@ struct RegionTapes {
     clauses: Vec<Clause>,
     /// Where each box's clauses are.
     places: Vec<(usize, usize)>,
-    /// The cells that hold the boxes, and their numbers.
-    homes: Vec<(Option<u32>, usize)>,
 }
 
 /// Programs of fewer clauses are run as they are: choosing takes about as long.
 const SHORT: usize = 8;
 
 impl RegionTapes {
-    /// Prunes a tape for boxes, from what cells have left of it where they hold a box.
-    fn prune(&mut self, program: &Program, tape: &Tape, cells: Option<&Cells>, regions: &[Region]) {
+    /// Prunes a tape for boxes.
+    fn prune(&mut self, program: &Program, tape: &Tape, regions: &[Region]) {
         self.clear();
         if tape.clauses.len() < SHORT {
             return;
         }
         let chooser = self.chooser.get_or_insert_with(|| Chooser::new(tape));
         self.pruner.reserve(tape.values, tape.points);
-        self.places.resize(regions.len(), (0, 0));
-        // Those that begin with the same tape are looked at together.
-        self.homes.clear();
-        let home = |region| cells.and_then(|cells| cells.home(region));
-        self.homes.extend(regions.iter().map(home).zip(0..));
-        self.homes.sort_unstable();
-        for group in self.homes.chunk_by(|a, b| a.0 == b.0) {
-            let tape = match (cells, group[0].0) {
-                (Some(cells), Some(home)) => cells.tape(home),
-                _ => &tape.clauses,
-            };
-            for group in group.chunks(LANES) {
-                let boxes = chooser.boxes();
-                for (lane, &(_, region)) in group.iter().enumerate() {
-                    let region: &Region = &regions[region];
-                    region.with_margin(Split::Cube).put(boxes, lane);
-                }
-                chooser.run(program, tape, group.len());
-                for (lane, &(_, region)) in group.iter().enumerate() {
-                    let start = self.clauses.len();
-                    let choice = |place| chooser.decided().choice(place, lane);
-                    self.pruner.prune(tape, choice, &mut self.clauses);
-                    self.places[region] = (start, self.clauses.len());
-                }
+        for regions in regions.chunks(LANES) {
+            let boxes = chooser.boxes();
+            for (lane, region) in regions.iter().enumerate() {
+                region.with_margin(Split::Cube).put(boxes, lane);
+            }
+            chooser.run(program, &tape.clauses, regions.len());
+            for lane in 0..regions.len() {
+                let start = self.clauses.len();
+                let choice = |place| chooser.decided().choice(place, lane);
+                self.pruner.prune(&tape.clauses, choice, &mut self.clauses);
+                self.places.push((start, self.clauses.len()));
             }
         }
     }
@@ -372,8 +331,12 @@ impl Evaluator for Asker<'_> {
         out.clone_from(machine.run(program, clauses, count));
     }
 
-    fn blocks(&self) -> usize {
-        if self.lazy.is_some() { BLOCKS } else { 1 }
+    fn blocks(&self, asked: Asked) -> usize {
+        let lazy = match asked {
+            Asked::Distances => &self.lazy,
+            Asked::Surfaces => &self.surface_lazy,
+        };
+        if lazy.is_some() { BLOCKS } else { 1 }
     }
 
     fn distances_many(&mut self, points: &[Points], count: usize, out: &mut [Column]) {
@@ -460,23 +423,36 @@ impl Evaluator for Asker<'_> {
         self.gradient = Some(machine);
     }
 
+    fn holds(&self, cell: u32, point: [f32; 3]) -> bool {
+        self.cells
+            .is_some_and(|cells| cells.cell(cell).region.holds(point))
+    }
+
+    fn gradients_in(&mut self, cell: u32, points: &Points, count: usize, out: &mut [Column; 4]) {
+        let Some(cells) = self.cells else {
+            return self.gradients(points, count, out);
+        };
+        let whole = &self.scene.tape;
+        let machine = self
+            .gradient
+            .get_or_insert_with(|| Machine::new(whole.values, whole.points));
+        *machine.seed() = seeded(points);
+        out.clone_from(machine.run(&self.scene.distance, cells.tape(cell), count));
+    }
+
     fn announce(&mut self, asked: Asked, regions: &[Region]) {
         self.focus = None;
         if !self.pruned {
             return;
         }
         match asked {
-            // Cells that are looked up are far smaller than such boxes.
-            Asked::Around if self.lazy.is_some() => self.distance_tapes.clear(),
-            Asked::Distances | Asked::Around => {
+            Asked::Distances => {
                 let (program, tape) = (&self.scene.distance, &self.scene.tape);
-                self.distance_tapes
-                    .prune(program, tape, self.cells, regions);
+                self.distance_tapes.prune(program, tape, regions);
             }
             Asked::Surfaces => {
                 if let Some((program, tape)) = &self.scene.surface {
-                    let cells = self.surface_cells.as_deref();
-                    self.surface_tapes.prune(program, tape, cells, regions);
+                    self.surface_tapes.prune(program, tape, regions);
                 }
             }
         }
@@ -493,22 +469,63 @@ impl Evaluator for Asker<'_> {
         count: usize,
         out: &mut SurfaceBlock,
     ) {
-        let unpainted = numbers(&self.scene.unpainted);
+        let unpainted = &self.scene.unpainted;
         let Some((program, tape)) = &self.scene.surface else {
-            *out = unpainted.map(|number| Column([number; LANES]));
+            *out = numbers(unpainted).map(|number| Column([number; LANES]));
             return;
         };
-        let machine = self.surface.get_or_insert_with(|| {
-            let mut machine: Machine<Dual<f32>, Surfaces> = Machine::new(tape.values, tape.points);
-            machine.attachment().unpainted = unpainted;
-            machine
-        });
+        let machine = surface_machine(&mut self.surface, tape, unpainted);
         machine.attachment().normals.clone_from(normals);
         *machine.seed() = seeded(points);
         let clauses = self.surface_tapes.get(self.focus).unwrap_or(&tape.clauses);
         machine.run(program, clauses, count);
         out.clone_from(machine.attachment().surface());
     }
+
+    fn surfaces_many(
+        &mut self,
+        points: &[Points],
+        normals: &[Points],
+        count: usize,
+        out: &mut [SurfaceBlock],
+    ) {
+        let (Some(lazy), Some((program, tape))) = (&mut self.surface_lazy, &self.scene.surface)
+        else {
+            for (block, (points, out)) in points.iter().zip(out).enumerate() {
+                let count = (count - block * LANES).min(LANES);
+                self.surfaces(points, &normals[block], count, out);
+            }
+            return;
+        };
+        let machine = surface_machine(&mut self.surface, tape, &self.scene.unpainted);
+        let mut own = Points::default();
+        lazy.each(program, points, count, |keys, clauses| {
+            gather(points, keys, &mut own);
+            *machine.seed() = seeded(&own);
+            gather(normals, keys, &mut machine.attachment().normals);
+            machine.run(program, clauses, keys.len());
+            let surface = machine.attachment().surface();
+            for (number, values) in surface.iter().enumerate() {
+                for (value, key) in values.0.iter().zip(keys) {
+                    let (block, lane) = key.lane();
+                    out[block][number].0[lane] = *value;
+                }
+            }
+        });
+    }
+}
+
+/// The machine for surfaces, made when it is first needed.
+fn surface_machine<'a>(
+    kept: &'a mut Option<Machine<Dual<f32>, Surfaces>>,
+    tape: &Tape,
+    unpainted: &Surface,
+) -> &'a mut Machine<Dual<f32>, Surfaces> {
+    kept.get_or_insert_with(|| {
+        let mut machine: Machine<Dual<f32>, Surfaces> = Machine::new(tape.values, tape.points);
+        machine.attachment().unpainted = numbers(unpainted);
+        machine
+    })
 }
 
 /// So many points are worth putting in order.

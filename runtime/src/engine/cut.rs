@@ -212,21 +212,6 @@ impl Pixels {
     }
 }
 
-/// Cells from which tapes for 64 points at a time are pruned.
-pub(super) struct Coarse(Pixels);
-
-impl Coarse {
-    pub(super) fn of(frame: &Frame) -> Self {
-        Self(Pixels::of_raw(frame))
-    }
-}
-
-impl Refine for Coarse {
-    fn cut(&self, region: &Region, clauses: usize, away: f32) -> bool {
-        clauses > FEW && self.0.cut(region, clauses, away)
-    }
-}
-
 impl Refine for Pixels {
     fn cut(&self, region: &Region, clauses: usize, _: f32) -> bool {
         let side = region.side();
