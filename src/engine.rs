@@ -26,7 +26,11 @@ pub(crate) fn load(choice: Choice, scene: &Opened) -> Result<Box<dyn Engine>, Fa
         Choice::Interp => open(EngineKind::Interp)?,
         Choice::Wgsl => open(EngineKind::Wgsl)?,
     };
-    engine.load(&scene.loaded()).map_err(failed)?;
+    let loaded = match engine.kind() {
+        EngineKind::Wgsl => scene.loaded(),
+        EngineKind::Cpu | EngineKind::Interp => scene.loaded_without_source(),
+    };
+    engine.load(&loaded).map_err(failed)?;
     Ok(engine)
 }
 

@@ -194,16 +194,24 @@ impl Opened {
         &self.compiled.module
     }
 
-    /// The scene as engines take it.
+    /// The scene as all engines take it.
     pub(crate) fn loaded(&self) -> Loaded<'_> {
         let generated = self.generated.get_or_init(|| self.compiled.generated());
         Loaded {
-            module: &self.compiled.module,
-            outputs: &self.outputs,
             generated: SceneSource {
                 text: &generated.text,
                 calls: &generated.calls,
             },
+            ..self.loaded_without_source()
+        }
+    }
+
+    /// The scene as an engine takes it that reads no generated source.
+    pub(crate) fn loaded_without_source(&self) -> Loaded<'_> {
+        Loaded {
+            module: &self.compiled.module,
+            outputs: &self.outputs,
+            generated: SceneSource::default(),
         }
     }
 }

@@ -1,40 +1,81 @@
 //! Sharing work among cores: each has memory of its own, made once, and takes the next item when it
 //! has done one. (Parallel iterators make such memory anew for every piece that they split off.)
+//! Neighbours go to the same core as long as they can, since what it has learned of one item often
+//! helps with the next.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// Does `work` on all numbers below `count`, with memory that each thread makes with `start`; gives
-/// the results in order.
+/// Items that are still to be done: from (low half) and to (high half).
+struct Queue(AtomicU64);
+
+impl Queue {
+    fn new(from: usize, to: usize) -> Self {
+        Self(AtomicU64::new(from as u64 | (to as u64) << 32))
+    }
+    fn ends(word: u64) -> (u64, u64) {
+        (word & u64::from(u32::MAX), word >> 32)
+    }
+    fn left(&self) -> u64 {
+        let (from, to) = Self::ends(self.0.load(Ordering::Relaxed));
+        to.saturating_sub(from)
+    }
+    /// Takes the first item, or the last.
+    fn take(&self, first: bool) -> Option<usize> {
+        let step = |word| {
+            let (from, to) = Self::ends(word);
+            let shorter = if first { word + 1 } else { from | (to - 1) << 32 };
+            (from < to).then_some(shorter)
+        };
+        let before = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, step);
+        let (from, to) = Self::ends(before.ok()?);
+        Some(if first { from } else { to - 1 } as usize)
+    }
+}
+
+/// Does `work` on all numbers below `count`, which is less than 2³², with memory that each thread
+/// makes with `start`; gives the results in order.
 pub(crate) fn share<M, R: Send>(
     count: usize,
     start: impl Fn() -> M + Sync,
     work: impl Fn(&mut M, usize) -> R + Sync,
 ) -> Vec<R> {
-    let threads = rayon::current_num_threads().min(count);
-    let next = AtomicUsize::new(0);
-    let done = Mutex::new(Vec::with_capacity(count));
-    let take_part = || {
-        let mut memory = None;
-        let mut own = Vec::new();
-        loop {
-            let item = next.fetch_add(1, Ordering::Relaxed);
-            if item >= count {
-                break;
+    let threads = rayon::current_num_threads().min(count).max(1);
+    let at = |thread: usize| thread * count / threads;
+    let queues: Vec<Queue> = (0..threads).map(|i| Queue::new(at(i), at(i + 1))).collect();
+    // Its own items from the front; then what the slowest has left, from the back.
+    let next = |own: usize| {
+        queues[own].take(true).or_else(|| {
+            loop {
+                let longest = queues.iter().max_by_key(|queue| queue.left())?;
+                if longest.left() == 0 {
+                    return None;
+                }
+                if let Some(item) = longest.take(false) {
+                    return Some(item);
+                }
             }
+        })
+    };
+    let done = Mutex::new(Vec::with_capacity(count));
+    let take_part = |own: usize| {
+        let mut memory = None;
+        let mut results = Vec::new();
+        while let Some(item) = next(own) {
             let memory = memory.get_or_insert_with(&start);
-            own.push((item, work(memory, item)));
+            results.push((item, work(memory, item)));
         }
         done.lock()
             .unwrap_or_else(PoisonError::into_inner)
-            .append(&mut own);
+            .append(&mut results);
     };
-    if threads <= 1 {
-        take_part();
+    if threads == 1 {
+        take_part(0);
     } else {
         rayon::scope(|scope| {
-            for _ in 0..threads {
-                scope.spawn(|_| take_part());
+            for own in 0..threads {
+                let take_part = &take_part;
+                scope.spawn(move |_| take_part(own));
             }
         });
     }

@@ -86,7 +86,8 @@ pub struct Loaded<'a> {
     pub outputs: &'a [f64],
     /// The generated source: `scene_distance`, `scene_gradient` and, if the module has a program of
     /// surfaces, `scene_surface`, with the operations they call; they read `uniforms` and may call
-    /// `unpainted_surface`, which engines declare.
+    /// `unpainted_surface`, which engines declare. Only `wgsl` reads it; for the others it may be
+    /// empty.
     pub generated: SceneSource<'a>,
 }
 
