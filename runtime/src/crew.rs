@@ -24,10 +24,16 @@ impl Queue {
     fn take(&self, first: bool) -> Option<usize> {
         let step = |word| {
             let (from, to) = Self::ends(word);
-            let shorter = if first { word + 1 } else { from | (to - 1) << 32 };
+            let shorter = if first {
+                word + 1
+            } else {
+                from | (to - 1) << 32
+            };
             (from < to).then_some(shorter)
         };
-        let before = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, step);
+        let before = self
+            .0
+            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, step);
         let (from, to) = Self::ends(before.ok()?);
         Some(if first { from } else { to - 1 } as usize)
     }

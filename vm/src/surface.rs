@@ -186,8 +186,7 @@ impl Attachment<Dual<f32>> for Surfaces {
         }
     }
     fn copy(&mut self, from: u16) {
-        self.result
-            .become_like(&self.registers[usize::from(from)]);
+        self.result.become_like(&self.registers[usize::from(from)]);
     }
     fn normal(&mut self, q: &[Column; 12], axis: u8, out: &mut [Column; 4]) {
         for lane in 0..LANES {

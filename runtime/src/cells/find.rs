@@ -46,11 +46,7 @@ impl Grid {
 
     /// Places of points; gives which are inside.
     #[inline(always)]
-    pub(super) fn places(
-        &self,
-        points: &Points,
-        places: &mut [[u32; LANES]; 3],
-    ) -> [bool; LANES] {
+    pub(super) fn places(&self, points: &Points, places: &mut [[u32; LANES]; 3]) -> [bool; LANES] {
         let most = (1_u32 << BITS) as f32;
         let mut inside = [true; LANES];
         for axis in 0..3 {

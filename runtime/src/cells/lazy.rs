@@ -77,7 +77,7 @@ struct Group {
 }
 
 /// The most blocks of 64 points at once.
-pub const BLOCKS: usize = 16;
+pub const BLOCKS: usize = 64;
 /// The bits of a lane's number.
 const LANE_BITS: u32 = (BLOCKS * LANES).ilog2();
 /// The key of a place outside, without the lane.
@@ -119,7 +119,11 @@ fn keys_body(grid: &Grid, points: &Points, block: usize, keys: &mut [Key; LANES]
             let digit = |axis: usize| u64::from(places[axis][lane] >> within) & ((1 << DIGIT) - 1);
             key = key << (3 * DIGIT) | digit(0) | digit(1) << DIGIT | digit(2) << (2 * DIGIT);
         }
-        let key = if inside[lane] { key << LANE_BITS } else { OUTSIDE };
+        let key = if inside[lane] {
+            key << LANE_BITS
+        } else {
+            OUTSIDE
+        };
         keys[lane] = Key(key | (block * LANES + lane) as u64);
     }
 }
@@ -208,9 +212,8 @@ impl Lazy {
         if length <= SHORT || here.stale > 1 || group.level >= LEVELS || group.from == group.to {
             return false;
         }
-        let cost = |length: usize, lanes: u32| {
-            (length + 1) * (lanes as usize).div_ceil(CHUNK) + START
-        };
+        let cost =
+            |length: usize, lanes: u32| (length + 1) * (lanes as usize).div_ceil(CHUNK) + START;
         let whole = cost(length, group.to - group.from);
         here.work += whole;
         if here.work < WORTH * length {
@@ -223,7 +226,9 @@ impl Lazy {
             let to = if child_of(group.to - 1) == child {
                 group.to
             } else {
-                (from + 1..group.to).find(|&place| child_of(place) != child).unwrap_or(group.to)
+                (from + 1..group.to)
+                    .find(|&place| child_of(place) != child)
+                    .unwrap_or(group.to)
             };
             let known = match &self.cells[group.cell as usize].children {
                 Some(children) => children.cells[child],
@@ -281,7 +286,11 @@ impl Lazy {
         self.kept = kept;
         let kept = (self.clauses.len() - first) as u32;
         children.cells[child] = number;
-        let stale = if kept * 10 > len * 9 { cell.stale + 1 } else { 0 };
+        let stale = if kept * 10 > len * 9 {
+            cell.stale + 1
+        } else {
+            0
+        };
         self.cells.push(Cell {
             region: region.child(child, Split::Cube),
             start: first as u32,

@@ -57,7 +57,9 @@ widest! {
 
 #[inline(always)]
 fn run<W: Walk>(walk: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u64 {
-    let most = evaluator.blocks(Asked::Distances).min(items.len().div_ceil(LANES));
+    let most = evaluator
+        .blocks(Asked::Distances)
+        .min(items.len().div_ceil(LANES));
     let mut blocks: Vec<W::Block> = (0..most).map(|_| W::Block::default()).collect();
     let mut points = vec![Points::default(); most];
     let mut values = vec![Column::default(); most];
@@ -83,7 +85,11 @@ fn run<W: Walk>(walk: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u
         repeat_first(&mut points[used - 1], count - (used - 1) * LANES);
         evaluator.distances_many(&points[..used], count, &mut values[..used]);
         evaluations += count as u64;
-        for (block, (values, ended)) in blocks.iter_mut().zip(values.iter().zip(&mut ended)).take(used) {
+        for (block, (values, ended)) in blocks
+            .iter_mut()
+            .zip(values.iter().zip(&mut ended))
+            .take(used)
+        {
             walk.advance(block, values, ended);
         }
         let mut lane = 0;

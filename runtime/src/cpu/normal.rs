@@ -128,9 +128,7 @@ pub(super) fn surfaces(tile: &mut Tile, evaluator: &mut dyn Evaluator) -> u64 {
     for (region, items) in tile.shown.chunks(blocks * LANES).enumerate() {
         evaluator.focus((blocks == 1).then_some(region));
         let mut used = 0;
-        for (items, (points, facing)) in items
-            .chunks(LANES)
-            .zip(points.iter_mut().zip(&mut facing))
+        for (items, (points, facing)) in items.chunks(LANES).zip(points.iter_mut().zip(&mut facing))
         {
             for (lane, &item) in items.iter().enumerate() {
                 set(points, lane, tile.points[item as usize]);
@@ -140,7 +138,12 @@ pub(super) fn surfaces(tile: &mut Tile, evaluator: &mut dyn Evaluator) -> u64 {
             repeat_first(facing, items.len());
             used += 1;
         }
-        evaluator.surfaces_many(&points[..used], &facing[..used], items.len(), &mut found[..used]);
+        evaluator.surfaces_many(
+            &points[..used],
+            &facing[..used],
+            items.len(),
+            &mut found[..used],
+        );
         for (place, &item) in items.iter().enumerate() {
             tile.surfaces[item as usize] = surface_of(&found[place / LANES], place % LANES);
         }

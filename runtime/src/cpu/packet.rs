@@ -323,13 +323,7 @@ impl Marcher {
     }
 
     /// Keeps how a ray left the leaf.
-    fn end(
-        &mut self,
-        place: usize,
-        (cell, slope): (u32, f32),
-        items: &[u32],
-        rays: &mut [Ray],
-    ) {
+    fn end(&mut self, place: usize, (cell, slope): (u32, f32), items: &[u32], rays: &mut [Ray]) {
         let b = &self.inside;
         let lane = b.lane.0[place] as usize;
         self.packet.steps.0[lane] = b.steps.0[place];

@@ -221,7 +221,9 @@ impl Scene {
             pruned: false,
             cells,
             lazy: cells.and_then(|cells| lazy(&self.tape, cells)),
-            surface_lazy: surface.zip(cells).and_then(|(tape, cells)| lazy(tape, cells)),
+            surface_lazy: surface
+                .zip(cells)
+                .and_then(|(tape, cells)| lazy(tape, cells)),
             distance: None,
             range: None,
             gradient: None,
