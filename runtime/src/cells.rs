@@ -148,6 +148,8 @@ pub struct Cell {
     pub region: Region,
     /// A bound of the field's slope in it, no more than one.
     pub slope: f32,
+    /// Bounds of the field's gradient in it, where they were found out.
+    pub gradient: Option<[[f32; 2]; 3]>,
     tape: Kept,
     /// How many levels in a row left next to nothing of their parents' tapes out.
     stale: u32,

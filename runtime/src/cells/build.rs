@@ -56,6 +56,7 @@ pub fn build(program: &Program, tape: &Tape, cut: &Cut<'_>) -> Cells {
         cells: vec![Cell {
             region,
             slope: 1.0,
+            gradient: None,
             tape: Kept {
                 arena: 0,
                 start: 0,
@@ -197,6 +198,9 @@ fn add(cells: &mut Cells, part: Part, changed: &[bool], next: &mut Vec<Parent>) 
     }
 }
 
+/// Bounds of a field's slope and of its gradient.
+type Steepness = (f32, Option<[[f32; 2]; 3]>);
+
 /// The memory of one thread.
 struct Worker<'a> {
     program: &'a Program,
@@ -274,6 +278,7 @@ impl<'a> Worker<'a> {
             let cell = Cell {
                 region: child,
                 slope: 1.0,
+                gradient: None,
                 tape: kept,
                 stale,
                 leaf: true,
@@ -282,17 +287,18 @@ impl<'a> Worker<'a> {
         }
         if slopes && part.cells[first..].iter().any(|&(_, cut)| !cut) {
             let bounds = self.slopes(tape, &seed);
-            for (&child, slope) in children.iter().zip(bounds) {
+            for (&child, (slope, gradient)) in children.iter().zip(bounds) {
                 if child >= CELL {
-                    part.cells[(child - CELL) as usize].0.slope = slope;
+                    let cell = &mut part.cells[(child - CELL) as usize].0;
+                    (cell.slope, cell.gradient) = (slope, gradient);
                 }
             }
         }
         part.nodes.push(children);
     }
 
-    /// Bounds of the field's slope in 64 boxes.
-    fn slopes(&mut self, tape: &[Clause], boxes: &[Column; 6]) -> [f32; LANES] {
+    /// Bounds of the field's slope and of its gradient in 64 boxes.
+    fn slopes(&mut self, tape: &[Clause], boxes: &[Column; 6]) -> [Steepness; LANES] {
         let seed = self.gradient.seed();
         *seed = <[[Column; 6]; 4]>::default();
         seed[0] = *boxes;
@@ -308,7 +314,13 @@ impl<'a> Worker<'a> {
             };
             // Gradients are rounded without care for the direction; this is far more than that.
             let slope = (square(x) + square(y) + square(z)).sqrt() * 1.001;
-            if slope < 1.0 { slope.max(1e-6) } else { 1.0 }
+            if !slope.is_finite() {
+                return (1.0, None);
+            }
+            let slack = slope * 1e-3;
+            let gradient =
+                [x, y, z].map(|[low, high]| [low.0[lane] - slack, high.0[lane] + slack]);
+            (slope.clamp(1e-6, 1.0), Some(gradient))
         })
     }
 }

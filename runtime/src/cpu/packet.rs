@@ -14,7 +14,7 @@ use super::march::vector;
 use super::meet::Meeting;
 use super::tile::camera_ray;
 use super::{Boxes, Column, Evaluator, LANES, Points, Range};
-use crate::cells::{Cells, Region};
+use crate::cells::{Cell, Cells, Region};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{Frame, Ray};
 use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, SHOWN, Status};
@@ -34,7 +34,7 @@ lanes! {
     /// Rays under way in a leaf, and then those that hit on their way to the root.
     Inside {
         lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, leave,
-        t, radius, step, trend, t_before, radius_before, side, steps, outcome,
+        t, radius, step, trend, t_before, radius_before, side, steps, outcome, slope, fall,
     }
 }
 
@@ -42,7 +42,7 @@ lanes! {
     /// Rays that hit in a leaf, on their way to the root.
     Roots {
         lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, low, high,
-        t, field, t_other, field_other, reach, side,
+        t, field, t_other, field_other, reach, side, slope,
     }
 }
 
@@ -111,8 +111,15 @@ impl Marcher {
             self.packet.enter = self.packet.begin;
             self.packet.exit = self.packet.leave;
             let count = self.go_in(items.len());
-            evaluations += self.look((frame, 0, 1.0), count, evaluator);
-            self.end_those_that_ended(count, (NO_LEAF, 1.0), items, rays);
+            let whole = cells.cell(0);
+            bound_slopes(whole, &mut self.inside);
+            evaluations += self.look(frame, 0, count, evaluator);
+            for place in 0..count {
+                let lane = self.inside.lane.0[place] as usize;
+                if self.inside.outcome.0[place] == outcome::THROUGH {
+                    self.packet.leave.0[lane] = f32::NEG_INFINITY;
+                }
+            }
         }
         for meeting in meetings {
             let cell = cells.cell(meeting.cell);
@@ -121,10 +128,9 @@ impl Marcher {
                 break;
             }
             if met.any {
-                let slope = cell.slope;
                 let count = self.go_in(items.len());
-                evaluations +=
-                    self.cross(frame, meeting.cell, slope, count, items, rays, evaluator);
+                bound_slopes(cell, &mut self.inside);
+                evaluations += self.cross(frame, meeting.cell, count, items, rays, evaluator);
             }
         }
         let p = &self.packet;
@@ -209,12 +215,10 @@ impl Marcher {
     }
 
     /// Takes the collected rays through the leaf.
-    #[expect(clippy::too_many_arguments, reason = "the parts of a march")]
     fn cross(
         &mut self,
         frame: &Frame,
         cell: u32,
-        slope: f32,
         mut count: usize,
         items: &[u32],
         rays: &mut [Ray],
@@ -226,8 +230,8 @@ impl Marcher {
         for steps in 0.. {
             if steps == next_look {
                 next_look = FEW_STEPS.max(next_look * FEW_STEPS);
-                evaluations += self.look((frame, cell, slope), count, evaluator);
-                count = self.end_those_that_ended(count, (cell, slope), items, rays);
+                evaluations += self.look(frame, cell, count, evaluator);
+                count = self.end_those_that_ended(count, cell, items, rays);
             }
             if count == 0 {
                 break;
@@ -235,20 +239,21 @@ impl Marcher {
             place(&self.inside, &mut self.points);
             evaluator.distances_in(cell, &self.points, count, &mut self.values);
             evaluations += count as u64;
-            let under_way = advance(frame, slope, &self.values, &mut self.inside);
+            let under_way = advance(frame, &self.values, &mut self.inside);
             if under_way.trailing_ones() as usize >= count {
                 continue;
             }
-            count = self.end_those_that_ended(count, (cell, slope), items, rays);
+            count = self.end_those_that_ended(count, cell, items, rays);
         }
-        evaluations + self.settle(frame, cell, slope, items, rays, evaluator)
+        evaluations + self.settle(frame, cell, items, rays, evaluator)
     }
 
     /// Lets those of the collected rays through that bounds of the field keep from meeting anything in
     /// the cell.
     fn look(
         &mut self,
-        (frame, cell, slope): (&Frame, u32, f32),
+        frame: &Frame,
+        cell: u32,
         count: usize,
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
@@ -258,7 +263,7 @@ impl Marcher {
             self.inside.outcome = Column([outcome::UNDER_WAY; LANES]);
             return 0;
         }
-        rule_out(frame, slope, &self.range, &mut self.inside);
+        rule_out(frame, &self.range, &mut self.inside);
         count as u64
     }
 
@@ -266,17 +271,20 @@ impl Marcher {
     fn end_those_that_ended(
         &mut self,
         mut count: usize,
-        leaf: (u32, f32),
+        cell: u32,
         items: &[u32],
         rays: &mut [Ray],
     ) -> usize {
+        if count == LANES && all_went_through(&self.inside, &mut self.packet) {
+            return 0;
+        }
         let mut lane = 0;
         while lane < count {
             if self.inside.outcome.0[lane] == outcome::UNDER_WAY {
                 lane += 1;
                 continue;
             }
-            self.end(lane, leaf, items, rays);
+            self.end(lane, cell, items, rays);
             count -= 1;
             self.inside.move_lane(count, lane);
         }
@@ -289,7 +297,6 @@ impl Marcher {
         &mut self,
         frame: &Frame,
         cell: u32,
-        slope: f32,
         items: &[u32],
         rays: &mut [Ray],
         evaluator: &mut dyn Evaluator,
@@ -299,7 +306,7 @@ impl Marcher {
             return 0;
         }
         let mut evaluations = 0;
-        begin_roots(frame, slope, &mut self.roots);
+        begin_roots(frame, &mut self.roots);
         for _ in 0..SECANT_STEPS {
             let open = place_roots(frame, &self.roots, count, &mut self.points);
             if !open {
@@ -307,7 +314,7 @@ impl Marcher {
             }
             evaluator.distances_in(cell, &self.points, count, &mut self.values);
             evaluations += count as u64;
-            step_roots(frame, slope, &self.values, &mut self.roots);
+            step_roots(frame, &self.values, &mut self.roots);
         }
         let b = &self.roots;
         for place in 0..count {
@@ -315,20 +322,21 @@ impl Marcher {
             self.packet.leave.0[lane] = b.t.0[place];
             let ray = &mut rays[items[lane] as usize];
             ray.t = b.t.0[place];
-            ray.radius = b.field.0[place] * slope;
+            ray.radius = b.field.0[place] * b.slope.0[place];
             ray.t_before = b.t_other.0[place];
-            ray.radius_before = b.field_other.0[place] * slope;
+            ray.radius_before = b.field_other.0[place] * b.slope.0[place];
         }
         evaluations
     }
 
     /// Keeps how a ray left the leaf.
-    fn end(&mut self, place: usize, (cell, slope): (u32, f32), items: &[u32], rays: &mut [Ray]) {
+    fn end(&mut self, place: usize, cell: u32, items: &[u32], rays: &mut [Ray]) {
         let b = &self.inside;
         let lane = b.lane.0[place] as usize;
         self.packet.steps.0[lane] = b.steps.0[place];
         self.packet.side.0[lane] = b.side.0[place];
         // The ball around the last point is clear of surfaces beyond the leaf, too.
+        let slope = b.slope.0[place];
         let radius = b.radius.0[place] * slope;
         self.packet.clear_from.0[lane] = b.t.0[place] - radius;
         self.packet.clear_to.0[lane] = b.t.0[place] + radius;
@@ -352,6 +360,7 @@ impl Marcher {
                 r.t_other.0[at] = b.t_before.0[place];
                 r.field_other.0[at] = b.radius_before.0[place];
                 r.side.0[at] = b.side.0[place];
+                r.slope.0[at] = slope;
                 Status::Hit as u32 | SHOWN
             }
             outcome::NEARLY => Status::StepCap as u32 | SHOWN,
@@ -456,6 +465,62 @@ fn enter_body(region: &Region, lanes: usize, p: &mut Packet) -> Met {
 }
 
 widest! {
+    /// How fast the field changes along the rays in a leaf, and how fast it falls: where its gradient
+    /// is bounded, that is less than its slope.
+    fn bound_slopes(cell: &Cell, inside: &mut Inside) = bound_slopes_body;
+}
+
+#[inline(always)]
+fn bound_slopes_body(cell: &Cell, b: &mut Inside) {
+    let Some(gradient) = cell.gradient else {
+        b.slope = Column([cell.slope; LANES]);
+        b.fall = Column([cell.slope; LANES]);
+        return;
+    };
+    for i in 0..LANES {
+        let way = [b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]];
+        let (mut low, mut high) = (0.0, 0.0);
+        for axis in 0..3 {
+            let [a, c] = gradient[axis].map(|end| end * way[axis]);
+            low += Real::min(a, c);
+            high += Real::max(a, c);
+        }
+        // Directions are of unit length but for rounding, and so are the sums.
+        let rounding = 1e-5 * cell.slope;
+        let most = Real::max(-low, high) + rounding;
+        let fall = if b.side.0[i] > 0.0 { -low } else { high } + rounding;
+        let slope = Real::min(Real::max(most, 1e-3 * cell.slope), cell.slope);
+        b.slope.0[i] = slope;
+        b.fall.0[i] = Real::min(Real::max(fall, 0.0), slope);
+    }
+}
+
+widest! {
+    /// Where all 64 rays are through: keeps how they left the leaf, and says so.
+    fn all_went_through(inside: &Inside, packet: &mut Packet) -> bool = all_through_body;
+}
+
+#[inline(always)]
+fn all_through_body(b: &Inside, p: &mut Packet) -> bool {
+    let mut others = 0;
+    for i in 0..LANES {
+        others |= u32::from(b.outcome.0[i] != outcome::THROUGH);
+    }
+    if others != 0 {
+        return false;
+    }
+    // No ray has been taken out, so all are in their lanes.
+    p.steps = b.steps;
+    p.side = b.side;
+    for i in 0..LANES {
+        let radius = b.radius.0[i] * b.slope.0[i];
+        p.clear_from.0[i] = b.t.0[i] - radius;
+        p.clear_to.0[i] = b.t.0[i] + radius;
+    }
+    true
+}
+
+widest! {
     /// Where the rays ask the field next.
     fn place(inside: &Inside, points: &mut Points) = place_body;
 }
@@ -494,13 +559,14 @@ fn spans_body(b: &Inside, boxes: &mut Boxes) {
 
 widest! {
     /// Lets those rays through that stay farther from the surface than where they would stop.
-    fn rule_out(frame: &Frame, slope: f32, range: &Range, inside: &mut Inside) = rule_out_body;
+    fn rule_out(frame: &Frame, range: &Range, inside: &mut Inside) = rule_out_body;
 }
 
 #[inline(always)]
-fn rule_out_body(f: &Frame, slope: f32, [low, high]: &Range, b: &mut Inside) {
-    let factor = f.inverse_slope / slope;
+fn rule_out_body(f: &Frame, [low, high]: &Range, b: &mut Inside) {
     for i in 0..LANES {
+        let slope = b.slope.0[i];
+        let factor = f.inverse_slope / slope;
         let half = camera::half_pixel(b.leave.0[i], f.footprint, f.footprint_growth);
         let enough = marching::threshold(b.leave.0[i], half, f.cone, f.rounding);
         let outside = b.side.0[i] > 0.0;
@@ -521,15 +587,15 @@ fn rule_out_body(f: &Frame, slope: f32, [low, high]: &Range, b: &mut Inside) {
 
 widest! {
     /// Takes a step with each ray; gives those that are still under way, as bits.
-    fn advance(frame: &Frame, slope: f32, values: &Column, inside: &mut Inside) -> u64 =
-        advance_body;
+    fn advance(frame: &Frame, values: &Column, inside: &mut Inside) -> u64 = advance_body;
 }
 
 #[inline(always)]
-fn advance_body(f: &Frame, slope: f32, values: &Column, b: &mut Inside) -> u64 {
+fn advance_body(f: &Frame, values: &Column, b: &mut Inside) -> u64 {
     let most = f.steps as f32;
-    let factor = f.inverse_slope / slope;
     for i in 0..LANES {
+        let slope = b.slope.0[i];
+        let factor = f.inverse_slope / slope;
         let distance = values.0[i];
         let t = b.t.0[i] + b.step.0[i];
         let steps = b.steps.0[i] + 1.0;
@@ -560,7 +626,10 @@ fn advance_body(f: &Frame, slope: f32, values: &Column, b: &mut Inside) -> u64 {
         };
         // What is left lies in the ball around the last point: there is nothing there.
         let left = b.leave.0[i] - next.t;
-        let out = if (next.radius >= left) | (left <= 0.0) {
+        // Nor is there where the field does not fall fast enough.
+        let last = next.radius - b.fall.0[i] / slope * left;
+        let never = (last > enough) & (next.step > 0.0);
+        let out = if (next.radius >= left) | (left <= 0.0) | never {
             outcome::THROUGH
         } else {
             out
@@ -595,11 +664,11 @@ fn advance_body(f: &Frame, slope: f32, values: &Column, b: &mut Inside) -> u64 {
 
 widest! {
     /// How far the steps to the root may go.
-    fn begin_roots(frame: &Frame, slope: f32, roots: &mut Roots) = begin_roots_body;
+    fn begin_roots(frame: &Frame, roots: &mut Roots) = begin_roots_body;
 }
 
 #[inline(always)]
-fn begin_roots_body(f: &Frame, _slope: f32, b: &mut Roots) {
+fn begin_roots_body(f: &Frame, b: &mut Roots) {
     for i in 0..LANES {
         let half = camera::half_pixel(b.t.0[i], f.footprint, f.footprint_growth);
         b.reach.0[i] = marching::secant_reach(b.t.0[i], b.t_other.0[i], half, f.rounding);
@@ -644,13 +713,13 @@ fn place_roots_body(f: &Frame, b: &Roots, count: usize, points: &mut Points) -> 
 
 widest! {
     /// Takes the field at the guesses into account.
-    fn step_roots(frame: &Frame, slope: f32, values: &Column, roots: &mut Roots) = step_roots_body;
+    fn step_roots(frame: &Frame, values: &Column, roots: &mut Roots) = step_roots_body;
 }
 
 #[inline(always)]
-fn step_roots_body(f: &Frame, slope: f32, values: &Column, b: &mut Roots) {
-    let factor = f.inverse_slope / slope;
+fn step_roots_body(f: &Frame, values: &Column, b: &mut Roots) {
     for i in 0..LANES {
+        let factor = f.inverse_slope / b.slope.0[i];
         let field = values.0[i] * b.side.0[i] * factor;
         let best = marching::secant_step(b.t.0[i], b.field.0[i], guess(b, i), field);
         let rounding = marching::rounding_at(b.t.0[i], f.rounding);
