@@ -19,7 +19,7 @@ use crate::vector::V3;
 pub const LANES: usize = 64;
 
 /// Loops run over whole chunks of this many lanes, so that few points cost less than many.
-const CHUNK: usize = 16;
+pub const CHUNK: usize = 16;
 
 /// Runs the body for each lane of the chunks that hold `count` lanes. The compiler sees that the
 /// number of lanes is a multiple of a chunk and no more than there are, so the loop becomes vectors

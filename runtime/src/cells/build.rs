@@ -318,8 +318,7 @@ impl<'a> Worker<'a> {
                 return (1.0, None);
             }
             let slack = slope * 1e-3;
-            let gradient =
-                [x, y, z].map(|[low, high]| [low.0[lane] - slack, high.0[lane] + slack]);
+            let gradient = [x, y, z].map(|[low, high]| [low.0[lane] - slack, high.0[lane] + slack]);
             (slope.clamp(1e-6, 1.0), Some(gradient))
         })
     }

@@ -4,7 +4,7 @@
 
 use super::find::{BITS, DIGIT, Grid};
 use super::{CHILDREN, Region, Split};
-use sdfc_vm::lanes::{LANES, Points};
+use sdfc_vm::lanes::{CHUNK, LANES, Points};
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::choose::{Chooser, Decided};
 use sdfc_vm::tape::prune::Pruner;
@@ -26,8 +26,6 @@ const UNKNOWN: u32 = u32::MAX;
 /// A cell is cut when this many times its tape's length of clauses have been run in it: cutting takes
 /// about as long.
 const WORTH: usize = 12;
-/// How many lanes a clause runs in at once, at the least.
-const CHUNK: usize = 16;
 /// What it takes to collect points and to start a tape, in clauses run on a chunk.
 const START: usize = 3;
 

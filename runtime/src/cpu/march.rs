@@ -5,7 +5,7 @@ use super::tile::{Camera, camera_ray};
 use super::{Column, LANES, Points};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{Frame, Ray};
-use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, SHOWN, Status};
+use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, Status};
 use sdfc_vm::vector::V3;
 
 lanes! {
@@ -17,14 +17,82 @@ lanes! {
 }
 
 /// How a step left a ray.
-mod outcome {
-    pub(super) const UNDER_WAY: f32 = 0.0;
-    pub(super) const HIT: f32 = 1.0;
-    pub(super) const MISS: f32 = 2.0;
-    pub(super) const STEP_CAP: f32 = 3.0;
-    pub(super) const NEARLY: f32 = 4.0;
-    pub(super) const NOT_A_NUMBER: f32 = 5.0;
+pub(super) mod outcome {
+    use sdfc_shaders::marching::{SHOWN, Status};
+
+    pub(in crate::cpu) const UNDER_WAY: f32 = 0.0;
+    pub(in crate::cpu) const HIT: f32 = 1.0;
+    pub(in crate::cpu) const THROUGH: f32 = 2.0;
+    pub(in crate::cpu) const STEP_CAP: f32 = 3.0;
+    pub(in crate::cpu) const NEARLY: f32 = 4.0;
+    pub(in crate::cpu) const NOT_A_NUMBER: f32 = 5.0;
+
+    /// What a ray with it becomes.
+    pub(in crate::cpu) fn status(outcome: f32) -> u32 {
+        match outcome {
+            HIT => Status::Hit as u32 | SHOWN,
+            THROUGH => Status::Miss as u32,
+            NEARLY => Status::StepCap as u32 | SHOWN,
+            NOT_A_NUMBER => Status::NotANumber as u32,
+            _ => Status::StepCap as u32,
+        }
+    }
 }
+
+/// Takes the step of the ray in a lane of a block with the columns of a march: `$distance` is what the
+/// field says where it is, and times `$factor` it has a slope of one. `$decide` says what became of
+/// the ray, from the next state, the distance that is near enough, and whether it may go on.
+macro_rules! step_lane {
+    (
+        $frame:expr, $b:ident, $i:ident, $distance:expr, $factor:expr,
+        |$next:ident, $enough:ident, $out:ident| $decide:expr
+    ) => {{
+        let distance: f32 = $distance;
+        let t = $b.t.0[$i] + $b.step.0[$i];
+        let steps = $b.steps.0[$i] + 1.0;
+        let inside = (steps == 1.0) & (t == 0.0) & (distance < 0.0);
+        let side = if inside { -1.0 } else { $b.side.0[$i] };
+        let half = camera::half_pixel(t, $frame.footprint, $frame.footprint_growth);
+        let $enough = marching::threshold(t, half, $frame.cone, $frame.rounding);
+        let $next = marching::march_step(
+            $b.t.0[$i],
+            $b.radius.0[$i],
+            $b.step.0[$i],
+            $b.trend.0[$i],
+            $b.t_before.0[$i],
+            $b.radius_before.0[$i],
+            distance * side * $factor,
+            $enough,
+        );
+        let near = marching::nearly_arrived($next.radius, $enough) > 0.0;
+        let capped = if near {
+            outcome::NEARLY
+        } else {
+            outcome::STEP_CAP
+        };
+        let $out = if steps >= $frame.steps as f32 {
+            capped
+        } else {
+            outcome::UNDER_WAY
+        };
+        let out = $decide;
+        let out = if is_nan(distance) {
+            outcome::NOT_A_NUMBER
+        } else {
+            out
+        };
+        $b.t.0[$i] = $next.t;
+        $b.radius.0[$i] = $next.radius;
+        $b.step.0[$i] = $next.step;
+        $b.trend.0[$i] = $next.trend;
+        $b.t_before.0[$i] = $next.t_before;
+        $b.radius_before.0[$i] = $next.radius_before;
+        $b.side.0[$i] = side;
+        $b.steps.0[$i] = steps;
+        $b.outcome.0[$i] = out;
+    }};
+}
+pub(super) use step_lane;
 
 /// Rays through pixels: items are places in the tile.
 pub(super) struct March<'a> {
@@ -85,60 +153,26 @@ impl Walk for March<'_> {
     #[inline(always)]
     fn advance(&self, b: &mut MarchLanes, values: &Column, ended: &mut [bool; LANES]) {
         let f = self.frame;
-        let most = f.steps as f32;
         for i in 0..LANES {
-            let distance = values.0[i];
-            let t = b.t.0[i] + b.step.0[i];
-            let steps = b.steps.0[i] + 1.0;
-            let inside = (steps == 1.0) & (t == 0.0) & (distance < 0.0);
-            let side = if inside { -1.0 } else { b.side.0[i] };
-            let half = camera::half_pixel(t, f.footprint, f.footprint_growth);
-            let enough = marching::threshold(t, half, f.cone, f.rounding);
-            let next = marching::march_step(
-                b.t.0[i],
-                b.radius.0[i],
-                b.step.0[i],
-                b.trend.0[i],
-                b.t_before.0[i],
-                b.radius_before.0[i],
-                distance * side * f.inverse_slope,
-                enough,
+            step_lane!(
+                f,
+                b,
+                i,
+                values.0[i],
+                f.inverse_slope,
+                |next, _enough, out| {
+                    let out = if next.arrived > 0.0 {
+                        outcome::HIT
+                    } else {
+                        out
+                    };
+                    if next.t > b.leave.0[i] {
+                        outcome::THROUGH
+                    } else {
+                        out
+                    }
+                }
             );
-            let near = marching::nearly_arrived(next.radius, enough) > 0.0;
-            let capped = if near {
-                outcome::NEARLY
-            } else {
-                outcome::STEP_CAP
-            };
-            let out = if steps >= most {
-                capped
-            } else {
-                outcome::UNDER_WAY
-            };
-            let out = if next.arrived > 0.0 {
-                outcome::HIT
-            } else {
-                out
-            };
-            let out = if next.t > b.leave.0[i] {
-                outcome::MISS
-            } else {
-                out
-            };
-            let out = if is_nan(distance) {
-                outcome::NOT_A_NUMBER
-            } else {
-                out
-            };
-            b.t.0[i] = next.t;
-            b.radius.0[i] = next.radius;
-            b.step.0[i] = next.step;
-            b.trend.0[i] = next.trend;
-            b.t_before.0[i] = next.t_before;
-            b.radius_before.0[i] = next.radius_before;
-            b.side.0[i] = side;
-            b.steps.0[i] = steps;
-            b.outcome.0[i] = out;
         }
         for (ended, &out) in ended.iter_mut().zip(&b.outcome.0) {
             *ended = out != outcome::UNDER_WAY;
@@ -146,13 +180,7 @@ impl Walk for March<'_> {
     }
 
     fn end(&mut self, item: u32, b: &MarchLanes, lane: usize) {
-        let status = match b.outcome.0[lane] {
-            outcome::HIT => Status::Hit as u32 | SHOWN,
-            outcome::MISS => Status::Miss as u32,
-            outcome::NEARLY => Status::StepCap as u32 | SHOWN,
-            outcome::NOT_A_NUMBER => Status::NotANumber as u32,
-            _ => Status::StepCap as u32,
-        };
+        let status = outcome::status(b.outcome.0[lane]);
         self.rays[item as usize] = Ray {
             t: b.t.0[lane],
             radius: b.radius.0[lane],

@@ -3,21 +3,24 @@
 //! In a leaf a ray goes from where it enters to where it leaves, on the leaf's own tape and with the
 //! slope that the field has there. Between leaves there is nothing to be met, and no evaluation; a
 //! leaf that lies in the ball that the last value leaves clear is passed without one, too.
-//! A ray that runs along a surface creeps; so after a few steps, and in fields written with
-//! coordinates right away, bounds of the field on what is left of the rays in the leaf say which of
-//! them meet nothing there.
+//! In fields written with coordinates, bounds of the gradient say how fast the field changes along
+//! each ray in the leaf: that is the slope it marches with, and where the field cannot fall to zero
+//! before the ray leaves, the ray is through. A ray that runs along a surface still creeps; so after a
+//! few steps bounds of the field on what is left of the rays in the leaf say which of them meet nothing
+//! there. Where all rays are parallel to an axis that is asked of whole rays first.
 //! Lists are sorted by the nearest that any ray can be in a leaf, which is not the order for each
 //! ray; so a hit counts until a nearer one is found, and leaves behind it are not entered.
 
 use super::lanes::{Lanes, is_nan, lanes};
-use super::march::vector;
+use super::march::{outcome, step_lane, vector};
 use super::meet::Meeting;
 use super::tile::camera_ray;
 use super::{Boxes, Column, Evaluator, LANES, Points, Range};
 use crate::cells::{Cell, Cells, Region};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{Frame, Ray};
-use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, SHOWN, Status};
+use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, Status};
+use sdfc_vm::lanes::CHUNK;
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
 use sdfc_vm::widest;
@@ -46,16 +49,6 @@ lanes! {
     }
 }
 
-/// How a step left a ray.
-mod outcome {
-    pub(super) const UNDER_WAY: f32 = 0.0;
-    pub(super) const HIT: f32 = 1.0;
-    pub(super) const THROUGH: f32 = 2.0;
-    pub(super) const STEP_CAP: f32 = 3.0;
-    pub(super) const NEARLY: f32 = 4.0;
-    pub(super) const NOT_A_NUMBER: f32 = 5.0;
-}
-
 /// The memory of a march.
 #[derive(Default)]
 pub(super) struct Marcher {
@@ -74,6 +67,12 @@ pub(super) struct Marcher {
 
 /// The leaf of a ray that ended in none.
 pub(super) const NO_LEAF: u32 = u32::MAX;
+
+/// Whether all rays are parallel to an axis.
+fn along_an_axis(frame: &Frame) -> bool {
+    let crooked = frame.forward.iter().filter(|d| d.abs() > 1e-6).count();
+    frame.footprint_growth == 0.0 && crooked == 1
+}
 
 /// After so many steps in a leaf, what is left of the rays in it is looked at as a whole; and again
 /// after as many times so many.
@@ -106,13 +105,13 @@ impl Marcher {
             self.packet.side.0[lane] = self.first_side(cells, lane);
         }
         let mut evaluations = 0;
-        if frame.footprint_growth == 0.0 && evaluator.is_raw() {
-            // Walls often run along parallel rays, for all of their way.
+        if evaluator.is_raw() && along_an_axis(frame) {
+            // The box around a ray is the ray itself, and walls often run along all of its way.
             self.packet.enter = self.packet.begin;
             self.packet.exit = self.packet.leave;
             let count = self.go_in(items.len());
             let whole = cells.cell(0);
-            bound_slopes(whole, &mut self.inside);
+            bound_slopes(whole, count, &mut self.inside);
             evaluations += self.look(frame, 0, count, evaluator);
             for place in 0..count {
                 let lane = self.inside.lane.0[place] as usize;
@@ -129,7 +128,7 @@ impl Marcher {
             }
             if met.any {
                 let count = self.go_in(items.len());
-                bound_slopes(cell, &mut self.inside);
+                bound_slopes(cell, count, &mut self.inside);
                 evaluations += self.cross(frame, meeting.cell, count, items, rays, evaluator);
             }
         }
@@ -226,7 +225,7 @@ impl Marcher {
     ) -> u64 {
         let mut evaluations = 0;
         self.arrived = 0;
-        let mut next_look = if evaluator.is_raw() { 0 } else { FEW_STEPS };
+        let mut next_look = FEW_STEPS;
         for steps in 0.. {
             if steps == next_look {
                 next_look = FEW_STEPS.max(next_look * FEW_STEPS);
@@ -236,10 +235,10 @@ impl Marcher {
             if count == 0 {
                 break;
             }
-            place(&self.inside, &mut self.points);
+            place(&self.inside, count, &mut self.points);
             evaluator.distances_in(cell, &self.points, count, &mut self.values);
             evaluations += count as u64;
-            let under_way = advance(frame, &self.values, &mut self.inside);
+            let under_way = advance(frame, &self.values, count, &mut self.inside);
             if under_way.trailing_ones() as usize >= count {
                 continue;
             }
@@ -257,13 +256,13 @@ impl Marcher {
         count: usize,
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        spans(&self.inside, &mut self.boxes);
+        spans(&self.inside, count, &mut self.boxes);
         let known = evaluator.ranges_in(cell, &self.boxes, count, &mut self.range);
         if !known {
             self.inside.outcome = Column([outcome::UNDER_WAY; LANES]);
             return 0;
         }
-        rule_out(frame, &self.range, &mut self.inside);
+        rule_out(frame, &self.range, count, &mut self.inside);
         count as u64
     }
 
@@ -314,7 +313,7 @@ impl Marcher {
             }
             evaluator.distances_in(cell, &self.points, count, &mut self.values);
             evaluations += count as u64;
-            step_roots(frame, &self.values, &mut self.roots);
+            step_roots(frame, &self.values, count, &mut self.roots);
         }
         let b = &self.roots;
         for place in 0..count {
@@ -340,33 +339,30 @@ impl Marcher {
         let radius = b.radius.0[place] * slope;
         self.packet.clear_from.0[lane] = b.t.0[place] - radius;
         self.packet.clear_to.0[lane] = b.t.0[place] + radius;
-        let status = match b.outcome.0[place] {
-            outcome::THROUGH => return,
-            outcome::HIT => {
-                let r = &mut self.roots;
-                let at = self.arrived;
-                self.arrived += 1;
-                r.lane.0[at] = b.lane.0[place];
-                r.origin_x.0[at] = b.origin_x.0[place];
-                r.origin_y.0[at] = b.origin_y.0[place];
-                r.origin_z.0[at] = b.origin_z.0[place];
-                r.direction_x.0[at] = b.direction_x.0[place];
-                r.direction_y.0[at] = b.direction_y.0[place];
-                r.direction_z.0[at] = b.direction_z.0[place];
-                r.low.0[at] = self.packet.enter.0[lane];
-                r.high.0[at] = b.leave.0[place];
-                r.t.0[at] = b.t.0[place];
-                r.field.0[at] = b.radius.0[place];
-                r.t_other.0[at] = b.t_before.0[place];
-                r.field_other.0[at] = b.radius_before.0[place];
-                r.side.0[at] = b.side.0[place];
-                r.slope.0[at] = slope;
-                Status::Hit as u32 | SHOWN
-            }
-            outcome::NEARLY => Status::StepCap as u32 | SHOWN,
-            outcome::NOT_A_NUMBER => Status::NotANumber as u32,
-            _ => Status::StepCap as u32,
-        };
+        let outcome = b.outcome.0[place];
+        if outcome == outcome::THROUGH {
+            return;
+        }
+        if outcome == outcome::HIT {
+            let r = &mut self.roots;
+            let at = self.arrived;
+            self.arrived += 1;
+            r.lane.0[at] = b.lane.0[place];
+            r.origin_x.0[at] = b.origin_x.0[place];
+            r.origin_y.0[at] = b.origin_y.0[place];
+            r.origin_z.0[at] = b.origin_z.0[place];
+            r.direction_x.0[at] = b.direction_x.0[place];
+            r.direction_y.0[at] = b.direction_y.0[place];
+            r.direction_z.0[at] = b.direction_z.0[place];
+            r.low.0[at] = self.packet.enter.0[lane];
+            r.high.0[at] = b.leave.0[place];
+            r.t.0[at] = b.t.0[place];
+            r.field.0[at] = b.radius.0[place];
+            r.t_other.0[at] = b.t_before.0[place];
+            r.field_other.0[at] = b.radius_before.0[place];
+            r.side.0[at] = b.side.0[place];
+            r.slope.0[at] = slope;
+        }
         // Nothing behind it counts any more.
         self.packet.leave.0[lane] = b.t.0[place];
         self.ended_in[lane] = cell;
@@ -377,10 +373,16 @@ impl Marcher {
             trend: b.trend.0[place],
             t_before: b.t_before.0[place],
             radius_before: b.radius_before.0[place] * slope,
-            status,
+            status: outcome::status(outcome),
             steps: 0,
         };
     }
+}
+
+/// The lanes of the chunks that hold so many rays: loops over them become vectors without remainders.
+#[inline(always)]
+fn whole_chunks(count: usize) -> usize {
+    count.div_ceil(CHUNK).min(LANES / CHUNK) * CHUNK
 }
 
 /// Whether a packet's rays cross a leaf.
@@ -467,17 +469,17 @@ fn enter_body(region: &Region, lanes: usize, p: &mut Packet) -> Met {
 widest! {
     /// How fast the field changes along the rays in a leaf, and how fast it falls: where its gradient
     /// is bounded, that is less than its slope.
-    fn bound_slopes(cell: &Cell, inside: &mut Inside) = bound_slopes_body;
+    fn bound_slopes(cell: &Cell, count: usize, inside: &mut Inside) = bound_slopes_body;
 }
 
 #[inline(always)]
-fn bound_slopes_body(cell: &Cell, b: &mut Inside) {
+fn bound_slopes_body(cell: &Cell, count: usize, b: &mut Inside) {
     let Some(gradient) = cell.gradient else {
         b.slope = Column([cell.slope; LANES]);
         b.fall = Column([cell.slope; LANES]);
         return;
     };
-    for i in 0..LANES {
+    for i in 0..whole_chunks(count) {
         let way = [b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]];
         let (mut low, mut high) = (0.0, 0.0);
         for axis in 0..3 {
@@ -522,12 +524,12 @@ fn all_through_body(b: &Inside, p: &mut Packet) -> bool {
 
 widest! {
     /// Where the rays ask the field next.
-    fn place(inside: &Inside, points: &mut Points) = place_body;
+    fn place(inside: &Inside, count: usize, points: &mut Points) = place_body;
 }
 
 #[inline(always)]
-fn place_body(b: &Inside, points: &mut Points) {
-    for i in 0..LANES {
+fn place_body(b: &Inside, count: usize, points: &mut Points) {
+    for i in 0..whole_chunks(count) {
         let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
         let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
         let p = camera::along::<f32>(origin, direction, b.t.0[i] + b.step.0[i]);
@@ -539,12 +541,12 @@ fn place_body(b: &Inside, points: &mut Points) {
 
 widest! {
     /// The boxes around what is left of the rays in the leaf.
-    fn spans(inside: &Inside, boxes: &mut Boxes) = spans_body;
+    fn spans(inside: &Inside, count: usize, boxes: &mut Boxes) = spans_body;
 }
 
 #[inline(always)]
-fn spans_body(b: &Inside, boxes: &mut Boxes) {
-    for i in 0..LANES {
+fn spans_body(b: &Inside, count: usize, boxes: &mut Boxes) {
+    for i in 0..whole_chunks(count) {
         let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
         let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
         // Rounding keeps the order of points along a ray, so these ends hold all between them.
@@ -559,12 +561,12 @@ fn spans_body(b: &Inside, boxes: &mut Boxes) {
 
 widest! {
     /// Lets those rays through that stay farther from the surface than where they would stop.
-    fn rule_out(frame: &Frame, range: &Range, inside: &mut Inside) = rule_out_body;
+    fn rule_out(frame: &Frame, range: &Range, count: usize, inside: &mut Inside) = rule_out_body;
 }
 
 #[inline(always)]
-fn rule_out_body(f: &Frame, [low, high]: &Range, b: &mut Inside) {
-    for i in 0..LANES {
+fn rule_out_body(f: &Frame, [low, high]: &Range, count: usize, b: &mut Inside) {
+    for i in 0..whole_chunks(count) {
         let slope = b.slope.0[i];
         let factor = f.inverse_slope / slope;
         let half = camera::half_pixel(b.leave.0[i], f.footprint, f.footprint_growth);
@@ -587,73 +589,34 @@ fn rule_out_body(f: &Frame, [low, high]: &Range, b: &mut Inside) {
 
 widest! {
     /// Takes a step with each ray; gives those that are still under way, as bits.
-    fn advance(frame: &Frame, values: &Column, inside: &mut Inside) -> u64 = advance_body;
+    fn advance(frame: &Frame, values: &Column, count: usize, inside: &mut Inside) -> u64 =
+        advance_body;
 }
 
 #[inline(always)]
-fn advance_body(f: &Frame, values: &Column, b: &mut Inside) -> u64 {
-    let most = f.steps as f32;
-    for i in 0..LANES {
+fn advance_body(f: &Frame, values: &Column, count: usize, b: &mut Inside) -> u64 {
+    for i in 0..whole_chunks(count) {
         let slope = b.slope.0[i];
         let factor = f.inverse_slope / slope;
-        let distance = values.0[i];
-        let t = b.t.0[i] + b.step.0[i];
-        let steps = b.steps.0[i] + 1.0;
-        let within = (steps == 1.0) & (t == 0.0) & (distance < 0.0);
-        let side = if within { -1.0 } else { b.side.0[i] };
-        let half = camera::half_pixel(t, f.footprint, f.footprint_growth);
-        let enough = marching::threshold(t, half, f.cone, f.rounding);
-        let next = marching::march_step(
-            b.t.0[i],
-            b.radius.0[i],
-            b.step.0[i],
-            b.trend.0[i],
-            b.t_before.0[i],
-            b.radius_before.0[i],
-            distance * side * factor,
-            enough,
-        );
-        let near = marching::nearly_arrived(next.radius, enough) > 0.0;
-        let capped = if near {
-            outcome::NEARLY
-        } else {
-            outcome::STEP_CAP
-        };
-        let out = if steps >= most {
-            capped
-        } else {
-            outcome::UNDER_WAY
-        };
-        // What is left lies in the ball around the last point: there is nothing there.
-        let left = b.leave.0[i] - next.t;
-        // Nor is there where the field does not fall fast enough.
-        let last = next.radius - b.fall.0[i] / slope * left;
-        let never = (last > enough) & (next.step > 0.0);
-        let out = if (next.radius >= left) | (left <= 0.0) | never {
-            outcome::THROUGH
-        } else {
-            out
-        };
-        let out = if next.arrived > 0.0 {
-            outcome::HIT
-        } else {
-            out
-        };
-        let out = if is_nan(distance) {
-            outcome::NOT_A_NUMBER
-        } else {
-            out
-        };
-        b.t.0[i] = next.t;
-        b.radius.0[i] = next.radius;
+        step_lane!(f, b, i, values.0[i], factor, |next, enough, out| {
+            // What is left lies in the ball around the last point: there is nothing there.
+            let left = b.leave.0[i] - next.t;
+            // Nor is there where the field does not fall fast enough.
+            let last = next.radius - b.fall.0[i] / slope * left;
+            let never = (last > enough) & (next.step > 0.0);
+            let out = if (next.radius >= left) | (left <= 0.0) | never {
+                outcome::THROUGH
+            } else {
+                out
+            };
+            if next.arrived > 0.0 {
+                outcome::HIT
+            } else {
+                out
+            }
+        });
         // The tape holds in the leaf, so no step leads out of it.
-        b.step.0[i] = Real::min(next.step, left);
-        b.trend.0[i] = next.trend;
-        b.t_before.0[i] = next.t_before;
-        b.radius_before.0[i] = next.radius_before;
-        b.side.0[i] = side;
-        b.steps.0[i] = steps;
-        b.outcome.0[i] = out;
+        b.step.0[i] = Real::min(b.step.0[i], b.leave.0[i] - b.t.0[i]);
     }
     let mut under_way = 0;
     for (i, &out) in b.outcome.0.iter().enumerate() {
@@ -697,7 +660,7 @@ fn guess(b: &Roots, i: usize) -> f32 {
 #[inline(always)]
 fn place_roots_body(f: &Frame, b: &Roots, count: usize, points: &mut Points) -> bool {
     let mut open = 0;
-    for i in 0..LANES {
+    for i in 0..whole_chunks(count) {
         let rounding = marching::rounding_at(b.t.0[i], f.rounding);
         let settled = marching::settled(b.field.0[i], rounding) > 0.0;
         open |= u32::from(!settled & (i < count));
@@ -713,12 +676,13 @@ fn place_roots_body(f: &Frame, b: &Roots, count: usize, points: &mut Points) -> 
 
 widest! {
     /// Takes the field at the guesses into account.
-    fn step_roots(frame: &Frame, values: &Column, roots: &mut Roots) = step_roots_body;
+    fn step_roots(frame: &Frame, values: &Column, count: usize, roots: &mut Roots) =
+        step_roots_body;
 }
 
 #[inline(always)]
-fn step_roots_body(f: &Frame, values: &Column, b: &mut Roots) {
-    for i in 0..LANES {
+fn step_roots_body(f: &Frame, values: &Column, count: usize, b: &mut Roots) {
+    for i in 0..whole_chunks(count) {
         let factor = f.inverse_slope / b.slope.0[i];
         let field = values.0[i] * b.side.0[i] * factor;
         let best = marching::secant_step(b.t.0[i], b.field.0[i], guess(b, i), field);
