@@ -68,7 +68,8 @@ pub(crate) struct Look {
     #[arg(long, value_name = "FACTOR")]
     exposure: Option<f64>,
     /// Whether the engines cpu and interp cut space into cells, each with what of the program matters
-    /// there; the picture is the same.
+    /// there; the picture is the same. With gpu, interp cuts them on the device where all slopes are
+    /// known, which auto and always do on graphics cards only; with cpu, on the processor.
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = one_of(CELLS))]
     cells: CellUse,
 }
@@ -98,6 +99,8 @@ const CELLS: &[(&str, CellUse)] = &[
     ("auto", CellUse::Auto),
     ("never", CellUse::Never),
     ("always", CellUse::Always),
+    ("cpu", CellUse::Processor),
+    ("gpu", CellUse::Device),
 ];
 
 const TONEMAPS: &[(&str, Tonemap)] = &[
@@ -203,8 +206,13 @@ fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
 
 /// What was drawn, by what, how fast.
 fn summary(to: &Path, frame: &Frame, engine: &dyn Engine, took: Duration) -> String {
+    let short = match frame.stats.cells.short {
+        0 => String::new(),
+        1 => ", 1 cell kept its parent's program: out of memory".to_owned(),
+        short => format!(", {short} cells kept their parent's program: out of memory"),
+    };
     format!(
-        "{}: {}x{}, {} on {}, {} ms\n",
+        "{}: {}x{}, {} on {}, {} ms{short}\n",
         to.display(),
         frame.width,
         frame.height,

@@ -6,7 +6,9 @@ use crate::cpu::figure::{self, Plane};
 use crate::cpu::{
     self, Asked, Boxes, Column, Evaluator, Field, Geometry, LANES, Points, Range, SurfaceBlock,
 };
-use crate::frame::{CellUse, FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare};
+use crate::frame::{
+    CellStats, CellUse, FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare,
+};
 use crate::settings::{facts, unpainted};
 use rayon::prelude::*;
 use sdfc_vm::dual::Dual;
@@ -106,7 +108,9 @@ impl Engine for CpuEngine {
     ) -> Result<Frame, EngineError> {
         let scene = self.scene()?;
         let picture = prepare(settings, &scene.facts);
-        Ok(cpu::render(scene, &picture, progress))
+        let mut frame = cpu::render(scene, &picture, progress);
+        frame.stats.cells = scene.cells_made(&picture);
+        Ok(frame)
     }
 
     fn figure(
@@ -196,7 +200,7 @@ impl Field for Scene {
         let wanted = match picture.cells {
             CellUse::Never => false,
             CellUse::Auto => self.tape.clauses.len() >= LONG,
-            CellUse::Always => true,
+            CellUse::Always | CellUse::Processor | CellUse::Device => true,
         };
         wanted.then(|| figure::sample(&self.distance, &self.tape, plane, band))
     }
@@ -217,6 +221,17 @@ impl Field for Scene {
 const MANY_CLAUSES: usize = 256;
 
 impl Scene {
+    /// What came of cutting space for the picture that was drawn last.
+    fn cells_made(&self, picture: &Picture) -> CellStats {
+        if picture.shows_plane() || !cut::wanted(picture, &self.distance, &self.tape) {
+            return CellStats::default();
+        }
+        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let surfaces = self.surface_cells.get();
+        let all = last.iter().map(|last| &last.cells).chain(surfaces);
+        all.fold(CellStats::default(), |sum, cells| sum.and(cells.counts()))
+    }
+
     /// Makes the cells of the program of surfaces, once for a scene.
     fn cut_surfaces(&self, picture: &Picture, region: Region) {
         let Some((program, tape)) = &self.surface else {
