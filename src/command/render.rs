@@ -206,11 +206,7 @@ fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
 
 /// What was drawn, by what, how fast.
 fn summary(to: &Path, frame: &Frame, engine: &dyn Engine, took: Duration) -> String {
-    let short = match frame.stats.cells.short {
-        0 => String::new(),
-        1 => ", 1 cell kept its parent's program: out of memory".to_owned(),
-        short => format!(", {short} cells kept their parent's program: out of memory"),
-    };
+    let short = out_of_memory(frame.stats.cells.short);
     format!(
         "{}: {}x{}, {} on {}, {} ms{short}\n",
         to.display(),
@@ -220,6 +216,15 @@ fn summary(to: &Path, frame: &Frame, engine: &dyn Engine, took: Duration) -> Str
         engine.device(),
         took.as_millis()
     )
+}
+
+/// That so many cells found no room for a program of their own, if any.
+fn out_of_memory(cells: u64) -> String {
+    match cells {
+        0 => String::new(),
+        1 => ", 1 cell kept its parent's program: out of memory".to_owned(),
+        cells => format!(", {cells} cells kept their parent's program: out of memory"),
+    }
 }
 
 /// Rays of which the picture does not show the truth.
@@ -246,4 +251,22 @@ fn troubles(stats: &Stats, steps: u32) -> Vec<String> {
         ));
     }
     troubles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::out_of_memory;
+
+    #[test]
+    fn the_summary_says_when_cells_ran_out_of_memory() {
+        assert_eq!(out_of_memory(0), "");
+        assert_eq!(
+            out_of_memory(1),
+            ", 1 cell kept its parent's program: out of memory"
+        );
+        assert_eq!(
+            out_of_memory(607),
+            ", 607 cells kept their parent's program: out of memory"
+        );
+    }
 }

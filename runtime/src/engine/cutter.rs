@@ -22,8 +22,8 @@ use sdfc_vm::program::Needs;
 
 /// Room for so many cells that are cut: a node and a place in the list for each. 8 MiB and 1 MiB.
 const NODES: u64 = 1 << 15;
-/// Room for so many clauses: 32 MiB.
-const CLAUSES: u64 = 1 << 22;
+/// Room for so many clauses: 64 MiB.
+const CLAUSES: u64 = 1 << 23;
 /// Room for so many words of choices: 24 MiB.
 const CHOICES: u64 = 6 << 20;
 /// The cells of a dispatch have so many clauses together: walked through three times by 64
