@@ -7,7 +7,7 @@ use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::Sources;
 use sdfc_runtime::engine::{Engine, EngineKind, Loaded, on};
-use sdfc_runtime::frame::{CellStats, CellUse, Frame, Mode};
+use sdfc_runtime::frame::{CellUse, Frame, Mode};
 use sdfc_runtime::gpu::{Gpu, Limits, Preference};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;

@@ -142,9 +142,11 @@ impl Test {
             support: support(kernel, width, coefficient),
             signs: [sign, sign * negate].map(|sign| 1.0_f32.copysign(sign)),
         };
-        let known = test.slopes.iter().chain([&test.support]);
+        let [first, second] = test.slopes;
+        let known = [first, second, test.support];
         known
-            .fold(true, |known, number| known && number.is_finite())
+            .iter()
+            .all(|number| number.is_finite())
             .then_some(test)
     }
 }
