@@ -22,15 +22,17 @@ use sdfc_vm::program::Needs;
 
 /// Room for so many cells that are cut: a node and a place in the list for each. 8 MiB and 1 MiB.
 const NODES: u64 = 1 << 15;
-/// Room for so many clauses: 64 MiB.
-const CLAUSES: u64 = 1 << 23;
+/// Room for so many clauses for each of the program, and the least and the most room: 32 to 128 MiB.
+/// A thousand blended boxes at 640×360 took 3,400 for each.
+const CLAUSES_FOR_EACH: u64 = 1 << 15;
+const CLAUSES: [u64; 2] = [1 << 22, 1 << 24];
 /// Room for so many words of choices: 24 MiB.
 const CHOICES: u64 = 6 << 20;
 /// The cells of a dispatch have so many clauses together: walked through three times by 64
 /// invocations each, some milliseconds on a small graphics card.
 const BUDGET: u64 = 1 << 20;
 /// So many dispatches there are, most of which find nothing left to do.
-const DISPATCHES: usize = 24;
+const DISPATCHES: usize = 48;
 /// Kernels kept.
 const MOST_KERNELS: usize = 16;
 
@@ -101,10 +103,13 @@ fn room(device: &DeviceInfo) -> u64 {
     device.limits.storage_binding.min(device.limits.buffer)
 }
 
-/// How large the buffers of nodes and tapes are to be, of which so many bytes are filled.
-pub(super) fn sizes(device: &DeviceInfo, nodes: u64, tapes: u64) -> [u64; 2] {
-    let most = room(device);
-    [nodes + 256 * NODES, tapes + 8 * CLAUSES].map(|size| size.min(most))
+/// How large the buffers of nodes and tapes are to be, of which so many bytes are filled, for programs
+/// of so many clauses.
+pub(super) fn sizes(device: &DeviceInfo, filled: [u64; 2], program: usize) -> [u64; 2] {
+    let [least, most] = CLAUSES;
+    let clauses = (program as u64 * CLAUSES_FOR_EACH).clamp(least, most);
+    let [nodes, tapes] = filled;
+    [nodes + 256 * NODES, tapes + 8 * clauses].map(|size| size.min(room(device)))
 }
 
 impl Cutter {

@@ -413,7 +413,7 @@ impl Interpreter {
         nodes.resize(nodes.len().max(1), 0);
         let mut room = [4 * nodes.len(), 8 * packed.tapes.len()].map(|size| size as u64);
         if !parts.is_empty() {
-            room = cutter::sizes(gpu.info(), room[0], room[1]);
+            room = cutter::sizes(gpu.info(), room, facts.len());
         }
         let sizes = [
             (storage(NODES_SLOT), room[0]),

@@ -53,9 +53,9 @@ pub const WORK_WORDS: usize = 4;
 pub const STALE: [u32; 2] = [3, 1];
 
 /// The most clauses of a tape that invocations walk through. Three walks through it are fewer rounds
-/// than software devices allow, and as many atomic additions of its length as there may be
-/// invocations at once stay below 2³².
-pub const LONGEST: usize = 8192;
+/// than software devices allow (65,535), and 2¹⁸ invocations at once that ask for room for as many
+/// clauses count no farther than to 2³².
+pub const LONGEST: usize = 15_000;
 
 /// The most registers for values that are named anew.
 const MOST_VALUES: usize = 128;
