@@ -7,7 +7,7 @@ use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::Sources;
 use sdfc_runtime::engine::{Engine, EngineKind, Loaded, on};
-use sdfc_runtime::frame::{CellUse, Frame, Mode};
+use sdfc_runtime::frame::{CellStats, CellUse, Frame, Mode};
 use sdfc_runtime::gpu::{Gpu, Limits, Preference};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
@@ -125,8 +125,24 @@ fn boxes(count: usize) -> (Module, Vec<f64>) {
         );
     }
     text.push_str("], smooth: 0.05) & box([8, 8, 8])\n");
+    module(text)
+}
+
+/// A figure of so many circles.
+fn circles(count: usize) -> (Module, Vec<f64>) {
+    let mut text = String::from("union([\n");
+    for n in 0..count {
+        let at = |step: usize| ((n * step) % 997) as f64 / 997.0 * 6.0 - 3.0;
+        let _ = writeln!(text, "circle(0.2).translate({}, {}),", at(389), at(577));
+    }
+    text.push_str("], smooth: 0.05)\n");
+    module(text)
+}
+
+/// What a text is compiled to, and the results of its uniform program.
+fn module(text: String) -> (Module, Vec<f64>) {
     let mut sources = Sources::new();
-    let file = sources.add("boxes".to_owned(), text);
+    let file = sources.add("scene".to_owned(), text);
     let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
     let scene = scene.unwrap_or_else(|| panic!("{found:?}"));
     let (compiled, found) = compile(scene, &compile::Options::default());
@@ -143,6 +159,12 @@ fn wide(cells: CellUse) -> Overrides {
     }
 }
 
+/// Whether there are as many cells and clauses, to a tenth.
+fn alike(a: CellStats, b: CellStats) -> bool {
+    let near = |a: u64, b: u64| a * 10 <= b * 11 && b * 10 <= a * 11;
+    near(a.made, b.made) && near(a.clauses, b.clauses) && a.short == b.short
+}
+
 #[test]
 fn the_device_makes_as_many_cells_as_the_processor() {
     let (module, outputs) = on_large_stack(|| boxes(300));
@@ -155,13 +177,40 @@ fn the_device_makes_as_many_cells_as_the_processor() {
         frame.stats.cells
     };
     let [processor, device] = [CellUse::Processor, CellUse::Device].map(&mut draw);
-    let near = |a: u64, b: u64| a * 10 <= b * 11 && b * 10 <= a * 11;
     assert!(processor.made > 1000, "{processor:?}");
     assert!(
-        near(processor.made, device.made) && near(processor.clauses, device.clauses),
+        alike(processor, device),
         "{processor:?} by the processor, {device:?} by the device"
     );
-    assert_eq!([processor.short, device.short], [0; 2]);
+}
+
+#[test]
+fn squares_of_figures_are_cut_too() {
+    let Some(mut engine) = interp(|limits| limits) else {
+        return;
+    };
+    let (module, outputs) = on_large_stack(|| circles(100));
+    assert!(module.settings.plane);
+    engine.load(&loaded(&module, &outputs)).expect("it loads");
+    for mode in [Mode::Shaded, Mode::Mask, Mode::Distance] {
+        let mut draw = |cells| {
+            let overrides = Overrides {
+                size: Some([320, 240]),
+                mode,
+                ..small(cells)
+            };
+            drawn(&mut *engine, &module, &outputs, &overrides).expect("it is drawn")
+        };
+        let uses = [CellUse::Never, CellUse::Processor, CellUse::Device];
+        let [without, processor, device] = uses.map(&mut draw);
+        assert_eq!(differing(&without, &device), [0; 5], "{mode:?}");
+        let [processor, device] = [processor, device].map(|frame| frame.stats.cells);
+        assert!(processor.made > 1000, "{mode:?}: {processor:?}");
+        assert!(
+            alike(processor, device),
+            "{mode:?}: {processor:?}, {device:?}"
+        );
+    }
 }
 
 #[test]
