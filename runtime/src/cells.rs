@@ -20,6 +20,7 @@ pub use build::{Cut, Refine, build};
 pub use lazy::{BLOCKS, Key, Lazy};
 pub use pack::{Packed, registers};
 
+use crate::frame::CellStats;
 use sdfc_vm::lanes::Column;
 use sdfc_vm::tape::Clause;
 use std::sync::Arc;
@@ -155,6 +156,8 @@ pub struct Cell {
     stale: u32,
     /// Whether it is not cut further.
     leaf: bool,
+    /// Whether that is left to somebody else ([`Refine::leaves`]).
+    left: bool,
 }
 
 /// The children of a cell.
@@ -190,8 +193,8 @@ pub struct Cells {
     /// How many cells were made last, and how many when all were.
     made: usize,
     first: usize,
-    /// Whether some were not cut for want of memory.
-    short: bool,
+    /// How many were not cut for want of memory.
+    short: usize,
 }
 
 impl Cells {
@@ -207,10 +210,18 @@ impl Cells {
     pub fn made(&self) -> usize {
         self.made
     }
-    /// Whether some cells were not cut for want of memory, so that their tapes are longer than they
-    /// might be.
-    pub fn short(&self) -> bool {
+    /// How many cells were not cut for want of memory, so that they kept the tapes that they had.
+    pub fn short(&self) -> usize {
         self.short
+    }
+    /// How many cells there are, and how many clauses their tapes have that they do not share with
+    /// the cell around them.
+    pub fn counts(&self) -> CellStats {
+        CellStats {
+            made: self.cells.len() as u64,
+            clauses: self.arenas.iter().map(|arena| arena.len() as u64).sum(),
+            short: self.short as u64,
+        }
     }
     /// The tape of a cell.
     pub fn tape(&self, cell: u32) -> &[Clause] {

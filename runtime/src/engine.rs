@@ -8,6 +8,7 @@
 mod auto;
 mod cpu;
 mod cut;
+mod cutter;
 mod driver;
 mod interp;
 mod kernels;

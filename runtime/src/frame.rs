@@ -149,6 +149,11 @@ pub enum CellUse {
     Never,
     /// Always.
     Always,
+    /// Always, and on the processor, also where a device draws.
+    Processor,
+    /// Always, and on the device that draws where it can ([`crate::engine`]). By themselves devices
+    /// that are the processor leave it to the faster code there.
+    Device,
 }
 
 impl RenderSettings {
@@ -242,6 +247,31 @@ pub struct Stats {
     pub nans: u64,
     /// Evaluations of the field, gradients included.
     pub evaluations: u64,
+    /// The cells that were cut for the picture.
+    pub cells: CellStats,
+}
+
+/// What came of cutting space into cells ([`crate::cells`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CellStats {
+    /// How many there are.
+    pub made: u64,
+    /// How many clauses their programs have, shared ones counted once.
+    pub clauses: u64,
+    /// How many kept the program of the cell around them, or were not cut further, because memory
+    /// ran out.
+    pub short: u64,
+}
+
+impl CellStats {
+    /// Those of two programs.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            made: self.made + other.made,
+            clauses: self.clauses + other.clauses,
+            short: self.short + other.short,
+        }
+    }
 }
 
 impl Frame {

@@ -89,13 +89,23 @@ impl Gpu {
     /// Opens the first adapter that `preference` allows and that gives a device, in the order of
     /// [`devices`].
     pub fn open(preference: Preference) -> Result<Self, GpuError> {
+        Self::open_within(preference, |limits| limits)
+    }
+
+    /// The same, as a device with lower limits: `limited` gets those of the adapter and gives those
+    /// that are kept, of which none may be higher. This is how a test rehearses a small device.
+    pub fn open_within(
+        preference: Preference,
+        limited: impl Fn(Limits) -> Limits,
+    ) -> Result<Self, GpuError> {
         let adapters = device::adapters();
         let software = adapters.first().map(|(info, _)| info.name.clone());
         let mut refused = match (preference, software) {
             (_, None) => GpuError::NoAdapter,
             (_, Some(name)) => GpuError::OnlySoftware { name },
         };
-        for (info, adapter) in adapters {
+        for (mut info, adapter) in adapters {
+            info.limits = limited(info.limits);
             let wanted = match preference {
                 Preference::Any => true,
                 Preference::Hardware => info.kind != DeviceKind::Software,
@@ -114,7 +124,7 @@ impl Gpu {
     fn request(info: DeviceInfo, adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("sdfc"),
-            required_limits: adapter.limits(),
+            required_limits: info.limits.lowering(adapter.limits()),
             ..Default::default()
         };
         let (device, queue) =

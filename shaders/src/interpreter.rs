@@ -6,6 +6,7 @@
 //! results are stored behind it, since software devices run every `case`; for the same reason the
 //! stack's bookkeeping is free of branches. The word layout is drawn in [`sdfc_vm::program`].
 
+pub mod cut;
 mod operation;
 pub mod tape;
 

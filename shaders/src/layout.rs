@@ -149,6 +149,78 @@ shared! {
 }
 
 shared! {
+    /// How cells are cut on a device: see [`crate::interpreter::cut`].
+    Cut {
+        /// The lower corner of the box that is cut.
+        low: vec3f,
+        /// How many levels of cells there are at most.
+        levels: u32,
+        /// The sides of that box.
+        size: vec3f,
+        /// How many bits of a place say which child of a cell it is, along each axis.
+        digit: u32,
+        /// Where rays start.
+        eye: vec3f,
+        /// One over the field's slope bound.
+        inverse_slope: f32,
+        /// A pixel's height at the start of its ray.
+        footprint: f32,
+        /// How much that grows per unit of the way.
+        growth: f32,
+        /// A cell's side in pixels, at most.
+        leaf: f32,
+        /// Where the field is this far from zero or farther, nothing but its sign is kept.
+        band: f32,
+        /// The slope of the whole program.
+        slope: f32,
+        /// What rounding puts into the place of a cell.
+        rounding: f32,
+        /// Tapes of so many clauses or fewer are not cut further.
+        few: u32,
+        /// How many clauses the whole tape has.
+        whole: u32,
+        /// The word of a child outside of the band.
+        empty: u32,
+        /// The word of one inside.
+        full: u32,
+        /// For how many nodes there is room.
+        nodes: u32,
+        /// For how many clauses and lengths of tapes there is.
+        tapes: u32,
+        /// For how many words of choices there is.
+        choices: u32,
+        /// For how many cells to be cut there is.
+        queue: u32,
+        /// How many clauses the cells of a dispatch have together, more or less.
+        budget: u32,
+        /// The most workgroups along an axis.
+        per_axis: u32,
+    }
+}
+
+shared! {
+    /// A cell that is to be cut on a device.
+    Job {
+        /// Which entry of the nodes is its.
+        entry: u32,
+        /// Where its tape begins.
+        tape: u32,
+        /// How many clauses that has.
+        length: u32,
+        /// How often space was cut for it.
+        level: u32,
+        /// Its place among the cells of its level along x.
+        x: u32,
+        /// Along y.
+        y: u32,
+        /// Along z.
+        z: u32,
+        /// How many levels in a row left next to nothing of their parents' tapes out.
+        stale: u32,
+    }
+}
+
+shared! {
     /// A light: an element of binding 1, a uniform array.
     Light {
         /// The direction towards a light far away, of length one; the place of a near one.

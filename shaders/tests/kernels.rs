@@ -4,7 +4,11 @@
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use sdfc_shaders::assemble::{Kernel, SceneFunction, SceneSource, Stage, kernel, stages};
 use sdfc_shaders::features::{Features, Mode, Normals, Occlusion, Shadow};
-use sdfc_shaders::layout::{Frame, Light, Ray, ShadowRay, Surface};
+use sdfc_shaders::interpreter::tape::Registers;
+use sdfc_shaders::interpreter::{Memory, cut};
+use sdfc_shaders::layout::{Cut, Frame, Job, Light, Ray, ShadowRay, Surface};
+use sdfc_vm::kernel::Kernel as Blend;
+use sdfc_vm::program::{Code, Needs};
 use std::collections::BTreeSet;
 
 const SCENE: &str = "
@@ -36,16 +40,15 @@ fn trivial(stage: Stage, features: &Features) -> Kernel {
 }
 
 fn validated(kernel: &Kernel) -> naga::Module {
-    let module = naga::front::wgsl::parse_str(&kernel.text).unwrap_or_else(|error| {
-        panic!(
-            "{}\n{}",
-            error.emit_to_string_with_path(&kernel.text, kernel.label),
-            kernel.text
-        )
-    });
+    validated_text(kernel.label, &kernel.text)
+}
+
+fn validated_text(label: &str, text: &str) -> naga::Module {
+    let module = naga::front::wgsl::parse_str(text)
+        .unwrap_or_else(|error| panic!("{}\n{text}", error.emit_to_string_with_path(text, label)));
     Validator::new(ValidationFlags::all(), Capabilities::empty())
         .validate(&module)
-        .unwrap_or_else(|error| panic!("{}", error.emit_to_string(&kernel.text)));
+        .unwrap_or_else(|error| panic!("{}", error.emit_to_string(text)));
     module
 }
 
@@ -183,6 +186,83 @@ fn layouts_are_those_of_rust() {
         }
     }
     assert_eq!(seen.len(), 5, "{seen:?}");
+}
+
+/// What programs may need, from next to nothing to everything.
+fn needs() -> [Needs; 3] {
+    let mut codes: Vec<Code> = (0..=u8::MAX).filter_map(Code::from_number).collect();
+    codes.sort_by_key(|code| code.number());
+    let all = Needs {
+        codes,
+        kernels: Blend::ALL.to_vec(),
+        moved: true,
+        mapped: true,
+        constant_operands: true,
+        ..Needs::default()
+    };
+    let sphere = Code::from_name("sphere").expect("there is a sphere");
+    let least = Needs {
+        codes: vec![sphere],
+        ..Needs::default()
+    };
+    let blended = Needs {
+        kernels: vec![Blend::Quadratic],
+        ..least.clone()
+    };
+    [least, blended, all]
+}
+
+#[test]
+fn kernels_that_cut_cells_validate() {
+    let storage = |module: &naga::Module| {
+        let variables = module.global_variables.iter();
+        let is_storage = |space| matches!(space, naga::AddressSpace::Storage { .. });
+        variables.filter(|(_, v)| is_storage(v.space)).count()
+    };
+    let memories = [
+        Memory::Uniform {
+            code: 64,
+            pool: 256,
+        },
+        Memory::Storage,
+    ];
+    let few = Registers {
+        values: 4,
+        points: 2,
+    };
+    let many = Registers {
+        values: 128,
+        points: 32,
+    };
+    for needs in needs() {
+        for memory in memories {
+            for registers in [few, many] {
+                let text = cut::kernel(&needs, registers, memory);
+                let module = validated_text("cut", &text);
+                assert!(storage(&module) <= cut::STORAGE_BUFFERS as usize);
+                assert_eq!(module.entry_points[0].workgroup_size, [64, 1, 1]);
+                check_layout(&module, "Cut", size_of::<Cut>(), Cut::OFFSETS);
+                check_layout(&module, "Job", size_of::<Job>(), Job::OFFSETS);
+            }
+        }
+    }
+    assert_eq!(storage(&validated_text("cut_plan", &cut::plan())), 3);
+}
+
+/// Compares a struct of a kernel with that of Rust.
+fn check_layout(module: &naga::Module, name: &str, size: usize, offsets: &[(&str, usize)]) {
+    let found = module.types.iter().find_map(|(_, ty)| match &ty.inner {
+        naga::TypeInner::Struct { members, span } if ty.name.as_deref() == Some(name) => {
+            Some((members, *span))
+        }
+        _ => None,
+    });
+    let (members, span) = found.unwrap_or_else(|| panic!("there is no {name}"));
+    let in_wgsl: Vec<(&str, usize)> = members
+        .iter()
+        .map(|member| (member.name.as_deref().unwrap_or(""), member.offset as usize))
+        .collect();
+    assert_eq!((span as usize, &*in_wgsl), (size, offsets), "{name}");
 }
 
 /// The names of a kernel's functions, those of the scene left out.

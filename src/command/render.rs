@@ -68,7 +68,8 @@ pub(crate) struct Look {
     #[arg(long, value_name = "FACTOR")]
     exposure: Option<f64>,
     /// Whether the engines cpu and interp cut space into cells, each with what of the program matters
-    /// there; the picture is the same.
+    /// there; the picture is the same. With gpu, interp cuts them on the device where all slopes are
+    /// known, which auto and always do on graphics cards only; with cpu, on the processor.
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = one_of(CELLS))]
     cells: CellUse,
 }
@@ -98,6 +99,8 @@ const CELLS: &[(&str, CellUse)] = &[
     ("auto", CellUse::Auto),
     ("never", CellUse::Never),
     ("always", CellUse::Always),
+    ("cpu", CellUse::Processor),
+    ("gpu", CellUse::Device),
 ];
 
 const TONEMAPS: &[(&str, Tonemap)] = &[
@@ -203,8 +206,9 @@ fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
 
 /// What was drawn, by what, how fast.
 fn summary(to: &Path, frame: &Frame, engine: &dyn Engine, took: Duration) -> String {
+    let short = out_of_memory(frame.stats.cells.short);
     format!(
-        "{}: {}x{}, {} on {}, {} ms\n",
+        "{}: {}x{}, {} on {}, {} ms{short}\n",
         to.display(),
         frame.width,
         frame.height,
@@ -212,6 +216,15 @@ fn summary(to: &Path, frame: &Frame, engine: &dyn Engine, took: Duration) -> Str
         engine.device(),
         took.as_millis()
     )
+}
+
+/// That so many cells found no room for a program of their own, if any.
+fn out_of_memory(cells: u64) -> String {
+    match cells {
+        0 => String::new(),
+        1 => ", 1 cell kept its parent's program: out of memory".to_owned(),
+        cells => format!(", {cells} cells kept their parent's program: out of memory"),
+    }
 }
 
 /// Rays of which the picture does not show the truth.
@@ -238,4 +251,22 @@ fn troubles(stats: &Stats, steps: u32) -> Vec<String> {
         ));
     }
     troubles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::out_of_memory;
+
+    #[test]
+    fn the_summary_says_when_cells_ran_out_of_memory() {
+        assert_eq!(out_of_memory(0), "");
+        assert_eq!(
+            out_of_memory(1),
+            ", 1 cell kept its parent's program: out of memory"
+        );
+        assert_eq!(
+            out_of_memory(607),
+            ", 607 cells kept their parent's program: out of memory"
+        );
+    }
 }

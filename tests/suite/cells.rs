@@ -259,7 +259,7 @@ fn moving_one_primitive_makes_only_the_cells_that_it_touches() {
         refine: &Down(0.2),
     };
     let before = Arc::new(build(&old, &old_tape, &cut));
-    assert!(!before.short());
+    assert_eq!(before.short(), 0);
     let after = again(&before, (&old, &old_tape), (&new, &new_tape), &cut)
         .expect("the edit changes only constants");
     let anew = build(&new, &new_tape, &cut);

@@ -4,5 +4,6 @@ mod agreement;
 mod cells;
 mod cli;
 mod corpus;
+mod gpu_cells;
 mod passes;
 mod stages;

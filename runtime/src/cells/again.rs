@@ -25,7 +25,7 @@ pub fn again(
     let same_cut = *before.region() == cut.region
         && before.split == cut.split
         && before.band.to_bits() == cut.band.to_bits();
-    let large = before.short || before.cells.len() > GROWTH * before.first;
+    let large = before.short > 0 || before.cells.len() > GROWTH * before.first;
     if !same_cut || large || old.1 != new.1 {
         return None;
     }
@@ -42,7 +42,7 @@ pub fn again(
     };
     let node = cells.nodes.len() as u32;
     deepen(&mut cells, vec![whole], new.0, new.1, cut, &changed);
-    if cells.short {
+    if cells.short > 0 {
         return None;
     }
     cells.root = node;

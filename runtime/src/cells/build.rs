@@ -2,6 +2,7 @@
 
 use super::{CELL, CHILDREN, Cell, Cells, EMPTY, FULL, Kept, NODE, Node, Region, Split};
 use crate::crew::share;
+use sdfc_shaders::interpreter::cut::STALE;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::FloatInterval;
 use sdfc_vm::lanes::{Column, LANES};
@@ -18,15 +19,16 @@ const MOST: usize = 400_000;
 /// The most clauses of all tapes together.
 const MOST_CLAUSES: usize = 3_000_000;
 
-/// After so many levels in a row that left next to nothing out of their tapes, the next ones will not
-/// either: of tapes that are still most of the program, and of others.
-const STALE: [u32; 2] = [3, 1];
-
 /// Decides which cells are cut further.
 pub trait Refine: Sync {
     /// Whether this one is, with a tape of so many clauses; in all of it the field is `away` from
     /// zero or farther.
     fn cut(&self, region: &Region, clauses: usize, away: f32) -> bool;
+
+    /// Whether cutting it further is left to somebody else, with a tape of so many clauses.
+    fn leaves(&self, _clauses: usize) -> bool {
+        false
+    }
 }
 
 /// What is cut, and how far.
@@ -52,7 +54,7 @@ pub fn build(program: &Program, tape: &Tape, cut: &Cut<'_>) -> Cells {
         made: 0,
         first: 0,
         root: 0,
-        short: false,
+        short: 0,
         cells: vec![Cell {
             region,
             slope: 1.0,
@@ -64,6 +66,7 @@ pub fn build(program: &Program, tape: &Tape, cut: &Cut<'_>) -> Cells {
             },
             stale: 0,
             leaf: true,
+            left: false,
         }],
         nodes: Vec::new(),
         arenas: vec![Arc::new(tape.clauses.clone())],
@@ -100,7 +103,7 @@ pub(super) fn deepen(
         }
         let clauses: usize = cells.arenas.iter().map(|arena| arena.len()).sum();
         if cells.cells.len() > MOST || clauses > MOST_CLAUSES {
-            cells.short = true;
+            cells.short = parents.len();
             for parent in &parents {
                 cells.forget(parent.before);
             }
@@ -273,7 +276,8 @@ impl<'a> Worker<'a> {
                 0
             };
             let most = STALE[usize::from(len * 2 <= whole)];
-            let again = stale < most && cut.refine.cut(&child, len, low.max(-high).max(0.0));
+            let wanted = stale < most && cut.refine.cut(&child, len, low.max(-high).max(0.0));
+            let left = wanted && cut.refine.leaves(len);
             *entry = CELL + part.cells.len() as u32;
             let cell = Cell {
                 region: child,
@@ -282,8 +286,9 @@ impl<'a> Worker<'a> {
                 tape: kept,
                 stale,
                 leaf: true,
+                left,
             };
-            part.cells.push((cell, again));
+            part.cells.push((cell, wanted && !left));
         }
         if slopes && part.cells[first..].iter().any(|&(_, cut)| !cut) {
             let bounds = self.slopes(tape, &seed);

@@ -1,8 +1,9 @@
 //! Cells as words, as the interpreter on a GPU reads them: see [`sdfc_shaders::interpreter::tape`].
 
-use super::{CELL, Cells, EMPTY, FULL, NODE, Region, Split};
+use super::{CELL, CHILDREN, Cells, Cut, EMPTY, FULL, NODE, Split};
+use crate::frame::CellStats;
 use sdfc_shaders::interpreter::tape::{Registers, clause_words, constant, node};
-use sdfc_shaders::layout::Grid;
+use sdfc_shaders::layout::{Grid, Job};
 use sdfc_vm::tape::{Clause, Tape};
 use std::collections::HashMap;
 
@@ -17,11 +18,14 @@ pub struct Packed {
     pub tapes: Vec<[u32; 2]>,
     /// How many registers they take.
     pub registers: Registers,
+    /// How many cells there are.
+    pub counts: CellStats,
 }
 
 impl Packed {
-    /// Nothing yet, in this box, of tapes that take no more registers than these.
-    pub fn new(region: &Region, split: Split, registers: Registers) -> Self {
+    /// Nothing yet of what is cut like this, with tapes that take no more registers than these.
+    pub fn new(cut: &Cut<'_>, registers: Registers) -> Self {
+        let (region, split) = (&cut.region, cut.split);
         let scale = |axis: usize| {
             let side = region.high[axis] - region.low[axis];
             (1_u32 << split.bits()) as f32 / side.max(f32::MIN_POSITIVE)
@@ -41,21 +45,24 @@ impl Packed {
             nodes: Vec::new(),
             tapes: Vec::new(),
             registers,
+            counts: CellStats::default(),
         }
     }
 
-    /// Adds the cells of the distance.
-    pub fn add_distance(&mut self, tape: &Tape, cells: &Cells) {
-        let [root, whole] = self.add(tape, cells, 0, true);
+    /// Adds the cells of the distance; gives those whose cutting was left to somebody else.
+    pub fn add_distance(&mut self, tape: &Tape, cells: &Cells) -> Vec<Job> {
+        let ([root, whole], left) = self.add(tape, cells, 0, true);
         self.grid.distance = root;
         self.grid.distance_whole = whole;
+        left
     }
 
-    /// Adds the cells of surfaces, whose program's instructions begin at `base`.
-    pub fn add_surface(&mut self, tape: &Tape, cells: &Cells, base: u32) {
-        let [root, whole] = self.add(tape, cells, base, false);
+    /// The same for surfaces, whose program's instructions begin at `base`.
+    pub fn add_surface(&mut self, tape: &Tape, cells: &Cells, base: u32) -> Vec<Job> {
+        let ([root, whole], left) = self.add(tape, cells, base, false);
         self.grid.surface = root;
         self.grid.surface_whole = whole;
+        left
     }
 
     /// How many bytes the larger of the two lists takes.
@@ -63,22 +70,54 @@ impl Packed {
         size_of_val(&*self.nodes).max(size_of_val(&*self.tapes))
     }
 
-    /// Adds cells; gives the words of the first one and of the whole tape. Where cells keep nothing
-    /// but a sign, that is given as a `constant` distance, or the whole tape is.
-    fn add(&mut self, tape: &Tape, cells: &Cells, base: u32, constants: bool) -> [u32; 2] {
+    /// Adds cells; gives the words of the first one and of the whole tape, and the cells that are
+    /// left. Where cells keep nothing but a sign, that is given as a `constant` distance, or the
+    /// whole tape is.
+    fn add(
+        &mut self,
+        tape: &Tape,
+        cells: &Cells,
+        base: u32,
+        constants: bool,
+    ) -> ([u32; 2], Vec<Job>) {
         let whole = self.add_tape(&tape.clauses, base);
         let mut known = HashMap::from([(cells.cells[0].tape.key(), whole)]);
-        let first = (self.nodes.len() / super::CHILDREN) as u32;
-        for parent in &cells.nodes {
-            for &child in &parent.children {
+        let first = (self.nodes.len() / CHILDREN) as u32;
+        let digit = cells.split.digit();
+        // Where each node's cell is: its level, and its place among the cells of that level. A node
+        // stands behind the one that points to it.
+        let mut places = vec![(0, [0; 3]); cells.nodes.len()];
+        let mut left = Vec::new();
+        for (number, parent) in cells.nodes.iter().enumerate() {
+            let (level, place) = places[number];
+            for (lane, &child) in (0..).zip(&parent.children) {
+                let of = |axis: u32| lane >> (axis * digit) & ((1 << digit) - 1);
+                let inner: [u32; 3] = std::array::from_fn(|axis| of(axis as u32));
+                let at = std::array::from_fn(|axis| place[axis] << digit | inner[axis]);
                 let word = match child {
-                    NODE.. => node(first + child - NODE),
+                    NODE.. => {
+                        places[(child - NODE) as usize] = (level + 1, at);
+                        node(first + child - NODE)
+                    }
                     CELL.. => {
-                        let cell = child - CELL;
-                        let key = cells.cell(cell).tape.key();
-                        *known
-                            .entry(key)
-                            .or_insert_with(|| self.add_tape(cells.tape(cell), base))
+                        let cell = cells.cell(child - CELL);
+                        let clauses = cells.tape(child - CELL);
+                        let word = *known
+                            .entry(cell.tape.key())
+                            .or_insert_with(|| self.add_tape(clauses, base));
+                        if cell.left {
+                            left.push(Job {
+                                entry: self.nodes.len() as u32,
+                                tape: word,
+                                length: clauses.len() as u32,
+                                level: level + 1,
+                                x: at[0],
+                                y: at[1],
+                                z: at[2],
+                                stale: cell.stale,
+                            });
+                        }
+                        word
                     }
                     EMPTY if constants => constant(false),
                     FULL if constants => constant(true),
@@ -87,12 +126,13 @@ impl Packed {
                 self.nodes.push(word);
             }
         }
+        self.counts = self.counts.and(cells.counts());
         let root = if cells.nodes.is_empty() {
             whole
         } else {
             node(first + cells.root)
         };
-        [root, whole]
+        ([root, whole], left)
     }
 
     /// Adds a tape; gives where it begins.

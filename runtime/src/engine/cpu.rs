@@ -6,7 +6,9 @@ use crate::cpu::figure::{self, Plane};
 use crate::cpu::{
     self, Asked, Boxes, Column, Evaluator, Field, Geometry, LANES, Points, Range, SurfaceBlock,
 };
-use crate::frame::{CellUse, FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare};
+use crate::frame::{
+    CellStats, CellUse, FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare,
+};
 use crate::settings::{facts, unpainted};
 use rayon::prelude::*;
 use sdfc_vm::dual::Dual;
@@ -104,7 +106,9 @@ impl Engine for CpuEngine {
     ) -> Result<Frame, EngineError> {
         let scene = self.scene()?;
         let picture = prepare(settings, &scene.facts);
-        Ok(cpu::render(scene, &picture, progress))
+        let mut frame = cpu::render(scene, &picture, progress);
+        frame.stats.cells = scene.cells_made(&picture);
+        Ok(frame)
     }
 
     fn figure(
@@ -193,7 +197,7 @@ impl Field for Scene {
         let wanted = match picture.cells {
             CellUse::Never => false,
             CellUse::Auto => self.tape.clauses.len() >= LONG,
-            CellUse::Always => true,
+            CellUse::Always | CellUse::Processor | CellUse::Device => true,
         };
         wanted.then(|| figure::sample(&self.distance, &self.tape, plane, band))
     }
@@ -206,6 +210,18 @@ impl Field for Scene {
             pruned: picture.cells != CellUse::Never,
             ..self.asker(cells)
         })
+    }
+}
+
+impl Scene {
+    /// What came of cutting space for the picture that was drawn last.
+    fn cells_made(&self, picture: &Picture) -> CellStats {
+        if picture.shows_plane() || !cut::wanted(picture, &self.distance, &self.tape) {
+            return CellStats::default();
+        }
+        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        last.as_ref()
+            .map_or(CellStats::default(), |last| last.cells.counts())
     }
 }
 

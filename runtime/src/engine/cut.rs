@@ -4,7 +4,8 @@ use crate::cells::{Cut, Refine, Region, Split};
 use crate::cpu::figure::Plane;
 use crate::cpu::plane_and_band;
 use crate::frame::{CellUse, Picture};
-use sdfc_shaders::layout::Frame;
+use sdfc_shaders::interpreter::cut::LONGEST;
+use sdfc_shaders::layout::{self, Frame};
 use sdfc_vm::program::{Code, Program};
 use sdfc_vm::row::Category;
 use sdfc_vm::table::Op;
@@ -77,7 +78,7 @@ pub(super) fn wanted(picture: &Picture, program: &Program, tape: &Tape) -> bool 
     match picture.cells {
         CellUse::Never => false,
         CellUse::Auto => pays(program, tape),
-        CellUse::Always => true,
+        CellUse::Always | CellUse::Processor | CellUse::Device => true,
     }
 }
 
@@ -142,6 +143,46 @@ impl Space {
             },
             ..self.distance()
         }
+    }
+
+    /// What a device has to know to cut cells of a program further, the distance or surfaces with
+    /// this band; where there is room, and the words of what is not kept, are somebody else's.
+    pub(super) fn on_device(&self, tape: &Tape, band: f32) -> layout::Cut {
+        let Region { low, high } = self.region;
+        let size: [f32; 3] = std::array::from_fn(|axis| high[axis] - low[axis]);
+        let farthest = low.iter().chain(&high).fold(0.0, |far, v| v.abs().max(far));
+        layout::Cut {
+            low,
+            levels: self.split.levels(),
+            size,
+            digit: self.split.digit(),
+            eye: self.pixels.eye,
+            inverse_slope: self.inverse_slope,
+            footprint: self.pixels.footprint,
+            growth: self.pixels.growth,
+            leaf: self.pixels.leaf,
+            // Devices need not know infinity.
+            band: band.min(f32::MAX),
+            slope: tape.slopes.whole,
+            // More than what it takes to find a point's cell and the corners of that.
+            rounding: (farthest + self.region.side()) * 5e-7,
+            few: SHORT as u32,
+            whole: tape.clauses.len() as u32,
+            ..layout::Cut::default()
+        }
+    }
+}
+
+/// The first cuts of space, where a device makes the others: until no invocation has to walk through
+/// a longer tape than it may.
+pub(super) struct First<'a>(pub(super) &'a Space);
+
+impl Refine for First<'_> {
+    fn cut(&self, region: &Region, clauses: usize, away: f32) -> bool {
+        self.0.cut(region, clauses, away)
+    }
+    fn leaves(&self, clauses: usize) -> bool {
+        clauses <= LONGEST
     }
 }
 

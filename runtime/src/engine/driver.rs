@@ -9,7 +9,7 @@ use super::kernels::Kernels;
 use super::rate::Rate;
 use super::tiles::{TileBuffers, Tiles};
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, query};
-use crate::frame::{FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare};
+use crate::frame::{CellStats, FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare};
 use crate::gpu::{Binding, Buffer, DeviceKind, Gpu};
 use crate::settings::{facts, unpainted};
 use sdfc_shaders::assemble::SceneFunction;
@@ -59,6 +59,10 @@ pub(super) trait OnDevice: Sized {
     fn source(&self, functions: &[SceneFunction]) -> SceneText;
     /// The buffers that [`OnDevice::source`] declares.
     fn buffers(&self) -> &[(Binding, Buffer)];
+    /// What came of cutting cells for the last picture.
+    fn cells(&mut self, _gpu: &Gpu) -> Result<CellStats, EngineError> {
+        Ok(CellStats::default())
+    }
     /// How many rounds of a loop an evaluation takes.
     fn iterations(&self, function: SceneFunction) -> usize;
 }
@@ -251,6 +255,9 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
             self.tile(&plan, &picture, tile, &mut frame)?;
             done += tile.pixels();
             progress(done as f32 / total as f32);
+        }
+        if let Some(scene) = &mut self.scene {
+            frame.stats.cells = scene.on_device.cells(&self.gpu)?;
         }
         Ok(frame)
     }

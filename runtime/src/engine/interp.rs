@@ -3,16 +3,21 @@
 //! kernel, so an edit is a write to a buffer.
 //!
 //! Where cells pay, the kernel is the one that runs tapes ([`sdfc_shaders::interpreter::tape`]), and
-//! a picture begins with cutting its part of space on the processor.
+//! a picture begins with cutting its part of space: on the processor, or, where that is not what runs
+//! the kernels and all slopes are known, on the device after the first cuts ([`super::cutter`]).
 
+use super::cutter::{self, Cutter};
 use super::driver::{OnDevice, SceneText, unpainted_surface};
 use super::{EngineError, EngineKind, Loaded, cut};
-use crate::cells::{self, Packed};
-use crate::frame::{CellUse, Picture};
+use crate::cells::{self, Cut, Packed};
+use crate::frame::{CellStats, CellUse, Picture};
 use crate::gpu::{Access, Binding, Buffer, Gpu, Usage};
 use sdfc_shaders::assemble::SceneFunction;
 use sdfc_shaders::features::Features;
-use sdfc_shaders::interpreter::tape::{self, GRID_SLOT, NODES_SLOT, Registers, TAPES_SLOT};
+use sdfc_shaders::interpreter::cut::facts;
+use sdfc_shaders::interpreter::tape::{
+    self, GRID_SLOT, NODES_SLOT, Registers, TAPES_SLOT, constant,
+};
 use sdfc_shaders::interpreter::{
     CODE_SLOT, Function, LENGTH_SLOT, Memory, POOL_SLOT, bindings, interpreter,
 };
@@ -40,6 +45,7 @@ pub(super) struct Interpreter {
     words: [(Binding, Buffer); 2],
     length: (Binding, Buffer),
     cells: CellBuffers,
+    cutter: Cutter,
     /// What kernels read now: the above, with the length or the cells.
     buffers: Vec<(Binding, Buffer)>,
 }
@@ -50,11 +56,13 @@ struct MadeFor {
     uniforms: layout::Frame,
     features: Features,
     band: Option<f32>,
+    on_device: bool,
 }
 
 impl MadeFor {
-    fn of(picture: &Picture) -> Self {
+    fn of(picture: &Picture, on_device: bool) -> Self {
         Self {
+            on_device,
             uniforms: picture.uniforms,
             features: picture.features.clone(),
             band: picture.band,
@@ -90,6 +98,10 @@ impl OnDevice for Interpreter {
         let memory = Memory::for_program(code, pool.len());
 
         // Kernels that do for this scene are kept, whatever else they can do.
+        let mut before = before;
+        let cutter = before
+            .as_mut()
+            .map(|before| std::mem::take(&mut before.cutter));
         let kept = before.filter(|before| {
             before.distance.cover(&distance_needs)
                 && match (&before.surface, &surface_needs) {
@@ -148,6 +160,7 @@ impl OnDevice for Interpreter {
             words: in_memory,
             length,
             cells,
+            cutter: cutter.unwrap_or_default(),
             buffers: Vec::new(),
         };
         loaded.without_cells();
@@ -169,26 +182,40 @@ impl OnDevice for Interpreter {
 
     fn prepare(&mut self, gpu: &Gpu, picture: Option<&Picture>) -> Result<bool, EngineError> {
         let had_cells = self.has_cells();
-        let packed = match picture {
-            Some(picture) if self.may_cut(picture) => {
-                if had_cells && self.cells.used == Some(MadeFor::of(picture)) {
-                    return Ok(false);
-                }
-                // What the device has no room for is drawn without.
-                let limits = gpu.info().limits;
-                let most = limits.storage_binding.min(limits.buffer);
-                let packed = self.packed(picture);
-                packed.filter(|packed| packed.largest() as u64 <= most)
-            }
-            _ => None,
-        };
-        let Some(packed) = packed else {
+        let wanted = picture.filter(|picture| self.may_cut(picture));
+        let Some((picture, registers)) = wanted.zip(self.registers()) else {
             self.without_cells();
             return Ok(had_cells);
         };
-        self.with_cells(gpu, &packed)?;
-        self.cells.used = picture.map(MadeFor::of);
+        let on_device = cutter::possible(gpu.info(), registers)
+            && match picture.cells {
+                CellUse::Device => true,
+                CellUse::Processor => false,
+                _ => cutter::pays(gpu.info()),
+            };
+        let made_for = MadeFor::of(picture, on_device);
+        if had_cells && self.cells.used.as_ref() == Some(&made_for) {
+            return Ok(false);
+        }
+        // What the device has no room for is drawn without.
+        let limits = gpu.info().limits;
+        let most = limits.storage_binding.min(limits.buffer);
+        let packed = self.packed(picture, registers, on_device);
+        let Some((packed, parts)) = packed.filter(|(packed, _)| packed.largest() as u64 <= most)
+        else {
+            self.without_cells();
+            return Ok(had_cells);
+        };
+        self.with_cells(gpu, &packed, &parts)?;
+        self.cells.used = Some(made_for);
         Ok(true)
+    }
+
+    fn cells(&mut self, gpu: &Gpu) -> Result<CellStats, EngineError> {
+        if !self.has_cells() {
+            return Ok(CellStats::default());
+        }
+        self.cutter.counts(gpu)
     }
 
     fn variant(&self) -> u32 {
@@ -283,7 +310,14 @@ impl Interpreter {
     /// The registers of kernels that run these programs' tapes, and what ran before if they can.
     fn registers(&self) -> Option<Registers> {
         let tapes = self.tapes.iter().flatten().flatten().map(cells::registers);
-        let own = tapes.fold(Registers::default(), Registers::join);
+        // A kernel that was made for more has a place for the points that its operations give.
+        let needs = std::iter::once(&self.distance).chain(&self.surface);
+        let mut codes = needs.flat_map(|needs| &needs.codes);
+        let least = Registers {
+            values: 0,
+            points: 1 + usize::from(codes.any(|code| code.gives_point())),
+        };
+        let own = tapes.fold(least, Registers::join);
         let code = self.programs.iter().flatten().map(|p| p.code.len()).sum();
         [own.join(self.cells.registers), own]
             .map(Registers::class)
@@ -291,27 +325,80 @@ impl Interpreter {
             .find(|registers| registers.fit(code))
     }
 
-    /// The cells of a picture, as words.
-    fn packed(&self, picture: &Picture) -> Option<Packed> {
+    /// The cells of a picture, as words, and what of each program is left to be cut on the device.
+    fn packed(
+        &self,
+        picture: &Picture,
+        registers: Registers,
+        on_device: bool,
+    ) -> Option<(Packed, Vec<Part>)> {
         let space = cut::Space::of(picture)?;
         let [distance, surface] = &self.programs;
         let [distance_tape, surface_tape] = self.tapes.as_ref()?;
         let (program, tape) = (distance.as_ref()?, distance_tape.as_ref()?);
-        let cut = space.distance();
-        let mut packed = Packed::new(&cut.region, cut.split, self.registers()?);
-        packed.add_distance(tape, &cells::build(program, tape, &cut));
+        let mut packed = Packed::new(&space.distance(), registers);
+        let mut parts = Vec::new();
+        let first = cut::First(&space);
+        let build = |program, tape: &Tape, cut: Cut<'_>| {
+            // By intervals, the processor goes to the end.
+            let first_only = on_device && tape.slopes.known();
+            let refine = if first_only { &first } else { cut.refine };
+            cells::build(program, tape, &Cut { refine, ..cut })
+        };
+        let jobs = packed.add_distance(tape, &build(program, tape, space.distance()));
+        if !jobs.is_empty() {
+            let cut = layout::Cut {
+                empty: constant(false),
+                full: constant(true),
+                ..space.on_device(tape, space.distance().band)
+            };
+            parts.push(Part {
+                surface: false,
+                cut,
+                jobs,
+            });
+        }
         if let (Some(program), Some(tape)) = (surface, surface_tape)
             && picture.features.materials
         {
             // Its instructions lie behind those of the distance.
             let base = distance.as_ref()?.code.len() as u32;
-            packed.add_surface(tape, &cells::build(program, tape, &space.surface()), base);
+            let cells = build(program, tape, space.surface());
+            let jobs = packed.add_surface(tape, &cells, base);
+            if !jobs.is_empty() {
+                let whole = packed.grid.surface_whole;
+                let cut = layout::Cut {
+                    empty: whole,
+                    full: whole,
+                    ..space.on_device(tape, space.surface().band)
+                };
+                parts.push(Part {
+                    surface: true,
+                    cut,
+                    jobs,
+                });
+            }
         }
-        Some(packed)
+        Some((packed, parts))
     }
 
-    /// Brings cells to the device.
-    fn with_cells(&mut self, gpu: &Gpu, packed: &Packed) -> Result<(), EngineError> {
+    /// What the device has to know of all instructions to prune tapes.
+    fn facts(&self) -> Vec<[u32; 4]> {
+        let tapes = self.tapes.iter().flatten().flatten();
+        let pairs = self.programs.iter().flatten().zip(tapes);
+        pairs
+            .flat_map(|(program, tape)| facts(program, tape))
+            .collect()
+    }
+
+    /// Brings cells to the device, and cuts there what is left.
+    fn with_cells(
+        &mut self,
+        gpu: &Gpu,
+        packed: &Packed,
+        parts: &[Part],
+    ) -> Result<(), EngineError> {
+        let facts = self.facts();
         let cells = &mut self.cells;
         let storage = |slot| Binding {
             slot,
@@ -324,13 +411,16 @@ impl Interpreter {
         // One entry at least, for buffers cannot be empty.
         let mut nodes = packed.nodes.clone();
         nodes.resize(nodes.len().max(1), 0);
+        let mut room = [4 * nodes.len(), 8 * packed.tapes.len()].map(|size| size as u64);
+        if !parts.is_empty() {
+            room = cutter::sizes(gpu.info(), room, facts.len());
+        }
         let sizes = [
-            (storage(NODES_SLOT), 4 * nodes.len()),
-            (storage(TAPES_SLOT), 8 * packed.tapes.len()),
-            (grid, size_of::<layout::Grid>()),
+            (storage(NODES_SLOT), room[0]),
+            (storage(TAPES_SLOT), room[1]),
+            (grid, size_of::<layout::Grid>() as u64),
         ];
         for (at, (binding, size)) in sizes.into_iter().enumerate() {
-            let size = size as u64;
             if cells.buffers.get(at).is_some_and(|(_, b)| b.size() >= size) {
                 continue;
             }
@@ -349,8 +439,41 @@ impl Interpreter {
         gpu.write(&cells.buffers[2].1, &[packed.grid])?;
         cells.registers = packed.registers;
         self.buffers = self.words.iter().chain(&cells.buffers).cloned().collect();
-        Ok(())
+        self.cutter.reset(packed.counts);
+        if parts.is_empty() {
+            return Ok(());
+        }
+        let needs = |part: &Part| match &self.surface {
+            Some(surface) if part.surface => surface,
+            _ => &self.distance,
+        };
+        let task = cutter::Task {
+            facts,
+            registers: packed.registers,
+            memory: self.memory,
+            words: &self.words,
+            nodes: (&cells.buffers[0].1, packed.nodes.len()),
+            tapes: (&cells.buffers[1].1, packed.tapes.len()),
+            parts: parts
+                .iter()
+                .map(|part| cutter::Part {
+                    needs: needs(part),
+                    cut: part.cut,
+                    jobs: &part.jobs,
+                })
+                .collect(),
+            made: packed.counts,
+        };
+        self.cutter.run(gpu, &task)
     }
+}
+
+/// What of a program's cells is left to be cut on the device.
+struct Part {
+    /// Whether it is the program of surfaces.
+    surface: bool,
+    cut: layout::Cut,
+    jobs: Vec<layout::Job>,
 }
 
 fn holds(memory: Memory, code: usize, pool: usize) -> bool {

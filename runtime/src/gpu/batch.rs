@@ -1,7 +1,7 @@
 //! Dispatches, recorded one after another and submitted at once.
 
 use super::error::within;
-use super::{BoundKernel, Gpu, GpuError};
+use super::{BoundKernel, Buffer, Gpu, GpuError};
 
 /// How much work a dispatch does. The first two count invocations and are divided by the kernel's
 /// workgroup size, rounding up: the kernel must check its index against the true count.
@@ -32,7 +32,15 @@ pub enum Extent {
 #[must_use = "a batch does nothing until it is submitted"]
 pub struct Batch<'gpu> {
     gpu: &'gpu Gpu,
-    steps: Vec<(BoundKernel, [u32; 3])>,
+    steps: Vec<(BoundKernel, Groups)>,
+}
+
+/// How many workgroups there are.
+#[derive(Clone, Debug)]
+enum Groups {
+    Known([u32; 3]),
+    /// As many as the buffer says when the dispatch begins.
+    In(Buffer),
 }
 
 /// Work that was handed to the device.
@@ -65,9 +73,16 @@ impl Batch<'_> {
         let most = self.gpu.info.limits.workgroups_per_axis;
         let groups = workgroups(label, extent, call.kernel.workgroup_size(), most)?;
         if !groups.contains(&0) {
-            self.steps.push((call.clone(), groups));
+            self.steps.push((call.clone(), Groups::Known(groups)));
         }
         Ok(())
+    }
+
+    /// Adds a dispatch of as many workgroups along each axis as the first three words of a buffer
+    /// with [`super::Usage::Arguments`] say when it begins; they may not pass the device's limit.
+    pub fn dispatch_indirect(&mut self, call: &BoundKernel, arguments: &Buffer) {
+        self.steps
+            .push((call.clone(), Groups::In(arguments.clone())));
     }
 
     /// Hands the dispatches to the device and does not wait.
@@ -77,10 +92,13 @@ impl Batch<'_> {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             {
                 let mut pass = encoder.begin_compute_pass(&Default::default());
-                for (call, [x, y, z]) in &self.steps {
+                for (call, groups) in &self.steps {
                     pass.set_pipeline(call.kernel.pipeline());
                     pass.set_bind_group(0, &call.group, &[]);
-                    pass.dispatch_workgroups(*x, *y, *z);
+                    match groups {
+                        Groups::Known([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
+                        Groups::In(buffer) => pass.dispatch_workgroups_indirect(&buffer.raw, 0),
+                    }
                 }
             }
             gpu.queue.submit([encoder.finish()])

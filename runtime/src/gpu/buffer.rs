@@ -14,6 +14,8 @@ pub enum Usage {
     Uniform,
     /// Anything else.
     Storage,
+    /// The arguments of an indirect dispatch, which a kernel writes as storage.
+    Arguments,
 }
 
 /// Memory on the device. It can be bound, written and read; its content starts as zeros.
@@ -39,6 +41,10 @@ impl Gpu {
         let (binding, raw_usage) = match usage {
             Usage::Uniform => (limits.uniform_binding, wgpu::BufferUsages::UNIFORM),
             Usage::Storage => (limits.storage_binding, wgpu::BufferUsages::STORAGE),
+            Usage::Arguments => (
+                limits.storage_binding,
+                wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
+            ),
         };
         let what = format!("the size of buffer `{label}` in bytes");
         within(what, size, binding.min(limits.buffer))?;

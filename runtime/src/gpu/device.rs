@@ -106,7 +106,13 @@ fn describe(adapter: &wgpu::Adapter) -> DeviceInfo {
             .trim()
             .to_owned(),
         kind: info.device_type.into(),
-        limits: Limits {
+        limits: Limits::of(&limits),
+    }
+}
+
+impl Limits {
+    fn of(limits: &wgpu::Limits) -> Self {
+        Self {
             buffer: limits.max_buffer_size,
             storage_binding: limits.max_storage_buffer_binding_size,
             uniform_binding: limits.max_uniform_buffer_binding_size,
@@ -114,6 +120,20 @@ fn describe(adapter: &wgpu::Adapter) -> DeviceInfo {
             workgroup_memory: limits.max_compute_workgroup_storage_size,
             workgroup_invocations: limits.max_compute_invocations_per_workgroup,
             workgroups_per_axis: limits.max_compute_workgroups_per_dimension,
-        },
+        }
+    }
+
+    /// Those of an adapter, with these in their place.
+    pub(super) fn lowering(&self, adapter: wgpu::Limits) -> wgpu::Limits {
+        wgpu::Limits {
+            max_buffer_size: self.buffer,
+            max_storage_buffer_binding_size: self.storage_binding,
+            max_uniform_buffer_binding_size: self.uniform_binding,
+            max_storage_buffers_per_shader_stage: self.storage_buffers,
+            max_compute_workgroup_storage_size: self.workgroup_memory,
+            max_compute_invocations_per_workgroup: self.workgroup_invocations,
+            max_compute_workgroups_per_dimension: self.workgroups_per_axis,
+            ..adapter
+        }
     }
 }

@@ -152,8 +152,6 @@ pub fn interpreter(
         library.use_points();
     }
     let Registers { values, points } = registers;
-    let bits = registers.bits();
-    let register = |number: u32| format!("(clause.y >> {}u) & {}u", number * bits, values - 1);
     let several = points > 1;
     let mut text = String::new();
     let mut line = |indent: usize, content: &str| {
@@ -202,6 +200,33 @@ pub fn interpreter(
     }
     line(1, "let end = cell + tapes[cell].x;");
     line(1, "for (var at = cell + 1u; at <= end; at += 1u) {");
+    step(needs, registers, dual, surface, library, &mut line);
+    line(1, "}");
+    line(
+        1,
+        if surface {
+            "return materials[0];"
+        } else {
+            "return values[0];"
+        },
+    );
+    line(0, "}");
+    text
+}
+
+/// What is done for the clause `at`, up to where its result is kept.
+pub(super) fn step(
+    needs: &Needs,
+    registers: Registers,
+    dual: bool,
+    surface: bool,
+    library: &mut Library,
+    line: &mut impl FnMut(usize, &str),
+) {
+    let Registers { values, points } = registers;
+    let bits = registers.bits();
+    let register = |number: u32| format!("(clause.y >> {}u) & {}u", number * bits, values - 1);
+    let several = points > 1;
     line(2, "let clause = tapes[at];");
     line(2, &format!("let word = code[clause.x >> {}u];", 8 + bits));
     for k in 0..widest(needs) {
@@ -214,7 +239,7 @@ pub fn interpreter(
         let last = points - 1;
         line(2, &format!("let p = points[(clause.x >> 3u) & {last}u];"));
     }
-    frame(needs, dual, library, &mut line);
+    frame(needs, dual, library, line);
     line(2, "let form = clause.x & 7u;");
     line(2, &format!("let out = {};", register(0)));
     line(2, &format!("let r0 = {};", register(2)));
@@ -232,7 +257,7 @@ pub fn interpreter(
     if arity(needs) > 1 {
         line(2, "var a = v0;");
         line(2, "var b = v1;");
-        constant_operands(needs, dual, &mut line);
+        constant_operands(needs, dual, line);
     }
     line(2, "var result = v0;");
     if surface {
@@ -257,8 +282,11 @@ pub fn interpreter(
         materials: Some(["materials[r0]", "materials[r1]"]),
     };
     line(2, "switch select(word.x & 255u, 256u, form > 2u) {");
-    let moves = |code: &&Code| matches!(code, Code::Load | Code::Store | Code::Take);
-    for &code in needs.codes.iter().filter(|code| !moves(code)) {
+    // Without surfaces to give, those of surfaces hand on their operand.
+    let idle = |code: &&Code| {
+        matches!(code, Code::Load | Code::Store | Code::Take) || code.is_surface() && !surface
+    };
+    for &code in needs.codes.iter().filter(|code| !idle(code)) {
         let body = case(code, needs, dual, surface, &names, library);
         line(3, &format!("case {}u: {{ {body} }}", code.number()));
     }
@@ -273,9 +301,9 @@ pub fn interpreter(
             "let kernel = select(0u, (word.x >> 8u) & 7u, form == 0u || form == 3u);",
         );
     }
-    blends(needs, dual, library, &mut line);
+    blends(needs, dual, library, line);
     if surface {
-        surface_blend(needs, "materials[rb]", library, &mut line);
+        surface_blend(needs, "materials[rb]", library, line);
     }
     let none = |code: &Code| code.gives_point() || *code == Code::Channel;
     let none = needs.codes.iter().any(none);
@@ -292,15 +320,4 @@ pub fn interpreter(
     if none {
         line(2, "}");
     }
-    line(1, "}");
-    line(
-        1,
-        if surface {
-            "return materials[0];"
-        } else {
-            "return values[0];"
-        },
-    );
-    line(0, "}");
-    text
 }

@@ -74,6 +74,10 @@ fn every_mode_and_method() {
         "--no-pass fold",
         "--at 1.5s",
         "--at 200ms",
+        "--cells never",
+        "--cells always",
+        "--cells cpu",
+        "--cells gpu",
         "--progress",
     ] {
         draw(&sandbox, more);

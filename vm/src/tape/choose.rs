@@ -9,14 +9,14 @@
 //! - else by running the tape on intervals that bound what `f32` gives anywhere in the box
 //!   ([`crate::interval::FloatInterval`]).
 
-use super::machine::{Attachment, Machine};
+use super::machine::{Attachment, Machine, hard};
 use super::prune::Choice;
 use super::steep::Slopes;
 use super::{Clause, Tape, flags};
 use crate::interval::FloatInterval;
 use crate::kernel::Kernel;
 use crate::lanes::{Column, LANES, Lane};
-use crate::program::Program;
+use crate::program::{Code, Place, Program};
 use crate::table::Op;
 use crate::widest;
 use std::sync::Arc;
@@ -130,6 +130,43 @@ fn support(kernel: Kernel, width: f32, coefficient: f32) -> f32 {
         // 1 + 2^(−x c) is 1 in `f32` from x c = 25 on; one more for the rounding of the exponent.
         Kernel::Exponential => 26.0 / coefficient,
         finite => finite.support(width.into()) as f32,
+    }
+}
+
+/// What decides a choice by slopes, for who runs tapes on another machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Test {
+    /// How steep the two are.
+    pub slopes: [f32; 2],
+    /// From which difference on only one of them matters.
+    pub support: f32,
+    /// The sign of each as an operand of a minimum.
+    pub signs: [f32; 2],
+}
+
+impl Test {
+    /// That of a clause of a tape, if it has a choice and its slopes are known.
+    pub fn of(program: &Program, slopes: &Slopes, clause: &Clause) -> Option<Self> {
+        if clause.flags & flags::CHOICE == 0 {
+            return None;
+        }
+        let i = &program.code[clause.at as usize];
+        let (kernel, [sign, negate, width, coefficient]) = match (i.place, i.code) {
+            (Place::Blend { kernel, index }, _) => (kernel, program.pool[index as usize]),
+            (Place::Push, Code::Op(op)) => (Kernel::Hard, hard(op)),
+            (Place::Push, _) => return None,
+        };
+        let test = Self {
+            slopes: slopes.choices[clause.at as usize],
+            support: support(kernel, width, coefficient),
+            signs: [sign, sign * negate].map(|sign| 1.0_f32.copysign(sign)),
+        };
+        let [first, second] = test.slopes;
+        let known = [first, second, test.support];
+        known
+            .iter()
+            .all(|number| number.is_finite())
+            .then_some(test)
     }
 }
 

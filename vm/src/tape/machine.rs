@@ -256,7 +256,7 @@ impl<L: Lane, A: Attachment<L>> Machine<L, A> {
 }
 
 /// The numbers of the hard blend that an operation of the table is.
-fn hard(op: Op) -> [f32; 4] {
+pub(super) fn hard(op: Op) -> [f32; 4] {
     let (sign, negate) = match op.row().meta.blend {
         Some(blend) => (blend.sign, blend.negate_second),
         None if op == Op::Max => (-1.0, false),

@@ -1,0 +1,304 @@
+//! Cells cut on the device: the same picture in every bit as without cells, as many cells as the
+//! processor cuts, and a right picture where there is no room for them.
+
+use crate::corpus::{compiled, on_large_stack, scenes};
+use sdfc_compiler::compile::{self, Compiled, compile};
+use sdfc_compiler::elaborate::{self, elaborate};
+use sdfc_compiler::passes::PassOptions;
+use sdfc_lang::Sources;
+use sdfc_runtime::engine::{Engine, EngineKind, Loaded, on};
+use sdfc_runtime::frame::{CellStats, CellUse, Frame, Mode};
+use sdfc_runtime::gpu::{Gpu, Limits, Preference};
+use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_shaders::assemble::SceneSource;
+use sdfc_vm::program::Module;
+use sdfc_vm::tape::Tape;
+use std::fmt::Write;
+
+/// An engine on a device with limits made lower; `None` where GPU tests are to be skipped.
+fn interp(limited: impl Fn(Limits) -> Limits) -> Option<Box<dyn Engine>> {
+    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
+        eprintln!("skipped: {reason}");
+        return None;
+    }
+    let gpu = Gpu::open_within(Preference::Any, limited).expect("there is an adapter");
+    Some(on(EngineKind::Interp, gpu))
+}
+
+fn loaded<'a>(module: &'a Module, outputs: &'a [f64]) -> Loaded<'a> {
+    Loaded {
+        module,
+        outputs,
+        generated: SceneSource::default(),
+    }
+}
+
+/// The picture of what is loaded.
+fn drawn(
+    engine: &mut dyn Engine,
+    module: &Module,
+    outputs: &[f64],
+    overrides: &Overrides,
+) -> Result<Frame, String> {
+    let settings = resolve(module, outputs, overrides).expect("the scene has settings");
+    let frame = engine.render(&settings, &|_| {});
+    frame.map_err(|error| error.to_string())
+}
+
+fn small(cells: CellUse) -> Overrides {
+    Overrides {
+        size: Some([96, 72]),
+        aa: Some(1),
+        cells,
+        ..Overrides::default()
+    }
+}
+
+/// In how many pixels colours, depths, normals, materials and steps differ. Colours may a little: a
+/// driver may simplify the arithmetic of two kernels differently.
+fn differing(a: &Frame, b: &Frame) -> [usize; 5] {
+    let count = |same: &dyn Fn(usize) -> bool| (0..a.depth.len()).filter(|&i| !same(i)).count();
+    let near = |i: usize| {
+        let channels = a.color[i].iter().zip(b.color[i]);
+        channels.fold(true, |near, (a, b)| near && (a - b).abs() <= 1e-4)
+    };
+    [
+        count(&near),
+        count(&|i| a.depth[i].to_bits() == b.depth[i].to_bits()),
+        count(&|i| a.normal[i].map(f32::to_bits) == b.normal[i].map(f32::to_bits)),
+        count(&|i| a.id[i] == b.id[i]),
+        count(&|i| a.steps[i] == b.steps[i]),
+    ]
+}
+
+#[test]
+fn cells_of_the_device_keep_every_bit() {
+    let Some(mut engine) = interp(|limits| limits) else {
+        return;
+    };
+    let mut paths = scenes("tests/scenes");
+    paths.extend(scenes("examples"));
+    let mut failures = Vec::new();
+    let (mut made, mut deep) = (0, 0);
+    for path in paths {
+        let mut compiled: Compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        let outputs = compiled.module.update(0.0);
+        let module = &compiled.module;
+        // By intervals, the processor cuts: see `cells.rs`.
+        if !Tape::of(&module.distance).slopes.known() {
+            continue;
+        }
+        engine.load(&loaded(module, &outputs)).expect("it loads");
+        let mut draw =
+            |cells| drawn(&mut *engine, module, &outputs, &small(cells)).expect("it is drawn");
+        let [without, with] = [CellUse::Never, CellUse::Device].map(&mut draw);
+        let found = differing(&without, &with);
+        if found != [0; 5] {
+            failures.push(format!(
+                "{}: colours, depths, normals, materials and steps differ in {found:?} pixels",
+                path.display()
+            ));
+        }
+        let cells = with.stats.cells;
+        assert_eq!(cells.short, 0, "{}", path.display());
+        // The processor makes two programs' first cells and their wholes.
+        made += cells.made;
+        deep += usize::from(cells.made > 2 * 65);
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+    assert!(made > 10_000 && deep > 10, "{made} cells, {deep} scenes");
+}
+
+/// So many boxes, each turned another way, in a smooth union, and the results of the uniform program.
+/// A parameter says how wide the first one is.
+fn boxes(count: usize) -> (Module, Vec<f64>) {
+    let mut text = String::from("param size = 0.3 in 0.1..=2;\nunion([\n");
+    for n in 0..count {
+        let at = |step: usize| ((n * step) % 997) as f64 / 997.0 * 6.0 - 3.0;
+        let (x, y, z) = (at(389), at(577), at(757));
+        let side = if n == 0 { "size" } else { "0.3" };
+        let _ = writeln!(
+            text,
+            "box([{side}, 0.2, 0.25]).rotate({}deg, [0.3, 1, {}]).translate({x}, {y}, {z}),",
+            n * 37 % 360,
+            n % 7
+        );
+    }
+    text.push_str("], smooth: 0.05) & box([8, 8, 8])\n");
+    module(text)
+}
+
+/// A figure of so many circles.
+fn circles(count: usize) -> (Module, Vec<f64>) {
+    let mut text = String::from("union([\n");
+    for n in 0..count {
+        let at = |step: usize| ((n * step) % 997) as f64 / 997.0 * 6.0 - 3.0;
+        let _ = writeln!(text, "circle(0.2).translate({}, {}),", at(389), at(577));
+    }
+    text.push_str("], smooth: 0.05)\n");
+    module(text)
+}
+
+/// What a text is compiled to, and the results of its uniform program.
+fn module(text: String) -> (Module, Vec<f64>) {
+    let mut sources = Sources::new();
+    let file = sources.add("scene".to_owned(), text);
+    let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
+    let scene = scene.unwrap_or_else(|| panic!("{found:?}"));
+    let (compiled, found) = compile(scene, &compile::Options::default());
+    let mut module = compiled.unwrap_or_else(|| panic!("{found:?}")).module;
+    let outputs = module.update(0.0);
+    (module, outputs)
+}
+
+fn wide(cells: CellUse) -> Overrides {
+    Overrides {
+        size: Some([192, 144]),
+        mode: Mode::Depth,
+        ..small(cells)
+    }
+}
+
+/// Whether there are as many cells and clauses, to a tenth.
+fn alike(a: CellStats, b: CellStats) -> bool {
+    let near = |a: u64, b: u64| a * 10 <= b * 11 && b * 10 <= a * 11;
+    near(a.made, b.made) && near(a.clauses, b.clauses) && a.short == b.short
+}
+
+#[test]
+fn the_device_makes_as_many_cells_as_the_processor() {
+    let (module, outputs) = on_large_stack(|| boxes(300));
+    let Some(mut engine) = interp(|limits| limits) else {
+        return;
+    };
+    engine.load(&loaded(&module, &outputs)).expect("it loads");
+    let mut draw = |cells| {
+        let frame = drawn(&mut *engine, &module, &outputs, &wide(cells)).expect("it is drawn");
+        frame.stats.cells
+    };
+    let [processor, device] = [CellUse::Processor, CellUse::Device].map(&mut draw);
+    assert!(processor.made > 1000, "{processor:?}");
+    assert!(
+        alike(processor, device),
+        "{processor:?} by the processor, {device:?} by the device"
+    );
+}
+
+#[test]
+fn squares_of_figures_are_cut_too() {
+    let Some(mut engine) = interp(|limits| limits) else {
+        return;
+    };
+    let (module, outputs) = on_large_stack(|| circles(100));
+    assert!(module.settings.plane);
+    engine.load(&loaded(&module, &outputs)).expect("it loads");
+    for mode in [Mode::Shaded, Mode::Mask, Mode::Distance] {
+        let mut draw = |cells| {
+            let overrides = Overrides {
+                size: Some([320, 240]),
+                mode,
+                ..small(cells)
+            };
+            drawn(&mut *engine, &module, &outputs, &overrides).expect("it is drawn")
+        };
+        let uses = [CellUse::Never, CellUse::Processor, CellUse::Device];
+        let [without, processor, device] = uses.map(&mut draw);
+        assert_eq!(differing(&without, &device), [0; 5], "{mode:?}");
+        let [processor, device] = [processor, device].map(|frame| frame.stats.cells);
+        assert!(processor.made > 1000, "{mode:?}: {processor:?}");
+        assert!(
+            alike(processor, device),
+            "{mode:?}: {processor:?}, {device:?}"
+        );
+    }
+}
+
+#[test]
+fn without_room_cells_keep_their_parents_tapes_and_the_picture() {
+    let (module, outputs) = on_large_stack(|| boxes(150));
+    let draw = |most: u64, cells| {
+        let mut engine = interp(|limits| Limits {
+            buffer: most.min(limits.buffer),
+            storage_binding: most.min(limits.storage_binding),
+            ..limits
+        })?;
+        engine.load(&loaded(&module, &outputs)).expect("it loads");
+        Some(drawn(&mut *engine, &module, &outputs, &wide(cells)).expect("it is drawn"))
+    };
+    let Some(without) = draw(u64::MAX, CellUse::Never) else {
+        return;
+    };
+    let Some(ample) = draw(u64::MAX, CellUse::Device) else {
+        return;
+    };
+    assert_eq!(ample.stats.cells.short, 0);
+    // Room for some cells, for few, and for less than the first ones.
+    for (most, some) in [(512 << 10, true), (96 << 10, true), (16 << 10, false)] {
+        let Some(with) = draw(most, CellUse::Device) else {
+            return;
+        };
+        assert_eq!(differing(&without, &with), [0; 5], "{most} bytes");
+        let cells = with.stats.cells;
+        assert_eq!(cells.short > 0, some, "{cells:?} in {most} bytes");
+        assert!(cells.clauses < ample.stats.cells.clauses, "{cells:?}");
+    }
+}
+
+#[test]
+fn devices_with_few_buffers_draw_or_say_why_not() {
+    let (module, outputs) = on_large_stack(|| boxes(100));
+    for most in [8, 6, 4] {
+        let Some(mut engine) = interp(|limits| Limits {
+            storage_buffers: most,
+            // What WebGPU promises everywhere.
+            buffer: limits.buffer.min(256 << 20),
+            storage_binding: limits.storage_binding.min(128 << 20),
+            workgroup_memory: limits.workgroup_memory.min(16 << 10),
+            workgroup_invocations: limits.workgroup_invocations.min(256),
+            ..limits
+        }) else {
+            return;
+        };
+        engine.load(&loaded(&module, &outputs)).expect("it loads");
+        let mut draw = |cells| drawn(&mut *engine, &module, &outputs, &small(cells));
+        match (draw(CellUse::Never), draw(CellUse::Device)) {
+            (Ok(without), Ok(with)) => {
+                assert_eq!(differing(&without, &with), [0; 5], "{most} buffers");
+                assert!(with.stats.cells.made > 65);
+            }
+            (_, Err(error)) if most < 8 => {
+                assert!(error.contains("the GPU refused a call"), "{error}");
+            }
+            (a, b) => panic!("{most} buffers: {:?}, {:?}", a.err(), b.err()),
+        }
+    }
+}
+
+#[test]
+fn an_edit_cuts_anew_and_makes_no_pipeline() {
+    let Some(mut engine) = interp(|limits| limits) else {
+        return;
+    };
+    let (mut module, outputs) = on_large_stack(|| boxes(100));
+    engine.load(&loaded(&module, &outputs)).expect("it loads");
+    let draw = |engine: &mut dyn Engine, module: &Module, outputs: &[f64], cells| {
+        drawn(engine, module, outputs, &small(cells)).expect("it is drawn")
+    };
+    let before = draw(&mut *engine, &module, &outputs, CellUse::Device);
+    let pipelines = engine.pipelines_created();
+    // The same again is cut no second time.
+    let again = draw(&mut *engine, &module, &outputs, CellUse::Device);
+    assert_eq!(before.stats.cells, again.stats.cells);
+
+    module.settings.params[0].value = vec![1.5];
+    let outputs = module.update(0.0);
+    engine
+        .update(&module, &outputs)
+        .expect("it takes the parameter");
+    let after = draw(&mut *engine, &module, &outputs, CellUse::Device);
+    assert_eq!(engine.pipelines_created(), pipelines);
+    assert_ne!(after.depth, before.depth);
+    assert_ne!(after.stats.cells, before.stats.cells);
+    let without = draw(&mut *engine, &module, &outputs, CellUse::Never);
+    assert_eq!(differing(&without, &after), [0; 5]);
+}
