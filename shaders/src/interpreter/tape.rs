@@ -257,7 +257,7 @@ pub fn interpreter(
         materials: Some(["materials[r0]", "materials[r1]"]),
     };
     line(2, "switch select(word.x & 255u, 256u, form > 2u) {");
-    let moves = |code: &&Code| matches!(code, Code::Load | Code::Store | Code::Take);
+    let moves = |code: &&Code| matches!(code, Code::Load | Code::Store | Code::Take | Code::Guard);
     for &code in needs.codes.iter().filter(|code| !moves(code)) {
         let body = case(code, needs, dual, surface, &names, library);
         line(3, &format!("case {}u: {{ {body} }}", code.number()));
