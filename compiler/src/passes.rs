@@ -4,6 +4,7 @@ pub mod bounding;
 pub mod cse;
 pub mod dead;
 pub mod fold;
+pub mod lipschitz;
 
 use crate::graph::{Graph, Node, NodeId};
 use crate::lower::Purpose;
@@ -19,7 +20,7 @@ pub struct Pass {
 }
 
 /// All passes, in the order in which they run.
-pub const PASSES: [Pass; 4] = [
+pub const PASSES: [Pass; 5] = [
     Pass {
         name: "fold",
         summary: "constant values, and operations that change nothing; values stay the same",
@@ -29,6 +30,11 @@ pub const PASSES: [Pass; 4] = [
         name: "cse",
         summary: "what is computed twice, if with operands exchanged; values stay the same",
         run: cse::cse,
+    },
+    Pass {
+        name: "lipschitz",
+        summary: "divisions by slopes that need not be so large; values stay safe steps",
+        run: lipschitz::lipschitz,
     },
     Pass {
         name: "bounding",
