@@ -4,7 +4,7 @@ use crate::bounds::{Boxes, World};
 use crate::expression::{ExprId, Stage};
 use crate::graph::{Graph, Node, Number};
 use crate::lower::{Purpose, channel_numbers, lower};
-use crate::passes::{Done, PassOptions, optimize};
+use crate::passes::{Context, Done, PassOptions, optimize};
 use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
 use crate::schedule::schedule;
 use crate::steepness::steepness;
@@ -89,7 +89,8 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
         &mut uniforms,
         &mut boxes,
     );
-    let (optimized, passes) = optimize(&graph, &options.passes);
+    let purpose = Purpose::Distance;
+    let (optimized, passes) = optimize(&graph, &Context { purpose }, &options.passes);
     let (materials, fallback) = materials(&scene, root);
     let surface = (materials > 1).then(|| {
         let (graph, _) = lower(
@@ -99,7 +100,8 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
             &mut uniforms,
             &mut boxes,
         );
-        optimize(&graph, &options.passes).0
+        let purpose = Purpose::Surface;
+        optimize(&graph, &Context { purpose }, &options.passes).0
     });
     let world = World::from(&scene);
     let (bounds, reach) = (boxes.now().of(world, root), boxes.of(world, root));

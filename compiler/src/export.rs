@@ -4,7 +4,7 @@
 //! Exported text stands alone: live parameters have their present values as constants.
 
 use crate::compile::Compiled;
-use crate::graph::{Graph, Node, Number};
+use crate::graph::{Graph, Node, Number, Step};
 use crate::wgsl;
 use naga::back::{glsl, hlsl, msl, spv};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -186,6 +186,18 @@ fn with_constants(graph: &Graph, outputs: &[f64]) -> Graph {
                 parameters
                     .iter_mut()
                     .for_each(|number| *number = fix(*number));
+            }
+            Node::Chain {
+                parameters, steps, ..
+            } => {
+                parameters
+                    .iter_mut()
+                    .for_each(|number| *number = fix(*number));
+                for step in steps {
+                    if let Step::Guard(guard) = step {
+                        guard.volume = guard.volume.map(fix);
+                    }
+                }
             }
             Node::Paint { constants, .. } => *constants = constants.map(fix),
         }

@@ -48,6 +48,26 @@ impl std::hash::Hash for Number {
     }
 }
 
+/// A step of a [`Node::Chain`].
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Step {
+    /// A value is blended in.
+    Blend(NodeId),
+    /// The next steps are left out where they do not matter.
+    Guard(Guard),
+}
+
+/// What tells that steps of a chain do not matter at a point; see [`sdfc_vm::guard`].
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Guard {
+    /// The point that it looks at.
+    pub point: NodeId,
+    /// The middle of a box and the reach, the box's half size and the factor.
+    pub volume: [Number; 8],
+    /// How many steps it stands for, those behind guards among them counted too.
+    pub steps: u32,
+}
+
 /// A node of the graph.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Node {
@@ -80,6 +100,18 @@ pub enum Node {
         /// The numbers of its parameters, without gaps.
         parameters: Vec<Number>,
     },
+    /// Values blended one after the other into a first one by the same operation, with guards among
+    /// them; without the guards it would have the same value. Only the pass `bounding` makes them.
+    Chain {
+        /// The operation: a blend.
+        op: Op,
+        /// The numbers of its parameters.
+        parameters: Vec<Number>,
+        /// The value that the others are blended into.
+        first: NodeId,
+        /// The others, in order.
+        steps: Vec<Step>,
+    },
     /// A component of the normal in the frame of a point; only in graphs of surfaces.
     Normal {
         /// The point.
@@ -104,7 +136,9 @@ impl Node {
         match self {
             Node::World | Node::Moved { .. } | Node::Mapped { .. } => true,
             Node::Apply { op, .. } => op.row().output == Output::Point,
-            Node::Constant(_) | Node::Normal { .. } | Node::Paint { .. } => false,
+            Node::Constant(_) | Node::Chain { .. } | Node::Normal { .. } | Node::Paint { .. } => {
+                false
+            }
         }
     }
     /// The nodes it reads, the point first.
@@ -114,6 +148,13 @@ impl Node {
             Node::Moved { point, .. } | Node::Mapped { point, .. } => vec![*point],
             Node::Normal { point, .. } => vec![*point],
             Node::Apply { point, values, .. } => point.iter().chain(values).copied().collect(),
+            Node::Chain { first, steps, .. } => {
+                let steps = steps.iter().map(|step| match step {
+                    Step::Blend(value) => *value,
+                    Step::Guard(guard) => guard.point,
+                });
+                std::iter::once(*first).chain(steps).collect()
+            }
             Node::Paint {
                 value, channels, ..
             } => std::iter::once(*value)
@@ -147,6 +188,26 @@ impl Node {
                 point: point.map(&mut to),
                 values: values.iter().map(|&v| to(v)).collect(),
                 parameters: parameters.clone(),
+            },
+            Node::Chain {
+                op,
+                parameters,
+                first,
+                steps,
+            } => Node::Chain {
+                op: *op,
+                parameters: parameters.clone(),
+                first: to(*first),
+                steps: steps
+                    .iter()
+                    .map(|step| match step {
+                        Step::Blend(value) => Step::Blend(to(*value)),
+                        Step::Guard(guard) => Step::Guard(Guard {
+                            point: to(guard.point),
+                            ..guard.clone()
+                        }),
+                    })
+                    .collect(),
             },
             Node::Paint {
                 value,
@@ -202,7 +263,6 @@ impl Graph {
     }
     /// The node equal to `node`, which is added unless it is there.
     pub fn add(&mut self, node: Node) -> NodeId {
-        let node = canonical(node);
         if let Some(&id) = self.known.get(&node) {
             return id;
         }
@@ -210,6 +270,10 @@ impl Graph {
         self.known.insert(node.clone(), id);
         self.nodes.push(node);
         id
+    }
+    /// The node equal to `node`, if there is one.
+    pub fn find(&self, node: &Node) -> Option<NodeId> {
+        self.known.get(node).copied()
     }
     /// Says where a node comes from, unless that is known.
     pub fn set_origin(&mut self, id: NodeId, origin: Origin) {
@@ -274,6 +338,18 @@ impl Graph {
                         let _ = write!(text, " {}", numbers(parameters));
                     }
                 }
+                Node::Chain {
+                    op,
+                    parameters,
+                    first,
+                    steps,
+                } => {
+                    let _ = write!(text, "chain of {} %{}", op.row().name, first.0);
+                    if !parameters.is_empty() {
+                        let _ = write!(text, " {}", numbers(parameters));
+                    }
+                    write_steps(&mut text, steps);
+                }
                 Node::Paint {
                     value,
                     constants,
@@ -294,6 +370,27 @@ impl Graph {
         }
         let _ = writeln!(text, "result %{}", self.root.0);
         text
+    }
+}
+
+/// The steps of a chain, a line each, those behind a guard farther in.
+fn write_steps(text: &mut String, steps: &[Step]) {
+    // Where the guards end that a step lies behind.
+    let mut ends: Vec<usize> = Vec::new();
+    for (at, step) in steps.iter().enumerate() {
+        while ends.last().is_some_and(|&end| end <= at) {
+            ends.pop();
+        }
+        let _ = write!(text, "\n{:indent$}", "", indent = 9 + 2 * ends.len());
+        match step {
+            Step::Blend(value) => {
+                let _ = write!(text, "%{}", value.0);
+            }
+            Step::Guard(guard) => {
+                let _ = write!(text, "near %{} {}:", guard.point.0, numbers(&guard.volume));
+                ends.push(at + 1 + guard.steps as usize);
+            }
+        }
     }
 }
 
@@ -332,18 +429,4 @@ pub fn is_commutative(op: Op) -> bool {
         .blend
         .is_some_and(|blend| !blend.negate_second);
     by_blend || matches!(op, Op::Add | Op::Mul | Op::Min | Op::Max)
-}
-
-/// Operands of arithmetic in a fixed order, so that equal sums are equal nodes. The operands of
-/// blends keep their order: materials of equal distance go to the first.
-fn canonical(mut node: Node) -> Node {
-    if let Node::Apply {
-        op: Op::Add | Op::Mul | Op::Min | Op::Max,
-        values,
-        ..
-    } = &mut node
-    {
-        values.sort_unstable();
-    }
-    node
 }

@@ -1,9 +1,11 @@
 //! Program → graph: a module read from bytecode, back in the form that generated code comes from.
 //!
-//! A program has no jumps, so running it once on nodes instead of numbers gives its graph.
+//! A program jumps only where that changes nothing, so running all of it once on nodes instead of
+//! numbers gives its graph. What lies behind a guard becomes steps of a chain; where it is more than
+//! blends of one kind, which the compiler never writes, the guard is left out.
 
 use crate::compile::Compiled;
-use crate::graph::{Graph, Node, NodeId, Number};
+use crate::graph::{Graph, Guard, Node, NodeId, Number, Step};
 use sdfc_vm::kernel::{Blend, Kernel};
 use sdfc_vm::program::{Code, Frame, Instruction, Module, Operands, Place, Program};
 use sdfc_vm::row::Row;
@@ -39,10 +41,13 @@ fn graph_of(program: &Program) -> Graph {
         current: world,
         slots: vec![world; program.slots as usize],
         channels: Vec::new(),
+        blocks: Vec::new(),
     };
-    for instruction in &program.code {
-        raising.step(instruction);
+    for (at, instruction) in program.code.iter().enumerate() {
+        raising.close(at);
+        raising.step(at, instruction);
     }
+    raising.close(program.code.len());
     let root = raising.pop();
     raising.graph.root = root;
     raising.graph
@@ -57,6 +62,37 @@ struct Raising<'a> {
     current: NodeId,
     slots: Vec<NodeId>,
     channels: Vec<(u8, NodeId)>,
+    /// The guards whose blocks have not ended, each within the one before.
+    blocks: Vec<Block>,
+}
+
+/// What lies behind a guard, as far as it was read.
+struct Block {
+    /// Where it ends.
+    end: usize,
+    guard: Guard,
+    /// The value on top in front of the guard, and how many lie on the stack with it.
+    first: NodeId,
+    depth: usize,
+    /// The operation and its parameters, once there was a blend.
+    kind: Option<(Op, Vec<Number>)>,
+    /// What was blended into the value on top; nothing once something else was done with it.
+    steps: Option<Vec<Step>>,
+}
+
+impl Block {
+    /// Something is blended into the value on top of a stack of so many values.
+    fn blend(&mut self, depth: usize, kind: &(Op, Vec<Number>), step: Step) {
+        if depth > self.depth {
+            return;
+        }
+        if self.kind.get_or_insert_with(|| kind.clone()) != kind {
+            self.steps = None;
+        }
+        if let Some(steps) = &mut self.steps {
+            steps.push(step);
+        }
+    }
 }
 
 impl Raising<'_> {
@@ -98,12 +134,77 @@ impl Raising<'_> {
         }
     }
 
-    fn step(&mut self, i: &Instruction) {
+    /// Ends the blocks that end in front of an instruction.
+    fn close(&mut self, at: usize) {
+        while let Some(block) = self.blocks.pop_if(|block| block.end == at) {
+            let (Some((op, parameters)), Some(mut steps)) = (block.kind, block.steps) else {
+                if let Some(outer) = self.blocks.last_mut()
+                    && outer.depth == block.depth
+                {
+                    outer.steps = None;
+                }
+                continue;
+            };
+            let guard = Step::Guard(Guard {
+                steps: steps.len() as u32,
+                ..block.guard
+            });
+            steps.insert(0, guard);
+            // Within a block that blends into the same value, the guard is one of its steps.
+            if let Some(outer) = self.blocks.last_mut()
+                && outer.depth == block.depth
+            {
+                let kind = (op, parameters);
+                for step in steps {
+                    outer.blend(block.depth, &kind, step);
+                }
+                continue;
+            }
+            let chain = self.graph.add(Node::Chain {
+                op,
+                parameters,
+                first: block.first,
+                steps,
+            });
+            if let Some(top) = self.stack.last_mut() {
+                *top = chain;
+            }
+        }
+    }
+
+    /// What a guard is, in front of its block.
+    fn guard(&mut self, at: usize, i: &Instruction) {
+        let start = i.parameters as usize * 4;
+        let guard = Guard {
+            point: self.point(i),
+            volume: std::array::from_fn(|k| self.number(start + k)),
+            steps: 0,
+        };
+        self.blocks.push(Block {
+            end: at + 1 + i.skips as usize,
+            guard,
+            first: self.stack.last().copied().unwrap_or_default(),
+            depth: self.stack.len(),
+            kind: None,
+            steps: Some(Vec::new()),
+        });
+    }
+
+    fn step(&mut self, at: usize, i: &Instruction) {
         for _ in 0..i.pops {
             self.current = self.points.pop().unwrap_or(self.current);
         }
         if i.push {
             self.points.push(self.current);
+        }
+        let before = self.stack.len() - i.taken().min(self.stack.len());
+        // What takes the value on top, instead of blending into it, is no step of a chain. A value
+        // that is taken to be put back is as it was.
+        if let Some(block) = self.blocks.last_mut()
+            && before < block.depth
+            && !(i.code == Code::Take && i.place == Place::Push)
+        {
+            block.steps = None;
         }
         let result = match i.code {
             Code::Op(op) => {
@@ -144,6 +245,10 @@ impl Raising<'_> {
             Code::Channel => {
                 let value = self.pop();
                 self.channels.push((i.slot, value));
+                return;
+            }
+            Code::Guard => {
+                self.guard(at, i);
                 return;
             }
             Code::Paint => {
@@ -198,6 +303,8 @@ impl Raising<'_> {
 
     /// The row whose blend has this kernel and these signs.
     fn blend(&mut self, kernel: Kernel, index: u32, a: NodeId, b: NodeId) -> NodeId {
+        // Both are off the stack.
+        let depth = self.stack.len() + 1;
         let constants = self.program.pool[index as usize];
         let wanted = Blend {
             kernel,
@@ -212,8 +319,13 @@ impl Raising<'_> {
         let parameters: Vec<Number> = (0..row.parameters.len())
             .map(|k| self.number(start + 2 + k))
             .collect();
+        let kind = (row.op, parameters);
+        if let Some(block) = self.blocks.last_mut() {
+            block.blend(depth, &kind, Step::Blend(b));
+        }
+        let (op, parameters) = kind;
         self.graph.add(Node::Apply {
-            op: row.op,
+            op,
             point: None,
             values: vec![a, b],
             parameters,

@@ -7,7 +7,7 @@
 //! read more than once is kept in a slot until its last use. The walk is a loop over explicit
 //! tasks: a chain of ten thousand unions is no deeper than one of ten.
 
-use crate::graph::{Graph, Node, NodeId, Number, is_commutative};
+use crate::graph::{Graph, Node, NodeId, Number, Step, is_commutative};
 use sdfc_vm::kernel::Blend;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
 use sdfc_vm::program::{Code, Frame, Instruction, Operands, Place, Program};
@@ -26,6 +26,7 @@ pub fn schedule(graph: &Graph) -> Program {
         points: vec![World::NODE],
         slots: Slots::default(),
         tasks: vec![Task::Visit(graph.root)],
+        sealed: 0,
     };
     scheduler.run();
     let (pool, patches) = scheduler.pool.finish();
@@ -60,6 +61,15 @@ enum Task {
     Channel(u8),
     /// Keep the value on top if it is read again.
     Keep(NodeId),
+    /// The value that a chain has so far is on top: run the guard that is this step.
+    Guard(NodeId, usize),
+    /// What a guard stands for ends here.
+    EndGuard {
+        /// Where the guard is among the instructions.
+        at: usize,
+        /// How many points there were behind it.
+        points: usize,
+    },
 }
 
 /// Slots, given out lowest first.
@@ -81,6 +91,9 @@ struct Scheduler<'a> {
     points: Vec<NodeId>,
     slots: Slots,
     tasks: Vec<Task>,
+    /// Instructions before this one are in blocks that have ended; what comes later is not fused
+    /// into them.
+    sealed: usize,
 }
 
 /// How many stack entries each value needs while it is computed.
@@ -99,6 +112,13 @@ fn needs(graph: &Graph) -> Vec<u32> {
                     each.max().unwrap_or(1)
                 }
             },
+            Node::Chain { first, steps, .. } => {
+                let each = steps.iter().map(|step| match step {
+                    Step::Blend(value) => of(value) + 1,
+                    Step::Guard(_) => 0,
+                });
+                each.max().unwrap_or(0).max(of(first))
+            }
             Node::Paint {
                 value, channels, ..
             } => {
@@ -129,6 +149,8 @@ impl Scheduler<'_> {
                     });
                 }
                 Task::Keep(id) => self.keep(id),
+                Task::Guard(id, step) => self.guard(id, step),
+                Task::EndGuard { at, points } => self.end_guard(at, points),
             }
         }
     }
@@ -210,6 +232,7 @@ impl Scheduler<'_> {
                 }
                 self.tasks.push(Task::Visit(value));
             }
+            Node::Chain { .. } => self.chain(id),
             Node::Constant(_) | Node::Normal { .. } => self.tasks.push(Task::Emit(id)),
             Node::World | Node::Moved { .. } | Node::Mapped { .. } => {
                 unreachable!("a point is not a value")
@@ -328,6 +351,7 @@ impl Scheduler<'_> {
                     };
                 }
             }
+            Node::Chain { .. } => unreachable!("its steps are emitted one by one"),
             Node::World | Node::Moved { .. } | Node::Mapped { .. } => {
                 unreachable!("a point is not a value")
             }
@@ -335,9 +359,88 @@ impl Scheduler<'_> {
         self.code.push(instruction);
     }
 
+    /// The tasks of a chain: its first value, then its steps, of which guards add the tasks of
+    /// their own.
+    fn chain(&mut self, id: NodeId) {
+        let Node::Chain { first, steps, .. } = self.node(id) else {
+            unreachable!("only chains are visited so")
+        };
+        let (first, count) = (*first, steps.len());
+        self.steps(id, 0, count);
+        self.tasks.push(Task::Visit(first));
+    }
+
+    /// The tasks of a chain's steps from one up to another.
+    fn steps(&mut self, id: NodeId, from: usize, to: usize) {
+        let graph = self.graph;
+        let Node::Chain { steps, .. } = graph.get(id) else {
+            unreachable!("only chains have steps")
+        };
+        let mut tasks = Vec::new();
+        let mut at = from;
+        while at < to {
+            match &steps[at] {
+                Step::Blend(value) => {
+                    tasks.extend([Task::Visit(*value), Task::Blend(id)]);
+                    at += 1;
+                }
+                Step::Guard(guard) => {
+                    tasks.push(Task::Guard(id, at));
+                    at += 1 + guard.steps as usize;
+                }
+            }
+        }
+        self.tasks.extend(tasks.into_iter().rev());
+    }
+
+    fn guard(&mut self, id: NodeId, at: usize) {
+        let graph = self.graph;
+        let Node::Chain { steps, .. } = graph.get(id) else {
+            unreachable!("only chains have guards")
+        };
+        let Step::Guard(guard) = &steps[at] else {
+            unreachable!("the step is a guard")
+        };
+        let (frame, base) = self.frame(guard.point);
+        let Some(pops) = self.back_to(base) else {
+            self.tasks.push(Task::Guard(id, at));
+            self.tasks.push(Task::Reach(base));
+            return;
+        };
+        let instruction = Instruction {
+            pops,
+            frame,
+            parameters: self.add(&guard.volume),
+            ..Instruction::new(Code::Guard)
+        };
+        self.tasks.push(Task::EndGuard {
+            at: self.code.len(),
+            points: self.points.len(),
+        });
+        self.code.push(instruction);
+        self.steps(id, at + 1, at + 1 + guard.steps as usize);
+    }
+
+    /// Goes back to the guard's point, if the block has moved on to others, and says how long the
+    /// block is.
+    fn end_guard(&mut self, at: usize, points: usize) {
+        let pops = self.points.len() - points;
+        if pops > 0 {
+            self.points.truncate(points);
+            self.code.push(Instruction {
+                pops: pops as u8,
+                ..Instruction::new(Code::Take)
+            });
+        }
+        self.sealed = self.code.len();
+        self.code[at].skips = (self.sealed - at - 1) as u32;
+    }
+
     fn blend(&mut self, id: NodeId) {
-        let Node::Apply { op, parameters, .. } = self.graph.get(id) else {
-            unreachable!("only applications blend")
+        let (Node::Apply { op, parameters, .. } | Node::Chain { op, parameters, .. }) =
+            self.graph.get(id)
+        else {
+            unreachable!("only applications and chains blend")
         };
         let Some(Blend {
             kernel,
@@ -355,12 +458,13 @@ impl Scheduler<'_> {
             parameters.get(1).copied().unwrap_or(zero),
         ]);
         let place = Place::Blend { kernel, index };
+        let is_open = self.code.len() > self.sealed;
         match self.code.last_mut() {
             Some(last)
-                if last.place == Place::Push
+                if is_open
+                    && last.place == Place::Push
                     && last.operands == Operands::Stack
-                    && !last.code.gives_point()
-                    && last.code != Code::Channel =>
+                    && !last.gives_none() =>
             {
                 last.place = place;
             }

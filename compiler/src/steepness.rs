@@ -16,14 +16,13 @@ pub fn steepness(graph: &Graph) -> f64 {
             _ if node.is_point() => 1.0,
             Node::Constant(_) | Node::Normal { .. } => 0.0,
             Node::Paint { value, .. } => slopes[value.0 as usize],
-            Node::Apply {
-                op,
-                values,
-                parameters,
-                ..
-            } => {
+            Node::Apply { op, parameters, .. } | Node::Chain { op, parameters, .. } => {
                 let meta = &op.row().meta;
-                let operands = values.iter().map(|v| slopes[v.0 as usize]);
+                let values = node
+                    .inputs()
+                    .into_iter()
+                    .filter(|&v| !graph.get(v).is_point());
+                let operands = values.map(|v| slopes[v.0 as usize]);
                 let numbers: Vec<f64> = parameters
                     .iter()
                     .map(|n| match n {

@@ -1,13 +1,17 @@
-//! Graph → WGSL: the scene as straight-line functions, one `let` per operation.
+//! Graph → WGSL: the scene as functions, one `let` per operation. Only what a guard stands for lies
+//! behind a condition.
 //!
 //! `scene_distance(p)`, `scene_gradient(p)` (the gradient in `xyz`, the distance in `w`) and, where
 //! a scene has several materials, `scene_surface(p, n)`. They call the operations' recorded bodies,
 //! the same ones that the interpreter calls. Identifiers come from the names in the scene, cut to
 //! letters and digits; none of the scene's text gets in.
 
-use crate::graph::{Graph, Node, NodeId, Number};
+mod blocks;
+
+use crate::graph::{Graph, Guard, Node, NodeId, Number, Step};
+use blocks::Blocks;
 use sdfc_vm::apply::wgsl_name;
-use sdfc_vm::library::Library;
+use sdfc_vm::library::{GUARD_NAME, Library};
 use sdfc_vm::record::scalar_literal;
 use sdfc_vm::row::{Category, Input, ParameterType};
 use sdfc_vm::table::Op;
@@ -37,13 +41,10 @@ pub fn write(graph: &Graph, function: Function, library: &mut Library) -> String
         // The parameters' names.
         taken: HashSet::from(["p".to_owned(), "n".to_owned()]),
         body: String::new(),
+        blocks: Blocks::of(graph),
+        block: blocks::OUTERMOST,
     };
-    let uses = graph.uses();
-    for (id, node) in graph.nodes() {
-        if uses[id.0 as usize] > 0 {
-            writer.statement(id, node);
-        }
-    }
+    writer.statements();
     let result = writer.name(graph.root);
     let body = writer.body;
     match function {
@@ -77,6 +78,9 @@ struct Writer<'a> {
     names: HashMap<NodeId, String>,
     taken: HashSet<String>,
     body: String,
+    blocks: Blocks,
+    /// The block that text is added to.
+    block: usize,
 }
 
 impl Writer<'_> {
@@ -122,11 +126,25 @@ impl Writer<'_> {
     }
 
     fn line(&mut self, name: &str, value: &str) {
-        let _ = writeln!(self.body, "    let {name} = {value};");
+        self.text(&format!("let {name} = {value};"));
     }
 
-    fn statement(&mut self, id: NodeId, node: &Node) {
-        match node {
+    /// A line as far in as the block is.
+    fn text(&mut self, content: &str) {
+        let indent = 4 * (1 + self.blocks.depth(self.block));
+        let _ = writeln!(self.body, "{:indent$}{content}", "");
+    }
+
+    /// Writes what belongs into the present block.
+    fn statements(&mut self) {
+        for id in self.blocks.members(self.block) {
+            self.statement(id);
+        }
+    }
+
+    fn statement(&mut self, id: NodeId) {
+        let graph = self.graph;
+        match graph.get(id) {
             Node::World => {}
             Node::Moved { point, by } => {
                 let (from, by) = (self.name(*point), self.numbers(by));
@@ -188,6 +206,27 @@ impl Writer<'_> {
             } => {
                 self.application(id, *op, *point, values, parameters);
             }
+            Node::Chain {
+                op,
+                parameters,
+                first,
+                steps,
+            } => {
+                let from = self.name(*first);
+                let name = self.fresh(id, "d");
+                self.text(&format!("var {name} = {from};"));
+                if self.surface {
+                    let surface = self.surface_of(*first);
+                    let surface = surface.unwrap_or_else(|| "unpainted_surface()".to_owned());
+                    self.text(&format!("var {name}_surface = {surface};"));
+                }
+                let chain = Chain {
+                    name,
+                    op: *op,
+                    constants: self.parameters(*op, parameters),
+                };
+                self.steps(id, &chain, steps);
+            }
             Node::Paint {
                 value,
                 constants,
@@ -196,6 +235,103 @@ impl Writer<'_> {
                 self.paint(id, *value, constants, channels);
             }
         }
+    }
+
+    /// The steps of a chain, in blocks where guards stand for them. Recursion over guards within
+    /// guards, of which the format allows few.
+    fn steps(&mut self, id: NodeId, chain: &Chain, steps: &[Step]) {
+        // Where the blocks end that were entered.
+        let mut ends: Vec<(usize, usize)> = Vec::new();
+        for (at, step) in steps.iter().enumerate() {
+            self.close(&mut ends, at);
+            match step {
+                Step::Blend(value) => self.blend(chain, *value),
+                Step::Guard(guard) => {
+                    self.condition(chain, guard);
+                    ends.push((at + 1 + guard.steps as usize, self.block));
+                    self.block = self.blocks.behind(id, at);
+                    self.statements();
+                }
+            }
+        }
+        self.close(&mut ends, steps.len());
+    }
+
+    /// Leaves the blocks that end in front of a step.
+    fn close(&mut self, ends: &mut Vec<(usize, usize)>, at: usize) {
+        while let Some((_, outer)) = ends.pop_if(|(end, _)| *end <= at) {
+            self.block = outer;
+            self.text("}");
+        }
+    }
+
+    fn condition(&mut self, chain: &Chain, guard: &Guard) {
+        self.library.use_guard();
+        let point = self.name(guard.point);
+        let (point, value) = if self.dual {
+            (format!("{point}.p"), format!("{}.w", chain.name))
+        } else {
+            (point, chain.name.clone())
+        };
+        let [x, y, z, reach, a, b, c, factor] = guard.volume.map(|n| self.number(n));
+        self.text(&format!(
+            "if !({GUARD_NAME}({point}, {value}, vec3f({x}, {y}, {z}), {reach}, \
+             vec3f({a}, {b}, {c}), {factor}) > 0.0) {{"
+        ));
+    }
+
+    /// Blends a value into what a chain has so far.
+    fn blend(&mut self, chain: &Chain, value: NodeId) {
+        let Chain {
+            name,
+            op,
+            constants,
+        } = chain;
+        let other = self.name(value);
+        if self.surface {
+            let surface = self.surface_of(value);
+            let surface = surface.unwrap_or_else(|| "unpainted_surface()".to_owned());
+            let own = format!("{name}_surface");
+            let mixed = self.mixed(*op, None, [name, &other], [&own, &surface], constants);
+            self.text(&format!("{own} = {mixed};"));
+        }
+        let suffix = if self.dual {
+            self.library.use_gradient(*op);
+            "_gradient"
+        } else {
+            self.library.use_value(*op);
+            ""
+        };
+        let mut arguments = vec![name.clone(), other];
+        arguments.extend(constants.iter().cloned());
+        let function = wgsl_name(*op);
+        let arguments = arguments.join(", ");
+        self.text(&format!("{name} = {function}{suffix}({arguments});"));
+    }
+
+    /// The surface of a combination of two.
+    fn mixed(
+        &mut self,
+        op: Op,
+        point: Option<String>,
+        [a, b]: [&str; 2],
+        [first, second]: [&str; 2],
+        constants: &[String],
+    ) -> String {
+        // The point stays: only the operands' shares are asked for.
+        let still = point.map(|q| format!("DualPoint({q}.p, vec3f(), vec3f(), vec3f())"));
+        let seeds = vec![
+            format!("vec4f(1.0, 0.0, 0.0, {a}.w)"),
+            format!("vec4f(0.0, 1.0, 0.0, {b}.w)"),
+        ];
+        let mut arguments = inputs(op, still, seeds);
+        arguments.extend(constants.iter().cloned());
+        self.library.use_mixed_surface();
+        format!(
+            "mixed_surface({first}, {second}, {}_gradient({}))",
+            wgsl_name(op),
+            arguments.join(", ")
+        )
     }
 
     fn application(
@@ -240,20 +376,7 @@ impl Writer<'_> {
         let value = match (values, surfaces.as_slice()) {
             ([a, b], [first, second]) if op.row().meta.category == Category::Combine => {
                 let (a, b) = (self.name(*a), self.name(*b));
-                // The point stays: only the operands' shares are asked for.
-                let still = point.map(|q| format!("DualPoint({q}.p, vec3f(), vec3f(), vec3f())"));
-                let seeds = vec![
-                    format!("vec4f(1.0, 0.0, 0.0, {a}.w)"),
-                    format!("vec4f(0.0, 1.0, 0.0, {b}.w)"),
-                ];
-                let mut arguments = inputs(op, still, seeds);
-                arguments.extend(constants.iter().cloned());
-                self.library.use_mixed_surface();
-                format!(
-                    "mixed_surface({first}, {second}, {}_gradient({}))",
-                    wgsl_name(op),
-                    arguments.join(", ")
-                )
+                self.mixed(op, point, [&a, &b], [first, second], constants)
             }
             (_, [first, ..]) => first.clone(),
             _ => "unpainted_surface()".to_owned(),
@@ -317,6 +440,15 @@ impl Writer<'_> {
         }
         list
     }
+}
+
+/// A chain while its steps are written.
+struct Chain {
+    /// The variable that holds what it has so far.
+    name: String,
+    op: Op,
+    /// The operation's parameters.
+    constants: Vec<String>,
 }
 
 /// The inputs of a row in their order.

@@ -4,7 +4,8 @@
 //! The text holds only what the programs it is made for need: the opcodes, the blend kernels,
 //! frames, a stack, kept points and slots. Constants are loaded in front of the `switch` and
 //! results are stored behind it, since software devices run every `case`; for the same reason the
-//! stack's bookkeeping is free of branches. The word layout is drawn in [`sdfc_vm::program`].
+//! stack's bookkeeping is free of branches. The word layout is drawn in [`sdfc_vm::program`]. Where a
+//! guard skips, the loop goes on behind its block; each lane skips for itself.
 
 pub mod cut;
 mod operation;
@@ -12,7 +13,7 @@ pub mod tape;
 
 use operation::{Names, arity, blends, case, constant_operands, frame, surface_blend, widest};
 use sdfc_vm::library::Library;
-use sdfc_vm::program::{Code, Needs};
+use sdfc_vm::program::Needs;
 use std::fmt::Write;
 
 /// The binding of the instructions.
@@ -265,10 +266,7 @@ fn place(
     library: &mut Library,
     line: &mut impl FnMut(usize, &str),
 ) {
-    let none = needs
-        .codes
-        .iter()
-        .any(|code| code.gives_point() || *code == Code::Channel);
+    let none = needs.codes.iter().any(|code| code.gives_none());
     if !needs.kernels.is_empty() {
         line(2, "let kernel = (word.x >> 8u) & 7u;");
     }

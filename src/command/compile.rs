@@ -11,6 +11,7 @@ use sdfc_compiler::export::{Target, translate};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources};
 use sdfc_vm::{file, listing};
+use std::cmp::Ordering;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -144,12 +145,15 @@ fn stats(compiled: &Compiled) -> String {
     let mut text = format!("lowered   {} nodes\n", compiled.graph.len());
     for pass in &compiled.passes {
         let _ = match pass.nodes {
-            Some([before, after]) => writeln!(
-                text,
-                "{:<9} {after} nodes, {} fewer",
-                pass.name,
-                before - after.min(before)
-            ),
+            Some([before, after]) => {
+                let change = match after.cmp(&before) {
+                    Ordering::Less => format!("{} fewer", before - after),
+                    Ordering::Equal => "as many as before".to_owned(),
+                    Ordering::Greater => format!("{} more", after - before),
+                };
+                let notes: String = pass.notes.iter().map(|note| format!("; {note}")).collect();
+                writeln!(text, "{:<9} {after} nodes, {change}{notes}", pass.name)
+            }
             None => writeln!(text, "{:<9} left out", pass.name),
         };
     }

@@ -225,7 +225,8 @@ fn scattered(region: &Region, seed: u64) -> [Column; 3] {
     })
 }
 
-/// A thousand balls in a smooth union, one of which is lifted by this height.
+/// A thousand balls in a smooth union, one of which is lifted by this height. Without guards, whose
+/// boxes and places among the instructions follow the balls.
 fn balls(height: f64) -> Module {
     use std::fmt::Write;
     let mut text = String::from("union([\n");
@@ -239,7 +240,11 @@ fn balls(height: f64) -> Module {
     let file = sources.add("balls".to_owned(), text);
     let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
     let scene = scene.unwrap_or_else(|| panic!("{found:?}"));
-    let (compiled, found) = compile(scene, &compile::Options::default());
+    let passes = PassOptions {
+        none: false,
+        without: vec!["bounding".to_owned()],
+    };
+    let (compiled, found) = compile(scene, &compile::Options { part: None, passes });
     let mut module = compiled.unwrap_or_else(|| panic!("{found:?}")).module;
     module.update(0.0);
     module

@@ -66,6 +66,16 @@ pub(crate) fn scene(path: &Path) -> Scene {
     scene.unwrap_or_else(|| panic!("{}", found.render(&sources, Style::Plain)))
 }
 
+/// The scene of a text without other files, compiled with some passes.
+pub(crate) fn compiled_text(text: &str, passes: PassOptions) -> Compiled {
+    let mut sources = Sources::new();
+    let file = sources.add("text", text.to_owned());
+    let (scene, found) = elaborate(&mut sources, file, &Options::default());
+    let scene = scene.unwrap_or_else(|| panic!("{found:?}"));
+    let (compiled, found) = compile::compile(scene, &compile::Options { part: None, passes });
+    compiled.unwrap_or_else(|| panic!("{found:?}"))
+}
+
 /// The scene of a file, compiled with some passes.
 pub(crate) fn compiled(path: &Path, passes: PassOptions) -> Compiled {
     let options = compile::Options { part: None, passes };

@@ -274,6 +274,10 @@ impl<R: Real> Real for Dual<R> {
         R::not(a)
     }
     #[inline(always)]
+    fn surely(condition: R::Bool) -> bool {
+        R::surely(condition)
+    }
+    #[inline(always)]
     fn select(condition: R::Bool, then: Self, otherwise: Self) -> Self {
         Self {
             value: R::select(condition, then.value, otherwise.value),

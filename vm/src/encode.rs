@@ -55,12 +55,25 @@ pub fn encode_instruction(i: &Instruction) -> [u32; 4] {
         | (i.taken() as u32) << 21
         | u32::from(i.push) << 23
         | u32::from(i.slot) << 24;
-    [word, i.parameters, frame_index, blend_index | operand_index]
+    let last = blend_index | operand_index | i.skips;
+    [word, i.parameters, frame_index, last]
 }
 
 /// A program's instructions as words.
 pub fn encode(code: &[Instruction]) -> Vec<u32> {
     code.iter().flat_map(encode_instruction).collect()
+}
+
+/// The same where the constants lie so many places farther on, behind those of another program.
+pub fn encode_behind(code: &[Instruction], constants: u32) -> Vec<u32> {
+    let words = |i| {
+        let mut words = encode_instruction(i);
+        // How many instructions a guard skips is no place.
+        let places = if i.code == Code::Guard { 1..3 } else { 1..4 };
+        words[places].iter_mut().for_each(|word| *word += constants);
+        words
+    };
+    code.iter().flat_map(words).collect()
 }
 
 /// The instructions that the words stand for.
@@ -110,6 +123,7 @@ fn decode_instruction(at: usize, words: [u32; 4]) -> Result<Instruction, DecodeE
         place,
         slot: bits(24, 8) as u8,
         parameters,
+        skips: if code == Code::Guard { last } else { 0 },
     };
     // What means nothing must be zero, so that equal programs have equal words.
     if encode_instruction(&instruction) != words || (instruction.slot != 0 && !code.has_slot()) {

@@ -5,6 +5,7 @@
 
 use crate::apply::{Applied, Apply, apply};
 use crate::dual::{Dual, DualVec3};
+use crate::guard::beyond;
 use crate::program::{Code, Frame, Instruction, Operands, Place, Program};
 use crate::real::{Real, Vector3};
 use crate::vector::V3;
@@ -15,7 +16,9 @@ pub fn evaluate<R: Apply>(program: &Program, point: R::Vec3) -> R {
     let mut points: Vec<R::Vec3> = Vec::new();
     let mut slots = vec![R::constant(0.0); program.slots as usize];
     let mut p = point;
-    for i in &program.code {
+    let mut at = 0;
+    while let Some(i) = program.code.get(at) {
+        at += 1;
         for _ in 0..i.pops {
             p = points.pop().unwrap_or(p);
         }
@@ -48,6 +51,13 @@ pub fn evaluate<R: Apply>(program: &Program, point: R::Vec3) -> R {
                 continue;
             }
             Code::Paint => pop(&mut stack),
+            Code::Guard => {
+                let top = stack.last().copied().unwrap_or(R::constant(0.0));
+                if may_skip(constants(program, i), q, top) {
+                    at += i.skips as usize;
+                }
+                continue;
+            }
         };
         let result = match i.place {
             Place::Push => result,
@@ -61,6 +71,14 @@ pub fn evaluate<R: Apply>(program: &Program, point: R::Vec3) -> R {
         stack.push(result);
     }
     pop(&mut stack)
+}
+
+/// Whether a guard with these parameters knows that what it stands for does not matter.
+fn may_skip<R: Real>(k: &[f32], q: R::Vec3, top: R) -> bool {
+    let number = |i: usize| R::constant(k[i].into());
+    let vector = |i: usize| R::Vec3::new(number(i), number(i + 1), number(i + 2));
+    let excess = beyond::<R>(q, top, vector(0), number(3), vector(4), number(7));
+    R::surely(R::constant(0.0).less(excess))
 }
 
 /// The value and its gradient.

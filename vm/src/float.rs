@@ -18,6 +18,10 @@ impl Real for f32 {
         value as f32
     }
     #[inline(always)]
+    fn surely(condition: bool) -> bool {
+        condition
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         f32::abs(self)
     }
@@ -115,6 +119,10 @@ impl Real for f64 {
     #[inline(always)]
     fn constant(value: f64) -> Self {
         value
+    }
+    #[inline(always)]
+    fn surely(condition: bool) -> bool {
+        condition
     }
     #[inline(always)]
     fn abs(self) -> Self {

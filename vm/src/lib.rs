@@ -11,6 +11,7 @@ pub mod encode;
 pub mod evaluate;
 pub mod file;
 mod float;
+pub mod guard;
 pub mod interval;
 pub mod kernel;
 pub mod lanes;

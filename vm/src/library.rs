@@ -3,9 +3,10 @@
 
 use crate::apply::{record_gradient, record_value};
 use crate::dual::Dual;
+use crate::guard::beyond;
 use crate::kernel::Kernel;
 use crate::prelude;
-use crate::record::{DUAL_POINT, Function, Scalar, record};
+use crate::record::{DUAL_POINT, Function, Scalar, Vec3, record};
 use crate::table::Op;
 use std::collections::{BTreeSet, HashSet};
 
@@ -20,6 +21,7 @@ pub struct Library {
     mapped_gradient: bool,
     local_normal: bool,
     mixed_surface: bool,
+    guard: bool,
     kernels: BTreeSet<Kernel>,
     kernel_gradients: BTreeSet<Kernel>,
 }
@@ -48,7 +50,7 @@ impl Library {
                     .iter()
                     .map(|&kernel| record_blend_gradient(kernel)),
             );
-        for function in recorded {
+        for function in recorded.chain(self.guard.then(record_guard)) {
             calls.extend(function.calls);
             bodies.push_str(&function.text);
             bodies.push('\n');
@@ -116,10 +118,29 @@ impl Library {
     pub fn use_mixed_surface(&mut self) {
         self.mixed_surface = true;
     }
+    /// Marks the test of guards as called.
+    pub fn use_guard(&mut self) {
+        self.guard = true;
+    }
     /// Marks the declaration of points with gradients as used.
     pub fn use_points(&mut self) {
         self.points = true;
     }
+}
+
+/// The name of [`beyond`] in WGSL.
+pub const GUARD_NAME: &str = "beyond";
+
+fn record_guard() -> Function {
+    record(GUARD_NAME, |s| {
+        let p: Vec3 = s.parameter("p");
+        let top: Scalar = s.parameter("top");
+        let centre: Vec3 = s.parameter("centre");
+        let reach: Scalar = s.parameter("reach");
+        let half: Vec3 = s.parameter("half");
+        let factor: Scalar = s.parameter("factor");
+        beyond::<Scalar>(p, top, centre, reach, half, factor)
+    })
 }
 
 /// The name of a kernel's blend in WGSL.

@@ -3,8 +3,8 @@
 //! ```text
 //! 0003  cuboid        half=[1.0, 0.5, 0.25]  at affine [1.0, 0.0, …]  blend quadratic [1.0, 1.0, 0.4, 0.625]
 //! ```
-//! A line is an instruction: its number, its name, its slot, its parameters, where it goes back to,
-//! its frame, its constant operand, its blend. A number that follows the parameters of the scene is
+//! A line is an instruction: its number, its name, its slot, its parameters, how many instructions it
+//! may skip, where it goes back to, its frame, its constant operand, its blend. A number that follows the parameters of the scene is
 //! written with the uniform result behind it, `0.35@u2`.
 
 use crate::kernel::Kernel;
@@ -44,6 +44,9 @@ pub fn print(program: &Program) -> String {
         }
         if i.code.pool_width() > 0 {
             let _ = write!(line, "  {}", numbers(i.parameters, parameter_count(i.code)));
+        }
+        if i.skips > 0 {
+            let _ = write!(line, "  skips {}", i.skips);
         }
         if i.pops > 0 {
             let _ = write!(line, "  back {}", i.pops);
@@ -138,13 +141,8 @@ fn parse_line(line: &str, pool: &mut PoolBuilder) -> Result<Instruction, String>
         rest = after.trim_start();
         match key {
             "keep" => i.push = true,
-            "back" => {
-                let (count, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-                i.pops = count
-                    .parse()
-                    .map_err(|_| format!("`{count}` is not a count"))?;
-                rest = after.trim_start();
-            }
+            "back" => i.pops = count(&mut rest)?,
+            "skips" => i.skips = count(&mut rest)?,
             "moved" => i.frame = Frame::Moved(pool.add(&list(&mut rest)?)),
             "mapped" => i.frame = Frame::Mapped(pool.add(&list(&mut rest)?)),
             "right" => i.operands = Operands::Right(pool.add(&list(&mut rest)?)),
@@ -168,6 +166,15 @@ fn parse_line(line: &str, pool: &mut PoolBuilder) -> Result<Instruction, String>
         }
     }
     Ok(i)
+}
+
+/// A whole number.
+fn count<T: std::str::FromStr>(rest: &mut &str) -> Result<T, String> {
+    let (count, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+    *rest = after.trim_start();
+    count
+        .parse()
+        .map_err(|_| format!("`{count}` is not a count"))
 }
 
 /// A list of numbers in brackets, each with the uniform result it follows.

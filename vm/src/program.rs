@@ -12,8 +12,12 @@
 //!    the current point.
 //!
 //! So a moved, rotated box that is smoothly united with what came before is one instruction, and a
-//! chain of unions never touches the stack in memory. There are no jumps: a program of n
-//! instructions runs n steps.
+//! chain of unions never touches the stack in memory.
+//!
+//! The only jumps are those of guards ([`crate::guard`]), and they lead forward: a program of n
+//! instructions runs n steps at most. The block of instructions that a guard may skip leaves both
+//! stacks as high as it found them and keeps nothing for later; it only blends into the value on
+//! top, which is what it gives back, in every bit, wherever it is skipped.
 //!
 //! # Words
 //! ```text
@@ -21,7 +25,8 @@
 //!          16‥20 pops   21‥22 values taken   23 push   24‥31 slot
 //! word 1   pool index of the parameters
 //! word 2   pool index of the frame
-//! word 3   pool index of the blend, or of the constant operand
+//! word 3   pool index of the blend, or of the constant operand; for a guard, how many instructions
+//!          it may skip
 //! ```
 //! The values taken and whether there is a result follow from the opcode; they stand in the word so
 //! that a kernel need not look them up.
@@ -38,6 +43,8 @@ pub const MAX_DEPTH: usize = 64;
 pub const MAX_POINTS: usize = 16;
 /// The most slots.
 pub const MAX_SLOTS: usize = 256;
+/// The most guards whose blocks lie in one another.
+pub const MAX_GUARDS: usize = 32;
 /// The most instructions. Engines may allow fewer: some devices end loops after 65,535 rounds.
 pub const MAX_INSTRUCTIONS: usize = 250_000;
 /// How many numbers describe a surface; see [`Code::Channel`].
@@ -65,16 +72,21 @@ pub enum Code {
     /// since the last one in place of them; the slot is a mask of those. Only in programs of
     /// surfaces.
     Paint,
+    /// Skips the instructions behind it where the point, through the frame, lies beyond the reach of
+    /// what they blend into the value on top ([`crate::guard`]). Its parameters are the middle of a
+    /// box and the reach, then the box's half size and the factor.
+    Guard,
 }
 
 /// The opcodes that are not rows, from the top down.
-const MACHINE: [Code; 6] = [
+pub(crate) const MACHINE: [Code; 7] = [
     Code::Load,
     Code::Store,
     Code::Take,
     Code::Normal,
     Code::Channel,
     Code::Paint,
+    Code::Guard,
 ];
 
 impl Code {
@@ -105,6 +117,7 @@ impl Code {
             Code::Normal => "normal",
             Code::Channel => "channel",
             Code::Paint => "paint",
+            Code::Guard => "guard",
         }
     }
     /// The code of this name.
@@ -118,7 +131,7 @@ impl Code {
     pub fn arity(self) -> usize {
         match self {
             Code::Op(op) => op.row().arity(),
-            Code::Load | Code::Normal => 0,
+            Code::Load | Code::Normal | Code::Guard => 0,
             Code::Store | Code::Take | Code::Channel | Code::Paint => 1,
         }
     }
@@ -126,7 +139,7 @@ impl Code {
     pub fn reads_point(self) -> bool {
         match self {
             Code::Op(op) => op.row().reads_point(),
-            Code::Normal => true,
+            Code::Normal | Code::Guard => true,
             _ => false,
         }
     }
@@ -134,15 +147,20 @@ impl Code {
     pub fn gives_point(self) -> bool {
         matches!(self, Code::Op(op) if op.row().output == Output::Point)
     }
+    /// Whether it leaves no value: it gives a point, only sets a channel, or decides what runs.
+    pub fn gives_none(self) -> bool {
+        self.gives_point() || matches!(self, Code::Channel | Code::Guard)
+    }
     /// Whether its slot field says something.
     pub fn has_slot(self) -> bool {
-        !matches!(self, Code::Op(_) | Code::Take)
+        !matches!(self, Code::Op(_) | Code::Take | Code::Guard)
     }
     /// How many vec4 constants its parameters take.
     pub fn pool_width(self) -> usize {
         match self {
             Code::Op(op) => op.row().parameter_width().div_ceil(4),
             Code::Paint => 3,
+            Code::Guard => 2,
             _ => 0,
         }
     }
@@ -207,6 +225,8 @@ pub struct Instruction {
     pub slot: u8,
     /// Where its parameters lie in the pool.
     pub parameters: u32,
+    /// How many instructions a guard may skip; zero for all others.
+    pub skips: u32,
 }
 
 impl Instruction {
@@ -221,11 +241,12 @@ impl Instruction {
             place: Place::Push,
             slot: 0,
             parameters: 0,
+            skips: 0,
         }
     }
-    /// Whether it leaves no value: it gives a point, or only sets a channel.
+    /// Whether it leaves no value; see [`Code::gives_none`].
     pub fn gives_none(&self) -> bool {
-        self.code.gives_point() || self.code == Code::Channel
+        self.code.gives_none()
     }
     /// How many values it takes off the stack for its operation.
     pub fn taken(&self) -> usize {

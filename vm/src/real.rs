@@ -70,6 +70,12 @@ pub trait Real:
     /// `then` where the condition holds, `otherwise` elsewhere.
     fn select(condition: Self::Bool, then: Self, otherwise: Self) -> Self;
 
+    /// Whether the outcome is known to hold, so that what depends on it may be left out. Numbers
+    /// that stand for many, or for text, never know.
+    #[inline(always)]
+    fn surely(_condition: Self::Bool) -> bool {
+        false
+    }
     /// Gradient noise at `p` and its gradient; see [`crate::elementary::perlin`].
     #[inline(always)]
     fn noise_gradient(p: Self::Vec3, seed: Self) -> (Self, Self::Vec3) {

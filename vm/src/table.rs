@@ -10,6 +10,7 @@ use crate::bounds::Bounds;
 use crate::interval::NOISE_STEEPNESS;
 use crate::kernel::{Blend, Kernel};
 use crate::ops::{prepare, volumes};
+use crate::program::MACHINE;
 use crate::real::Real;
 use crate::row::{
     ArgumentKind as A, BoundsRule, Category, Exactness, Input, Language, Meta, Output, Parameter,
@@ -937,8 +938,8 @@ impl Op {
     }
 }
 
-/// A number that changes whenever a row's name, inputs or parameters do: a program is only
-/// readable by the table that wrote it.
+/// A number that changes whenever a row's name, inputs or parameters do, or the machine's own codes:
+/// a program is only readable by the table that wrote it.
 pub fn table_hash() -> u32 {
     let mut hash: u32 = 0x811c_9dc5;
     let mut feed = |text: &str| {
@@ -952,6 +953,9 @@ pub fn table_hash() -> u32 {
             "{:?}{:?}{:?}",
             row.inputs, row.output, row.parameters
         ));
+    }
+    for code in MACHINE {
+        feed(code.name());
     }
     hash
 }

@@ -2,12 +2,14 @@
 //!
 //! What it proves: every opcode is known, every operand was computed, every pool index and slot
 //! exists, stacks stay within the format's limits, all constants are finite, and one value is left
-//! at the end. With no jumps, that makes every run end after as many steps as there are
-//! instructions, without an access out of range.
+//! at the end. What a guard may skip lies behind it and within the block that it stands in itself,
+//! leaves both stacks as high as they were, never reaches below the value on top and the current
+//! point, and stores nothing that is loaded later. As jumps lead forward only, every run ends after
+//! as many steps as there are instructions at most, without an access out of range.
 
 use crate::program::{
-    CHANNELS, Code, Frame, MAX_DEPTH, MAX_INSTRUCTIONS, MAX_POINTS, MAX_SLOTS, Operands, Place,
-    Program,
+    CHANNELS, Code, Frame, Instruction, MAX_DEPTH, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_POINTS,
+    MAX_SLOTS, Operands, Place, Program,
 };
 
 /// Why a program is refused.
@@ -129,7 +131,13 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
 
     let (mut depth, mut points) = (0_usize, 0_usize);
     let mut stored = vec![false; program.slots as usize];
+    let mut blocks: Vec<Block> = Vec::new();
+    // Channels that no material has taken yet.
+    let mut pending = 0_usize;
     for (at, i) in program.code.iter().enumerate() {
+        while let Some(block) = blocks.pop_if(|block| block.end == at) {
+            block.close(depth, points, pending, &mut stored)?;
+        }
         let malformed = |problem| {
             Err(VerifyError::Malformed {
                 at,
@@ -155,7 +163,13 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
                 have: points,
             });
         }
-        points = points - i.pops as usize + usize::from(i.push);
+        points -= i.pops as usize;
+        if let Some(block) = blocks.last()
+            && let Some(problem) = block.point_left(points, i)
+        {
+            return malformed(problem);
+        }
+        points += usize::from(i.push);
         limit("points", points, MAX_POINTS)?;
         match i.frame {
             Frame::Same => {}
@@ -178,19 +192,57 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
             });
         }
         depth -= taken;
+        let blends = usize::from(i.place != Place::Push);
+        if let Some(block) = blocks.last()
+            && depth < block.depth + blends - 1
+        {
+            return malformed("reaches below the value that its guard stands for");
+        }
         match i.code {
             Code::Load if !stored.get(usize::from(i.slot)).is_some_and(|&s| s) => {
                 return Err(VerifyError::Slot { at, slot: i.slot });
             }
             Code::Store => match stored.get_mut(usize::from(i.slot)) {
-                Some(slot) => *slot = true,
+                Some(slot) => {
+                    *slot = true;
+                    blocks.iter_mut().for_each(|block| block.stores(i.slot));
+                }
                 None => return malformed("names a slot that the program does not have"),
             },
             Code::Normal if i.slot > 2 => return malformed("names no axis"),
             Code::Channel if usize::from(i.slot) >= CHANNELS => {
                 return malformed("names no channel");
             }
-            _ => {}
+            Code::Channel => pending += 1,
+            Code::Paint => pending = 0,
+            Code::Guard => {
+                let end = at + 1 + i.skips as usize;
+                let outer = blocks.last().map_or(program.code.len(), |block| block.end);
+                if i.skips == 0 {
+                    return malformed("skips nothing");
+                }
+                if end > outer {
+                    return malformed("skips more than there is behind it");
+                }
+                if depth == 0 {
+                    return malformed("has no value to compare with");
+                }
+                if pending > 0 {
+                    return malformed("stands between a channel and its material");
+                }
+                blocks.push(Block {
+                    at,
+                    end,
+                    depth,
+                    points,
+                    stored: Vec::new(),
+                });
+                limit("guards within each other", blocks.len(), MAX_GUARDS)?;
+            }
+            Code::Op(_) | Code::Load | Code::Take | Code::Normal => {}
+        }
+        if i.skips > 0 && i.code != Code::Guard {
+            return malformed("skips, but is no guard");
         }
         let keeps = !i.gives_none();
         match i.place {
@@ -212,8 +264,70 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
         }
         limit("values on the stack", depth, MAX_DEPTH)?;
     }
+    for block in blocks.into_iter().rev() {
+        block.close(depth, points, pending, &mut stored)?;
+    }
     if depth != 1 {
         return Err(VerifyError::Leftover { left: depth });
     }
     Ok(())
+}
+
+/// The instructions that a guard may skip.
+struct Block {
+    /// The guard.
+    at: usize,
+    /// The instruction behind the last one.
+    end: usize,
+    /// How many values lay on the stack at the guard, the one on top included.
+    depth: usize,
+    /// How many points were kept at the guard.
+    points: usize,
+    /// The slots that were stored since.
+    stored: Vec<u8>,
+}
+
+impl Block {
+    /// What is wrong with an instruction of the block that has gone back to so many kept points.
+    fn point_left(&self, points: usize, i: &Instruction) -> Option<&'static str> {
+        if points < self.points {
+            return Some("goes back to a point from before its guard");
+        }
+        let replaces = points == self.points && i.code.gives_point() && !i.push;
+        replaces.then_some("replaces the point that its guard looks at")
+    }
+
+    fn stores(&mut self, slot: u8) {
+        if !self.stored.contains(&slot) {
+            self.stored.push(slot);
+        }
+    }
+
+    /// Checks that skipping the block and running it lead to the same place; what it stored is
+    /// forgotten.
+    fn close(
+        self,
+        depth: usize,
+        points: usize,
+        pending: usize,
+        stored: &mut [bool],
+    ) -> Result<(), VerifyError> {
+        let problem = if depth != self.depth {
+            "stands for instructions that leave more values or fewer"
+        } else if points != self.points {
+            "stands for instructions that keep points"
+        } else if pending > 0 {
+            "stands for instructions that leave a channel without its material"
+        } else {
+            for slot in self.stored {
+                stored[usize::from(slot)] = false;
+            }
+            return Ok(());
+        };
+        Err(VerifyError::Malformed {
+            at: self.at,
+            name: Code::Guard.name(),
+            problem,
+        })
+    }
 }

@@ -52,6 +52,10 @@ fn random_program(seed: u64) -> Program {
     let length = 3 + r.below(40);
     while code.len() < length || depth != 1 {
         let closing = code.len() >= length && depth > 1;
+        if depth > 0 && r.chance(8) {
+            guarded_balls(&mut r, &mut pool, &mut code, points, 0);
+            continue;
+        }
         let numbers = |r: &mut Random, n: usize| -> Vec<PoolNumber> {
             (0..n).map(|_| r.number().into()).collect()
         };
@@ -132,6 +136,80 @@ fn random_program(seed: u64) -> Program {
         patches,
         slots,
     }
+}
+
+/// A guard in front of balls that are blended into the value on top, some of them behind guards of
+/// their own, some at a point that is kept for a while. It tells the truth: what it skips does not
+/// matter.
+fn guarded_balls(
+    r: &mut Random,
+    pool: &mut PoolBuilder,
+    code: &mut Vec<Instruction>,
+    points: usize,
+    level: usize,
+) -> [[f32; 2]; 3] {
+    let at = code.len();
+    code.push(Instruction::new(Code::Guard));
+    let smooth = r.chance(50);
+    let mut hull = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
+    for _ in 0..1 + r.below(3) {
+        if level < 3 && r.chance(25) {
+            let inner = guarded_balls(r, pool, code, points, level + 1);
+            for (side, [low, high]) in hull.iter_mut().zip(inner) {
+                *side = [side[0].min(low), side[1].max(high)];
+            }
+            continue;
+        }
+        let mut ball = Instruction::new(Code::Op(Op::Sphere));
+        let radius = 0.1 + r.below(900) as f32 / 1000.0;
+        let by: [f32; 3] = std::array::from_fn(|_| r.number());
+        ball.parameters = pool.add(&[radius.into()]);
+        ball.frame = Frame::Moved(pool.add(&by.map(PoolNumber::from)));
+        let kernel = if smooth {
+            Kernel::Quadratic
+        } else {
+            Kernel::Hard
+        };
+        let list = [1.0, 1.0, 0.5, 0.5].map(PoolNumber::from);
+        ball.place = Place::Blend {
+            kernel,
+            index: pool.add(&list),
+        };
+        // The mirrored point is kept for this ball only: the shape is there on both sides.
+        let mirrors = points + level < MAX_POINTS && r.chance(25);
+        if mirrors {
+            code.push(Instruction {
+                push: true,
+                parameters: pool.add(&[1.0.into(), 1.0.into(), 1.0.into()]),
+                ..Instruction::new(Code::Op(Op::Mirror))
+            });
+        }
+        code.push(ball);
+        if mirrors {
+            code.push(Instruction {
+                pops: 1,
+                ..Instruction::new(Code::Take)
+            });
+        }
+        for (side, by) in hull.iter_mut().zip(by) {
+            let reach = if mirrors {
+                [-by.abs() - radius, by.abs() + radius]
+            } else {
+                [-by - radius, -by + radius]
+            };
+            *side = [side[0].min(reach[0]), side[1].max(reach[1])];
+        }
+    }
+    let middle = hull.map(|[low, high]| (low + high) / 2.0);
+    let half = hull.map(|[low, high]| (high - low) / 2.0 + 0.01);
+    // The blends within may be smooth, or those of the guards within.
+    let volume = [
+        middle[0], middle[1], middle[2], 0.5, half[0], half[1], half[2], 1.0,
+    ];
+    let parameters = pool.add(&volume.map(PoolNumber::from));
+    code[at].parameters = parameters;
+    code[at].skips = (code.len() - at - 1) as u32;
+    hull
 }
 
 fn random_points(seed: u64) -> [Column; 3] {
@@ -227,7 +305,8 @@ fn pruned_tapes_give_the_same_bits_in_their_box() {
             for lane in 0..LANES {
                 let (a, b) = (all.0[lane], some.0[lane]);
                 let agree = same(a, b) && lo <= a && a <= hi;
-                if !agree && broken(&program, &tape, &points, lane) {
+                // A smaller operand that is not a number is lost in a minimum, but not without it.
+                if !agree && (b.is_nan() || broken(&program, &tape, &points, lane)) {
                     senseless += 1;
                     continue;
                 }
@@ -276,8 +355,9 @@ fn batches_and_single_points_agree_in_every_bit() {
                 (duals[1].0[lane], exact.gradient.y),
                 (duals[2].0[lane], exact.gradient.z),
             ];
+            // What a guard skips may turn the sign of a zero in the gradient.
             assert!(
-                both.iter().all(|&(a, b)| same(a, b)),
+                both.iter().all(|&(a, b)| same(a, b) || a == b),
                 "seed {seed}: {both:?}\n{}",
                 listing()
             );
@@ -343,4 +423,140 @@ fn limits_are_refused_with_both_numbers() {
         Err(VerifyError::Leftover { left: 2 })
     );
     assert_eq!(verify(&program(vec![]), 0, false), Err(VerifyError::Empty));
+}
+
+/// A program whose guard stands in front of some instructions; `1` is on the stack in front of it.
+fn with_guard(skips: u32, behind: &[Instruction]) -> Program {
+    let guard = Instruction {
+        skips,
+        ..Instruction::new(Code::Guard)
+    };
+    let constant = Instruction::new(Code::Op(Op::Constant));
+    let mut code = vec![constant, guard];
+    code.extend(behind);
+    Program {
+        code,
+        pool: vec![[1.0; 4]; 4],
+        patches: vec![],
+        slots: 1,
+    }
+}
+
+/// A ball that is blended into the value below it.
+fn blended_ball() -> Instruction {
+    Instruction {
+        place: Place::Blend {
+            kernel: Kernel::Hard,
+            index: 0,
+        },
+        ..Instruction::new(Code::Op(Op::Sphere))
+    }
+}
+
+#[test]
+fn guards_of_blends_are_accepted() {
+    let ball = blended_ball();
+    let inner = Instruction {
+        skips: 1,
+        ..Instruction::new(Code::Guard)
+    };
+    assert_eq!(verify(&with_guard(1, &[ball]), 0, false), Ok(()));
+    assert_eq!(verify(&with_guard(1, &[ball, ball]), 0, false), Ok(()));
+    let nested = with_guard(3, &[ball, inner, ball]);
+    assert_eq!(verify(&nested, 0, false), Ok(()));
+    let words = encode(&nested.code);
+    assert_eq!(decode(&words), Ok(nested.code.clone()));
+    let parsed = listing::parse(&listing::print(&nested)).map(|program| program.code[1].skips);
+    assert_eq!(parsed, Ok(3));
+}
+
+#[test]
+fn guards_that_skip_more_than_blends_are_refused() {
+    let op = |op| Instruction::new(Code::Op(op));
+    let ball = blended_ball();
+    let slot = |code| Instruction::new(code);
+    let guard = |skips| Instruction {
+        skips,
+        ..Instruction::new(Code::Guard)
+    };
+    let take = |pops| Instruction {
+        pops,
+        ..Instruction::new(Code::Take)
+    };
+    let mirror = |push| Instruction {
+        push,
+        ..op(Op::Mirror)
+    };
+    let deep: Vec<Instruction> = (0..40).map(|at| guard(40 - at)).chain([ball]).collect();
+    let cases = [
+        (with_guard(0, &[ball]), "skips nothing"),
+        (with_guard(2, &[ball]), "skips more than there is behind it"),
+        (
+            with_guard(2, &[guard(2), ball, ball]),
+            "skips more than there is behind it",
+        ),
+        (
+            with_guard(1, &[op(Op::Sphere), ball]),
+            "leave more values or fewer",
+        ),
+        (
+            with_guard(1, &[op(Op::Union), ball]),
+            "takes 2 values but the stack holds 1",
+        ),
+        (
+            with_guard(
+                1,
+                &[Instruction {
+                    place: ball.place,
+                    ..take(0)
+                }],
+            ),
+            "reaches below the value",
+        ),
+        (
+            with_guard(1, &[mirror(false), ball]),
+            "replaces the point that its guard looks at",
+        ),
+        (with_guard(2, &[mirror(true), ball]), "keep points"),
+        (
+            with_guard(2, &[slot(Code::Store), ball, slot(Code::Load), ball]),
+            "reads slot 0, which holds nothing yet",
+        ),
+        (with_guard(41, &deep), "guards within each other"),
+    ];
+    for (program, expected) in cases {
+        let error = verify(&program, 0, false).expect_err(expected).to_string();
+        assert!(error.contains(expected), "{error}, not: {expected}");
+    }
+    let mut nothing = with_guard(1, &[ball]);
+    nothing.code.remove(0);
+    let error = verify(&nothing, 0, false).unwrap_err().to_string();
+    assert!(error.contains("no value to compare with"), "{error}");
+    let mut skipping = with_guard(1, &[ball]);
+    skipping.code[2].skips = 1;
+    let error = verify(&skipping, 0, false).unwrap_err().to_string();
+    assert!(error.contains("is no guard"), "{error}");
+    // A point that was kept in front of the guard stays where it is.
+    let mut back = with_guard(1, &[Instruction { pops: 1, ..ball }]);
+    back.code.insert(1, mirror(true));
+    let error = verify(&back, 0, false).unwrap_err().to_string();
+    assert!(error.contains("from before its guard"), "{error}");
+}
+
+#[test]
+fn guards_stay_between_channels_and_materials_of_their_own() {
+    let ball = blended_ball();
+    let constant = Instruction::new(Code::Op(Op::Constant));
+    let channel = Instruction::new(Code::Channel);
+    let mut left = with_guard(3, &[constant, channel, ball]);
+    let error = verify(&left, 0, true).unwrap_err().to_string();
+    assert!(error.contains("without its material"), "{error}");
+    left.code.swap(1, 3);
+    left.code.swap(1, 2);
+    left.code[3].skips = 1;
+    let error = verify(&left, 0, true).unwrap_err().to_string();
+    assert!(
+        error.contains("between a channel and its material"),
+        "{error}"
+    );
 }

@@ -22,7 +22,7 @@ use sdfc_shaders::interpreter::{
     CODE_SLOT, Function, LENGTH_SLOT, Memory, POOL_SLOT, bindings, interpreter,
 };
 use sdfc_shaders::layout;
-use sdfc_vm::encode::encode;
+use sdfc_vm::encode::{encode, encode_behind};
 use sdfc_vm::library::Library;
 use sdfc_vm::program::{Module, Needs, Program};
 use sdfc_vm::tape::Tape;
@@ -491,10 +491,7 @@ fn words(module: &Module) -> Vec<u32> {
     let mut words = encode(&module.distance.code);
     if let Some(surface) = &module.surface {
         let base = module.distance.pool.len() as u32;
-        for (i, word) in encode(&surface.code).into_iter().enumerate() {
-            // The first word of four is the instruction, the others are places in the pool.
-            words.push(if i % 4 == 0 { word } else { word + base });
-        }
+        words.extend(encode_behind(&surface.code, base));
     }
     words
 }

@@ -2,7 +2,7 @@
 
 use sdfc_vm::apply::wgsl_name;
 use sdfc_vm::kernel::Kernel;
-use sdfc_vm::library::{Library, blend_name};
+use sdfc_vm::library::{GUARD_NAME, Library, blend_name};
 use sdfc_vm::program::{Code, Needs};
 use sdfc_vm::row::{Category, Input, Output, ParameterType, Row};
 use std::fmt::Write;
@@ -142,6 +142,15 @@ pub(super) fn case(
         Code::Normal => {
             library.use_local_normal();
             format!("result = vec4f(0.0, 0.0, 0.0, local_normal(q.dx, q.dy, q.dz, n)[{slot}]);")
+        }
+        Code::Guard => {
+            library.use_guard();
+            let (point, value) = if dual { ("q.p", ".w") } else { ("q", "") };
+            format!(
+                "if {GUARD_NAME}({point}, {}{value}, k0.xyz, k0.w, k1.xyz, k1.w) > 0.0 \
+                 {{ at += word.w; }}",
+                names.one
+            )
         }
         Code::Channel => format!("channels[{slot}] = {};", names.one),
         Code::Paint => {

@@ -76,6 +76,10 @@ impl Builder {
         if i.push {
             self.points.push(self.point);
         }
+        // What guards leave out changes nothing, and pruning leaves out more.
+        if i.code == Code::Guard {
+            return;
+        }
         let mut operands = [NOWHERE; 3];
         for operand in operands[..i.taken()].iter_mut().rev() {
             *operand = self.pop();

@@ -198,7 +198,7 @@ impl<L: Lane, A: Attachment<L>> Machine<L, A> {
                             let numbers = &program.pool[start..start + 3];
                             m.attachment.paint(a, numbers, i.slot);
                         }
-                        Code::Load | Code::Store | Code::Take | Code::Channel => {
+                        Code::Load | Code::Store | Code::Take | Code::Channel | Code::Guard => {
                             unreachable!("moves leave no clause of their own")
                         }
                     }

@@ -48,7 +48,7 @@ impl Slopes {
             let own = match i.code {
                 Code::Op(op) => of_operation(program, i, op, operands, at),
                 Code::Load | Code::Store | Code::Take | Code::Paint => operands[0],
-                Code::Normal | Code::Channel => f64::INFINITY,
+                Code::Normal | Code::Channel | Code::Guard => f64::INFINITY,
             };
             if i.code.gives_point() {
                 stretch[clause.out as usize] = own;
