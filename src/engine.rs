@@ -18,20 +18,23 @@ pub(crate) enum Choice {
     Wgsl,
 }
 
-/// Opens an engine and gives it a scene.
-pub(crate) fn load(choice: Choice, scene: &Opened) -> Result<Box<dyn Engine>, Failure> {
-    let mut engine = match choice {
-        Choice::Auto => engine::open_auto(),
-        Choice::Cpu => open(EngineKind::Cpu)?,
-        Choice::Interp => open(EngineKind::Interp)?,
-        Choice::Wgsl => open(EngineKind::Wgsl)?,
-    };
+/// Opens the engine that is asked for.
+pub(crate) fn chosen(choice: Choice) -> Result<Box<dyn Engine>, Failure> {
+    match choice {
+        Choice::Auto => Ok(engine::open_auto()),
+        Choice::Cpu => open(EngineKind::Cpu),
+        Choice::Interp => open(EngineKind::Interp),
+        Choice::Wgsl => open(EngineKind::Wgsl),
+    }
+}
+
+/// Gives a scene to an engine.
+pub(crate) fn load(engine: &mut dyn Engine, scene: &Opened) -> Result<(), Failure> {
     let loaded = match engine.kind() {
         EngineKind::Wgsl => scene.loaded(),
         EngineKind::Cpu | EngineKind::Interp => scene.loaded_without_source(),
     };
-    engine.load(&loaded).map_err(failed)?;
-    Ok(engine)
+    engine.load(&loaded).map_err(failed)
 }
 
 /// Opens an engine.

@@ -19,7 +19,7 @@ use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::{PASSES, PassOptions};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources};
-use sdfc_runtime::engine::Loaded;
+use sdfc_runtime::engine::{EngineKind, Loaded};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
 use std::cell::OnceCell;
@@ -57,6 +57,16 @@ impl Build {
             ))),
         };
         self.params.iter().map(split).collect()
+    }
+
+    /// The same for an engine: on the CPU cells skip what guards would, and they are kept across edits
+    /// only where the order of instructions is.
+    pub(crate) fn for_engine(&self, kind: EngineKind) -> Self {
+        let mut build = self.clone();
+        if kind == EngineKind::Cpu {
+            build.no_pass.push("bounding".to_owned());
+        }
+        build
     }
 
     fn passes(&self) -> PassOptions {
@@ -235,6 +245,7 @@ pub(crate) fn compile(
     let options = compile::Options {
         part: build.part.clone(),
         passes: build.passes(),
+        time: build.at,
     };
     let made = made.and_then(|scene| {
         let printed = scene.printed.clone();

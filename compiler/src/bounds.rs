@@ -102,7 +102,7 @@ pub fn shape_bounds(scene: &Scene) -> Vec<Bounds> {
     let ids = || (0..scene.shapes.len() as u32).map(ShapeId);
     let mut lasting = Boxes::lasting();
     ids().for_each(|id| _ = lasting.slope(world, id));
-    let mut boxes = lasting.now();
+    let mut boxes = lasting.now(0.0);
     ids().map(|id| boxes.of(world, id)).collect()
 }
 
@@ -147,9 +147,10 @@ impl Boxes {
         }
     }
 
-    /// The same shapes' boxes at the present values of the parameters.
-    pub(crate) fn now(&self) -> Self {
+    /// The same shapes' boxes at the present values of the parameters and this time.
+    pub(crate) fn now(&self, time: f64) -> Self {
         Self {
+            time,
             // What a value is divided by holds for all parameters.
             slopes: self.slopes.clone(),
             ..Self::default()

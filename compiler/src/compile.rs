@@ -14,7 +14,7 @@ use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::library::Library;
 use sdfc_vm::program::{Module, Program};
-use sdfc_vm::settings::{self, Setting, Settings};
+use sdfc_vm::settings::{self, FoundBounds, Setting, Settings};
 use sdfc_vm::verify::{VerifyError, verify};
 
 /// What is compiled, and how.
@@ -24,6 +24,8 @@ pub struct Options {
     pub part: Option<String>,
     /// Which passes run.
     pub passes: PassOptions,
+    /// The time at which it is to be drawn first.
+    pub time: f64,
 }
 
 /// A scene, compiled.
@@ -104,9 +106,20 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
         optimize(&graph, &Context { purpose }, &options.passes).0
     });
     let world = World::from(&scene);
-    let (bounds, reach) = (boxes.now().of(world, root), boxes.of(world, root));
+    let found = FoundBounds {
+        bounds: boxes.now(options.time).of(world, root),
+        params: params_of(&scene),
+        time: options.time,
+    };
+    let (bounds, reach) = (boxes.now(0.0).of(world, root), boxes.of(world, root));
     let slope = steepness(&optimized);
-    let settings = settings_of(&mut scene, fallback, [bounds, reach], slope, &mut uniforms);
+    let settings = settings_of(
+        &mut scene,
+        fallback,
+        ([bounds, reach], found),
+        slope,
+        &mut uniforms,
+    );
     let mut module = Module {
         distance: schedule(&optimized),
         surface: surface.as_ref().map(schedule),
@@ -214,11 +227,17 @@ fn materials(scene: &Scene, root: ShapeId) -> (usize, MaterialId) {
     }
 }
 
+/// The numbers of a scene's parameters.
+fn params_of(scene: &Scene) -> Vec<f64> {
+    let numbers = scene.params.iter().flat_map(|param| &param.value);
+    numbers.copied().collect()
+}
+
 /// The scene's settings, with numbers that engines can read.
 fn settings_of(
     scene: &mut Scene,
     fallback: MaterialId,
-    [bounds, reach]: [Bounds; 2],
+    ([bounds, reach], found): ([Bounds; 2], FoundBounds),
     slope: f64,
     uniforms: &mut Uniforms,
 ) -> Settings {
@@ -273,6 +292,8 @@ fn settings_of(
         z_up: scene.z_up,
         bounds,
         reach,
+        found,
+        time: 0.0,
         slope,
         material,
         material_id: fallback.0,

@@ -82,7 +82,7 @@ pub fn module_text(compiled: &Compiled) -> String {
     let outputs = compiled
         .module
         .uniforms
-        .run(&compiled.module.param_numbers(), 0.0);
+        .run(&compiled.module.settings.param_numbers(), 0.0);
     let fixed = with_constants(&compiled.optimized, &outputs);
     let surface = compiled
         .surface

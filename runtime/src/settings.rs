@@ -172,7 +172,7 @@ pub fn resolve(
 pub fn facts(module: &Module, outputs: &[f64]) -> FieldFacts {
     FieldFacts {
         slope: module.settings.slope as f32,
-        bounds: module.settings.reach,
+        bounds: *module.settings.space(),
         material: module.surface.is_none().then(|| unpainted(module, outputs)),
     }
 }

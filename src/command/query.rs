@@ -34,12 +34,14 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
-    let scene = scene::open(&arguments.scene, &arguments.build, terminal)?;
+    let mut engine = engine::chosen(arguments.engine)?;
+    let build = arguments.build.for_engine(engine.kind());
+    let scene = scene::open(&arguments.scene, &build, terminal)?;
     if std::io::stdin().is_terminal() {
         terminal.note("write a point a line: x y z");
     }
     let points = points(&input::standard()?, scene.module().settings.plane, terminal)?;
-    let mut engine = engine::load(arguments.engine, &scene)?;
+    engine::load(&mut *engine, &scene)?;
     let samples = engine.query(&points).map_err(engine::failed)?;
     let materials = &scene.module().settings.materials;
     if arguments.json {

@@ -158,11 +158,13 @@ impl Look {
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let to = destination(arguments)?;
-    let scene = scene::open(&arguments.scene, &arguments.build, terminal)?;
+    let mut engine = engine::chosen(arguments.engine)?;
+    let build = arguments.build.for_engine(engine.kind());
+    let scene = scene::open(&arguments.scene, &build, terminal)?;
     let settings = resolve(scene.module(), &scene.outputs, &arguments.look.overrides())
         .map_err(|error| Failure::Input(format!("{}: {error}", arguments.scene.display())))?;
     let started = Instant::now();
-    let mut engine = engine::load(arguments.engine, &scene)?;
+    engine::load(&mut *engine, &scene)?;
     let what = arguments.scene.display().to_string();
     let progress = Progress::new(terminal, what, arguments.progress);
     let frame = engine.render(&settings, &|share| progress.is_at(share));

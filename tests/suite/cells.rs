@@ -244,7 +244,13 @@ fn balls(height: f64) -> Module {
         none: false,
         without: vec!["bounding".to_owned()],
     };
-    let (compiled, found) = compile(scene, &compile::Options { part: None, passes });
+    let (compiled, found) = compile(
+        scene,
+        &compile::Options {
+            passes,
+            ..compile::Options::default()
+        },
+    );
     let mut module = compiled.unwrap_or_else(|| panic!("{found:?}")).module;
     module.update(0.0);
     module

@@ -72,13 +72,22 @@ pub(crate) fn compiled_text(text: &str, passes: PassOptions) -> Compiled {
     let file = sources.add("text", text.to_owned());
     let (scene, found) = elaborate(&mut sources, file, &Options::default());
     let scene = scene.unwrap_or_else(|| panic!("{found:?}"));
-    let (compiled, found) = compile::compile(scene, &compile::Options { part: None, passes });
+    let (compiled, found) = compile::compile(
+        scene,
+        &compile::Options {
+            passes,
+            ..compile::Options::default()
+        },
+    );
     compiled.unwrap_or_else(|| panic!("{found:?}"))
 }
 
 /// The scene of a file, compiled with some passes.
 pub(crate) fn compiled(path: &Path, passes: PassOptions) -> Compiled {
-    let options = compile::Options { part: None, passes };
+    let options = compile::Options {
+        passes,
+        ..compile::Options::default()
+    };
     let (compiled, found) = compile::compile(scene(path), &options);
     compiled.unwrap_or_else(|| panic!("{}: {found:?}", path.display()))
 }

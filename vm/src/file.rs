@@ -309,7 +309,7 @@ fn check_settings(settings: &Settings, uniforms: &UniformProgram) -> Result<(), 
     if inputs != uniforms.inputs as usize || !settings.params.iter().all(finite) {
         return Err("the parameters do not fit the uniform program");
     }
-    let boxes = [&settings.bounds, &settings.reach];
+    let boxes = [&settings.bounds, &settings.reach, &settings.found.bounds];
     let mut corners = boxes.into_iter().flat_map(|b| b.min.iter().chain(&b.max));
     if corners.any(|v| v.is_nan()) || !settings.slope.is_finite() || settings.slope < 1.0 {
         return Err("its bounds or its slope are not numbers");

@@ -401,18 +401,11 @@ pub struct Module {
 }
 
 impl Module {
-    /// The numbers of all parameters, in the order of the uniform program's inputs.
-    pub fn param_numbers(&self) -> Vec<f64> {
-        self.settings
-            .params
-            .iter()
-            .flat_map(|param| param.value.iter().copied())
-            .collect()
-    }
     /// Runs the uniform program for the present parameters at this time, writes the results into
     /// both programs' constants, and gives them. Nothing else changes with a parameter.
     pub fn update(&mut self, time: f64) -> Vec<f64> {
-        let outputs = self.uniforms.run(&self.param_numbers(), time);
+        let outputs = self.uniforms.run(&self.settings.param_numbers(), time);
+        self.settings.time = time;
         let narrow: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
         self.distance.patch(&narrow);
         if let Some(surface) = &mut self.surface {

@@ -52,8 +52,12 @@ pub struct Settings {
     pub z_up: bool,
     /// A box around the solid at the present parameters, at time 0: what a camera frames.
     pub bounds: Bounds,
-    /// A box around the solid for all parameters and times: what rays may be cut to.
+    /// A box around the solid for all parameters and times.
     pub reach: Bounds,
+    /// A box around the solid that was found for some values of the parameters.
+    pub found: FoundBounds,
+    /// The time of the present values.
+    pub time: f64,
     /// A bound on the distance's slope.
     pub slope: f64,
     /// The material of everything: albedo, roughness, emission, metallic; used where there is no
@@ -65,6 +69,35 @@ pub struct Settings {
     pub materials: Vec<String>,
     /// The names of the outputs.
     pub parts: Vec<String>,
+}
+
+/// A box that holds for some values of the parameters and one time. A parameter that shapes the solid
+/// leaves no box that holds for all its values, but there is one for each.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundBounds {
+    /// The box.
+    pub bounds: Bounds,
+    /// The numbers of all parameters, in their order.
+    pub params: Vec<f64>,
+    /// The time.
+    pub time: f64,
+}
+
+impl Settings {
+    /// The numbers of all parameters, in the order of the uniform program's inputs.
+    pub fn param_numbers(&self) -> Vec<f64> {
+        let numbers = self.params.iter().flat_map(|param| &param.value);
+        numbers.copied().collect()
+    }
+    /// A box around the solid at the present values: what rays may be cut to.
+    pub fn space(&self) -> &Bounds {
+        let found = &self.found;
+        if found.time == self.time && found.params == self.param_numbers() {
+            &found.bounds
+        } else {
+            &self.reach
+        }
+    }
 }
 
 /// A parameter.

@@ -10,8 +10,8 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::listing::parse;
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::settings::{
-    Camera, Lens, Light, LightSource, Normals, Occlusion, Render, Setting, Settings, Shadow, Sky,
-    Tonemap, Triple,
+    Camera, FoundBounds, Lens, Light, LightSource, Normals, Occlusion, Render, Setting, Settings,
+    Shadow, Sky, Tonemap, Triple,
 };
 use sdfc_vm::uniform::{Step, UniformProgram};
 use sdfc_vm::verify::verify;
@@ -133,6 +133,12 @@ fn settings() -> Settings {
         z_up: false,
         bounds: Bounds::centred([2.0; 3]),
         reach: Bounds::centred([2.0; 3]),
+        found: FoundBounds {
+            bounds: Bounds::centred([2.0; 3]),
+            params: vec![],
+            time: 0.0,
+        },
+        time: 0.0,
         slope: 1.0,
         material: constants([0.7, 0.4, 0.3, 0.5, 0.0, 0.0, 0.0, 0.0]),
         material_id: 3,

@@ -284,10 +284,8 @@ pub(super) fn step(
     line(2, "switch select(word.x & 255u, 256u, form > 2u) {");
     // Without surfaces to give, those of surfaces hand on their operand; guards are for whole programs.
     let idle = |code: &&Code| {
-        matches!(
-            code,
-            Code::Load | Code::Store | Code::Take | Code::Guard
-        ) || code.is_surface() && !surface
+        matches!(code, Code::Load | Code::Store | Code::Take | Code::Guard)
+            || code.is_surface() && !surface
     };
     for &code in needs.codes.iter().filter(|code| !idle(code)) {
         let body = case(code, needs, dual, surface, &names, library);

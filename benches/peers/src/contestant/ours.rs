@@ -55,8 +55,8 @@ impl Compiled {
         kind: EngineKind,
     ) -> Result<Self, String> {
         let options = compile::Options {
-            part: None,
             passes: passes.clone(),
+            ..compile::Options::default()
         };
         let compiled = scene.and_then(|scene| {
             let (compiled, more) = compile::compile(scene, &options);
