@@ -45,6 +45,9 @@ pub(crate) struct Build {
     #[arg(long, value_name = "PASS",
         value_parser = PossibleValuesParser::new(PASSES.map(|pass| pass.name)))]
     pub(crate) no_pass: Vec<String>,
+    /// What is to run it, if that is known.
+    #[arg(skip)]
+    engine: Option<EngineKind>,
 }
 
 impl Build {
@@ -59,20 +62,24 @@ impl Build {
         self.params.iter().map(split).collect()
     }
 
-    /// The same for an engine: on the CPU cells skip what guards would, and they are kept across edits
-    /// only where the order of instructions is.
+    /// The same for an engine.
     pub(crate) fn for_engine(&self, kind: EngineKind) -> Self {
-        let mut build = self.clone();
-        if kind == EngineKind::Cpu {
-            build.no_pass.push("bounding".to_owned());
+        Self {
+            engine: Some(kind),
+            ..self.clone()
         }
-        build
     }
 
     fn passes(&self) -> PassOptions {
+        let mut without = self.no_pass.clone();
+        if self.engine == Some(EngineKind::Cpu) {
+            // Cells skip what guards would, and are kept across edits only where the order of
+            // instructions is.
+            without.push("bounding".to_owned());
+        }
         PassOptions {
             none: self.level == 0,
-            without: self.no_pass.clone(),
+            without,
         }
     }
 }

@@ -233,7 +233,7 @@ fn without_room_cells_keep_their_parents_tapes_and_the_picture() {
     };
     assert_eq!(ample.stats.cells.short, 0);
     // Room for some cells, for few, and for less than the first ones.
-    for (most, some) in [(512 << 10, true), (96 << 10, true), (16 << 10, false)] {
+    for (most, some) in [(256 << 10, true), (96 << 10, true), (16 << 10, false)] {
         let Some(with) = draw(most, CellUse::Device) else {
             return;
         };
