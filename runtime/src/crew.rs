@@ -89,3 +89,43 @@ pub(crate) fn share<M, R: Send>(
     done.sort_unstable_by_key(|&(item, _)| item);
     done.into_iter().map(|(_, result)| result).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicUsize;
+
+    #[test]
+    fn every_item_is_done_once() {
+        for count in [0, 1, 2, 7, 1000] {
+            let done: Vec<AtomicUsize> = (0..count).map(|_| AtomicUsize::new(0)).collect();
+            let slow = |item: usize| item % 97 == 3;
+            let results = share(
+                count,
+                || 0_usize,
+                |taken, item| {
+                    // One that takes long leaves the rest of its queue to the others.
+                    if slow(item) {
+                        std::thread::sleep(std::time::Duration::from_millis(2));
+                    }
+                    done[item].fetch_add(1, Ordering::Relaxed);
+                    *taken += 1;
+                    item * 3
+                },
+            );
+            assert!(done.iter().all(|n| n.load(Ordering::Relaxed) == 1));
+            assert_eq!(results, (0..count).map(|item| item * 3).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn items_are_taken_from_both_ends() {
+        let queue = Queue::new(3, 6);
+        assert_eq!(queue.left(), 3);
+        assert_eq!(queue.take(true), Some(3));
+        assert_eq!(queue.take(false), Some(5));
+        assert_eq!(queue.take(false), Some(4));
+        assert_eq!([queue.take(true), queue.take(false)], [None; 2]);
+        assert_eq!(queue.left(), 0);
+    }
+}

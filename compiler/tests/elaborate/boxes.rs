@@ -158,3 +158,36 @@ fn copies_of_what_moves_are_where_they_would_be_one_by_one() {
         }
     }
 }
+
+/// What a parameter or the time shapes has a box at each of their values, and none for all.
+#[test]
+fn a_box_is_known_at_the_present_values() {
+    let text = "param r = 0.3 in 0.1..=0.5;\nsphere(r).translate(sin(time * 1rad / 1s), 0, 0)";
+    let at = |r: &str, time| {
+        let scene = crate::scene_with(text, &[("r", r)]);
+        let options = Options {
+            time,
+            ..Options::default()
+        };
+        let (compiled, found) = compile(scene, &options);
+        let mut module = compiled.unwrap_or_else(|| panic!("{found:?}")).module;
+        module.update(time);
+        module
+    };
+    let mut module = at("0.4", 1.0);
+    let box_of = |module: &sdfc_vm::program::Module| *module.settings.space();
+    let space = box_of(&module);
+    assert!(
+        (space.max[0] - (1.0_f64.sin() + 0.4)).abs() < 1e-6,
+        "{space:?}"
+    );
+    assert!((space.max[1] - 0.4).abs() < 1e-6, "{space:?}");
+    // At other values it may be anywhere, until it is compiled for them.
+    module.update(0.5);
+    assert!(!box_of(&module).is_finite());
+    module.update(1.0);
+    assert!(box_of(&module).is_finite());
+    module.settings.params[0].value = vec![0.2];
+    module.update(1.0);
+    assert!(!box_of(&module).is_finite());
+}
