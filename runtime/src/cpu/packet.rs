@@ -19,7 +19,7 @@ use super::{Boxes, Column, Evaluator, LANES, Points, Range};
 use crate::cells::{Cell, Cells, Region};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{Frame, Ray};
-use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, Status};
+use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, SHOWN, Status};
 use sdfc_vm::lanes::CHUNK;
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
@@ -105,7 +105,7 @@ impl Marcher {
             self.packet.side.0[lane] = self.first_side(cells, lane);
         }
         let mut evaluations = 0;
-        if evaluator.is_raw() && along_an_axis(frame) {
+        if !meetings.is_empty() && evaluator.is_raw() && along_an_axis(frame) {
             // The box around a ray is the ray itself, and walls often run along all of its way.
             self.packet.enter = self.packet.begin;
             self.packet.exit = self.packet.leave;
@@ -139,6 +139,9 @@ impl Marcher {
             leaves[item as usize] = self.ended_in[lane];
             if p.side.0[lane] < 0.0 {
                 ray.status |= FROM_INSIDE;
+            }
+            if ray.status & SHOWN == 0 {
+                continue;
             }
             let origin = V3::of(p.origin_x.0[lane], p.origin_y.0[lane], p.origin_z.0[lane]);
             let direction = V3::of(
