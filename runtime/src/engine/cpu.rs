@@ -171,7 +171,7 @@ impl Field for Scene {
         let region = cut::region(&picture.uniforms)?;
         let pixels = match self.tape.slopes.known() {
             true => cut::Pixels::of(&picture.uniforms),
-            false => cut::Pixels::of_raw(&picture.uniforms),
+            false => cut::Pixels::of_raw(&picture.uniforms, &region),
         };
         let cut = Cut {
             region,
