@@ -197,7 +197,7 @@ pub(crate) struct Opened {
 
 impl Opened {
     fn new(mut compiled: Compiled, printed: Vec<String>, time: f64) -> Self {
-        let outputs = compiled.module.update(time);
+        let outputs = compiled.update(time);
         Self {
             compiled,
             outputs,

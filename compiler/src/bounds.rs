@@ -157,6 +157,14 @@ impl Boxes {
         }
     }
 
+    /// The same shapes' boxes at a time, with these values of the parameters.
+    pub(crate) fn with(&self, time: f64, values: HashMap<ParamId, Vec<f64>>) -> Self {
+        Self {
+            slopes: self.slopes.clone(),
+            ..Self::at(time, values)
+        }
+    }
+
     /// The box of a shape.
     pub(crate) fn of(&mut self, world: World<'_>, id: ShapeId) -> Bounds {
         while self.boxes.len() <= id.0 as usize {

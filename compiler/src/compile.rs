@@ -1,7 +1,7 @@
 //! Scene → module: the pipeline behind the language.
 
 use crate::bounds::{Boxes, World};
-use crate::expression::{ExprId, Stage};
+use crate::expression::{ExprId, ParamId, Stage};
 use crate::graph::{Graph, Node, Number};
 use crate::lower::{Purpose, channel_numbers, lower};
 use crate::passes::{Context, Done, PassOptions, optimize};
@@ -16,6 +16,7 @@ use sdfc_vm::library::Library;
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::settings::{self, FoundBounds, Setting, Settings};
 use sdfc_vm::verify::{VerifyError, verify};
+use std::sync::Arc;
 
 /// What is compiled, and how.
 #[derive(Clone, Debug, Default)]
@@ -41,6 +42,16 @@ pub struct Compiled {
     pub surface: Option<Graph>,
     /// What the passes did to the graph of the distance.
     pub passes: Vec<Done>,
+    /// What boxes follow from, where there is a scene's text.
+    pub(crate) known: Option<Arc<Known>>,
+}
+
+/// What is left of a scene to find boxes for other values of its parameters.
+#[derive(Debug)]
+pub(crate) struct Known {
+    scene: Scene,
+    root: ShapeId,
+    boxes: Boxes,
 }
 
 /// The scene's functions as WGSL.
@@ -54,6 +65,24 @@ pub struct GeneratedSource {
 }
 
 impl Compiled {
+    /// Brings the module to the present values of its parameters and a time: the constants, and the
+    /// box around the solid, without which rays and cells would have no bounds. Gives the results of
+    /// the uniform program. No program changes.
+    pub fn update(&mut self, time: f64) -> Vec<f64> {
+        if let Some(known) = &self.known {
+            let params = &self.module.settings.params;
+            let values = params.iter().map(|param| param.value.clone());
+            let values = (0..).map(ParamId).zip(values).collect();
+            let mut boxes = known.boxes.with(time, values);
+            self.module.settings.found = FoundBounds {
+                bounds: boxes.of(World::from(&known.scene), known.root),
+                params: self.module.settings.param_numbers(),
+                time,
+            };
+        }
+        self.module.update(time)
+    }
+
     /// The scene's functions as WGSL: `scene_distance`, `scene_gradient` and, where the scene has
     /// more than one material, `scene_surface`.
     pub fn generated(&self) -> GeneratedSource {
@@ -140,6 +169,7 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
             optimized,
             surface,
             passes,
+            known: Some(Arc::new(Known { scene, root, boxes })),
         }),
         diagnostics,
     )

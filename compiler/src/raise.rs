@@ -22,6 +22,7 @@ pub fn raise(module: Module) -> Compiled {
         surface,
         module,
         passes: Vec::new(),
+        known: None,
     }
 }
 

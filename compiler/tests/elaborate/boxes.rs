@@ -170,11 +170,12 @@ fn a_box_is_known_at_the_present_values() {
             ..Options::default()
         };
         let (compiled, found) = compile(scene, &options);
-        let mut module = compiled.unwrap_or_else(|| panic!("{found:?}")).module;
-        module.update(time);
-        module
+        let mut compiled = compiled.unwrap_or_else(|| panic!("{found:?}"));
+        compiled.update(time);
+        compiled
     };
-    let mut module = at("0.4", 1.0);
+    let mut compiled = at("0.4", 1.0);
+    let mut module = compiled.module.clone();
     let box_of = |module: &sdfc_vm::program::Module| *module.settings.space();
     let space = box_of(&module);
     assert!(
@@ -182,7 +183,7 @@ fn a_box_is_known_at_the_present_values() {
         "{space:?}"
     );
     assert!((space.max[1] - 0.4).abs() < 1e-6, "{space:?}");
-    // At other values it may be anywhere, until it is compiled for them.
+    // At other values it may be anywhere, for who has the module alone.
     module.update(0.5);
     assert!(!box_of(&module).is_finite());
     module.update(1.0);
@@ -190,4 +191,12 @@ fn a_box_is_known_at_the_present_values() {
     module.settings.params[0].value = vec![0.2];
     module.update(1.0);
     assert!(!box_of(&module).is_finite());
+    // With the scene, the box is found again.
+    compiled.module.settings.params[0].value = vec![0.2];
+    compiled.update(0.5);
+    let space = box_of(&compiled.module);
+    assert!(
+        (space.max[0] - (0.5_f64.sin() + 0.2)).abs() < 1e-6,
+        "{space:?}"
+    );
 }

@@ -19,7 +19,7 @@ use sdfc_vm::program::Module;
 /// A scene, compiled, as engines take it.
 pub(crate) struct Compiled {
     /// Its programs.
-    pub(crate) module: Module,
+    compiled: compile::Compiled,
     /// The results of its uniform program.
     pub(crate) outputs: Vec<f64>,
     /// Its functions as source, for the engine that compiles it; empty for the others.
@@ -71,19 +71,32 @@ impl Compiled {
             EngineKind::Wgsl => compiled.generated(),
             EngineKind::Cpu | EngineKind::Interp => GeneratedSource::default(),
         };
-        let mut module = compiled.module;
-        let outputs = module.update(0.0);
+        let mut compiled = compiled;
+        let outputs = compiled.update(0.0);
         Ok(Self {
-            module,
+            compiled,
             outputs,
             generated,
         })
     }
 
+    /// Its programs.
+    pub(crate) fn module(&self) -> &Module {
+        &self.compiled.module
+    }
+
+    /// Gives every parameter this value.
+    pub(crate) fn set_params(&mut self, value: f64) {
+        for param in &mut self.compiled.module.settings.params {
+            param.value = vec![value];
+        }
+        self.outputs = self.compiled.update(0.0);
+    }
+
     /// The scene as engines take it.
     pub(crate) fn loaded(&self) -> Loaded<'_> {
         Loaded {
-            module: &self.module,
+            module: self.module(),
             outputs: &self.outputs,
             generated: SceneSource {
                 text: &self.generated.text,
@@ -94,7 +107,7 @@ impl Compiled {
 
     /// How its picture is drawn, with some settings replaced.
     pub(crate) fn settings(&self, overrides: &Overrides) -> Result<RenderSettings, String> {
-        resolve(&self.module, &self.outputs, overrides).map_err(|error| error.to_string())
+        resolve(self.module(), &self.outputs, overrides).map_err(|error| error.to_string())
     }
 }
 

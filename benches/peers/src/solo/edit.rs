@@ -167,11 +167,8 @@ fn changed(primitives: u32, engine: &mut dyn Engine, options: &Options) -> Resul
     while !laps.are_enough(options) {
         let value = 0.1 + 0.01 * (laps.frame.len() + 1) as f64;
         let (updated, load_ms) = timed(|| {
-            for param in &mut compiled.module.settings.params {
-                param.value = vec![value];
-            }
-            compiled.outputs = compiled.module.update(0.0);
-            engine.update(&compiled.module, &compiled.outputs)
+            compiled.set_params(value);
+            engine.update(compiled.module(), &compiled.outputs)
         });
         updated.map_err(|error| error.to_string())?;
         let (drawn, frame_ms) = timed(|| draw(engine, &compiled));

@@ -64,7 +64,7 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
                 engine: engine.kind().name(),
                 primitives,
                 size: SIZE,
-                instructions: compiled.module.distance.code.len(),
+                instructions: compiled.module().distance.code.len(),
                 compile_ms,
                 load_ms: times.load,
                 frame_ms: times.frame,

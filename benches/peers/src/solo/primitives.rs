@@ -70,7 +70,7 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
                 device: engine.device(),
                 primitives,
                 size: SIZE,
-                instructions: compiled.module.distance.code.len(),
+                instructions: compiled.module().distance.code.len(),
                 compile_ms,
                 load_ms: times.load,
                 frame_ms: times.frame,
