@@ -211,13 +211,7 @@ fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
 }
 
 /// What was drawn, by what, how fast.
-fn summary(
-    to: &Path,
-    frame: &Frame,
-    engine: &dyn Engine,
-    took: Duration,
-    detail: &str,
-) -> String {
+fn summary(to: &Path, frame: &Frame, engine: &dyn Engine, took: Duration, detail: &str) -> String {
     let short = out_of_memory(frame.stats.cells.short);
     format!(
         "{}: {}x{}, {} on {}, {} ms{short}{detail}\n",

@@ -140,4 +140,3 @@ fn in_world(graph: &Graph, volumes: &Volumes<'_>, id: NodeId) -> Option<(Bounds,
     let is_world = *graph.get(volume.space) == Node::World;
     is_world.then_some((volume.bounds, volume.rate))
 }
-

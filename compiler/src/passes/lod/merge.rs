@@ -322,9 +322,12 @@ fn sort_along_longest_side(leaves: &mut [Leaf]) {
         all.including(leaf.bounds.centre())
     });
     let side = |axis: usize| middles.max[axis] - middles.min[axis];
-    let axis = (1..3).fold(0, |best, axis| {
-        if side(axis) > side(best) { axis } else { best }
-    });
+    let axis = (1..3).fold(
+        0,
+        |best, axis| {
+            if side(axis) > side(best) { axis } else { best }
+        },
+    );
     leaves.sort_by(|a, b| a.bounds.centre()[axis].total_cmp(&b.bounds.centre()[axis]));
 }
 
