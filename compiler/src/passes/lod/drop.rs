@@ -97,19 +97,7 @@ struct Choice<'g> {
 
 impl Choice<'_> {
     fn consider(&mut self, id: NodeId, node: &Node) {
-        let beneath = |choice: &Self| {
-            let inputs = node.inputs().into_iter();
-            let errors = inputs.map(|input| choice.pixels[input.0 as usize]);
-            match node {
-                // The errors of two that are added may be so too.
-                Node::Apply {
-                    op: Op::Add | Op::Sub,
-                    ..
-                } => errors.sum(),
-                _ => errors.fold(0.0, f64::max),
-            }
-        };
-        self.pixels[id.0 as usize] = beneath(self);
+        self.pixels[id.0 as usize] = self.beneath(node);
         if self.reaches[id.0 as usize].band.is_infinite() {
             return;
         }
@@ -141,6 +129,20 @@ impl Choice<'_> {
                 self.consider_run(id);
             }
             _ => {}
+        }
+    }
+
+    /// The error that a node's inputs bring.
+    fn beneath(&self, node: &Node) -> f64 {
+        let inputs = node.inputs().into_iter();
+        let errors = inputs.map(|input| self.pixels[input.0 as usize]);
+        match node {
+            // The errors of two that are added may be so too.
+            Node::Apply {
+                op: Op::Add | Op::Sub,
+                ..
+            } => errors.sum(),
+            _ => errors.fold(0.0, f64::max),
         }
     }
 
