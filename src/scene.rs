@@ -5,17 +5,20 @@
 //! what there is to say, and [`open`] is both, told to the user.
 
 mod bytecode;
+mod detail;
 mod files;
 
 use crate::failure::{Failure, INPUT};
 use crate::input;
 use crate::terminal::Terminal;
 use clap::builder::PossibleValuesParser;
+pub(crate) use detail::Detail;
 use files::Folder;
 use sdfc_compiler::clauses::parse_clauses;
 use sdfc_compiler::compile;
 use sdfc_compiler::compile::{Compiled, GeneratedSource};
 use sdfc_compiler::elaborate::{self, elaborate};
+use sdfc_compiler::passes::lod::Sight;
 use sdfc_compiler::passes::{PASSES, PassOptions};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources};
@@ -48,6 +51,9 @@ pub(crate) struct Build {
     /// What is to run it, if that is known.
     #[arg(skip)]
     engine: Option<EngineKind>,
+    /// Who looks, where detail that is too small to be seen is left out; see [`Detail`].
+    #[arg(skip)]
+    sight: Option<Sight>,
 }
 
 impl Build {
@@ -141,6 +147,11 @@ impl<T> Outcome<T> {
     /// Tells the user, and gives the result if there is one.
     pub(crate) fn told(self, terminal: &Terminal) -> Result<T, Failure> {
         terminal.diagnostics(&self.found, &self.sources);
+        self.told_before()
+    }
+
+    /// The result if there is one, where the user has been told already.
+    fn told_before(self) -> Result<T, Failure> {
         self.made.ok_or(Failure::Told(INPUT))
     }
 }
@@ -253,6 +264,7 @@ pub(crate) fn compile(
         part: build.part.clone(),
         passes: build.passes(),
         time: build.at,
+        sight: build.sight,
     };
     let made = made.and_then(|scene| {
         let printed = scene.printed.clone();

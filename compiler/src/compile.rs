@@ -4,6 +4,7 @@ use crate::bounds::{Boxes, World};
 use crate::expression::{ExprId, ParamId, Stage};
 use crate::graph::{Graph, Node, Number};
 use crate::lower::{Purpose, channel_numbers, lower};
+use crate::passes::lod::Sight;
 use crate::passes::{Context, Done, PassOptions, optimize};
 use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
 use crate::schedule::schedule;
@@ -27,6 +28,9 @@ pub struct Options {
     pub passes: PassOptions,
     /// The time at which it is to be drawn first.
     pub time: f64,
+    /// Who looks at it, where what is too small to be seen may be made simpler; see
+    /// [`crate::passes::lod`].
+    pub sight: Option<Sight>,
 }
 
 /// A scene, compiled.
@@ -120,8 +124,11 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
         &mut uniforms,
         &mut boxes,
     );
-    let purpose = Purpose::Distance;
-    let (optimized, passes) = optimize(&graph, &Context { purpose }, &options.passes);
+    let context = |purpose| Context {
+        purpose,
+        sight: options.sight,
+    };
+    let (optimized, passes) = optimize(&graph, &context(Purpose::Distance), &options.passes);
     let (materials, fallback) = materials(&scene, root);
     let surface = (materials > 1).then(|| {
         let (graph, _) = lower(
@@ -131,8 +138,7 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
             &mut uniforms,
             &mut boxes,
         );
-        let purpose = Purpose::Surface;
-        optimize(&graph, &Context { purpose }, &options.passes).0
+        optimize(&graph, &context(Purpose::Surface), &options.passes).0
     });
     let world = World::from(&scene);
     let found = FoundBounds {

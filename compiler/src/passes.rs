@@ -5,9 +5,11 @@ pub mod cse;
 pub mod dead;
 pub mod fold;
 pub mod lipschitz;
+pub mod lod;
 
 use crate::graph::{Graph, Node, NodeId};
 use crate::lower::Purpose;
+use lod::{Loss, Sight};
 
 /// A pass.
 #[derive(Clone, Copy, Debug)]
@@ -16,34 +18,47 @@ pub struct Pass {
     pub name: &'static str,
     /// What it does, in a line.
     pub summary: &'static str,
+    /// Whether it runs only for a [`Sight`].
+    pub needs_sight: bool,
     run: fn(&Graph, &Context) -> Passed,
 }
 
 /// All passes, in the order in which they run.
-pub const PASSES: [Pass; 5] = [
+pub const PASSES: [Pass; 6] = [
     Pass {
         name: "fold",
         summary: "constant values, and operations that change nothing; values stay the same",
+        needs_sight: false,
         run: fold::fold,
     },
     Pass {
         name: "cse",
         summary: "what is computed twice, if with operands exchanged; values stay the same",
+        needs_sight: false,
         run: cse::cse,
     },
     Pass {
         name: "lipschitz",
         summary: "divisions by slopes that need not be so large; values stay safe steps",
+        needs_sight: false,
         run: lipschitz::lipschitz,
+    },
+    Pass {
+        name: "lod",
+        summary: "only where asked for: what is smaller than pixels made simpler; values change by a bound",
+        needs_sight: true,
+        run: lod::lod,
     },
     Pass {
         name: "bounding",
         summary: "guards in front of what is too far away to matter; values stay the same",
+        needs_sight: false,
         run: bounding::bounding,
     },
     Pass {
         name: "dead",
         summary: "nodes that nothing reads; values stay the same",
+        needs_sight: false,
         run: dead::dead,
     },
 ];
@@ -53,6 +68,8 @@ pub const PASSES: [Pass; 5] = [
 pub struct Context {
     /// What the graph is for.
     pub purpose: Purpose,
+    /// Who looks at it, where what is too small to be seen may be made simpler.
+    pub sight: Option<Sight>,
 }
 
 /// What a pass gives: a graph, and what it did, in its own terms.
@@ -62,6 +79,8 @@ pub struct Passed {
     pub graph: Graph,
     /// What was done and how often; nothing that was not done.
     pub notes: Vec<String>,
+    /// What was lost by it, where it may change the value.
+    pub loss: Option<Loss>,
 }
 
 /// Which passes run.
@@ -74,7 +93,7 @@ pub struct PassOptions {
 }
 
 /// What a pass did.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Done {
     /// Its name.
     pub name: &'static str,
@@ -82,6 +101,8 @@ pub struct Done {
     pub nodes: Option<[usize; 2]>,
     /// What it did, in its own terms.
     pub notes: Vec<String>,
+    /// What was lost by it, where it may change the value.
+    pub loss: Option<Loss>,
 }
 
 /// The graph after all passes that the options leave on, and what each did.
@@ -89,16 +110,20 @@ pub fn optimize(graph: &Graph, context: &Context, options: &PassOptions) -> (Gra
     let mut graph = graph.clone();
     let mut done = Vec::with_capacity(PASSES.len());
     for pass in PASSES {
-        let off = options.none || options.without.iter().any(|name| name == pass.name);
+        let off = options.none
+            || options.without.iter().any(|name| name == pass.name)
+            || (pass.needs_sight && context.sight.is_none());
         let mut this = Done {
             name: pass.name,
             nodes: None,
             notes: Vec::new(),
+            loss: None,
         };
         if !off {
             let passed = (pass.run)(&graph, context);
             this.nodes = Some([graph.len(), passed.graph.len()]);
             this.notes = passed.notes;
+            this.loss = passed.loss;
             graph = passed.graph;
         }
         done.push(this);

@@ -2,7 +2,7 @@
 
 use crate::failure::{Failure, INPUT};
 use crate::output;
-use crate::scene::{self, Build, Content, Outcome};
+use crate::scene::{self, Build, Content, Detail, Outcome};
 use crate::terminal::Terminal;
 use clap::ValueEnum;
 use sdfc_compiler::compile::Compiled;
@@ -10,6 +10,7 @@ use sdfc_compiler::dump::dump;
 use sdfc_compiler::export::{Target, translate};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources};
+use sdfc_runtime::settings::Overrides;
 use sdfc_vm::{file, listing};
 use std::cmp::Ordering;
 use std::fmt::Write;
@@ -29,6 +30,8 @@ pub(crate) struct Arguments {
     /// Say on standard error what each pass did, and what the program takes.
     #[arg(long)]
     stats: bool,
+    #[command(flatten)]
+    detail: Detail,
     #[command(flatten)]
     build: Build,
 }
@@ -79,6 +82,7 @@ fn emitted(arguments: &Arguments, terminal: &Terminal) -> Result<Vec<u8>, Failur
         scene: path,
         emit: stage,
         build,
+        detail,
         ..
     } = arguments;
     let target = match stage {
@@ -95,7 +99,8 @@ fn emitted(arguments: &Arguments, terminal: &Terminal) -> Result<Vec<u8>, Failur
         Stage::Spirv => Some(Target::Spirv),
         Stage::Shadertoy => Some(Target::Shadertoy),
     };
-    let opened = scene::open(path, build, terminal)?;
+    // For the scene's own camera and size.
+    let opened = detail.open(path, build, &Overrides::default(), terminal)?;
     let compiled = &opened.compiled;
     if arguments.stats {
         terminal.write(&stats(compiled));

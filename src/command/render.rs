@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::picture;
 use crate::progress::Progress;
-use crate::scene::{self, Build};
+use crate::scene::{Build, Detail};
 use crate::terminal::Terminal;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use sdfc_runtime::engine::Engine;
@@ -26,6 +26,8 @@ pub(crate) struct Arguments {
     build: Build,
     #[command(flatten)]
     look: Look,
+    #[command(flatten)]
+    detail: Detail,
     /// What draws.
     #[arg(long, value_enum, value_name = "ENGINE", default_value_t)]
     engine: Choice,
@@ -160,8 +162,9 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
     let to = destination(arguments)?;
     let mut engine = engine::chosen(arguments.engine)?;
     let build = arguments.build.for_engine(engine.kind());
-    let scene = scene::open(&arguments.scene, &build, terminal)?;
-    let settings = resolve(scene.module(), &scene.outputs, &arguments.look.overrides())
+    let (detail, look) = (&arguments.detail, arguments.look.overrides());
+    let scene = detail.open(&arguments.scene, &build, &look, terminal)?;
+    let settings = resolve(scene.module(), &scene.outputs, &look)
         .map_err(|error| Failure::Input(format!("{}: {error}", arguments.scene.display())))?;
     let started = Instant::now();
     engine::load(&mut *engine, &scene)?;
@@ -176,7 +179,8 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
         &picture::png(frame.width, frame.height, &frame.rgba8())?,
         false,
     )?;
-    terminal.write(&summary(&to, &frame, &*engine, took));
+    let detail = detail.told(&scene);
+    terminal.write(&summary(&to, &frame, &*engine, took, &detail));
     for warning in troubles(&frame.stats, settings.steps) {
         terminal.warning(&warning);
     }
@@ -207,10 +211,10 @@ fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
 }
 
 /// What was drawn, by what, how fast.
-fn summary(to: &Path, frame: &Frame, engine: &dyn Engine, took: Duration) -> String {
+fn summary(to: &Path, frame: &Frame, engine: &dyn Engine, took: Duration, detail: &str) -> String {
     let short = out_of_memory(frame.stats.cells.short);
     format!(
-        "{}: {}x{}, {} on {}, {} ms{short}\n",
+        "{}: {}x{}, {} on {}, {} ms{short}{detail}\n",
         to.display(),
         frame.width,
         frame.height,

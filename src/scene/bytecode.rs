@@ -28,6 +28,9 @@ pub(super) fn compiled(
     if build.level == 0 || !build.no_pass.is_empty() {
         return compiled_already("leaving out passes");
     }
+    if build.sight.is_some() {
+        return compiled_already("`--lod`");
+    }
     let overrides = build.overrides()?;
     let structural =
         module.settings.params.iter().find(|param| {

@@ -5,5 +5,6 @@ mod cells;
 mod cli;
 mod corpus;
 mod gpu_cells;
+mod lod;
 mod passes;
 mod stages;

@@ -13,9 +13,9 @@
 //! side is skipped together. A guard costs about as much as a shape, so it stands only where what it
 //! skips, and how often it may be skipped, outweigh that; small scenes have none.
 
-mod operands;
+pub(super) mod operands;
 mod tree;
-mod volumes;
+pub(super) mod volumes;
 
 use super::{Context, Passed, counted};
 use crate::graph::{Graph, Guard, Node, NodeId, Number, Step};
@@ -45,7 +45,7 @@ pub fn bounding(graph: &Graph, context: &Context) -> Passed {
     if chains.is_empty() {
         return Passed {
             graph: graph.clone(),
-            notes: Vec::new(),
+            ..Passed::default()
         };
     }
     let volumes = Volumes::of(graph);
@@ -79,6 +79,7 @@ pub fn bounding(graph: &Graph, context: &Context) -> Passed {
     Passed {
         graph,
         notes: notes.into_iter().flatten().collect(),
+        loss: None,
     }
 }
 

@@ -25,6 +25,7 @@ pub fn cse(graph: &Graph, context: &Context) -> Passed {
     Passed {
         graph,
         notes: notes.into_iter().collect(),
+        loss: None,
     }
 }
 

@@ -13,5 +13,6 @@ pub fn dead(graph: &Graph, _: &Context) -> Passed {
         notes: counted(gone, "unread node", "unread nodes")
             .into_iter()
             .collect(),
+        loss: None,
     }
 }

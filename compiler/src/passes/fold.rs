@@ -42,6 +42,7 @@ pub fn fold(graph: &Graph, _: &Context) -> Passed {
     Passed {
         graph,
         notes: notes.into_iter().flatten().collect(),
+        loss: None,
     }
 }
 

@@ -55,6 +55,7 @@ pub fn lipschitz(graph: &Graph, _: &Context) -> Passed {
     Passed {
         graph,
         notes: notes.into_iter().flatten().collect(),
+        loss: None,
     }
 }
 

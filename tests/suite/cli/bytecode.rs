@@ -62,6 +62,7 @@ fn what_needs_the_text() {
         "info scene.sdfb --part ball",
         "info scene.sdfb -O0",
         "info scene.sdfb --no-pass fold",
+        "compile scene.sdfb --lod 1",
         "info scene.sdfb -p count=2",
         "info scene.sdfb -p coont=2",
         "info scene.sdfb -p goo=7",

@@ -128,6 +128,8 @@ fn a_wrong_command_line() {
         "render scene.sdf --size large",
         "render scene.sdf --at noon",
         "render scene.sdf --no-pass foldd",
+        "render scene.sdf --lod 0",
+        "compile scene.sdf --lod half",
         "render scene.sdf -O7",
         "compile scene.sdf --emit ams",
         "verify scene.sdf --engines cpu,vulkan",

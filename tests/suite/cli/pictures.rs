@@ -47,6 +47,22 @@ fn a_picture_of_the_asked_size() {
 }
 
 #[test]
+fn the_summary_tells_what_detail_is_gone() {
+    let small = "sphere(1) | (sphere(0.001) | box(0.001)).translate(0, 1.2, 0)";
+    let sandbox = Sandbox::with_scene(small);
+    let run = draw(&sandbox, "--lod 0.5");
+    let said = "; lod 0.5 px: 2 replaced, error at most 0.";
+    assert!(run.stderr.contains(said), "{}", run.stderr);
+    assert!(run.stderr.ends_with(" px\n"), "{}", run.stderr);
+    let sandbox = Sandbox::with_scene(SCENE);
+    let run = draw(&sandbox, "--lod 0.5");
+    let said = "; lod 0.5 px: nothing replaced\n";
+    assert!(run.stderr.ends_with(said), "{}", run.stderr);
+    let run = sandbox.run("render scene.sdf --lod 0.5 -O0");
+    assert_eq!(run.code, 1, "{}", run.stderr);
+}
+
+#[test]
 fn every_mode_and_method() {
     let sandbox = Sandbox::with_scene(SCENE);
     let mut pictures = Vec::new();

@@ -12,44 +12,44 @@ const LARGEST: usize = 4096;
 
 /// Values that are blended one after the other by the same operation.
 #[derive(Clone, Debug)]
-pub(super) struct Chain {
+pub(in crate::passes) struct Chain {
     /// The last blend.
-    pub(super) root: NodeId,
-    pub(super) op: Op,
-    pub(super) parameters: Vec<Number>,
+    pub(in crate::passes) root: NodeId,
+    pub(in crate::passes) op: Op,
+    pub(in crate::passes) parameters: Vec<Number>,
     /// 1 for unions, −1 for subtractions.
-    pub(super) sign: f64,
+    pub(in crate::passes) sign: f64,
     /// The difference of two values from which on only the nearer one counts.
-    pub(super) support: f64,
+    pub(in crate::passes) support: f64,
     /// What the operands are blended into; none where any of them may be that.
-    pub(super) first: Option<NodeId>,
+    pub(in crate::passes) first: Option<NodeId>,
     /// The operands, in order.
-    pub(super) operands: Vec<NodeId>,
+    pub(in crate::passes) operands: Vec<NodeId>,
     /// Whether another order gives the same value.
-    pub(super) is_free: bool,
+    pub(in crate::passes) is_free: bool,
 }
 
 /// What is known of an operand.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Found {
+pub(in crate::passes) struct Found {
     /// Whether it can be left out: nothing but cheap numbers and points is also read from elsewhere,
     /// and all points are made from that of its box.
-    pub(super) is_closed: bool,
+    pub(in crate::passes) is_closed: bool,
     /// What running it takes, in instructions.
-    pub(super) work: f64,
+    pub(in crate::passes) work: f64,
     /// How deep the guards lie in it.
-    pub(super) depth: usize,
+    pub(in crate::passes) depth: usize,
 }
 
 /// What operands of a graph are made of.
-pub(super) struct Operands<'g> {
+pub(in crate::passes) struct Operands<'g> {
     graph: &'g Graph,
     uses: Vec<u32>,
     depths: HashMap<NodeId, usize>,
 }
 
 impl<'g> Operands<'g> {
-    pub(super) fn of(graph: &'g Graph) -> Self {
+    pub(in crate::passes) fn of(graph: &'g Graph) -> Self {
         Self {
             graph,
             uses: graph.uses(),
@@ -58,13 +58,13 @@ impl<'g> Operands<'g> {
     }
 
     /// How deep guards lie in a chain that has been planned.
-    pub(super) fn set_depth(&mut self, chain: NodeId, depth: usize) {
+    pub(in crate::passes) fn set_depth(&mut self, chain: NodeId, depth: usize) {
         self.depths.insert(chain, depth);
     }
 
     /// All chains, those within others first. `reorder` tells whether the order of hard ones may
     /// change.
-    pub(super) fn chains(&self, reorder: bool) -> Vec<Chain> {
+    pub(in crate::passes) fn chains(&self, reorder: bool) -> Vec<Chain> {
         let mut is_part = vec![false; self.graph.len()];
         let mut chains = Vec::new();
         let nodes: Vec<(NodeId, &Node)> = self.graph.nodes().collect();
@@ -125,7 +125,7 @@ impl<'g> Operands<'g> {
 
     /// What belongs to an operand, and whether all of that can be left out with it. Its box lies in
     /// the space of a point.
-    pub(super) fn closed(&self, operand: NodeId, space: Option<NodeId>) -> Found {
+    pub(in crate::passes) fn closed(&self, operand: NodeId, space: Option<NodeId>) -> Found {
         let mut found = Found {
             is_closed: true,
             work: 0.0,

@@ -19,14 +19,14 @@ use sdfc_vm::vector::V3;
 
 /// A box that a value keeps its distance from.
 #[derive(Clone, Debug)]
-pub(super) struct Volume {
+pub(in crate::passes) struct Volume {
     /// The point in whose space the box lies.
-    pub(super) space: NodeId,
-    pub(super) bounds: Bounds,
+    pub(in crate::passes) space: NodeId,
+    pub(in crate::passes) bounds: Bounds,
     /// The value is at least so many times the distance to the box.
-    pub(super) rate: f64,
+    pub(in crate::passes) rate: f64,
     /// The largest coordinate that computing the value takes, for the rounding.
-    pub(super) extent: f64,
+    pub(in crate::passes) extent: f64,
     /// Of a chain of blends: the box of what is blended, and how many operands there are.
     chain: Option<(Bounds, usize)>,
 }
@@ -58,7 +58,7 @@ impl Volume {
     }
 
     /// The box around both, which lie in one space.
-    pub(super) fn around(&self, other: &Self) -> Self {
+    pub(in crate::passes) fn around(&self, other: &Self) -> Self {
         Self {
             space: self.space,
             bounds: self.bounds.hull(&other.bounds),
@@ -83,7 +83,7 @@ fn extent(bounds: &Bounds) -> f64 {
 }
 
 /// The boxes of all values of a graph.
-pub(super) struct Volumes<'g> {
+pub(in crate::passes) struct Volumes<'g> {
     graph: &'g Graph,
     of: Vec<Option<Volume>>,
     /// All that values may be, anywhere.
@@ -92,7 +92,7 @@ pub(super) struct Volumes<'g> {
 
 impl<'g> Volumes<'g> {
     /// Finds them, in the order of the graph.
-    pub(super) fn of(graph: &'g Graph) -> Self {
+    pub(in crate::passes) fn of(graph: &'g Graph) -> Self {
         let mut volumes = Self {
             graph,
             of: Vec::with_capacity(graph.len()),
@@ -108,7 +108,7 @@ impl<'g> Volumes<'g> {
     }
 
     /// The box of a value, in the space of the outermost point for which there is one.
-    pub(super) fn outermost(&self, id: NodeId) -> Option<Volume> {
+    pub(in crate::passes) fn outermost(&self, id: NodeId) -> Option<Volume> {
         Some(self.lifted(self.get(id)?.clone()))
     }
 
@@ -116,7 +116,8 @@ impl<'g> Volumes<'g> {
         self.of[id.0 as usize].as_ref()
     }
 
-    fn range(&self, id: NodeId) -> Interval {
+    /// All that a value may be, anywhere.
+    pub(in crate::passes) fn range(&self, id: NodeId) -> Interval {
         self.ranges[id.0 as usize]
     }
 
@@ -457,7 +458,7 @@ impl<'g> Volumes<'g> {
 }
 
 /// The numbers, if none follows a parameter.
-pub(super) fn constants(numbers: &[Number]) -> Option<Vec<f64>> {
+pub(in crate::passes) fn constants(numbers: &[Number]) -> Option<Vec<f64>> {
     let constant = |n: &Number| match n {
         Number::Constant(v) => Some(f64::from(*v)),
         Number::Uniform(_) => None,
