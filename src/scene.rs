@@ -22,7 +22,7 @@ use sdfc_compiler::passes::lod::Sight;
 use sdfc_compiler::passes::{PASSES, PassOptions};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources};
-use sdfc_runtime::engine::{EngineKind, Loaded};
+use sdfc_runtime::engine::{Engine, Loaded};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
 use std::cell::OnceCell;
@@ -48,9 +48,9 @@ pub(crate) struct Build {
     #[arg(long, value_name = "PASS",
         value_parser = PossibleValuesParser::new(PASSES.map(|pass| pass.name)))]
     pub(crate) no_pass: Vec<String>,
-    /// What is to run it, if that is known.
+    /// Whether what is to run it gains nothing from guards.
     #[arg(skip)]
-    engine: Option<EngineKind>,
+    unguarded: bool,
     /// Who looks, where detail that is too small to be seen is left out; see [`Detail`].
     #[arg(skip)]
     sight: Option<Sight>,
@@ -69,18 +69,16 @@ impl Build {
     }
 
     /// The same for an engine.
-    pub(crate) fn for_engine(&self, kind: EngineKind) -> Self {
+    pub(crate) fn for_engine(&self, engine: &dyn Engine) -> Self {
         Self {
-            engine: Some(kind),
+            unguarded: !engine.heeds_guards(),
             ..self.clone()
         }
     }
 
     fn passes(&self) -> PassOptions {
         let mut without = self.no_pass.clone();
-        if self.engine == Some(EngineKind::Cpu) {
-            // Cells skip what guards would, and are kept across edits only where the order of
-            // instructions is.
+        if self.unguarded {
             without.push("bounding".to_owned());
         }
         PassOptions {

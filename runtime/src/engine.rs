@@ -160,6 +160,12 @@ pub trait Engine {
     /// What the scene is at each of the points.
     fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError>;
 
+    /// Whether guards in programs gain anything here: not where cells skip more, nor where a device
+    /// runs both sides of a branch and takes longer to compile it.
+    fn heeds_guards(&self) -> bool {
+        true
+    }
+
     /// How many GPU pipelines were compiled so far.
     fn pipelines_created(&self) -> u64 {
         0

@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let mut engine = engine::chosen(arguments.engine)?;
-    let build = arguments.build.for_engine(engine.kind());
+    let build = arguments.build.for_engine(&*engine);
     let scene = scene::open(&arguments.scene, &build, terminal)?;
     if std::io::stdin().is_terminal() {
         terminal.note("write a point a line: x y z");

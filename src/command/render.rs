@@ -161,7 +161,7 @@ impl Look {
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let to = destination(arguments)?;
     let mut engine = engine::chosen(arguments.engine)?;
-    let build = arguments.build.for_engine(engine.kind());
+    let build = arguments.build.for_engine(&*engine);
     let (detail, look) = (&arguments.detail, arguments.look.overrides());
     let scene = detail.open(&arguments.scene, &build, &look, terminal)?;
     let settings = resolve(scene.module(), &scene.outputs, &look)

@@ -95,6 +95,9 @@ impl Engine for WithFallback {
     fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError> {
         self.attempt(|engine| engine.query(points))
     }
+    fn heeds_guards(&self) -> bool {
+        self.engine.heeds_guards()
+    }
     fn pipelines_created(&self) -> u64 {
         self.engine.pipelines_created()
     }

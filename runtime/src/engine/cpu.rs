@@ -111,6 +111,10 @@ impl Engine for CpuEngine {
         Ok(frame)
     }
 
+    fn heeds_guards(&self) -> bool {
+        false
+    }
+
     fn figure(
         &mut self,
         settings: &RenderSettings,

@@ -266,6 +266,10 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
         query::query(self, points)
     }
 
+    fn heeds_guards(&self) -> bool {
+        S::KIND == EngineKind::Interp || self.gpu.info().kind != DeviceKind::Software
+    }
+
     fn pipelines_created(&self) -> u64 {
         self.gpu.pipelines_created()
     }
