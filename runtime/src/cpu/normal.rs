@@ -29,15 +29,18 @@ pub(super) fn find(
     let (mut points, mut near) = (Points::default(), Points::default());
     let (mut apart, mut values) = (Column::default(), Column::default());
     let mut gradients = [Column::default(); 4];
-    // How far from its point any tap is.
-    let mut reach = 0.0;
-    for &item in &tile.shown {
-        reach = f32::max(reach, 2.0 * tap_distance(frame, method, tile, item));
-    }
     let shown = std::mem::take(&mut tile.shown);
-    evaluator.announce(Asked::Distances, &tile.regions_of(&shown, reach));
+    let announced = evaluator.blocks(Asked::Distances) == 1;
+    if announced {
+        // How far from its point any tap is.
+        let apart = shown
+            .iter()
+            .map(|&item| tap_distance(frame, method, tile, item));
+        let reach = 2.0 * apart.fold(0.0, f32::max);
+        evaluator.announce(Asked::Distances, &tile.regions_of(&shown, reach));
+    }
     for (region, items) in shown.chunks(LANES).enumerate() {
-        evaluator.focus(Some(region));
+        evaluator.focus(announced.then_some(region));
         for (lane, &item) in items.iter().enumerate() {
             apart.0[lane] = tap_distance(frame, method, tile, item);
             set(&mut points, lane, tile.points[item as usize]);

@@ -279,7 +279,11 @@ impl Tile {
         if features.occlusion == Occlusion::Off {
             return 0;
         }
-        let regions = self.regions_of(&self.shown, frame.occlusion_reach);
+        let together = evaluator.blocks(Asked::Distances) > 1;
+        if !together {
+            let regions = self.regions_of(&self.shown, frame.occlusion_reach);
+            evaluator.announce(Asked::Distances, &regions);
+        }
         macro_rules! look {
             ($many:literal) => {{
                 let mut walk = Look::<$many> {
@@ -291,10 +295,9 @@ impl Tile {
                     normals: &self.normals,
                     open: &mut self.open,
                 };
-                if evaluator.blocks(Asked::Distances) > 1 {
+                if together {
                     stream(&mut walk, evaluator, &self.shown)
                 } else {
-                    evaluator.announce(Asked::Distances, &regions);
                     let each = |(region, items)| {
                         evaluator.focus(Some(region));
                         stream(&mut walk, evaluator, items)
