@@ -23,6 +23,7 @@ use crate::frame::{Frame, Picture};
 pub use sdfc_vm::lanes::{Column, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
 use std::sync::Arc;
+pub(crate) use tile::from_eye;
 
 /// A field that pictures are made of.
 pub trait Field: Sync {

@@ -21,6 +21,15 @@ pub fn across<R: Real>(place: R::Vec2, centre: R::Vec3, right: R::Vec3, up: R::V
     centre + right * place.x() + up * place.y()
 }
 
+/// How much longer the way from the eye to a ray's start is than in the middle of the picture, where
+/// it is `approach`; `side` is how the ray's direction differs from the middle's. Written so that
+/// nothing is lost where the two ways are nearly equal.
+#[inline(always)]
+pub fn beyond<R: Real>(side: R::Vec3, approach: R) -> R {
+    let s = side.dot(side).named("s");
+    approach * s / (lit::<R>(1.0) + (lit::<R>(1.0) + s).sqrt())
+}
+
 /// The direction of length one; `v` is never zero here.
 #[inline(always)]
 pub fn unit<R: Real>(v: R::Vec3) -> R::Vec3 {

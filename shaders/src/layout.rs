@@ -41,7 +41,8 @@ shared! {
     ///
     /// The ray through a pixel, with (u, v) in [-1, 1]² from the lower left to the upper right,
     /// starts at `origin + origin_right · u + origin_up · v` and goes along
-    /// `forward + forward_right · u + forward_up · v`: one of the two pairs is zero.
+    /// `forward + forward_right · u + forward_up · v`. Of the two pairs one is zero, but for an eye
+    /// so far away that its rays start on a plane near the scene, `approach` ahead of it.
     Frame {
         /// Where the rays of the middle start.
         origin: vec3f,
@@ -109,7 +110,8 @@ shared! {
         offset: vec2f,
         /// The part of the picture that is computed: left, upper, width, height.
         tile: vec4u,
-        /// The distances from the camera that `depth` shows as white and black.
+        /// The distances that `depth` shows as white and black, from the plane `approach` ahead of the
+        /// eye.
         depth_range: vec2f,
         /// Which of the passes over subpixels this is.
         sample: u32,
@@ -123,6 +125,14 @@ shared! {
         capacity: u32,
         /// How many lights there are.
         lights: u32,
+        /// How far along `forward` the rays start from the eye.
+        approach: f32,
+        /// Fills the last 16 bytes.
+        reserved0: u32,
+        /// Likewise.
+        reserved1: u32,
+        /// Likewise.
+        reserved2: u32,
     }
 }
 

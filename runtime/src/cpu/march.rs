@@ -106,7 +106,9 @@ impl Walk for March<'_> {
 
     fn begin(&mut self, item: u32, b: &mut MarchLanes, lane: usize) -> bool {
         let f = self.frame;
-        let Camera { origin, direction } = camera_ray(f, self.pixels[item as usize]);
+        let Camera {
+            origin, direction, ..
+        } = camera_ray(f, self.pixels[item as usize]);
         let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
         let bounds = camera::crossing::<f32>(origin, direction, low, high, f.far);
         let ray = &mut self.rays[item as usize];
@@ -218,7 +220,9 @@ impl Walk for Polish<'_> {
         if marching::settled(ray.radius, marching::rounding_at(ray.t, f.rounding)) > 0.0 {
             return false;
         }
-        let Camera { origin, direction } = camera_ray(f, self.pixels[item as usize]);
+        let Camera {
+            origin, direction, ..
+        } = camera_ray(f, self.pixels[item as usize]);
         let half = camera::half_pixel(ray.t, f.footprint, f.footprint_growth);
         let reach = marching::secant_reach(ray.t, ray.t_before, half, f.rounding);
         b.origin_x.0[lane] = origin.x;

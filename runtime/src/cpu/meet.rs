@@ -124,6 +124,8 @@ impl Meetings {
 struct Projection {
     origin: V3<f32>,
     forward: V3<f32>,
+    /// How far ahead of the eye the origin lies.
+    approach: f32,
     right: V3<f32>,
     up: V3<f32>,
     orthographic: bool,
@@ -143,6 +145,7 @@ impl Projection {
         Self {
             origin: vector(frame.origin),
             forward: vector(frame.forward),
+            approach: frame.approach,
             right: dual(vector(right)),
             up: dual(vector(up)),
             orthographic,
@@ -175,7 +178,11 @@ impl Projection {
             } else {
                 behind = true;
             }
-            let scale = if self.orthographic { 1.0 } else { 1.0 / depth };
+            let scale = if self.orthographic {
+                1.0
+            } else {
+                1.0 / (depth + self.approach)
+            };
             let (u, w) = (v.dot(self.right) * scale, v.dot(self.up) * scale);
             let place = [
                 (u + 1.0) / 2.0 * self.size[0],
@@ -207,7 +214,7 @@ impl Projection {
             let at = [self.origin.x, self.origin.y, self.origin.z][axis];
             (region.low[axis] - at).max(at - region.high[axis]).max(0.0)
         };
-        let near = if self.orthographic {
+        let near = if self.orthographic || self.approach > 0.0 {
             let (mut nearest, forward) = (0.0, self.forward);
             for (axis, way) in [forward.x, forward.y, forward.z].into_iter().enumerate() {
                 let at = [self.origin.x, self.origin.y, self.origin.z][axis];

@@ -15,7 +15,7 @@ use sdfc_vm::widest;
 lanes! {
     /// 64 lit points.
     Lit {
-        x, y, z, normal_x, normal_y, normal_z, direction_x, direction_y, direction_z, t,
+        x, y, z, normal_x, normal_y, normal_z, direction_x, direction_y, direction_z, way,
         red, green, blue, roughness, metallic, emitted_red, emitted_green, emitted_blue,
         open, arriving, diffuse_red, diffuse_green, diffuse_blue, light_red, light_green, light_blue,
     }
@@ -67,9 +67,10 @@ pub(super) fn shade(frame: &Frame, features: &Features, lights: &[Light], tile: 
             };
             put!(lit, lane, x, y, z, tile.points[i]);
             put!(lit, lane, normal_x, normal_y, normal_z, normal);
-            let direction = camera_ray(frame, tile.pixels[i]).direction;
+            let camera = camera_ray(frame, tile.pixels[i]);
+            let direction = camera.direction;
             put!(lit, lane, direction_x, direction_y, direction_z, direction);
-            lit.t.0[lane] = tile.rays[i].t;
+            lit.way.0[lane] = tile.rays[i].t + camera.beyond + frame.approach;
             put!(lit, lane, red, green, blue, vector(surface.albedo));
             lit.roughness.0[lane] = surface.roughness;
             lit.metallic.0[lane] = surface.metallic;
@@ -219,7 +220,7 @@ fn through_air_body(f: &Frame, b: &mut Lit) {
     let horizon = vector(f.sky_horizon);
     for i in 0..LANES {
         let light = at!(b, i, light_red, light_green, light_blue);
-        let hidden = sky::hidden_by_fog(b.t.0[i], f.fog);
+        let hidden = sky::hidden_by_fog(b.way.0[i], f.fog);
         put!(
             b,
             i,

@@ -30,7 +30,8 @@ pub(super) fn view(frame: &Frame, features: &Features, tile: &mut Tile) {
             Mode::Normal => Some(views::direction_color::<f32>(vector(tile.normals[i]))),
             Mode::Depth => {
                 let [near, far] = frame.depth_range;
-                Some(views::depth_color::<f32>(ray.t, V2 { x: near, y: far }))
+                let depth = ray.t + camera_ray(frame, tile.pixels[i]).beyond;
+                Some(views::depth_color::<f32>(depth, V2 { x: near, y: far }))
             }
             Mode::Id => Some(views::id_color(surface.id)),
             Mode::Mask => Some(V3::of(1.0, 1.0, 1.0)),
@@ -124,7 +125,9 @@ pub(super) fn plane(
         let count = LANES.min(tile.pixels.len() - start);
         for lane in 0..count {
             let i = start + lane;
-            let Camera { origin, direction } = camera_ray(frame, tile.pixels[i]);
+            let Camera {
+                origin, direction, ..
+            } = camera_ray(frame, tile.pixels[i]);
             let centre = vector(frame.centre);
             let t = camera::meet_plane::<f32>(origin, direction, centre, forward);
             tile.rays[i].t = t;

@@ -75,6 +75,13 @@ struct Way {
 pub(super) struct Camera {
     pub(super) origin: V3<f32>,
     pub(super) direction: V3<f32>,
+    /// How much farther from the eye it starts than the ray in the middle of the picture does.
+    pub(super) beyond: f32,
+}
+
+/// How far from the eye a pixel's ray has come.
+pub(crate) fn from_eye(f: &layout::Frame, at: [f32; 2], t: f32) -> f32 {
+    t + camera_ray(f, at).beyond + f.approach
 }
 
 /// The ray of a pixel.
@@ -85,10 +92,12 @@ pub(super) fn camera_ray(f: &layout::Frame, [x, y]: [f32; 2]) -> Camera {
     let (right, up) = (vector(f.origin_right), vector(f.origin_up));
     let origin = camera::across::<f32>(place, vector(f.origin), right, up);
     let (right, up) = (vector(f.forward_right), vector(f.forward_up));
+    let side = camera::across::<f32>(place, V3::of(0.0, 0.0, 0.0), right, up);
     let way = camera::across::<f32>(place, vector(f.forward), right, up);
     Camera {
         origin,
         direction: camera::unit::<f32>(way),
+        beyond: camera::beyond::<f32>(side, f.approach),
     }
 }
 
@@ -254,7 +263,9 @@ impl Tile {
     fn find_points(&mut self, frame: &layout::Frame, items: &[u32]) {
         for &item in items {
             let i = item as usize;
-            let Camera { origin, direction } = camera_ray(frame, self.pixels[i]);
+            let Camera {
+                origin, direction, ..
+            } = camera_ray(frame, self.pixels[i]);
             self.points[i] = camera::along::<f32>(origin, direction, self.rays[i].t);
         }
     }
@@ -325,7 +336,7 @@ impl Tile {
     }
 
     /// Copies what the first pass found.
-    fn copy_ends(&self, features: &Features, only_id: f32, frame: &mut Frame) {
+    fn copy_ends(&self, picture: &Picture, frame: &mut Frame) {
         for (i, at) in self.kept(frame.width) {
             let ray = &self.rays[i];
             let status = Status::of(ray.status);
@@ -335,12 +346,12 @@ impl Tile {
             if ray.status & SHOWN == 0 {
                 continue;
             }
-            frame.depth[at] = ray.t;
+            frame.depth[at] = from_eye(&picture.uniforms, self.pixels[i], ray.t);
             frame.normal[at] = self.normals[i];
-            let id = if features.materials {
+            let id = if picture.features.materials {
                 self.surfaces[i].id
             } else {
-                only_id
+                picture.uniforms.id
             };
             frame.id[at] = id as u32;
         }
@@ -367,7 +378,9 @@ pub(super) fn face_on(frame: &layout::Frame, picture: &Picture) -> Option<(Plane
         return None;
     }
     let at = |x: f32, y: f32| {
-        let Camera { origin, direction } = camera_ray(frame, [x, y]);
+        let Camera {
+            origin, direction, ..
+        } = camera_ray(frame, [x, y]);
         let (centre, forward) = (vector(frame.centre), vector(frame.forward));
         let t = camera::meet_plane::<f32>(origin, direction, centre, forward);
         camera::along::<f32>(origin, direction, t)
@@ -427,7 +440,8 @@ pub(super) fn geometry(field: &dyn Field, picture: &Picture) -> super::Geometry 
             let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
             for (i, at) in tile.kept(width) {
                 if tile.rays[i].status & SHOWN != 0 {
-                    found.depth[at] = tile.rays[i].t;
+                    let t = tile.rays[i].t;
+                    found.depth[at] = from_eye(&picture.uniforms, tile.pixels[i], t);
                     found.normal[at] = tile.normals[i];
                 }
             }
@@ -478,7 +492,7 @@ pub(super) fn render(
                 let mut shared = frame.lock().unwrap_or_else(PoisonError::into_inner);
                 let (frame, tiles) = &mut *shared;
                 if sample == 0 {
-                    tile.copy_ends(&picture.features, picture.uniforms.id, frame);
+                    tile.copy_ends(picture, frame);
                 } else {
                     tile.count(frame);
                 }

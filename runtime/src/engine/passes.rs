@@ -6,6 +6,7 @@ use super::EngineError;
 use super::driver::{GpuEngine, OnDevice};
 use super::kernels::KernelId;
 use super::tiles::Tile;
+use crate::cpu::from_eye;
 use crate::frame::{Frame, Picture, Status, Surface};
 use crate::gpu::{Batch, Binding, BoundKernel, Extent};
 use sdfc_shaders::assemble::{
@@ -307,7 +308,8 @@ impl<S: OnDevice> GpuEngine<S> {
             if ray.status & SHOWN == 0 {
                 continue;
             }
-            frame.depth[to] = ray.t;
+            let at = [(to % frame.width) as f32, (to / frame.width) as f32];
+            frame.depth[to] = from_eye(&picture.uniforms, at, ray.t);
             if let Some(normals) = &normals {
                 let [x, y, z, _] = normals[from];
                 frame.normal[to] = [x, y, z];

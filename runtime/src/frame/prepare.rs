@@ -97,16 +97,19 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         Lens::Perspective(fov) => (0.0, (fov.clamp(1e-6, 3.1) / 2.0).tan()),
         Lens::Orthographic(height) => (height / 2.0, 0.0),
     };
+    let approach = approach(settings, facts, forward);
+    let eye: [f64; 3] = std::array::from_fn(|i| view.from[i] + forward[i] * approach);
+    let start = start + growth * approach;
     let lighting = &settings.lighting;
-    let largest = view.from.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let largest = eye.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let bounds = facts.bounds.grown(1e-3 * finite_size(facts));
     let corner = |v: [f64; 3]| v.map(|x| x.clamp(-ENDLESS, ENDLESS) as f32);
     let material = facts.material.unwrap_or_default();
     let lights: Vec<layout::Light> = lighting.lights.iter().map(light).collect();
     let pixels = settings.size[0] * settings.size[1];
     let uniforms = layout::Frame {
-        origin: single(view.from),
-        far: settings.far as f32,
+        origin: single(eye),
+        far: (settings.far - approach) as f32,
         origin_right: single(scaled(right, start * aspect)),
         inverse_slope: 1.0 / facts.slope.max(f32::MIN_POSITIVE),
         origin_up: single(scaled(up, start)),
@@ -134,17 +137,19 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         emission: material.emission,
         metallic: material.metallic,
         centre: single(view.look),
-        spacing: spacing(start + growth * distance) as f32,
+        spacing: spacing(start + growth * (distance - approach)) as f32,
         size: [width as f32, height as f32],
         offset: [0.0, 0.0],
         tile: [0, 0, settings.size[0], settings.size[1]],
-        depth_range: depth_range(settings, facts, forward),
+        depth_range: depth_range(settings, facts, forward).map(|depth| (depth - approach) as f32),
         sample: 0,
         samples: aa * aa,
         steps: settings.steps.max(1),
         shadow_steps: shadow::STEPS,
         capacity: pixels.saturating_mul(lights.len().max(1) as u32),
         lights: lights.len() as u32,
+        approach: approach as f32,
+        ..layout::Frame::default()
     };
     let features = Features {
         mode: settings.mode,
@@ -180,6 +185,29 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
     }
 }
 
+/// An eye is far away from what is this many times as near to it as it is large.
+const FAR_AWAY: f64 = 32.0;
+
+/// How far ahead of the eye rays start. From far away (a telescope's view, a camera at 1e6) nothing
+/// is lost of what `f32` can say about places near the scene if rays start on a plane near it; else
+/// they start at the eye.
+fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> f64 {
+    let flat = settings.plane || settings.mode == Mode::Distance;
+    if flat || !facts.bounds.is_finite() {
+        return 0.0;
+    }
+    let reach = facts.bounds.half_diagonal() * 1.01;
+    let to = sub(facts.bounds.centre(), settings.view.from);
+    let way = dot(to, forward) - 2.0 * reach;
+    // Where rays end in the midst of the scene, shadows reach no farther than they do.
+    let whole = settings.far > way + 4.0 * reach;
+    if reach > 0.0 && way > FAR_AWAY * reach && whole {
+        way
+    } else {
+        0.0
+    }
+}
+
 /// The largest side of the bounds that is not infinite, or 1.
 fn finite_size(facts: &FieldFacts) -> f64 {
     let sides = (0..3).map(|i| facts.bounds.max[i] - facts.bounds.min[i]);
@@ -190,16 +218,16 @@ fn finite_size(facts: &FieldFacts) -> f64 {
 }
 
 /// The near and far end of the scene as seen from the camera, for greys.
-fn depth_range(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> [f32; 2] {
+fn depth_range(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> [f64; 2] {
     let distance = length(sub(settings.view.look, settings.view.from));
     if !facts.bounds.is_finite() {
-        return [0.0, (2.0 * distance).min(settings.far) as f32];
+        return [0.0, (2.0 * distance).min(settings.far)];
     }
     let to = sub(facts.bounds.centre(), settings.view.from);
     let (middle, reach) = (dot(to, forward), facts.bounds.half_diagonal());
     [
-        (middle - reach).max(0.0) as f32,
-        (middle + reach).min(settings.far) as f32,
+        (middle - reach).max(0.0),
+        (middle + reach).min(settings.far),
     ]
 }
 

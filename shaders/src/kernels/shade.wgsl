@@ -88,7 +88,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         }
 #end
 #if fog
-        light += (frame.sky_horizon - light) * hidden_by_fog(ray.t, frame.fog);
+        light += (frame.sky_horizon - light) * hidden_by_fog(ray.t + camera.beyond + frame.approach, frame.fog);
 #end
         color = vec4f(light, 1.0);
     }

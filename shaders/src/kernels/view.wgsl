@@ -30,7 +30,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         color = vec4f(direction_color(normals[item.index].xyz), 1.0);
 #end
 #if depth
-        color = vec4f(depth_color(ray.t, frame.depth_range), 1.0);
+        color = vec4f(depth_color(ray.t + camera_ray(item.pixel).beyond, frame.depth_range), 1.0);
 #end
 #if id
 #if materials
