@@ -13,11 +13,11 @@ use sdfc_vm::pool::{PoolBuilder, PoolNumber};
 use sdfc_vm::program::{Code, Frame, Instruction, MAX_POINTS, Operands, Place, Program};
 use sdfc_vm::row::Output;
 use sdfc_vm::table::{Op, ROWS};
-use sdfc_vm::tape::choose::Chooser;
+use sdfc_vm::tape::choose::{Chooser, Decided};
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::prune::Pruner;
 use sdfc_vm::tape::steep::Slopes;
-use sdfc_vm::tape::{Clause, Tape};
+use sdfc_vm::tape::{Clause, Form, Tape};
 use sdfc_vm::vector::V3;
 use sdfc_vm::verify::{VerifyError, verify};
 use std::sync::Arc;
@@ -326,6 +326,67 @@ fn pruned_tapes_give_the_same_bits_in_their_box() {
     }
     assert!(shorter > 1000, "only {shorter} of 9,000 became shorter");
     assert!(senseless < 20_000, "{senseless} of 576,000 values are none");
+}
+
+/// A tape pruned for several boxes, and from there for each of them, is what pruning for each alone
+/// gives.
+#[test]
+fn boxes_are_pruned_together_as_they_are_alone() {
+    let (mut shorter, mut between) = (0, 0);
+    for seed in 0..1000 {
+        let program = random_program(seed);
+        let tape = Tape::of(&program);
+        let (mut chooser, mut pruner) = (Chooser::new(&tape), Pruner::default());
+        pruner.reserve(tape.values, tape.points);
+        let mut r = Random(seed * 7 + 3);
+        let boxes = chooser.boxes();
+        for lane in 0..LANES {
+            let half = 0.2 * r.number().abs();
+            for axis in 0..3 {
+                let middle = r.number();
+                boxes[axis].0[lane] = middle - half;
+                boxes[axis + 3].0[lane] = middle + half;
+            }
+        }
+        chooser.run(&program, &tape.clauses, LANES);
+        let decided = chooser.decided();
+        for lanes in [0x1111_u64, 0xF0F0 << 20, 1 << 63, 0b110] {
+            let (mut together, mut common) = (Vec::new(), Decided::default());
+            decided.prune_for(
+                lanes,
+                &tape.clauses,
+                &mut pruner,
+                &mut together,
+                &mut common,
+            );
+            shorter += usize::from(together.len() < tape.clauses.len());
+            for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
+                let mut prune = |tape: &[Clause], decided: &Decided| {
+                    let mut kept = Vec::new();
+                    let choice = |place| decided.choice(place, lane);
+                    pruner.prune(tape, choice, &mut kept);
+                    kept
+                };
+                let alone = prune(&tape.clauses, decided);
+                let by_way = prune(&together, &common);
+                between += usize::from(by_way.len() < together.len());
+                let points: [Column; 3] =
+                    std::array::from_fn(|_| Column(std::array::from_fn(|_| r.number())));
+                let values = [&alone, &by_way].map(|kept| values_at(&program, kept, &points));
+                let length = |kept: &[Clause]| {
+                    let moves = |clause: &&Clause| matches!(clause.form, Form::Copy);
+                    kept.len() - kept.iter().filter(moves).count()
+                };
+                assert_eq!(length(&alone), length(&by_way), "seed {seed}, lane {lane}");
+                for lane in 0..LANES {
+                    let [a, b] = [values[0].0[lane], values[1].0[lane]];
+                    assert!(same(a, b), "seed {seed}: {a} alone, {b} by way of others");
+                }
+            }
+        }
+    }
+    assert!(shorter > 300, "only {shorter} of 4,000 became shorter");
+    assert!(between > 300, "only {between} became shorter still");
 }
 
 #[test]

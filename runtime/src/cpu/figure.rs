@@ -8,12 +8,12 @@
 use super::{Column, LANES, Points};
 use crate::cells::Region;
 use crate::crew::share;
-use rayon::prelude::*;
 use sdfc_vm::program::Program;
-use sdfc_vm::tape::choose::Chooser;
+use sdfc_vm::tape::choose::{Chooser, Decided};
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::prune::Pruner;
 use sdfc_vm::tape::{Clause, Tape};
+use std::sync::{Mutex, PoisonError};
 
 /// Squares along a side of what is cut.
 const SPLIT: usize = 8;
@@ -90,55 +90,54 @@ pub fn sample(program: &Program, tape: &Tape, plane: &Plane, band: f32) -> Vec<f
     for corner in corners {
         let mut chooser = Chooser::new(tape);
         let found = job.choose(&mut chooser, &tape.clauses, corner, MIDDLE);
-        let squares = share(
+        let mut parts: [Part; QUARTERS] = Default::default();
+        let mut pruner = Pruner::default();
+        pruner.reserve(tape.values, tape.points);
+        for (quarter, part) in parts.iter_mut().enumerate() {
+            let todo = quarter_of(quarter) & job.unfilled(&found, corner, MIDDLE);
+            part.prune(chooser.decided(), todo, &tape.clauses, &mut pruner);
+        }
+        let squares = rows_of_squares(&mut values[corner[1] * width..], width, corner[0]);
+        share(
             LANES,
             || Worker::new(tape),
             |worker, lane| {
-                let at = place(corner, MIDDLE, lane);
-                if !job.holds(at) {
-                    return Square::Filled(0.0);
+                // Each is asked for once: nobody waits here.
+                let mut rows = squares[lane].lock().unwrap_or_else(PoisonError::into_inner);
+                if rows.is_empty() {
+                    return;
                 }
                 if let Some(value) = job.filled(&found, lane) {
-                    return Square::Filled(value);
+                    rows.iter_mut().for_each(|row| row.fill(value));
+                    return;
                 }
                 let mut clauses = std::mem::take(&mut worker.middle);
-                clauses.clear();
-                let decided = chooser.decided();
-                let choice = |place| decided.choice(place, lane);
-                worker.pruner.prune(&tape.clauses, choice, &mut clauses);
-                let square = worker.middle_square(&job, &clauses, at);
+                let part = &parts[quarter_with(lane)];
+                part.square(lane, &mut worker.pruner, &mut clauses);
+                worker.middle_square(&job, &clauses, place(corner, MIDDLE, lane), &mut rows);
                 worker.middle = clauses;
-                square
             },
         );
-        let rows = values[corner[1] * width..].par_chunks_mut(MIDDLE * width);
-        rows.zip(squares.par_chunks(SPLIT))
-            .for_each(|(rows, squares)| {
-                for (y, row) in rows.chunks_mut(width).enumerate() {
-                    let rest = &mut row[corner[0]..];
-                    for (to, square) in rest.chunks_mut(MIDDLE).zip(squares) {
-                        match square {
-                            Square::Filled(value) => to.fill(*value),
-                            Square::Sampled(values) => {
-                                to.copy_from_slice(&values[y * MIDDLE..][..to.len()]);
-                            }
-                        }
-                    }
-                }
-            });
     }
     values
+}
+
+/// The rows of pixels in each of the squares of [`MIDDLE`] pixels that a block is cut into, from the
+/// block's first row on; none where a square lies outside the picture.
+fn rows_of_squares(values: &mut [f32], width: usize, left: usize) -> Vec<Mutex<Vec<&mut [f32]>>> {
+    let mut squares: Vec<Vec<&mut [f32]>> = (0..LANES).map(|_| Vec::new()).collect();
+    for (y, row) in values.chunks_mut(width).take(BLOCK).enumerate() {
+        let across = row[left..].chunks_mut(MIDDLE).take(SPLIT);
+        for (x, part) in across.enumerate() {
+            squares[y / MIDDLE * SPLIT + x].push(part);
+        }
+    }
+    squares.into_iter().map(Mutex::new).collect()
 }
 
 /// The place of a square in what is cut.
 fn place([left, upper]: [usize; 2], side: usize, lane: usize) -> [usize; 2] {
     [left + lane % SPLIT * side, upper + lane / SPLIT * side]
-}
-
-/// The field in a square of [`MIDDLE`] pixels.
-enum Square {
-    Filled(f32),
-    Sampled(Vec<f32>),
 }
 
 /// What is to be sampled.
@@ -171,6 +170,14 @@ impl Job<'_> {
         *chooser.run(self.program, tape, LANES)
     }
 
+    /// The squares in the picture that are not filled, as bits.
+    fn unfilled(&self, found: &[Column; 2], corner: [usize; 2], side: usize) -> u64 {
+        let lanes = (0..LANES).filter(|&lane| {
+            self.holds(place(corner, side, lane)) && self.filled(found, lane).is_none()
+        });
+        lanes.fold(0, |bits, lane| bits | 1 << lane)
+    }
+
     /// What a square is filled with, if the field is far enough from zero everywhere in it.
     fn filled(&self, [low, high]: &[Column; 2], lane: usize) -> Option<f32> {
         let (low, high) = (low.0[lane], high.0[lane]);
@@ -184,12 +191,52 @@ impl Job<'_> {
     }
 }
 
+/// Into how many parts the squares of what is cut are put, which are pruned together first.
+const QUARTERS: usize = 4;
+
+/// The quarter that a square is in.
+fn quarter_with(lane: usize) -> usize {
+    let half = SPLIT / 2;
+    lane / SPLIT / half * 2 + lane % SPLIT / half
+}
+
+/// The squares of a quarter, as bits.
+fn quarter_of(quarter: usize) -> u64 {
+    let lanes = (0..LANES).filter(|&lane| quarter_with(lane) == quarter);
+    lanes.fold(0, |bits, lane| bits | 1 << lane)
+}
+
+/// What of a tape matters in any square of a quarter, and what each square decides of it.
+#[derive(Default)]
+struct Part {
+    clauses: Vec<Clause>,
+    decided: Decided,
+}
+
+impl Part {
+    /// Prunes a tape for those squares of a quarter that are to be sampled.
+    fn prune(&mut self, decided: &Decided, todo: u64, tape: &[Clause], pruner: &mut Pruner) {
+        self.clauses.clear();
+        if todo != 0 {
+            decided.prune_for(todo, tape, pruner, &mut self.clauses, &mut self.decided);
+        }
+    }
+
+    /// What of it matters in a square.
+    fn square(&self, lane: usize, pruner: &mut Pruner, kept: &mut Vec<Clause>) {
+        kept.clear();
+        let choice = |place| self.decided.choice(place, lane);
+        pruner.prune(&self.clauses, choice, kept);
+    }
+}
+
 /// The memory of one thread.
 struct Worker {
     chooser: Chooser,
     pruner: Pruner,
     machine: Machine<f32>,
     middle: Vec<Clause>,
+    part: Part,
     small: Vec<Clause>,
 }
 
@@ -200,36 +247,45 @@ impl Worker {
             pruner: Pruner::default(),
             machine: Machine::new(tape.values, tape.points),
             middle: Vec::new(),
+            part: Part::default(),
             small: Vec::new(),
         };
         worker.pruner.reserve(tape.values, tape.points);
         worker
     }
 
-    /// Samples a square of [`MIDDLE`] pixels.
-    fn middle_square(&mut self, job: &Job<'_>, tape: &[Clause], corner: [usize; 2]) -> Square {
+    /// Samples a square of [`MIDDLE`] pixels, of which these rows are in the picture.
+    fn middle_square(
+        &mut self,
+        job: &Job<'_>,
+        tape: &[Clause],
+        corner: [usize; 2],
+        rows: &mut [&mut [f32]],
+    ) {
         let found = job.choose(&mut self.chooser, tape, corner, SMALL);
-        let mut values = vec![0.0; MIDDLE * MIDDLE];
-        for lane in 0..LANES {
-            let at = place(corner, SMALL, lane);
-            if !job.holds(at) {
-                continue;
-            }
-            let [left, upper] = [at[0] - corner[0], at[1] - corner[1]];
-            let rows = values[upper * MIDDLE..].chunks_mut(MIDDLE).take(SMALL);
-            let rows = rows.map(|row| &mut row[left..left + SMALL]);
-            match job.filled(&found, lane) {
-                Some(value) => rows.for_each(|row| row.fill(value)),
-                None => {
-                    self.small.clear();
-                    let decided = self.chooser.decided();
-                    let choice = |place| decided.choice(place, lane);
-                    self.pruner.prune(tape, choice, &mut self.small);
-                    self.small_square(job, at, rows);
+        let unfilled = job.unfilled(&found, corner, SMALL);
+        let mut part = std::mem::take(&mut self.part);
+        for quarter in 0..QUARTERS {
+            let todo = quarter_of(quarter) & unfilled;
+            let pruner = &mut self.pruner;
+            part.prune(self.chooser.decided(), todo, tape, pruner);
+            let lanes = (0..LANES).filter(|&lane| quarter_with(lane) == quarter);
+            for lane in lanes {
+                let [left, upper] = place([0, 0], SMALL, lane);
+                let inside = rows.iter_mut().skip(upper).take(SMALL);
+                let inside = inside.filter_map(|row| {
+                    let end = row.len().min(left + SMALL);
+                    row.get_mut(left..end)
+                });
+                if let Some(value) = job.filled(&found, lane) {
+                    inside.for_each(|row| row.fill(value));
+                } else if todo >> lane & 1 == 1 {
+                    part.square(lane, &mut self.pruner, &mut self.small);
+                    self.small_square(job, [corner[0] + left, corner[1] + upper], inside);
                 }
             }
         }
-        Square::Sampled(values)
+        self.part = part;
     }
 
     /// Samples a square of [`SMALL`] pixels, four rows at a time.
@@ -263,7 +319,8 @@ impl Worker {
                 }
                 values = *self.machine.run(job.program, &self.small, LANES);
             }
-            row.copy_from_slice(&values.0[y % ROWS * SMALL..][..SMALL]);
+            let sampled = &values.0[y % ROWS * SMALL..][..SMALL];
+            row.copy_from_slice(&sampled[..row.len()]);
         }
     }
 }

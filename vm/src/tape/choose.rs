@@ -10,7 +10,7 @@
 //!   ([`crate::interval::FloatInterval`]).
 
 use super::machine::{Attachment, Machine, hard};
-use super::prune::Choice;
+use super::prune::{Choice, Pruner};
 use super::steep::Slopes;
 use super::{Clause, Tape, flags};
 use crate::interval::FloatInterval;
@@ -225,6 +225,8 @@ fn bits(flags: &[bool; LANES]) -> u64 {
 pub struct Decided {
     /// By a clause's place, the masks of its choice.
     by_place: Masks,
+    /// Memory for the choices that pruning leaves.
+    left: Masks,
 }
 
 impl Decided {
@@ -239,6 +241,39 @@ impl Decided {
         } else {
             Choice::Both
         }
+    }
+
+    /// Appends to `kept` what of the tape matters in any of these boxes, given as bits; `common`
+    /// becomes what each of them decides of that. Many boxes are pruned quicker by way of what
+    /// several have in common.
+    pub fn prune_for(
+        &self,
+        boxes: u64,
+        tape: &[Clause],
+        pruner: &mut Pruner,
+        kept: &mut Vec<Clause>,
+        common: &mut Self,
+    ) {
+        let left = &mut common.left;
+        left.clear();
+        let choice = |place: usize| {
+            let [first, second] = self.by_place[place];
+            if first & boxes == boxes {
+                Choice::First
+            } else if second & boxes == boxes {
+                Choice::Second
+            } else {
+                left.push([first, second]);
+                Choice::Both
+            }
+        };
+        let start = kept.len();
+        pruner.prune(tape, choice, kept);
+        let mut masks = std::mem::take(&mut common.left);
+        // It asks from the back to the front.
+        masks.reverse();
+        common.spread(&kept[start..], &mut masks);
+        common.left = masks;
     }
 
     /// Spreads the masks of choices over all clauses of their tape.

@@ -109,7 +109,7 @@ impl Pruner {
     pub fn prune<R: Name>(
         &mut self,
         tape: &[Clause<R>],
-        choice: impl Fn(usize) -> Choice,
+        mut choice: impl FnMut(usize) -> Choice,
         kept: &mut Vec<Clause>,
     ) -> Needs {
         let start = kept.len();
