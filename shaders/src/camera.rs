@@ -25,7 +25,7 @@ pub fn across<R: Real>(place: R::Vec2, centre: R::Vec3, right: R::Vec3, up: R::V
 /// it is `approach`; `side` is how the ray's direction differs from the middle's. Written so that
 /// nothing is lost where the two ways are nearly equal.
 #[inline(always)]
-pub fn beyond<R: Real>(side: R::Vec3, approach: R) -> R {
+pub fn way_beyond<R: Real>(side: R::Vec3, approach: R) -> R {
     let s = side.dot(side).named("s");
     approach * s / (lit::<R>(1.0) + (lit::<R>(1.0) + s).sqrt())
 }

@@ -49,7 +49,7 @@ macro_rules! functions {
 functions! {
     place_in_view = camera::place_in_view(pixel, offset, size);
     across = camera::across(place, centre, right, up);
-    beyond = camera::beyond(side, approach);
+    way_beyond = camera::way_beyond(side, approach);
     unit = camera::unit(v);
     along = camera::along(origin, direction, t);
     half_pixel = camera::half_pixel(t, footprint, growth);

@@ -97,7 +97,7 @@ pub(super) fn camera_ray(f: &layout::Frame, [x, y]: [f32; 2]) -> Camera {
     Camera {
         origin,
         direction: camera::unit::<f32>(way),
-        beyond: camera::beyond::<f32>(side, f.approach),
+        beyond: camera::way_beyond::<f32>(side, f.approach),
     }
 }
 

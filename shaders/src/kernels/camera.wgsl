@@ -7,5 +7,5 @@ fn camera_ray(pixel: vec2u) -> CameraRay {
     let origin = across(place, frame.origin, frame.origin_right, frame.origin_up);
     let side = across(place, vec3f(0.0), frame.forward_right, frame.forward_up);
     let way = across(place, frame.forward, frame.forward_right, frame.forward_up);
-    return CameraRay(origin, unit(way), beyond(side, frame.approach));
+    return CameraRay(origin, unit(way), way_beyond(side, frame.approach));
 }
