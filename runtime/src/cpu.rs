@@ -5,6 +5,7 @@
 //! in a tile the rays of a stage stream through 64 lanes, and a lane whose ray has ended takes the
 //! next one, so that the field is nearly always asked about 64 points.
 
+mod beam;
 pub mod figure;
 mod lanes;
 mod march;

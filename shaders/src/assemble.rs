@@ -12,7 +12,7 @@
 //! the stages run in order. All kernels have workgroups of 64 in a row and want a line of
 //! [`invocations`]; a line too long for one axis goes on along y.
 //!
-//! The stages `march`, `shadow` and `occlusion` are resumable ([`Stage::is_resumable`]): one
+//! The stages `beam`, `march`, `shadow` and `occlusion` are resumable ([`Stage::is_resumable`]): one
 //! dispatch evaluates the scene a bounded number of times per ray and lists the rays that are not
 //! done in the queue. Before each of their dispatches four words are written to its front
 //! ([`queue_front`]). While its first word then says that rays are left, the stage runs again over a
@@ -24,8 +24,8 @@
 //! The `edges` stage compares neighbours within a tile: tiles for it overlap by one pixel.
 
 use crate::features::{Features, Mode, Normals, Occlusion, Shadow};
-use crate::layout::{Frame, Light, Ray, ShadowRay, Surface};
-use crate::{functions, marching, normals, shadow};
+use crate::layout::{Beam, Frame, Light, Ray, ShadowRay, Surface};
+use crate::{beam, functions, marching, normals, shadow};
 use sdfc_vm::prelude;
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -36,6 +36,8 @@ pub const FIRST_SCENE_SLOT: u32 = 16;
 /// A step on the way to a picture; each has a file in `kernels`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Stage {
+    /// Finds how far the rays of a block of pixels can go together.
+    Beam,
     /// Finds where rays end.
     March,
     /// Makes that exact.
@@ -112,11 +114,13 @@ pub enum Slot {
     Occlusion = 7,
     /// Four numbers per pixel: the sum of all samples.
     Colors = 8,
+    /// A [`Beam`] per block of pixels.
+    Beams = 9,
 }
 
 impl Slot {
     /// All buffers.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Frame,
         Self::Lights,
         Self::Rays,
@@ -126,6 +130,7 @@ impl Slot {
         Self::Shadows,
         Self::Occlusion,
         Self::Colors,
+        Self::Beams,
     ];
 
     /// How many bytes it takes for a tile of so many pixels.
@@ -139,6 +144,8 @@ impl Slot {
             Self::Surfaces => size_of::<Surface>() as u64 * pixels,
             Self::Shadows => size_of::<ShadowRay>() as u64 * pixels * lights,
             Self::Occlusion => 8 * pixels,
+            // A strip one pixel wide has a block for each eight of them.
+            Self::Beams => size_of::<Beam>() as u64 * (pixels / 8 + 1),
         }
     }
 }
@@ -187,7 +194,7 @@ pub fn stages(features: &Features) -> Vec<Stage> {
     let faces = matches!(mode, Mode::Shaded | Mode::Normal | Mode::Edges);
     let lit = mode == Mode::Shaded;
     let wanted = |stage: Stage| match stage {
-        Stage::March => true,
+        Stage::Beam | Stage::March => true,
         Stage::Polish => !matches!(mode, Mode::Steps | Mode::Mask),
         Stage::Normal => faces || surfaces,
         Stage::Surface => surfaces,
@@ -204,10 +211,15 @@ pub fn stages(features: &Features) -> Vec<Stage> {
         .collect()
 }
 
-/// How long the line of invocations is that covers a tile: for `shadow` once per light.
+/// How long the line of invocations is that covers a tile: for `beam` one for each block of its
+/// pixels, for `shadow` one for each pixel and light.
 pub fn invocations(stage: Stage, tile: [u32; 2], lights: u64) -> u64 {
     let blocks = u64::from(tile[0].div_ceil(8)) * u64::from(tile[1].div_ceil(8));
-    blocks * 64 * if stage == Stage::Shadow { lights } else { 1 }
+    match stage {
+        Stage::Beam => blocks,
+        Stage::Shadow => blocks * 64 * lights,
+        _ => blocks * 64,
+    }
 }
 
 fn casts_shadows(features: &Features) -> bool {
@@ -216,7 +228,8 @@ fn casts_shadows(features: &Features) -> bool {
 
 impl Stage {
     /// All stages, in the order in which they run.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
+        Self::Beam,
         Self::March,
         Self::Polish,
         Self::Normal,
@@ -236,7 +249,10 @@ impl Stage {
 
     /// Whether a dispatch may leave rays for another one.
     pub fn is_resumable(self) -> bool {
-        matches!(self, Self::March | Self::Shadow | Self::Occlusion)
+        matches!(
+            self,
+            Self::Beam | Self::March | Self::Shadow | Self::Occlusion
+        )
     }
 
     /// The most evaluations of the scene in one invocation of a stage that is not resumable.
@@ -246,7 +262,7 @@ impl Stage {
             Self::Normal => normals::taps(features.normals).len().max(1) as u32,
             Self::Surface => 1,
             Self::Plane => 2,
-            Self::March | Self::Shadow | Self::Occlusion => 0,
+            Self::Beam | Self::March | Self::Shadow | Self::Occlusion => 0,
             Self::Shade | Self::View | Self::Edges => 0,
         }
     }
@@ -254,7 +270,7 @@ impl Stage {
     /// The scene's functions that the stage calls.
     pub fn scene_functions(self, features: &Features) -> Vec<SceneFunction> {
         match self {
-            Self::March | Self::Polish | Self::Shadow | Self::Occlusion => {
+            Self::Beam | Self::March | Self::Polish | Self::Shadow | Self::Occlusion => {
                 vec![SceneFunction::Distance]
             }
             Self::Normal if features.normals == Normals::Exact => vec![SceneFunction::Gradient],
@@ -276,6 +292,7 @@ impl Stage {
             };
         }
         match self {
+            Self::Beam => file!("beam"),
             Self::March => file!("march"),
             Self::Polish => file!("polish"),
             Self::Normal => file!("normal"),
@@ -431,7 +448,7 @@ pub fn kernel(stage: Stage, features: &Features, scene: &SceneSource<'_>) -> Ker
 fn shared_parts(own: &str) -> String {
     let parts = [
         ("is_nan", include_str!("kernels/nan.wgsl")),
-        ("block_item", include_str!("kernels/work.wgsl")),
+        ("line_index", include_str!("kernels/work.wgsl")),
         ("camera_ray", include_str!("kernels/camera.wgsl")),
         ("enqueue", include_str!("kernels/queue.wgsl")),
     ];
@@ -443,6 +460,7 @@ fn shared_parts(own: &str) -> String {
 const STRUCTS: &[(&str, &str)] = &[
     ("Frame", Frame::WGSL),
     ("Light", Light::WGSL),
+    ("Beam", Beam::WGSL),
     ("Ray", Ray::WGSL),
     ("ShadowRay", ShadowRay::WGSL),
     ("Surface", Surface::WGSL),
@@ -476,6 +494,8 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("ENDING", word(marching::ENDING)),
         ("FROM_INSIDE", word(marching::FROM_INSIDE)),
         ("SHOWN", word(marching::SHOWN)),
+        ("BLOCK", word(beam::SIDE)),
+        ("BEAM_STEPS", word(beam::STEPS)),
         ("SECANT_STEPS", word(marching::SECANT_STEPS)),
         ("SPREAD", format!("{:?}", normals::spread(features.normals))),
         ("NORMAL_TAPS", word(taps.len() as u32)),

@@ -1,6 +1,6 @@
 //! The bodies of this crate as WGSL: each is recorded under the name that kernels call it by.
 
-use crate::{camera, marching, normals, occlusion, reflectance, shadow, sky, views};
+use crate::{beam, camera, marching, normals, occlusion, reflectance, shadow, sky, views};
 use sdfc_vm::record::{Function, Recorded, Scalar, Type, record, record_struct};
 
 /// A function that kernels can call: its name, and how to record it.
@@ -55,6 +55,11 @@ functions! {
     half_pixel = camera::half_pixel(t, footprint, growth);
     crossing = camera::crossing(origin, direction, low, high, far);
     meet_plane = camera::meet_plane(origin, direction, centre, forward);
+
+    apart = beam::apart(a, b);
+    beam_begin = beam::begin(origin, low, high, spread);
+    beam_advance = beam::advance(t, field, spread, widening, threshold);
+    beam_goes_on = beam::goes_on(way, half_pixel);
 
     march_step = marching::march_step(
         t, radius, step, trend, t_before, radius_before, field, threshold

@@ -253,6 +253,16 @@ shared! {
 }
 
 shared! {
+    /// What the rays of a block of pixels have in common: see [`crate::beam`].
+    Beam {
+        /// How far all of them can go.
+        t: f32,
+        /// How many times the field was evaluated for that.
+        steps: u32,
+    }
+}
+
+shared! {
     /// A ray under way, or where it ended.
     Ray {
         /// How far it came.

@@ -8,6 +8,7 @@
 //! together. Knows no scene.
 
 pub mod assemble;
+pub mod beam;
 pub mod camera;
 pub mod features;
 pub mod functions;

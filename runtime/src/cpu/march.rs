@@ -3,9 +3,10 @@
 use super::lanes::{Walk, is_nan, lanes};
 use super::tile::{Camera, camera_ray};
 use super::{Column, LANES, Points};
-use sdfc_shaders::camera;
-use sdfc_shaders::layout::{Frame, Ray};
+use sdfc_shaders::layout::{Beam, Frame, Ray};
 use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, Status};
+use sdfc_shaders::{beam, camera};
+use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
 
 lanes! {
@@ -99,6 +100,10 @@ pub(super) struct March<'a> {
     pub(super) frame: &'a Frame,
     pub(super) pixels: &'a [[f32; 2]],
     pub(super) rays: &'a mut [Ray],
+    /// How far the rays of each block can go, and how many blocks and pixels are in a row.
+    pub(super) beams: &'a [Beam],
+    pub(super) columns: u32,
+    pub(super) width: u32,
 }
 
 impl Walk for March<'_> {
@@ -111,14 +116,17 @@ impl Walk for March<'_> {
         } = camera_ray(f, self.pixels[item as usize]);
         let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
         let bounds = camera::crossing::<f32>(origin, direction, low, high, f.far);
+        let [x, y] = [item % self.width, item / self.width].map(|pixel| pixel / beam::SIDE);
+        let beam = &self.beams[(y * self.columns + x) as usize];
+        let start = Real::max(bounds.x, beam.t);
         let ray = &mut self.rays[item as usize];
         *ray = Ray {
-            t: bounds.x,
+            t: start,
             trend: -1.0,
-            t_before: bounds.x,
+            t_before: start,
             ..Ray::default()
         };
-        if bounds.y < bounds.x {
+        if bounds.y < start {
             ray.status = Status::Miss as u32;
             return false;
         }

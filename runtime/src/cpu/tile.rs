@@ -1,5 +1,6 @@
 //! Tiles: a square of the picture, with what each stage leaves for the next ones.
 
+use super::beam::Beams;
 use super::figure::Plane;
 use super::lanes::stream;
 use super::march::{March, Polish, vector};
@@ -11,10 +12,10 @@ use crate::cells::{Cells, Region};
 use crate::crew::share;
 use crate::frame::{Frame, Picture, Status};
 use sdfc_shaders::assemble::{Stage, stages};
-use sdfc_shaders::camera;
 use sdfc_shaders::features::{Features, Mode, Occlusion};
 use sdfc_shaders::layout::{self, Ray, Surface};
 use sdfc_shaders::marching::{self, SHOWN};
+use sdfc_shaders::{beam, camera};
 use sdfc_vm::vector::{V2, V3};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -50,6 +51,8 @@ pub(super) struct Tile {
     /// Which pixels they are.
     pub(super) pixels: Vec<[f32; 2]>,
     pub(super) rays: Vec<Ray>,
+    /// How far the rays of each block of pixels can go together, block row after block row.
+    beams: Vec<layout::Beam>,
     /// The leaf of cells in which each ray ended, if they went through cells.
     pub(super) leaves: Vec<u32>,
     /// Where the surfaces are.
@@ -150,6 +153,7 @@ impl Tile {
         let mut evaluations = 0;
         for stage in stages {
             evaluations += match stage {
+                Stage::Beam => self.find_beams(f, way, evaluator),
                 Stage::March => self.march(f, way, evaluator),
                 Stage::Polish => self.polish(f, evaluator),
                 Stage::Normal => normal::find(f, features.normals, self, evaluator),
@@ -179,6 +183,30 @@ impl Tile {
         evaluations
     }
 
+    /// Finds how far the rays of each block can go together; in cells they learn more.
+    fn find_beams(
+        &mut self,
+        frame: &layout::Frame,
+        way: Option<&Way>,
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        if way.is_some() {
+            return 0;
+        }
+        let [columns, rows] = [self.width, self.height].map(|side| side.div_ceil(beam::SIDE));
+        self.beams.clear();
+        self.beams
+            .resize((columns * rows) as usize, layout::Beam::default());
+        let items: Vec<u32> = (0..columns * rows).collect();
+        let mut walk = Beams {
+            frame,
+            corner: [self.left, self.upper],
+            columns,
+            beams: &mut self.beams,
+        };
+        stream(&mut walk, evaluator, &items)
+    }
+
     fn march(
         &mut self,
         frame: &layout::Frame,
@@ -196,6 +224,9 @@ impl Tile {
                     frame,
                     pixels: &self.pixels,
                     rays: &mut self.rays,
+                    beams: &self.beams,
+                    columns: self.width.div_ceil(beam::SIDE),
+                    width: self.width,
                 };
                 stream(&mut walk, evaluator, &self.order)
             }
@@ -434,7 +465,7 @@ pub(super) fn geometry(field: &dyn Field, picture: &Picture) -> super::Geometry 
         },
         |(tile, evaluator), number| {
             tile.place(corners[number], picture);
-            let stages = [Stage::March, Stage::Polish, Stage::Normal];
+            let stages = [Stage::Beam, Stage::March, Stage::Polish, Stage::Normal];
             let todo = (stages.as_slice(), way.as_ref(), None);
             tile.add(&picture.uniforms, picture, todo, &mut **evaluator);
             let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);

@@ -12,6 +12,7 @@ use crate::gpu::{Batch, Binding, BoundKernel, Extent};
 use sdfc_shaders::assemble::{
     SceneFunction, Slot, Stage, invocations, queue_capacity, queue_front, stages,
 };
+use sdfc_shaders::beam;
 use sdfc_shaders::features::{Features, Mode};
 use sdfc_shaders::layout::{self, Ray, ShadowRay};
 use sdfc_shaders::marching::SHOWN;
@@ -238,6 +239,7 @@ impl<S: OnDevice> GpuEngine<S> {
             .get(Slot::Queue)
             .ok_or(EngineError::NothingLoaded)?;
         let most = match stage {
+            Stage::Beam => plan.most_evaluations.min(beam::STEPS),
             Stage::Occlusion => plan.most_evaluations.min(features.occlusion.taps().max(1)),
             Stage::Shadow => plan.most_evaluations.min(uniforms.shadow_steps.max(1)),
             _ => plan.most_evaluations.min(uniforms.steps.max(1)),
@@ -289,7 +291,7 @@ impl<S: OnDevice> GpuEngine<S> {
         for (from, _) in places(tile, kept, frame.width) {
             frame.stats.count(Status::of(rays[from].status));
         }
-        frame.stats.evaluations += self.evaluations(plan, picture, &rays)?;
+        frame.stats.evaluations += self.evaluations(plan, picture, tile, &rays)?;
         if sample > 0 {
             return Ok(());
         }
@@ -328,6 +330,7 @@ impl<S: OnDevice> GpuEngine<S> {
         &self,
         plan: &Plan,
         picture: &Picture,
+        tile: Tile,
         rays: &[Ray],
     ) -> Result<u64, EngineError> {
         let features = &picture.features;
@@ -343,6 +346,11 @@ impl<S: OnDevice> GpuEngine<S> {
                     let steps: Vec<ShadowRay> =
                         self.read(Slot::Shadows, rays.len() as u64 * lights)?;
                     steps.iter().map(|ray| u64::from(ray.steps & !DONE)).sum()
+                }
+                Stage::Beam => {
+                    let blocks = invocations(stage, tile.size, 1);
+                    let beams: Vec<layout::Beam> = self.read(Slot::Beams, blocks)?;
+                    beams.iter().map(|beam| u64::from(beam.steps)).sum()
                 }
                 Stage::March | Stage::Polish | Stage::Plane => 0,
                 Stage::Shade | Stage::View | Stage::Edges => 0,

@@ -2,6 +2,7 @@
 
 @group(0) @binding(2) var<storage, read_write> rays: array<Ray>;
 @group(0) @binding(3) var<storage, read_write> queue: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read> beams: array<Beam>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
@@ -17,11 +18,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let bounds = crossing(
         camera.origin, camera.direction, frame.bounds_min, frame.bounds_max, frame.far
     );
-    var ray = Ray(bounds.x, 0.0, 0.0, -1.0, bounds.x, 0.0, ACTIVE, 0u);
-    if listed > 0u {
-        ray = rays[item.index];
-    } else if bounds.y < bounds.x {
-        ray.status = MISS;
+    var ray = rays[item.index];
+    if listed == 0u {
+        let start = max(bounds.x, beams[k / 64u].t);
+        let status = select(ACTIVE, MISS, bounds.y < start);
+        ray = Ray(start, 0.0, 0.0, -1.0, start, 0.0, status, 0u);
     }
     let budget = evaluations_left();
     for (var n = 0u; n < budget; n++) {

@@ -10,13 +10,16 @@ fn tile_pixels() -> u32 {
     return frame.tile.z * frame.tile.w;
 }
 
+// The upper left pixel of a block.
+fn block_pixel(block: u32) -> vec2u {
+    let columns = (frame.tile.z + BLOCK - 1u) / BLOCK;
+    return vec2u(block % columns, block / columns) * BLOCK;
+}
+
 // Rays are taken in blocks of 8×8 pixels, so that neighbours stay together.
 fn block_item(k: u32) -> Item {
-    let columns = (frame.tile.z + 7u) / 8u;
-    let block = k / 64u;
-    let x = (block % columns) * 8u + k % 8u;
-    let y = (block / columns) * 8u + (k / 8u) % 8u;
-    return Item(y * frame.tile.z + x, vec2u(x, y), x < frame.tile.z && y < frame.tile.w);
+    let at = block_pixel(k / 64u) + vec2u(k, k / BLOCK) % BLOCK;
+    return Item(at.y * frame.tile.z + at.x, at, at.x < frame.tile.z && at.y < frame.tile.w);
 }
 
 fn stored_item(index: u32) -> Item {
