@@ -1,0 +1,132 @@
+//! Two engines compared bit by bit, as strict arithmetic promises: the picture's rays and the values
+//! at points.
+//!
+//! Floats count as equal if they are the same number, whichever sign a zero has: WGSL leaves the
+//! sign of a zero open even where everything else is exact. No number equals another one.
+
+use crate::engine::Sample;
+use crate::frame::Frame;
+use serde::Serialize;
+use std::fmt;
+
+/// How many of the results of two engines are not equal in every bit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct BitDifferences {
+    /// How many rays each picture has.
+    pub rays: usize,
+    /// Rays that hit in one picture only.
+    pub hits: usize,
+    /// Rays with another depth.
+    pub depths: usize,
+    /// Rays that took another number of steps.
+    pub steps: usize,
+    /// Rays with another normal.
+    pub normals: usize,
+    /// Pixels with another colour, which is more than is promised.
+    pub colors: usize,
+    /// How many points each was asked about.
+    pub points: usize,
+    /// Points with another distance.
+    pub distances: usize,
+    /// Points with another gradient.
+    pub gradients: usize,
+    /// The first ray whose hit, depth, steps or normal differ: column and row, then depth and steps
+    /// of both.
+    pub first_ray: Option<([usize; 2], [(f32, u32); 2])>,
+    /// The first point whose distance or gradient differ: the point, then both distances and
+    /// gradients, the distance last.
+    pub first_point: Option<([f32; 3], [[f32; 4]; 2])>,
+}
+
+/// Whether two numbers are the same one.
+fn same(a: f32, b: f32) -> bool {
+    a == b || a.to_bits() == b.to_bits()
+}
+
+fn same_all(a: &[f32], b: &[f32]) -> bool {
+    a.iter().zip(b).all(|(&a, &b)| same(a, b))
+}
+
+/// Compares pictures of the same size, and samples of the same points.
+pub(super) fn compare(
+    [reference, frame]: [&Frame; 2],
+    points: &[[f32; 3]],
+    [samples, other_samples]: [&[Sample]; 2],
+) -> BitDifferences {
+    let mut found = BitDifferences {
+        rays: reference.depth.len(),
+        points: points.len(),
+        ..BitDifferences::default()
+    };
+    for i in 0..reference.depth.len() {
+        let hits = reference.status[i] != frame.status[i];
+        let depths = !same(reference.depth[i], frame.depth[i]);
+        let steps = reference.steps[i] != frame.steps[i];
+        let normals = !same_all(&reference.normal[i], &frame.normal[i]);
+        found.hits += usize::from(hits);
+        found.depths += usize::from(depths);
+        found.steps += usize::from(steps);
+        found.normals += usize::from(normals);
+        found.colors += usize::from(!same_all(&reference.color[i], &frame.color[i]));
+        if hits || depths || steps || normals {
+            let place = [i % reference.width, i / reference.width];
+            let of = |frame: &Frame| (frame.depth[i], frame.steps[i]);
+            let both = [of(reference), of(frame)];
+            found.first_ray.get_or_insert((place, both));
+        }
+    }
+    for ((&p, a), b) in points.iter().zip(samples).zip(other_samples) {
+        let distances = !same(a.distance, b.distance);
+        let gradients = !same_all(&a.gradient, &b.gradient);
+        found.distances += usize::from(distances);
+        found.gradients += usize::from(gradients);
+        if distances || gradients {
+            let of = |sample: &Sample| {
+                let [x, y, z] = sample.gradient;
+                [x, y, z, sample.distance]
+            };
+            found.first_point.get_or_insert((p, [of(a), of(b)]));
+        }
+    }
+    found
+}
+
+impl BitDifferences {
+    /// What is more than none, of all that is promised.
+    pub(super) fn failures(&self) -> Vec<String> {
+        let rays = [
+            (self.hits, "hit or miss"),
+            (self.depths, "depth"),
+            (self.steps, "number of steps"),
+            (self.normals, "normal"),
+        ];
+        let points = [(self.distances, "distance"), (self.gradients, "gradient")];
+        let ray = self.first_ray.map_or(String::new(), |([x, y], [a, b])| {
+            format!("; the first at ({x}, {y}): depth {} in {} steps, and {} in {}", a.0, a.1, b.0, b.1)
+        });
+        let point = self.first_point.map_or(String::new(), |(p, [a, b])| {
+            format!("; the first at {p:?}: {a:?} and {b:?}")
+        });
+        let told = |count: usize, of: &str, what: &str, first: &str| {
+            (count > 0).then(|| format!("{count} {of} differ in their {what}, none may{first}"))
+        };
+        let rays = rays.iter().filter_map(|&(n, what)| told(n, "rays", what, &ray));
+        let points = points.iter().filter_map(|&(n, what)| told(n, "points", what, &point));
+        rays.chain(points).collect()
+    }
+}
+
+impl fmt::Display for BitDifferences {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "  bits          of {} rays differ: hit or miss {}, depth {}, steps {}, normal {}, colour {}",
+            self.rays, self.hits, self.depths, self.steps, self.normals, self.colors
+        )?;
+        writeln!(
+            f,
+            "                of {} points differ: distance {}, gradient {}",
+            self.points, self.distances, self.gradients
+        )
+    }
+}
