@@ -237,10 +237,7 @@ pub fn open(kind: EngineKind) -> Result<Box<dyn Engine>, EngineError> {
 
 /// Opens an engine whose arithmetic is strict or not: engines that are strict give the same bits.
 /// The CPU always is.
-pub fn open_with(
-    kind: EngineKind,
-    arithmetic: Arithmetic,
-) -> Result<Box<dyn Engine>, EngineError> {
+pub fn open_with(kind: EngineKind, arithmetic: Arithmetic) -> Result<Box<dyn Engine>, EngineError> {
     Ok(match kind {
         EngineKind::Cpu => Box::new(cpu::CpuEngine::default()),
         EngineKind::Interp | EngineKind::Wgsl => {

@@ -182,12 +182,13 @@ impl Gpu {
         let label = Some(source.label);
         match code {
             // The parsed module is handed over, so the text is not parsed twice.
-            Code::Module(module) => self
-                .device
-                .create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label,
-                    source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
-                }),
+            Code::Module(module) => {
+                self.device
+                    .create_shader_module(wgpu::ShaderModuleDescriptor {
+                        label,
+                        source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
+                    })
+            }
             Code::Words(words) => {
                 let entry = wgpu::PassthroughShaderEntryPoint {
                     name: source.entry.into(),

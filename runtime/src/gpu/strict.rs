@@ -343,7 +343,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             workgroup_invocations: 64,
             workgroups_per_axis: 0,
         };
-        let check = |limits: &Limits, sides| check_workgroup(&module, "k", [64, 1, 1], limits, sides);
+        let check =
+            |limits: &Limits, sides| check_workgroup(&module, "k", [64, 1, 1], limits, sides);
         assert_eq!(check(&limits, [64, 64, 64]), Ok(()));
         assert!(check(&limits, [32, 64, 64]).is_err());
         let fewer = Limits {

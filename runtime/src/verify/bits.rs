@@ -102,7 +102,10 @@ impl BitDifferences {
         ];
         let points = [(self.distances, "distance"), (self.gradients, "gradient")];
         let ray = self.first_ray.map_or(String::new(), |([x, y], [a, b])| {
-            format!("; the first at ({x}, {y}): depth {} in {} steps, and {} in {}", a.0, a.1, b.0, b.1)
+            format!(
+                "; the first at ({x}, {y}): depth {} in {} steps, and {} in {}",
+                a.0, a.1, b.0, b.1
+            )
         });
         let point = self.first_point.map_or(String::new(), |(p, [a, b])| {
             format!("; the first at {p:?}: {a:?} and {b:?}")
@@ -110,8 +113,12 @@ impl BitDifferences {
         let told = |count: usize, of: &str, what: &str, first: &str| {
             (count > 0).then(|| format!("{count} {of} differ in their {what}, none may{first}"))
         };
-        let rays = rays.iter().filter_map(|&(n, what)| told(n, "rays", what, &ray));
-        let points = points.iter().filter_map(|&(n, what)| told(n, "points", what, &point));
+        let rays = rays
+            .iter()
+            .filter_map(|&(n, what)| told(n, "rays", what, &ray));
+        let points = points
+            .iter()
+            .filter_map(|&(n, what)| told(n, "points", what, &point));
         rays.chain(points).collect()
     }
 }
