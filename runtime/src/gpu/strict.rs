@@ -216,14 +216,14 @@ mod tests {
 
     const TEXT: &str = "
 @group(0) @binding(7) var<uniform> factor: vec4f;
-@group(0) @binding(3) var<storage, read> from: array<vec4f>;
-@group(0) @binding(5) var<storage, read_write> to: array<vec4f>;
+@group(0) @binding(3) var<storage, read> given: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> made: array<vec4f>;
 var<workgroup> shared_numbers: array<f32, 64>;
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let v = from[id.x];
+    let v = given[id.x];
     shared_numbers[id.x % 64u] = -v.x;
-    to[id.x] = (v + factor - v) * factor.x / factor.y + dot(v, v) + v.x * v.y + f32(id.x * 3u);
+    made[id.x] = (v + factor - v) * factor.x / factor.y + dot(v, v) + v.x * v.y + f32(id.x * 3u);
 }";
 
     const BINDINGS: [Binding; 3] = [
@@ -327,7 +327,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         };
         assert_eq!(
             refused(&[BINDINGS[0], other, BINDINGS[2]]),
-            "the GPU refused a call: kernel `k`: `to` in slot 5 has another access than its binding"
+            "the GPU refused a call: kernel `k`: `made` in slot 5 has another access than its binding"
         );
     }
 

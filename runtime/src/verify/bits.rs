@@ -137,3 +137,72 @@ impl fmt::Display for BitDifferences {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{Display, Stats, Status, Tonemap};
+
+    /// Two rays of which the first hits.
+    fn frame() -> Frame {
+        Frame {
+            width: 2,
+            height: 1,
+            color: vec![[0.5; 4]; 2],
+            depth: vec![3.0, f32::INFINITY],
+            normal: vec![[0.0, 0.0, 1.0], [0.0; 3]],
+            id: vec![0; 2],
+            steps: vec![7, 9],
+            status: vec![Status::Hit, Status::Miss],
+            display: Display {
+                exposure: 1.0,
+                tonemap: Tonemap::None,
+                light: false,
+                scene: false,
+            },
+            stats: Stats::default(),
+        }
+    }
+
+    #[test]
+    fn any_bit_is_seen_but_the_sign_of_a_zero() {
+        let (reference, points) = (frame(), [[1.0; 3]; 2]);
+        let sample = Sample {
+            distance: 1.0,
+            gradient: [1.0, 0.0, 0.0],
+            ..Sample::default()
+        };
+        let samples = [sample; 2];
+        let mut other = frame();
+        other.normal[0][1] = -0.0;
+        let found = compare([&reference, &other], &points, [&samples, &samples]);
+        assert_eq!(found.failures(), [""; 0]);
+        assert_eq!((found.rays, found.points), (2, 2));
+
+        other.depth[0] = 3.0_f32.next_up();
+        other.steps[1] = 10;
+        other.status[1] = Status::Hit;
+        other.normal[0][2] = 1.0_f32.next_down();
+        other.color[1] = [0.25; 4];
+        let mut others = samples;
+        others[0].distance = f32::NAN;
+        others[1].gradient[1] = f32::from_bits(1);
+        let found = compare([&reference, &other], &points, [&samples, &others]);
+        let counts = [
+            found.hits,
+            found.depths,
+            found.steps,
+            found.normals,
+            found.colors,
+        ];
+        assert_eq!(counts, [1; 5]);
+        assert_eq!([found.distances, found.gradients], [1; 2]);
+        let failures = found.failures();
+        assert_eq!(failures.len(), 6, "colours are not promised: {failures:?}");
+        assert_eq!(
+            failures[1],
+            "1 rays differ in their depth, none may; the first at (0, 0): depth 3 in 7 steps, and \
+             3.0000002 in 7"
+        );
+    }
+}
