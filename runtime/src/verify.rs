@@ -23,7 +23,7 @@ use crate::gpu::Arithmetic;
 use serde::Serialize;
 use std::fmt;
 
-pub use bits::BitDifferences;
+pub use bits::{BitDifferences, PointDifference, RayDifference};
 pub use field::{FieldDifferences, POINTS};
 pub use picture::{PictureDifferences, difference_picture};
 pub use spread::Spread;

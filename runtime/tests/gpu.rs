@@ -336,9 +336,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 fn a_workgroup_that_is_too_large_is_refused() {
     on_gpu(|gpu| {
         let most = gpu.info().limits;
-        let invocations = most.workgroup_invocations + 1;
-        let memory = most.workgroup_memory / 4 + 1;
-        for (size, words) in [(invocations, 1), (1, memory)] {
+        let mut large = vec![(most.workgroup_invocations + 1, 1)];
+        // wgpu leaves memory to the driver.
+        if gpu.arithmetic() == Arithmetic::Strict {
+            large.push((1, most.workgroup_memory / 4 + 1));
+        }
+        for (size, words) in large {
             let wgsl = format!(
                 "@group(0) @binding(0) var<storage, read_write> out: array<u32>;
                  var<workgroup> shared_words: array<u32, {words}>;

@@ -94,7 +94,10 @@ impl Gpu {
         let kernel = on_large_stack(STACK + STACK_PER_BYTE * source.wgsl.len(), || {
             let (module, info, workgroup_size) = parse(source)?;
             let (code, sizes) = match self.arithmetic {
-                Arithmetic::Default => (Code::Module(module), vec![None; source.bindings.len()]),
+                Arithmetic::Default => (
+                    Code::Module(Box::new(module)),
+                    vec![None; source.bindings.len()],
+                ),
                 Arithmetic::Strict => {
                     let sizes = strict::resources(&module, source.label, source.bindings)?;
                     self.check_workgroup(source.label, &module, workgroup_size)?;
@@ -186,7 +189,7 @@ impl Gpu {
                 self.device
                     .create_shader_module(wgpu::ShaderModuleDescriptor {
                         label,
-                        source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
+                        source: wgpu::ShaderSource::Naga(Cow::Owned(*module)),
                     })
             }
             Code::Words(words) => {
@@ -230,7 +233,7 @@ impl Gpu {
 /// What a shader module is made from.
 enum Code {
     /// By wgpu, as it likes.
-    Module(naga::Module),
+    Module(Box<naga::Module>),
     /// From words that are passed on as they are.
     Words(Vec<u32>),
 }

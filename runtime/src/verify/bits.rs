@@ -30,12 +30,32 @@ pub struct BitDifferences {
     pub distances: usize,
     /// Points with another gradient.
     pub gradients: usize,
-    /// The first ray whose hit, depth, steps or normal differ: column and row, then depth and steps
-    /// of both.
-    pub first_ray: Option<([usize; 2], [(f32, u32); 2])>,
-    /// The first point whose distance or gradient differ: the point, then both distances and
-    /// gradients, the distance last.
-    pub first_point: Option<([f32; 3], [[f32; 4]; 2])>,
+    /// The first ray whose hit, depth, steps or normal differ.
+    pub first_ray: Option<RayDifference>,
+    /// The first point whose distance or gradient differ.
+    pub first_point: Option<PointDifference>,
+}
+
+/// A ray that is not the same in two pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RayDifference {
+    /// Its column and row.
+    pub place: [usize; 2],
+    /// Both depths.
+    pub depths: [f32; 2],
+    /// Both numbers of steps.
+    pub steps: [u32; 2],
+}
+
+/// A point at which two engines do not say the same.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PointDifference {
+    /// The point.
+    pub point: [f32; 3],
+    /// Both distances.
+    pub distances: [f32; 2],
+    /// Both gradients.
+    pub gradients: [[f32; 3]; 2],
 }
 
 /// Whether two numbers are the same one.
@@ -69,10 +89,11 @@ pub(super) fn compare(
         found.normals += usize::from(normals);
         found.colors += usize::from(!same_all(&reference.color[i], &frame.color[i]));
         if hits || depths || steps || normals {
-            let place = [i % reference.width, i / reference.width];
-            let of = |frame: &Frame| (frame.depth[i], frame.steps[i]);
-            let both = [of(reference), of(frame)];
-            found.first_ray.get_or_insert((place, both));
+            found.first_ray.get_or_insert(RayDifference {
+                place: [i % reference.width, i / reference.width],
+                depths: [reference.depth[i], frame.depth[i]],
+                steps: [reference.steps[i], frame.steps[i]],
+            });
         }
     }
     for ((&p, a), b) in points.iter().zip(samples).zip(other_samples) {
@@ -81,11 +102,11 @@ pub(super) fn compare(
         found.distances += usize::from(distances);
         found.gradients += usize::from(gradients);
         if distances || gradients {
-            let of = |sample: &Sample| {
-                let [x, y, z] = sample.gradient;
-                [x, y, z, sample.distance]
-            };
-            found.first_point.get_or_insert((p, [of(a), of(b)]));
+            found.first_point.get_or_insert(PointDifference {
+                point: p,
+                distances: [a.distance, b.distance],
+                gradients: [a.gradient, b.gradient],
+            });
         }
     }
     found
@@ -101,14 +122,16 @@ impl BitDifferences {
             (self.normals, "normal"),
         ];
         let points = [(self.distances, "distance"), (self.gradients, "gradient")];
-        let ray = self.first_ray.map_or(String::new(), |([x, y], [a, b])| {
-            format!(
-                "; the first at ({x}, {y}): depth {} in {} steps, and {} in {}",
-                a.0, a.1, b.0, b.1
-            )
+        let ray = self.first_ray.map_or(String::new(), |ray| {
+            let ([x, y], [t, other], [n, m]) = (ray.place, ray.depths, ray.steps);
+            format!("; the first at ({x}, {y}): depth {t} in {n} steps, and {other} in {m}")
         });
-        let point = self.first_point.map_or(String::new(), |(p, [a, b])| {
-            format!("; the first at {p:?}: {a:?} and {b:?}")
+        let point = self.first_point.map_or(String::new(), |found| {
+            let ([d, other], [g, h]) = (found.distances, found.gradients);
+            format!(
+                "; the first at {:?}: {d} {g:?} and {other} {h:?}",
+                found.point
+            )
         });
         let told = |count: usize, of: &str, what: &str, first: &str| {
             (count > 0).then(|| format!("{count} {of} differ in their {what}, none may{first}"))
