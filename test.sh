@@ -102,6 +102,20 @@ install_vulkan() {
     fi
 }
 
+# The file of a second software driver, SwiftShader, which comes with Chromium and Chrome: strict
+# arithmetic is tried on it too. It is too large to be installed for that alone.
+find_second_device() {
+    local file
+    for file in /usr/lib*/chromium*/vk_swiftshader_icd.json /opt/google/chrome*/vk_swiftshader_icd.json \
+        {/usr/share,/usr/local/share,/etc}/vulkan/icd.d/*swiftshader*.json; do
+        if [[ -s $file ]]; then
+            echo "$file"
+            return 0
+        fi
+    done
+    return 1
+}
+
 # Mesa complains on stderr when this is not set.
 if [[ -z ${XDG_RUNTIME_DIR:-} ]]; then
     own_runtime_dir=$(mktemp -d)
@@ -119,6 +133,16 @@ elif ! has_vulkan; then
     fi
 else
     echo "==> a Vulkan driver is installed"
+fi
+
+if [[ -n ${SDFC_SKIP_GPU:-} ]]; then
+    unset SDFC_SECOND_DEVICE
+elif [[ -n ${SDFC_SECOND_DEVICE:-} ]] || SDFC_SECOND_DEVICE=$(find_second_device); then
+    export SDFC_SECOND_DEVICE
+    echo "==> a second Vulkan driver is tried too: $SDFC_SECOND_DEVICE"
+else
+    unset SDFC_SECOND_DEVICE
+    skipped+=("strict arithmetic on a second device: SwiftShader is not installed (Debian: chromium-common)")
 fi
 
 run "format" cargo fmt --all --check

@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::scene::Opened;
 use sdfc_runtime::engine::{self, Engine, EngineError, EngineKind};
+use sdfc_runtime::gpu::Arithmetic;
 
 /// The engine that is asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -18,13 +19,32 @@ pub(crate) enum Choice {
     Wgsl,
 }
 
+/// What engines may do to arithmetic.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub(crate) struct Tier {
+    /// Do all arithmetic as it is written: the same bits on every engine and device. Takes Vulkan
+    /// on a GPU.
+    #[arg(long)]
+    strict: bool,
+}
+
+impl Tier {
+    pub(crate) fn arithmetic(self) -> Arithmetic {
+        if self.strict {
+            Arithmetic::Strict
+        } else {
+            Arithmetic::Default
+        }
+    }
+}
+
 /// Opens the engine that is asked for.
-pub(crate) fn chosen(choice: Choice) -> Result<Box<dyn Engine>, Failure> {
+pub(crate) fn chosen(choice: Choice, tier: Tier) -> Result<Box<dyn Engine>, Failure> {
     match choice {
-        Choice::Auto => Ok(engine::open_auto()),
-        Choice::Cpu => open(EngineKind::Cpu),
-        Choice::Interp => open(EngineKind::Interp),
-        Choice::Wgsl => open(EngineKind::Wgsl),
+        Choice::Auto => Ok(engine::open_auto_with(tier.arithmetic())),
+        Choice::Cpu => open(EngineKind::Cpu, tier),
+        Choice::Interp => open(EngineKind::Interp, tier),
+        Choice::Wgsl => open(EngineKind::Wgsl, tier),
     }
 }
 
@@ -38,8 +58,8 @@ pub(crate) fn load(engine: &mut dyn Engine, scene: &Opened) -> Result<(), Failur
 }
 
 /// Opens an engine.
-pub(crate) fn open(kind: EngineKind) -> Result<Box<dyn Engine>, Failure> {
-    engine::open(kind).map_err(|error| match failed(error) {
+pub(crate) fn open(kind: EngineKind, tier: Tier) -> Result<Box<dyn Engine>, Failure> {
+    engine::open_with(kind, tier.arithmetic()).map_err(|error| match failed(error) {
         Failure::Environment(problem) => Failure::Environment(format!(
             "engine {kind} cannot be opened: {problem}\nengine cpu needs none"
         )),

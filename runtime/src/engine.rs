@@ -22,7 +22,7 @@ mod wgsl;
 use crate::cpu::figure::Plane;
 use crate::cpu::{Geometry, face_on};
 use crate::frame::{FieldFacts, Frame, Mode, RenderSettings, prepare};
-use crate::gpu::{Gpu, GpuError, Preference};
+use crate::gpu::{Arithmetic, Gpu, GpuError, Preference};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_shaders::layout::Surface;
 use sdfc_vm::bounds::Bounds;
@@ -30,7 +30,7 @@ use sdfc_vm::program::Module;
 use std::fmt;
 use std::str::FromStr;
 
-pub use auto::{open_auto, with_fallback};
+pub use auto::{open_auto, open_auto_with, with_fallback};
 use driver::GpuEngine;
 
 /// The ways to run a scene.
@@ -223,6 +223,8 @@ impl EngineError {
                 GpuError::NoAdapter
                     | GpuError::OnlySoftware { .. }
                     | GpuError::DeviceRequest { .. }
+                    | GpuError::NotStrict { .. }
+                    | GpuError::Inexact { .. }
             )
         )
     }
@@ -230,9 +232,17 @@ impl EngineError {
 
 /// Opens an engine; one for GPUs takes hardware if there is any, else software Vulkan.
 pub fn open(kind: EngineKind) -> Result<Box<dyn Engine>, EngineError> {
+    open_with(kind, Arithmetic::Default)
+}
+
+/// Opens an engine whose arithmetic is strict or not: engines that are strict give the same bits.
+/// The CPU always is.
+pub fn open_with(kind: EngineKind, arithmetic: Arithmetic) -> Result<Box<dyn Engine>, EngineError> {
     Ok(match kind {
         EngineKind::Cpu => Box::new(cpu::CpuEngine::default()),
-        EngineKind::Interp | EngineKind::Wgsl => on(kind, Gpu::open(Preference::Any)?),
+        EngineKind::Interp | EngineKind::Wgsl => {
+            on(kind, Gpu::open_with(Preference::Any, arithmetic)?)
+        }
     })
 }
 

@@ -9,6 +9,8 @@
 //!   (Compiling a pipeline is a call into the driver and cannot be interrupted.)
 //! - **Limits are the device's own**, not WebGPU's defaults, and passing one is reported with both
 //!   numbers before wgpu is asked.
+//! - **Arithmetic may be strict** ([`Arithmetic::Strict`]): every kernel then gives the bits that
+//!   `f32` gives in Rust, or the device is not opened.
 //! - **Pipelines are counted** ([`Gpu::pipelines_created`]), so that a test can hold that an edit
 //!   of a scene makes none.
 //!
@@ -46,6 +48,7 @@ mod device;
 mod error;
 mod faults;
 mod kernel;
+mod strict;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -68,6 +71,19 @@ pub enum Preference {
     Hardware,
 }
 
+/// What kernels may do to arithmetic on floats.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Arithmetic {
+    /// What WGSL allows: drivers may fuse a product with a sum, reorder sums, and divide by
+    /// multiplying. Results differ by roundings from device to device and from kernel to kernel.
+    #[default]
+    Default,
+    /// Every operation as it is written, rounded to the nearest number: the same bits on every
+    /// device and in every kernel, which are those of `f32` in Rust, as long as no number is
+    /// denormal. Takes Vulkan, and a device that rounds so.
+    Strict,
+}
+
 /// An open device and its queue. Shared by reference; it may be used from several threads.
 pub struct Gpu {
     /// The longest that one wait may take before it ends in [`GpuError::Timeout`].
@@ -75,6 +91,7 @@ pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     info: DeviceInfo,
+    arithmetic: Arithmetic,
     faults: Arc<Faults>,
     pipelines: AtomicU64,
     /// Set when a wait ran out: the queue may never answer, see `Drop`.
@@ -89,13 +106,28 @@ impl Gpu {
     /// Opens the first adapter that `preference` allows and that gives a device, in the order of
     /// [`devices`].
     pub fn open(preference: Preference) -> Result<Self, GpuError> {
-        Self::open_within(preference, |limits| limits)
+        Self::open_with(preference, Arithmetic::Default)
+    }
+
+    /// The same with arithmetic that is strict or not. An adapter that cannot be strict is passed
+    /// over; if there is no other, the error says why: [`GpuError::NotStrict`] or
+    /// [`GpuError::Inexact`].
+    pub fn open_with(preference: Preference, arithmetic: Arithmetic) -> Result<Self, GpuError> {
+        Self::open_first(preference, arithmetic, |limits| limits)
     }
 
     /// The same, as a device with lower limits: `limited` gets those of the adapter and gives those
     /// that are kept, of which none may be higher. This is how a test rehearses a small device.
     pub fn open_within(
         preference: Preference,
+        limited: impl Fn(Limits) -> Limits,
+    ) -> Result<Self, GpuError> {
+        Self::open_first(preference, Arithmetic::Default, limited)
+    }
+
+    fn open_first(
+        preference: Preference,
+        arithmetic: Arithmetic,
         limited: impl Fn(Limits) -> Limits,
     ) -> Result<Self, GpuError> {
         let adapters = device::adapters();
@@ -113,7 +145,7 @@ impl Gpu {
             if !wanted {
                 continue;
             }
-            match Self::request(info, &adapter) {
+            match Self::request(info, &adapter, arithmetic) {
                 Ok(gpu) => return Ok(gpu),
                 Err(error) => refused = error,
             }
@@ -121,9 +153,27 @@ impl Gpu {
         Err(refused)
     }
 
-    fn request(info: DeviceInfo, adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
+    fn request(
+        info: DeviceInfo,
+        adapter: &wgpu::Adapter,
+        arithmetic: Arithmetic,
+    ) -> Result<Self, GpuError> {
+        let required_features = match arithmetic {
+            Arithmetic::Default => wgpu::Features::empty(),
+            Arithmetic::Strict => wgpu::Features::PASSTHROUGH_SHADERS,
+        };
+        // Other interfaces pass shaders on too, but in languages that cannot say what SPIR-V can.
+        let is_vulkan = adapter.get_info().backend == wgpu::Backend::Vulkan;
+        let can = is_vulkan && adapter.features().contains(required_features);
+        if arithmetic == Arithmetic::Strict && !can {
+            return Err(GpuError::NotStrict {
+                name: info.name,
+                backend: info.backend,
+            });
+        }
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("sdfc"),
+            required_features,
             required_limits: info.limits.lowering(adapter.limits()),
             ..Default::default()
         };
@@ -135,20 +185,32 @@ impl Gpu {
                 }
             })?;
         let faults = Faults::watch(&device);
-        Ok(Self {
+        let gpu = Self {
             timeout: Self::DEFAULT_TIMEOUT,
             device,
             queue,
             info,
+            arithmetic,
             faults,
             pipelines: AtomicU64::new(0),
             stuck: AtomicBool::new(false),
-        })
+        };
+        if arithmetic == Arithmetic::Strict {
+            strict::conformance::check(&gpu)?;
+            // What tries a device is no kernel of anybody's.
+            gpu.pipelines.store(0, Ordering::Relaxed);
+        }
+        Ok(gpu)
     }
 
     /// The adapter behind this device.
     pub fn info(&self) -> &DeviceInfo {
         &self.info
+    }
+
+    /// What kernels may do to arithmetic on floats.
+    pub fn arithmetic(&self) -> Arithmetic {
+        self.arithmetic
     }
 
     /// How many pipelines were compiled so far.

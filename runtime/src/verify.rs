@@ -1,6 +1,10 @@
 //! Whether engines agree: the same picture and the same values from each of them, compared in
 //! pairs.
 //!
+//! There are two demands. With strict arithmetic ([`Arithmetic::Strict`]) engines are equal: every
+//! bit of hit, depth, step count and normal, and of distances and gradients at points
+//! ([`BitDifferences`]). Without:
+//!
 //! Engines on plain WGSL are not equal bit for bit: drivers contract and reorder arithmetic. What
 //! is held is this. Away from silhouettes no ray hits in one picture and misses in the other; away
 //! from all edges (of shapes, materials, shadows) no pixel differs by more than one step of a
@@ -8,15 +12,18 @@
 //! first engine is the reference: it says where silhouettes and edges are. Everything that was
 //! measured is in the [`Report`], passed or not.
 
+mod bits;
 mod field;
 mod picture;
 mod spread;
 
-use crate::engine::{Engine, EngineError, EngineKind, Loaded};
+use crate::engine::{Engine, EngineError, EngineKind, Loaded, Sample};
 use crate::frame::{CellUse, Frame, RenderSettings};
+use crate::gpu::Arithmetic;
 use serde::Serialize;
 use std::fmt;
 
+pub use bits::{BitDifferences, PointDifference, RayDifference};
 pub use field::{FieldDifferences, POINTS};
 pub use picture::{PictureDifferences, difference_picture};
 pub use spread::Spread;
@@ -58,6 +65,9 @@ pub struct Comparison {
     pub picture: PictureDifferences,
     /// How their values at points differ.
     pub field: FieldDifferences,
+    /// The results that are not equal in every bit, where equality was demanded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bits: Option<BitDifferences>,
     /// What is more than may be; empty if they agree.
     pub failures: Vec<String>,
 }
@@ -109,6 +119,16 @@ pub fn verify(
     engines: &mut [Box<dyn Engine>],
     settings: &RenderSettings,
 ) -> Result<Report, EngineError> {
+    verify_with(scene, engines, settings, Arithmetic::Default)
+}
+
+/// The same with the demand of this arithmetic, which is that of the engines.
+pub fn verify_with(
+    scene: &Loaded<'_>,
+    engines: &mut [Box<dyn Engine>],
+    settings: &RenderSettings,
+    arithmetic: Arithmetic,
+) -> Result<Report, EngineError> {
     // Engines are compared in the same steps. Rays in cells stop at other places, by less than the
     // stop threshold; that is compared with the same engine without cells, by a test.
     let settings = &RenderSettings {
@@ -136,12 +156,18 @@ pub fn verify(
             let field = field::compare(scene.module, &points, &samples[a], &samples[b]);
             let mut failures = picture.failures();
             failures.extend(field.failures());
+            let frames = [&frames[a], &frames[b]];
+            let samples: [&[Sample]; 2] = [&samples[a], &samples[b]];
+            let bits =
+                (arithmetic == Arithmetic::Strict).then(|| bits::compare(frames, &points, samples));
+            failures.extend(bits.iter().flat_map(BitDifferences::failures));
             let (reference, engine) = (subjects[a].kind, subjects[b].kind);
             comparisons.push(Comparison {
                 reference,
                 engine,
                 picture,
                 field,
+                bits,
                 failures,
             });
         }
@@ -175,6 +201,9 @@ impl fmt::Display for Comparison {
         };
         writeln!(f, "{} and {} {verdict}", self.reference, self.engine)?;
         write!(f, "{}{}", self.picture, self.field)?;
+        if let Some(bits) = &self.bits {
+            write!(f, "{bits}")?;
+        }
         for failure in &self.failures {
             writeln!(f, "  failed: {failure}")?;
         }

@@ -7,22 +7,29 @@ use std::process::Command;
 use std::time::Duration;
 
 use sdfc_runtime::gpu::{
-    Access, Batch, Binding, Extent, Gpu, GpuError, Kernel, KernelSource, Preference, Usage, devices,
+    Access, Arithmetic, Batch, Binding, Extent, Gpu, GpuError, Kernel, KernelSource, Preference,
+    Usage, devices,
 };
 
 const READ: Access = Access::StorageRead;
 const WRITE: Access = Access::StorageReadWrite;
 const UNIFORM: Access = Access::Uniform;
 
-/// Runs `test` on the best adapter. Only a stated reason excuses the want of one.
-fn on_gpu(test: impl FnOnce(Gpu)) {
+/// Runs `test` on the best adapter, with plain kernels and with strict ones, which promise all the
+/// same. Only a stated reason excuses the want of an adapter.
+fn on_gpu(test: impl Fn(Gpu)) {
     if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
         println!("skipped: {reason}");
         return;
     }
-    match Gpu::open(Preference::Any) {
-        Ok(gpu) => test(gpu),
-        Err(error) => panic!("{error}; ./test.sh installs a software driver"),
+    for arithmetic in [Arithmetic::Default, Arithmetic::Strict] {
+        match Gpu::open_with(Preference::Any, arithmetic) {
+            Ok(gpu) => {
+                assert_eq!(gpu.arithmetic(), arithmetic);
+                test(gpu);
+            }
+            Err(error) => panic!("{error}; ./test.sh installs a software driver"),
+        }
     }
 }
 
@@ -277,6 +284,102 @@ fn a_mistake_is_an_error_and_the_device_stays_usable() {
         finish(batch);
         assert_eq!(gpu.read::<f32>(&out), Ok(vec![2.0; 4]));
         assert_eq!(gpu.pipelines_created(), 1);
+    });
+}
+
+/// Kernels with an index far outside of every buffer, and with memory that nobody has written.
+#[test]
+fn indices_stay_inside_and_workgroup_memory_begins_as_zeros() {
+    on_gpu(|gpu| {
+        let reach = "
+@group(0) @binding(6) var<storage, read> given: array<u32>;
+@group(0) @binding(2) var<storage, read_write> made: array<u32>;
+var<workgroup> shared_words: array<u32, 64>;
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    var own = array<u32, 4>(1u, 2u, 3u, 4u);
+    let far = id.x + 0x00ffff00u;
+    own[far] = 0u;
+    made[far] = 7u + given[far] + own[far] + shared_words[63u - id.x % 64u];
+    made[id.x % 2u] = shared_words[id.x % 64u];
+}";
+        let bindings = [(6, READ), (2, WRITE)].map(|(slot, access)| Binding { slot, access });
+        let reach = gpu
+            .kernel(&KernelSource {
+                label: "reach",
+                wgsl: reach,
+                entry: "main",
+                bindings: &bindings,
+            })
+            .expect("it compiles");
+        let buffer = |value: u32| {
+            let words = [value; 8];
+            gpu.buffer_with("words", Usage::Storage, &words)
+                .expect("room")
+        };
+        let (given, made, beside) = (buffer(5), buffer(9), buffer(3));
+        let call = gpu
+            .bind(&reach, &[(6, &given), (2, &made)])
+            .expect("it fits");
+        let mut batch = gpu.batch();
+        batch.dispatch(&call, Extent::Line(256)).expect("in size");
+        finish(batch);
+        assert_eq!(gpu.read::<u32>(&given), Ok(vec![5; 8]));
+        assert_eq!(gpu.read::<u32>(&beside), Ok(vec![3; 8]));
+        // What is out of bounds may go nowhere or to the last word.
+        let written = gpu.read::<u32>(&made).expect("it reads");
+        assert_eq!(written[..7], [0, 0, 9, 9, 9, 9, 9]);
+    });
+}
+
+#[test]
+fn a_workgroup_that_is_too_large_is_refused() {
+    on_gpu(|gpu| {
+        let most = gpu.info().limits;
+        let mut large = vec![(most.workgroup_invocations + 1, 1)];
+        // wgpu leaves memory to the driver.
+        if gpu.arithmetic() == Arithmetic::Strict {
+            large.push((1, most.workgroup_memory / 4 + 1));
+        }
+        for (size, words) in large {
+            let wgsl = format!(
+                "@group(0) @binding(0) var<storage, read_write> out: array<u32>;
+                 var<workgroup> shared_words: array<u32, {words}>;
+                 @compute @workgroup_size({size})
+                 fn main(@builtin(local_invocation_index) i: u32) {{
+                     shared_words[i] = i;
+                     out[0] = shared_words[0];
+                 }}"
+            );
+            let refused = kernel(&gpu, "large", &wgsl, &[WRITE]).map(drop);
+            assert!(
+                matches!(
+                    refused,
+                    Err(GpuError::Validation(_) | GpuError::LimitExceeded { .. })
+                ),
+                "{refused:?}"
+            );
+        }
+    });
+}
+
+#[test]
+fn buffers_that_are_smaller_than_declared_are_refused() {
+    on_gpu(|gpu| {
+        let scale = kernel(&gpu, "scale", SCALE_ADD, &[UNIFORM, WRITE]).expect("it compiles");
+        let factor = gpu.buffer("factor", Usage::Uniform, 12).expect("room");
+        let out = gpu.buffer("out", Usage::Storage, 16).expect("room");
+        let refused = gpu
+            .bind(&scale, &[(0, &factor), (1, &out)])
+            .and_then(|call| {
+                let mut batch = gpu.batch();
+                batch.dispatch(&call, Extent::Line(4))?;
+                batch.submit_and_wait()
+            });
+        assert!(
+            matches!(refused, Err(GpuError::Validation(_))),
+            "{refused:?}"
+        );
     });
 }
 

@@ -1,6 +1,6 @@
 //! `sdfc query`: what a scene is at points, for scripts and tests.
 
-use crate::engine::{self, Choice};
+use crate::engine::{self, Choice, Tier};
 use crate::failure::{Failure, INPUT};
 use crate::input;
 use crate::output;
@@ -28,13 +28,15 @@ pub(crate) struct Arguments {
     /// What evaluates.
     #[arg(long, value_enum, value_name = "ENGINE", default_value_t)]
     engine: Choice,
+    #[command(flatten)]
+    tier: Tier,
     /// Print JSON.
     #[arg(long)]
     json: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
-    let mut engine = engine::chosen(arguments.engine)?;
+    let mut engine = engine::chosen(arguments.engine, arguments.tier)?;
     let build = arguments.build.for_engine(&*engine);
     let scene = scene::open(&arguments.scene, &build, terminal)?;
     if std::io::stdin().is_terminal() {

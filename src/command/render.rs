@@ -1,6 +1,6 @@
 //! `sdfc render`: a scene's picture.
 
-use crate::engine::{self, Choice};
+use crate::engine::{self, Choice, Tier};
 use crate::failure::Failure;
 use crate::output;
 use crate::picture;
@@ -31,6 +31,8 @@ pub(crate) struct Arguments {
     /// What draws.
     #[arg(long, value_enum, value_name = "ENGINE", default_value_t)]
     engine: Choice,
+    #[command(flatten)]
+    tier: Tier,
     /// Show progress even where stderr is no terminal.
     #[arg(long)]
     progress: bool,
@@ -160,7 +162,7 @@ impl Look {
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let to = destination(arguments)?;
-    let mut engine = engine::chosen(arguments.engine)?;
+    let mut engine = engine::chosen(arguments.engine, arguments.tier)?;
     let build = arguments.build.for_engine(&*engine);
     let (detail, look) = (&arguments.detail, arguments.look.overrides());
     let scene = detail.open(&arguments.scene, &build, &look, terminal)?;

@@ -9,14 +9,15 @@ use crate::terminal::Terminal;
 use sdfc_runtime::engine::{Engine, EngineKind};
 use sdfc_runtime::frame::RenderSettings;
 use sdfc_runtime::settings::{Overrides, resolve};
-use sdfc_runtime::verify::{Report, difference_picture, small, verify};
+use sdfc_runtime::verify::{Report, difference_picture, small, verify_with};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// Draw scenes with every engine and compare: pixels, hits, depths, distances.
 ///
-/// Where engines differ by more than rounding explains, the exit code is 1, and the pictures and
-/// their difference are written.
+/// Where engines differ by more than rounding explains, or with --strict in any bit of hit, depth,
+/// step count, normal, distance or gradient, the exit code is 1, and the pictures and their
+/// difference are written.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The scenes.
@@ -28,6 +29,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "ENGINES", value_delimiter = ',', value_parser = kind,
         default_value = "cpu,interp,wgsl")]
     engines: Vec<EngineKind>,
+    #[command(flatten)]
+    tier: engine::Tier,
     /// The pictures' width and height in pixels; without it they are 160 wide.
     #[arg(long, value_name = "WxH", value_parser = super::render::size)]
     size: Option<[u32; 2]>,
@@ -48,7 +51,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
     let mut engines = arguments
         .engines
         .iter()
-        .map(|kind| engine::open(*kind))
+        .map(|kind| engine::open(*kind, arguments.tier))
         .collect::<Result<Vec<_>, _>>()?;
     let mut all = Vec::new();
     let verified = on_each(&arguments.scenes, terminal, |path| {
@@ -90,7 +93,8 @@ fn compared(
         },
         None => small(&settings),
     };
-    verify(&scene.loaded(), engines, &settings).map_err(engine::failed)
+    let arithmetic = arguments.tier.arithmetic();
+    verify_with(&scene.loaded(), engines, &settings, arithmetic).map_err(engine::failed)
 }
 
 /// The pictures of engines that differ, and where.

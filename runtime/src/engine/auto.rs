@@ -5,13 +5,19 @@ use super::cpu::CpuEngine;
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, on};
 use crate::cpu::Geometry;
 use crate::frame::{Frame, RenderSettings};
-use crate::gpu::{Gpu, Preference};
+use crate::gpu::{Arithmetic, Gpu, Preference};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
 
 /// Opens the interpreter on a hardware GPU if there is one, with the CPU behind it, else the CPU.
 pub fn open_auto() -> Box<dyn Engine> {
-    match Gpu::open(Preference::Hardware) {
+    open_auto_with(Arithmetic::Default)
+}
+
+/// The same with arithmetic that is strict or not. Hardware that cannot be strict is passed over; the
+/// CPU behind it always is.
+pub fn open_auto_with(arithmetic: Arithmetic) -> Box<dyn Engine> {
+    match Gpu::open_with(Preference::Hardware, arithmetic) {
         Ok(gpu) => with_fallback(on(EngineKind::Interp, gpu)),
         Err(_) => Box::new(CpuEngine::default()),
     }

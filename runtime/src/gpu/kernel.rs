@@ -1,12 +1,14 @@
 //! Kernels: WGSL text becomes a compute pipeline, and a pipeline with its buffers something that
 //! can be dispatched.
 
+use std::borrow::Cow;
+use std::num::NonZeroU64;
 use std::sync::atomic::Ordering;
 
-use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::error::{panic_text, within};
-use super::{Buffer, Gpu, GpuError};
+use super::{Arithmetic, Buffer, Gpu, GpuError, strict};
 
 /// The longest text that is compiled, in bytes. Some ten thousand primitives take a tenth of it.
 const LONGEST_TEXT: usize = 4 << 20;
@@ -90,9 +92,21 @@ impl Gpu {
         let what = format!("the length of kernel `{}` in bytes", source.label);
         within(what, source.wgsl.len() as u64, LONGEST_TEXT as u64)?;
         let kernel = on_large_stack(STACK + STACK_PER_BYTE * source.wgsl.len(), || {
-            let (module, workgroup_size) = parse(source)?;
+            let (module, info, workgroup_size) = parse(source)?;
+            let (code, sizes) = match self.arithmetic {
+                Arithmetic::Default => (
+                    Code::Module(Box::new(module)),
+                    vec![None; source.bindings.len()],
+                ),
+                Arithmetic::Strict => {
+                    let sizes = strict::resources(&module, source.label, source.bindings)?;
+                    self.check_workgroup(source.label, &module, workgroup_size)?;
+                    let words = strict::words(&module, &info, source.bindings)?;
+                    (Code::Words(words), sizes)
+                }
+            };
             self.faults
-                .scoped(&self.device, || self.pipeline(source, module))
+                .scoped(&self.device, || self.pipeline(source, code, &sizes))
                 .map(|(pipeline, layout)| Kernel {
                     label: source.label.to_owned(),
                     workgroup_size,
@@ -134,10 +148,12 @@ impl Gpu {
     fn pipeline(
         &self,
         source: &KernelSource<'_>,
-        module: naga::Module,
+        code: Code,
+        sizes: &[Option<NonZeroU64>],
     ) -> (wgpu::ComputePipeline, wgpu::BindGroupLayout) {
         let label = Some(source.label);
-        let entries: Vec<_> = source.bindings.iter().map(layout_entry).collect();
+        let pairs = source.bindings.iter().zip(sizes);
+        let entries: Vec<_> = pairs.map(|(b, &size)| layout_entry(b, size)).collect();
         let layout = self
             .device
             .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
@@ -151,13 +167,7 @@ impl Gpu {
                 bind_group_layouts: &[Some(&layout)],
                 immediate_size: 0,
             });
-        // The parsed module is handed over, so the text is not parsed twice.
-        let shader = self
-            .device
-            .create_shader_module(wgpu::ShaderModuleDescriptor {
-                label,
-                source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
-            });
+        let shader = self.shader(source, code);
         let pipeline = self
             .device
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -170,18 +180,74 @@ impl Gpu {
             });
         (pipeline, layout)
     }
+
+    fn shader(&self, source: &KernelSource<'_>, code: Code) -> wgpu::ShaderModule {
+        let label = Some(source.label);
+        match code {
+            // The parsed module is handed over, so the text is not parsed twice.
+            Code::Module(module) => {
+                self.device
+                    .create_shader_module(wgpu::ShaderModuleDescriptor {
+                        label,
+                        source: wgpu::ShaderSource::Naga(Cow::Owned(*module)),
+                    })
+            }
+            Code::Words(words) => {
+                let entry = wgpu::PassthroughShaderEntryPoint {
+                    name: source.entry.into(),
+                    // Read for Metal only.
+                    workgroup_size: (0, 0, 0),
+                };
+                let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
+                    label,
+                    entry_points: Cow::Owned(vec![entry]),
+                    spirv: Some(Cow::Owned(words)),
+                    ..Default::default()
+                };
+                // SAFETY: the words are those that naga wrote for a module that it found valid, with
+                // all checks at run time that wgpu asks it for, and with decorations that are valid
+                // where they stand. That the buffers bound are those the module declares, and that
+                // workgroups keep the limits, was checked by `strict::resources` and
+                // `strict::check_workgroup`.
+                unsafe { self.device.create_shader_module_passthrough(descriptor) }
+            }
+        }
+    }
+
+    fn check_workgroup(
+        &self,
+        label: &str,
+        module: &naga::Module,
+        size: [u32; 3],
+    ) -> Result<(), GpuError> {
+        let limits = self.device.limits();
+        let sides = [
+            limits.max_compute_workgroup_size_x,
+            limits.max_compute_workgroup_size_y,
+            limits.max_compute_workgroup_size_z,
+        ];
+        strict::check_workgroup(module, label, size, &self.info.limits, sides)
+    }
+}
+
+/// What a shader module is made from.
+enum Code {
+    /// By wgpu, as it likes.
+    Module(Box<naga::Module>),
+    /// From words that are passed on as they are.
+    Words(Vec<u32>),
 }
 
 /// Parses and validates the text against plain WGSL, without any extension, and finds the entry
 /// point's workgroup size.
-fn parse(source: &KernelSource<'_>) -> Result<(naga::Module, [u32; 3]), GpuError> {
+fn parse(source: &KernelSource<'_>) -> Result<(naga::Module, ModuleInfo, [u32; 3]), GpuError> {
     let refuse = |text: String| GpuError::Shader {
         label: source.label.to_owned(),
         text,
     };
     let module = naga::front::wgsl::parse_str(source.wgsl)
         .map_err(|error| refuse(error.emit_to_string_with_path(source.wgsl, source.label)))?;
-    Validator::new(ValidationFlags::all(), Capabilities::empty())
+    let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
         .validate(&module)
         .map_err(|error| refuse(error.emit_to_string_with_path(source.wgsl, source.label)))?;
     let is_entry = |entry: &&naga::EntryPoint| {
@@ -194,10 +260,11 @@ fn parse(source: &KernelSource<'_>) -> Result<(naga::Module, [u32; 3]), GpuError
         )));
     };
     let workgroup_size = entry.workgroup_size;
-    Ok((module, workgroup_size))
+    Ok((module, info, workgroup_size))
 }
 
-fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
+/// A binding's place, whose buffer has at least `size` bytes; without one wgpu looks itself.
+fn layout_entry(binding: &Binding, size: Option<NonZeroU64>) -> wgpu::BindGroupLayoutEntry {
     let ty = match binding.access {
         Access::Uniform => wgpu::BufferBindingType::Uniform,
         Access::StorageRead => wgpu::BufferBindingType::Storage { read_only: true },
@@ -209,7 +276,7 @@ fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
         ty: wgpu::BindingType::Buffer {
             ty,
             has_dynamic_offset: false,
-            min_binding_size: None,
+            min_binding_size: size,
         },
         count: None,
     }

@@ -226,6 +226,60 @@ fn verify_compares_all_engines() {
     assert_eq!(sandbox.files(), ["scene.sdf"]);
 }
 
+/// With `--strict` engines give the same bits, so all they print is the same text.
+#[test]
+fn strict_engines_give_the_same_bits() {
+    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
+        eprintln!("skipped: {reason}");
+        return;
+    }
+    let scene = "sphere(1) |[0.3] box(1).rotate(31deg, [1, 2, 3]).translate(0.8, 0, 0)";
+    let sandbox = Sandbox::with_scene(scene);
+    let run = sandbox.run("verify scene.sdf --strict --size 48x32").ok();
+    let rays = "of 1536 rays differ: hit or miss 0, depth 0, steps 0, normal 0";
+    let points = "of 4096 points differ: distance 0, gradient 0";
+    for said in [rays, points] {
+        assert_eq!(run.text().matches(said).count(), 3, "{}", run.transcript());
+    }
+    let run = sandbox
+        .run("verify scene.sdf --strict --size 48x32 --json")
+        .ok();
+    assert_eq!(
+        run.json()[0]["report"]["comparisons"][0]["bits"]["depths"],
+        0
+    );
+    let asked: String = (0..200)
+        .map(|n| {
+            format!(
+                "{} {} {}\n",
+                f64::from(n) * 0.01,
+                f64::from(n % 17) * 0.1,
+                0.3
+            )
+        })
+        .collect();
+    let [cpu, interp, wgsl] = ["cpu", "interp", "wgsl"].map(|engine| {
+        sandbox
+            .run_on(
+                &format!("query scene.sdf --strict --engine {engine}"),
+                &asked,
+            )
+            .ok()
+            .text()
+    });
+    assert_eq!(cpu, interp);
+    assert_eq!(cpu, wgsl);
+    let [cpu, wgsl] = ["cpu", "wgsl"].map(|engine| {
+        sandbox
+            .run(&format!(
+                "render scene.sdf --strict --engine {engine} --mode depth --size 48x32 -o {engine}.png"
+            ))
+            .ok();
+        sandbox.read(&format!("{engine}.png"))
+    });
+    assert!(cpu == wgsl);
+}
+
 #[test]
 fn what_passes_did_is_told_beside_the_graph() {
     let sandbox = Sandbox::with_scene("sphere(1) | box(1).translate(2, 0, 0).offset(0)\n");

@@ -1,0 +1,212 @@
+//! Strict arithmetic: every bit of hit, depth, step count and normal, and of distances and gradients
+//! at points, is the same on the processor, in the interpreter and in generated code.
+//!
+//! The long form, `SDFC_STRICT=long`, does the same for 2.6 million rays and 16 million values; its
+//! numbers are printed with `--nocapture`. Where `SDFC_SECOND_DEVICE` names the file of another Vulkan
+//! driver, all of this runs on that one too.
+
+mod constants;
+mod elementary;
+mod programs;
+
+use crate::corpus::{compiled, on_large_stack, scenes};
+use sdfc_compiler::compile::Compiled;
+use sdfc_compiler::passes::PassOptions;
+use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open_with};
+use sdfc_runtime::frame::{CellUse, Frame, Mode, RenderSettings};
+use sdfc_runtime::gpu::Arithmetic;
+use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_runtime::verify::{BitDifferences, Report, verify_with};
+use sdfc_shaders::assemble::SceneSource;
+use std::process::Command;
+
+/// Names the file of another Vulkan driver.
+const SECOND_DEVICE: &str = "SDFC_SECOND_DEVICE";
+
+/// Whether the long form is asked for.
+fn is_long() -> bool {
+    std::env::var("SDFC_STRICT").is_ok_and(|form| form == "long")
+}
+
+/// The engines on a device, which is strict or not; `None` where GPU tests are to be skipped.
+fn engines(arithmetic: Arithmetic) -> Option<Vec<Box<dyn Engine>>> {
+    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
+        eprintln!("skipped: engines are not compared ({reason})");
+        return None;
+    }
+    let open = |kind: EngineKind| {
+        open_with(kind, arithmetic).unwrap_or_else(|error| panic!("{kind}: {error}"))
+    };
+    Some(EngineKind::ALL.into_iter().map(open).collect())
+}
+
+/// A scene with its source and its settings.
+struct Case {
+    compiled: Compiled,
+    outputs: Vec<f64>,
+    settings: RenderSettings,
+}
+
+impl Case {
+    /// Of a picture without light and colours, which are not promised.
+    fn new(mut compiled: Compiled, size: [u32; 2]) -> Self {
+        let outputs = compiled.module.update(0.0);
+        let overrides = Overrides {
+            size: Some(size),
+            aa: Some(1),
+            mode: Mode::Normal,
+            ..Overrides::default()
+        };
+        let settings = resolve(&compiled.module, &outputs, &overrides);
+        Self {
+            compiled,
+            outputs,
+            settings: settings.expect("the scene has settings"),
+        }
+    }
+
+    fn of(path: &std::path::Path, size: [u32; 2]) -> Self {
+        Self::new(
+            on_large_stack(|| compiled(path, PassOptions::default())),
+            size,
+        )
+    }
+
+    /// Compares all engines.
+    fn compared(&self, engines: &mut [Box<dyn Engine>], arithmetic: Arithmetic) -> Report {
+        let source = self.compiled.generated();
+        let loaded = Loaded {
+            generated: SceneSource {
+                text: &source.text,
+                calls: &source.calls,
+            },
+            ..self.loaded()
+        };
+        let report = verify_with(&loaded, engines, &self.settings, arithmetic);
+        report.unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    fn loaded(&self) -> Loaded<'_> {
+        Loaded {
+            module: &self.compiled.module,
+            outputs: &self.outputs,
+            generated: SceneSource::default(),
+        }
+    }
+}
+
+#[test]
+fn every_scene_has_the_same_bits_on_every_engine() {
+    let Some(mut engines) = engines(Arithmetic::Strict) else {
+        return;
+    };
+    let size = if is_long() { [304, 192] } else { [96, 64] };
+    let mut failures = Vec::new();
+    let (mut rays, mut points) = (0, 0);
+    for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
+        let report = Case::of(path, size).compared(&mut engines, Arithmetic::Strict);
+        let bits = report.comparisons.iter().map(|found| &found.bits);
+        let bits: Vec<&BitDifferences> = bits.flatten().collect();
+        assert_eq!(bits.len(), 3);
+        (rays, points) = (rays + bits[0].rays, points + bits[0].points);
+        if !report.passed() {
+            failures.push(format!("{}\n{report}", path.display()));
+        }
+    }
+    eprintln!("{rays} rays and {points} points on each of three engines");
+    assert!(failures.is_empty(), "{}", failures.join("\n\n"));
+}
+
+/// Without strict arithmetic bits do differ on the devices that are known, or nothing would be proved
+/// here. A device on which they do not is welcome.
+#[test]
+fn what_is_not_strict_is_seen() {
+    let Some(mut engines) = engines(Arithmetic::Default) else {
+        return;
+    };
+    let device = engines[1].device();
+    let paths = ["tests/scenes/combine_smooth.sdf", "examples/gyroid.sdf"];
+    let differing = paths.map(|path| {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let report =
+            Case::of(&root.join(path), [96, 64]).compared(&mut engines, Arithmetic::Strict);
+        let bits = report
+            .comparisons
+            .iter()
+            .filter_map(|found| found.bits.as_ref());
+        let found: usize = bits.map(|b| b.depths + b.distances + b.gradients).sum();
+        assert_eq!(found > 0, !report.passed(), "{report}");
+        found
+    });
+    eprintln!("{differing:?} results differ without strict arithmetic on {device}");
+    let known = device.contains("llvmpipe");
+    assert!(!known || differing.iter().sum::<usize>() > 0, "{device}");
+}
+
+/// Cells leave out what does not matter, in strict kernels too, whoever cut them.
+#[test]
+fn cells_keep_every_bit_of_strict_pictures() {
+    let Some(mut engines) = engines(Arithmetic::Strict) else {
+        return;
+    };
+    let interp = &mut engines[1];
+    assert_eq!(interp.kind(), EngineKind::Interp);
+    for name in ["spheres_many", "combine_smooth"] {
+        let paths = scenes("tests/scenes");
+        let path = paths.iter().find(|path| crate::corpus::name(path) == name);
+        let case = Case::of(path.expect("the scene is there"), [96, 64]);
+        interp.load(&case.loaded()).expect("it loads");
+        let mut drawn = |cells| -> Frame {
+            let settings = RenderSettings {
+                cells,
+                ..case.settings.clone()
+            };
+            interp.render(&settings, &|_| {}).expect("it is drawn")
+        };
+        let without = drawn(CellUse::Never);
+        for cells in [CellUse::Processor, CellUse::Device] {
+            let with = drawn(cells);
+            assert!(with.stats.cells.made > 64, "{name} {cells:?}");
+            let bits = |frame: &Frame| -> Vec<[u32; 5]> {
+                let all = frame.depth.iter().zip(&frame.normal).zip(&frame.steps);
+                all.map(|((t, n), steps)| {
+                    [
+                        t.to_bits(),
+                        *steps,
+                        n[0].to_bits(),
+                        n[1].to_bits(),
+                        n[2].to_bits(),
+                    ]
+                })
+                .collect()
+            };
+            assert!(bits(&with) == bits(&without), "{name} {cells:?}");
+        }
+    }
+}
+
+/// All other tests of strict arithmetic on the driver that the variable names.
+#[test]
+fn a_second_device_gives_the_same_bits() {
+    if std::env::var("SDFC_SKIP_GPU").is_ok() {
+        eprintln!("skipped: GPU tests are");
+        return;
+    }
+    let Ok(driver) = std::env::var(SECOND_DEVICE) else {
+        eprintln!("skipped: {SECOND_DEVICE} names no second Vulkan driver");
+        return;
+    };
+    let this = std::env::current_exe().expect("a test has a file");
+    let output = Command::new(this)
+        .args(["strict::", "--skip", "a_second_device", "--nocapture"])
+        // The newer of these names and the older one.
+        .env("VK_DRIVER_FILES", &driver)
+        .env("VK_ICD_FILENAMES", &driver)
+        .env_remove(SECOND_DEVICE)
+        .output()
+        .expect("the test runs again");
+    let said =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    eprintln!("on {driver}:\n{}", said.concat());
+    assert!(output.status.success(), "on {driver}");
+}

@@ -1,0 +1,175 @@
+//! Our own elementary functions: the same bits on the processor and on the device for 2²⁰ arguments
+//! each, where arithmetic is strict; where it is not, errors no larger than their documentation
+//! states, give or take what a driver may add.
+
+use sdfc_runtime::gpu::{
+    Access, Arithmetic, Binding, Extent, Gpu, KernelSource, Preference, Usage,
+};
+use sdfc_vm::elementary::{arctangent, cosine, exponential, logarithm, sine};
+use sdfc_vm::prelude;
+
+/// How many arguments each function gets.
+const COUNT: usize = 1 << 20;
+
+/// A function and what it is tried on.
+struct Case {
+    /// Its name in WGSL.
+    name: &'static str,
+    /// Its call there, with the arguments in `v`.
+    call: &'static str,
+    rust: fn([f32; 2]) -> f32,
+    truth: fn([f64; 2]) -> f64,
+    /// Arguments from two numbers in [0, 1).
+    arguments: fn([f32; 2]) -> [f32; 2],
+    /// The largest error, as a share of the truth, or of 1 where that is less.
+    error: f64,
+}
+
+const CASES: [Case; 6] = [
+    Case {
+        name: "sine",
+        call: "sine(v.x)",
+        rust: |[x, _]| sine(x),
+        truth: |[x, _]| x.sin(),
+        arguments: |[a, _]| [200.0 * a - 100.0, 0.0],
+        error: 2e-7,
+    },
+    Case {
+        name: "cosine",
+        call: "cosine(v.x)",
+        rust: |[x, _]| cosine(x),
+        truth: |[x, _]| x.cos(),
+        arguments: |[a, _]| [200.0 * a - 100.0, 0.0],
+        error: 2e-7,
+    },
+    Case {
+        name: "sine",
+        call: "sine(v.x)",
+        rust: |[x, _]| sine(x),
+        truth: |[x, _]| x.sin(),
+        // Of small arguments, where the relative error would show.
+        arguments: |[a, b]| [(a - 0.5) * (-60.0 * b).exp2(), 0.0],
+        error: 2e-7,
+    },
+    Case {
+        name: "exponential",
+        call: "exponential(v.x)",
+        rust: |[x, _]| exponential(x),
+        truth: |[x, _]| x.exp2(),
+        arguments: |[a, _]| [252.0 * a - 125.0, 0.0],
+        error: 4e-7,
+    },
+    Case {
+        name: "logarithm",
+        call: "logarithm(v.x)",
+        rust: |[x, _]| logarithm(x),
+        truth: |[x, _]| x.log2(),
+        // From twice the smallest normal number on; smaller ones are raised.
+        arguments: |[a, b]| [(1.0 + a) * (252.0 * b - 125.0).floor().exp2(), 0.0],
+        error: 6e-7,
+    },
+    Case {
+        name: "arctangent",
+        call: "arctangent(v.x, v.y)",
+        rust: |[y, x]| arctangent(y, x),
+        truth: |[y, x]| y.atan2(x),
+        arguments: |[a, b]| [2.0 * a - 1.0, 2.0 * b - 1.0],
+        error: 4e-7,
+    },
+];
+
+/// What a device gives for all arguments.
+fn on_device(gpu: &Gpu, case: &Case, arguments: &[[f32; 2]]) -> Vec<f32> {
+    let mut text = String::from(
+        "@group(0) @binding(0) var<storage, read> arguments: array<vec2f>;
+         @group(0) @binding(1) var<storage, read_write> results: array<f32>;\n",
+    );
+    for function in prelude::functions([case.name]) {
+        text.push_str(&function.text);
+    }
+    text.push_str(&format!(
+        "@compute @workgroup_size(64)
+         fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {{
+             let i = id.y * (groups.x * 64u) + id.x;
+             if i >= arrayLength(&arguments) {{ return; }}
+             let v = arguments[i];
+             results[i] = {};
+         }}\n",
+        case.call
+    ));
+    let slots = [Access::StorageRead, Access::StorageReadWrite];
+    let bindings: Vec<Binding> = (0..)
+        .zip(slots)
+        .map(|(slot, access)| Binding { slot, access })
+        .collect();
+    let kernel = gpu.kernel(&KernelSource {
+        label: case.name,
+        wgsl: &text,
+        entry: "main",
+        bindings: &bindings,
+    });
+    let kernel = kernel.unwrap_or_else(|error| panic!("{error}"));
+    let run = || {
+        let from = gpu.buffer_with("arguments", Usage::Storage, arguments)?;
+        let to = gpu.buffer("results", Usage::Storage, 4 * arguments.len() as u64)?;
+        let mut batch = gpu.batch();
+        let call = gpu.bind(&kernel, &[(0, &from), (1, &to)])?;
+        batch.dispatch(&call, Extent::Line(arguments.len() as u64))?;
+        batch.submit_and_wait()?;
+        gpu.read(&to)
+    };
+    run().unwrap_or_else(|error| panic!("{}: {error}", case.name))
+}
+
+#[test]
+fn elementary_functions_have_the_same_bits_everywhere() {
+    if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
+        eprintln!("skipped: {reason}");
+        return;
+    }
+    let [strict, default] = [Arithmetic::Strict, Arithmetic::Default].map(|arithmetic| {
+        Gpu::open_with(Preference::Any, arithmetic).unwrap_or_else(|error| panic!("{error}"))
+    });
+    // xorshift64* (S. Vigna, 2016).
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut random = || {
+        state ^= state >> 12;
+        state ^= state << 25;
+        state ^= state >> 27;
+        (state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 40) as f32 / (1 << 24) as f32
+    };
+    for case in &CASES {
+        let arguments: Vec<[f32; 2]> = (0..COUNT)
+            .map(|_| (case.arguments)([random(), random()]))
+            .collect();
+        let rust: Vec<f32> = arguments.iter().map(|&v| (case.rust)(v)).collect();
+        let differing = |results: &[f32]| {
+            let pairs = rust.iter().zip(results);
+            pairs.filter(|(a, b)| a.to_bits() != b.to_bits()).count()
+        };
+        let error = |results: &[f32]| {
+            let errors = arguments.iter().zip(results).map(|(&v, &got)| {
+                let truth = (case.truth)(v.map(f64::from));
+                (f64::from(got) - truth).abs() / truth.abs().max(1.0)
+            });
+            errors.fold(
+                0.0_f64,
+                |most, e| if e > most || e.is_nan() { e } else { most },
+            )
+        };
+        let exact = on_device(&strict, case, &arguments);
+        let loose = on_device(&default, case, &arguments);
+        let found = format!(
+            "{}: {} of {COUNT} differ, {} without strict arithmetic; largest errors {:.2e} and {:.2e}",
+            case.name,
+            differing(&exact),
+            differing(&loose),
+            error(&exact),
+            error(&loose)
+        );
+        eprintln!("{found}");
+        assert_eq!(differing(&exact), 0, "{found}");
+        assert!(error(&exact) <= case.error, "{found}");
+        assert!(error(&loose) <= 2.0 * case.error, "{found}");
+    }
+}
