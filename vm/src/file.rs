@@ -113,16 +113,22 @@ pub fn encode_file(module: &Module) -> Vec<u8> {
         u32::from_le_bytes(bytes)
     }));
     section(9, &words);
+    sealed(&body)
+}
+
+/// The bytes of a file with the words of these sections, behind a header that fits them. Nothing is
+/// said of whether they mean anything.
+pub fn sealed(body: &[u32]) -> Vec<u8> {
     let header = [
         MAGIC,
         VERSION,
         table_hash(),
-        checksum(&body),
+        checksum(body),
         body.len() as u32,
     ];
     header
         .iter()
-        .chain(&body)
+        .chain(body)
         .flat_map(|word| word.to_le_bytes())
         .collect()
 }

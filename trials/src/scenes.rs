@@ -1,0 +1,1 @@
+//! Scenes in several ways of saying the same.

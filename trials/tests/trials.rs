@@ -1,0 +1,6 @@
+//! A share of all campaigns; `SDFC_FUZZ=1000000` runs the long form.
+
+#[path = "trials/damage.rs"]
+mod damage;
+#[path = "trials/programs.rs"]
+mod programs;
