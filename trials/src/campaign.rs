@@ -4,7 +4,6 @@
 //! from the seed `SDFC_FUZZ_FROM` on; a release build then also demands that no input takes longer
 //! than [`PATIENCE`]. Timings decide nothing else: the guard against hangs is far above any of them.
 
-use std::fmt::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -81,12 +80,24 @@ fn is_timed() -> bool {
 }
 
 /// Checks the inputs of `count` seeds on a thread with the stack of [`STACK_BYTES`], and panics with
-/// the seeds and the inputs for which a check did, or that took too long.
+/// the seeds and the inputs for which a check did.
 pub fn run<I: Shown>(
     name: &str,
     count: u64,
     make: impl Fn(u64) -> I + Sync,
     check: impl Fn(&I) -> Verdict + Sync,
+) -> Tally {
+    run_timed(name, count, make, check, |_| Duration::ZERO)
+}
+
+/// The same, and in the long form with those inputs on which the `work` that a check is about takes
+/// longer than [`PATIENCE`] and what more it says that the input may ask for.
+pub fn run_timed<I: Shown>(
+    name: &str,
+    count: u64,
+    make: impl Fn(u64) -> I + Sync,
+    check: impl Fn(&I) -> Verdict + Sync,
+    work: impl Fn(&I) -> Duration + Sync,
 ) -> Tally {
     let first = number("SDFC_FUZZ_FROM").unwrap_or(0);
     let present = Mutex::new((first, Instant::now()));
@@ -100,7 +111,7 @@ pub fn run<I: Shown>(
             if let Ok(mut now) = present.lock() {
                 *now = (seed, Instant::now());
             }
-            let (failure, took) = attempt(seed, &make, &check, &mut tally);
+            let (failure, took) = attempt(seed, &make, &check, &work, &mut tally);
             longest = longest.max((took, seed));
             failures.extend(failure);
             if failures.len() >= MOST_FAILURES {
@@ -143,21 +154,17 @@ pub fn run<I: Shown>(
     tally
 }
 
-/// Checks one input; gives what is wrong, and how long it took.
+/// Checks one input; gives what is wrong, and how long the work on it took where that is asked.
 fn attempt<I: Shown>(
     seed: u64,
     make: impl Fn(u64) -> I,
     check: impl Fn(&I) -> Verdict,
+    work: impl Fn(&I) -> Duration,
     tally: &mut Tally,
 ) -> (Option<String>, Duration) {
     let input = make(seed);
-    let timed = || {
-        let start = Instant::now();
-        let verdict = catch_unwind(AssertUnwindSafe(|| check(&input)));
-        (verdict, start.elapsed())
-    };
-    let (verdict, mut took) = timed();
-    let mut failure = match verdict {
+    let mut took = Duration::ZERO;
+    let mut failure = match catch_unwind(AssertUnwindSafe(|| check(&input))) {
         Ok(Verdict::Refused) => {
             tally.refused += 1;
             None
@@ -169,22 +176,22 @@ fn attempt<I: Shown>(
         Err(panic) => Some(said(&*panic)),
     };
     if is_timed() && failure.is_none() {
+        let mut allowed = PATIENCE;
+        took = Duration::MAX;
         // Others run on this machine too: what is slow is slow each time.
-        for _ in 0..4 {
-            if took <= PATIENCE {
+        for _ in 0..5 {
+            let start = Instant::now();
+            allowed = PATIENCE + work(&input);
+            took = took.min(start.elapsed());
+            if took <= allowed {
                 break;
             }
-            took = took.min(timed().1);
         }
-        if took > PATIENCE {
-            failure = Some(format!("it takes {took:?}, more than {PATIENCE:?}"));
+        if took > allowed {
+            failure = Some(format!("it takes {took:?}, more than {allowed:?}"));
         }
     }
-    let failure = failure.map(|why| {
-        let mut text = format!("seed {seed}: {why}");
-        let _ = write!(text, "\n{}", input.shown());
-        text
-    });
+    let failure = failure.map(|why| format!("seed {seed}: {why}\n{}", input.shown()));
     (failure, took)
 }
 

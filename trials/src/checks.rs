@@ -77,6 +77,19 @@ pub fn compiled_text(text: &str) -> Option<Compiled> {
     built(&sources, scene, found)
 }
 
+/// What it takes to compile a text to bytes, or to say why not.
+pub fn compile_text(text: &str) -> Option<Vec<u8>> {
+    compiled_text(text).map(|compiled| encode_file(&compiled.module))
+}
+
+/// What it takes to compile clauses to bytes, or to say why not.
+pub fn compile_clauses(text: &str) -> Option<Vec<u8>> {
+    let mut sources = Sources::new();
+    let file = sources.add("trial", text);
+    let (scene, found) = parse_clauses(&sources, file);
+    built(&sources, scene, found).map(|compiled| encode_file(&compiled.module))
+}
+
 /// Compiles a scene that nothing is wrong with. What there is to say can be shown.
 fn built(
     sources: &Sources,

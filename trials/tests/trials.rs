@@ -4,3 +4,5 @@
 mod damage;
 #[path = "trials/programs.rs"]
 mod programs;
+#[path = "trials/scenes.rs"]
+mod scenes;

@@ -68,6 +68,9 @@ pub enum FileError {
     /// Its settings cannot be read.
     #[error("the file is damaged: its settings cannot be read ({0})")]
     Settings(String),
+    /// It could be read, but is not what would be written.
+    #[error("the file is damaged: its scene would be written otherwise")]
+    Form,
     /// An instruction means nothing.
     #[error(transparent)]
     Decode(#[from] DecodeError),
@@ -138,7 +141,8 @@ pub fn is_module(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC.to_le_bytes())
 }
 
-/// The module that bytes hold, verified.
+/// The module that bytes hold, verified. Equal modules have equal bytes: what [`encode_file`] would
+/// write otherwise is refused.
 pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
     if bytes.len() > MAX_BYTES {
         return Err(FileError::TooLarge { have: bytes.len() });
@@ -201,12 +205,16 @@ pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
     if let Some(surface) = &surface {
         verify(surface, outputs, true)?;
     }
-    Ok(Module {
+    let module = Module {
         distance,
         surface,
         uniforms,
         settings,
-    })
+    };
+    if encode_file(&module) != bytes {
+        return Err(FileError::Form);
+    }
+    Ok(module)
 }
 
 fn program(sections: &[Option<&[u32]>; 10], first: usize) -> Result<Option<Program>, FileError> {

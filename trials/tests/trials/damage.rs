@@ -1,13 +1,28 @@
 //! What is damaged is refused with a message, or is a scene like any other.
 
-use sdfc_trials::campaign::{count, run};
+use sdfc_trials::campaign::{count, run_timed};
 use sdfc_trials::{checks, damage};
+use sdfc_vm::file::decode_file;
+use std::time::Duration;
+
+/// What more than others an input may take: a microsecond for each byte of the file that it becomes,
+/// since a short text may ask for many shapes; and, where there are functions of the point, what
+/// searching for their slopes may take.
+fn allowed(text: &str, file: Option<Vec<u8>>) -> Duration {
+    let bytes = Duration::from_micros(file.map_or(0, |file| file.len() as u64));
+    let search = Duration::from_millis(if text.contains("fn") { 700 } else { 0 });
+    bytes + search
+}
 
 #[test]
 fn texts() {
-    let tally = run("texts", count(1500, 1), damage::text, |text| {
-        checks::text(text)
-    });
+    let tally = run_timed(
+        "texts",
+        count(1500, 1),
+        damage::text,
+        |text| checks::text(text),
+        |text| allowed(text, checks::compile_text(text)),
+    );
     // Where nearly all are refused nothing is said of the compiler, and of messages otherwise.
     assert!(tally.accepted > tally.refused / 30, "{tally:?}");
     assert!(tally.refused > tally.accepted / 8, "{tally:?}");
@@ -15,18 +30,29 @@ fn texts() {
 
 #[test]
 fn files() {
-    let tally = run("files", count(20_000, 1), damage::file, |bytes| {
-        checks::file(bytes)
-    });
+    let tally = run_timed(
+        "files",
+        count(20_000, 1),
+        damage::file,
+        |bytes| checks::file(bytes),
+        |bytes| {
+            drop(decode_file(bytes));
+            Duration::ZERO
+        },
+    );
     assert!(tally.accepted > tally.refused / 30, "{tally:?}");
     assert!(tally.refused > tally.accepted / 8, "{tally:?}");
 }
 
 #[test]
 fn clauses() {
-    let tally = run("clauses", count(2000, 1), damage::clauses, |text| {
-        checks::clauses(text)
-    });
+    let tally = run_timed(
+        "clauses",
+        count(1000, 1),
+        damage::clauses,
+        |text| checks::clauses(text),
+        |text| allowed("fn(p)", checks::compile_clauses(text)),
+    );
     assert!(tally.accepted > tally.refused / 30, "{tally:?}");
     assert!(tally.refused > tally.accepted / 8, "{tally:?}");
 }

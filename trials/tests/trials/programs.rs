@@ -7,7 +7,7 @@ use sdfc_trials::random::Random;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::encode::{decode, encode};
 use sdfc_vm::evaluate::{evaluate, gradient};
-use sdfc_vm::lanes::{Column, LANES, seeded};
+use sdfc_vm::lanes::{Column, Instructions, LANES, seeded};
 use sdfc_vm::listing;
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::Tape;
@@ -137,6 +137,14 @@ fn batches_and_single_points_agree_in_every_bit() {
         let points = points(seed.wrapping_mul(7) + 3);
         let tape = Tape::of(program);
         let values = values_at(program, &tape, &tape.clauses, &points);
+        for widest in [Instructions::Baseline, Instructions::Avx2] {
+            let machine = Machine::<f32>::new(tape.values, tape.points);
+            let mut machine: Machine<f32> = machine.limited(widest);
+            *machine.seed() = points;
+            let narrow = machine.run(program, &tape.clauses, LANES);
+            let agree = (0..LANES).all(|lane| same(narrow.0[lane], values.0[lane]));
+            assert!(agree, "{widest:?}\n{}", listing::print(program));
+        }
         let mut dual = Machine::<Dual<f32>>::new(tape.values, tape.points);
         *dual.seed() = seeded(&points);
         let duals = *dual.run(program, &tape.clauses, LANES);
