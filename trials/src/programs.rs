@@ -186,3 +186,68 @@ pub fn points(seed: u64) -> [Column; 3] {
     let mut r = Random::new(seed);
     std::array::from_fn(|_| Column(std::array::from_fn(|_| r.number())))
 }
+
+/// One program that runs several one after another and unites what they give: it needs of a kernel
+/// what each of them needs.
+pub fn joined(programs: &[Program]) -> Program {
+    let mut all = Program {
+        code: Vec::new(),
+        // The first constant makes a blend of two values a hard union.
+        pool: vec![[1.0, 1.0, 0.0, 0.0]],
+        patches: Vec::new(),
+        slots: 0,
+    };
+    for program in programs {
+        let by = all.pool.len() as u32;
+        let mut points = 0;
+        for i in &program.code {
+            points = points - i.pops + u8::from(i.push);
+            all.code.push(moved(*i, by));
+        }
+        // Back to where it began, if it kept a point.
+        let place = match all.code.len() > program.code.len() {
+            true => Place::Blend {
+                kernel: Kernel::Hard,
+                index: 0,
+            },
+            false => Place::Push,
+        };
+        all.code.push(Instruction {
+            pops: points,
+            place,
+            ..Instruction::new(Code::Take)
+        });
+        all.pool.extend(&program.pool);
+        all.slots = all.slots.max(program.slots);
+    }
+    all
+}
+
+/// An instruction whose constants lie so many places farther on.
+fn moved(i: Instruction, by: u32) -> Instruction {
+    Instruction {
+        parameters: if i.code.pool_width() > 0 {
+            i.parameters + by
+        } else {
+            0
+        },
+        frame: match i.frame {
+            Frame::Same => Frame::Same,
+            Frame::Moved(index) => Frame::Moved(index + by),
+            Frame::Mapped(index) => Frame::Mapped(index + by),
+        },
+        operands: match i.operands {
+            Operands::Stack => Operands::Stack,
+            Operands::Left(index) => Operands::Left(index + by),
+            Operands::Right(index) => Operands::Right(index + by),
+        },
+        place: match i.place {
+            Place::Push => Place::Push,
+            Place::Blend { kernel, index } => Place::Blend {
+                kernel,
+                index: index + by,
+            },
+        },
+        ..i
+    }
+}

@@ -168,7 +168,6 @@ impl Shape {
                 ".rotate(0deg, Y)",
                 ".scale(1)",
                 ".offset(0)",
-                ".warp(fn(p) => p)",
             ];
             to.push_str(r.pick(NOTHING));
         }

@@ -2,9 +2,13 @@
 //! business of `trials`.
 
 use sdfc_vm::encode::{decode, encode};
+use sdfc_vm::file::{FileError, MAX_BYTES, decode_file};
 use sdfc_vm::kernel::Kernel;
 use sdfc_vm::listing;
-use sdfc_vm::program::{Code, Instruction, Place, Program};
+use sdfc_vm::program::{
+    Code, Instruction, MAX_DEPTH, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_POINTS, MAX_SLOTS, Place,
+    Program,
+};
 use sdfc_vm::table::Op;
 use sdfc_vm::verify::{VerifyError, verify};
 
@@ -32,12 +36,65 @@ fn limits_are_refused_with_both_numbers() {
             allowed: 250_000
         })
     ));
+    let keep = Instruction {
+        push: true,
+        ..Instruction::new(Code::Op(Op::Mirror))
+    };
+    let mut kept = vec![keep; MAX_POINTS + 1];
+    kept.push(constant);
+    let slots = Program {
+        slots: MAX_SLOTS as u32 + 1,
+        ..program(vec![constant])
+    };
+    for (damaged, said) in [(program(kept), "17 points"), (slots, "257 slots")] {
+        let error = verify(&damaged, 0, false).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
     let two = program(vec![constant; 2]);
     assert_eq!(
         verify(&two, 0, false),
         Err(VerifyError::Leftover { left: 2 })
     );
     assert_eq!(verify(&program(vec![]), 0, false), Err(VerifyError::Empty));
+}
+
+/// The page states the numbers of the code.
+#[test]
+fn limits_are_those_of_the_page() {
+    let page = include_str!("../FORMAT.md");
+    for (what, most) in [
+        ("instructions", "250,000"),
+        ("values on the stack", "64"),
+        ("points kept", "16"),
+        ("slots", "256"),
+        ("guards within each other", "32"),
+        ("a file", "64 MiB"),
+    ] {
+        assert!(page.contains(&format!("| {what} | {most} |")), "{what}");
+    }
+    assert_eq!(
+        (
+            MAX_INSTRUCTIONS,
+            MAX_DEPTH,
+            MAX_POINTS,
+            MAX_SLOTS,
+            MAX_GUARDS,
+            MAX_BYTES
+        ),
+        (250_000, 64, 16, 256, 32, 64 << 20)
+    );
+}
+
+#[test]
+fn a_file_that_is_too_large_is_refused_with_both_numbers() {
+    let error = decode_file(&vec![0; MAX_BYTES + 1]).unwrap_err();
+    assert_eq!(
+        error,
+        FileError::TooLarge {
+            have: MAX_BYTES + 1
+        }
+    );
+    assert!(error.to_string().contains("67108865"), "{error}");
 }
 
 /// A program whose guard stands in front of some instructions; `1` is on the stack in front of it.
