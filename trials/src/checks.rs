@@ -22,6 +22,7 @@ use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::prune::Pruner;
 use sdfc_vm::tape::{Clause, Tape};
 use sdfc_vm::vector::V3;
+use sdfc_vm::verify::verify;
 
 /// Equal bits, or both not a number: raw arithmetic on random numbers may well have none.
 pub fn same(a: f32, b: f32) -> bool {
@@ -114,6 +115,10 @@ fn built(
 /// What holds of every scene that was compiled.
 fn scene_holds(compiled: &Compiled) {
     module_holds(&compiled.module);
+    forms(&compiled.module.distance);
+    if let Some(surface) = &compiled.module.surface {
+        forms(surface);
+    }
     let mut moved = compiled.clone();
     moved.update(0.7);
     run(&moved.module.distance);
@@ -146,8 +151,11 @@ pub fn file(bytes: &[u8]) -> Verdict {
     };
     assert!(encode_file(&module) == bytes, "its module has other bytes");
     module_holds(&module);
-    for time in [0.0, 0.7, 1e30] {
+    for time in [1e30, 0.7, 0.0] {
         module.update(time);
+    }
+    if verify(&module.distance, module.uniforms.outputs.len(), false).is_ok() {
+        forms(&module.distance);
     }
     run(&module.distance);
     raise(module).generated();
@@ -164,12 +172,12 @@ fn module_holds(module: &Module) {
     );
     for program in [Some(&module.distance), module.surface.as_ref()] {
         let Some(program) = program else { continue };
-        forms(program);
         run(program);
     }
 }
 
-/// The forms of a verified program read back: words, and the listing.
+/// The forms of a verified program read back: words, and the listing. Numbers that follow the same
+/// result of the uniform program must have its value.
 pub fn forms(program: &Program) {
     assert_eq!(decode(&encode(&program.code)).as_ref(), Ok(&program.code));
     let text = listing::print(program);
@@ -192,12 +200,14 @@ pub fn values_at(
 }
 
 /// Runs a verified program on every number type and as a tape, whole and pruned. Tapes give the bits
-/// of single points where no guard says what may not be true.
+/// of single points where no guard says what may not be true, and where no normal is asked for, which
+/// only surfaces have.
 pub fn run(program: &Program) {
     let points = points(1);
     let tape = Tape::of(program);
     let values = values_at(program, &tape, &tape.clauses, &points);
-    let tells = program.code.iter().all(|i| i.code != Code::Guard);
+    let mut codes = program.code.iter().map(|i| i.code);
+    let tells = codes.all(|code| code != Code::Guard && code != Code::Normal);
     for lane in [0, 31, 63] {
         let [x, y, z] = [0, 1, 2].map(|axis| points[axis].0[lane]);
         let alone = evaluate::<f32>(program, V3::of(x, y, z));

@@ -5,13 +5,16 @@ use sdfc_trials::{checks, damage};
 use sdfc_vm::file::decode_file;
 use std::time::Duration;
 
-/// What more than others an input may take: a microsecond for each byte of the file that it becomes,
-/// since a short text may ask for many shapes; and, where there are functions of the point, what
-/// searching for their slopes may take.
+/// What more than others an input may take: a microsecond for each of its bytes and two for each byte
+/// of the file that it becomes, since a short text may ask for many shapes; and what searching for
+/// slopes may take where there are functions of the point. What is refused may have used up its steps.
 fn allowed(text: &str, file: Option<Vec<u8>>) -> Duration {
-    let bytes = Duration::from_micros(file.map_or(0, |file| file.len() as u64));
+    let is_refused = file.is_none();
+    let bytes = text.len() + 2 * file.map_or(0, |file| file.len());
     let search = Duration::from_millis(if text.contains("fn") { 700 } else { 0 });
-    bytes + search
+    let steps = is_refused && (text.contains("for ") || text.contains("fn"));
+    let steps = Duration::from_secs(if steps { 3 } else { 0 });
+    Duration::from_micros(bytes as u64) + search + steps
 }
 
 #[test]
@@ -51,7 +54,10 @@ fn clauses() {
         count(1000, 1),
         damage::clauses,
         |text| checks::clauses(text),
-        |text| allowed("fn(p)", checks::compile_clauses(text)),
+        |text| {
+            let search = Duration::from_millis(700);
+            search + allowed(text, checks::compile_clauses(text))
+        },
     );
     assert!(tally.accepted > tally.refused / 30, "{tally:?}");
     assert!(tally.refused > tally.accepted / 8, "{tally:?}");
