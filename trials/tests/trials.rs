@@ -2,6 +2,8 @@
 
 #[path = "trials/damage.rs"]
 mod damage;
+#[path = "trials/found.rs"]
+mod found;
 #[path = "trials/limits.rs"]
 mod limits;
 #[path = "trials/programs.rs"]
