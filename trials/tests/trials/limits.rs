@@ -88,6 +88,14 @@ fn each_is_hit_and_said() {
             "for i in 0..500 { for j in 0..500 { sphere(0.1).translate(i, j, 0) } }".to_owned(),
         ),
         (
+            "1000000",
+            "more than 1000000 shapes, each counted",
+            format!(
+                "let a = sphere(1);\n{}a",
+                "let a = a | a.translate(1, 0, 0);\n".repeat(60)
+            ),
+        ),
+        (
             "500",
             "more than 500 deep",
             format!("sphere(1){}", ".offset(0.1)".repeat(501)),
