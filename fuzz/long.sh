@@ -3,5 +3,5 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export SDFC_FUZZ=${1:-1000000}
-cargo test --release --locked -p sdfc-trials -- --nocapture
+cargo test --release --locked -p sdfc-trials -- --nocapture --test-threads 1
 cargo test --release --locked -p sdfc-runtime --test engines -- --nocapture programs:: damage::

@@ -36,6 +36,14 @@ pub struct Tally {
     pub accepted: u64,
 }
 
+impl Tally {
+    /// Whether enough were refused and accepted each to say something of both; a few inputs always do.
+    pub fn says_something(&self) -> bool {
+        let least = (self.refused + self.accepted) / 30;
+        self.refused + self.accepted < 300 || (self.refused > least && self.accepted > least)
+    }
+}
+
 /// What a failure shows of an input.
 pub trait Shown {
     /// A text by which a person can see what it is.
@@ -71,7 +79,7 @@ fn number(variable: &str) -> Option<u64> {
 /// How many inputs a campaign has: `few` where nobody asks for more, else what is asked for divided by
 /// how much dearer one is than a damaged text.
 pub fn count(few: u64, dear: u64) -> u64 {
-    number("SDFC_FUZZ").map_or(few, |many| (many / dear).max(few))
+    number("SDFC_FUZZ").map_or(few, |many| (many / dear).max(1))
 }
 
 /// Whether the long form is asked for, in a build whose timings mean something.

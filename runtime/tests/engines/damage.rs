@@ -29,5 +29,5 @@ fn accepted_files_are_drawn_or_refused() {
         assert_eq!(frame.rgba8().len(), 8 * 8 * 4);
         Verdict::Accepted
     });
-    assert!(tally.accepted > 0, "{tally:?}");
+    assert!(tally.says_something(), "{tally:?}");
 }

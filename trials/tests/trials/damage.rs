@@ -26,9 +26,7 @@ fn texts() {
         |text| checks::text(text),
         |text| allowed(text, checks::compile_text(text)),
     );
-    // Where nearly all are refused nothing is said of the compiler, and of messages otherwise.
-    assert!(tally.accepted > tally.refused / 30, "{tally:?}");
-    assert!(tally.refused > tally.accepted / 8, "{tally:?}");
+    assert!(tally.says_something(), "{tally:?}");
 }
 
 #[test]
@@ -43,8 +41,7 @@ fn files() {
             Duration::ZERO
         },
     );
-    assert!(tally.accepted > tally.refused / 30, "{tally:?}");
-    assert!(tally.refused > tally.accepted / 8, "{tally:?}");
+    assert!(tally.says_something(), "{tally:?}");
 }
 
 #[test]
@@ -59,6 +56,5 @@ fn clauses() {
             search + allowed(text, checks::compile_clauses(text))
         },
     );
-    assert!(tally.accepted > tally.refused / 30, "{tally:?}");
-    assert!(tally.refused > tally.accepted / 8, "{tally:?}");
+    assert!(tally.says_something(), "{tally:?}");
 }
