@@ -76,3 +76,34 @@ pub(crate) fn failed(error: EngineError) -> Failure {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::failure::{ENVIRONMENT, INPUT};
+    use sdfc_runtime::gpu::GpuError;
+
+    #[test]
+    fn devices_that_fail_are_the_machine_and_scenes_that_are_too_long_the_input() {
+        let text = || "it broke".to_owned();
+        for error in [
+            GpuError::NoAdapter,
+            GpuError::OutOfMemory(text()),
+            GpuError::DeviceLost(text()),
+            GpuError::Internal(text()),
+            GpuError::Timeout {
+                what: text(),
+                after: std::time::Duration::from_secs(1),
+            },
+        ] {
+            assert_eq!(failed(error.into()).code(), ENVIRONMENT);
+        }
+        let long = EngineError::TooLong {
+            kind: EngineKind::Interp,
+            what: "a picture",
+            need: 2,
+            allowed: 1,
+        };
+        assert_eq!(failed(long).code(), INPUT);
+    }
+}

@@ -7,7 +7,7 @@
 
 use crate::expression::{ExprId, Expression, Expressions, ParamId};
 use crate::scene::{Animation, Param, Scene, Shape, ShapeId, ShapeKind};
-use crate::slope::{self, Ranges};
+use crate::slope::{self, Budget, Ranges};
 use crate::spread::Spread;
 use sdfc_vm::apply::{Applied, apply, laid_out};
 use sdfc_vm::bounds::Bounds;
@@ -123,6 +123,8 @@ pub(crate) struct Boxes {
     boxes: Vec<Bounds>,
     spreads: HashMap<ShapeId, Spread>,
     slopes: HashMap<ShapeId, Option<f64>>,
+    /// What finding more slopes may take.
+    budget: Budget,
 }
 
 impl Boxes {
@@ -454,14 +456,14 @@ impl Boxes {
             return slope;
         }
         let slope = match &world.shapes[id.0 as usize].kind {
-            ShapeKind::Field { value, region, .. } => field_slope(world, &[*value], region),
+            ShapeKind::Field { value, region, .. } => self.field_slope(world, &[*value], region),
             ShapeKind::Warp { child, point } => {
                 let region = self.of(world, *child);
-                field_slope(world, point, &region)
+                self.field_slope(world, point, &region)
             }
             ShapeKind::Displace { amount, .. } => {
                 let region = self.of(world, id);
-                field_slope(world, &[*amount], &region)
+                self.field_slope(world, &[*amount], &region)
             }
             ShapeKind::Domain {
                 op,
@@ -513,13 +515,25 @@ impl Boxes {
             .map(|numbers| stretch(numbers, &bounds))
             .fold(1.0, f64::max)
     }
-}
 
-/// The slope bound of numbers of point stage over a region, if there is one.
-fn field_slope(world: World<'_>, numbers: &[ExprId], region: &Bounds) -> Option<f64> {
-    let region = region.common(&Bounds::centred([FIELD_REGION; 3]));
-    let slope = slope::bound(world.expressions, numbers, &region, &Ranges::of(world));
-    (slope.is_finite() && slope < 1e6).then(|| slope.max(1e-6))
+    /// The slope bound of numbers of point stage over a region, if there is one.
+    fn field_slope(
+        &mut self,
+        world: World<'_>,
+        numbers: &[ExprId],
+        region: &Bounds,
+    ) -> Option<f64> {
+        let region = region.common(&Bounds::centred([FIELD_REGION; 3]));
+        let ranges = Ranges::of(world);
+        let slope = slope::bound(
+            world.expressions,
+            numbers,
+            &region,
+            &ranges,
+            &mut self.budget,
+        );
+        (slope.is_finite() && slope < 1e6).then(|| slope.max(1e-6))
+    }
 }
 
 /// What a computed number is computed from.

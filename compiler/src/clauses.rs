@@ -13,6 +13,8 @@ use std::collections::HashMap;
 
 /// The most clauses of a file.
 const MAX_CLAUSES: usize = 200_000;
+/// How many operations are spent on one size of the shown cube, in longer files on fewer points of it.
+const MAX_LOOKED: usize = 10_000_000;
 /// The most mistakes that are told of one file.
 const MAX_ERRORS: usize = 20;
 
@@ -104,11 +106,12 @@ pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Dia
 /// Half the side of the square or cube that is shown: 1, or as many doublings of it as it takes until
 /// the shape does not stick out of it at any of the points looked at; 16 at most.
 fn reach(expressions: &Expressions, value: ExprId, plane: bool) -> f64 {
-    const POINTS: usize = 24;
+    let longest = MAX_LOOKED / (6 * expressions.len().max(1));
+    let points = longest.isqrt().clamp(8, 24);
     let sticks_out = |side: f64| {
-        let at = |i: usize| side * (2.0 * i as f64 / (POINTS - 1) as f64 - 1.0);
-        let levels = if plane { 1 } else { POINTS };
-        (0..POINTS).any(|i| {
+        let at = |i: usize| side * (2.0 * i as f64 / (points - 1) as f64 - 1.0);
+        let levels = if plane { 1 } else { points };
+        (0..points).any(|i| {
             (0..levels).any(|j| {
                 let (a, b) = (at(i), if plane { 0.0 } else { at(j) });
                 [side, -side].into_iter().any(|s| {

@@ -183,6 +183,8 @@ struct Elaborator<'a> {
     present: Present,
     params: Vec<Param>,
     shapes: Vec<Shape>,
+    /// How many shapes each stands for.
+    occurrences: Vec<u32>,
     /// The boxes of shapes at the present values of the parameters. (Of what moves they are guesses:
     /// a displacement may turn out to be steeper over all values.)
     boxes: Boxes,
@@ -246,6 +248,7 @@ impl<'a> Elaborator<'a> {
             present: Present::default(),
             params: Vec::new(),
             shapes: Vec::new(),
+            occurrences: Vec::new(),
             boxes: Boxes::at(options.time, HashMap::new()),
             is_still: Vec::new(),
             moments: HashMap::new(),

@@ -221,8 +221,16 @@ impl Gpu {
     /// Gives the device up: every later call is [`GpuError::DeviceLost`]. This is how a test
     /// rehearses the loss of a device.
     pub fn destroy(&self) {
-        self.faults.lose("it was destroyed");
-        self.device.destroy();
+        self.destroyer()();
+    }
+
+    /// What does the same from anywhere, also while the device is at work.
+    pub fn destroyer(&self) -> impl Fn() + Send + Sync + use<> {
+        let (device, faults) = (self.device.clone(), Arc::clone(&self.faults));
+        move || {
+            faults.lose("it was destroyed");
+            device.destroy();
+        }
     }
 
     /// Waits until `submission` is done; `what` names the wait in the errors.

@@ -3,10 +3,14 @@
 
 #[path = "engines/agreement.rs"]
 mod agreement;
+#[path = "engines/damage.rs"]
+mod damage;
 #[path = "engines/devices.rs"]
 mod devices;
 #[path = "engines/operations.rs"]
 mod operations;
+#[path = "engines/programs.rs"]
+mod programs;
 #[path = "engines/scenes.rs"]
 mod scenes;
 #[path = "engines/settings.rs"]

@@ -68,6 +68,9 @@ pub enum FileError {
     /// Its settings cannot be read.
     #[error("the file is damaged: its settings cannot be read ({0})")]
     Settings(String),
+    /// It could be read, but is not what would be written.
+    #[error("the file is damaged: its scene would be written otherwise")]
+    Form,
     /// An instruction means nothing.
     #[error(transparent)]
     Decode(#[from] DecodeError),
@@ -113,16 +116,22 @@ pub fn encode_file(module: &Module) -> Vec<u8> {
         u32::from_le_bytes(bytes)
     }));
     section(9, &words);
+    sealed(&body)
+}
+
+/// The bytes of a file with the words of these sections, behind a header that fits them. Nothing is
+/// said of whether they mean anything.
+pub fn sealed(body: &[u32]) -> Vec<u8> {
     let header = [
         MAGIC,
         VERSION,
         table_hash(),
-        checksum(&body),
+        checksum(body),
         body.len() as u32,
     ];
     header
         .iter()
-        .chain(&body)
+        .chain(body)
         .flat_map(|word| word.to_le_bytes())
         .collect()
 }
@@ -132,7 +141,8 @@ pub fn is_module(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC.to_le_bytes())
 }
 
-/// The module that bytes hold, verified.
+/// The module that bytes hold, verified. Equal modules have equal bytes: what [`encode_file`] would
+/// write otherwise is refused.
 pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
     if bytes.len() > MAX_BYTES {
         return Err(FileError::TooLarge { have: bytes.len() });
@@ -195,12 +205,16 @@ pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
     if let Some(surface) = &surface {
         verify(surface, outputs, true)?;
     }
-    Ok(Module {
+    let module = Module {
         distance,
         surface,
         uniforms,
         settings,
-    })
+    };
+    if encode_file(&module) != bytes {
+        return Err(FileError::Form);
+    }
+    Ok(module)
 }
 
 fn program(sections: &[Option<&[u32]>; 10], first: usize) -> Result<Option<Program>, FileError> {

@@ -61,8 +61,19 @@ pub trait Lane: Real {
     fn load_point(block: &Self::PointBlock, lane: usize) -> Self::Vec3;
     /// Sets the point in a lane.
     fn store_point(point: Self::Vec3, block: &mut Self::PointBlock, lane: usize);
-    /// The loops over lanes, for the widest SIMD of this machine.
-    fn loops() -> Loops<Self>;
+    /// The loops over lanes, for the widest SIMD of this machine that is allowed.
+    fn loops(widest: Instructions) -> Loops<Self>;
+}
+
+/// The instruction sets for which loops exist, from the narrowest on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Instructions {
+    /// What every processor of its kind has.
+    Baseline,
+    /// AVX2 of x86-64.
+    Avx2,
+    /// AVX-512 of x86-64.
+    Avx512,
 }
 
 /// The loops over lanes, compiled for one instruction set.
@@ -105,7 +116,7 @@ macro_rules! only_wide {
 /// without the widest one, which keeps this crate quick to compile. It is a macro and not a generic function
 /// so that they are compiled in this crate and not again in each that uses it.
 macro_rules! loops {
-    ($L:ty, $wide:ident) => {{
+    ($L:ty, $wide:ident, $widest:ident) => {{
         type B = <$L as Lane>::Block;
         type P = <$L as Lane>::PointBlock;
         type Out<'a> = (&'a mut B, &'a mut P);
@@ -139,7 +150,8 @@ macro_rules! loops {
         #[cfg(target_arch = "x86_64")]
         {
             only_wide!($wide {
-                if is_x86_feature_detected!("avx512f")
+                if $widest >= Instructions::Avx512
+                    && is_x86_feature_detected!("avx512f")
                     && is_x86_feature_detected!("avx512dq")
                     && is_x86_feature_detected!("avx512vl")
                     && is_x86_feature_detected!("avx512bw")
@@ -147,7 +159,7 @@ macro_rules! loops {
                     return level!("avx512f,avx512dq,avx512vl,avx512bw");
                 }
             });
-            if is_x86_feature_detected!("avx2") {
+            if $widest >= Instructions::Avx2 && is_x86_feature_detected!("avx2") {
                 return level!("avx2");
             }
             // Processors of before 2013: correct, and one lane after the other.
@@ -158,6 +170,8 @@ macro_rules! loops {
                 mapped: crate::lanes::mapped::<$L>,
             }
         }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = $widest;
         #[cfg(not(target_arch = "x86_64"))]
         Loops {
             operate: crate::lanes::operate::<$L>,
@@ -189,8 +203,8 @@ impl Lane for f32 {
         block[1].0[lane] = point.y;
         block[2].0[lane] = point.z;
     }
-    fn loops() -> Loops<Self> {
-        loops!(f32, wide)
+    fn loops(widest: Instructions) -> Loops<Self> {
+        loops!(f32, wide, widest)
     }
 }
 
@@ -230,8 +244,8 @@ impl Lane for Dual<f32> {
             block[3 * i + 2].0[lane] = v.z;
         }
     }
-    fn loops() -> Loops<Self> {
-        loops!(Dual<f32>, narrow)
+    fn loops(widest: Instructions) -> Loops<Self> {
+        loops!(Dual<f32>, narrow, widest)
     }
 }
 
@@ -266,8 +280,8 @@ impl Lane for FloatInterval {
             block[i + 3].0[lane] = axis.hi;
         }
     }
-    fn loops() -> Loops<Self> {
-        loops!(FloatInterval, wide)
+    fn loops(widest: Instructions) -> Loops<Self> {
+        loops!(FloatInterval, wide, widest)
     }
 }
 
@@ -305,8 +319,8 @@ impl Lane for Dual<FloatInterval> {
             FloatInterval::store_point(gradient, block, lane);
         }
     }
-    fn loops() -> Loops<Self> {
-        loops!(Dual<FloatInterval>, narrow)
+    fn loops(widest: Instructions) -> Loops<Self> {
+        loops!(Dual<FloatInterval>, narrow, widest)
     }
 }
 

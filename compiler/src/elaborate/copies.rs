@@ -398,6 +398,10 @@ impl<'a> Elaborator<'a> {
     /// The boxes of the shapes that a shape is a union of.
     fn pieces(&mut self, id: ShapeId) -> Vec<Bounds> {
         const MOST: usize = 256;
+        // Of what is a union of far more, the pieces would only be gathered to be thrown away.
+        if self.occurrences[id.0 as usize] as usize > 16 * MOST {
+            return vec![self.bounds_of(id)];
+        }
         let mut pieces = Vec::new();
         match self.shapes[id.0 as usize].kind.clone() {
             ShapeKind::Painted { child, .. } => pieces = self.pieces(child),

@@ -3,6 +3,7 @@
 use super::Elaborator;
 use super::bound::Bound;
 use super::evaluate::Outcome;
+use super::measure::children;
 use super::symbolic::{Symbolic, with_graph};
 use super::value::Value;
 use crate::expression::ExprId;
@@ -13,6 +14,9 @@ use sdfc_vm::table::{Op, prepare};
 
 /// The most shapes of a scene.
 pub(crate) const MAX_SHAPES: usize = 400_000;
+/// The most shapes that one stands for, each counted as often as it occurs: uniting a shape with a copy
+/// of itself doubles that.
+const MAX_OCCURRENCES: u32 = 1_000_000;
 
 impl<'a> Elaborator<'a> {
     /// Adds a shape.
@@ -25,6 +29,19 @@ impl<'a> Elaborator<'a> {
         if self.shapes.len() == MAX_SHAPES {
             self.report_too_many(span);
         }
+        let within = children(&kind)
+            .iter()
+            .map(|child| self.occurrences[child.0 as usize])
+            .fold(1, u32::saturating_add);
+        if within > MAX_OCCURRENCES && !self.reports.is_full() {
+            let message = format!(
+                "this stands for more than {MAX_OCCURRENCES} shapes, each counted as often as it occurs"
+            );
+            let help = "`repeat`, `polar` and `mirror` make copies that cost nothing";
+            self.report(Diagnostic::error(codes::E0414, span, message).help(help));
+            self.reports.fill();
+        }
+        self.occurrences.push(within);
         let id = ShapeId(self.shapes.len() as u32);
         self.shapes.push(Shape {
             kind,

@@ -118,3 +118,29 @@ fn one_line(text: &str) -> String {
     let lines = causes.lines().map(str::trim).filter(|l| !l.is_empty());
     lines.collect::<Vec<_>>().join(": ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_of_the_layer_below_keep_their_kind() {
+        let source = || Box::new(std::io::Error::other("it is full")) as _;
+        let full = wgpu::Error::OutOfMemory { source: source() };
+        let expected = GpuError::OutOfMemory("it is full".to_owned());
+        assert_eq!(GpuError::from(full), expected);
+        let description = "In a call\n\nCaused by:\n  one thing\n    another".to_owned();
+        let refused = wgpu::Error::Validation {
+            source: source(),
+            description: description.clone(),
+        };
+        let expected = GpuError::Validation("one thing: another".to_owned());
+        assert_eq!(GpuError::from(refused), expected);
+        let failed = wgpu::Error::Internal {
+            source: source(),
+            description,
+        };
+        let expected = GpuError::Internal("one thing: another".to_owned());
+        assert_eq!(GpuError::from(failed), expected);
+    }
+}

@@ -6,9 +6,10 @@ use sdfc_runtime::engine::{
     Engine, EngineError, EngineKind, Loaded, Sample, on, open_auto, with_fallback,
 };
 use sdfc_runtime::frame::{CellUse, Frame, RenderSettings};
-use sdfc_runtime::gpu::{DeviceKind, GpuError};
+use sdfc_runtime::gpu::{DeviceKind, Gpu, GpuError, Limits, Preference};
 use sdfc_shaders::marching::SECANT_STEPS;
 use sdfc_vm::program::Module;
+use std::time::Duration;
 
 const BALL: &str = "sphere [0.8]";
 
@@ -35,6 +36,70 @@ fn a_lost_device_is_an_error_and_the_cpu_takes_its_place_where_it_may() {
     assert_eq!(engine.kind(), EngineKind::Cpu);
     let expected = picture(&mut *cpu(), &scene).expect("the CPU does not fail");
     assert_eq!(frame.color, expected.color);
+}
+
+/// Demands that an engine fails with such an error, and that the CPU then draws its own picture.
+fn falls_back(
+    mut engine: Box<dyn Engine>,
+    scene: &Module,
+    during: &(dyn Fn(f32) + Sync),
+    expected: impl Fn(&GpuError) -> bool,
+) {
+    let attempt = |engine: &mut dyn Engine| {
+        engine.load(&loaded(scene, &[]))?;
+        engine.render(&drawn(scene, &[]), during)
+    };
+    let failed = attempt(&mut *engine).map(|frame| frame.stats);
+    assert!(
+        matches!(&failed, Err(EngineError::Gpu(error)) if expected(error)),
+        "{failed:?}"
+    );
+    let mut engine = with_fallback(engine);
+    let frame = picture(&mut *engine, scene).expect("the CPU does not fail");
+    assert_eq!(engine.kind(), EngineKind::Cpu);
+    let expected = picture(&mut *cpu(), scene).expect("the CPU does not fail");
+    assert_eq!(frame.color, expected.color);
+    assert_eq!(frame.depth, expected.depth);
+}
+
+#[test]
+fn a_device_that_is_lost_in_the_middle_of_a_picture() {
+    let Some(gpu) = gpu() else { return };
+    let destroy = gpu.destroyer();
+    let engine = on(EngineKind::Interp, gpu);
+    let lost = |error: &GpuError| matches!(error, GpuError::DeviceLost(_));
+    falls_back(engine, &large(), &move |_| destroy(), lost);
+}
+
+#[test]
+fn a_device_that_does_not_answer_in_time() {
+    let Some(mut gpu) = gpu() else { return };
+    gpu.timeout = Duration::from_millis(1);
+    let engine = on(EngineKind::Interp, gpu);
+    let late = |error: &GpuError| matches!(error, GpuError::Timeout { .. });
+    falls_back(engine, &large(), &|_| {}, late);
+}
+
+#[test]
+fn a_device_with_tiny_limits() {
+    if gpu().is_none() {
+        return;
+    }
+    let tiny = |limits: Limits| Limits {
+        buffer: limits.buffer.min(4096),
+        storage_binding: limits.storage_binding.min(4096),
+        ..limits
+    };
+    let gpu = Gpu::open_within(Preference::Any, tiny).expect("lower limits are allowed");
+    let small = |error: &GpuError| matches!(error, GpuError::LimitExceeded { .. });
+    falls_back(on(EngineKind::Interp, gpu), &large(), &|_| {}, small);
+}
+
+/// A scene whose picture takes several tiles.
+fn large() -> Module {
+    let mut scene = module(BALL, None);
+    scene.settings.render.size = [160, 120];
+    scene
 }
 
 /// An engine whose device is lost at the first picture or query.

@@ -1,29 +1,36 @@
 //! Random programs: the same bits at random points on every engine.
 
-#[path = "../../../vm/tests/programs/random.rs"]
-mod random;
-
 use super::{engines, is_long};
 use crate::corpus::compiled_text;
-use random::{Random, random_program};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_compiler::raise::raise;
 use sdfc_runtime::engine::{Engine, Loaded, Sample};
 use sdfc_runtime::gpu::Arithmetic;
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_trials::checks::{meets_none, on_crease};
+use sdfc_trials::programs::program;
+use sdfc_trials::random::Random;
 use sdfc_vm::listing;
-use sdfc_vm::program::Module;
-
-/// Programs of the long form that are left out, since their raw arithmetic leaves what is promised. In
-/// 25 and 255 numbers overflow or are none on the way, of which WGSL promises nothing. In 51, 105 and
-/// 227 all distances are equal, but of 65,536 gradients 12, 8 and 3 are others in generated code; why is
-/// not known yet.
-const LEFT_OUT: [u64; 5] = [25, 51, 105, 227, 255];
+use sdfc_vm::program::{Module, Program};
+use sdfc_vm::vector::V3;
 
 /// Whether two samples are the same numbers.
 fn same(a: &Sample, b: &Sample) -> bool {
     let same = |a: f32, b: f32| a == b || (a.is_nan() && b.is_nan());
     same(a.distance, b.distance) && a.gradient.iter().zip(b.gradient).all(|(&a, b)| same(a, b))
+}
+
+/// How many samples differ.
+fn pairs_that_differ(some: &[Sample], others: &[Sample]) -> usize {
+    let differ = |(a, b): &(&Sample, &Sample)| !same(a, b);
+    some.iter().zip(others).filter(differ).count()
+}
+
+/// Whether two samples may differ: raw arithmetic met a number that is not finite, or the point lies
+/// where two surfaces are equally near and either gradient is right.
+fn may_differ(program: &Program, [x, y, z]: [f32; 3], a: &Sample, b: &Sample) -> bool {
+    let p = V3::of(x, y, z);
+    meets_none(program, p) || a.distance == b.distance && on_crease(program, p)
 }
 
 #[test]
@@ -37,11 +44,10 @@ fn random_programs_have_the_same_bits_on_every_engine() {
         (12, 1 << 12)
     };
     let plain = compiled_text("sphere(1)", PassOptions::default()).module;
-    let (mut values, mut different) = (0_usize, Vec::new());
-    for seed in (0..programs).filter(|seed| !LEFT_OUT.contains(seed)) {
-        let program = random_program(seed);
+    let (mut values, mut excused, mut different) = (0_usize, 0, Vec::new());
+    for seed in 0..programs {
         let mut module = Module {
-            distance: program,
+            distance: program(seed),
             ..plain.clone()
         };
         let outputs = module.update(0.0);
@@ -55,7 +61,7 @@ fn random_programs_have_the_same_bits_on_every_engine() {
                 calls: &source.calls,
             },
         };
-        let mut random = Random(seed | 1);
+        let mut random = Random::new(seed);
         let points: Vec<[f32; 3]> = (0..points)
             .map(|_| std::array::from_fn(|_| random.number()))
             .collect();
@@ -69,9 +75,14 @@ fn random_programs_have_the_same_bits_on_every_engine() {
             .collect();
         values += points.len();
         for (engine, others) in engines.iter().zip(&samples).skip(1) {
-            let pairs = || samples[0].iter().zip(others).zip(&points);
-            let count = pairs().filter(|((a, b), _)| !same(a, b)).count();
-            if let Some(((a, b), p)) = pairs().find(|((a, b), _)| !same(a, b)) {
+            let pairs = samples[0].iter().zip(others).zip(&points);
+            let differ = |((a, b), p): &((&Sample, &Sample), &[f32; 3])| {
+                !same(a, b) && !may_differ(&compiled.module.distance, **p, a, b)
+            };
+            let wrong: Vec<_> = pairs.filter(differ).collect();
+            excused += pairs_that_differ(&samples[0], others) - wrong.len();
+            let count = wrong.len();
+            if let Some(((a, b), p)) = wrong.first() {
                 different.push(format!(
                     "program {seed}, {}: {count} points, the first {p:?}: {:?} {:?} and {:?} {:?}\n{}",
                     engine.kind(), a.distance, a.gradient, b.distance, b.gradient,
@@ -80,6 +91,8 @@ fn random_programs_have_the_same_bits_on_every_engine() {
             }
         }
     }
-    eprintln!("{values} distances and gradients on each of three engines");
+    eprintln!("{values} distances and gradients on each of three engines, {excused} not promised");
+    // What is not promised is rare.
+    assert!(excused * 100 < values, "{excused} of {values}");
     assert!(different.is_empty(), "{}", different.join("\n\n"));
 }

@@ -7,7 +7,7 @@
 
 use super::{Clause, Form, flags};
 use crate::kernel::Kernel;
-use crate::lanes::{LANES, Lane, Loops};
+use crate::lanes::{Instructions, LANES, Lane, Loops};
 use crate::program::{Code, Frame, Operands, Place, Program};
 use crate::table::Op;
 
@@ -90,7 +90,7 @@ impl<L: Lane, A: Attachment<L> + Default> Default for Machine<L, A> {
             framed: Box::default(),
             target: Box::default(),
             attachment: A::default(),
-            loops: L::loops(),
+            loops: L::loops(Instructions::Avx512),
         }
     }
 }
@@ -101,6 +101,12 @@ impl<L: Lane, A: Attachment<L> + Default> Machine<L, A> {
         let mut machine = Self::default();
         machine.reserve(values, points);
         machine
+    }
+
+    /// The same machine with no wider instructions than these; its results have the same bits.
+    pub fn limited(mut self, widest: Instructions) -> Self {
+        self.loops = L::loops(widest);
+        self
     }
 }
 

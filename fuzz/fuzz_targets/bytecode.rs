@@ -1,0 +1,14 @@
+//! The sections of `.sdfb` files, damaged by libFuzzer. The header is made to fit: a checksum would
+//! turn nearly everything away.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sdfc_trials::checks;
+use sdfc_vm::file::sealed;
+
+fuzz_target!(|bytes: &[u8]| {
+    let words = bytes.as_chunks::<4>().0.iter();
+    let words: Vec<u32> = words.map(|&word| u32::from_le_bytes(word)).collect();
+    checks::file(&sealed(&words));
+    checks::file(bytes);
+});

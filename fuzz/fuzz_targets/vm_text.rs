@@ -1,0 +1,9 @@
+//! Clauses of `.vm` files, damaged by libFuzzer.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sdfc_trials::checks;
+
+fuzz_target!(|text: &str| {
+    checks::clauses(text);
+});

@@ -1,0 +1,56 @@
+//! Random programs in the interpreter: the values of the CPU.
+
+use crate::scenes::{gpu, loaded, module_of};
+use sdfc_runtime::engine::{EngineKind, on};
+use sdfc_trials::campaign::count;
+use sdfc_trials::checks::{same, values_at};
+use sdfc_trials::programs::{joined, points, program};
+use sdfc_vm::lanes::LANES;
+use sdfc_vm::listing;
+use sdfc_vm::tape::Tape;
+use sdfc_vm::verify::verify;
+
+#[test]
+fn random_programs_give_the_same_values() {
+    let Some(gpu) = gpu() else { return };
+    let mut interp = on(EngineKind::Interp, gpu);
+    // A kernel that does for all of them, which is what an editor keeps.
+    let first: Vec<_> = (0..400).map(program).collect();
+    let all = joined(&first);
+    verify(&all, 0, false).unwrap_or_else(|error| panic!("{error}"));
+    let everything = module_of(all, None);
+    interp.load(&loaded(&everything, &[])).expect("it loads");
+    interp.query(&[[0.0; 3]]).expect("it runs");
+    let pipelines = interp.pipelines_created();
+
+    let (mut differing, mut values) = (Vec::new(), 0);
+    let programs = count(300, 100);
+    for seed in 0..programs {
+        let program = program(seed);
+        let points = points(seed);
+        let tape = Tape::of(&program);
+        let expected = values_at(&program, &tape, &tape.clauses, &points).0;
+        let scene = module_of(program, None);
+        interp.load(&loaded(&scene, &[])).expect("it loads");
+        let places: Vec<[f32; 3]> = (0..LANES)
+            .map(|lane| [0, 1, 2].map(|axis| points[axis].0[lane]))
+            .collect();
+        let found = interp.query(&places).expect("it answers");
+        for (at, (&a, b)) in expected.iter().zip(&found).enumerate() {
+            values += 1;
+            if !same(a, b.distance) {
+                differing.push((seed, places[at], a, b.distance));
+            }
+        }
+    }
+    let of = interp.pipelines_created() - pipelines;
+    assert_eq!(of, 0, "every program runs in the kernel that is there");
+    if let Some(&(seed, at, cpu, interp)) = differing.first() {
+        let listing = listing::print(&program(seed));
+        panic!(
+            "{} of {values} values differ, the first of seed {seed} at {at:?}: cpu {cpu}, interp \
+             {interp}\n{listing}\n{differing:?}",
+            differing.len()
+        );
+    }
+}

@@ -1,0 +1,12 @@
+//! A share of all campaigns; `SDFC_FUZZ=1000000` runs the long form.
+
+#[path = "trials/damage.rs"]
+mod damage;
+#[path = "trials/found.rs"]
+mod found;
+#[path = "trials/limits.rs"]
+mod limits;
+#[path = "trials/programs.rs"]
+mod programs;
+#[path = "trials/scenes.rs"]
+mod scenes;
