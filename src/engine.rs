@@ -16,6 +16,8 @@ pub(crate) enum Choice {
     Interp,
     /// Code generated for the scene, on a GPU.
     Wgsl,
+    /// Proved by intervals in double precision, slowly: what others are measured by.
+    Reference,
 }
 
 /// Opens the engine that is asked for.
@@ -25,6 +27,7 @@ pub(crate) fn chosen(choice: Choice) -> Result<Box<dyn Engine>, Failure> {
         Choice::Cpu => open(EngineKind::Cpu),
         Choice::Interp => open(EngineKind::Interp),
         Choice::Wgsl => open(EngineKind::Wgsl),
+        Choice::Reference => open(EngineKind::Reference),
     }
 }
 
@@ -32,7 +35,9 @@ pub(crate) fn chosen(choice: Choice) -> Result<Box<dyn Engine>, Failure> {
 pub(crate) fn load(engine: &mut dyn Engine, scene: &Opened) -> Result<(), Failure> {
     let loaded = match engine.kind() {
         EngineKind::Wgsl => scene.loaded(),
-        EngineKind::Cpu | EngineKind::Interp => scene.loaded_without_source(),
+        EngineKind::Cpu | EngineKind::Interp | EngineKind::Reference => {
+            scene.loaded_without_source()
+        }
     };
     engine.load(&loaded).map_err(failed)
 }
