@@ -3,10 +3,14 @@
 
 #[path = "engines/agreement.rs"]
 mod agreement;
+#[path = "engines/closed.rs"]
+mod closed;
 #[path = "engines/devices.rs"]
 mod devices;
 #[path = "engines/operations.rs"]
 mod operations;
+#[path = "engines/reference.rs"]
+mod reference;
 #[path = "engines/scenes.rs"]
 mod scenes;
 #[path = "engines/settings.rs"]

@@ -8,3 +8,4 @@ mod gpu_cells;
 mod lod;
 mod passes;
 mod stages;
+mod truth;

@@ -25,6 +25,9 @@ const STEEPEST: f64 = 1e9;
 const FINEST: f64 = 1.0 / (1_u64 << 44) as f64;
 /// The width that a proved hit may have near the camera, as a share of the coordinates.
 const NEAR: f64 = 1.0 / (1_u64 << 40) as f64;
+/// How far behind a place where the sign of the field is not known it is looked for, as a share of
+/// the coordinates.
+const VAGUEST: f64 = 1e-3;
 /// A bracket goes on being narrowed as long as it becomes less wide than this share of itself.
 const LESS: f64 = 0.8;
 
@@ -241,14 +244,20 @@ impl Search<'_, '_> {
         }
     }
 
-    /// What a segment is that cannot be halved: a hit if the field has the other sign behind it.
+    /// What a segment is that cannot be halved: a hit if the field has the other sign close behind
+    /// it.
     fn at_the_finest(&mut self, t: Interval) -> Outcome {
         let whole = self.asker.whole();
         let mut width = self.finest(t.hi);
-        while width <= self.widest(t.lo) {
+        while width < self.size(t.hi) * VAGUEST {
             let t1 = (t.lo + width).min(self.far);
-            if self.value(t1, &whole).hi < 0.0 {
+            let value = self.value(t1, &whole);
+            if value.hi < 0.0 && width <= self.widest(t.lo) {
                 return Outcome::Hit { t0: t.lo, t1 };
+            }
+            // Up to here the sign is not known, and behind it is.
+            if !value.contains(0.0) && t1 > t.hi {
+                return touching(Interval { lo: t.lo, hi: t1 });
             }
             width *= 2.0;
         }
