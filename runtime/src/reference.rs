@@ -32,6 +32,7 @@ mod errors;
 mod field;
 mod isolate;
 mod normal;
+mod place;
 
 use crate::crew::share;
 use crate::frame::RenderSettings;
@@ -42,6 +43,7 @@ use serde::Serialize;
 pub use camera::{Camera, Ray};
 pub use errors::{Drawn, Errors, compare};
 pub use field::Field;
+pub use place::Place;
 
 /// How much is done for a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,6 +124,8 @@ pub struct Truth {
     pub size: [usize; 2],
     /// How the ray through the centre of each pixel ends, row after row from the upper left.
     pub rays: Vec<Ended>,
+    /// Where those pixels lie.
+    pub places: Vec<Place>,
     /// How often the field was evaluated.
     pub evaluations: u64,
 }
@@ -156,10 +160,13 @@ pub fn trace(module: &Module, settings: &RenderSettings, options: &Options) -> T
             (row, tracer.asker.evaluations - before)
         },
     );
+    let evaluations = rows.iter().map(|(_, evaluations)| evaluations).sum();
+    let rays: Vec<Ended> = rows.into_iter().flat_map(|(row, _)| row).collect();
     Truth {
         size: [width, height],
-        evaluations: rows.iter().map(|(_, evaluations)| evaluations).sum(),
-        rays: rows.into_iter().flat_map(|(row, _)| row).collect(),
+        places: place::places(&rays, width, &camera),
+        rays,
+        evaluations,
     }
 }
 

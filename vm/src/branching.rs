@@ -19,7 +19,7 @@ use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// How many questions are answered both ways at once; [`explore`] runs at most `2^MOST` times.
-pub const MOST: usize = 6;
+pub const MOST: usize = 8;
 
 /// An interval with the identity of its formula.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +34,17 @@ pub struct Branching {
 pub struct Condition {
     known: Known,
     identity: u64,
+}
+
+impl Condition {
+    /// The same, of which the answer is known, if it is.
+    fn answered(self, answer: Option<bool>) -> Self {
+        let known = answer.map_or(self.known, |holds| Known {
+            may: holds,
+            may_not: !holds,
+        });
+        Self { known, ..self }
+    }
 }
 
 /// The answers of the present run.
@@ -66,6 +77,11 @@ fn answer(identity: u64) -> Option<bool> {
         answers.given.push((identity, false));
         Some(false)
     })
+}
+
+/// Whether questions are answered, rather than left to hulls.
+fn is_exploring() -> bool {
+    ANSWERS.with_borrow(|answers| answers.most > 0)
 }
 
 fn count_hull() {
@@ -356,11 +372,17 @@ impl Real for Branching {
     fn unit_component(self) -> Self {
         self.clamp(lit(-1.0), lit(1.0))
     }
-    #[inline(always)]
     fn less(self, other: Self) -> Condition {
-        Condition {
+        let condition = Condition {
             known: self.range.less(other.range),
             identity: made(how::LESS, [self.identity, other.identity, 0]),
+        };
+        // Answered here and not where it selects, so that all that is made of it agrees: a point is
+        // never above and below the corner between two edges.
+        let open = condition.known.may && condition.known.may_not;
+        match open && is_exploring() {
+            true => condition.answered(answer(condition.identity)),
+            false => condition,
         }
     }
     #[inline(always)]
@@ -392,14 +414,11 @@ impl Real for Branching {
         if !may {
             return otherwise;
         }
-        match answer(condition.identity) {
-            Some(true) => then,
-            Some(false) => otherwise,
-            None => Self::of(
-                then.range.hull(otherwise.range),
-                how::SELECT,
-                [condition.identity, then.identity, otherwise.identity],
-            ),
-        }
+        count_hull();
+        Self::of(
+            then.range.hull(otherwise.range),
+            how::SELECT,
+            [condition.identity, then.identity, otherwise.identity],
+        )
     }
 }

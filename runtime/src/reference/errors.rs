@@ -1,13 +1,10 @@
 //! How far a picture is from the truth.
 
-use super::{Outcome, Truth};
+use super::{Outcome, Place, Truth};
 use crate::cpu::Geometry;
 use crate::frame::{Frame, Status};
 use crate::verify::Spread;
 use serde::Serialize;
-
-/// Where the depths of neighbours differ by more than this share, one lies behind the other.
-const STEP: f64 = 0.1;
 
 /// What of a picture is compared, pixel by pixel, row after row.
 #[derive(Clone, Copy, Debug)]
@@ -40,11 +37,8 @@ impl<'a> From<&'a Geometry> for Drawn<'a> {
     }
 }
 
-/// How a picture differs from the truth. Undecided rays are compared in nothing.
-///
-/// A pixel is *at a silhouette* unless the truth hits in all of the 3 × 3 pixels around it, or
-/// misses in all. It is *smooth* if it hits, is at no silhouette, and none of those pixels is
-/// nearer or farther by more than a tenth.
+/// How a picture differs from the truth. Undecided rays are compared in nothing. What silhouettes
+/// and smooth pixels are says [`Place`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Errors {
     /// How many pixels there are.
@@ -69,8 +63,8 @@ pub struct Errors {
     pub depth_smooth: Spread,
     /// The same at smooth pixels, in units of the last place of the depth in `f32`.
     pub depth_ulps: Spread,
-    /// The angles between the normals in degrees, where both hit and the truth has no edge within
-    /// half a pixel; 180 where the picture has none. Only smooth pixels are taken.
+    /// The angles between the normals in degrees, at smooth pixels whose truth has no edge within
+    /// half a pixel; 180 where the picture has none.
     pub normals: Spread,
     /// Pixels whose depth or normal is not a number, or whose ray met such a distance.
     pub nans: usize,
@@ -103,7 +97,7 @@ pub fn compare<'a>(truth: &Truth, drawn: impl Into<Drawn<'a>>) -> Errors {
         let nan = t.is_nan() || normal.iter().any(|v| v.is_nan());
         errors.nans += usize::from(nan || status == Status::NotANumber);
         errors.step_caps += usize::from(status == Status::StepCap);
-        let place = Place::of(truth, pixel);
+        let place = truth.places[pixel];
         errors.inside += usize::from(place != Place::Silhouette);
         let ray = &truth.rays[pixel];
         let (t0, t1) = match (ray.outcome, t.is_finite()) {
@@ -149,49 +143,6 @@ pub fn compare<'a>(truth: &Truth, drawn: impl Into<Drawn<'a>>) -> Errors {
         depth_ulps: Spread::of(depth_ulps),
         normals: Spread::of(normals),
         ..errors
-    }
-}
-
-/// Where in the truth a pixel lies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place {
-    Silhouette,
-    /// At no silhouette, but missing or next to something nearer or farther.
-    Inside,
-    Smooth,
-}
-
-impl Place {
-    fn of(truth: &Truth, pixel: usize) -> Self {
-        let [width, height] = truth.size;
-        let (x, y) = (pixel % width, pixel / width);
-        let columns = x.saturating_sub(1)..(x + 2).min(width);
-        let rows = y.saturating_sub(1)..(y + 2).min(height);
-        let around = rows.flat_map(|y| columns.clone().map(move |x| y * width + x));
-        let depth = |at: usize| match truth.rays[at].outcome {
-            Outcome::Hit { t0, .. } => Some(t0),
-            Outcome::Miss => Some(f64::INFINITY),
-            Outcome::Undecided { .. } => None,
-        };
-        let Some(here) = depth(pixel) else {
-            return Self::Silhouette;
-        };
-        let mut place = if here.is_finite() {
-            Self::Smooth
-        } else {
-            Self::Inside
-        };
-        for at in around {
-            match depth(at) {
-                Some(there) if there.is_finite() == here.is_finite() => {
-                    if (here - there).abs() > STEP * here.min(there) {
-                        place = Self::Inside;
-                    }
-                }
-                _ => return Self::Silhouette,
-            }
-        }
-        place
     }
 }
 

@@ -62,6 +62,24 @@ fn selections_take_both_sides_and_angles_both_sides_of_their_cut() {
 }
 
 #[test]
+fn what_is_made_of_an_answer_agrees_with_it() {
+    type Condition = <Branching as Real>::Bool;
+    let never = |p: V3<Branching>| -> Condition {
+        let below = || p.x.less(lit(0.0));
+        Branching::and(Branching::not(below()), below())
+    };
+    let value = explore(|| Branching::select(never(along_x(-0.1, 0.1)), lit(-1.0), lit(1.0)));
+    assert_eq!((value.lo, value.hi), (1.0, 1.0));
+    // A comparison that decides nothing leaves a formula whole.
+    let (_, whole) = hulled(|| {
+        let p = along_x(-0.1, 0.1);
+        let both = Branching::and(p.x.less(lit(0.0)), p.y.less(lit(0.0)));
+        Branching::select(both, lit(-1.0), lit(1.0))
+    });
+    assert!(whole);
+}
+
+#[test]
 fn more_questions_than_are_answered_are_left_to_hulls() {
     let many = |p: V3<Branching>| {
         (0..20)
