@@ -17,6 +17,8 @@ pub(crate) enum Choice {
     Interp,
     /// Code generated for the scene, on a GPU.
     Wgsl,
+    /// Proved by intervals in double precision, slowly: what others are measured by.
+    Reference,
 }
 
 /// What engines may do to arithmetic.
@@ -45,6 +47,7 @@ pub(crate) fn chosen(choice: Choice, tier: Tier) -> Result<Box<dyn Engine>, Fail
         Choice::Cpu => open(EngineKind::Cpu, tier),
         Choice::Interp => open(EngineKind::Interp, tier),
         Choice::Wgsl => open(EngineKind::Wgsl, tier),
+        Choice::Reference => open(EngineKind::Reference, tier),
     }
 }
 
@@ -52,7 +55,9 @@ pub(crate) fn chosen(choice: Choice, tier: Tier) -> Result<Box<dyn Engine>, Fail
 pub(crate) fn load(engine: &mut dyn Engine, scene: &Opened) -> Result<(), Failure> {
     let loaded = match engine.kind() {
         EngineKind::Wgsl => scene.loaded(),
-        EngineKind::Cpu | EngineKind::Interp => scene.loaded_without_source(),
+        EngineKind::Cpu | EngineKind::Interp | EngineKind::Reference => {
+            scene.loaded_without_source()
+        }
     };
     engine.load(&loaded).map_err(failed)
 }

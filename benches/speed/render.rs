@@ -29,7 +29,7 @@ pub(crate) fn bench(criterion: &mut Criterion) {
 
     let mut group = criterion.benchmark_group("render 50 primitives");
     group.sample_size(10);
-    for kind in EngineKind::ALL {
+    for kind in EngineKind::FAST {
         let Ok(mut engine) = open(kind) else {
             eprintln!("engine {kind} is not measured: there is no GPU adapter");
             continue;

@@ -21,6 +21,7 @@ mod tile;
 use crate::cells::{Cells, Region};
 pub use crate::frame::FieldFacts;
 use crate::frame::{Frame, Picture};
+use sdfc_shaders::layout;
 pub use sdfc_vm::lanes::{Column, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
 use std::sync::Arc;
@@ -64,6 +65,17 @@ pub type Range = [Column; 2];
 /// Asks a field about 64 points at once. Only the first `count` points are wanted; the others are
 /// copies of one of them.
 pub trait Evaluator {
+    /// Where the rays of pixels end and which way the surfaces face there, if that is known without
+    /// marching, and how many evaluations it took. Lists are by pixel.
+    fn ends(
+        &mut self,
+        _frame: &layout::Frame,
+        _pixels: &[[f32; 2]],
+        _rays: &mut [layout::Ray],
+        _normals: &mut [[f32; 3]],
+    ) -> Option<u64> {
+        None
+    }
     /// The distances.
     fn distances(&mut self, points: &Points, count: usize, out: &mut Column);
     /// How many blocks of 64 points it is best asked about at once; where it is more than one, boxes

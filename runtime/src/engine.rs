@@ -2,6 +2,7 @@
 //!
 //! [`EngineKind::Cpu`] runs the program on 64 points at a time on all cores; [`EngineKind::Interp`]
 //! runs the same words in a kernel on a GPU; [`EngineKind::Wgsl`] runs the generated source there.
+//! [`EngineKind::Reference`] proves where rays end, slowly; the others are measured by it.
 //! All of them make a picture in the same stages, so that pictures can be compared pixel by pixel
 //! ([`crate::verify`]). Adding an engine is an implementation of [`Engine`] and a line in [`open`].
 
@@ -16,6 +17,7 @@ mod order;
 mod passes;
 mod query;
 mod rate;
+mod reference;
 mod tiles;
 mod wgsl;
 
@@ -43,18 +45,23 @@ pub enum EngineKind {
     Interp,
     /// Source generated for the scene, on a GPU.
     Wgsl,
+    /// Intervals of `f64`, by which the errors of the others are measured ([`crate::reference`]).
+    Reference,
 }
 
 impl EngineKind {
+    /// The kinds that pictures are made with, and that are compared with each other.
+    pub const FAST: [Self; 3] = [Self::Cpu, Self::Interp, Self::Wgsl];
     /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Cpu, Self::Interp, Self::Wgsl];
+    pub const ALL: [Self; 4] = [Self::Cpu, Self::Interp, Self::Wgsl, Self::Reference];
 
-    /// The name: `cpu`, `interp` or `wgsl`.
+    /// The name: `cpu`, `interp`, `wgsl` or `reference`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cpu => "cpu",
             Self::Interp => "interp",
             Self::Wgsl => "wgsl",
+            Self::Reference => "reference",
         }
     }
 }
@@ -67,7 +74,7 @@ impl fmt::Display for EngineKind {
 
 /// A name that no engine has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no engine `{0}`, only cpu, interp and wgsl")]
+#[error("there is no engine `{0}`, only cpu, interp, wgsl and reference")]
 pub struct UnknownEngine(pub String);
 
 impl FromStr for EngineKind {
@@ -240,16 +247,18 @@ pub fn open(kind: EngineKind) -> Result<Box<dyn Engine>, EngineError> {
 pub fn open_with(kind: EngineKind, arithmetic: Arithmetic) -> Result<Box<dyn Engine>, EngineError> {
     Ok(match kind {
         EngineKind::Cpu => Box::new(cpu::CpuEngine::default()),
+        EngineKind::Reference => Box::new(reference::ReferenceEngine::default()),
         EngineKind::Interp | EngineKind::Wgsl => {
             on(kind, Gpu::open_with(Preference::Any, arithmetic)?)
         }
     })
 }
 
-/// An engine of this kind on a device in hand; the CPU needs none.
+/// An engine of this kind on a device in hand; those on the CPU need none.
 pub fn on(kind: EngineKind, gpu: Gpu) -> Box<dyn Engine> {
     match kind {
         EngineKind::Cpu => Box::new(cpu::CpuEngine::default()),
+        EngineKind::Reference => Box::new(reference::ReferenceEngine::default()),
         EngineKind::Interp => Box::new(GpuEngine::<interp::Interpreter>::new(gpu)),
         EngineKind::Wgsl => Box::new(GpuEngine::<wgsl::Generated>::new(gpu)),
     }

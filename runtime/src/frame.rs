@@ -5,7 +5,7 @@
 
 mod prepare;
 
-pub use prepare::{Picture, prepare};
+pub use prepare::{Axes, Picture, prepare};
 pub use sdfc_shaders::features::{Features, Mode, Normals, Occlusion};
 pub use sdfc_shaders::layout::Surface;
 pub use sdfc_shaders::marching::Status;
@@ -245,6 +245,9 @@ pub struct Stats {
     pub step_caps: u64,
     /// Rays that met a value that is not a number.
     pub nans: u64,
+    /// Rays of which the engine `reference` could not prove whether and where they hit; they are
+    /// counted above as what they most likely are. Other engines prove nothing, and count none.
+    pub undecided: u64,
     /// Evaluations of the field, gradients included.
     pub evaluations: u64,
     /// The cells that were cut for the picture.
@@ -309,6 +312,7 @@ impl std::ops::AddAssign for Stats {
         self.misses += other.misses;
         self.step_caps += other.step_caps;
         self.nans += other.nans;
+        self.undecided += other.undecided;
         self.evaluations += other.evaluations;
     }
 }

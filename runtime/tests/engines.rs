@@ -3,6 +3,8 @@
 
 #[path = "engines/agreement.rs"]
 mod agreement;
+#[path = "engines/closed.rs"]
+mod closed;
 #[path = "engines/damage.rs"]
 mod damage;
 #[path = "engines/devices.rs"]
@@ -11,6 +13,8 @@ mod devices;
 mod operations;
 #[path = "engines/programs.rs"]
 mod programs;
+#[path = "engines/reference.rs"]
+mod reference;
 #[path = "engines/scenes.rs"]
 mod scenes;
 #[path = "engines/settings.rs"]

@@ -55,6 +55,9 @@ pub const FROM_INSIDE: u32 = 8;
 /// Set in the status of a ray that ended on a surface, or out of steps so near to one that it is
 /// drawn.
 pub const SHOWN: u32 = 16;
+/// Set in the status of a ray whose end an engine that proves things could not prove. No kernel
+/// does so.
+pub const UNDECIDED: u32 = 32;
 
 /// The weight of the newest slope in the running mean.
 const BLEND: f64 = 0.3;

@@ -245,6 +245,12 @@ fn troubles(stats: &Stats, steps: u32) -> Vec<String> {
         )
     };
     let mut troubles = Vec::new();
+    if stats.undecided > 0 {
+        troubles.push(format!(
+            "{} could not be proved to hit or to miss: the picture shows what they most likely do",
+            share(stats.undecided)
+        ));
+    }
     if stats.step_caps > 0 {
         troubles.push(format!(
             "{} ended before they hit or missed: give them more than {steps} `--steps`",

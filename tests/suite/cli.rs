@@ -12,4 +12,5 @@ mod generate;
 mod mistakes;
 mod params;
 mod pictures;
+mod reference;
 mod sandbox;

@@ -9,3 +9,4 @@ mod lod;
 mod passes;
 mod stages;
 mod strict;
+mod truth;

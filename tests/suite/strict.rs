@@ -37,7 +37,7 @@ fn engines(arithmetic: Arithmetic) -> Option<Vec<Box<dyn Engine>>> {
     let open = |kind: EngineKind| {
         open_with(kind, arithmetic).unwrap_or_else(|error| panic!("{kind}: {error}"))
     };
-    Some(EngineKind::ALL.into_iter().map(open).collect())
+    Some(EngineKind::FAST.into_iter().map(open).collect())
 }
 
 /// A scene with its source and its settings.

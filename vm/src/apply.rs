@@ -1,5 +1,6 @@
 //! One operation on one number type: the dispatch that evaluation and recording share.
 
+use crate::branching::Branching;
 use crate::dual::{Dual, DualVec2, DualVec3};
 use crate::interval::{FloatInterval, Interval};
 use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
@@ -43,6 +44,7 @@ apply_on!(
     f32,
     f64,
     Interval,
+    Branching,
     FloatInterval,
     Dual<f32>,
     Dual<f64>,

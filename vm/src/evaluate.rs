@@ -120,7 +120,8 @@ fn operands<R: Real>(program: &Program, i: &Instruction, stack: &mut Vec<R>) -> 
     operands
 }
 
-fn framed<R: Real>(program: &Program, i: &Instruction, p: R::Vec3) -> R::Vec3 {
+/// The point that an instruction looks at.
+pub(crate) fn framed<R: Real>(program: &Program, i: &Instruction, p: R::Vec3) -> R::Vec3 {
     let row = |index: u32| program.pool[index as usize].map(|v| R::constant(v.into()));
     match i.frame {
         Frame::Same => p,

@@ -5,6 +5,7 @@
 
 pub mod apply;
 pub mod bounds;
+pub mod branching;
 pub mod dual;
 pub mod elementary;
 pub mod encode;

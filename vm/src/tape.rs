@@ -11,6 +11,7 @@ mod build;
 pub mod choose;
 pub mod machine;
 pub mod prune;
+pub mod single;
 pub mod steep;
 
 use crate::program::Program;

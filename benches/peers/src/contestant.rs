@@ -60,7 +60,7 @@ impl Peer {
 
     /// Whether it runs on what this engine runs on.
     pub(crate) fn matches(self, engine: EngineKind) -> bool {
-        (self == Self::Wgpu) == (engine != EngineKind::Cpu)
+        (self == Self::Wgpu) == matches!(engine, EngineKind::Interp | EngineKind::Wgsl)
     }
 
     /// It, ready to draw a model at a size with so many threads.

@@ -127,7 +127,7 @@ fn of_picture(model: &Model, size: u32, options: &Options) -> Vec<Row> {
             .collect();
         // Threads make no difference to a GPU.
         let threads: &[usize] = match engine {
-            EngineKind::Cpu => &options.threads,
+            EngineKind::Cpu | EngineKind::Reference => &options.threads,
             EngineKind::Interp | EngineKind::Wgsl => &[1],
         };
         for &threads in threads {

@@ -14,7 +14,7 @@ use crate::frame::{Frame, Picture, Status};
 use sdfc_shaders::assemble::{Stage, stages};
 use sdfc_shaders::features::{Features, Mode, Occlusion};
 use sdfc_shaders::layout::{self, Ray, Surface};
-use sdfc_shaders::marching::{self, SHOWN};
+use sdfc_shaders::marching::{self, SHOWN, UNDECIDED};
 use sdfc_shaders::{beam, camera};
 use sdfc_vm::vector::{V2, V3};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -53,6 +53,8 @@ pub(super) struct Tile {
     pub(super) rays: Vec<Ray>,
     /// How far the rays of each block of pixels can go together, block row after block row.
     beams: Vec<layout::Beam>,
+    /// Whether the rays' ends and the normals are known without marching.
+    known: bool,
     /// The leaf of cells in which each ray ended, if they went through cells.
     pub(super) leaves: Vec<u32>,
     /// Where the surfaces are.
@@ -155,6 +157,7 @@ impl Tile {
             evaluations += match stage {
                 Stage::Beam => self.find_beams(f, way, evaluator),
                 Stage::March => self.march(f, way, evaluator),
+                Stage::Polish | Stage::Normal if self.known => 0,
                 Stage::Polish => self.polish(f, evaluator),
                 Stage::Normal => normal::find(f, features.normals, self, evaluator),
                 Stage::Surface => normal::surfaces(self, evaluator),
@@ -214,12 +217,15 @@ impl Tile {
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
         self.leaves.clear();
-        let evaluations = match way {
-            Some(way) => {
+        let known = evaluator.ends(frame, &self.pixels, &mut self.rays, &mut self.normals);
+        self.known = known.is_some();
+        let evaluations = match (known, way) {
+            (Some(evaluations), _) => evaluations,
+            (None, Some(way)) => {
                 self.leaves.resize(self.rays.len(), NO_LEAF);
                 self.march_packets(frame, way, evaluator)
             }
-            None => {
+            (None, None) => {
                 let mut walk = March {
                     frame,
                     pixels: &self.pixels,
@@ -238,7 +244,7 @@ impl Tile {
             .iter()
             .filter(|&&i| rays[i as usize].status & SHOWN != 0);
         self.shown.extend(shown);
-        if way.is_none() {
+        if way.is_none() || self.known {
             let shown = std::mem::take(&mut self.shown);
             self.find_points(frame, &shown);
             self.shown = shown;
@@ -374,6 +380,7 @@ impl Tile {
             frame.status[at] = status;
             frame.steps[at] = ray.steps;
             frame.stats.count(status);
+            frame.stats.undecided += u64::from(ray.status & UNDECIDED != 0);
             if ray.status & SHOWN == 0 {
                 continue;
             }
@@ -391,7 +398,9 @@ impl Tile {
     /// Counts the rays of a later pass.
     fn count(&self, frame: &mut Frame) {
         for (i, _) in self.kept(frame.width) {
-            frame.stats.count(Status::of(self.rays[i].status));
+            let status = self.rays[i].status;
+            frame.stats.count(Status::of(status));
+            frame.stats.undecided += u64::from(status & UNDECIDED != 0);
         }
     }
 

@@ -29,7 +29,7 @@ pub(super) struct CpuEngine {
 }
 
 /// What of a module is run.
-struct Scene {
+pub(super) struct Scene {
     distance: Arc<Program>,
     surface: Option<(Program, Tape)>,
     tape: Arc<Tape>,
@@ -65,7 +65,7 @@ impl Scene {
 }
 
 impl CpuEngine {
-    fn scene(&self) -> Result<&Scene, EngineError> {
+    pub(super) fn scene(&self) -> Result<&Scene, EngineError> {
         self.scene.as_ref().ok_or(EngineError::NothingLoaded)
     }
 }

@@ -68,57 +68,114 @@ impl Picture {
     }
 }
 
+/// Where the rays of a picture start and go, in full precision: a pixel at the place (x, y) in
+/// the view, from (-1, -1) to (1, 1), has a ray that starts at `origin + x origin_right +
+/// y origin_up` and goes along `forward + x forward_right + y forward_up`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axes {
+    /// Where the ray in the middle starts.
+    pub origin: [f64; 3],
+    /// From there to where the ray in the middle of the right edge starts.
+    pub origin_right: [f64; 3],
+    /// The same for the upper edge.
+    pub origin_up: [f64; 3],
+    /// Which way the ray in the middle goes, as a unit vector.
+    pub forward: [f64; 3],
+    /// How the direction changes towards the right edge.
+    pub forward_right: [f64; 3],
+    /// The same for the upper edge.
+    pub forward_up: [f64; 3],
+}
+
+impl Axes {
+    /// Those of a picture with these settings.
+    pub fn of(settings: &RenderSettings) -> Self {
+        let view = &settings.view;
+        let forward = unit(sub(view.look, view.from), [0.0, 0.0, -1.0]);
+        // An up along the view says nothing; then any direction across it will do.
+        let across = cross(forward, view.up);
+        let right = if length(across) > 1e-9 * length(view.up) {
+            unit(across, [1.0, 0.0, 0.0])
+        } else {
+            let other = if forward[1].abs() < 0.9 {
+                [0.0, 1.0, 0.0]
+            } else {
+                [0.0, 0.0, -1.0]
+            };
+            unit(cross(forward, other), [1.0, 0.0, 0.0])
+        };
+        let up = cross(right, forward);
+        let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
+        let aspect = width / height;
+        let (start, growth) = spans(view.lens);
+        Self {
+            origin: view.from,
+            origin_right: scaled(right, start * aspect),
+            origin_up: scaled(up, start),
+            forward,
+            forward_right: scaled(right, growth * aspect),
+            forward_up: scaled(up, growth),
+        }
+    }
+
+    /// The same rays, which start on the plane so far ahead.
+    fn ahead(self, way: f64) -> Self {
+        let moved = |from: [f64; 3], along: [f64; 3]| {
+            std::array::from_fn(|axis| from[axis] + along[axis] * way)
+        };
+        Self {
+            origin: moved(self.origin, self.forward),
+            origin_right: moved(self.origin_right, self.forward_right),
+            origin_up: moved(self.origin_up, self.forward_up),
+            ..self
+        }
+    }
+}
+
+/// Half the height of the view, at the start of the rays and per unit of the way.
+fn spans(lens: Lens) -> (f64, f64) {
+    match lens {
+        Lens::Perspective(fov) => (0.0, (fov.clamp(1e-6, 3.1) / 2.0).tan()),
+        Lens::Orthographic(height) => (height / 2.0, 0.0),
+    }
+}
+
 /// What stands for an infinite bound: far beyond any scene, and its square is still a number.
 const ENDLESS: f64 = 1e18;
 
 /// Turns settings and what is known of the field into a picture's numbers.
 pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
     let view = &settings.view;
-    let forward = unit(sub(view.look, view.from), [0.0, 0.0, -1.0]);
-    // An up along the view says nothing; then any direction across it will do.
-    let across = cross(forward, view.up);
-    let right = if length(across) > 1e-9 * length(view.up) {
-        unit(across, [1.0, 0.0, 0.0])
-    } else {
-        let other = if forward[1].abs() < 0.9 {
-            [0.0, 1.0, 0.0]
-        } else {
-            [0.0, 0.0, -1.0]
-        };
-        unit(cross(forward, other), [1.0, 0.0, 0.0])
-    };
-    let up = cross(right, forward);
+    let axes = Axes::of(settings);
     let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
-    let aspect = width / height;
     let aa = settings.aa.max(1);
     let distance = length(sub(view.look, view.from));
-    // Half the height of the view, at the start of the rays and per unit of the way.
-    let (start, growth) = match view.lens {
-        Lens::Perspective(fov) => (0.0, (fov.clamp(1e-6, 3.1) / 2.0).tan()),
-        Lens::Orthographic(height) => (height / 2.0, 0.0),
-    };
-    let approach = approach(settings, facts, forward);
-    let eye: [f64; 3] = std::array::from_fn(|i| view.from[i] + forward[i] * approach);
+    let (start, growth) = spans(view.lens);
+    let approach = approach(settings, facts, axes.forward);
+    let axes = axes.ahead(approach);
     let start = start + growth * approach;
     let lighting = &settings.lighting;
-    let largest = eye.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let largest = axes
+        .origin
+        .iter()
+        .fold(0.0_f64, |most, v| most.max(v.abs()));
     let bounds = facts.bounds.grown(1e-3 * finite_size(facts));
     let corner = |v: [f64; 3]| v.map(|x| x.clamp(-ENDLESS, ENDLESS) as f32);
     let material = facts.material.unwrap_or_default();
     let lights: Vec<layout::Light> = lighting.lights.iter().map(light).collect();
     let pixels = settings.size[0] * settings.size[1];
     let uniforms = layout::Frame {
-        origin: single(eye),
+        origin: single(axes.origin),
         far: (settings.far - approach) as f32,
-        origin_right: single(scaled(right, start * aspect)),
+        origin_right: single(axes.origin_right),
         inverse_slope: 1.0 / facts.slope.max(f32::MIN_POSITIVE),
-        origin_up: single(scaled(up, start)),
+        origin_up: single(axes.origin_up),
         rounding: (2e-7 * (largest + start)) as f32,
-        forward: single(forward),
+        forward: single(axes.forward),
         footprint: (start / height / f64::from(aa)) as f32,
-        forward_right: single(scaled(right, growth * aspect)),
+        forward_right: single(axes.forward_right),
         footprint_growth: (growth / height / f64::from(aa)) as f32,
-        forward_up: single(scaled(up, growth)),
+        forward_up: single(axes.forward_up),
         cone: settings.cone as f32,
         bounds_min: corner(bounds.min),
         occlusion_reach: settings.occlusion_reach as f32,
@@ -141,7 +198,8 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         size: [width as f32, height as f32],
         offset: [0.0, 0.0],
         tile: [0, 0, settings.size[0], settings.size[1]],
-        depth_range: depth_range(settings, facts, forward).map(|depth| (depth - approach) as f32),
+        depth_range: depth_range(settings, facts, axes.forward)
+            .map(|depth| (depth - approach) as f32),
         sample: 0,
         samples: aa * aa,
         steps: settings.steps.max(1),

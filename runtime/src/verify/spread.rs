@@ -3,13 +3,15 @@
 use serde::Serialize;
 use std::fmt;
 
-/// The middle, the 99.9th percentile and the largest of some numbers that are not negative.
+/// The middle, two high percentiles and the largest of some numbers that are not negative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Spread {
     /// How many there are.
     pub count: usize,
     /// Half of them are at most this.
     pub p50: f64,
+    /// All but a hundredth of them are at most this.
+    pub p99: f64,
     /// All but a thousandth of them are at most this.
     pub p999: f64,
     /// The largest.
@@ -27,6 +29,7 @@ impl Spread {
         Self {
             count: numbers.len(),
             p50: at(0.5),
+            p99: at(0.99),
             p999: at(0.999),
             max: at(1.0),
         }
@@ -50,7 +53,8 @@ mod tests {
     #[test]
     fn percentiles_are_members_of_the_list() {
         let spread = Spread::of((0..1000).rev().map(f64::from).collect());
-        assert_eq!((spread.p50, spread.p999, spread.max), (499.0, 998.0, 999.0));
+        assert_eq!((spread.p50, spread.p99), (499.0, 989.0));
+        assert_eq!((spread.p999, spread.max), (998.0, 999.0));
         assert_eq!(Spread::of(vec![]), Spread::default());
         assert!(Spread::of(vec![f64::NAN, 1.0]).max.is_nan());
     }

@@ -161,7 +161,10 @@ fn boxes_are_pruned_together_as_they_are_alone() {
                 &mut together,
                 &mut common,
             );
-            shorter.fetch_add(u64::from(together.len() < tape.clauses.len()), Ordering::Relaxed);
+            shorter.fetch_add(
+                u64::from(together.len() < tape.clauses.len()),
+                Ordering::Relaxed,
+            );
             for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
                 let mut prune = |tape: &[Clause], decided: &Decided| {
                     let mut kept = Vec::new();

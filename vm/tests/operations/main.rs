@@ -4,6 +4,7 @@
 mod affine;
 mod blends;
 mod bounds;
+mod branching;
 mod combining;
 mod definitions;
 mod distances;
@@ -13,6 +14,7 @@ mod fixture;
 mod moving;
 mod noise;
 mod numbers;
+mod precise;
 mod recorded;
 mod slopes;
 mod table;

@@ -69,7 +69,9 @@ impl Compiled {
         };
         let generated = match kind {
             EngineKind::Wgsl => compiled.generated(),
-            EngineKind::Cpu | EngineKind::Interp => GeneratedSource::default(),
+            EngineKind::Cpu | EngineKind::Interp | EngineKind::Reference => {
+                GeneratedSource::default()
+            }
         };
         let mut compiled = compiled;
         let outputs = compiled.update(0.0);

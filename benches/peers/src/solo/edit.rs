@@ -15,7 +15,7 @@ use serde::Serialize;
 /// compiled again, and software drivers need minutes and gigabytes for a thousand.
 fn primitives(kind: EngineKind) -> u32 {
     match kind {
-        EngineKind::Cpu | EngineKind::Interp => 1000,
+        EngineKind::Cpu | EngineKind::Interp | EngineKind::Reference => 1000,
         EngineKind::Wgsl => 100,
     }
 }
@@ -52,7 +52,7 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
         form,
     );
     table.begin()?;
-    for mut engine in present(&EngineKind::ALL) {
+    for mut engine in present(&EngineKind::FAST) {
         let primitives = primitives(engine.kind()).min(options.most);
         for edit in [moved, changed] {
             match edit(primitives, &mut *engine, options) {

@@ -43,7 +43,7 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
     table.begin()?;
     let counts = COUNTS.into_iter().filter(|&count| count <= options.most);
     let counts: Vec<u32> = counts.collect();
-    for mut engine in present(&EngineKind::ALL) {
+    for mut engine in present(&EngineKind::FAST) {
         for &primitives in &counts {
             let text = scene::text(&Boxes::new(primitives));
             let done = measured(&text, primitives, &mut *engine, options).and_then(|row| {

@@ -1,0 +1,32 @@
+//! The engine `reference` on the command line.
+
+use super::sandbox::Sandbox;
+
+#[test]
+fn it_draws_and_answers() {
+    let sandbox = Sandbox::with_scene("sphere(1) |[0.3] box(1).translate(0.8, 0, 0)");
+    let run = sandbox.run("render scene.sdf -o out.png --size 24x16 --engine reference");
+    let run = run.ok();
+    assert!(
+        run.stderr.starts_with("out.png: 24x16, reference on "),
+        "{}",
+        run.stderr
+    );
+    assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
+    assert_eq!(sandbox.files(), ["out.png", "scene.sdf"]);
+    let run = sandbox.run("verify scene.sdf --size 40x24 --engines reference,cpu");
+    assert!(
+        run.ok().text().contains("reference and cpu agree"),
+        "another verdict"
+    );
+}
+
+#[test]
+fn what_it_cannot_prove_is_told() {
+    // The camera is on the surface.
+    let sandbox = Sandbox::with_scene("sphere(1)\ncamera { from: [0, 0, 1], look: [0, 0, 0] }\n");
+    let run = sandbox.run("render scene.sdf -o out.png --size 8x8 --engine reference");
+    let run = run.ok();
+    let said = "warning: 64 of 64 rays (100.00 %) could not be proved to hit or to miss";
+    assert!(run.stderr.contains(said), "{}", run.stderr);
+}

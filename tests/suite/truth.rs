@@ -1,0 +1,79 @@
+//! Pictures of every engine against the truth: no ray is wrong away from silhouettes, and depths and
+//! normals are those that the engine `reference` proves.
+
+use crate::corpus::{compiled, on_large_stack};
+use sdfc_compiler::passes::PassOptions;
+use sdfc_runtime::engine::{EngineKind, Loaded, open};
+use sdfc_runtime::frame::{CellUse, RenderSettings};
+use sdfc_runtime::reference::{Options, compare, trace};
+use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_shaders::assemble::SceneSource;
+use std::path::Path;
+
+/// Scenes with blends, repetition, a raw field and a landscape.
+const SCENES: [&str; 6] = [
+    "examples/hello.sdf",
+    "examples/blends.sdf",
+    "examples/bracket.sdf",
+    "tests/scenes/domain_repeat.sdf",
+    "tests/scenes/solids_round.sdf",
+    "tests/scenes/field_math.sdf",
+];
+
+/// How many of a hundred rays may be undecided.
+const UNDECIDED: f64 = 1.0;
+
+#[test]
+fn pictures_of_all_engines_are_near_the_truth() {
+    let skipped = std::env::var("SDFC_SKIP_GPU").ok();
+    if let Some(reason) = &skipped {
+        eprintln!("skipped: only the CPU is measured ({reason})");
+    }
+    let mut wrong = Vec::new();
+    for name in SCENES {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+        let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        let outputs = compiled.module.update(0.0);
+        let source = compiled.generated();
+        let overrides = Overrides {
+            size: Some([48, 32]),
+            aa: Some(1),
+            ..Overrides::default()
+        };
+        let settings = resolve(&compiled.module, &outputs, &overrides);
+        let settings = settings.unwrap_or_else(|error| panic!("{name}: {error}"));
+        let truth = trace(&compiled.module, &settings, &Options::default());
+        let share = 100.0 * truth.undecided() as f64 / truth.rays.len() as f64;
+        if share > UNDECIDED {
+            wrong.push(format!("{name}: {share:.1} % of the rays are undecided"));
+        }
+        let loaded = Loaded {
+            module: &compiled.module,
+            outputs: &outputs,
+            generated: SceneSource {
+                text: &source.text,
+                calls: &source.calls,
+            },
+        };
+        for kind in EngineKind::FAST {
+            if kind != EngineKind::Cpu && skipped.is_some() {
+                continue;
+            }
+            let mut engine = open(kind).unwrap_or_else(|error| panic!("{kind}: {error}"));
+            engine.load(&loaded).expect("it loads");
+            for cells in [CellUse::Never, CellUse::Always] {
+                let settings = RenderSettings {
+                    cells,
+                    ..settings.clone()
+                };
+                let frame = engine.render(&settings, &|_| {}).expect("it draws");
+                let errors = compare(&truth, &frame);
+                let depth = errors.depth_smooth.p99;
+                if errors.mismatches_inside > 0 || errors.nans > 0 || depth > 1e-5 {
+                    wrong.push(format!("{name} on {kind}, cells {cells:?}: {errors:#?}"));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
