@@ -252,11 +252,13 @@ impl Search<'_, '_> {
         while width < self.size(t.hi) * VAGUEST {
             let t1 = (t.lo + width).min(self.far);
             let value = self.value(t1, &whole);
-            if value.hi < 0.0 && width <= self.widest(t.lo) {
+            let is_narrow = width <= self.widest(t.lo);
+            if value.hi < 0.0 && is_narrow {
                 return Outcome::Hit { t0: t.lo, t1 };
             }
-            // Up to here the sign is not known, and behind it is.
-            if !value.contains(0.0) && t1 > t.hi {
+            // Up to here the sign is not known, and behind it is. Where it is still the first one so
+            // near, it may well change a little farther on.
+            if !value.contains(0.0) && t1 > t.hi && !is_narrow {
                 return touching(Interval { lo: t.lo, hi: t1 });
             }
             width *= 2.0;

@@ -7,6 +7,7 @@ use sdfc_runtime::engine::{
 };
 use sdfc_runtime::frame::{CellUse, Frame, RenderSettings};
 use sdfc_runtime::gpu::{DeviceKind, Gpu, GpuError, Limits, Preference};
+use sdfc_runtime::verify::compare;
 use sdfc_shaders::marching::SECANT_STEPS;
 use sdfc_vm::program::Module;
 use std::time::Duration;
@@ -80,19 +81,29 @@ fn a_device_that_does_not_answer_in_time() {
     falls_back(engine, &large(), &|_| {}, late);
 }
 
+/// Small tiles are drawn where buffers are small, and nothing where not even one block of pixels fits.
 #[test]
 fn a_device_with_tiny_limits() {
     if gpu().is_none() {
         return;
     }
-    let tiny = |limits: Limits| Limits {
-        buffer: limits.buffer.min(4096),
-        storage_binding: limits.storage_binding.min(4096),
-        ..limits
+    let within = |bytes: u64| {
+        let tiny = move |limits: Limits| Limits {
+            buffer: limits.buffer.min(bytes),
+            storage_binding: limits.storage_binding.min(bytes),
+            ..limits
+        };
+        let gpu = Gpu::open_within(Preference::Any, tiny).expect("lower limits are allowed");
+        on(EngineKind::Interp, gpu)
     };
-    let gpu = Gpu::open_within(Preference::Any, tiny).expect("lower limits are allowed");
+    let scene = large();
+    let frame = picture(&mut *within(4096), &scene).expect("4096 bytes do for 64 rays");
+    let expected = picture(&mut *cpu(), &scene).expect("the CPU does not fail");
+    let (_, failures) = compare(&expected, &frame);
+    assert!(failures.is_empty(), "{failures:?}");
+
     let small = |error: &GpuError| matches!(error, GpuError::LimitExceeded { .. });
-    falls_back(on(EngineKind::Interp, gpu), &large(), &|_| {}, small);
+    falls_back(within(1024), &scene, &|_| {}, small);
 }
 
 /// A scene whose picture takes several tiles.

@@ -1,19 +1,27 @@
-//! Random programs in the interpreter: the values of the CPU.
+//! Random programs in the interpreter: the values of the CPU, bit for bit, where arithmetic is strict.
 
 use crate::scenes::{gpu, loaded, module_of};
 use sdfc_runtime::engine::{EngineKind, on};
+use sdfc_runtime::gpu::{Arithmetic, Gpu, Preference};
 use sdfc_trials::campaign::count;
-use sdfc_trials::checks::{same, values_at};
+use sdfc_trials::checks::{meets_none, same, values_at};
 use sdfc_trials::programs::{joined, points, program};
 use sdfc_vm::lanes::LANES;
 use sdfc_vm::listing;
 use sdfc_vm::tape::Tape;
+use sdfc_vm::vector::V3;
 use sdfc_vm::verify::verify;
 
 #[test]
 fn random_programs_give_the_same_values() {
-    let Some(gpu) = gpu() else { return };
-    let mut interp = on(EngineKind::Interp, gpu);
+    if gpu().is_none() {
+        return;
+    }
+    let strict = Gpu::open_with(Preference::Any, Arithmetic::Strict);
+    let mut interp = on(
+        EngineKind::Interp,
+        strict.expect("software Vulkan can be strict"),
+    );
     // A kernel that does for all of them, which is what an editor keeps.
     let first: Vec<_> = (0..400).map(program).collect();
     let all = joined(&first);
@@ -38,7 +46,9 @@ fn random_programs_give_the_same_values() {
         let found = interp.query(&places).expect("it answers");
         for (at, (&a, b)) in expected.iter().zip(&found).enumerate() {
             values += 1;
-            if !same(a, b.distance) {
+            let [x, y, z] = places[at];
+            // Of what is not finite on the way nothing is promised.
+            if !same(a, b.distance) && !meets_none(&scene.distance, V3::of(x, y, z)) {
                 differing.push((seed, places[at], a, b.distance));
             }
         }
@@ -49,7 +59,7 @@ fn random_programs_give_the_same_values() {
         let listing = listing::print(&program(seed));
         panic!(
             "{} of {values} values differ, the first of seed {seed} at {at:?}: cpu {cpu}, interp \
-             {interp}\n{listing}\n{differing:?}",
+             {interp}\n{listing}",
             differing.len()
         );
     }

@@ -73,7 +73,10 @@ fn check(module: &Module, solid: &dyn Solid, settings: &RenderSettings) -> [usiz
                 }
             }
             (Outcome::Miss, None) => counts[1] += 1,
-            (Outcome::Undecided { .. }, _) => counts[2] += 1,
+            (Outcome::Undecided { .. }, _) => {
+                counts[2] += 1;
+                eprintln!("{told}, {ray:?}");
+            }
             _ => panic!("{told}"),
         }
     }
