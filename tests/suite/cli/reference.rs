@@ -24,7 +24,7 @@ fn it_draws_and_answers() {
 #[test]
 fn what_it_cannot_prove_is_told() {
     // The camera is on the surface.
-    let sandbox = Sandbox::with_scene("sphere(1)\ncamera { from: [0, 0, 1], look: [0, 0, 0] }\n");
+    let sandbox = Sandbox::with_scene("camera { from: [0, 0, 1], look: [0, 0, 0] }\nsphere(1)\n");
     let run = sandbox.run("render scene.sdf -o out.png --size 8x8 --engine reference");
     let run = run.ok();
     let said = "warning: 64 of 64 rays (100.00 %) could not be proved to hit or to miss";
