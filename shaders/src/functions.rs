@@ -56,7 +56,7 @@ functions! {
     meet_plane = camera::meet_plane(origin, direction, centre, forward);
 
     march_step = marching::march_step(
-        t, radius, step, trend, t_before, radius_before, field, threshold
+        t, radius, step, trend, t_before, radius_before, field, threshold, relaxation
     ) -> MarchStep { t, radius, step, trend, t_before, radius_before, arrived };
     threshold = marching::threshold(t, half_pixel, cone, rounding);
     rounding_at = marching::rounding_at(t, rounding);

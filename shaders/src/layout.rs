@@ -123,6 +123,14 @@ shared! {
         capacity: u32,
         /// How many lights there are.
         lights: u32,
+        /// The weight of the newest slope when steps are relaxed; 0 for plain sphere tracing.
+        relaxation: f32,
+        /// Fills the last 16 bytes.
+        reserved0: u32,
+        /// Likewise.
+        reserved1: u32,
+        /// Likewise.
+        reserved2: u32,
     }
 }
 

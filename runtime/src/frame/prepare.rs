@@ -186,6 +186,8 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         shadow_steps: shadow::STEPS,
         capacity: pixels.saturating_mul(lights.len().max(1) as u32),
         lights: lights.len() as u32,
+        relaxation: settings.relaxation as f32,
+        ..layout::Frame::default()
     };
     let features = Features {
         mode: settings.mode,
