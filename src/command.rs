@@ -1,6 +1,7 @@
 //! The subcommands, one file each: this list is what the parser, the help and the dispatch are made
 //! of. A subcommand is its arguments and a function from them to its work.
 
+mod bench;
 mod check;
 mod compile;
 mod devices;
@@ -24,6 +25,7 @@ pub(crate) enum Command {
     Check(check::Arguments),
     Compile(compile::Arguments),
     Verify(verify::Arguments),
+    Bench(bench::Arguments),
     Query(query::Arguments),
     Info(info::Arguments),
     Fmt(fmt::Arguments),
@@ -41,6 +43,7 @@ impl Command {
             Self::Check(arguments) => check::run(&arguments, terminal),
             Self::Compile(arguments) => compile::run(&arguments, terminal),
             Self::Verify(arguments) => verify::run(&arguments, terminal),
+            Self::Bench(arguments) => bench::run(&arguments, terminal),
             Self::Query(arguments) => query::run(&arguments, terminal),
             Self::Info(arguments) => info::run(&arguments, terminal),
             Self::Fmt(arguments) => fmt::run(&arguments, terminal),

@@ -1,6 +1,7 @@
 //! `sdfc`, the command line: it reads the arguments, hands them to the subcommand, and turns what
 //! comes back into messages and an exit code. All that it knows of scenes it asks of the crates.
 
+mod bench;
 mod command;
 mod engine;
 mod failure;

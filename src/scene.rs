@@ -5,7 +5,7 @@
 //! what there is to say, and [`open`] is both, told to the user.
 
 mod bytecode;
-mod detail;
+pub(crate) mod detail;
 mod files;
 
 use crate::failure::{Failure, INPUT};
@@ -149,7 +149,7 @@ impl<T> Outcome<T> {
     }
 
     /// The result if there is one, where the user has been told already.
-    fn told_before(self) -> Result<T, Failure> {
+    pub(crate) fn told_before(self) -> Result<T, Failure> {
         self.made.ok_or(Failure::Told(INPUT))
     }
 }

@@ -117,6 +117,10 @@ pub struct RenderSettings {
     /// Where a march stops: at this share of half a pixel from the surface. The depth is polished
     /// afterwards; a larger share takes fewer steps and thickens what is thinner than a pixel.
     pub cone: f64,
+    /// How far steps go beyond the distance of the nearest surface where the field allows it: the
+    /// weight, from 0 to 1, of the newest slope along a ray in a running mean of them. 0 is plain
+    /// sphere tracing. See [`sdfc_shaders::marching`].
+    pub relaxation: f64,
     /// What is shown.
     pub mode: Mode,
     /// How normals are found.
@@ -159,6 +163,8 @@ pub enum CellUse {
 impl RenderSettings {
     /// The default of [`RenderSettings::cone`].
     pub const CONE: f64 = 0.25;
+    /// The default of [`RenderSettings::relaxation`].
+    pub const RELAXATION: f64 = sdfc_shaders::marching::RELAXATION;
 }
 
 /// What is known of a field besides its values.

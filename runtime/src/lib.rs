@@ -10,6 +10,7 @@ mod crew;
 pub mod engine;
 pub mod frame;
 pub mod gpu;
+pub mod perceptual;
 pub mod reference;
 pub mod settings;
 pub mod verify;

@@ -151,6 +151,7 @@ pub fn resolve(
         steps,
         far: positive("how far a ray goes", far)?,
         cone: RenderSettings::CONE,
+        relaxation: RenderSettings::RELAXATION,
         cells: overrides.cells,
         mode: overrides.mode,
         normals: overrides.normals.unwrap_or_else(|| normals(render.normals)),

@@ -19,6 +19,7 @@ fn settings() -> RenderSettings {
         steps: 256,
         far: 1000.0,
         cone: RenderSettings::CONE,
+        relaxation: RenderSettings::RELAXATION,
         cells: CellUse::Auto,
         mode: Mode::Shaded,
         normals: Normals::Exact,

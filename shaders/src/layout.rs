@@ -127,12 +127,12 @@ shared! {
         lights: u32,
         /// How far along `forward` the rays start from the eye.
         approach: f32,
+        /// The weight of the newest slope when steps are relaxed; 0 for plain sphere tracing.
+        relaxation: f32,
         /// Fills the last 16 bytes.
         reserved0: u32,
         /// Likewise.
         reserved1: u32,
-        /// Likewise.
-        reserved2: u32,
     }
 }
 

@@ -59,8 +59,8 @@ pub const SHOWN: u32 = 16;
 /// does so.
 pub const UNDECIDED: u32 = 32;
 
-/// The weight of the newest slope in the running mean.
-const BLEND: f64 = 0.3;
+/// The weight of the newest slope in the running mean that is used where nothing else is asked for.
+pub const RELAXATION: f64 = 0.3;
 /// The largest mean that is used: steps are at most 2 / (1 − this) radii.
 const STEEPEST: f64 = 0.9;
 /// How many secant steps are taken at most.
@@ -86,7 +86,8 @@ pub struct Step<R> {
 }
 
 /// One step: `field` is the value at `t + step`. A ray begins with `radius = step = 0` and a
-/// `trend` of −1.
+/// `trend` of −1. `relaxation`, from 0 to 1, is the weight of the newest slope in the running mean;
+/// with 0 the trend stays −1 and each step is exactly the radius: plain sphere tracing.
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
@@ -101,12 +102,13 @@ pub fn march_step<R: Real>(
     radius_before: R,
     field: R,
     threshold: R,
+    relaxation: R,
 ) -> Step<R> {
     let plain = R::not(radius.less(step));
     let overlapping = R::not((radius + field).less(step));
     let safe = R::or(plain, overlapping);
     let slope = ((field - radius) / step.max(lit(1e-30))).named("slope");
-    let mean = trend + (slope - trend) * lit(BLEND);
+    let mean = trend + (slope - trend) * relaxation;
     let known = R::and(safe, lit::<R>(0.0).less(step));
     let trend =
         R::select(known, mean.clamp(lit(-1.0), lit(STEEPEST)), lit(-1.0)).named("new_trend");

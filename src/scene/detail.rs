@@ -3,7 +3,7 @@
 //! What a pixel covers is known once the scene's settings are: it is compiled a first time for these
 //! alone, and then for the eye that they give.
 
-use super::{Build, Opened};
+use super::{Build, Content, Opened};
 use crate::failure::Failure;
 use crate::terminal::Terminal;
 use sdfc_compiler::passes::lod::{Pixel, Sight};
@@ -46,12 +46,7 @@ impl Detail {
         }
         let settings = resolve(opened.module(), &opened.outputs, look)
             .map_err(|error| Failure::Input(format!("{}: {error}", path.display())))?;
-        let build = Build {
-            sight: Some(sight(&settings, tolerance)),
-            ..build.clone()
-        };
-        // What there is to say about the scene has been said.
-        super::compile(path, super::read(path)?, &build)?.told_before()
+        seen(path, build, &settings, tolerance)
     }
 
     /// What came of it, for the summary of a picture; nothing where nothing was asked for.
@@ -69,6 +64,28 @@ impl Detail {
             None => format!("; lod {tolerance} px: nothing replaced"),
         }
     }
+}
+
+/// Whether a file can be compiled with less detail: bytecode is compiled already, and `-O0` and
+/// `--no-pass` leave the pass out that does it.
+pub(crate) fn is_possible(path: &Path, build: &Build) -> Result<bool, Failure> {
+    let left_out = build.level == 0 || build.no_pass.iter().any(|pass| pass == "lod");
+    Ok(!left_out && !matches!(super::read(path)?, Content::Bytecode(_)))
+}
+
+/// Compiles a file for a picture of these settings, with errors of at most `tolerance` pixels. What
+/// there is to say about the scene has been said.
+pub(crate) fn seen(
+    path: &Path,
+    build: &Build,
+    settings: &RenderSettings,
+    tolerance: f64,
+) -> Result<Opened, Failure> {
+    let build = Build {
+        sight: Some(sight(settings, tolerance)),
+        ..build.clone()
+    };
+    super::compile(path, super::read(path)?, &build)?.told_before()
 }
 
 /// Who looks.

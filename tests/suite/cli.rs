@@ -5,6 +5,7 @@
 //! relative to the sandbox, so nothing depends on the machine; see `tests/README.md` for how
 //! snapshots are blessed.
 
+mod bench;
 mod bytecode;
 mod commands;
 mod files;

@@ -64,6 +64,7 @@ macro_rules! step_lane {
             $b.radius_before.0[$i],
             distance * side * $factor,
             $enough,
+            $frame.relaxation,
         );
         let near = marching::nearly_arrived($next.radius, $enough) > 0.0;
         let capped = if near {

@@ -207,6 +207,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         capacity: pixels.saturating_mul(lights.len().max(1) as u32),
         lights: lights.len() as u32,
         approach: approach as f32,
+        relaxation: settings.relaxation as f32,
         ..layout::Frame::default()
     };
     let features = Features {

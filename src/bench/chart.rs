@@ -1,0 +1,208 @@
+//! Charts of cost against error, both axes logarithmic, as SVG that stands inside of HTML.
+
+use plotters::prelude::*;
+
+/// A chart.
+pub(crate) struct Chart {
+    /// What it shows.
+    pub(crate) title: String,
+    /// What the horizontal axis measures.
+    pub(crate) across: &'static str,
+    /// What the vertical axis measures.
+    pub(crate) up: &'static str,
+    /// What is drawn.
+    pub(crate) series: Vec<Series>,
+}
+
+/// The settings of one engine.
+pub(crate) struct Series {
+    /// Its name in the legend.
+    pub(crate) name: &'static str,
+    /// Cost and error of each.
+    pub(crate) points: Vec<Point>,
+}
+
+/// A setting.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Point {
+    /// What it costs.
+    pub(crate) cost: f64,
+    /// How far it is off.
+    pub(crate) error: f64,
+    /// Whether it is on the front, which is drawn as a line.
+    pub(crate) front: bool,
+    /// Whether it is the default, which has a ring around it and its name beside it.
+    pub(crate) default: bool,
+}
+
+/// Smaller numbers are drawn as this.
+const LEAST: f64 = 1e-9;
+const SIZE: (u32, u32) = (760, 420);
+const COLORS: [RGBColor; 3] = [
+    RGBColor(31, 122, 120),
+    RGBColor(212, 112, 60),
+    RGBColor(74, 90, 138),
+];
+const GREY: RGBColor = RGBColor(205, 205, 205);
+const LIGHT_GREY: RGBColor = RGBColor(238, 238, 238);
+
+impl Point {
+    fn place(&self) -> (f64, f64) {
+        (self.cost.max(LEAST), self.error.max(LEAST))
+    }
+}
+
+impl Chart {
+    /// Draws it; a chart without points is an empty text.
+    pub(crate) fn svg(&self) -> Result<String, String> {
+        let all = || self.series.iter().flat_map(|series| &series.points);
+        if all().all(|point| !is_number(point)) {
+            return Ok(String::new());
+        }
+        let mut text = String::new();
+        self.draw(&mut text).map_err(|error| error.to_string())?;
+        // Inside of HTML no namespace is said.
+        Ok(text.replace(" xmlns=\"http://www.w3.org/2000/svg\"", ""))
+    }
+
+    fn draw(&self, text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+        let places = || {
+            let points = self.series.iter().flat_map(|series| &series.points);
+            points.filter(|point| is_number(point)).map(Point::place)
+        };
+        let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
+        root.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&root)
+            .caption(&self.title, ("sans-serif", 17))
+            .margin(14)
+            .x_label_area_size(42)
+            .y_label_area_size(66)
+            .build_cartesian_2d(
+                range(&mut places().map(|place| place.0)).log_scale(),
+                range(&mut places().map(|place| place.1)).log_scale(),
+            )?;
+        let short = |n: &f64| {
+            if (0.01..10_000.0).contains(n) {
+                format!("{n}")
+            } else {
+                format!("{n:e}")
+            }
+        };
+        chart
+            .configure_mesh()
+            .x_desc(self.across)
+            .y_desc(self.up)
+            .x_label_formatter(&short)
+            .y_label_formatter(&short)
+            .max_light_lines(1)
+            .light_line_style(LIGHT_GREY)
+            .bold_line_style(GREY)
+            .draw()?;
+        for (series, color) in self.series.iter().zip(COLORS.iter().cycle()) {
+            let color = *color;
+            let points = || series.points.iter().filter(|point| is_number(point));
+            let mut front: Vec<(f64, f64)> = points()
+                .filter(|point| point.front)
+                .map(Point::place)
+                .collect();
+            front.sort_by(|a, b| a.0.total_cmp(&b.0));
+            chart
+                .draw_series(LineSeries::new(front, color.stroke_width(2)))?
+                .label(series.name)
+                .legend(move |(x, y)| Circle::new((x + 9, y), 4, color.filled()));
+            chart.draw_series(points().map(|point| {
+                let style = if point.front {
+                    color.filled()
+                } else {
+                    color.mix(0.35).filled()
+                };
+                Circle::new(point.place(), 3, style)
+            }))?;
+            let defaults = || points().filter(|point| point.default);
+            chart.draw_series(
+                defaults().map(|point| Circle::new(point.place(), 7, color.stroke_width(2))),
+            )?;
+            let font = ("sans-serif", 12).into_font().color(&color);
+            chart.draw_series(defaults().map(|point| {
+                EmptyElement::at(point.place()) + Text::new("default", (10, -14), font.clone())
+            }))?;
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .background_style(WHITE.mix(0.8))
+            .border_style(GREY)
+            .draw()?;
+        root.present()?;
+        drop(chart);
+        drop(root);
+        Ok(())
+    }
+}
+
+fn is_number(point: &Point) -> bool {
+    point.cost.is_finite() && point.error.is_finite()
+}
+
+/// An axis that holds all numbers, with some room at both ends; at least a factor of ten long.
+fn range(numbers: &mut dyn Iterator<Item = f64>) -> std::ops::Range<f64> {
+    let (low, high) = numbers.fold((f64::MAX, LEAST), |(low, high), number| {
+        (low.min(number), high.max(number))
+    });
+    let middle = (low.log10() + high.log10()) / 2.0;
+    let half = ((high / low).log10() / 2.0 + 0.1).max(0.5);
+    10.0_f64.powf(middle - half)..10.0_f64.powf(middle + half)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(points: Vec<Point>) -> Chart {
+        Chart {
+            title: "a < b".to_owned(),
+            across: "cost",
+            up: "error",
+            series: vec![Series {
+                name: "cpu",
+                points,
+            }],
+        }
+    }
+
+    #[test]
+    fn the_default_and_the_front_are_drawn() {
+        let point = |cost, error, front, default| Point {
+            cost,
+            error,
+            front,
+            default,
+        };
+        let svg = chart(vec![
+            point(1.0, 1e-3, true, false),
+            point(2.0, 0.0, true, true),
+            point(3.0, 1e-2, false, false),
+            point(f64::NAN, 1.0, false, false),
+        ])
+        .svg()
+        .expect("it is drawn");
+        assert!(svg.starts_with("<svg"), "{svg}");
+        assert!(!svg.contains("http"), "{svg}");
+        assert!(svg.contains("<polyline"), "{svg}");
+        // Three points, a ring, and the legend's.
+        assert_eq!(svg.matches("<circle").count(), 5, "{svg}");
+        assert_eq!(svg.matches("default").count(), 1, "{svg}");
+    }
+
+    #[test]
+    fn without_points_there_is_no_chart() {
+        assert_eq!(chart(vec![]).svg(), Ok(String::new()));
+    }
+
+    #[test]
+    fn one_point_has_an_axis_too() {
+        let range = range(&mut [5.0].into_iter());
+        assert!(range.start < 5.0 && 5.0 < range.end, "{range:?}");
+        assert!(range.end / range.start > 9.9, "{range:?}");
+    }
+}

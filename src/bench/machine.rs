@@ -1,0 +1,64 @@
+//! What measurements are made on, and when.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The processor and how many cores of it there are.
+pub(crate) fn processor() -> String {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let known = std::fs::read_to_string("/proc/cpuinfo").ok();
+    let name = known.as_deref().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim())
+    });
+    let name = name.unwrap_or(std::env::consts::ARCH);
+    match cores {
+        1 => format!("1 core of {name}"),
+        cores => format!("{cores} cores of {name}"),
+    }
+}
+
+/// The day in UTC, year first.
+pub(crate) fn today() -> String {
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH);
+    let days = seconds.map_or(0, |time| time.as_secs() / 86_400);
+    let (year, month, day) = date(days);
+    format!("{year}-{month:02}-{day:02}")
+}
+
+/// The date so many days after the first of January 1970.
+fn date(mut days: u64) -> (u64, usize, u64) {
+    let leap = |year: u64| {
+        year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
+    };
+    let mut year = 1970;
+    loop {
+        let length = if leap(year) { 366 } else { 365 };
+        if days < length {
+            break;
+        }
+        days -= length;
+        year += 1;
+    }
+    let february = if leap(year) { 29 } else { 28 };
+    let lengths = [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+    for (month, length) in (1..).zip(lengths) {
+        if days < length {
+            return (year, month, days + 1);
+        }
+        days -= length;
+    }
+    (year, 12, 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::date;
+
+    #[test]
+    fn days_are_dates() {
+        assert_eq!(date(0), (1970, 1, 1));
+        assert_eq!(date(19_782), (2024, 2, 29));
+        assert_eq!(date(20_088), (2024, 12, 31));
+        assert_eq!(date(20_089), (2025, 1, 1));
+    }
+}

@@ -1,0 +1,128 @@
+//! The report as Markdown: all settings over all scenes, and of each scene the default and what is on
+//! a front.
+
+use super::Report;
+use super::study::SceneReport;
+use super::table;
+use std::fmt::Write;
+
+/// What the words of the tables mean, a paragraph each.
+pub(crate) const LEGEND: [&str; 6] = [
+    "Errors are against the truth that the engine `reference` proves with intervals in double \
+     precision, one ray through the middle of each pixel; rays that it cannot decide are left out. \
+     All settings but the one named are the scene's own: the row `default`.",
+    "`threshold` is where a ray stops, as a share of half a pixel from the surface (0.25 by \
+     default). `plain steps` is sphere tracing without relaxation. `lod` leaves out detail smaller \
+     than so many pixels. `no cells` evaluates the whole program everywhere.",
+    "`ms` is the median of several pictures, each from a slightly different place so that nothing \
+     is kept between them, without the compilation of kernels. `evaluations/px` counts the field's \
+     evaluations for rays, normals, shadows and occlusion; `on rays/px` those along the rays of \
+     pixels alone.",
+    "`wrong rays` hit in the picture and miss in truth, or the other way round; `off silhouettes` \
+     counts those of them that are at no silhouette. `depth` is the error of the depth as a share \
+     of the depth, silhouettes included; `smooth` leaves out all but smooth pixels. `normals` are \
+     angles at smooth pixels away from edges.",
+    "`ꟻLIP` is the mean perceptual difference (Andersson and others, 2020) of the shaded picture \
+     from one with the finest settings, 0 for none and 1 for the largest.",
+    "A setting is on the `front` of time or of evaluations if no other on its engine costs no more \
+     and has no larger `depth p99`. Over all scenes, times and evaluations are means, rays are \
+     sums, errors are medians of the scenes.",
+];
+
+/// The whole report.
+pub(crate) fn page(report: &Report) -> String {
+    let mut text = String::from("# Speed against error\n\n");
+    let _ = writeln!(text, "Made by\n\n```sh\n{}\n```\n", report.command);
+    for line in made_on(report) {
+        let _ = writeln!(text, "- {line}");
+    }
+    text.push('\n');
+    for paragraph in LEGEND {
+        let _ = writeln!(text, "{paragraph}\n");
+    }
+    if !report.suite.steps.is_empty() {
+        let rules = table::of_steps(&report.suite.steps);
+        let _ = writeln!(
+            text,
+            "## Relaxed steps against plain ones\n\n{}",
+            rules.markdown()
+        );
+    }
+    let choices: Vec<_> = chosen(report).collect();
+    if let (false, Some(pixels)) = (choices.is_empty(), report.tolerance) {
+        let table = table::of_choices(choices.into_iter());
+        let _ = writeln!(
+            text,
+            "## The fastest that keeps an error of {pixels} px\n\n{}",
+            table.markdown()
+        );
+    }
+    let _ = writeln!(text, "## {}\n", all_scenes(report));
+    for device in &report.devices {
+        let rows = report.suite.rows.iter();
+        let table = table::of_suite(rows.filter(|row| row.engine == device.engine));
+        let _ = writeln!(text, "### {}\n\n{}", device.engine, table.markdown());
+    }
+    text.push_str("## Each scene\n\nThe default, and what is on a front.\n\n");
+    for scene in &report.scenes {
+        let rows = scene.rows.iter();
+        let shown = rows.filter(|row| row.default || row.front_of_time || row.front_of_evaluations);
+        let _ = writeln!(
+            text,
+            "### {}\n\n{}\n\n{}",
+            scene.scene,
+            about(scene),
+            table::of_scene(shown).markdown()
+        );
+    }
+    text.truncate(text.trim_end().len());
+    text.push('\n');
+    text
+}
+
+/// On what, when and how it was made.
+pub(crate) fn made_on(report: &Report) -> Vec<String> {
+    let mut lines = vec![format!(
+        "{}, sdfc {}, {}",
+        report.date, report.version, report.machine
+    )];
+    for device in &report.devices {
+        lines.push(format!("{}: {}", device.engine, device.device));
+    }
+    lines.push(match report.rounds {
+        1 => "times of one picture".to_owned(),
+        rounds => format!("times are medians of at most {rounds} pictures"),
+    });
+    lines
+}
+
+/// The title over all scenes.
+pub(crate) fn all_scenes(report: &Report) -> String {
+    match report.scenes.len() {
+        1 => "The scene".to_owned(),
+        count => format!("All {count} scenes"),
+    }
+}
+
+/// What was taken in each scene.
+pub(crate) fn chosen(report: &Report) -> impl Iterator<Item = (&str, &super::tolerance::Choice)> {
+    report.scenes.iter().flat_map(|scene| {
+        let choices = scene.choices.iter();
+        choices.map(|choice| (scene.scene.as_str(), choice))
+    })
+}
+
+/// A scene's rays, in a sentence.
+pub(crate) fn about(scene: &SceneReport) -> String {
+    let [width, height] = scene.size;
+    let truth = &scene.truth;
+    format!(
+        "{width}x{height}: {} rays hit, {} miss, {} are undecided; the reference took {:.0} \
+         evaluations per pixel, {:.1} s.",
+        truth.hits,
+        truth.misses,
+        truth.undecided,
+        truth.evaluations,
+        truth.milliseconds / 1e3
+    )
+}
