@@ -56,14 +56,14 @@ functions! {
     meet_plane = camera::meet_plane(origin, direction, centre, forward);
 
     march_step = marching::march_step(
-        t, radius, step, trend, t_before, radius_before, field, threshold
+        t, radius, step, trend, t_before, radius_before, field, threshold, rounding, leave
     ) -> MarchStep { t, radius, step, trend, t_before, radius_before, arrived };
     threshold = marching::threshold(t, half_pixel, cone, rounding);
     rounding_at = marching::rounding_at(t, rounding);
     nearly_arrived = marching::nearly_arrived(radius, threshold);
     settled = marching::settled(field, rounding);
     secant_guess = marching::secant_guess(t, field, t_other, field_other, reach);
-    secant_step = marching::secant_step(t, field, guess, field_at_guess)
+    secant_step = marching::secant_step(t, field, t_other, field_other, guess, field_at_guess)
         -> Bracket { t, field, t_other, field_other };
     secant_reach = marching::secant_reach(t, t_other, half_pixel, rounding);
 

@@ -63,6 +63,8 @@ macro_rules! step_lane {
             $b.radius_before.0[$i],
             distance * side * $factor,
             $enough,
+            marching::rounding_at(t, $frame.rounding),
+            $b.leave.0[$i],
         );
         let near = marching::nearly_arrived($next.radius, $enough) > 0.0;
         let capped = if near {
@@ -262,7 +264,14 @@ impl Walk for Polish<'_> {
             let distance = values.0[i];
             // Comparing with NaN is false, so that a guess without a value is not taken.
             let field = distance * b.factor.0[i];
-            let best = marching::secant_step(b.t.0[i], b.field.0[i], b.guess.0[i], field);
+            let best = marching::secant_step(
+                b.t.0[i],
+                b.field.0[i],
+                b.t_other.0[i],
+                b.field_other.0[i],
+                b.guess.0[i],
+                field,
+            );
             let rounding = marching::rounding_at(best.t, self.frame.rounding);
             let steps = b.steps.0[i] + 1.0;
             *ended = (steps >= SECANT_STEPS as f32)

@@ -40,7 +40,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let half = half_pixel(t, frame.footprint, frame.footprint_growth);
         let enough = threshold(t, half, frame.cone, frame.rounding);
         let next = march_step(
-            ray.t, ray.radius, ray.step, ray.trend, ray.t_before, ray.radius_before, field, enough
+            ray.t, ray.radius, ray.step, ray.trend, ray.t_before, ray.radius_before, field, enough,
+            rounding_at(t, frame.rounding), bounds.y
         );
         ray.t = next.t;
         ray.radius = next.radius;

@@ -19,7 +19,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let distance = scene_distance(along(camera.origin, camera.direction, guess));
         ray.steps += 1u;
         if is_nan(distance) { break; }
-        best = secant_step(best.t, best.field, guess, distance * factor);
+        best = secant_step(
+            best.t, best.field, best.t_other, best.field_other, guess, distance * factor
+        );
     }
     ray.t = best.t;
     ray.radius = best.field;
