@@ -79,6 +79,8 @@ pub const LEFT: f64 = 0.125;
 /// The share of the threshold at which a ray stops in any case: else one that all but touches a rim
 /// would creep along it.
 const TOUCHING: f64 = 0.0625;
+/// A field falls evenly if its last slope differs from the mean by no more than this share of it.
+const EVENLY: f64 = 0.02;
 /// How many secant steps are taken at most.
 pub const SECANT_STEPS: u32 = 6;
 
@@ -123,8 +125,9 @@ pub fn march_step<R: Real>(
 ) -> Step<R> {
     let plain = R::not(radius.less(step));
     let overlapping = R::not((radius + field).less(step));
-    let guessed = R::and(radius.less(threshold), radius.less(radius_before));
-    let landed = R::and(guessed, field.less(radius * lit(LEFT)));
+    let guessed = R::or(plain, radius.less(radius_before));
+    let vanished = R::and(radius.less(threshold), field.less(radius * lit(LEFT)));
+    let landed = R::and(guessed, vanished);
     let deep = R::and(field.less(-threshold), threshold.less(step));
     let jumped = R::and(R::or(plain, landed), deep);
     let safe = R::and(R::or(plain, R::or(overlapping, landed)), R::not(jumped));
@@ -165,10 +168,26 @@ pub fn rounding_at<R: Real>(t: R, rounding: R) -> R {
     rounding + t * lit(2e-7)
 }
 
-/// Whether, as 1 or 0, a ray that ran out of steps is near enough to a surface to be drawn as one.
+/// Whether, as 1 or 0, a ray that ran out of steps is drawn as one that hit: because it is near to a
+/// surface, or because the field has been falling evenly for many steps, as towards an endless plane
+/// near its horizon. A root that lies beyond `far` is none.
 #[inline(always)]
-pub fn nearly_arrived<R: Real>(radius: R, threshold: R) -> R {
-    R::select(radius.less(threshold * lit(32.0)), lit(1.0), lit(0.0))
+pub fn nearly_arrived<R: Real>(
+    t: R,
+    radius: R,
+    trend: R,
+    t_before: R,
+    radius_before: R,
+    threshold: R,
+    far: R,
+) -> R {
+    let near = radius.less(threshold * lit(32.0));
+    let slope = ((radius - radius_before) / (t - t_before).max(lit(1e-30))).named("slope");
+    let evenly = (slope - trend).abs().less(slope * lit(-EVENLY));
+    let falling = slope.less(lit(0.0));
+    let beyond = R::and(falling, (slope * (t - far)).less(radius));
+    let shown = R::and(R::or(near, evenly), R::not(beyond));
+    R::select(shown, lit(1.0), lit(0.0))
 }
 
 /// Whether, as 1 or 0, the field is so small that no further secant step would tell more.
@@ -233,11 +252,13 @@ pub fn secant_step<R: Real>(
     }
 }
 
-/// How far a secant step may go: sixteen pixels, or as far as the last step.
+/// How far a secant step may go: sixteen pixels, or as far as the last step; as far as the line says
+/// for a ray that ran out of steps (`capped` is 1, else 0), which nothing else brings to its root.
 #[inline(always)]
-pub fn secant_reach<R: Real>(t: R, t_other: R, half_pixel: R, rounding: R) -> R {
-    (t - t_other)
+pub fn secant_reach<R: Real>(t: R, t_other: R, half_pixel: R, rounding: R, capped: R) -> R {
+    let usual = (t - t_other)
         .abs()
         .max(half_pixel * lit(32.0))
-        .max(rounding * lit(64.0))
+        .max(rounding * lit(64.0));
+    R::select(lit::<R>(0.0).less(capped), lit(1e18), usual)
 }

@@ -45,7 +45,59 @@ const GATE: Limit = Limit {
 };
 
 /// What is asked of pictures that cannot be better, and why they cannot.
-const LIMITS: [(&str, Limit); 0] = [];
+const LIMITS: [(&str, Limit); 6] = [
+    // Where a shape is taken away from itself, all rays only touch what is left.
+    (
+        "coincident",
+        Limit {
+            undecided: 0.05,
+            ..GATE
+        },
+    ),
+    // Each step halves what is left of the way at best while the sine of the angle is large; below a
+    // tenth of a degree 512 steps do not get there, and the root is guessed from an even fall.
+    (
+        "grazing_plane/slope",
+        Limit {
+            step_caps: 288,
+            depth: 2e-5,
+            ..GATE
+        },
+    ),
+    // A unit in the last place of the height, divided by the sine of the angle.
+    (
+        "grazing_plane/horizon",
+        Limit {
+            step_caps: 1056,
+            depth: 1e-4,
+            ..GATE
+        },
+    ),
+    // Rays along a wall, an eighth of a pixel from it at most, creep.
+    (
+        "thin_gaps/straight",
+        Limit {
+            step_caps: 24,
+            depth: 3e-5,
+            ..GATE
+        },
+    ),
+    // Rays stop at 1/128 of a pixel from a wire between the pixels, of which the truth knows nothing.
+    (
+        "thin_wires/near",
+        Limit {
+            mismatches: 8,
+            ..GATE
+        },
+    ),
+    (
+        "thin_wires/far",
+        Limit {
+            mismatches: 6,
+            ..GATE
+        },
+    ),
+];
 
 /// The size of the CPU's pictures, and of those that devices draw in software.
 const SIZE: [u32; 2] = [96, 64];

@@ -66,7 +66,15 @@ macro_rules! step_lane {
             marching::rounding_at(t, $frame.rounding),
             $b.leave.0[$i],
         );
-        let near = marching::nearly_arrived($next.radius, $enough) > 0.0;
+        let near = marching::nearly_arrived(
+            $next.t,
+            $next.radius,
+            $next.trend,
+            $next.t_before,
+            $next.radius_before,
+            $enough,
+            $frame.far,
+        ) > 0.0;
         let capped = if near {
             outcome::NEARLY
         } else {
@@ -222,7 +230,12 @@ impl Walk for Polish<'_> {
         }
         let Camera { origin, direction } = camera_ray(f, self.pixels[item as usize]);
         let half = camera::half_pixel(ray.t, f.footprint, f.footprint_growth);
-        let reach = marching::secant_reach(ray.t, ray.t_before, half, f.rounding);
+        let capped = if Status::of(ray.status) == Status::StepCap {
+            1.0
+        } else {
+            0.0
+        };
+        let reach = marching::secant_reach(ray.t, ray.t_before, half, f.rounding, capped);
         b.origin_x.0[lane] = origin.x;
         b.origin_y.0[lane] = origin.y;
         b.origin_z.0[lane] = origin.z;

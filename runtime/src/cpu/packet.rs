@@ -638,7 +638,7 @@ widest! {
 fn begin_roots_body(f: &Frame, b: &mut Roots) {
     for i in 0..LANES {
         let half = camera::half_pixel(b.t.0[i], f.footprint, f.footprint_growth);
-        b.reach.0[i] = marching::secant_reach(b.t.0[i], b.t_other.0[i], half, f.rounding);
+        b.reach.0[i] = marching::secant_reach(b.t.0[i], b.t_other.0[i], half, f.rounding, 0.0);
     }
 }
 

@@ -54,7 +54,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         } else if next.arrived > 0.0 {
             ray.status |= HIT | SHOWN;
         } else if ray.steps >= frame.steps {
-            ray.status |= STEP_CAP | select(0u, SHOWN, nearly_arrived(next.radius, enough) > 0.0);
+            let near = nearly_arrived(
+                next.t, next.radius, next.trend, next.t_before, next.radius_before, enough,
+                frame.far
+            );
+            ray.status |= STEP_CAP | select(0u, SHOWN, near > 0.0);
         }
     }
     rays[item.index] = ray;

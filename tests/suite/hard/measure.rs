@@ -5,7 +5,7 @@ use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, Loaded, open};
 use sdfc_runtime::frame::{CellUse, Frame, RenderSettings};
-use sdfc_runtime::reference::{Errors, Options, Truth, compare, trace};
+use sdfc_runtime::reference::{Errors, Options, Place, Truth, compare, trace};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use std::cell::OnceCell;
@@ -39,6 +39,8 @@ pub(super) struct Measured {
     pub(super) errors: Errors,
     /// Evaluations of the field to the end of rays, for each of them.
     pub(super) steps: f64,
+    /// The smooth pixel whose depth is worst.
+    worst: [usize; 2],
     pub(super) frame: Frame,
 }
 
@@ -47,14 +49,17 @@ impl fmt::Display for Measured {
         let e = &self.errors;
         write!(
             f,
-            "{:24} {:>6} {:7} wrong {:3} inside {:3}, depth p99 {:.1e} max {:.1e}, normals p99 {:.4} max {:.3}, nan {}, cap {}, undecided {}, steps {:.1}",
+            "{:24} {:>6} {:7} wrong {:3} (+{} −{}) inside {:3}, depth p99 {:.1e} max {:.1e} at {:?}, normals p99 {:.4} max {:.3}, nan {}, cap {}, undecided {}, steps {:.1}",
             self.name,
             self.kind.to_string(),
             format!("{:?}", self.cells),
             e.mismatches(),
+            e.false_hits,
+            e.false_misses,
             e.mismatches_inside,
             e.depth_smooth.p99,
             e.depth_smooth.max,
+            self.worst,
             e.normals.p99,
             e.normals.max,
             e.nans,
@@ -159,7 +164,16 @@ pub(super) fn measured(shot: &Shot, kind: EngineKind, cells: CellUse) -> Measure
     };
     let frame = drawn(shot, kind, &settings);
     let steps: u64 = frame.steps.iter().map(|&n| u64::from(n)).sum();
+    let off = |&at: &usize| match shot.truth().rays[at].depth {
+        Some(t) if shot.truth().places[at] == Place::Smooth => {
+            (f64::from(frame.depth[at]) - t).abs() / t
+        }
+        _ => 0.0,
+    };
+    let pixels = 0..frame.depth.len();
+    let worst = pixels.max_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(0);
     Measured {
+        worst: [worst % frame.width, worst / frame.width],
         name: shot.name.clone(),
         kind,
         cells,
