@@ -6,8 +6,19 @@
 //! *Automatic Step Size Relaxation in Sphere Tracing*, 2023). If the ball around the new point
 //! overlaps the ball around the old one, nothing was jumped over; else the ray goes back and takes
 //! exactly the old radius (B. Keinert and others, *Enhanced Sphere Tracing*, 2014, there with a
-//! shorter step back). It stops where the field is below a share of half a pixel or of what
-//! rounding leaves, and [`secant_step`] then finds the root to rounding.
+//! shorter step back).
+//!
+//! Where the field is below a share of half a pixel, the root is guessed by a line through the last
+//! two points, and that is where the ray goes next. It stops if next to nothing is left of the field
+//! there, or its sign has changed; else it passes by, or goes on in plain steps and guesses again. So a
+//! ray stops where there is a root, and not wherever a field is small: beside a rim, before something
+//! far thinner than a pixel, or above a field that is much flatter than its slope bound. (Unless it
+//! comes so near that it would creep: to 1/128 of a pixel.)
+//! [`secant_step`] then finds the root to rounding.
+//!
+//! A field may fall faster than its slope says, or jump: a slope that a scene claims is not checked. A
+//! step that ends deep inside is halved until the place where the sign changes is known to a share of
+//! half a pixel.
 //!
 //! The field is given divided by its slope bound, and negated for rays that start inside: these
 //! see the surface from behind.
@@ -63,6 +74,13 @@ pub const UNDECIDED: u32 = 32;
 pub const RELAXATION: f64 = 0.3;
 /// The largest mean that is used: steps are at most 2 / (1 − this) radii.
 const STEEPEST: f64 = 0.9;
+/// What may be left of the field where a root was guessed.
+pub const LEFT: f64 = 0.125;
+/// The share of the threshold at which a ray stops in any case: else one that all but touches a rim
+/// would creep along it.
+const TOUCHING: f64 = 0.0625;
+/// A field falls evenly if its last slope differs from the mean by no more than this share of it.
+const EVENLY: f64 = 0.02;
 /// How many secant steps are taken at most.
 pub const SECANT_STEPS: u32 = 6;
 
@@ -81,13 +99,15 @@ pub struct Step<R> {
     pub t_before: R,
     /// The field there.
     pub radius_before: R,
-    /// 1 where the field is below the threshold, else 0.
+    /// 1 where it has come to a root, else 0.
     pub arrived: R,
 }
 
 /// One step: `field` is the value at `t + step`. A ray begins with `radius = step = 0` and a
 /// `trend` of −1. `relaxation`, from 0 to 1, is the weight of the newest slope in the running mean;
 /// with 0 the trend stays −1 and each step is exactly the radius: plain sphere tracing.
+/// `trend` of −1. Below `threshold` roots are guessed, up to `leave` along the ray; below `rounding`
+/// the field is as good as zero.
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
@@ -103,28 +123,42 @@ pub fn march_step<R: Real>(
     field: R,
     threshold: R,
     relaxation: R,
+    rounding: R,
+    leave: R,
 ) -> Step<R> {
     let plain = R::not(radius.less(step));
     let overlapping = R::not((radius + field).less(step));
-    let safe = R::or(plain, overlapping);
+    let guessed = R::or(plain, radius.less(radius_before));
+    let vanished = R::and(radius.less(threshold), field.less(radius * lit(LEFT)));
+    let landed = R::and(guessed, vanished);
+    let deep = R::and(field.less(-threshold), threshold.less(step));
+    let jumped = R::and(R::or(plain, landed), deep);
+    let safe = R::and(R::or(plain, R::or(overlapping, landed)), R::not(jumped));
     let slope = ((field - radius) / step.max(lit(1e-30))).named("slope");
     let mean = trend + (slope - trend) * relaxation;
     let known = R::and(safe, lit::<R>(0.0).less(step));
     let trend =
         R::select(known, mean.clamp(lit(-1.0), lit(STEEPEST)), lit(-1.0)).named("new_trend");
+    let new_t = R::select(safe, t + step, t).named("new_t");
     let new_radius = R::select(safe, field, radius).named("new_radius");
+    let relaxed = new_radius * lit(2.0) / (lit::<R>(1.0) - trend);
+    let falling = R::and(known, slope.less(lit(0.0)));
+    let to_root = (new_radius / (-slope).max(lit(1e-30))).named("to_root");
+    let within = R::and(new_radius.less(threshold), to_root.less(leave - new_t));
+    let next = R::select(R::and(falling, within), to_root, relaxed);
+    let touching = new_radius.less(rounding.max(threshold * lit(TOUCHING)));
     Step {
-        t: R::select(safe, t + step, t),
+        t: new_t,
         radius: new_radius,
-        step: new_radius * lit(2.0) / (lit::<R>(1.0) - trend),
+        step: R::select(jumped, step * lit(0.5), next),
         trend,
         t_before: R::select(safe, t, t_before),
         radius_before: R::select(safe, radius, radius_before),
-        arrived: R::select(R::and(safe, new_radius.less(threshold)), lit(1.0), lit(0.0)),
+        arrived: R::select(R::and(safe, R::or(touching, landed)), lit(1.0), lit(0.0)),
     }
 }
 
-/// The field below which a ray has arrived: a share of half a pixel, but no less than what
+/// The field below which a ray looks for a root: a share of half a pixel, but no less than what
 /// rounding leaves of a point at `t`.
 #[inline(always)]
 pub fn threshold<R: Real>(t: R, half_pixel: R, cone: R, rounding: R) -> R {
@@ -137,10 +171,26 @@ pub fn rounding_at<R: Real>(t: R, rounding: R) -> R {
     rounding + t * lit(2e-7)
 }
 
-/// Whether, as 1 or 0, a ray that ran out of steps is near enough to a surface to be drawn as one.
+/// Whether, as 1 or 0, a ray that ran out of steps is drawn as one that hit: because it is near to a
+/// surface, or because the field has been falling evenly for many steps, as towards an endless plane
+/// near its horizon. A root that lies beyond `far` is none.
 #[inline(always)]
-pub fn nearly_arrived<R: Real>(radius: R, threshold: R) -> R {
-    R::select(radius.less(threshold * lit(32.0)), lit(1.0), lit(0.0))
+pub fn nearly_arrived<R: Real>(
+    t: R,
+    radius: R,
+    trend: R,
+    t_before: R,
+    radius_before: R,
+    threshold: R,
+    far: R,
+) -> R {
+    let near = radius.less(threshold * lit(32.0));
+    let slope = ((radius - radius_before) / (t - t_before).max(lit(1e-30))).named("slope");
+    let evenly = (slope - trend).abs().less(slope * lit(-EVENLY));
+    let falling = slope.less(lit(0.0));
+    let beyond = R::and(falling, (slope * (t - far)).less(radius));
+    let shown = R::and(R::or(near, evenly), R::not(beyond));
+    R::select(shown, lit(1.0), lit(0.0))
 }
 
 /// Whether, as 1 or 0, the field is so small that no further secant step would tell more.
@@ -175,23 +225,43 @@ pub struct Bracket<R> {
 }
 
 /// Takes the field at a guess into account: the guess becomes the better point if it is, and the
-/// other one if it is not, since it lies nearer than what the line went through before.
+/// other one if it is not, since it lies nearer than what the line went through before. Where the field
+/// has different signs at both points, and the guess is no better, it takes the place of the one with
+/// its sign: so a jump across zero is closed in on.
 #[inline(always)]
-pub fn secant_step<R: Real>(t: R, field: R, guess: R, field_at_guess: R) -> Bracket<R> {
+pub fn secant_step<R: Real>(
+    t: R,
+    field: R,
+    t_other: R,
+    field_other: R,
+    guess: R,
+    field_at_guess: R,
+) -> Bracket<R> {
+    let zero = lit::<R>(0.0);
     let better = field_at_guess.abs().less(field.abs());
+    let astride = (field * field_other).less(zero);
+    let alike = zero.less(field * field_at_guess);
+    let closer = R::and(R::not(better), R::and(astride, alike));
+    let taken = R::or(better, closer);
     Bracket {
-        t: R::select(better, guess, t),
-        field: R::select(better, field_at_guess, field),
-        t_other: R::select(better, t, guess),
-        field_other: R::select(better, field, field_at_guess),
+        t: R::select(taken, guess, t),
+        field: R::select(taken, field_at_guess, field),
+        t_other: R::select(better, t, R::select(closer, t_other, guess)),
+        field_other: R::select(
+            better,
+            field,
+            R::select(closer, field_other, field_at_guess),
+        ),
     }
 }
 
-/// How far a secant step may go: sixteen pixels, or as far as the last step.
+/// How far a secant step may go: sixteen pixels, or as far as the last step; as far as the line says
+/// for a ray that ran out of steps (`capped` is 1, else 0), which nothing else brings to its root.
 #[inline(always)]
-pub fn secant_reach<R: Real>(t: R, t_other: R, half_pixel: R, rounding: R) -> R {
-    (t - t_other)
+pub fn secant_reach<R: Real>(t: R, t_other: R, half_pixel: R, rounding: R, capped: R) -> R {
+    let usual = (t - t_other)
         .abs()
         .max(half_pixel * lit(32.0))
-        .max(rounding * lit(64.0))
+        .max(rounding * lit(64.0));
+    R::select(lit::<R>(0.0).less(capped), lit(1e18), usual)
 }

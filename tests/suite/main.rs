@@ -5,6 +5,7 @@ mod cells;
 mod cli;
 mod corpus;
 mod gpu_cells;
+mod hard;
 mod lod;
 mod passes;
 mod stages;

@@ -65,8 +65,18 @@ macro_rules! step_lane {
             distance * side * $factor,
             $enough,
             $frame.relaxation,
+            marching::rounding_at(t, $frame.rounding),
+            $b.leave.0[$i],
         );
-        let near = marching::nearly_arrived($next.radius, $enough) > 0.0;
+        let near = marching::nearly_arrived(
+            $next.t,
+            $next.radius,
+            $next.trend,
+            $next.t_before,
+            $next.radius_before,
+            $enough,
+            $frame.far,
+        ) > 0.0;
         let capped = if near {
             outcome::NEARLY
         } else {
@@ -233,7 +243,12 @@ impl Walk for Polish<'_> {
             origin, direction, ..
         } = camera_ray(f, self.pixels[item as usize]);
         let half = camera::half_pixel(ray.t, f.footprint, f.footprint_growth);
-        let reach = marching::secant_reach(ray.t, ray.t_before, half, f.rounding);
+        let capped = if Status::of(ray.status) == Status::StepCap {
+            1.0
+        } else {
+            0.0
+        };
+        let reach = marching::secant_reach(ray.t, ray.t_before, half, f.rounding, capped);
         b.origin_x.0[lane] = origin.x;
         b.origin_y.0[lane] = origin.y;
         b.origin_z.0[lane] = origin.z;
@@ -275,7 +290,14 @@ impl Walk for Polish<'_> {
             let distance = values.0[i];
             // Comparing with NaN is false, so that a guess without a value is not taken.
             let field = distance * b.factor.0[i];
-            let best = marching::secant_step(b.t.0[i], b.field.0[i], b.guess.0[i], field);
+            let best = marching::secant_step(
+                b.t.0[i],
+                b.field.0[i],
+                b.t_other.0[i],
+                b.field_other.0[i],
+                b.guess.0[i],
+                field,
+            );
             let rounding = marching::rounding_at(best.t, self.frame.rounding);
             let steps = b.steps.0[i] + 1.0;
             *ended = (steps >= SECANT_STEPS as f32)

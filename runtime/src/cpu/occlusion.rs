@@ -4,13 +4,13 @@ use super::lanes::{Walk, is_nan, lanes};
 use super::march::vector;
 use super::{Column, LANES, Points};
 use sdfc_shaders::layout::{Frame, Ray};
-use sdfc_shaders::marching::FROM_INSIDE;
+use sdfc_shaders::marching::{self, FROM_INSIDE};
 use sdfc_shaders::{camera, occlusion};
 use sdfc_vm::vector::V3;
 
 lanes! {
     /// Surfaces that are looked around from.
-    OcclusionLanes { x, y, z, normal_x, normal_y, normal_z, place_x, place_y, hidden, index, side }
+    OcclusionLanes { x, y, z, normal_x, normal_y, normal_z, place_x, place_y, hidden, index, side, unsure }
 }
 
 /// Surfaces that are looked around from: over the hemisphere, or (`MANY` is false) along the
@@ -40,6 +40,8 @@ impl<const MANY: bool> Walk for Look<'_, MANY> {
         [b.place_x.0[lane], b.place_y.0[lane]] = self.pixels[item];
         b.hidden.0[lane] = 0.0;
         b.index.0[lane] = 0.0;
+        // What rounding may take from the field counts as open.
+        b.unsure.0[lane] = marching::rounding_at(self.rays[item].t, self.frame.rounding);
         b.side.0[lane] = if self.rays[item].status & FROM_INSIDE != 0 {
             -1.0
         } else {
@@ -79,7 +81,7 @@ impl<const MANY: bool> Walk for Look<'_, MANY> {
         let (count, pass) = (self.taps as f32, self.frame.sample as f32);
         for (i, ended) in ended.iter_mut().enumerate() {
             let index = b.index.0[i];
-            let field = values.0[i] * b.side.0[i];
+            let field = values.0[i] * b.side.0[i] + b.unsure.0[i];
             let hidden = if MANY {
                 let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
                 let distance = occlusion::many_distance(index, place, self.frame.occlusion_reach);

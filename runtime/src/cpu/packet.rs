@@ -576,7 +576,7 @@ fn rule_out_body(f: &Frame, [low, high]: &Range, count: usize, b: &mut Inside) {
         let enough = marching::threshold(b.leave.0[i], half, f.cone, f.rounding);
         let outside = b.side.0[i] > 0.0;
         let nearest = if outside { low.0[i] } else { -high.0[i] };
-        let clear = nearest * factor > enough;
+        let clear = nearest * factor > enough * marching::LEFT as f32;
         b.outcome.0[i] = if clear {
             outcome::THROUGH
         } else {
@@ -606,7 +606,8 @@ fn advance_body(f: &Frame, values: &Column, count: usize, b: &mut Inside) -> u64
             let left = b.leave.0[i] - next.t;
             // Nor is there where the field does not fall fast enough.
             let last = next.radius - b.fall.0[i] / slope * left;
-            let never = (last > enough) & (next.step > 0.0);
+            let least = enough * marching::LEFT as f32;
+            let never = (last > least) & (next.step > 0.0);
             let out = if (next.radius >= left) | (left <= 0.0) | never {
                 outcome::THROUGH
             } else {
@@ -637,7 +638,7 @@ widest! {
 fn begin_roots_body(f: &Frame, b: &mut Roots) {
     for i in 0..LANES {
         let half = camera::half_pixel(b.t.0[i], f.footprint, f.footprint_growth);
-        b.reach.0[i] = marching::secant_reach(b.t.0[i], b.t_other.0[i], half, f.rounding);
+        b.reach.0[i] = marching::secant_reach(b.t.0[i], b.t_other.0[i], half, f.rounding, 0.0);
     }
 }
 
@@ -688,7 +689,14 @@ fn step_roots_body(f: &Frame, values: &Column, count: usize, b: &mut Roots) {
     for i in 0..whole_chunks(count) {
         let factor = f.inverse_slope / b.slope.0[i];
         let field = values.0[i] * b.side.0[i] * factor;
-        let best = marching::secant_step(b.t.0[i], b.field.0[i], guess(b, i), field);
+        let best = marching::secant_step(
+            b.t.0[i],
+            b.field.0[i],
+            b.t_other.0[i],
+            b.field_other.0[i],
+            guess(b, i),
+            field,
+        );
         let rounding = marching::rounding_at(b.t.0[i], f.rounding);
         // What is settled stays; comparing with NaN is false, so a guess without a value is not
         // taken.

@@ -42,7 +42,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let enough = threshold(t, half, frame.cone, frame.rounding);
         let next = march_step(
             ray.t, ray.radius, ray.step, ray.trend, ray.t_before, ray.radius_before, field, enough,
-            frame.relaxation
+            frame.relaxation, rounding_at(t, frame.rounding), bounds.y
         );
         ray.t = next.t;
         ray.radius = next.radius;
@@ -55,7 +55,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         } else if next.arrived > 0.0 {
             ray.status |= HIT | SHOWN;
         } else if ray.steps >= frame.steps {
-            ray.status |= STEP_CAP | select(0u, SHOWN, nearly_arrived(next.radius, enough) > 0.0);
+            let near = nearly_arrived(
+                next.t, next.radius, next.trend, next.t_before, next.radius_before, enough,
+                frame.far
+            );
+            ray.status |= STEP_CAP | select(0u, SHOWN, near > 0.0);
         }
     }
     rays[item.index] = ray;

@@ -23,6 +23,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let p = along(camera.origin, camera.direction, ray.t);
     let normal = normals[item.index].xyz;
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
+    // What rounding may take from the field counts as open.
+    let unsure = rounding_at(ray.t, frame.rounding);
     var state = vec2f(0.0);
     if listed > 0u { state = occlusion[item.index]; }
 #if many
@@ -43,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let weight = five_weight(state.y);
 #end
         let field = scene_distance(along(p, direction, distance)) * side;
-        let hidden = occlusion_hidden(field, height, distance, weight);
+        let hidden = occlusion_hidden(field + unsure, height, distance, weight);
         if !is_nan(field) { state.x += hidden; }
         state.y += 1.0;
     }

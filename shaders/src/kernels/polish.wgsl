@@ -12,14 +12,17 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let factor = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u) * frame.inverse_slope;
     var best = Bracket(ray.t, ray.radius, ray.t_before, ray.radius_before);
     let half = half_pixel(ray.t, frame.footprint, frame.footprint_growth);
-    let reach = secant_reach(ray.t, ray.t_before, half, frame.rounding);
+    let capped = select(0.0, 1.0, (ray.status & ENDING) == STEP_CAP);
+    let reach = secant_reach(ray.t, ray.t_before, half, frame.rounding, capped);
     for (var n = 0u; n < SECANT_STEPS; n++) {
         if settled(best.field, rounding_at(best.t, frame.rounding)) > 0.0 { break; }
         let guess = secant_guess(best.t, best.field, best.t_other, best.field_other, reach);
         let distance = scene_distance(along(camera.origin, camera.direction, guess));
         ray.steps += 1u;
         if is_nan(distance) { break; }
-        best = secant_step(best.t, best.field, guess, distance * factor);
+        best = secant_step(
+            best.t, best.field, best.t_other, best.field_other, guess, distance * factor
+        );
     }
     ray.t = best.t;
     ray.radius = best.field;

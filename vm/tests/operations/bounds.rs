@@ -1,6 +1,6 @@
 //! Nothing of a shape lies outside its bounding volume.
 
-use crate::fixture::{Case, Point, Random, cases, distance, is_math, is_shape, length};
+use crate::fixture::{Case, Point, Random, cases, distance, is_math, is_shape, length, tries};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::kernel::Kernel;
 use sdfc_vm::row::{BoundsRule, Category, Exactness, Output};
@@ -20,7 +20,7 @@ fn shapes_lie_within_their_bounds() {
             _ => panic!("{} has no bounds of its own", case.name()),
         };
         let mut reached = Bounds::EMPTY;
-        for _ in 0..20_000 {
+        for _ in 0..tries(20_000, 12) {
             let p = random.point(2.5);
             if case.at(p) < 0.0 {
                 assert!(
@@ -57,7 +57,7 @@ fn shapes_are_as_far_as_their_bounds_at_least() {
             continue;
         };
         let bounds = bounds(&case.parameters());
-        for _ in 0..5_000 {
+        for _ in 0..tries(5_000, 12) {
             let p = random.point(4.0);
             let beyond: Point =
                 std::array::from_fn(|i| (bounds.min[i] - p[i]).max(p[i] - bounds.max[i]).max(0.0));
@@ -91,7 +91,7 @@ fn moved_shapes_lie_within_their_bounds() {
         let shape = Bounds::EMPTY.including(centre).grown(r);
         let flat = matches!(case.op, Op::Revolve | Op::Slice);
         let bounds = map(&case.parameters(), &shape);
-        for _ in 0..20_000 {
+        for _ in 0..tries(20_000, 8) {
             let p = random.point(3.0);
             let q = case.map(p);
             let z = if flat { 0.0 } else { q[2] - centre[2] };
@@ -174,7 +174,7 @@ fn combined_shapes_lie_within_their_bounds() {
             BoundsRule::First => bounds[0],
             _ => panic!("{} combines no bounds", case.name()),
         };
-        for _ in 0..20_000 {
+        for _ in 0..tries(20_000, 6) {
             let p = random.point(2.0);
             let d = balls.map(|(c, r)| distance(p, c) - r);
             if case.with(p, [d[0], d[1], 0.0]) < 0.0 {

@@ -218,6 +218,15 @@ pub(crate) fn point<R: Real>([x, y, z]: Point) -> R::Vec3 {
     R::Vec3::new(R::constant(x), R::constant(y), R::constant(z))
 }
 
+/// How often something is tried: so often where all tests run, and a million times for each operation
+/// with `SDFC_LONG=1`.
+pub(crate) fn tries(few: usize, cases: usize) -> usize {
+    match std::env::var_os("SDFC_LONG") {
+        Some(_) => few.max(1_000_000 / cases.max(1)),
+        None => few,
+    }
+}
+
 /// Some random cases of every operation that `wanted` wants.
 pub(crate) fn cases(seed: u64, each: usize, wanted: impl Fn(Op) -> bool) -> Vec<Case> {
     let mut random = Random::new(seed);

@@ -15,6 +15,7 @@ mod moving;
 mod noise;
 mod numbers;
 mod precise;
+mod published;
 mod recorded;
 mod slopes;
 mod table;
