@@ -6,8 +6,8 @@ use super::measure::{changed, measured, shot_of};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::frame::CellUse;
 
-/// Ridges thinner than the steps that a guessed slope allows: their sides have slopes of up to 4.6.
-const RIDGES: &str = "0.7 * exp(-60 * p.x * p.x) + 0.05 * sin(3 * p.y);";
+/// Ridges thinner than the steps that a guessed slope allows: their sides have slopes of up to 5.6.
+const RIDGES: &str = "0.7 * exp(-8 * abs(p.x)) + 0.05 * sin(3 * p.y);";
 
 /// The hills of the case as ridges; with a slope that is claimed instead of bounded, if one is.
 fn ridges(claimed: Option<f64>) -> String {
