@@ -171,9 +171,9 @@ pub fn rounding_at<R: Real>(t: R, rounding: R) -> R {
     rounding + t * lit(2e-7)
 }
 
-/// Whether, as 1 or 0, a ray that ran out of steps is drawn as one that hit: because it is near to a
-/// surface, or because the field has been falling evenly for many steps, as towards an endless plane
-/// near its horizon. A root that lies beyond `far` is none.
+/// Whether, as 1 or 0, a ray that ran out of steps is drawn as one that hit: where the field falls to
+/// zero before `far`, and the ray is near to a surface, or the field has been falling evenly for many
+/// steps, as towards an endless plane near its horizon.
 #[inline(always)]
 pub fn nearly_arrived<R: Real>(
     t: R,
@@ -187,10 +187,8 @@ pub fn nearly_arrived<R: Real>(
     let near = radius.less(threshold * lit(32.0));
     let slope = ((radius - radius_before) / (t - t_before).max(lit(1e-30))).named("slope");
     let evenly = (slope - trend).abs().less(slope * lit(-EVENLY));
-    let falling = slope.less(lit(0.0));
-    let beyond = R::and(falling, (slope * (t - far)).less(radius));
-    let shown = R::and(R::or(near, evenly), R::not(beyond));
-    R::select(shown, lit(1.0), lit(0.0))
+    let falls = radius.less(slope * (t - far));
+    R::select(R::and(falls, R::or(near, evenly)), lit(1.0), lit(0.0))
 }
 
 /// Whether, as 1 or 0, the field is so small that no further secant step would tell more.

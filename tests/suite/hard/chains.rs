@@ -8,7 +8,7 @@ use sdfc_runtime::frame::CellUse;
 use sdfc_shaders::assemble::SceneSource;
 
 /// Distances at points by an engine.
-fn distances(shot: &super::Shot, kind: EngineKind, points: &[[f32; 3]]) -> Vec<f64> {
+pub(super) fn distances(shot: &super::Shot, kind: EngineKind, points: &[[f32; 3]]) -> Vec<f64> {
     let mut engine = open(kind).expect("it needs no device");
     let loaded = Loaded {
         module: &shot.compiled.module,
