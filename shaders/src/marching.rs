@@ -13,7 +13,7 @@
 //! there, or its sign has changed; else it passes by, or goes on in plain steps and guesses again. So a
 //! ray stops where there is a root, and not wherever a field is small: beside a rim, before something
 //! far thinner than a pixel, or above a field that is much flatter than its slope bound. (Unless it
-//! comes so near that it would creep: to 1/128 of a pixel.)
+//! comes so near that it would creep: to 1/32 of a pixel.)
 //! [`secant_step`] then finds the root to rounding.
 //!
 //! A field may fall faster than its slope says, or jump: a slope that a scene claims is not checked. A
@@ -78,9 +78,12 @@ const STEEPEST: f64 = 0.9;
 pub const LEFT: f64 = 0.125;
 /// The share of the threshold at which a ray stops in any case: else one that all but touches a rim
 /// would creep along it.
-const TOUCHING: f64 = 0.0625;
+const TOUCHING: f64 = 0.25;
+/// How far ahead roots are guessed, in thresholds: four pixels. Farther only where the field falls
+/// evenly, as towards a plane; rays past a rim fall ever slower, and guess in vain.
+const AHEAD: f64 = 32.0;
 /// A field falls evenly if its last slope differs from the mean by no more than this share of it.
-const EVENLY: f64 = 0.02;
+const EVENLY: f64 = 0.01;
 /// How many secant steps are taken at most.
 pub const SECANT_STEPS: u32 = 6;
 
@@ -144,7 +147,10 @@ pub fn march_step<R: Real>(
     let relaxed = new_radius * lit(2.0) / (lit::<R>(1.0) - trend);
     let falling = R::and(known, slope.less(lit(0.0)));
     let to_root = (new_radius / (-slope).max(lit(1e-30))).named("to_root");
-    let within = R::and(new_radius.less(threshold), to_root.less(leave - new_t));
+    let evenly = (slope - mean).abs().less(slope * lit(-EVENLY));
+    let ahead = R::or(to_root.less(threshold * lit(AHEAD)), evenly);
+    let near = R::and(new_radius.less(threshold), ahead);
+    let within = R::and(near, to_root.less(leave - new_t));
     let next = R::select(R::and(falling, within), to_root, relaxed);
     let touching = new_radius.less(rounding.max(threshold * lit(TOUCHING)));
     Step {

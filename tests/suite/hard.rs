@@ -82,18 +82,18 @@ const LIMITS: [(&str, Limit); 6] = [
             ..GATE
         },
     ),
-    // Rays stop at 1/128 of a pixel from a wire between the pixels, of which the truth knows nothing.
+    // Rays stop at 1/32 of a pixel from a wire between the pixels, of which the truth knows nothing.
     (
         "thin_wires/near",
         Limit {
-            mismatches: 8,
+            mismatches: 32,
             ..GATE
         },
     ),
     (
         "thin_wires/far",
         Limit {
-            mismatches: 6,
+            mismatches: 24,
             ..GATE
         },
     ),
