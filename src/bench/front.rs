@@ -49,9 +49,12 @@ mod tests {
             let ((a, _), (b, _)) = (pair[0], pair[1]);
             assert!(b.1 < a.1 || a == b, "{a:?} then {b:?}");
         }
-        for (pair, &on) in pairs.iter().zip(&on_it) {
+        for (pair, on) in pairs.iter().zip(&on_it) {
             let reached = kept.iter().any(|(k, _)| k.0 <= pair.0 && k.1 <= pair.1);
-            assert!(on || reached, "{pair:?} is not on the front, yet beats it");
+            assert!(
+                *on || reached,
+                "{pair:?} is neither on the front nor beaten by it"
+            );
         }
     }
 }

@@ -242,9 +242,9 @@ fn mark_fronts(rows: &mut [Row]) {
 
 /// What each engine runs on.
 pub(crate) fn devices(engines: &[Box<dyn Engine>]) -> Vec<Device> {
-    let device = |engine: &Box<dyn Engine>| Device {
+    let device = |engine: &dyn Engine| Device {
         engine: engine.kind().name(),
         device: engine.device(),
     };
-    engines.iter().map(device).collect()
+    engines.iter().map(|engine| device(&**engine)).collect()
 }

@@ -5,7 +5,7 @@ use crate::scenes::{
     program, with_params,
 };
 use sdfc_runtime::engine::{Engine, EngineKind, Loaded, on};
-use sdfc_runtime::frame::{Mode, Normals, Occlusion};
+use sdfc_runtime::frame::{CellUse, Mode, Normals, Occlusion, RenderSettings};
 use sdfc_runtime::settings::Overrides;
 use sdfc_runtime::verify::verify;
 use sdfc_shaders::assemble::SceneSource;
@@ -42,6 +42,34 @@ fn agree(module: &mut Module, overrides: &Overrides) {
 #[test]
 fn everything_a_program_can_do() {
     agree(&mut module(EVERYTHING, None), &Overrides::default());
+}
+
+#[test]
+fn plain_steps_are_the_same_on_every_engine() {
+    let module = module(EVERYTHING, None);
+    let relaxed = drawn(&module, &[]);
+    let plain = RenderSettings {
+        relaxation: 0.0,
+        cells: CellUse::Never,
+        ..relaxed.clone()
+    };
+    let mut engine = cpu();
+    engine.load(&loaded(&module, &[])).expect("it loads");
+    let mut draw = |settings| engine.render(settings, &|_| {}).expect("it draws");
+    let all = |steps: &[u32]| steps.iter().sum::<u32>();
+    let (frame, with_relaxation) = (draw(&plain), draw(&relaxed));
+    assert!(
+        all(&frame.steps) > all(&with_relaxation.steps),
+        "plain steps are more"
+    );
+    let Some(interp) = interp() else { return };
+    let mut engines = [cpu(), interp];
+    let report = verify(&loaded(&module, &[]), &mut engines, &plain).expect("both engines run");
+    assert!(report.passed(), "{report}");
+    let [cpu, interp] = [&report.frames[0], &report.frames[1]];
+    assert_eq!(cpu.steps, frame.steps);
+    let differ = cpu.steps.iter().zip(&interp.steps).filter(|(a, b)| a != b);
+    assert!(differ.count() <= cpu.steps.len() / 100, "{report}");
 }
 
 #[test]

@@ -253,7 +253,11 @@ fn what_cannot_be_measured_is_said() {
             2,
             "there is no engine `gpu`",
         ),
-        ("bench scene.sdf --tolerance -1px", 2, "--tolerance"),
+        (
+            "bench scene.sdf --tolerance=-1px",
+            2,
+            "a number of pixels above 0",
+        ),
         (
             "bench scene.sdf --tolerance 0px",
             2,
