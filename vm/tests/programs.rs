@@ -6,11 +6,13 @@
 use sdfc_vm::dual::Dual;
 use sdfc_vm::encode::{decode, encode};
 use sdfc_vm::evaluate::{evaluate, gradient};
+use sdfc_vm::interval::Interval;
 use sdfc_vm::kernel::Kernel;
 use sdfc_vm::lanes::{Column, LANES, seeded};
 use sdfc_vm::listing;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
 use sdfc_vm::program::{Code, Frame, Instruction, MAX_POINTS, Operands, Place, Program};
+use sdfc_vm::rounding::bound;
 use sdfc_vm::row::Output;
 use sdfc_vm::table::{Op, ROWS};
 use sdfc_vm::tape::choose::{Chooser, Decided};
@@ -242,6 +244,44 @@ fn values_at(program: &Program, tape: &[Clause], points: &[Column; 3]) -> Column
     let mut machine = Machine::<f32>::new(whole.values, whole.points);
     *machine.seed() = *points;
     *machine.run(program, tape, LANES)
+}
+
+/// No program is off by more than its running error bound, with guards and without.
+#[test]
+fn programs_are_off_by_no_more_than_their_bound() {
+    let (mut told, mut senseless) = (0, 0);
+    for seed in 0..3000 {
+        let program = random_program(seed);
+        let mut r = Random(seed * 7 + 3);
+        for _ in 0..20 {
+            let p: [f32; 3] = std::array::from_fn(|_| r.number() * 1.37);
+            let [x, y, z] = p;
+            let single = f64::from(evaluate::<f32>(&program, V3::of(x, y, z)));
+            let [x, y, z] = p.map(f64::from);
+            let double = evaluate::<f64>(&program, V3::of(x, y, z));
+            let found = bound(&program, [x, y, z].map(Interval::point), [0.0; 3]);
+            if single.is_nan() || double.is_nan() {
+                senseless += 1;
+                continue;
+            }
+            let most = found.whatever_is_decided();
+            if most == f64::INFINITY {
+                continue;
+            }
+            told += 1;
+            let off = (single - double).abs();
+            assert!(
+                off <= most + 1e-12 * (1.0 + double.abs()),
+                "seed {seed} at {p:?}: {single} instead of {double}, {off} off, by no more than {most}\n{}",
+                listing::print(&program)
+            );
+        }
+    }
+    assert!(
+        told > 30_000,
+        "something is known of {told} in 60,000 values"
+    );
+    assert!(senseless < 6_000, "{senseless} of 60,000 values are none");
 }
 
 /// Whether the value at a point is not even in the interval of a box that is no more than the point: the

@@ -14,5 +14,6 @@ mod moving;
 mod noise;
 mod numbers;
 mod recorded;
+mod rounding;
 mod slopes;
 mod table;
