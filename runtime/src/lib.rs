@@ -10,5 +10,6 @@ mod crew;
 pub mod engine;
 pub mod frame;
 pub mod gpu;
+pub mod rounding;
 pub mod settings;
 pub mod verify;
