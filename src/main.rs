@@ -9,6 +9,7 @@ mod input;
 mod output;
 mod picture;
 mod progress;
+mod rounding;
 mod scene;
 mod terminal;
 

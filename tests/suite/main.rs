@@ -7,4 +7,5 @@ mod corpus;
 mod gpu_cells;
 mod lod;
 mod passes;
+mod rounding;
 mod stages;
