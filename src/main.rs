@@ -10,6 +10,7 @@ mod input;
 mod output;
 mod picture;
 mod progress;
+mod rounding;
 mod scene;
 mod terminal;
 

@@ -12,5 +12,6 @@ pub mod frame;
 pub mod gpu;
 pub mod perceptual;
 pub mod reference;
+pub mod rounding;
 pub mod settings;
 pub mod verify;

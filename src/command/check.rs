@@ -2,6 +2,7 @@
 
 use crate::failure::{Failure, INPUT, on_each};
 use crate::output;
+use crate::rounding;
 use crate::scene::{self, Build, Content};
 use crate::terminal::Terminal;
 use serde_json::{Value, json};
@@ -23,7 +24,10 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     if !arguments.json {
         return on_each(&arguments.scenes, terminal, |path| {
-            check(path, &arguments.build)?.told(terminal)
+            for warning in check(path, &arguments.build)?.told(terminal)? {
+                terminal.warning(&format!("{}: {warning}", path.display()));
+            }
+            Ok(())
         });
     }
     let mut all = Vec::new();
@@ -31,7 +35,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
         let outcome = check(path, &arguments.build);
         all.push(as_json(path, &outcome));
         match outcome?.made {
-            Some(()) => Ok(()),
+            Some(_) => Ok(()),
             None => Err(Failure::Told(INPUT)),
         }
     });
@@ -39,8 +43,9 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
     checked
 }
 
-/// What there is to say about a file. A library, which has nothing to draw, is fine as it is.
-fn check(path: &Path, build: &Build) -> Result<scene::Outcome<()>, Failure> {
+/// What there is to say about a file, and about its picture. A library, which has nothing to draw, is
+/// fine as it is.
+fn check(path: &Path, build: &Build) -> Result<scene::Outcome<Vec<String>>, Failure> {
     let content = scene::read(path)?;
     if let (Content::Text(text), None) = (&content, &build.part) {
         let outcome = scene::elaborated(path, text.clone(), build)?;
@@ -53,7 +58,7 @@ fn check(path: &Path, build: &Build) -> Result<scene::Outcome<()>, Failure> {
             return Ok(scene::Outcome {
                 sources,
                 found,
-                made: Some(()),
+                made: Some(Vec::new()),
             });
         }
     }
@@ -65,23 +70,31 @@ fn check(path: &Path, build: &Build) -> Result<scene::Outcome<()>, Failure> {
     Ok(scene::Outcome {
         sources,
         found,
-        made: made.map(|_| ()),
+        made: made.map(|opened| {
+            let off = rounding::of(&opened);
+            off.as_ref()
+                .and_then(rounding::warning)
+                .into_iter()
+                .collect()
+        }),
     })
 }
 
-fn as_json(path: &Path, outcome: &Result<scene::Outcome<()>, Failure>) -> Value {
+fn as_json(path: &Path, outcome: &Result<scene::Outcome<Vec<String>>, Failure>) -> Value {
     let file = path.display().to_string();
     match outcome {
         Ok(outcome) => json!({
             "file": file,
             "ok": outcome.made.is_some(),
             "diagnostics": outcome.found.to_json(&outcome.sources),
+            "warnings": outcome.made.as_deref().unwrap_or_default(),
         }),
         Err(failure) => json!({
             "file": file,
             "ok": false,
             "error": failure.to_string(),
             "diagnostics": [],
+            "warnings": [],
         }),
     }
 }

@@ -2,9 +2,11 @@
 
 use crate::failure::Failure;
 use crate::output;
+use crate::rounding;
 use crate::scene::{self, Build};
 use crate::terminal::Terminal;
 use sdfc_compiler::compile::operation_counts;
+use sdfc_runtime::rounding::Rounding;
 use sdfc_shaders::tone;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::settings::{Param, ParamKind};
@@ -27,15 +29,20 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let opened = scene::open(&arguments.scene, &arguments.build, terminal)?;
+    let off = rounding::of(&opened);
     if arguments.json {
-        output::print_json(&as_json(&opened))
+        output::print_json(&as_json(&opened, off.as_ref()))?;
     } else {
-        output::print(page(&opened))
+        output::print(page(&opened, off.as_ref()))?;
     }
+    if let Some(warning) = off.as_ref().and_then(rounding::warning) {
+        terminal.warning(&warning);
+    }
+    Ok(())
 }
 
 /// The facts for people.
-fn page(opened: &scene::Opened) -> String {
+fn page(opened: &scene::Opened, off: Option<&Rounding>) -> String {
     let module = opened.module();
     let settings = &module.settings;
     let needs = module.distance.needs();
@@ -53,6 +60,10 @@ fn page(opened: &scene::Opened) -> String {
     );
     fact("bounds", &corners(&settings.bounds));
     fact("slope", &format!("at most {}", rounded(settings.slope)));
+    let lines = off.map(rounding::lines).unwrap_or_default();
+    for (i, line) in lines.iter().enumerate() {
+        fact(if i == 0 { "rounding" } else { "" }, line);
+    }
     fact(
         "program",
         &format!(
@@ -189,7 +200,7 @@ fn color(linear: [f64; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-fn as_json(opened: &scene::Opened) -> Value {
+fn as_json(opened: &scene::Opened, off: Option<&Rounding>) -> Value {
     let module = opened.module();
     let settings = &module.settings;
     let needs = module.distance.needs();
@@ -208,6 +219,7 @@ fn as_json(opened: &scene::Opened) -> Value {
         "plane": settings.plane,
         "bounds": { "min": corner(settings.bounds.min), "max": corner(settings.bounds.max) },
         "slope": settings.slope,
+        "rounding": off.map(rounding::as_json),
         "instructions": module.distance.code.len(),
         "surface_instructions": module.surface.as_ref().map(|surface| surface.code.len()),
         "constants": module.distance.pool.len() * 4,

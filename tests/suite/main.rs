@@ -8,6 +8,7 @@ mod gpu_cells;
 mod hard;
 mod lod;
 mod passes;
+mod rounding;
 mod stages;
 mod strict;
 mod truth;

@@ -6,6 +6,7 @@ use crate::interval::{FloatInterval, Interval};
 use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
 use crate::real::{Real, Vector2, Vector3};
 use crate::record::{Function, Recorded, Scalar, Signature, Vec2, Vec3, record};
+use crate::rounding::Rounded;
 use crate::row::align;
 use crate::table::{Op, for_each_operation};
 
@@ -46,6 +47,7 @@ apply_on!(
     Interval,
     Branching,
     FloatInterval,
+    Rounded,
     Dual<f32>,
     Dual<f64>,
     Dual<Interval>,

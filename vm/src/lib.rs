@@ -24,6 +24,7 @@ pub mod prelude;
 pub mod program;
 pub mod real;
 pub mod record;
+pub mod rounding;
 pub mod row;
 pub mod settings;
 pub mod surface;

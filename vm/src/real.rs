@@ -120,6 +120,17 @@ pub trait Real:
     fn square(self) -> Self {
         self * self
     }
+    /// The length of the vector with these components. (Squares rather than products: an
+    /// interval's square is never negative.)
+    #[inline(always)]
+    fn length2(x: Self, y: Self) -> Self {
+        (x.square() + y.square()).sqrt()
+    }
+    /// The length of the vector with these components, summed in their order.
+    #[inline(always)]
+    fn length3(x: Self, y: Self, z: Self) -> Self {
+        (x.square() + y.square() + z.square()).sqrt()
+    }
     /// The number, kept within `low` and `high`.
     #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {

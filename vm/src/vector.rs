@@ -118,8 +118,7 @@ impl<R: Real> Vector2<R> for V2<R> {
     }
     #[inline(always)]
     fn length(self) -> R {
-        // Squares rather than products: an interval's square is never negative.
-        (self.x.square() + self.y.square()).sqrt()
+        R::length2(self.x, self.y)
     }
     #[inline(always)]
     fn select(condition: R::Bool, then: Self, otherwise: Self) -> Self {
@@ -181,8 +180,7 @@ impl<R: Real> Vector3<R> for V3<R> {
     }
     #[inline(always)]
     fn length(self) -> R {
-        // Squares rather than products: an interval's square is never negative.
-        (self.x.square() + self.y.square() + self.z.square()).sqrt()
+        R::length3(self.x, self.y, self.z)
     }
     #[inline(always)]
     fn select(condition: R::Bool, then: Self, otherwise: Self) -> Self {

@@ -148,6 +148,25 @@ fn info_tells_what_is_in_a_scene() {
     assert_eq!(info["params"][0]["range"], json!([0.0, 1.0]));
 }
 
+/// Detail of 1e-4 at 1e4 from the origin is more than single precision holds; near the origin it is not.
+#[test]
+fn what_rounding_hides_is_warned_of() {
+    let sandbox = Sandbox::with_scene("sphere(0.0001).translate(10000, 0, 0)");
+    assert_snapshot!(sandbox.run("info scene.sdf").ok().transcript());
+    assert_snapshot!(sandbox.run("check scene.sdf").ok().transcript());
+    let found = sandbox.run("check scene.sdf --json").ok().json();
+    let warning = found[0]["warnings"][0].as_str().expect("a warning");
+    assert!(warning.contains("rounding"), "{warning}");
+    sandbox.write("near.sdf", "sphere(0.0001)");
+    let near = sandbox.run("info near.sdf --json").ok();
+    assert_eq!(near.stderr, "");
+    let rounding = &near.json()["rounding"];
+    let number = |name: &str| rounding[name]["at_most"].as_f64().expect("a number");
+    assert!(number("within") < 1e-10, "{rounding}");
+    assert!(number("pixels") < 1e-2, "{rounding}");
+    assert_eq!(rounding["afar"]["distance"], 10_000.0);
+}
+
 #[test]
 fn ops_is_the_reference() {
     let sandbox = Sandbox::new();

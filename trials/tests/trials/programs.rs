@@ -7,9 +7,11 @@ use sdfc_trials::random::Random;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::encode::{decode, encode};
 use sdfc_vm::evaluate::{evaluate, gradient};
+use sdfc_vm::interval::Interval;
 use sdfc_vm::lanes::{Column, Instructions, LANES, seeded};
 use sdfc_vm::listing;
 use sdfc_vm::program::Program;
+use sdfc_vm::rounding::bound;
 use sdfc_vm::tape::choose::{Chooser, Decided};
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::prune::Pruner;
@@ -195,6 +197,49 @@ fn boxes_are_pruned_together_as_they_are_alone() {
         programs < 100 || shorter.min(between) > programs / 3,
         "{shorter} of {} tapes became shorter, and {between} of what was left of them",
         4 * programs
+    );
+}
+
+/// No program is off by more than its running error bound, with guards and without.
+#[test]
+fn programs_are_off_by_no_more_than_their_bound() {
+    let (told, senseless) = (AtomicU64::new(0), AtomicU64::new(0));
+    let programs = on_programs("bounds of rounding", 3000, |seed, program| {
+        let mut r = Random::new(seed.wrapping_mul(7) + 3);
+        for _ in 0..20 {
+            let p: [f32; 3] = std::array::from_fn(|_| r.number() * 1.37);
+            let [x, y, z] = p;
+            let single = f64::from(evaluate::<f32>(program, V3::of(x, y, z)));
+            let [x, y, z] = p.map(f64::from);
+            let double = evaluate::<f64>(program, V3::of(x, y, z));
+            let found = bound(program, [x, y, z].map(Interval::point), [0.0; 3]);
+            if single.is_nan() || double.is_nan() {
+                senseless.fetch_add(1, Ordering::Relaxed);
+                continue;
+            }
+            let most = found.whatever_is_decided();
+            if most == f64::INFINITY {
+                continue;
+            }
+            told.fetch_add(1, Ordering::Relaxed);
+            let off = (single - double).abs();
+            assert!(
+                off <= most + 1e-12 * (1.0 + double.abs()),
+                "at {p:?}: {single} instead of {double}, {off} off, by no more than {most}\n{}",
+                listing::print(program)
+            );
+        }
+    });
+    let (told, senseless) = (told.into_inner(), senseless.into_inner());
+    assert!(
+        programs < 100 || told > programs * 10,
+        "something is known of {told} in {} values",
+        programs * 20
+    );
+    assert!(
+        programs < 100 || senseless < programs * 2,
+        "{senseless} of {} values are none",
+        programs * 20
     );
 }
 

@@ -17,5 +17,6 @@ mod numbers;
 mod precise;
 mod published;
 mod recorded;
+mod rounding;
 mod slopes;
 mod table;

@@ -1,0 +1,144 @@
+//! The largest running error on a surface, by branch and bound: the box with the largest bound is cut
+//! in two until its bound is not much more than what was found at a point. Boxes in which the field is
+//! known to have no zero are left out.
+
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::interval::Interval;
+use sdfc_vm::program::Program;
+use sdfc_vm::rounding::bound;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// How many instructions are evaluated at most, and how many boxes and points at least and at most.
+const WORK: usize = 20_000;
+const BOXES: [usize; 2] = [48, 900];
+/// The search ends where the bound is no more than this many times what was found.
+const NEAR: f64 = 1.5;
+
+/// The largest error of many.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Worst {
+    /// No point is off by more; infinite where that could not be shown.
+    pub at_most: f64,
+    /// The bound at the worst of the points that were looked at.
+    pub found: f64,
+}
+
+impl Worst {
+    /// Whether the search came to an end: both numbers are nearly the same.
+    pub fn is_settled(&self) -> bool {
+        self.at_most <= 4.0 * self.found
+    }
+}
+
+/// What a box is measured by.
+pub(super) struct Gauge {
+    /// How far its coordinates are off.
+    pub(super) off: [f64; 3],
+    /// The unit in which errors are told.
+    pub(super) unit: f64,
+    /// How large a box may be for its middle to be a place on a surface nearby, in half diagonals.
+    pub(super) coarse: f64,
+}
+
+struct Part {
+    score: f64,
+    place: [Interval; 3],
+}
+
+impl Ord for Part {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.score.total_cmp(&other.score)
+    }
+}
+impl PartialOrd for Part {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl PartialEq for Part {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+impl Eq for Part {}
+
+/// The largest error in a finite region where there may be a surface, in units of the gauge, which
+/// leaves out boxes that do not matter; `None` if there is no surface. `found` is what some point is
+/// known to be off.
+pub(super) fn worst(
+    program: &Program,
+    region: &Bounds,
+    mut found: f64,
+    gauge: impl Fn(&[Interval; 3]) -> Option<Gauge>,
+) -> Option<Worst> {
+    let measured = |place: [Interval; 3]| {
+        let gauge = gauge(&place)?;
+        let bound = bound(program, place, gauge.off);
+        bound.may_be_zero().then(|| Part {
+            score: bound.error / gauge.unit.max(f64::MIN_POSITIVE),
+            place,
+        })
+    };
+    let whole = std::array::from_fn(|i| Interval::between(region.min[i], region.max[i]));
+    let mut parts: BinaryHeap<Part> = measured(whole).into_iter().collect();
+    let mut settled = None::<f64>;
+    let [least, most] = BOXES;
+    let mut left = (WORK / program.code.len().max(1)).clamp(least, most);
+    while let Some(part) = parts.pop() {
+        left = left.saturating_sub(3);
+        let halves = halves(&part.place);
+        if let Some(error) = at_middle(program, &part.place, &gauge) {
+            found = found.max(error);
+        }
+        let done = part.score <= NEAR * found || left == 0;
+        match halves {
+            Some(halves) if !done => parts.extend(halves.into_iter().filter_map(measured)),
+            _ => settled = Some(settled.map_or(part.score, |most| most.max(part.score))),
+        }
+        if done {
+            break;
+        }
+    }
+    let waiting = parts.peek().map(|part| part.score);
+    let at_most = settled.into_iter().chain(waiting).reduce(f64::max)?;
+    Some(Worst {
+        at_most: at_most.max(found),
+        found,
+    })
+}
+
+/// The error near the middle of a box (not at it, where seams often are), if that is about where a
+/// surface may be and nothing is torn there.
+fn at_middle(
+    program: &Program,
+    place: &[Interval; 3],
+    gauge: &impl Fn(&[Interval; 3]) -> Option<Gauge>,
+) -> Option<f64> {
+    let reach = place.iter().map(|side| (side.hi - side.lo).powi(2));
+    let reach = reach.sum::<f64>().sqrt() / 2.0;
+    let middle = place.map(|side| Interval::point(side.lo + 0.4871 * (side.hi - side.lo)));
+    let gauge = gauge(&middle).filter(|gauge| reach <= gauge.coarse)?;
+    let bound = bound(program, middle, gauge.off);
+    if bound.torn {
+        return None;
+    }
+    let near = bound.value.lo.abs().min(bound.value.hi.abs()) <= 2.0 * reach;
+    (near || bound.may_be_zero()).then(|| bound.error / gauge.unit.max(f64::MIN_POSITIVE))
+}
+
+/// A box cut in two across its longest side; `None` if it is too small for that.
+fn halves(place: &[Interval; 3]) -> Option<[[Interval; 3]; 2]> {
+    let length = |i: &usize| place[*i].hi - place[*i].lo;
+    let axis = (0..3).max_by(|a, b| length(a).total_cmp(&length(b)))?;
+    let side = place[axis];
+    let middle = side.lo + (side.hi - side.lo) / 2.0;
+    let is_between = side.lo < middle && middle < side.hi;
+    if !is_between {
+        return None;
+    }
+    let (mut first, mut second) = (*place, *place);
+    first[axis].hi = middle;
+    second[axis].lo = middle;
+    Some([first, second])
+}

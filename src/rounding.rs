@@ -1,0 +1,75 @@
+//! What there is to say about how far single precision is off in a scene.
+
+use crate::scene::Opened;
+use sdfc_runtime::rounding::{AFAR, Rounding, Worst, rounding};
+use sdfc_runtime::settings::{Overrides, resolve};
+use serde_json::{Value, json};
+
+/// From how many pixels on an error is worth a warning.
+const VISIBLE: f64 = 1.0;
+
+/// How far off a scene is by rounding; `None` where its settings make no picture.
+pub(crate) fn of(opened: &Opened) -> Option<Rounding> {
+    let settings = resolve(opened.module(), &opened.outputs, &Overrides::default()).ok()?;
+    Some(rounding(opened.module(), &opened.outputs, &settings))
+}
+
+/// The facts for people, a line each.
+pub(crate) fn lines(rounding: &Rounding) -> Vec<String> {
+    let within = rounding.within.map(|worst| {
+        let error = largest(&worst, |error| format!("{error:.1e}"));
+        format!("{error} within the bounds")
+    });
+    let afar = rounding.afar.is_finite().then_some(rounding.afar);
+    let afar = afar.map(|error| format!("{error:.1e} at {AFAR:e} from the origin"));
+    let field: Vec<_> = within.into_iter().chain(afar).collect();
+    let field = (!field.is_empty()).then(|| field.join(", "));
+    let seen = rounding.seen.map(|worst| {
+        let error = largest(&worst, pixels);
+        format!("{error} pixels in the picture")
+    });
+    field.into_iter().chain(seen).collect()
+}
+
+/// The largest error as it is known.
+fn largest(worst: &Worst, text: impl Fn(f64) -> String) -> String {
+    if worst.is_settled() {
+        format!("at most {}", text(worst.at_most))
+    } else {
+        format!("about {}", text(worst.found))
+    }
+}
+
+/// A number of pixels with two digits.
+fn pixels(number: f64) -> String {
+    match number {
+        number if number < 0.01 => format!("{number:.1e}"),
+        number if number < 10.0 => format!("{number:.2}"),
+        number if number < 1e4 => format!("{number:.0}"),
+        number => format!("{number:.1e}"),
+    }
+}
+
+/// That rounding can be seen, and what to do about it.
+pub(crate) fn warning(rounding: &Rounding) -> Option<String> {
+    let worst = rounding.seen.filter(|worst| worst.found > VISIBLE)?;
+    Some(format!(
+        "rounding may move what is seen by {} pixels: f32 has 7 digits, so move the scene and the \
+         camera nearer to the origin, or make all of it larger but for its distance from there",
+        pixels(worst.found)
+    ))
+}
+
+/// The facts as JSON, which has no infinity: what is not known is null.
+pub(crate) fn as_json(rounding: &Rounding) -> Value {
+    let number = |v: f64| if v.is_finite() { json!(v) } else { Value::Null };
+    let worst = |worst: Option<Worst>| match worst {
+        Some(worst) => json!({ "at_most": number(worst.at_most), "found": number(worst.found) }),
+        None => Value::Null,
+    };
+    json!({
+        "within": worst(rounding.within),
+        "afar": { "distance": AFAR, "error": number(rounding.afar) },
+        "pixels": worst(rounding.seen),
+    })
+}
