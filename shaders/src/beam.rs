@@ -31,6 +31,13 @@ pub fn begin<R: Real>(origin: R::Vec3, low: R::Vec3, high: R::Vec3, spread: R) -
     (outside.length() * lit(1.0 - 1e-5) - spread).max(lit(0.0))
 }
 
+/// Where the field is asked for a point of the middle ray: in the box, since the slope of a field may
+/// be known there only. All surfaces are in there too, and none is nearer to the point than to this one.
+#[inline(always)]
+pub fn within<R: Real>(p: R::Vec3, low: R::Vec3, high: R::Vec3) -> R::Vec3 {
+    p.max(low).min(high)
+}
+
 /// How far its rays all go on from `t`, where the field is `field`, its slope being one, and rays
 /// stop within `threshold` of a surface.
 #[inline(always)]

@@ -58,6 +58,7 @@ functions! {
 
     apart = beam::apart(a, b);
     beam_begin = beam::begin(origin, low, high, spread);
+    beam_within = beam::within(p, low, high);
     beam_advance = beam::advance(t, field, spread, widening, threshold);
     beam_goes_on = beam::goes_on(way, half_pixel);
 

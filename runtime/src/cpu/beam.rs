@@ -60,10 +60,12 @@ impl Walk for Beams<'_> {
 
     #[inline(always)]
     fn points(&self, b: &BeamLanes, points: &mut Points) {
+        let (low, high) = (vector(self.frame.bounds_min), vector(self.frame.bounds_max));
         for i in 0..LANES {
             let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
             let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
             let p = camera::along::<f32>(origin, direction, b.t.0[i]);
+            let p = beam::within::<f32>(p, low, high);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;

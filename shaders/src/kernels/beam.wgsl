@@ -27,7 +27,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let budget = evaluations_left();
     var done = false;
     for (var n = 0u; n < budget; n++) {
-        let distance = scene_distance(along(middle.origin, middle.direction, beam.t));
+        let p = along(middle.origin, middle.direction, beam.t);
+        let distance = scene_distance(beam_within(p, frame.bounds_min, frame.bounds_max));
         beam.steps += 1u;
         let half = half_pixel(beam.t, frame.footprint, frame.footprint_growth);
         let enough = threshold(beam.t, half, frame.cone, frame.rounding);

@@ -27,6 +27,6 @@ fn what_it_cannot_prove_is_told() {
     let sandbox = Sandbox::with_scene("camera { from: [0, 0, 1], look: [0, 0, 0] }\nsphere(1)\n");
     let run = sandbox.run("render scene.sdf -o out.png --size 8x8 --engine reference");
     let run = run.ok();
-    let said = "warning: 64 of 64 rays (100.00 %) could not be proved to hit or to miss";
+    let said = "warning: 256 of 256 rays (100.00 %) could not be proved to hit or to miss";
     assert!(run.stderr.contains(said), "{}", run.stderr);
 }
