@@ -109,7 +109,7 @@ pub struct Step<R> {
 /// One step: `field` is the value at `t + step`. A ray begins with `radius = step = 0` and a
 /// `trend` of −1. `relaxation`, from 0 to 1, is the weight of the newest slope in the running mean;
 /// with 0 the trend stays −1 and each step is exactly the radius: plain sphere tracing.
-/// `trend` of −1. Below `threshold` roots are guessed, up to `leave` along the ray; below `rounding`
+/// Below `threshold` roots are guessed, up to `leave` along the ray; below `rounding`
 /// the field is as good as zero.
 #[inline(always)]
 #[expect(

@@ -86,6 +86,10 @@ pub(super) struct Camera {
 
 /// How far from the eye a pixel's ray has come.
 pub(crate) fn from_eye(f: &layout::Frame, at: [f32; 2], t: f32) -> f32 {
+    // Nearly always rays start at the eye.
+    if f.approach == 0.0 {
+        return t;
+    }
     t + camera_ray(f, at).beyond + f.approach
 }
 
@@ -155,7 +159,8 @@ impl Tile {
         let mut evaluations = 0;
         for stage in stages {
             evaluations += match stage {
-                Stage::Beam => self.find_beams(f, way, evaluator),
+                // The march finds them where it needs them.
+                Stage::Beam => 0,
                 Stage::March => self.march(f, way, evaluator),
                 Stage::Polish | Stage::Normal if self.known => 0,
                 Stage::Polish => self.polish(f, evaluator),
@@ -186,16 +191,8 @@ impl Tile {
         evaluations
     }
 
-    /// Finds how far the rays of each block can go together; in cells they learn more.
-    fn find_beams(
-        &mut self,
-        frame: &layout::Frame,
-        way: Option<&Way>,
-        evaluator: &mut dyn Evaluator,
-    ) -> u64 {
-        if way.is_some() {
-            return 0;
-        }
+    /// Finds how far the rays of each block can go together.
+    fn find_beams(&mut self, frame: &layout::Frame, evaluator: &mut dyn Evaluator) -> u64 {
         let [columns, rows] = [self.width, self.height].map(|side| side.div_ceil(beam::SIDE));
         self.beams.clear();
         self.beams
@@ -226,6 +223,7 @@ impl Tile {
                 self.march_packets(frame, way, evaluator)
             }
             (None, None) => {
+                let for_beams = self.find_beams(frame, evaluator);
                 let mut walk = March {
                     frame,
                     pixels: &self.pixels,
@@ -234,7 +232,7 @@ impl Tile {
                     columns: self.width.div_ceil(beam::SIDE),
                     width: self.width,
                 };
-                stream(&mut walk, evaluator, &self.order)
+                for_beams + stream(&mut walk, evaluator, &self.order)
             }
         };
         self.shown.clear();
