@@ -76,9 +76,10 @@ pub(crate) fn open(kind: EngineKind, tier: Tier) -> Result<Box<dyn Engine>, Fail
 pub(crate) fn failed(error: EngineError) -> Failure {
     match error {
         EngineError::Gpu(_) => Failure::Environment(error.to_string()),
-        EngineError::TooLong { .. } | EngineError::NothingLoaded | EngineError::AnotherScene => {
-            Failure::Input(error.to_string())
-        }
+        EngineError::TooLong { .. }
+        | EngineError::Stopped
+        | EngineError::NothingLoaded
+        | EngineError::AnotherScene => Failure::Input(error.to_string()),
     }
 }
 

@@ -20,7 +20,7 @@ mod tile;
 
 use crate::cells::{Cells, Region};
 pub use crate::frame::FieldFacts;
-use crate::frame::{Frame, Picture};
+use crate::frame::{Frame, Picture, Progress};
 use sdfc_shaders::layout;
 pub use sdfc_vm::lanes::{Column, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
@@ -160,8 +160,7 @@ pub fn geometry(field: &dyn Field, picture: &Picture) -> Geometry {
     tile::geometry(field, picture)
 }
 
-/// Computes a picture. `progress` is told the share that is done, from any thread, after each
-/// tile.
-pub fn render(field: &dyn Field, picture: &Picture, progress: &(dyn Fn(f32) + Sync)) -> Frame {
+/// Computes a picture; none if `progress`, which is asked after each tile, stops it.
+pub fn render(field: &dyn Field, picture: &Picture, progress: &dyn Progress) -> Option<Frame> {
     tile::render(field, picture, progress)
 }

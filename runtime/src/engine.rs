@@ -23,7 +23,7 @@ mod wgsl;
 
 use crate::cpu::figure::Plane;
 use crate::cpu::{Geometry, face_on};
-use crate::frame::{FieldFacts, Frame, Mode, RenderSettings, prepare};
+use crate::frame::{FieldFacts, Frame, Mode, Progress, RenderSettings, prepare};
 use crate::gpu::{Arithmetic, Gpu, GpuError, Preference};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_shaders::layout::Surface;
@@ -157,11 +157,15 @@ pub trait Engine {
         Ok(Some(distances.collect()))
     }
 
-    /// Makes a picture. `progress` is told now and then, from any thread, what share is done.
+    /// Makes a picture, unless `progress` stops it.
+    ///
+    /// # Errors
+    ///
+    /// [`EngineError::Stopped`] where it was stopped.
     fn render(
         &mut self,
         settings: &RenderSettings,
-        progress: &(dyn Fn(f32) + Sync),
+        progress: &dyn Progress,
     ) -> Result<Frame, EngineError>;
 
     /// What the scene is at each of the points.
@@ -213,6 +217,9 @@ pub enum EngineError {
         /// How many there may be.
         allowed: usize,
     },
+    /// Whoever followed it stopped it.
+    #[error("the picture was stopped")]
+    Stopped,
     /// Nothing was loaded yet.
     #[error("no scene is loaded")]
     NothingLoaded,

@@ -13,6 +13,22 @@ pub use sdfc_vm::settings::Tonemap;
 
 use sdfc_shaders::tone;
 use sdfc_vm::vector::V3;
+use std::ops::ControlFlow;
+
+/// Follows a picture while it is made. Any function of the share that is done is one that never
+/// stops it.
+pub trait Progress: Sync {
+    /// Is told now and then, from any thread, what share is done, and says whether to go on. What
+    /// is stopped gives no picture.
+    fn is_at(&self, share: f32) -> ControlFlow<()>;
+}
+
+impl<F: Fn(f32) + Sync> Progress for F {
+    fn is_at(&self, share: f32) -> ControlFlow<()> {
+        self(share);
+        ControlFlow::Continue(())
+    }
+}
 
 /// Where the picture is taken from.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -48,7 +48,7 @@ fn settings() -> RenderSettings {
 
 fn picture(field: &dyn Field, settings: &RenderSettings) -> Frame {
     let picture = prepare(settings, &field.facts());
-    render(field, &picture, &|_| ())
+    render(field, &picture, &|_| ()).expect("nothing stops it")
 }
 
 /// The ray through the middle of a pixel, in f64 and from the settings alone.

@@ -10,13 +10,14 @@ use super::packet::{Marcher, NO_LEAF};
 use super::{Asked, Evaluator, Field, LANES, normal, shade, shadow, show};
 use crate::cells::{Cells, Region};
 use crate::crew::share;
-use crate::frame::{Frame, Picture, Status};
+use crate::frame::{Frame, Picture, Progress, Status};
 use sdfc_shaders::assemble::{Stage, stages};
 use sdfc_shaders::features::{Features, Mode, Occlusion};
 use sdfc_shaders::layout::{self, Ray, Surface};
 use sdfc_shaders::marching::{self, SHOWN, UNDECIDED};
 use sdfc_shaders::{beam, camera};
 use sdfc_vm::vector::{V2, V3};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Pixels along a side of a tile, as long as every core gets [`ENOUGH`] of them: points that are asked
@@ -492,8 +493,8 @@ pub(super) fn geometry(field: &dyn Field, picture: &Picture) -> super::Geometry 
 pub(super) fn render(
     field: &dyn Field,
     picture: &Picture,
-    progress: &(dyn Fn(f32) + Sync),
-) -> Frame {
+    progress: &dyn Progress,
+) -> Option<Frame> {
     let stages = stages(&picture.features);
     let corners = corners(picture);
     let way = if stages.contains(&Stage::March) {
@@ -512,6 +513,7 @@ pub(super) fn render(
         })
         .collect();
     let frame = Mutex::new((picture.blank(), 0_usize));
+    let stopped = AtomicBool::new(false);
     share(
         corners.len(),
         || {
@@ -519,6 +521,9 @@ pub(super) fn render(
             (Tile::default(), field.evaluator(picture, cells))
         },
         |(tile, evaluator), number| {
+            if stopped.load(Ordering::Relaxed) {
+                return;
+            }
             tile.place(corners[number], picture);
             let mut evaluations = 0;
             let mut done = 0;
@@ -541,8 +546,14 @@ pub(super) fn render(
                     done = *tiles;
                 }
             }
-            progress(done as f32 / corners.len() as f32);
+            if progress
+                .is_at(done as f32 / corners.len() as f32)
+                .is_break()
+            {
+                stopped.store(true, Ordering::Relaxed);
+            }
         },
     );
-    frame.into_inner().unwrap_or_else(PoisonError::into_inner).0
+    let (frame, _) = frame.into_inner().unwrap_or_else(PoisonError::into_inner);
+    (!stopped.into_inner()).then_some(frame)
 }

@@ -4,7 +4,7 @@
 use super::cpu::CpuEngine;
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, on};
 use crate::cpu::Geometry;
-use crate::frame::{Frame, RenderSettings};
+use crate::frame::{Frame, Progress, RenderSettings};
 use crate::gpu::{Arithmetic, Gpu, Preference};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
@@ -84,7 +84,7 @@ impl Engine for WithFallback {
     fn render(
         &mut self,
         settings: &RenderSettings,
-        progress: &(dyn Fn(f32) + Sync),
+        progress: &dyn Progress,
     ) -> Result<Frame, EngineError> {
         self.attempt(|engine| engine.render(settings, progress))
     }

@@ -7,7 +7,8 @@ use crate::cpu::{
     self, Asked, Boxes, Column, Evaluator, Field, Geometry, LANES, Points, Range, SurfaceBlock,
 };
 use crate::frame::{
-    CellStats, CellUse, FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare,
+    CellStats, CellUse, FieldFacts, Frame, Mode, Picture, Progress, RenderSettings, Surface,
+    prepare,
 };
 use crate::settings::{facts, unpainted};
 use rayon::prelude::*;
@@ -102,11 +103,11 @@ impl Engine for CpuEngine {
     fn render(
         &mut self,
         settings: &RenderSettings,
-        progress: &(dyn Fn(f32) + Sync),
+        progress: &dyn Progress,
     ) -> Result<Frame, EngineError> {
         let scene = self.scene()?;
         let picture = prepare(settings, &scene.facts);
-        let mut frame = cpu::render(scene, &picture, progress);
+        let mut frame = cpu::render(scene, &picture, progress).ok_or(EngineError::Stopped)?;
         frame.stats.cells = scene.cells_made(&picture);
         Ok(frame)
     }

@@ -9,7 +9,9 @@ use super::kernels::Kernels;
 use super::rate::Rate;
 use super::tiles::{TileBuffers, Tiles};
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, query};
-use crate::frame::{CellStats, FieldFacts, Frame, Mode, Picture, RenderSettings, Surface, prepare};
+use crate::frame::{
+    CellStats, FieldFacts, Frame, Mode, Picture, Progress, RenderSettings, Surface, prepare,
+};
 use crate::gpu::{Binding, Buffer, DeviceKind, Gpu};
 use crate::settings::{facts, unpainted};
 use sdfc_shaders::assemble::SceneFunction;
@@ -234,7 +236,7 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
     fn render(
         &mut self,
         settings: &RenderSettings,
-        progress: &(dyn Fn(f32) + Sync),
+        progress: &dyn Progress,
     ) -> Result<Frame, EngineError> {
         let scene = self.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
         let mut picture = prepare(settings, &scene.facts);
@@ -257,7 +259,9 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
         while let Some(tile) = tiles.next(plan.largest.min(self.rate.pixels(plan.weight))) {
             self.tile(&plan, &picture, tile, &mut frame)?;
             done += tile.pixels();
-            progress(done as f32 / total as f32);
+            if progress.is_at(done as f32 / total as f32).is_break() {
+                return Err(EngineError::Stopped);
+            }
         }
         if let Some(scene) = &mut self.scene {
             frame.stats.cells = scene.on_device.cells(&self.gpu)?;

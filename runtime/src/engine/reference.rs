@@ -11,7 +11,7 @@ use super::{Engine, EngineError, EngineKind, Loaded, Sample};
 use crate::cpu::{
     self, Asked, Column, Evaluator, Field, FieldFacts, Points, SurfaceBlock, figure::Plane,
 };
-use crate::frame::{Frame, Picture, RenderSettings, prepare};
+use crate::frame::{Frame, Picture, Progress, RenderSettings, prepare};
 use crate::reference::{self, Camera, Ended, Options, Outcome, Tracer};
 use rayon::prelude::*;
 use sdfc_shaders::layout;
@@ -58,7 +58,7 @@ impl Engine for ReferenceEngine {
     fn render(
         &mut self,
         settings: &RenderSettings,
-        progress: &(dyn Fn(f32) + Sync),
+        progress: &dyn Progress,
     ) -> Result<Frame, EngineError> {
         let proved = Proved {
             shading: self.shading.scene()?,
@@ -67,7 +67,7 @@ impl Engine for ReferenceEngine {
             far: settings.far,
         };
         let picture = prepare(settings, &proved.facts());
-        Ok(cpu::render(&proved, &picture, progress))
+        cpu::render(&proved, &picture, progress).ok_or(EngineError::Stopped)
     }
 
     fn heeds_guards(&self) -> bool {
