@@ -47,14 +47,5 @@ pub(crate) fn text(path: &Path) -> Result<String, Failure> {
 
 /// Bytes as text.
 pub(crate) fn decoded(path: &Path, bytes: Vec<u8>) -> Result<String, Failure> {
-    String::from_utf8(bytes).map_err(|error| {
-        let good = error.utf8_error().valid_up_to();
-        let bytes = error.as_bytes();
-        let line = 1 + bytes[..good].iter().filter(|byte| **byte == b'\n').count();
-        Failure::Input(format!(
-            "{} is not UTF-8 text: there is the byte 0x{:02x} in line {line}",
-            path.display(),
-            bytes[good],
-        ))
-    })
+    sdfc_compiler::open::decoded(path, bytes).map_err(Failure::Input)
 }

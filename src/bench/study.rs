@@ -194,9 +194,7 @@ impl Job<'_> {
         while let Some(first) = sweep.first() {
             let lod = first.lod;
             let scene = match lod {
-                None => {
-                    scene::compile(self.path, scene::read(self.path)?, &build)?.told_before()?
-                }
+                None => scene::made(scene::compile(self.path, scene::read(self.path)?, &build)?)?,
                 Some(pixels) => detail::seen(self.path, &build, self.settings, pixels)?,
             };
             engine::load(engine, &scene)?;

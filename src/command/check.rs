@@ -3,8 +3,9 @@
 use crate::failure::{Failure, INPUT, on_each};
 use crate::output;
 use crate::rounding;
-use crate::scene::{self, Build, Content};
+use crate::scene::{self, Build};
 use crate::terminal::Terminal;
+use sdfc_compiler::open::{Content, Outcome};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -24,7 +25,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     if !arguments.json {
         return on_each(&arguments.scenes, terminal, |path| {
-            for warning in check(path, &arguments.build)?.told(terminal)? {
+            for warning in scene::told(check(path, &arguments.build)?, terminal)? {
                 terminal.warning(&format!("{}: {warning}", path.display()));
             }
             Ok(())
@@ -45,7 +46,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
 
 /// What there is to say about a file, and about its picture. A library, which has nothing to draw, is
 /// fine as it is.
-fn check(path: &Path, build: &Build) -> Result<scene::Outcome<Vec<String>>, Failure> {
+fn check(path: &Path, build: &Build) -> Result<Outcome<Vec<String>>, Failure> {
     let content = scene::read(path)?;
     if let (Content::Text(text), None) = (&content, &build.part) {
         let outcome = scene::elaborated(path, text.clone(), build)?;
@@ -54,20 +55,20 @@ fn check(path: &Path, build: &Build) -> Result<scene::Outcome<Vec<String>>, Fail
             .as_ref()
             .is_some_and(|scene| scene.root.is_none())
         {
-            let scene::Outcome { sources, found, .. } = outcome;
-            return Ok(scene::Outcome {
+            let Outcome { sources, found, .. } = outcome;
+            return Ok(Outcome {
                 sources,
                 found,
                 made: Some(Vec::new()),
             });
         }
     }
-    let scene::Outcome {
+    let Outcome {
         sources,
         found,
         made,
     } = scene::compile(path, content, build)?;
-    Ok(scene::Outcome {
+    Ok(Outcome {
         sources,
         found,
         made: made.map(|opened| {
@@ -80,7 +81,7 @@ fn check(path: &Path, build: &Build) -> Result<scene::Outcome<Vec<String>>, Fail
     })
 }
 
-fn as_json(path: &Path, outcome: &Result<scene::Outcome<Vec<String>>, Failure>) -> Value {
+fn as_json(path: &Path, outcome: &Result<Outcome<Vec<String>>, Failure>) -> Value {
     let file = path.display().to_string();
     match outcome {
         Ok(outcome) => json!({

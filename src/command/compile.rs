@@ -2,12 +2,13 @@
 
 use crate::failure::{Failure, INPUT};
 use crate::output;
-use crate::scene::{self, Build, Content, Detail, Outcome};
+use crate::scene::{self, Build, Detail};
 use crate::terminal::Terminal;
 use clap::ValueEnum;
 use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::dump::dump;
 use sdfc_compiler::export::{Target, translate};
+use sdfc_compiler::open::{Content, Outcome};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources};
 use sdfc_runtime::settings::Overrides;
@@ -88,7 +89,7 @@ fn emitted(arguments: &Arguments, terminal: &Terminal) -> Result<Vec<u8>, Failur
     let target = match stage {
         Stage::Ast => return Ok(tree(path, terminal)?.into_bytes()),
         Stage::Scene => {
-            let scene = elaborated(path, build)?.told(terminal)?;
+            let scene = scene::told(elaborated(path, build)?, terminal)?;
             return Ok(dump(&scene).into_bytes());
         }
         Stage::Graph | Stage::Optimized | Stage::Asm | Stage::Bytecode => None,

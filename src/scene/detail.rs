@@ -3,9 +3,10 @@
 //! What a pixel covers is known once the scene's settings are: it is compiled a first time for these
 //! alone, and then for the eye that they give.
 
-use super::{Build, Content, Opened};
+use super::{Build, Opened};
 use crate::failure::Failure;
 use crate::terminal::Terminal;
+use sdfc_compiler::open::Content;
 use sdfc_compiler::passes::lod::{Pixel, Sight};
 use sdfc_runtime::frame::{Lens, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
@@ -85,7 +86,7 @@ pub(crate) fn seen(
         sight: Some(sight(settings, tolerance)),
         ..build.clone()
     };
-    super::compile(path, super::read(path)?, &build)?.told_before()
+    super::made(super::compile(path, super::read(path)?, &build)?)
 }
 
 /// Who looks.

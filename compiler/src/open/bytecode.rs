@@ -1,37 +1,31 @@
 //! Scenes from bytecode. It holds the program and what feeds its constants, so live params can
 //! still be changed; what decided the program's structure cannot.
 
-use super::{Build, Opened, Outcome};
-use crate::failure::Failure;
-use sdfc_compiler::elaborate::{self, elaborate};
-use sdfc_compiler::raise;
+use super::{Opened, Outcome, Request};
+use crate::elaborate::{self, elaborate};
+use crate::raise;
 use sdfc_lang::Sources;
 use sdfc_vm::program::Module;
 use sdfc_vm::settings::{Param, ParamKind};
-use std::path::Path;
 
 /// A module with the params that are asked for, and its graphs.
-pub(super) fn compiled(
-    path: &Path,
-    mut module: Module,
-    build: &Build,
-) -> Result<Outcome<Opened>, Failure> {
-    let compiled_already = |flag: &str| {
-        Err(Failure::Input(format!(
-            "{} is compiled already: {flag} needs the scene's text",
-            path.display()
-        )))
+pub(super) fn opened(mut module: Module, request: &Request<'_>) -> Result<Outcome<Opened>, String> {
+    let path = request.path.display();
+    let compiled_already = |what: &str| {
+        Err(format!(
+            "{path} is compiled already: {what} needs the scene's text"
+        ))
     };
-    if build.part.is_some() {
+    if request.part.is_some() {
         return compiled_already("`--part`");
     }
-    if build.level == 0 || !build.no_pass.is_empty() {
+    if request.passes.none || !request.passes.without.is_empty() {
         return compiled_already("leaving out passes");
     }
-    if build.sight.is_some() {
+    if request.sight.is_some() {
         return compiled_already("`--lod`");
     }
-    let overrides = build.overrides()?;
+    let overrides = request.overrides.clone();
     let structural =
         module.settings.params.iter().find(|param| {
             param.structural && overrides.iter().any(|(name, _)| *name == param.name)
@@ -46,10 +40,10 @@ pub(super) fn compiled(
     // fits into a range, and how to say what does not.
     let mut sources = Sources::new();
     let declared: String = module.settings.params.iter().map(declaration).collect();
-    let file = sources.add(path.display().to_string(), declared);
+    let file = sources.add(path.to_string(), declared);
     let options = elaborate::Options {
         overrides,
-        time: build.at,
+        time: request.time,
         loader: &elaborate::NoFiles,
     };
     let (scene, found) = elaborate(&mut sources, file, &options);
@@ -58,7 +52,7 @@ pub(super) fn compiled(
         for (param, new) in module.settings.params.iter_mut().zip(scene.params) {
             param.value = new.value;
         }
-        Opened::new(raise::raise(module), Vec::new(), build.at)
+        Opened::new(raise::raise(module), Vec::new(), request.time)
     });
     Ok(Outcome {
         sources,
