@@ -2,6 +2,7 @@
 //! took.
 
 use crate::files::{Files, Folder};
+use crate::written::{Written, written};
 use sdfc_compiler::compile::GeneratedSource;
 use sdfc_compiler::elaborate::NoFiles;
 use sdfc_compiler::open::{Content, Opened, Request, open};
@@ -76,6 +77,8 @@ pub struct Scene {
     pub opened: Opened,
     /// The texts.
     pub sources: Sources,
+    /// How its params are written in the text.
+    pub written: Vec<Option<Written>>,
     /// The build that made it.
     pub number: u64,
     generated: OnceLock<GeneratedSource>,
@@ -165,6 +168,10 @@ fn attempt(task: &BuildTask, files: &dyn Files) -> Built {
         files: read,
         report,
         scene: outcome.made.map(|opened| Scene {
+            written: match opened.compiled.scene() {
+                Some(scene) => written(scene, &outcome.sources),
+                None => vec![None; opened.compiled.module.settings.params.len()],
+            },
             opened,
             sources: outcome.sources,
             number: task.number,

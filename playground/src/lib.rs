@@ -10,3 +10,4 @@
 pub mod build;
 pub mod files;
 pub mod painter;
+pub mod written;
