@@ -1,1 +1,4 @@
 //! The playground.
+
+pub mod camera;
+pub mod timeline;
