@@ -190,13 +190,11 @@ impl Camera {
         self.stand(right, elevation);
     }
 
-    /// Goes where the right is this direction and the camera is so high above what it looks at.
+    /// Goes where the right is this direction, level with the turntable, and the camera is so high above what it looks at.
     fn stand(&mut self, right: V3<f64>, elevation: f64) {
         if self.plane {
             return;
         }
-        let level = right - self.axis * right.dot(self.axis);
-        let right = unit(level).unwrap_or(Basis::of(&self.view).right);
         let (sine, cosine) = elevation.clamp(-FRAC_PI_2, FRAC_PI_2).sin_cos();
         let behind = right.cross(self.axis);
         let back = behind * cosine + self.axis * sine;
