@@ -36,7 +36,9 @@ impl Files for Disk {
             .read_to_end(&mut bytes)
             .map_err(reason)?;
         if bytes.len() > LARGEST {
-            return Err(format!("it is larger than the {LARGEST} bytes that are read"));
+            return Err(format!(
+                "it is larger than the {LARGEST} bytes that are read"
+            ));
         }
         Ok(bytes)
     }

@@ -8,6 +8,11 @@
 //! ([`watcher`]). The window is one user of all that.
 
 pub mod build;
+pub mod camera;
 pub mod files;
 pub mod painter;
+pub mod session;
+pub mod studio;
+pub mod timeline;
+pub mod watcher;
 pub mod written;

@@ -290,13 +290,7 @@ impl Held {
 
 impl Now {
     fn update(&mut self, scene: &Scene, moment: &Moment) {
-        for (param, value) in self
-            .module
-            .settings
-            .params
-            .iter_mut()
-            .zip(&*moment.values)
-        {
+        for (param, value) in self.module.settings.params.iter_mut().zip(&*moment.values) {
             param.value.clone_from(value);
         }
         self.outputs = scene.opened.compiled.bring(&mut self.module, moment.time);

@@ -62,8 +62,10 @@ pub struct Session {
     watched: bool,
     scene: Option<Arc<Scene>>,
     report: String,
-    /// Whether the report is about something that gives no picture.
+    /// Whether the report is about a text that gives no scene.
     broken: bool,
+    /// Why the scene gives no picture as it is, and what was wished for then.
+    problem: Option<(u64, String)>,
     built: [Duration; 2],
 
     knobs: Knobs,
@@ -101,7 +103,6 @@ struct Shown {
     stage: Stage,
     engine: EngineKind,
     times: Times,
-    scene: u64,
     mode: Mode,
 }
 
@@ -129,6 +130,7 @@ impl Session {
             scene: None,
             report: String::new(),
             broken: false,
+            problem: None,
             built: [Duration::ZERO; 2],
             knobs: Knobs::default(),
             camera: None,
@@ -260,6 +262,7 @@ impl Session {
         self.camera_name = None;
         self.own_view = false;
         self.timeline = None;
+        self.pace.clear();
         self.rebuild = true;
     }
 
@@ -310,6 +313,7 @@ impl Session {
             self.watched = false;
         }
         self.broken = built.scene.is_none();
+        self.problem = None;
         self.report = built.report;
         self.built = [built.reading, built.compiling];
         let Some(scene) = built.scene else {
@@ -362,7 +366,9 @@ impl Session {
         if !self.flights.is_empty() {
             return;
         }
-        let elapsed = self.clock.map_or(Duration::ZERO, |at| now.saturating_sub(at));
+        let elapsed = self
+            .clock
+            .map_or(Duration::ZERO, |at| now.saturating_sub(at));
         self.clock = Some(now);
         let moved = self
             .timeline
@@ -415,9 +421,9 @@ impl Session {
         }
         let aspect = self.aspect();
         let place = match &event {
-            CameraEvent::Pan(place, _) | CameraEvent::Zoom(_, place) | CameraEvent::Focus(place) => {
-                *place
-            }
+            CameraEvent::Pan(place, _)
+            | CameraEvent::Zoom(_, place)
+            | CameraEvent::Focus(place) => *place,
             _ => [0.0; 2],
         };
         let depth = self.depth(place);
@@ -489,6 +495,13 @@ impl Session {
         let (Some(scene), Some(key)) = (self.scene.clone(), self.key()) else {
             return;
         };
+        if self
+            .problem
+            .as_ref()
+            .is_some_and(|(wish, _)| *wish == self.wish)
+        {
+            return;
+        }
         // The params of a scene that is about to be replaced are not its own.
         if !self.knobs.fit(&scene) {
             return;
@@ -541,7 +554,10 @@ impl Session {
 
     fn take_picture(&mut self, tier: Tier, drawn: Drawn, now: Duration) {
         let flight = self.flights.get(&tier);
-        let Some(flight) = flight.filter(|flight| flight.number == drawn.number).cloned() else {
+        let Some(flight) = flight
+            .filter(|flight| flight.number == drawn.number)
+            .cloned()
+        else {
             return;
         };
         self.flights.remove(&tier);
@@ -554,12 +570,14 @@ impl Session {
                     .entry(tier)
                     .or_default()
                     .took(rays, drawn.times.drawing);
-                if self.scene.as_ref().is_none_or(|scene| scene.number != drawn.scene) {
+                if self
+                    .scene
+                    .as_ref()
+                    .is_none_or(|scene| scene.number != drawn.scene)
+                {
                     return;
                 }
-                if self.broken && self.building.is_none() && self.report.is_empty() {
-                    self.broken = false;
-                }
+                self.problem = None;
                 if self.camera.is_none() {
                     let settings = self.scene.as_ref().map(|scene| {
                         let settings = &scene.opened.compiled.module.settings;
@@ -576,30 +594,20 @@ impl Session {
                     stage: flight.stage,
                     engine: drawn.engine,
                     times: drawn.times,
-                    scene: drawn.scene,
                     mode: flight.mode,
                 });
             }
             Err(Problem::Stopped) => {}
             Err(Problem::Scene(why)) => {
-                // The same again would be no better: this wish stays as it is.
-                self.report = format!("error: {why}\n");
-                self.broken = true;
-                if let Some(shown) = &mut self.shown {
-                    shown.wish = flight.wish;
-                    shown.stage = Stage::Fine;
-                } else {
-                    self.scene = None;
-                }
+                // The same again would be no better.
+                self.problem = Some((flight.wish, format!("error: {why}\n")));
             }
             Err(Problem::Engine(why)) => {
                 if self.tiers.fail(drawn.engine, why.clone()) {
                     self.said = Some(Err(format!("engine {}: {why}", drawn.engine)));
                     self.wishes(now);
                 } else {
-                    self.report = format!("error: {why}\n");
-                    self.broken = true;
-                    self.scene = None;
+                    self.problem = Some((flight.wish, format!("error: {why}\n")));
                 }
             }
         }
@@ -608,7 +616,7 @@ impl Session {
     /// What the second engine should be made ready for, if anything.
     fn wants_prepared(&self) -> Option<Key> {
         let key = self.key()?;
-        let rested = self.building.is_none() && !self.rebuild && !self.broken;
+        let rested = self.building.is_none() && !self.rebuild && self.problem.is_none();
         (rested && self.tiers.is_to_prepare(key)).then_some(key)
     }
 
@@ -683,7 +691,11 @@ impl Session {
                 self.said = Some(Err(why));
                 continue;
             };
-            let edit = (scene.sources.range(written.span), knob.text(), knob.spec.name.clone());
+            let edit = (
+                scene.sources.range(written.span),
+                knob.text(),
+                knob.spec.name.clone(),
+            );
             edits.entry(written.span.file).or_default().push(edit);
         }
         for (file, mut edits) in edits {

@@ -46,10 +46,14 @@ pub fn written(scene: &Scene, sources: &Sources) -> Vec<Option<Written>> {
         .map(|param| {
             let of = param.span.file;
             let file = files.entry(of).or_insert_with(|| parse(sources, of).0);
-            let declared = file.as_ref()?.items.iter().find_map(|item| match &item.kind {
-                ItemKind::Param(declared) if declared.name.span == param.span => Some(declared),
-                _ => None,
-            })?;
+            let declared = file
+                .as_ref()?
+                .items
+                .iter()
+                .find_map(|item| match &item.kind {
+                    ItemKind::Param(declared) if declared.name.span == param.span => Some(declared),
+                    _ => None,
+                })?;
             let range = declared.range.as_ref().zip(param.range);
             // A zero does not tell its unit's size; an end of the range may.
             let known = [

@@ -204,6 +204,18 @@ pub(crate) fn shown(bounds: &Bounds) -> Bounds {
     Target::of(bounds).shown
 }
 
+/// A view that has all of a box in the picture, which is so many times as wide as it is high
+/// (`aspect`): in the direction and with the lens of the one given. Of endless boxes, what is finite
+/// is shown. A plane figure is seen face on.
+pub fn fit(view: View, bounds: &Bounds, aspect: f64, plane: bool) -> View {
+    let target = Target::of(bounds);
+    if plane {
+        face_on(&target, aspect)
+    } else {
+        framed(Some(view), &target, aspect)
+    }
+}
+
 /// Whether all conditions of the scene hold.
 pub fn check(settings: &Settings, outputs: &[f64]) -> Result<(), SettingsError> {
     for check in &settings.checks {

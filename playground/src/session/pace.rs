@@ -77,11 +77,6 @@ impl Pace {
         });
     }
 
-    /// Another scene: what rays take is no longer known well, but a guess.
-    pub(crate) fn forget(&mut self) {
-        self.ray = None;
-    }
-
     /// How long so many rays would take.
     pub(crate) fn estimate(&self, rays: u64) -> Option<Duration> {
         let seconds = self.ray? * rays as f64;

@@ -85,19 +85,26 @@ impl Session {
         &self.source
     }
 
-    /// All that there is to say about the scene, as `sdfc check` says it; empty if nothing.
+    /// All that there is to say about the scene, as `sdfc check` says it, or why it gives no picture;
+    /// empty if nothing.
     pub fn report(&self) -> &str {
-        &self.report
+        match &self.problem {
+            Some((_, problem)) if !self.broken => problem,
+            _ => &self.report,
+        }
     }
 
     /// Whether the scene, as it is now, gives no picture: then the one that is seen is an old one.
     pub fn is_broken(&self) -> bool {
-        self.broken
+        self.broken || self.problem.is_some()
     }
 
     /// Whether something is under way: a build, or a picture that is not yet as fine as it will be.
     pub fn is_busy(&self) -> bool {
-        self.building.is_some() || self.rebuild || self.settled.is_some() || !self.flights.is_empty()
+        self.building.is_some()
+            || self.rebuild
+            || self.settled.is_some()
+            || !self.flights.is_empty()
     }
 
     /// The picture that is being drawn is so fine.

@@ -126,9 +126,7 @@ impl Tiers {
 
     /// Whether the second engine is to be made ready for this.
     pub(crate) fn is_to_prepare(&self, key: Key) -> bool {
-        self.engine(Tier::Prepared).is_some()
-            && self.ready != Some(key)
-            && self.preparing.is_none()
+        self.engine(Tier::Prepared).is_some() && self.ready != Some(key) && self.preparing.is_none()
     }
 
     pub(crate) fn prepares(&mut self, key: Key) {

@@ -1,7 +1,8 @@
 //! From what is asked for to the numbers that CPU and GPU compute with.
 
 use super::{
-    CellUse, Display, FieldFacts, Frame, Lens, Light, RenderSettings, Shadow, Source, Stats, Status,
+    CellUse, Display, FieldFacts, Frame, Lens, Light, RenderSettings, Shadow, Source, Stats,
+    Status, View,
 };
 use sdfc_shaders::assemble::shows_light;
 use sdfc_shaders::features::{self, Features, Mode, Occlusion};
@@ -90,7 +91,12 @@ pub struct Axes {
 impl Axes {
     /// Those of a picture with these settings.
     pub fn of(settings: &RenderSettings) -> Self {
-        let view = &settings.view;
+        let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
+        Self::of_view(&settings.view, width / height)
+    }
+
+    /// Those of a view in a picture so many times as wide as it is high.
+    pub fn of_view(view: &View, aspect: f64) -> Self {
         let forward = unit(sub(view.look, view.from), [0.0, 0.0, -1.0]);
         // An up along the view says nothing; then any direction across it will do.
         let across = cross(forward, view.up);
@@ -105,8 +111,6 @@ impl Axes {
             unit(cross(forward, other), [1.0, 0.0, 0.0])
         };
         let up = cross(right, forward);
-        let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
-        let aspect = width / height;
         let (start, growth) = spans(view.lens);
         Self {
             origin: view.from,

@@ -1,0 +1,326 @@
+//! Does the tasks of a session on threads of its own: one that builds, one for each tier that draws,
+//! one that writes. What they are done with waits until it is taken.
+
+use crate::build::{BuildTask, build};
+use crate::files::Files;
+use crate::painter::{DrawTask, Opener, Painter};
+use crate::session::{Done, Event, Session, Task, Tier};
+use crate::watcher::Watcher;
+use sdfc_compiler::export::{Target, translate};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// The stack of threads that build: trees of syntax and of expressions are walked by recursion, to a
+/// depth that the compiler bounds.
+const STACK: usize = 256 << 20;
+
+/// A session with all that works for it.
+pub struct Studio {
+    session: Session,
+    started: Instant,
+    workers: Workers,
+    news: Receiver<News>,
+    watcher: Option<Watcher>,
+    watched: Vec<PathBuf>,
+    /// News that was taken while waiting.
+    waiting: Vec<News>,
+}
+
+impl std::fmt::Debug for Studio {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Studio")
+            .field("session", &self.session)
+            .finish_non_exhaustive()
+    }
+}
+
+/// What threads have to tell.
+enum News {
+    Done(Done),
+    FilesChanged,
+}
+
+/// Ways to the threads; they end when these are dropped.
+struct Workers {
+    builds: Sender<BuildTask>,
+    pictures: [Sender<Order>; 2],
+    errands: Sender<Errand>,
+}
+
+/// A picture that is wanted.
+enum Order {
+    Draw(DrawTask),
+    Prepare(DrawTask),
+}
+
+/// What is written.
+enum Errand {
+    Replace {
+        path: PathBuf,
+        before: Arc<str>,
+        after: String,
+        said: String,
+    },
+    Save {
+        path: PathBuf,
+        size: [u32; 2],
+        rgba: Arc<Vec<u8>>,
+    },
+    Export(Target, Arc<crate::build::Scene>),
+}
+
+/// Tells news, and wakes whoever waits for it.
+#[derive(Clone)]
+struct Teller {
+    to: Sender<News>,
+    wake: Arc<dyn Fn() + Send + Sync>,
+}
+
+impl Teller {
+    /// Whether somebody still listens.
+    fn tell(&self, news: News) -> bool {
+        let heard = self.to.send(news).is_ok();
+        if heard {
+            (self.wake)();
+        }
+        heard
+    }
+}
+
+impl Studio {
+    /// A studio for a session. Files are read from `files`, engines opened with what `opener` gives;
+    /// `wake` is called from any thread when there is news.
+    ///
+    /// # Errors
+    ///
+    /// Says why no thread can be started, or no file be watched.
+    pub fn new(
+        session: Session,
+        files: Arc<dyn Files>,
+        opener: impl Fn() -> Opener,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Result<Self, String> {
+        let (to, news) = channel();
+        let teller = Teller {
+            to,
+            wake: Arc::new(wake),
+        };
+        let changed = teller.clone();
+        let watcher = Watcher::new(move || {
+            changed.tell(News::FilesChanged);
+        })?;
+        let builds = {
+            let (teller, files) = (teller.clone(), Arc::clone(&files));
+            worker("build", move || {
+                move |task: BuildTask| teller.tell(News::Done(Done::Built(build(&task, &*files))))
+            })?
+        };
+        let painter = |tier: Tier, name: &str| {
+            let teller = teller.clone();
+            let opener = opener();
+            worker(name, move || {
+                let mut painter = Painter::new(opener);
+                move |order: Order| {
+                    teller.tell(News::Done(match order {
+                        Order::Draw(task) => Done::Drawn(tier, painter.draw(&task)),
+                        Order::Prepare(task) => {
+                            // The first one makes all ready.
+                            let first = painter.draw(&task);
+                            let drawn = match &first.picture {
+                                Ok(_) => painter.draw(&task),
+                                Err(_) => first,
+                            };
+                            Done::Prepared(drawn)
+                        }
+                    }))
+                }
+            })
+        };
+        let pictures = [
+            painter(Tier::Instant, "draw")?,
+            painter(Tier::Prepared, "prepare")?,
+        ];
+        let errands = worker("write", move || {
+            move |errand: Errand| teller.tell(News::Done(run(errand, &*files)))
+        })?;
+        Ok(Self {
+            session,
+            started: Instant::now(),
+            workers: Workers {
+                builds,
+                pictures,
+                errands,
+            },
+            news,
+            watcher: Some(watcher),
+            watched: Vec::new(),
+            waiting: Vec::new(),
+        })
+    }
+
+    /// The session.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// The session, to take from it what is given once.
+    pub fn session_mut(&mut self) -> &mut Session {
+        &mut self.session
+    }
+
+    /// The time that the session goes by.
+    pub fn now(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// Tells the session that something happened.
+    pub fn handle(&mut self, event: Event) {
+        let now = self.now();
+        self.session.handle(event, now);
+    }
+
+    /// Tells the session all news, has done what it asks for, and says when it wants to be asked
+    /// again if nothing happens before: so much later, or never.
+    pub fn turn(&mut self) -> Option<Duration> {
+        let now = self.now();
+        let waiting = std::mem::take(&mut self.waiting);
+        for news in waiting.into_iter().chain(self.news.try_iter()) {
+            match news {
+                News::Done(done) => self.session.done(done, now),
+                News::FilesChanged => {
+                    // Folders may have come or gone.
+                    let watched = self.watched.clone();
+                    watch(&mut self.watcher, &watched, &mut self.session, now);
+                    self.session.handle(Event::FilesChanged, now);
+                }
+            }
+        }
+        for task in self.session.tasks(now) {
+            self.start(task, now);
+        }
+        let wakes = self.session.wakes(now)?;
+        Some(wakes.saturating_sub(now))
+    }
+
+    /// Waits for news, for no longer than this; whether there is any.
+    pub fn wait(&mut self, at_most: Duration) -> bool {
+        match self.news.recv_timeout(at_most) {
+            Ok(news) => {
+                self.waiting.push(news);
+                true
+            }
+            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => false,
+        }
+    }
+
+    fn start(&mut self, task: Task, now: Duration) {
+        let workers = &self.workers;
+        // A thread that is gone has nobody to tell; the window is closing.
+        let _ = match task {
+            Task::Build(task) => workers.builds.send(task).is_ok(),
+            Task::Draw(tier, task) => workers.pictures[tier as usize]
+                .send(Order::Draw(task))
+                .is_ok(),
+            Task::Prepare(task) => workers.pictures[Tier::Prepared as usize]
+                .send(Order::Prepare(task))
+                .is_ok(),
+            Task::Watch(files) => {
+                watch(&mut self.watcher, &files, &mut self.session, now);
+                self.watched = files;
+                true
+            }
+            Task::Replace {
+                path,
+                before,
+                after,
+                said,
+            } => {
+                let errand = Errand::Replace {
+                    path,
+                    before,
+                    after,
+                    said,
+                };
+                workers.errands.send(errand).is_ok()
+            }
+            Task::Save { path, size, rgba } => workers
+                .errands
+                .send(Errand::Save { path, size, rgba })
+                .is_ok(),
+            Task::Export(target, scene) => {
+                workers.errands.send(Errand::Export(target, scene)).is_ok()
+            }
+        };
+    }
+}
+
+fn watch(watcher: &mut Option<Watcher>, files: &[PathBuf], session: &mut Session, now: Duration) {
+    if let Some(Err(problem)) = watcher.as_mut().map(|watcher| watcher.watch(files)) {
+        session.done(Done::Said(Err(problem)), now);
+    }
+}
+
+/// A thread that does what it is sent, in order, until nobody listens, with what `start` gives there.
+fn worker<T: Send + 'static, W: FnMut(T) -> bool>(
+    name: &str,
+    start: impl FnOnce() -> W + Send + 'static,
+) -> Result<Sender<T>, String> {
+    let (to, todo) = channel();
+    thread::Builder::new()
+        .name(name.to_owned())
+        .stack_size(STACK)
+        .spawn(move || {
+            let mut work = start();
+            while let Ok(task) = todo.recv() {
+                if !work(task) {
+                    return;
+                }
+            }
+        })
+        .map_err(|error| format!("no thread could be started: {error}"))?;
+    Ok(to)
+}
+
+fn run(errand: Errand, files: &dyn Files) -> Done {
+    match errand {
+        Errand::Replace {
+            path,
+            before,
+            after,
+            said,
+        } => Done::Said(match files.replace(&path, &before, &after) {
+            Ok(()) => Ok(said),
+            Err(why) => Err(format!("{} was not written: {why}", path.display())),
+        }),
+        Errand::Save { path, size, rgba } => {
+            let written = png(size, &rgba).and_then(|bytes| files.write(&path, &bytes));
+            Done::Said(match written {
+                Ok(()) => Ok(format!("saved {}", path.display())),
+                Err(why) => Err(format!("{} was not written: {why}", path.display())),
+            })
+        }
+        Errand::Export(target, scene) => {
+            let text = translate(&scene.opened.compiled, target)
+                .map_err(|error| error.to_string())
+                .and_then(|bytes| String::from_utf8(bytes).map_err(|_| "it is no text".to_owned()));
+            Done::Exported(text)
+        }
+    }
+}
+
+/// A picture as PNG, in the colours of the screen.
+pub fn png(size: [u32; 2], rgba: &[u8]) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    let written = encoder
+        .write_header()
+        .and_then(|mut writer| writer.write_image_data(rgba));
+    written.map_err(|error| error.to_string())?;
+    Ok(bytes)
+}
