@@ -9,7 +9,7 @@ use sdfc_compiler::open::{Content, Opened, Request, open};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::{Sources, Style};
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// What is built.
@@ -63,7 +63,7 @@ pub struct Built {
     /// All that there is to say, as `sdfc check` says it; empty if nothing.
     pub report: String,
     /// The scene, if nothing is wrong.
-    pub scene: Option<Scene>,
+    pub scene: Option<Arc<Scene>>,
     /// How long reading took.
     pub reading: Duration,
     /// How long the way from text to programs took.
@@ -167,15 +167,17 @@ fn attempt(task: &BuildTask, files: &dyn Files) -> Built {
         number: task.number,
         files: read,
         report,
-        scene: outcome.made.map(|opened| Scene {
-            written: match opened.compiled.scene() {
-                Some(scene) => written(scene, &outcome.sources),
-                None => vec![None; opened.compiled.module.settings.params.len()],
-            },
-            opened,
-            sources: outcome.sources,
-            number: task.number,
-            generated: OnceLock::new(),
+        scene: outcome.made.map(|opened| {
+            Arc::new(Scene {
+                written: match opened.compiled.scene() {
+                    Some(scene) => written(scene, &outcome.sources),
+                    None => vec![None; opened.compiled.module.settings.params.len()],
+                },
+                opened,
+                sources: outcome.sources,
+                number: task.number,
+                generated: OnceLock::new(),
+            })
         }),
         reading,
         compiling,

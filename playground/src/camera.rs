@@ -233,7 +233,7 @@ impl Camera {
         }
         let farthest = self.view.look.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let nearest = WAYS[0].max(NEAREST * farthest).min(size);
-        let wanted = size * factor.max(ZOOMS[0]).min(ZOOMS[1]);
+        let wanted = size * factor.clamp(ZOOMS[0], ZOOMS[1]);
         let wanted = wanted.max(nearest).min(WAYS[1].max(size));
         let factor = wanted / size;
         match self.view.lens {

@@ -344,7 +344,7 @@ impl Session {
         if !self.own_view {
             self.camera = None;
         }
-        self.scene = Some(Arc::new(scene));
+        self.scene = Some(scene);
         self.wishes(now);
     }
 

@@ -130,7 +130,7 @@ impl Timeline {
     /// Sets how many seconds of it pass in one, within [`SPEEDS`].
     pub fn set_speed(&mut self, speed: f64) {
         if speed.is_finite() {
-            self.speed = speed.max(SPEEDS[0]).min(SPEEDS[1]);
+            self.speed = speed.clamp(SPEEDS[0], SPEEDS[1]);
         }
     }
 

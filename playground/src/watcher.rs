@@ -148,7 +148,7 @@ mod tests {
         let file = folder.path().join("a.sdf");
         fs::write(&file, "one").unwrap();
         let (mut watcher, changes) = watcher();
-        watcher.watch(&[file.clone()]).unwrap();
+        watcher.watch(std::slice::from_ref(&file)).unwrap();
         fs::write(&file, "two").unwrap();
         assert!(notices(&changes));
         for text in ["three", "four"] {
@@ -189,7 +189,7 @@ mod tests {
         let file = folder.path().join("a.sdf");
         fs::write(&file, "one").unwrap();
         let (mut watcher, changes) = watcher();
-        watcher.watch(&[file.clone()]).unwrap();
+        watcher.watch(std::slice::from_ref(&file)).unwrap();
         fs::read(&file).unwrap();
         fs::write(folder.path().join("b.sdf"), "other").unwrap();
         assert!(changes.recv_timeout(Duration::from_millis(300)).is_err());
