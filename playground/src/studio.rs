@@ -39,7 +39,7 @@ impl std::fmt::Debug for Studio {
 
 /// What threads have to tell.
 enum News {
-    Done(Done),
+    Done(Box<Done>),
     FilesChanged,
 }
 
@@ -88,6 +88,10 @@ impl Teller {
         }
         heard
     }
+
+    fn done(&self, done: Done) -> bool {
+        self.tell(News::Done(Box::new(done)))
+    }
 }
 
 impl Studio {
@@ -115,7 +119,7 @@ impl Studio {
         let builds = {
             let (teller, files) = (teller.clone(), Arc::clone(&files));
             worker("build", move || {
-                move |task: BuildTask| teller.tell(News::Done(Done::Built(build(&task, &*files))))
+                move |task: BuildTask| teller.done(Done::Built(build(&task, &*files)))
             })?
         };
         let painter = |tier: Tier, name: &str| {
@@ -124,7 +128,7 @@ impl Studio {
             worker(name, move || {
                 let mut painter = Painter::new(opener);
                 move |order: Order| {
-                    teller.tell(News::Done(match order {
+                    teller.done(match order {
                         Order::Draw(task) => Done::Drawn(tier, painter.draw(&task)),
                         Order::Prepare(task) => {
                             // The first one makes all ready.
@@ -135,7 +139,7 @@ impl Studio {
                             };
                             Done::Prepared(drawn)
                         }
-                    }))
+                    })
                 }
             })
         };
@@ -144,7 +148,7 @@ impl Studio {
             painter(Tier::Prepared, "prepare")?,
         ];
         let errands = worker("write", move || {
-            move |errand: Errand| teller.tell(News::Done(run(errand, &*files)))
+            move |errand: Errand| teller.done(run(errand, &*files))
         })?;
         Ok(Self {
             session,
@@ -189,7 +193,7 @@ impl Studio {
         let waiting = std::mem::take(&mut self.waiting);
         for news in waiting.into_iter().chain(self.news.try_iter()) {
             match news {
-                News::Done(done) => self.session.done(done, now),
+                News::Done(done) => self.session.done(*done, now),
                 News::FilesChanged => {
                     // Folders may have come or gone.
                     let watched = self.watched.clone();

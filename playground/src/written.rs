@@ -212,7 +212,7 @@ sphere(width).rotate(y: turn).translate(shift)
         let width = scene.params.iter().find(|param| param.name == "width");
         let millimetre = width.unwrap().default[0] / 60.0;
         assert_eq!(of("width", &[72.5 * millimetre]), "72.5mm");
-        assert_eq!(of("turn", &[-0.785_398_163_397_448_3]), "-45deg");
+        assert_eq!(of("turn", &[-std::f64::consts::FRAC_PI_4]), "-45deg");
         assert_eq!(of("goo", &[1.0]), "1.0");
         assert_eq!(of("tint", &[1.0, 0.0, 0.0]), "#ff0000");
         assert_eq!(of("on", &[0.0]), "false");
