@@ -172,7 +172,7 @@ param turn = 0deg in -90deg..=90deg;
 param low = -2 in -4..4;
 param on = true;
 param shift: vec3 = [0.0, 1.5, 2];
-sphere(width).rotate(y: turn).translate(shift)
+sphere(width).rotate(turn, Y).translate(shift)
 ";
 
     fn scene() -> (Scene, Sources) {
