@@ -73,18 +73,18 @@ impl Compiled {
     /// box around the solid, without which rays and cells would have no bounds. Gives the results of
     /// the uniform program. No program changes.
     pub fn update(&mut self, time: f64) -> Vec<f64> {
-        if let Some(known) = &self.known {
-            let params = &self.module.settings.params;
-            let values = params.iter().map(|param| param.value.clone());
-            let values = (0..).map(ParamId).zip(values).collect();
-            let mut boxes = known.boxes.with(time, values);
-            self.module.settings.found = FoundBounds {
-                bounds: boxes.of(World::from(&known.scene), known.root),
-                params: self.module.settings.param_numbers(),
-                time,
-            };
-        }
-        self.module.update(time)
+        let known = self.known.clone();
+        bring(&mut self.module, known.as_deref(), time)
+    }
+
+    /// The same for a copy of the module.
+    pub fn bring(&self, module: &mut Module, time: f64) -> Vec<f64> {
+        bring(module, self.known.as_deref(), time)
+    }
+
+    /// The scene that it was made of, where there was a text.
+    pub fn scene(&self) -> Option<&Scene> {
+        self.known.as_ref().map(|known| &known.scene)
     }
 
     /// The scene's functions as WGSL: `scene_distance`, `scene_gradient` and, where the scene has
@@ -108,6 +108,22 @@ impl Compiled {
             calls,
         }
     }
+}
+
+/// Brings a module to the present values of its parameters and a time.
+fn bring(module: &mut Module, known: Option<&Known>, time: f64) -> Vec<f64> {
+    if let Some(known) = known {
+        let params = &module.settings.params;
+        let values = params.iter().map(|param| param.value.clone());
+        let values = (0..).map(ParamId).zip(values).collect();
+        let mut boxes = known.boxes.with(time, values);
+        module.settings.found = FoundBounds {
+            bounds: boxes.of(World::from(&known.scene), known.root),
+            params: module.settings.param_numbers(),
+            time,
+        };
+    }
+    module.update(time)
 }
 
 /// Compiles a scene. There is no result if a diagnostic is an error.

@@ -33,6 +33,8 @@ pub struct Overrides {
     pub aa: Option<u32>,
     /// The name of the camera; the scene's first one otherwise.
     pub camera: Option<String>,
+    /// Where the picture is taken from, whatever cameras the scene has.
+    pub view: Option<View>,
     /// What is shown; no scene says this.
     pub mode: Mode,
     /// The most steps of a ray.
@@ -136,7 +138,10 @@ pub fn resolve(
     )?;
     let target = Target::of(&settings.bounds);
     let camera = camera(settings, overrides.camera.as_deref())?;
-    let view = view(settings, camera, &read, &target, size)?;
+    let view = match overrides.view {
+        Some(view) => view,
+        None => view(settings, camera, &read, &target, size)?,
+    };
     let far = overrides
         .far
         .or(render.far)

@@ -148,6 +148,7 @@ impl Look {
             size: self.size,
             aa: self.aa,
             camera: self.camera.clone(),
+            view: None,
             mode: self.mode,
             steps: self.steps,
             far: self.far,
