@@ -139,7 +139,7 @@ fn a_file_that_vanishes_is_followed_until_it_is_back() {
 
 #[test]
 fn imported_files_are_watched_also_those_that_are_not_there() {
-    let mut play = Play::of("import \"part.sdf\" as part;\npart::knob(1)\n");
+    let mut play = Play::of("import \"part.sdf\" as lib;\nlib::knob(1)\n");
     let both = Asked::Watch(["a.sdf", "part.sdf"].map(PathBuf::from).to_vec());
     assert!(play.rest().contains(&both), "{:?}", play.log);
     assert!(play.session.is_broken());

@@ -7,7 +7,7 @@ const SCENE: &str = "/// The radius.
 param r = 1.0 in 0.5..=2.0; // in metres
 param n = 2 in 1..=5;
 param tint: color = #3aa6ff;
-for i in 0..n { sphere(r).translate(2 * i, 0, 0).paint(tint) }
+for i in 0..n { sphere(r).translate(2 * i, 0, 0).color(tint) }
 ";
 
 fn builds(asked: &[Asked]) -> usize {
