@@ -94,7 +94,18 @@ impl Scene {
 
 /// Builds a scene. It never panics: what the compiler panicked with becomes the report.
 pub fn build(task: &BuildTask, files: &dyn Files) -> Built {
-    let attempt = std::panic::AssertUnwindSafe(|| attempt(task, files));
+    let attempt = std::panic::AssertUnwindSafe(|| {
+        let built = attempt(task, files);
+        if built.scene.is_some() || task.overrides.is_empty() {
+            return built;
+        }
+        // An edit may have left no place for what was set by hand.
+        let without = BuildTask {
+            overrides: Vec::new(),
+            ..task.clone()
+        };
+        self::attempt(&without, files)
+    });
     std::panic::catch_unwind(attempt).unwrap_or_else(|_| {
         let report = "error: this is a bug in sdfc: the compiler panicked on this scene\n";
         failed(task, report.to_owned())

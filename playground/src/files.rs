@@ -102,13 +102,9 @@ pub(crate) struct Folder<'f> {
 impl<'f> Folder<'f> {
     /// The folder that a scene's file lies in.
     pub(crate) fn of(files: &'f dyn Files, scene: &Path) -> Self {
-        let folder = match scene.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
         Self {
             files,
-            folder: folder.to_owned(),
+            folder: scene.parent().unwrap_or(Path::new("")).to_owned(),
             asked: Mutex::default(),
         }
     }
@@ -128,7 +124,9 @@ impl sdfc_compiler::elaborate::Loader for Folder<'_> {
         asked.insert(file.clone());
         drop(asked);
         // Links are followed before it is looked where they lead.
-        if let (Ok(folder), Ok(real)) = (self.folder.canonicalize(), file.canonicalize())
+        let here = self.folder.as_os_str().is_empty();
+        let folder = if here { Path::new(".") } else { &self.folder };
+        if let (Ok(folder), Ok(real)) = (folder.canonicalize(), file.canonicalize())
             && !real.starts_with(&folder)
         {
             return Err("it lies outside the folder of the scene".to_owned());

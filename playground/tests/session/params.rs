@@ -3,7 +3,8 @@
 use crate::play::{Asked, Play};
 use sdfc_playground::session::Event;
 
-const SCENE: &str = "/// The radius.
+const SCENE: &str = "camera { from: [0, 3, 12], look: [2, 0, 0] }
+/// The radius.
 param r = 1.0 in 0.5..=2.0; // in metres
 param n = 2 in 1..=5;
 param tint: color = #3aa6ff;
@@ -73,11 +74,9 @@ fn values_set_by_hand_survive_an_edit_where_they_fit() {
     play.rest();
     let values: Vec<_> = play.session.knobs().iter().map(|k| k.value[0]).collect();
     assert_eq!(values[..2], [0.75, 3.0]);
-    let mut other = Play::of(
-        &SCENE
-            .replace("n = 2", "n = 3")
-            .replace("r = 1.0", "r = 0.75"),
-    );
+    let mut other = Play::of(&SCENE.replace("n = 2", "n = 3"));
+    other.rest();
+    other.handle(Event::Set(0, vec![0.75]));
     other.rest();
     assert_eq!(play.seen(), other.seen());
 }

@@ -179,8 +179,18 @@ impl Play {
     }
 
     /// The bytes of the picture that is seen.
-    pub(crate) fn seen(&self) -> Vec<u8> {
-        self.session.seen().expect("a picture").0.rgba.clone()
+    pub(crate) fn seen(&self) -> Pixels {
+        Pixels(self.session.seen().expect("a picture").0.rgba.clone())
+    }
+}
+
+/// The bytes of a picture.
+#[derive(Clone, PartialEq, Eq)]
+pub(crate) struct Pixels(Vec<u8>);
+
+impl std::fmt::Debug for Pixels {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} bytes", self.0.len())
     }
 }
 
