@@ -142,6 +142,11 @@ impl Camera {
         matches!(self.view.lens, Lens::Orthographic(_))
     }
 
+    /// Whether it shows a plane figure, and only pans and zooms.
+    pub fn is_plane(&self) -> bool {
+        self.plane
+    }
+
     /// What is seen at a place of the picture, so far along its ray; without a way, or an endless
     /// one, on the plane of what the camera looks at.
     pub fn point_under(&self, place: Place, depth: Option<f64>, aspect: f64) -> [f64; 3] {

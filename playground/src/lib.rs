@@ -15,4 +15,6 @@ pub mod session;
 pub mod studio;
 pub mod timeline;
 pub mod watcher;
+#[cfg(feature = "window")]
+pub mod window;
 pub mod written;

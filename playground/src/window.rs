@@ -1,0 +1,211 @@
+//! The window: a [`Studio`](crate::studio) and what is seen of it.
+//!
+//! It asks the session what there is, draws that with egui, and turns what is done with mouse and keys
+//! into events; it decides nothing by itself. A frame is drawn when something was done, when a thread
+//! has news, and when the session wants to be asked again: at rest, never.
+
+mod action;
+mod desk;
+mod icon;
+mod menu;
+mod overlay;
+mod params;
+mod picture;
+mod report;
+mod side;
+mod status;
+mod theme;
+mod timebar;
+
+use crate::build::Source;
+use crate::files::Files;
+use crate::painter::Opener;
+use crate::session::{Event, Session};
+use crate::studio::Studio;
+use desk::{Desk, Overlay};
+use eframe::egui::{self, Context, Frame, Margin, Panel, Ui, ViewportBuilder, ViewportCommand};
+use std::sync::Arc;
+
+/// A scene that comes with the program.
+#[derive(Clone, Copy, Debug)]
+pub struct Example {
+    /// Its name.
+    pub name: &'static str,
+    /// Its text.
+    pub text: &'static str,
+}
+
+/// What the window needs besides a session.
+pub struct Tools {
+    /// Where files are.
+    pub files: Arc<dyn Files>,
+    /// Gives each thread that draws what opens engines.
+    pub opener: Box<dyn Fn() -> Opener>,
+    /// The menu of examples.
+    pub examples: Vec<Example>,
+}
+
+/// Why there is no window.
+#[derive(Debug, thiserror::Error)]
+pub enum WindowError {
+    /// There is no desktop, or nothing that could draw on it.
+    #[error(
+        "no window can be opened: {0}; it needs a desktop and a Vulkan driver (a software one will \
+         do), `sdfc watch` needs neither"
+    )]
+    Desktop(String),
+    /// What works for it could not be started.
+    #[error("{0}")]
+    Studio(String),
+}
+
+/// Opens the window, and returns when it is closed.
+///
+/// # Errors
+///
+/// Says what is missing for a window here.
+pub fn open(session: Session, tools: Tools) -> Result<(), WindowError> {
+    let mut options = eframe::NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size([480.0, 320.0]),
+        // The picture's colours are to be those that a file of it has.
+        dithering: false,
+        ..eframe::NativeOptions::default()
+    };
+    options.viewport.title = Some(title(&session));
+    let start = Box::new(move |creation: &eframe::CreationContext<'_>| {
+        let window = Window::new(&creation.egui_ctx, session, tools)?;
+        Ok(Box::new(window) as Box<dyn eframe::App>)
+    });
+    eframe::run_native("sdfc", options, start).map_err(|error| match error {
+        eframe::Error::AppCreation(why) => WindowError::Studio(why.to_string()),
+        other => WindowError::Desktop(other.to_string()),
+    })
+}
+
+fn title(session: &Session) -> String {
+    format!("{} · sdfc", session.source().path().display())
+}
+
+/// The window's state.
+struct Window {
+    studio: Studio,
+    examples: Vec<Example>,
+    canvas: picture::Canvas,
+    desk: Desk,
+    title: String,
+}
+
+impl Window {
+    fn new(ctx: &Context, session: Session, tools: Tools) -> Result<Self, String> {
+        theme::apply(ctx);
+        let title = title(&session);
+        let waker = ctx.clone();
+        let wake = move || waker.request_repaint();
+        Ok(Self {
+            studio: Studio::new(session, tools.files, tools.opener, wake)?,
+            examples: tools.examples,
+            canvas: picture::Canvas::default(),
+            desk: Desk::default(),
+            title,
+        })
+    }
+
+    /// Does what became due, and has a frame drawn when the session wants to be asked again.
+    fn turn(&mut self, ctx: &Context) {
+        if let Some(later) = self.studio.turn() {
+            ctx.request_repaint_after(later);
+        }
+        if let Some(text) = self.studio.session_mut().take_exported() {
+            ctx.copy_text(text);
+        }
+        let title = title(self.studio.session());
+        if title != self.title {
+            ctx.send_viewport_cmd(ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+        let now = ctx.input(|input| input.time);
+        if let Some((_, number)) = self.studio.session().seen() {
+            self.desk.count(number, now);
+        }
+    }
+
+    /// Files that were dropped.
+    fn dropped(ctx: &Context, events: &mut Vec<Event>) {
+        let dropped = ctx.input(|input| {
+            let file = input.raw.dropped_files.first();
+            file.map(|file| file.path().to_owned())
+        });
+        if let Some(path) = dropped {
+            events.push(Event::Open(Source::File(path)));
+        }
+    }
+}
+
+impl eframe::App for Window {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        self.turn(&ctx);
+        let mut events = Vec::new();
+        let mut actions = action::pressed(&ctx);
+        let session = self.studio.session();
+        let desk = &mut self.desk;
+        let fill = |x, y| {
+            let margin = Margin::symmetric(x, y);
+            Frame::new().fill(theme::PANEL).inner_margin(margin)
+        };
+        Panel::top("menu").frame(fill(8, 3)).show(ui, |ui| {
+            actions.extend(menu::show(ui, session, &self.examples, &mut events));
+        });
+        Panel::bottom("status")
+            .frame(fill(10, 0))
+            .exact_size(24.0)
+            .show(ui, |ui| status::show(ui, session, desk));
+        if session.timeline().is_some() {
+            Panel::bottom("time")
+                .frame(fill(8, 0))
+                .exact_size(34.0)
+                .show(ui, |ui| timebar::show(ui, session, &mut events));
+        }
+        if desk.panels && !session.knobs().is_empty() {
+            Panel::left("params")
+                .frame(fill(12, 8))
+                .default_size(250.0)
+                .size_range(190.0..=420.0)
+                .show(ui, |ui| params::show(ui, session, &mut events));
+        }
+        if desk.panels {
+            Panel::right("side")
+                .frame(fill(12, 8))
+                .exact_size(212.0)
+                .resizable(false)
+                .show(ui, |ui| {
+                    actions.extend(side::show(ui, session, &mut events));
+                });
+        }
+        let picture = egui::CentralPanel::no_frame()
+            .show(ui, |ui| self.canvas.show(ui, session, &mut events))
+            .inner;
+        report::show(ui, session, desk, picture);
+        overlay::said(&ctx, session, desk, picture, &mut events);
+        overlay::show(&ctx, desk, &mut events);
+        Self::dropped(&ctx, &mut events);
+        for action in actions {
+            action.run(&ctx, session, desk, &mut events);
+        }
+        if self.desk.overlay != Overlay::None {
+            // What is typed or read there is not meant for the camera.
+            events.retain(|event| !matches!(event, Event::Camera(_)));
+        }
+        for event in events {
+            self.studio.handle(event);
+        }
+        // What was done now is not to wait for the next frame.
+        self.turn(&ctx);
+    }
+
+    fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
+        theme::BACKDROP.to_normalized_gamma_f32()
+    }
+}

@@ -1,0 +1,108 @@
+//! The line at the top: menus, and what is open.
+
+use super::Example;
+use super::action::{Action, key_of};
+use super::theme;
+use crate::build::Source;
+use crate::camera::Side;
+use crate::session::{Event, Session};
+use eframe::egui::{Align, Button, Layout, MenuBar, RichText, Ui};
+use sdfc_compiler::export::Target;
+
+/// Shows it; what is chosen becomes actions and events.
+pub(super) fn show(
+    ui: &mut Ui,
+    session: &Session,
+    examples: &[Example],
+    events: &mut Vec<Event>,
+) -> Vec<Action> {
+    let mut actions = Vec::new();
+    MenuBar::new().ui(ui, |ui| {
+        ui.menu_button("File", |ui| {
+            ui.set_min_width(190.0);
+            item(ui, "Open …", Action::Open, &mut actions);
+            ui.menu_button("Examples", |ui| examples_menu(ui, examples, events));
+            ui.separator();
+            item(ui, "Save picture", Action::Save, &mut actions);
+            item(
+                ui,
+                "Write params into the text",
+                Action::WriteParams,
+                &mut actions,
+            );
+            ui.separator();
+            item(ui, "Copy as WGSL", Action::Copy(Target::Wgsl), &mut actions);
+            item(ui, "Copy as GLSL", Action::Copy(Target::Glsl), &mut actions);
+            item(
+                ui,
+                "Copy for Shadertoy",
+                Action::Copy(Target::Shadertoy),
+                &mut actions,
+            );
+            ui.separator();
+            item(ui, "Quit", Action::Quit, &mut actions);
+        });
+        ui.menu_button("View", |ui| {
+            ui.set_min_width(190.0);
+            item(ui, "Fit", Action::Fit, &mut actions);
+            item(ui, "The scene's camera", Action::SceneCamera, &mut actions);
+            item(ui, "Orthographic", Action::ToggleLens, &mut actions);
+            item(ui, "Copy camera as text", Action::CopyCamera, &mut actions);
+            ui.separator();
+            for (side, name) in [
+                (Side::Front, "Front"),
+                (Side::Back, "Back"),
+                (Side::Left, "Left"),
+                (Side::Right, "Right"),
+                (Side::Top, "Top"),
+                (Side::Bottom, "Bottom"),
+                (Side::Isometric, "Corner"),
+            ] {
+                item(ui, name, Action::Face(side), &mut actions);
+            }
+            ui.separator();
+            item(ui, "Show the next thing", Action::NextMode(1), &mut actions);
+            item(ui, "Panels", Action::TogglePanels, &mut actions);
+        });
+        ui.menu_button("Help", |ui| {
+            item(ui, "Keys and mouse", Action::Help, &mut actions);
+        });
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let path = session.source().path();
+            let name = path
+                .file_name()
+                .unwrap_or(path.as_os_str())
+                .to_string_lossy();
+            let label = ui.label(RichText::new(name).color(theme::WEAK).size(12.5));
+            label.on_hover_text(match session.source() {
+                Source::File(path) => path.display().to_string(),
+                Source::Text { .. } => "in no file: what is written into it is lost".to_owned(),
+            });
+        });
+    });
+    actions
+}
+
+fn item(ui: &mut Ui, text: &str, action: Action, actions: &mut Vec<Action>) {
+    let key = RichText::new(key_of(action)).color(theme::WEAK).size(11.5);
+    if ui.add(Button::new(text).right_text(key)).clicked() {
+        actions.push(action);
+        ui.close();
+    }
+}
+
+fn examples_menu(ui: &mut Ui, examples: &[Example], events: &mut Vec<Event>) {
+    ui.set_min_width(130.0);
+    for example in examples {
+        let item = ui.button(example.name);
+        let says = example.text.lines().next().unwrap_or_default();
+        let says = says.trim_start_matches('/').trim();
+        if item.on_hover_text(says).clicked() {
+            events.push(Event::Open(Source::Text {
+                name: format!("{}.sdf", example.name),
+                text: example.text.to_owned(),
+            }));
+            ui.close();
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! The left panel: a control for each param, as its declaration says.
+
+use super::action::{Action, key_of};
+use super::icon::{self, Icon};
+use super::theme;
+use crate::session::{Event, Knob, Session};
+use eframe::egui::{self, Align, DragValue, Layout, RichText, Slider, Ui, vec2};
+use sdfc_vm::settings::ParamKind;
+
+/// Shows the controls; what is done with them becomes events.
+pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
+    ui.add_space(2.0);
+    ui.label(theme::heading("PARAMS"));
+    ui.add_space(2.0);
+    let changed = session.knobs().iter().filter(|knob| knob.is_changed());
+    let changed = changed.count();
+    let bottom = 34.0;
+    egui::ScrollArea::vertical()
+        .max_height((ui.available_height() - bottom).max(60.0))
+        .auto_shrink([false, true])
+        .show(ui, |ui| {
+            for (index, knob) in session.knobs().iter().enumerate() {
+                ui.push_id(index, |ui| row(ui, index, knob, events));
+                ui.add_space(5.0);
+            }
+        });
+    ui.add_space(4.0);
+    ui.add_enabled_ui(changed > 0, |ui| {
+        ui.horizontal(|ui| {
+            let reset = ui.button("Reset all").on_hover_text(format!(
+                "all params as they stand in the text ({})",
+                key_of(Action::ResetParams)
+            ));
+            if reset.clicked() {
+                events.push(Event::ResetAll);
+            }
+            let write = ui.button("Write all").on_hover_text(format!(
+                "write the changed values into the text ({})",
+                key_of(Action::WriteParams)
+            ));
+            if write.clicked() {
+                let all = session.knobs().iter().enumerate();
+                let changed = all.filter(|(_, knob)| knob.is_changed());
+                events.push(Event::WriteBack(changed.map(|(index, _)| index).collect()));
+            }
+        });
+    });
+}
+
+/// A param: its name, its value, and under them a slider where it has a range.
+fn row(ui: &mut Ui, index: usize, knob: &Knob, events: &mut Vec<Event>) {
+    let scale = Scale::of(knob);
+    let mut value = knob.value.clone();
+    let mut changed = false;
+    ui.horizontal(|ui| {
+        let name_width = (ui.available_width() - controls_width(knob)).max(40.0);
+        ui.scope(|ui| {
+            ui.set_max_width(name_width);
+            name(ui, knob);
+        });
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            changed |= compact(ui, knob, &scale, &mut value);
+            if knob.is_changed() {
+                buttons(ui, index, knob, events);
+            }
+        });
+    });
+    let ranged = knob.spec.range.filter(|_| value.len() == 1);
+    if let Some(range) = ranged.filter(|_| knob.spec.kind != ParamKind::Bool) {
+        changed |= slider(ui, knob, &scale, range, &mut value[0]);
+    }
+    if changed {
+        events.push(Event::Set(index, settled(value, &knob.spec.default)));
+    }
+}
+
+/// How much of a param's line its controls take.
+fn controls_width(knob: &Knob) -> f32 {
+    let own = match (knob.spec.kind, knob.value.len()) {
+        (ParamKind::Bool, _) => 24.0,
+        (ParamKind::Color, _) | (_, 1) => 68.0,
+        (_, count) => 50.0 * count as f32,
+    };
+    let buttons = if knob.is_changed() { 46.0 } else { 0.0 };
+    let mark = if knob.spec.structural { 50.0 } else { 0.0 };
+    own + buttons + mark
+}
+
+/// How a param's numbers are shown: in its author's unit.
+struct Scale {
+    unit: &'static str,
+    /// What one of it is in the scene's own units.
+    factor: f64,
+    decimals: usize,
+    step: Option<f64>,
+}
+
+impl Scale {
+    fn of(knob: &Knob) -> Self {
+        let (unit, factor) = knob.unit();
+        let whole = knob.spec.kind == ParamKind::Int;
+        let step = knob.spec.step.map(|step| step / factor);
+        let step = if whole {
+            Some(step.unwrap_or(1.0))
+        } else {
+            step
+        };
+        let span = match knob.spec.range {
+            Some((least, most)) => (most - least) / factor,
+            None => (knob.spec.default[0] / factor).abs().max(1.0),
+        };
+        // Three digits of the range, or as many as a step has.
+        let wanted = step.unwrap_or(span * 1e-3).abs().max(1e-9);
+        let decimals = if whole {
+            0
+        } else {
+            (-wanted.log10()).ceil().clamp(0.0, 9.0) as usize
+        };
+        Self {
+            unit,
+            factor,
+            decimals,
+            step,
+        }
+    }
+
+    fn speed(&self, knob: &Knob) -> f64 {
+        let span = knob
+            .spec
+            .range
+            .map(|(least, most)| (most - least) / self.factor);
+        let size = (knob.spec.default[0] / self.factor).abs().max(0.1);
+        self.step.unwrap_or(span.unwrap_or(2.0 * size) / 200.0)
+    }
+}
+
+fn name(ui: &mut Ui, knob: &Knob) {
+    let color = if knob.is_changed() {
+        theme::ACCENT
+    } else {
+        theme::TEXT
+    };
+    let text = RichText::new(&knob.spec.name).color(color);
+    let response = ui.add(egui::Label::new(text).truncate());
+    if knob.spec.structural {
+        ui.label(RichText::new("rebuilds").size(10.5).color(theme::WEAK))
+            .on_hover_text("it decides structure: a change builds the scene anew");
+    }
+    response.on_hover_ui(|ui| {
+        if !knob.spec.doc.is_empty() {
+            ui.label(&knob.spec.doc);
+        }
+        let range = knob.spec.range.map(|(least, most)| {
+            let (unit, factor) = knob.unit();
+            let dots = if knob.spec.inclusive { "..=" } else { ".." };
+            let [least, most] = [least, most].map(|v| short(v / factor));
+            format!(", {least}{unit}{dots}{most}{unit}")
+        });
+        let text = format!(
+            "{} = {}{}",
+            knob.spec.name,
+            knob.text(),
+            range.unwrap_or_default()
+        );
+        ui.label(
+            RichText::new(text)
+                .font(theme::mono(12.0))
+                .color(theme::WEAK),
+        );
+    });
+}
+
+/// The control at the end of a param's line; whether it changed the value.
+fn compact(ui: &mut Ui, knob: &Knob, scale: &Scale, value: &mut [f64]) -> bool {
+    match (knob.spec.kind, value) {
+        (ParamKind::Bool, [value]) => {
+            let mut is = *value != 0.0;
+            let changed = ui.checkbox(&mut is, "").changed();
+            *value = f64::from(is);
+            changed
+        }
+        (ParamKind::Color, value @ [_, _, _]) => {
+            let mut rgb = [value[0] as f32, value[1] as f32, value[2] as f32];
+            ui.spacing_mut().interact_size.x = 56.0;
+            let changed = ui.color_edit_button_rgb(&mut rgb).changed();
+            if changed {
+                for (to, from) in value.iter_mut().zip(rgb) {
+                    *to = f64::from(from);
+                }
+            }
+            changed
+        }
+        (_, [value]) => {
+            ui.spacing_mut().interact_size.x = 64.0;
+            number(ui, knob, scale, value, "")
+        }
+        (_, value) => {
+            // From right to left, so that x is on the left.
+            let names = ["x ", "y ", "z "];
+            let mut changed = false;
+            ui.spacing_mut().item_spacing.x = 3.0;
+            ui.spacing_mut().interact_size.x = 46.0;
+            for (axis, value) in value.iter_mut().enumerate().rev() {
+                changed |= number(ui, knob, scale, value, names.get(axis).unwrap_or(&""));
+            }
+            changed
+        }
+    }
+}
+
+/// A number that is dragged or typed.
+fn number(ui: &mut Ui, knob: &Knob, scale: &Scale, value: &mut f64, prefix: &str) -> bool {
+    let mut shown = *value / scale.factor;
+    let mut drag = DragValue::new(&mut shown)
+        .prefix(prefix)
+        .suffix(scale.unit)
+        .speed(scale.speed(knob))
+        .max_decimals(scale.decimals);
+    if let Some((least, most)) = knob.spec.range {
+        drag = drag.range(least / scale.factor..=most / scale.factor);
+    }
+    let changed = ui.add(drag).changed();
+    if changed {
+        *value = shown * scale.factor;
+    }
+    changed
+}
+
+fn slider(ui: &mut Ui, knob: &Knob, scale: &Scale, range: (f64, f64), value: &mut f64) -> bool {
+    let mut shown = *value / scale.factor;
+    ui.spacing_mut().slider_width = ui.available_width();
+    let mut slider = Slider::new(&mut shown, range.0 / scale.factor..=range.1 / scale.factor)
+        .show_value(false)
+        .max_decimals(scale.decimals);
+    if let Some(step) = scale.step {
+        slider = slider.step_by(step);
+    }
+    let changed = ui.add(slider).changed();
+    if changed {
+        *value = shown * scale.factor;
+        if knob.spec.kind == ParamKind::Int {
+            *value = value.round();
+        }
+    }
+    changed
+}
+
+/// Back to the text's value, and into the text.
+fn buttons(ui: &mut Ui, index: usize, knob: &Knob, events: &mut Vec<Event>) {
+    ui.spacing_mut().item_spacing.x = 1.0;
+    let size = vec2(20.0, 20.0);
+    let reset = icon::button(ui, Icon::Reset, size, true);
+    if reset.on_hover_text("as it stands in the text").clicked() {
+        events.push(Event::Reset(index));
+    }
+    if knob.written.is_some() {
+        let write = icon::button(ui, Icon::Write, size, true);
+        let text = format!("write {} into the text", knob.text());
+        if write.on_hover_text(text).clicked() {
+            events.push(Event::WriteBack(vec![index]));
+        }
+    }
+}
+
+/// Values that are the text's but for a rounding are the text's.
+fn settled(mut value: Vec<f64>, default: &[f64]) -> Vec<f64> {
+    for (value, default) in value.iter_mut().zip(default) {
+        if (*value - default).abs() <= 1e-12 * default.abs() {
+            *value = *default;
+        }
+    }
+    value
+}
+
+/// A number with at most four decimals.
+fn short(v: f64) -> String {
+    let text = format!("{v:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_dragged_back_is_the_texts_own() {
+        let angle = 30_f64.to_radians();
+        let back = (angle / 1_f64.to_radians()) * 1_f64.to_radians();
+        assert_eq!(settled(vec![back, 0.5], &[angle, 0.5]), [angle, 0.5]);
+        assert_eq!(settled(vec![1.0, 0.0], &[1.1, 0.0]), [1.0, 0.0]);
+    }
+
+    #[test]
+    fn numbers_of_ranges_are_short() {
+        assert_eq!(
+            [0.5, 120.0, 1.0 / 3.0, 0.0].map(short),
+            ["0.5", "120", "0.3333", "0"]
+        );
+    }
+}

@@ -1,0 +1,140 @@
+//! The picture in the middle, and what the mouse does there.
+
+use super::theme;
+use crate::camera::Place;
+use crate::session::{CameraEvent, Event, Session};
+use eframe::egui::{
+    self, ColorImage, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind,
+    TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
+};
+use std::f32::consts::PI;
+
+/// How much nearer one notch of the wheel brings the camera.
+const NOTCH: f64 = 0.0022;
+
+/// What is drawn on the screen: the last picture, as a texture.
+#[derive(Default)]
+pub(super) struct Canvas {
+    texture: Option<TextureHandle>,
+    /// The number of the picture that it holds.
+    number: u64,
+}
+
+impl Canvas {
+    /// Shows the picture in all the space there is, and tells the session how large that is and what
+    /// the mouse does. Gives the place of the picture on the screen.
+    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> Rect {
+        let (rect, size) = on_pixels(ui.available_rect_before_wrap(), ui.pixels_per_point());
+        events.push(Event::Resized(size));
+        let response = ui.allocate_rect(rect, Sense::click_and_drag());
+        ui.painter().rect_filled(rect, 0.0, theme::BACKDROP);
+        self.bring(ui, session);
+        if let Some(texture) = self.texture.as_ref().filter(|_| session.seen().is_some()) {
+            let tint = match session.is_broken() {
+                true => egui::Color32::from_gray(105),
+                false => egui::Color32::WHITE,
+            };
+            let all = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            ui.painter().image(texture.id(), rect, all, tint);
+        }
+        if session.is_broken() {
+            let stroke = Stroke::new(2.0, theme::ERROR);
+            ui.painter()
+                .rect_stroke(rect, 0.0, stroke, StrokeKind::Inside);
+        }
+        mouse(ui, &response, rect, events);
+        rect
+    }
+
+    /// Brings a new picture to the screen's device.
+    fn bring(&mut self, ui: &Ui, session: &Session) {
+        let Some((picture, number)) = session.seen() else {
+            return;
+        };
+        if number == self.number {
+            return;
+        }
+        self.number = number;
+        // All pictures are opaque, so nothing is to be multiplied.
+        let image = ColorImage::from_rgba_premultiplied(picture.size, &picture.rgba);
+        let options = TextureOptions::LINEAR;
+        match &mut self.texture {
+            Some(texture) => texture.set(image, options),
+            None => self.texture = Some(ui.ctx().load_texture("picture", image, options)),
+        }
+    }
+}
+
+/// The space, moved onto whole pixels of the screen, and how many it has.
+fn on_pixels(space: Rect, scale: f32) -> (Rect, [u32; 2]) {
+    let corner = |p: Pos2| vec2((p.x * scale).round(), (p.y * scale).round());
+    let (low, high) = (corner(space.min), corner(space.max));
+    let size = (high - low).max(Vec2::splat(1.0));
+    let rect = Rect::from_min_size((low / scale).to_pos2(), size / scale);
+    (rect, [size.x as u32, size.y as u32])
+}
+
+/// The place in the picture of a point on the screen.
+fn place(point: Pos2, rect: Rect) -> Place {
+    let x = (point.x - rect.center().x) / (rect.width() / 2.0);
+    let y = (point.y - rect.center().y) / (rect.height() / 2.0);
+    [f64::from(x), f64::from(-y)]
+}
+
+fn mouse(ui: &Ui, response: &Response, rect: Rect, events: &mut Vec<Event>) {
+    let shift = ui.input(|input| input.modifiers.shift);
+    let delta = response.drag_delta();
+    let left = response.dragged_by(PointerButton::Primary);
+    let pans = response.dragged_by(PointerButton::Secondary)
+        || response.dragged_by(PointerButton::Middle)
+        || (left && shift);
+    if pans {
+        ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
+    }
+    if delta != Vec2::ZERO {
+        if pans {
+            if let Some(to) = response.interact_pointer_pos() {
+                let from = place(to - delta, rect);
+                events.push(Event::Camera(CameraEvent::Pan(from, place(to, rect))));
+            }
+        } else if left {
+            // From edge to edge is half a turn.
+            let [right, up] = [-delta.x, delta.y].map(|d| f64::from(d * PI / rect.height()));
+            events.push(Event::Camera(CameraEvent::Orbit([right, up])));
+        }
+    }
+    let Some(over) = response.hover_pos() else {
+        return;
+    };
+    let wheel = ui.input(|input| input.smooth_scroll_delta().y + 200.0 * input.zoom_delta().ln());
+    if wheel != 0.0 {
+        let factor = (-f64::from(wheel) * NOTCH).exp();
+        events.push(Event::Camera(CameraEvent::Zoom(factor, place(over, rect))));
+    }
+    if response.double_clicked() {
+        events.push(Event::Camera(CameraEvent::Focus(place(over, rect))));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_space_lies_on_whole_pixels() {
+        let space = Rect::from_min_max(pos2(10.3, 20.6), pos2(110.1, 80.2));
+        let (rect, size) = on_pixels(space, 2.0);
+        assert_eq!(size, [199, 119]);
+        assert_eq!(rect.min, pos2(10.5, 20.5));
+        assert_eq!(rect.max, pos2(110.0, 80.0));
+        let nothing = Rect::from_min_max(pos2(5.0, 5.0), pos2(3.0, 3.0));
+        assert_eq!(on_pixels(nothing, 1.0).1, [1, 1]);
+    }
+
+    #[test]
+    fn places_go_from_corner_to_corner_with_y_up() {
+        let rect = Rect::from_min_max(pos2(100.0, 50.0), pos2(300.0, 150.0));
+        assert_eq!(place(pos2(100.0, 50.0), rect), [-1.0, 1.0]);
+        assert_eq!(place(pos2(250.0, 150.0), rect), [0.5, -1.0]);
+    }
+}

@@ -1,0 +1,58 @@
+//! The line at the bottom: how fast, by what, and what for.
+
+use super::desk::Desk;
+use super::side::ms;
+use super::theme;
+use crate::session::{Session, Stage};
+use eframe::egui::{Align, Layout, RichText, Ui};
+
+/// Shows it.
+pub(super) fn show(ui: &mut Ui, session: &Session, desk: &Desk) {
+    ui.horizontal_centered(|ui| {
+        ui.spacing_mut().item_spacing.x = 14.0;
+        let text = |text: String| RichText::new(text).size(11.5).color(theme::WEAK);
+        let state = state(session, desk);
+        ui.label(RichText::new(state).size(11.5).color(theme::TEXT));
+        let Some(facts) = session.facts() else {
+            return;
+        };
+        let device = text(format!("{} · {}", facts.engine, facts.device));
+        let times = format!(
+            "read {}   compile {}   upload {}   draw {}",
+            ms(facts.reading),
+            ms(facts.compiling),
+            ms(facts.loading),
+            ms(facts.drawing),
+        );
+        ui.label(text(times))
+            .on_hover_text("from the saved file to programs, to the engine, to the picture");
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let [width, height] = facts.size;
+            ui.label(text(format!("{width}×{height}")));
+            let evaluations = format!("{:.1} evaluations a ray", facts.evaluations);
+            ui.label(text(evaluations))
+                .on_hover_text("how often the field was computed for each ray, gradients included");
+            let [distance, surface] = facts.instructions;
+            let program = ui.label(text(format!("{} instructions", distance + surface)));
+            program.on_hover_text(format!(
+                "{distance} of the distance, {surface} of surfaces; {} constants, {} cells, {} \
+                 pipelines created",
+                facts.constants, facts.cells, facts.pipelines,
+            ));
+            ui.add(eframe::egui::Label::new(device).truncate());
+        });
+    });
+}
+
+/// What goes on.
+fn state(session: &Session, desk: &Desk) -> String {
+    if !session.is_busy() {
+        return "at rest".to_owned();
+    }
+    match (session.refining(), desk.rate()) {
+        (Some(Stage::Fine), _) => "refining".to_owned(),
+        (_, Some(rate)) => format!("{rate:.0} fps"),
+        (Some(_), None) => "drawing".to_owned(),
+        (None, None) => "building".to_owned(),
+    }
+}

@@ -1,0 +1,71 @@
+//! The bar of an animation's time.
+
+use super::action::{Action, key_of};
+use super::icon::{self, Icon};
+use super::theme;
+use crate::session::{Event, Session, TimeEvent};
+use crate::timeline::SPEEDS;
+use eframe::egui::{Align, DragValue, Layout, RichText, Slider, Ui, vec2};
+
+/// Shows it, for a scene that moves.
+pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
+    let Some(timeline) = session.timeline() else {
+        return;
+    };
+    ui.horizontal_centered(|ui| {
+        let mut button = |ui: &mut Ui, icon, says: &str, action, event| {
+            let button = icon::button(ui, icon, vec2(28.0, 22.0), false);
+            let says = format!("{says} ({})", key_of(action));
+            if button.on_hover_text(says).clicked() {
+                events.push(Event::Time(event));
+            }
+        };
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let (back, forth) = (Action::Step(-1), Action::Step(1));
+        button(ui, Icon::Back, "a frame back", back, TimeEvent::Step(-1));
+        let (face, says) = match timeline.is_playing() {
+            true => (Icon::Pause, "pause"),
+            false => (Icon::Play, "play"),
+        };
+        button(ui, face, says, Action::Play, TimeEvent::Toggle);
+        button(
+            ui,
+            Icon::Forth,
+            "a frame forwards",
+            forth,
+            TimeEvent::Step(1),
+        );
+        ui.add_space(6.0);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.spacing_mut().item_spacing.x = 8.0;
+            let mut speed = timeline.speed();
+            let drag = DragValue::new(&mut speed)
+                .range(SPEEDS[0]..=SPEEDS[1])
+                .speed(0.02)
+                .max_decimals(2)
+                .suffix("×");
+            if ui.add(drag).on_hover_text("speed").changed() {
+                events.push(Event::Time(TimeEvent::Speed(speed)));
+            }
+            let mut repeats = timeline.repeats();
+            if ui.checkbox(&mut repeats, "loop").changed() {
+                events.push(Event::Time(TimeEvent::Repeat(repeats)));
+            }
+            let clock = format!("{:6.2} / {:.2} s", timeline.time(), timeline.duration());
+            let clock = RichText::new(clock).font(theme::mono(12.0));
+            ui.label(clock.color(theme::TEXT)).on_hover_text(format!(
+                "frame {} of {}",
+                timeline.frame(),
+                timeline.frames()
+            ));
+            let mut time = timeline.time();
+            ui.spacing_mut().slider_width = ui.available_width();
+            let slider = Slider::new(&mut time, 0.0..=timeline.duration())
+                .show_value(false)
+                .smart_aim(false);
+            if ui.add(slider).changed() {
+                events.push(Event::Time(TimeEvent::Scrub(time)));
+            }
+        });
+    });
+}
