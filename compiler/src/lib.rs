@@ -10,6 +10,7 @@ pub mod export;
 pub mod expression;
 pub mod graph;
 pub mod lower;
+pub mod origins;
 pub mod passes;
 pub mod raise;
 pub mod scene;
