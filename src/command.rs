@@ -13,6 +13,7 @@ mod ops;
 mod query;
 mod render;
 mod verify;
+mod watch;
 
 use crate::failure::Failure;
 use crate::terminal::Terminal;
@@ -22,6 +23,7 @@ use clap::Subcommand;
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Render(render::Arguments),
+    Watch(watch::Arguments),
     Check(check::Arguments),
     Compile(compile::Arguments),
     Verify(verify::Arguments),
@@ -40,6 +42,7 @@ impl Command {
     pub(crate) fn run(self, terminal: &Terminal) -> Result<(), Failure> {
         match self {
             Self::Render(arguments) => render::run(&arguments, terminal),
+            Self::Watch(arguments) => watch::run(&arguments, terminal),
             Self::Check(arguments) => check::run(&arguments, terminal),
             Self::Compile(arguments) => compile::run(&arguments, terminal),
             Self::Verify(arguments) => verify::run(&arguments, terminal),

@@ -5,25 +5,26 @@
 //! of them and collect what there is to say, and [`open`] is both, told to the user.
 
 pub(crate) mod detail;
-mod files;
 
 use crate::failure::{Failure, INPUT};
 use crate::input;
 use crate::terminal::Terminal;
 use clap::builder::PossibleValuesParser;
 pub(crate) use detail::Detail;
-use files::Folder;
 use sdfc_compiler::compile::GeneratedSource;
 use sdfc_compiler::open::{self, Content, Outcome, Request};
 use sdfc_compiler::passes::lod::Sight;
 use sdfc_compiler::passes::{PASSES, PassOptions};
 use sdfc_compiler::scene::Scene;
+use sdfc_playground::files::{Disk, Folder};
 use sdfc_runtime::engine::{Engine, Loaded};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
 use std::cell::OnceCell;
+use std::collections::BTreeSet;
 use std::ops::Deref;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// How a scene becomes a program: the flags that all subcommands share that take one.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -51,6 +52,9 @@ pub(crate) struct Build {
     /// Who looks, where detail that is too small to be seen is left out; see [`Detail`].
     #[arg(skip)]
     sight: Option<Sight>,
+    /// The files that scenes imported, or wanted to.
+    #[arg(skip)]
+    imported: Arc<Mutex<BTreeSet<PathBuf>>>,
 }
 
 impl Build {
@@ -73,12 +77,18 @@ impl Build {
         }
     }
 
+    /// The files that scenes imported, or wanted to.
+    pub(crate) fn imported(&self) -> MutexGuard<'_, BTreeSet<PathBuf>> {
+        self.imported.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Has `work` done with what it asks for.
     fn request<T>(
         &self,
         path: &Path,
         work: impl FnOnce(&Request<'_>) -> Result<T, String>,
     ) -> Result<T, Failure> {
+        let folder = Folder::of(&Disk, path);
         let request = Request {
             path,
             overrides: self.overrides()?,
@@ -90,9 +100,11 @@ impl Build {
             },
             guards: !self.unguarded,
             sight: self.sight,
-            loader: &Folder::of(path),
+            loader: &folder,
         };
-        work(&request).map_err(Failure::Input)
+        let made = work(&request).map_err(Failure::Input);
+        self.imported().append(&mut folder.asked());
+        made
     }
 }
 

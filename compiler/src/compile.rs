@@ -3,7 +3,8 @@
 use crate::bounds::{Boxes, World};
 use crate::expression::{ExprId, ParamId, Stage};
 use crate::graph::{Graph, Node, Number};
-use crate::lower::{Purpose, channel_numbers, lower};
+use crate::lower::{Purpose, channel_numbers, lower, lower_origins};
+use crate::origins::Trail;
 use crate::passes::lod::Sight;
 use crate::passes::{Context, Done, PassOptions, optimize};
 use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
@@ -127,7 +128,17 @@ fn bring(module: &mut Module, known: Option<&Known>, time: f64) -> Vec<f64> {
 }
 
 /// Compiles a scene. There is no result if a diagnostic is an error.
-pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Diagnostic>) {
+pub fn compile(scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Diagnostic>) {
+    compile_with(scene, options, None)
+}
+
+/// Compiles a scene; with a trail, its surfaces tell leaves apart instead of materials, and the trail
+/// says which.
+pub(crate) fn compile_with(
+    mut scene: Scene,
+    options: &Options,
+    trail: Option<&mut Trail>,
+) -> (Option<Compiled>, Vec<Diagnostic>) {
     let Some(root) = chosen(&scene, options) else {
         return (None, vec![nothing_to_draw(&scene, options)]);
     };
@@ -146,15 +157,26 @@ pub fn compile(mut scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Di
     };
     let (optimized, passes) = optimize(&graph, &context(Purpose::Distance), &options.passes);
     let (materials, fallback) = materials(&scene, root);
-    let surface = (materials > 1).then(|| {
-        let (graph, _) = lower(
-            &mut scene,
-            root,
-            Purpose::Surface,
-            &mut uniforms,
-            &mut boxes,
-        );
-        optimize(&graph, &context(Purpose::Surface), &options.passes).0
+    let surface = match trail {
+        Some(trail) => {
+            let (graph, found) = lower_origins(&mut scene, root, &mut uniforms, &mut boxes);
+            *trail = found;
+            Some((graph, Purpose::Origins))
+        }
+        None if materials > 1 => {
+            let purpose = Purpose::Surface;
+            let (graph, _) = lower(&mut scene, root, purpose, &mut uniforms, &mut boxes);
+            Some((graph, purpose))
+        }
+        None => None,
+    };
+    let surface = surface.map(|(graph, purpose)| {
+        let mut passes = options.passes.clone();
+        if purpose == Purpose::Origins {
+            // With a paint for each leaf, guards would make programs longer than the format allows.
+            passes.without.push("bounding".to_owned());
+        }
+        optimize(&graph, &context(purpose), &passes).0
     });
     let world = World::from(&scene);
     let found = FoundBounds {

@@ -11,6 +11,7 @@ pub mod expression;
 pub mod graph;
 pub mod lower;
 pub mod open;
+pub mod origins;
 pub mod passes;
 pub mod raise;
 pub mod scene;

@@ -6,11 +6,12 @@
 //! every value that a ray marches on is safe and only the shape concerned is slowed down.
 //!
 //! The same scene is lowered twice: once for its distance, once for its surface, where paints stay
-//! in the graph.
+//! in the graph, or where each leaf has a paint of its own ([`crate::origins`]).
 
 use crate::bounds::{Boxes, World};
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::graph::{Graph, Node, NodeId, Number, Origin};
+use crate::origins::Trail;
 use crate::scene::{Material, MaterialId, Scene, ShapeId, ShapeKind};
 use crate::uniforms::{Uniforms, operands_first};
 use sdfc_lang::{Diagnostic, codes};
@@ -34,6 +35,8 @@ pub enum Purpose {
     Distance,
     /// The distance and the material.
     Surface,
+    /// The distance and the leaf that made it.
+    Origins,
 }
 
 /// Lowers a shape of the scene; the uniform numbers that it reads are collected in `uniforms`.
@@ -45,6 +48,29 @@ pub(crate) fn lower(
     uniforms: &mut Uniforms,
     boxes: &mut Boxes,
 ) -> (Graph, Vec<Diagnostic>) {
+    let (graph, _, diagnostics) = walk(scene, shape, purpose, uniforms, boxes);
+    (graph, diagnostics)
+}
+
+/// Lowers a shape as for its surface, but each leaf has a material of its own, in place of all paints
+/// of the scene; gives what the materials' numbers stand for.
+pub(crate) fn lower_origins(
+    scene: &mut Scene,
+    shape: ShapeId,
+    uniforms: &mut Uniforms,
+    boxes: &mut Boxes,
+) -> (Graph, Trail) {
+    let (graph, trail, _) = walk(scene, shape, Purpose::Origins, uniforms, boxes);
+    (graph, trail)
+}
+
+fn walk(
+    scene: &mut Scene,
+    shape: ShapeId,
+    purpose: Purpose,
+    uniforms: &mut Uniforms,
+    boxes: &mut Boxes,
+) -> (Graph, Trail, Vec<Diagnostic>) {
     let paints = paints(scene);
     let mut graph = Graph::default();
     let world = graph.add(Node::World);
@@ -55,6 +81,7 @@ pub(crate) fn lower(
         uniforms,
         graph,
         purpose,
+        trail: Trail::default(),
         unbounded: HashSet::new(),
         diagnostics: Vec::new(),
     };
@@ -66,7 +93,7 @@ pub(crate) fn lower(
         },
     );
     lowering.graph.root = root;
-    (lowering.graph, lowering.diagnostics)
+    (lowering.graph, lowering.trail, lowering.diagnostics)
 }
 
 struct Lowering<'a> {
@@ -76,6 +103,8 @@ struct Lowering<'a> {
     uniforms: &'a mut Uniforms,
     graph: Graph,
     purpose: Purpose,
+    /// The leaves met so far, and the shapes around the present one; only for [`Purpose::Origins`].
+    trail: Trail,
     /// Shapes whose slope has no bound.
     unbounded: HashSet<ShapeId>,
     diagnostics: Vec<Diagnostic>,
@@ -140,6 +169,10 @@ impl Lowering<'_> {
         let origin = Origin {
             name: shape.name.clone(),
             span: Some(shape.span),
+        };
+        let outer = match self.purpose {
+            Purpose::Distance | Purpose::Surface => None,
+            Purpose::Origins => Some(self.trail.enter(shape)),
         };
         let node = match shape.kind.clone() {
             ShapeKind::Primitive { op, parameters } => {
@@ -252,7 +285,7 @@ impl Lowering<'_> {
             ShapeKind::Painted { child, material } => {
                 let node = self.shape(child, at);
                 match self.purpose {
-                    Purpose::Distance => node,
+                    Purpose::Distance | Purpose::Origins => node,
                     Purpose::Surface => self.paint(node, material, at),
                 }
             }
@@ -260,7 +293,26 @@ impl Lowering<'_> {
             ShapeKind::Nothing => self.graph.add(Node::Constant(Number::Constant(1e9))),
         };
         self.graph.set_origin(node, origin);
-        node
+        match outer {
+            Some(outer) => self.leave(id, outer, node),
+            None => node,
+        }
+    }
+
+    /// Comes out of a shape; a leaf is painted with its number.
+    fn leave(&mut self, id: ShapeId, outer: Option<u32>, node: NodeId) -> NodeId {
+        self.trail.leave(outer);
+        let shape = &self.scene.shapes[id.0 as usize];
+        let Some(number) = self.trail.number(shape) else {
+            return node;
+        };
+        let mut constants = [Number::Constant(0.0); 12];
+        constants[8] = Number::Constant(number as f32);
+        self.graph.add(Node::Paint {
+            value: node,
+            constants,
+            channels: Vec::new(),
+        })
     }
 
     /// The value divided by a slope bound above one.

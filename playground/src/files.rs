@@ -92,8 +92,9 @@ fn reason(error: io::Error) -> String {
     }
 }
 
-/// The folder of a scene, which its imports may not leave; it notes all that is asked for.
-pub(crate) struct Folder<'f> {
+/// The folder of a scene, which its imports may not leave; it notes all that is asked for, so that it
+/// can be watched.
+pub struct Folder<'f> {
     files: &'f dyn Files,
     folder: PathBuf,
     asked: Mutex<BTreeSet<PathBuf>>,
@@ -101,7 +102,7 @@ pub(crate) struct Folder<'f> {
 
 impl<'f> Folder<'f> {
     /// The folder that a scene's file lies in.
-    pub(crate) fn of(files: &'f dyn Files, scene: &Path) -> Self {
+    pub fn of(files: &'f dyn Files, scene: &Path) -> Self {
         Self {
             files,
             folder: scene.parent().unwrap_or(Path::new("")).to_owned(),
@@ -110,7 +111,7 @@ impl<'f> Folder<'f> {
     }
 
     /// The files that were asked for, whether there were any or not.
-    pub(crate) fn asked(self) -> BTreeSet<PathBuf> {
+    pub fn asked(self) -> BTreeSet<PathBuf> {
         self.asked
             .into_inner()
             .unwrap_or_else(PoisonError::into_inner)

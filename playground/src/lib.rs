@@ -18,3 +18,6 @@ pub mod watcher;
 #[cfg(feature = "window")]
 pub mod window;
 pub mod written;
+//! The playground.
+
+pub mod seeing;

@@ -17,6 +17,7 @@ mod pack;
 
 pub use again::again;
 pub use build::{Cut, Refine, build};
+pub use find::Part;
 pub use lazy::{BLOCKS, Key, Lazy};
 pub use pack::{Packed, registers};
 

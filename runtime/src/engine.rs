@@ -21,6 +21,7 @@ mod reference;
 mod tiles;
 mod wgsl;
 
+use crate::cells::Part;
 use crate::cpu::figure::Plane;
 use crate::cpu::{Geometry, face_on};
 use crate::frame::{FieldFacts, Frame, Mode, Progress, RenderSettings, prepare};
@@ -170,6 +171,18 @@ pub trait Engine {
 
     /// What the scene is at each of the points.
     fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError>;
+
+    /// Which part of space each of the points lies in, as it is cut into cells for a picture, and how
+    /// long the program is there; nothing for points outside of all cells. `None` where the picture is
+    /// made without cells, or none that could be asked: those of devices stay there, and figures have
+    /// theirs for a moment only.
+    fn cells_at(
+        &mut self,
+        _settings: &RenderSettings,
+        _points: &[[f32; 3]],
+    ) -> Result<Option<Vec<Option<Part>>>, EngineError> {
+        Ok(None)
+    }
 
     /// Whether guards in programs gain anything here: not where cells skip more, nor where a device
     /// runs both sides of a branch and takes longer to compile it.

@@ -58,6 +58,35 @@ pub fn rounding(module: &Module, outputs: &[f64], settings: &RenderSettings) -> 
     }
 }
 
+/// How far off rounding may be at one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Here {
+    /// The field, in scene units; infinite where nothing is known.
+    pub field: f64,
+    /// By so many pixels of the picture that may move a surface there.
+    pub pixels: f64,
+    /// Whether `f32` may decide otherwise than real numbers there, as at a seam of repeated space: the
+    /// numbers hold for either side, and not for the difference of the two.
+    pub torn: bool,
+}
+
+/// How far off `f32` is at a point that the camera sees, in a module after [`Module::update`] which gave
+/// `outputs`. The point counts as rounded as the end of a ray is.
+pub fn here(module: &Module, outputs: &[f64], settings: &RenderSettings, point: [f64; 3]) -> Here {
+    let camera = Camera::of(settings, &prepare(settings, &facts(module, outputs)));
+    let from: [f64; 3] = std::array::from_fn(|i| point[i] - camera.origin[i]);
+    let way = dot(from, from).sqrt().min(camera.far);
+    let off = camera.rounding + 2e-7 * way;
+    let bound = bound(&module.distance, point.map(Interval::point), [off; 3]);
+    let ahead = dot(from, camera.axes[0]).max(0.0);
+    let pixel = camera.pixel[0] + camera.pixel[1] * ahead;
+    Here {
+        field: bound.error,
+        pixels: bound.error * camera.inverse_slope / pixel.max(f64::MIN_POSITIVE),
+        torn: bound.torn,
+    }
+}
+
 /// What the camera may see: first where some rays end, then all that it may see at all.
 fn seen(program: &Program, settings: &RenderSettings, facts: &FieldFacts) -> Option<Worst> {
     let camera = Camera::of(settings, &prepare(settings, facts));

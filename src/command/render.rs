@@ -18,21 +18,21 @@ use std::time::{Duration, Instant};
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The scene: .sdf, .sdfb or .vm.
-    scene: PathBuf,
+    pub(super) scene: PathBuf,
     /// Where the picture goes, a PNG; without it, the scene's name with `.png`, in this folder.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
-    build: Build,
+    pub(super) build: Build,
     #[command(flatten)]
     look: Look,
     #[command(flatten)]
     detail: Detail,
     /// What draws.
     #[arg(long, value_enum, value_name = "ENGINE", default_value_t)]
-    engine: Choice,
+    pub(super) engine: Choice,
     #[command(flatten)]
-    tier: Tier,
+    pub(super) tier: Tier,
     /// Show progress even where stderr is no terminal.
     #[arg(long)]
     progress: bool,
@@ -164,13 +164,23 @@ impl Look {
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let to = destination(arguments)?;
     let mut engine = engine::chosen(arguments.engine, arguments.tier)?;
-    let build = arguments.build.for_engine(&*engine);
+    draw(arguments, &to, &mut *engine, terminal)
+}
+
+/// Draws the scene as it is now.
+pub(super) fn draw(
+    arguments: &Arguments,
+    to: &Path,
+    engine: &mut dyn Engine,
+    terminal: &Terminal,
+) -> Result<(), Failure> {
+    let build = arguments.build.for_engine(engine);
     let (detail, look) = (&arguments.detail, arguments.look.overrides());
     let scene = detail.open(&arguments.scene, &build, &look, terminal)?;
     let settings = resolve(scene.module(), &scene.outputs, &look)
         .map_err(|error| Failure::Input(format!("{}: {error}", arguments.scene.display())))?;
     let started = Instant::now();
-    engine::load(&mut *engine, &scene)?;
+    engine::load(engine, &scene)?;
     let what = arguments.scene.display().to_string();
     let progress = Progress::new(terminal, what, arguments.progress);
     let frame = engine.render(&settings, &|share| progress.is_at(share));
@@ -178,12 +188,12 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
     let frame = frame.map_err(engine::failed)?;
     let took = started.elapsed();
     output::deliver(
-        Some(&to),
+        Some(to),
         &picture::png(frame.width, frame.height, &frame.rgba8())?,
         false,
     )?;
     let detail = detail.told(&scene);
-    terminal.write(&summary(&to, &frame, &*engine, took, &detail));
+    terminal.write(&summary(to, &frame, engine, took, &detail));
     for warning in troubles(&frame.stats, settings.steps) {
         terminal.warning(&warning);
     }
@@ -191,7 +201,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
 }
 
 /// Where the picture goes; told before the work begins if it cannot go there.
-fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
+pub(super) fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
     let to = match &arguments.output {
         Some(path) => path.clone(),
         None => {

@@ -15,3 +15,4 @@ mod params;
 mod pictures;
 mod reference;
 mod sandbox;
+mod watch;

@@ -42,7 +42,7 @@ fn exchanged(graph: &Graph, node: &Node, context: &Context) -> Option<NodeId> {
     };
     let is_arithmetic = matches!(op, Op::Add | Op::Mul | Op::Min | Op::Max);
     let [a, b] = values[..] else { return None };
-    if !is_commutative(*op) || (context.purpose == Purpose::Surface && !is_arithmetic) {
+    if !is_commutative(*op) || (context.purpose != Purpose::Distance && !is_arithmetic) {
         return None;
     }
     graph.find(&Node::Apply {

@@ -1,7 +1,7 @@
 //! Places: coordinates as whole numbers with the digits of all levels of cells. Two bits a level say
 //! which child it is, so that looking a point up takes no arithmetic but shifts.
 
-use super::{CELL, CHILDREN, Cells, FULL, NODE, Region, Split};
+use super::{CELL, CHILDREN, Cells, EMPTY, FULL, NODE, Region, Split};
 use sdfc_vm::lanes::{LANES, Points};
 
 /// Bits of a level's digit.
@@ -63,22 +63,50 @@ impl Grid {
     }
 }
 
+/// A part of space, as cells divide it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// Where it is.
+    pub region: Region,
+    /// How many clauses the program has that is run there; `None` where the field's sign is known and
+    /// nothing is run.
+    pub clauses: Option<usize>,
+}
+
 impl Cells {
     /// Whether a point lies where all of a cell is inside the solid.
     pub fn full_at(&self, p: [f32; 3]) -> bool {
-        let Some(place) = Grid::of(self.region()).place(p) else {
-            return false;
+        matches!(self.child_at(p), Some((_, _, FULL)))
+    }
+
+    /// The part of space that a point lies in; `None` outside of all cells.
+    pub fn part_at(&self, p: [f32; 3]) -> Option<Part> {
+        let of = |cell: u32| Part {
+            region: self.cell(cell).region,
+            clauses: Some(self.tape(cell).len()),
         };
+        match self.child_at(p) {
+            Some((parent, child, EMPTY | FULL)) => Some(Part {
+                region: self.cell(parent).region.child(child, self.split),
+                clauses: None,
+            }),
+            Some((_, _, entry)) => Some(of(entry - CELL)),
+            None => self.region().holds(p).then(|| of(0)),
+        }
+    }
+
+    /// The cell in whose child a point lies, the number of that child, and what the child is: empty,
+    /// full or a leaf. `None` outside, and where nothing is cut.
+    fn child_at(&self, p: [f32; 3]) -> Option<(u32, usize, u32)> {
+        let place = Grid::of(self.region()).place(p)?;
         let mut within = BITS;
-        let Some(mut node) = self.nodes.get(self.root as usize) else {
-            return false;
-        };
+        let mut node = self.nodes.get(self.root as usize)?;
         loop {
             within -= DIGIT;
-            match node.children[child_at(place, within)] {
-                child @ NODE.. => node = &self.nodes[(child - NODE) as usize],
-                CELL.. => return false,
-                child => return child == FULL,
+            let child = child_at(place, within);
+            match node.children[child] {
+                inner @ NODE.. => node = &self.nodes[(inner - NODE) as usize],
+                entry => return Some((node.cell, child, entry)),
             }
         }
     }

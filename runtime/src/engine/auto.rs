@@ -3,6 +3,7 @@
 
 use super::cpu::CpuEngine;
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, on};
+use crate::cells::Part;
 use crate::cpu::Geometry;
 use crate::frame::{Frame, Progress, RenderSettings};
 use crate::gpu::{Arithmetic, Gpu, Preference};
@@ -100,6 +101,13 @@ impl Engine for WithFallback {
     }
     fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError> {
         self.attempt(|engine| engine.query(points))
+    }
+    fn cells_at(
+        &mut self,
+        settings: &RenderSettings,
+        points: &[[f32; 3]],
+    ) -> Result<Option<Vec<Option<Part>>>, EngineError> {
+        self.attempt(|engine| engine.cells_at(settings, points))
     }
     fn heeds_guards(&self) -> bool {
         self.engine.heeds_guards()

@@ -1,7 +1,7 @@
 //! The CPU engine: programs on batches of 64 points, all cores.
 
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, cut, order};
-use crate::cells::{self, BLOCKS, Cells, Cut, Key, Lazy, Region, Split};
+use crate::cells::{self, BLOCKS, Cells, Cut, Key, Lazy, Part, Region, Split};
 use crate::cpu::figure::{self, Plane};
 use crate::cpu::{
     self, Asked, Boxes, Column, Evaluator, Field, Geometry, LANES, Points, Range, SurfaceBlock,
@@ -110,6 +110,21 @@ impl Engine for CpuEngine {
         let mut frame = cpu::render(scene, &picture, progress).ok_or(EngineError::Stopped)?;
         frame.stats.cells = scene.cells_made(&picture);
         Ok(frame)
+    }
+
+    fn cells_at(
+        &mut self,
+        settings: &RenderSettings,
+        points: &[[f32; 3]],
+    ) -> Result<Option<Vec<Option<Part>>>, EngineError> {
+        let scene = self.scene()?;
+        // The cells of the last picture, if it was of these settings, else they are cut here.
+        let picture = prepare(settings, &scene.facts);
+        if picture.shows_plane() {
+            return Ok(None);
+        }
+        let cells = scene.cells(&picture);
+        Ok(cells.map(|cells| points.par_iter().map(|&p| cells.part_at(p)).collect()))
     }
 
     fn heeds_guards(&self) -> bool {

@@ -235,15 +235,20 @@ impl fmt::Display for PictureDifferences {
     }
 }
 
+const RED: [u8; 4] = [255, 0, 0, 255];
+const AMBER: [u8; 4] = [255, 170, 0, 255];
+
 /// A picture of the differences, as red, green, blue and alpha bytes: the reference in dark grey,
-/// over it each channel's difference times 16; red where only one picture hits.
+/// over it each channel's difference times 16; where only one picture hits, red, or amber at silhouettes
+/// of the reference, where rounding may decide.
 pub fn difference_picture(reference: &Frame, frame: &Frame) -> Vec<u8> {
     let (bytes, other_bytes) = (reference.rgba8(), frame.rgba8());
     let pixels = reference.color.len().min(frame.color.len());
+    let edges = Edges::of(reference);
     let mut picture = Vec::with_capacity(4 * pixels);
     for i in 0..pixels {
         if hit(reference, i) != hit(frame, i) {
-            picture.extend([255, 0, 0, 255]);
+            picture.extend(if edges.silhouette[i] { AMBER } else { RED });
             continue;
         }
         let grey = channels(&bytes, i).map(u16::from).sum::<u16>() / 12;
@@ -333,8 +338,10 @@ mod tests {
             found.normals
         );
         assert_eq!(found.failures().len(), 3);
+        frame.depth[8 * 3 + 4] = 5.0;
         let picture = difference_picture(&reference, &frame);
-        assert_eq!(picture[..4], [255, 0, 0, 255]);
+        assert_eq!(picture[..4], RED);
+        assert_eq!(picture[4 * (8 * 3 + 4)..][..4], AMBER);
         assert_eq!(picture[4..8], [44, 44, 44, 255]);
         assert_eq!(picture[4 * 7..4 * 8], [0, 0, 0, 255]);
     }

@@ -1,0 +1,62 @@
+//! `sdfc watch`: a scene's picture, drawn again whenever the scene changes.
+
+use super::render::{self, destination, draw};
+use crate::engine;
+use crate::failure::Failure;
+use crate::terminal::Terminal;
+use sdfc_playground::watcher::Watcher;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+/// Draw a scene again whenever it changes, until interrupted.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    render: render::Arguments,
+}
+
+/// How long files must have been quiet before they are read: editors write in several steps.
+const SETTLING: Duration = Duration::from_millis(12);
+
+pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
+    let arguments = &arguments.render;
+    let to = destination(arguments)?;
+    let mut engine = engine::chosen(arguments.engine, arguments.tier)?;
+    let (sender, changes) = channel();
+    let watcher = Watcher::new(move || {
+        // Nobody listens any more only where the program ends.
+        let _ = sender.send(());
+    });
+    let mut watcher = watcher.map_err(Failure::Environment)?;
+    loop {
+        // Before the files are read: what changes meanwhile is noticed.
+        let mut files = vec![arguments.scene.clone()];
+        files.extend(std::mem::take(&mut *arguments.build.imported()));
+        watcher.watch(&files).map_err(Failure::Environment)?;
+        if let Err(failure) = draw(arguments, &to, &mut *engine, terminal) {
+            // The picture of before stays until the scene is whole again.
+            failure.report(terminal);
+        }
+        let new = arguments
+            .build
+            .imported()
+            .iter()
+            .cloned()
+            .collect::<Vec<_>>();
+        if new != files[1..] {
+            files.truncate(1);
+            files.extend(new);
+            watcher.watch(&files).map_err(Failure::Environment)?;
+        }
+        if !changed(&changes) {
+            return Ok(());
+        }
+    }
+}
+
+/// Waits until files have changed, and then been quiet for a while; nobody will tell, if not so.
+fn changed(changes: &Receiver<()>) -> bool {
+    let changed = changes.recv().is_ok();
+    while changes.recv_timeout(SETTLING).is_ok() {}
+    changed
+}
