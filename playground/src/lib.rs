@@ -11,6 +11,7 @@ pub mod build;
 pub mod camera;
 pub mod files;
 pub mod painter;
+pub mod seeing;
 pub mod session;
 pub mod studio;
 pub mod timeline;
@@ -18,6 +19,3 @@ pub mod watcher;
 #[cfg(feature = "window")]
 pub mod window;
 pub mod written;
-//! The playground.
-
-pub mod seeing;

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 /// Draw a scene again whenever it changes, until interrupted.
 #[derive(Debug, clap::Args)]
+#[group(skip)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     render: render::Arguments,
