@@ -19,7 +19,7 @@ fn main() -> ExitCode {
     };
     let tools = Tools {
         files: Arc::new(Disk),
-        opener: Box::new(|| -> Opener { Box::new(|kind| engine::open(kind)) }),
+        opener: Box::new(|| -> Opener { Box::new(engine::open) }),
         examples: vec![Example {
             name: "hello",
             text: include_str!("../../examples/hello.sdf"),

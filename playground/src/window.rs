@@ -24,7 +24,9 @@ use crate::session::{Event, Session};
 use crate::studio::Studio;
 use desk::{Desk, Overlay};
 use eframe::egui::{self, Context, Frame, Margin, Panel, Ui, ViewportBuilder, ViewportCommand};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A scene that comes with the program.
 #[derive(Clone, Copy, Debug)]
@@ -48,18 +50,22 @@ pub struct Tools {
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]
 pub enum WindowError {
-    /// There is no desktop, or nothing that could draw on it.
-    #[error(
-        "no window can be opened: {0}; it needs a desktop and a Vulkan driver (a software one will \
-         do), `sdfc watch` needs neither"
-    )]
+    /// There is no desktop.
+    #[error("there is no desktop to open a window on: {0}; `sdfc watch` needs none")]
     Desktop(String),
+    /// Nothing can draw on it.
+    #[error(
+        "there is no Vulkan driver that draws in windows: {0}; a software one will do (on Debian \
+         mesa-vulkan-drivers), and `sdfc watch` needs none"
+    )]
+    Driver(String),
     /// What works for it could not be started.
     #[error("{0}")]
     Studio(String),
 }
 
-/// Opens the window, and returns when it is closed.
+/// Opens the window, and returns when it is closed. On Linux that may be done on any thread, elsewhere
+/// on the main one.
 ///
 /// # Errors
 ///
@@ -74,14 +80,47 @@ pub fn open(session: Session, tools: Tools) -> Result<(), WindowError> {
         ..eframe::NativeOptions::default()
     };
     options.viewport.title = Some(title(&session));
+    #[cfg(target_os = "linux")]
+    {
+        use winit::platform::x11::EventLoopBuilderExtX11;
+        options.event_loop_builder = Some(Box::new(|builder| {
+            builder.with_any_thread(true);
+        }));
+    }
+    let opened = Arc::new(AtomicBool::new(false));
+    let opens = Arc::clone(&opened);
     let start = Box::new(move |creation: &eframe::CreationContext<'_>| {
+        opens.store(true, Ordering::Relaxed);
         let window = Window::new(&creation.egui_ctx, session, tools)?;
         Ok(Box::new(window) as Box<dyn eframe::App>)
     });
-    eframe::run_native("sdfc", options, start).map_err(|error| match error {
-        eframe::Error::AppCreation(why) => WindowError::Studio(why.to_string()),
-        other => WindowError::Desktop(other.to_string()),
-    })
+    // Where a library of the desktop is missing, that is told by a panic.
+    let run = AssertUnwindSafe(move || eframe::run_native("sdfc", options, start));
+    match catch_unwind(run) {
+        Ok(result) => result.map_err(WindowError::from),
+        Err(panic) if opened.load(Ordering::Relaxed) => resume_unwind(panic),
+        Err(panic) => {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let text = text.or(panic.downcast_ref::<&str>().copied());
+            let text = text.unwrap_or("a library of the desktop is missing");
+            Err(WindowError::Desktop(text.to_owned()))
+        }
+    }
+}
+
+impl From<eframe::Error> for WindowError {
+    fn from(error: eframe::Error) -> Self {
+        match error {
+            eframe::Error::AppCreation(why) => Self::Studio(why.to_string()),
+            eframe::Error::Wgpu(why) => Self::Driver(why.to_string()),
+            other => {
+                // What comes before is where in the library it was found.
+                let text = other.to_string();
+                let reason = text.rsplit(": ").next().unwrap_or(&text);
+                Self::Desktop(reason.trim_end_matches('.').to_owned())
+            }
+        }
+    }
 }
 
 fn title(session: &Session) -> String {

@@ -64,7 +64,7 @@ fn modes(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
 }
 
 fn cameras(ui: &mut Ui, session: &Session, events: &mut Vec<Event>, actions: &mut Vec<Action>) {
-    ui.label(theme::heading("CAMERA"));
+    ui.label(theme::heading("CAMERAS"));
     let (names, chosen) = session.cameras();
     for name in &names {
         let shown = if name.is_empty() { "scene" } else { name };
@@ -77,6 +77,8 @@ fn cameras(ui: &mut Ui, session: &Session, events: &mut Vec<Event>, actions: &mu
             events.push(Event::Camera(CameraEvent::Scene(name)));
         }
     }
+    ui.add_space(2.0);
+    ui.label(theme::heading("VIEW FROM"));
     let sides = [
         (Side::Front, "front"),
         (Side::Right, "right"),
