@@ -5,6 +5,9 @@
 //! where the plane faces the eye, and just as wide where it does not: what counts as a pixel is how
 //! much the field changes from one pixel to the next, which follows from its gradient and from where
 //! the neighbouring rays meet the plane.
+//!
+//! Only distances and gradients are drawn: an engine that has the module loaded without its program of
+//! surfaces (`surface: None`) answers sooner.
 
 use super::Asked;
 use super::ink::{self, Color, draw_back, hex, lay, mixed};
@@ -43,6 +46,9 @@ pub enum Front {
 const GHOST: f32 = 0.2;
 /// How much of a slice hides what is behind it.
 const OPACITY: f32 = 0.94;
+/// A surface that is nearer than the plane by no more than this share of the way lies in it: rounding
+/// alone would decide which of the two is before the other.
+const TOUCHING: f64 = 1e-5;
 /// Where a plane lies along a surface, the field is the same on all of it, and a line would be a patch:
 /// lines fade from the second to the first of these shares of the field's slope that lie in the plane.
 const FLAT: [f64; 2] = [0.02, 0.1];
@@ -127,7 +133,7 @@ impl Slice {
             let Some(t) = slice.meet(&ray).filter(|&t| t < settings.far) else {
                 continue;
             };
-            let is_hidden = f64::from(depth) < t && !settings.plane;
+            let is_hidden = f64::from(depth) < t * (1.0 - TOUCHING) && !settings.plane;
             if is_hidden && slice.front == Front::Hides {
                 continue;
             }
@@ -154,7 +160,7 @@ impl Slice {
                 below,
                 covered,
                 rim,
-                is_hidden: is_hidden && !settings.plane,
+                is_hidden,
             });
         }
         cut

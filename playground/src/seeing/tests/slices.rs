@@ -1,3 +1,5 @@
+//! Slices of shapes whose distance is a formula.
+
 use super::*;
 use crate::seeing::slice::{Front, Slice};
 use sdfc_runtime::frame::{Lens, Mode, View};
@@ -151,6 +153,21 @@ fn where_the_field_is_the_same_all_over_there_are_no_lines() {
             assert!(r > 200 && g > 150 && b > 90, "{height}: {r} {g} {b}");
         }
     }
+}
+
+#[test]
+fn a_plane_that_lies_in_a_surface_is_seen() {
+    let text = "camera { from: [0, 3, 6], look: [0, 0.5, 0], fov: 40deg }\nplane(Y, at: -0.7)";
+    let mut stage = Stage::of(text, [80, 45]);
+    let frame = stage.frame();
+    let floor = |front| Slice {
+        point: [0.0, -0.7, 0.0],
+        ..level(front)
+    };
+    let hides = floor(Front::Hides).cut(&frame, &stage.settings);
+    let all = floor(Front::Ghost).cut(&frame, &stage.settings);
+    assert_eq!(hides, all);
+    assert!(all.asked.points.len() > 500);
 }
 
 #[test]

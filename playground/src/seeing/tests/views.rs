@@ -1,3 +1,5 @@
+//! Slopes, cells, objects, steps and differences.
+
 use super::*;
 use crate::seeing::slice::{Front, Slice};
 use crate::seeing::slopes::{Slope, slopes};
