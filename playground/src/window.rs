@@ -112,7 +112,11 @@ impl From<eframe::Error> for WindowError {
     fn from(error: eframe::Error) -> Self {
         match error {
             eframe::Error::AppCreation(why) => Self::Studio(why.to_string()),
-            eframe::Error::Wgpu(why) => Self::Driver(why.to_string()),
+            eframe::Error::Wgpu(why) => {
+                // A list of the backends' reasons that may be empty.
+                let text = why.to_string();
+                Self::Driver(text.trim_end_matches(": {}").to_owned())
+            }
             other => {
                 // What comes before is where in the library it was found.
                 let text = other.to_string();

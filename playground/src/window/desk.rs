@@ -73,7 +73,7 @@ impl Desk {
     pub(super) fn say(&mut self, ctx: &Context, text: String) {
         let now = ctx.input(|input| input.time);
         self.said = Some((text, now + SAID));
-        ctx.request_repaint_after(Duration::from_secs_f64(SAID));
+        ctx.request_repaint();
     }
 
     /// What there is to say now, and whether it is a failure; and whether the session's news has been
@@ -84,26 +84,32 @@ impl Desk {
         session: &Session,
     ) -> (Option<(String, bool)>, bool) {
         let now = ctx.input(|input| input.time);
-        let Some(news) = session.said() else {
-            self.told = None;
-            if self.said.as_ref().is_some_and(|(_, until)| now >= *until) {
-                self.said = None;
-            }
-            return (self.said.clone().map(|(text, _)| (text, false)), false);
-        };
-        let (text, fails) = match news {
-            Ok(text) => (text, false),
-            Err(text) => (text, true),
-        };
-        let is_new = self.told.as_ref().is_none_or(|(told, _)| told != text);
-        if is_new {
+        let (text, fails, until) = if let Some(news) = session.said() {
+            let (text, fails) = match news {
+                Ok(text) => (text.to_owned(), false),
+                Err(text) => (text.to_owned(), true),
+            };
             // A failure takes longer to read.
             let stays = if fails { 2.5 * SAID } else { SAID };
-            self.told = Some((text.to_owned(), now + stays));
-            ctx.request_repaint_after(Duration::from_secs_f64(stays));
+            let told = self.told.take().filter(|(told, _)| *told == text);
+            let (_, until) = told.unwrap_or_default();
+            let until = if until > 0.0 { until } else { now + stays };
+            self.told = Some((text.clone(), until));
+            (text, fails, until)
+        } else {
+            self.told = None;
+            match &self.said {
+                Some((text, until)) => (text.clone(), false, *until),
+                None => return (None, false),
+            }
+        };
+        if now >= until {
+            self.said = None;
+            return (None, self.told.is_some());
         }
-        let is_over = self.told.as_ref().is_some_and(|(_, until)| now >= *until);
-        (Some((text.to_owned(), fails)), is_over)
+        // Asked for in every frame: what one asked for does not outlive the next.
+        ctx.request_repaint_after(Duration::from_secs_f64(until - now));
+        (Some((text, fails)), false)
     }
 
     /// Counts a picture by its number.

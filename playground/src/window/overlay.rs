@@ -125,7 +125,7 @@ pub(super) fn said(
     if is_over {
         events.push(Event::Dismiss);
     }
-    let Some((text, fails)) = saying.filter(|_| !is_over) else {
+    let Some((text, fails)) = saying else {
         return;
     };
     let line = if fails { theme::ERROR } else { theme::LINE };
