@@ -4,12 +4,19 @@
 //! A painter is used by one thread at a time. It never panics on a scene: what an engine panicked
 //! with becomes a problem, and the engine is opened anew.
 
+mod held;
+mod show;
+
+pub use show::{Show, SliceAt};
+
 use crate::build::Scene;
-use sdfc_runtime::engine::{Engine, EngineError, EngineKind, Loaded};
+use crate::seeing::pick::{self, Pick, Spot};
+use held::{Held, Programs};
+use sdfc_compiler::compile::{GeneratedSource, Options};
+use sdfc_compiler::origins::{Origins, origins};
+use sdfc_runtime::engine::{Engine, EngineError, EngineKind};
 use sdfc_runtime::frame::{Frame, Progress, RenderSettings};
-use sdfc_runtime::settings::{Overrides, resolve};
-use sdfc_shaders::assemble::SceneSource;
-use sdfc_vm::program::Module;
+use sdfc_runtime::settings::Overrides;
 use std::collections::HashMap;
 use std::fmt;
 use std::ops::ControlFlow;
@@ -59,8 +66,12 @@ pub struct DrawTask {
     pub moment: Moment,
     /// What draws.
     pub engine: EngineKind,
-    /// What replaces the scene's own settings.
+    /// What replaces the scene's own settings. What is shown is said by `show`.
     pub look: Overrides,
+    /// What is to be seen.
+    pub show: Show,
+    /// The leaf that is picked out where leaves are seen; see [`crate::seeing::objects`].
+    pub leaf: Option<u32>,
     /// Stops it.
     pub stop: Stop,
 }
@@ -104,6 +115,38 @@ pub struct Picture {
     pub settings: RenderSettings,
     /// What the engine runs on.
     pub device: String,
+    /// What its colours stand for, where that must be said.
+    pub legend: Vec<([u8; 4], String)>,
+    /// What there is to say about it, a line each.
+    pub notes: Vec<String>,
+}
+
+/// A pixel about which all is to be told.
+#[derive(Clone, Debug)]
+pub struct PickTask {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// When.
+    pub moment: Moment,
+    /// What draws.
+    pub engine: EngineKind,
+    /// The picture that it is a pixel of.
+    pub frame: Arc<Frame>,
+    /// How that was drawn.
+    pub settings: RenderSettings,
+    /// Its column and row.
+    pub pixel: [u32; 2],
+}
+
+/// What was found at a pixel.
+#[derive(Clone, Debug)]
+pub struct Picked {
+    /// The pixel's column and row, and the size of its picture.
+    pub pixel: [u32; 2],
+    /// The picture's width and height.
+    pub size: [usize; 2],
+    /// All about it; nothing in the sky.
+    pub found: Result<Option<Box<Pick>>, Problem>,
 }
 
 /// Why there is no picture.
@@ -145,20 +188,10 @@ pub type Opener = Box<dyn Fn(EngineKind) -> Result<Box<dyn Engine>, EngineError>
 pub struct Painter {
     opener: Opener,
     held: HashMap<EngineKind, Held>,
-}
-
-/// An engine and what is loaded in it.
-struct Held {
-    engine: Box<dyn Engine>,
-    loaded: Option<Now>,
-}
-
-/// A scene at a moment.
-struct Now {
-    number: u64,
-    moment: Moment,
-    module: Module,
-    outputs: Vec<f64>,
+    /// The leaves of a scene, by its build, once they were asked for: none where it has no text.
+    origins: Option<(u64, Option<Arc<Origins>>)>,
+    /// The engine that has them loaded.
+    leaves: Option<Held>,
 }
 
 impl fmt::Debug for Painter {
@@ -173,6 +206,8 @@ impl Painter {
         Self {
             opener,
             held: HashMap::new(),
+            origins: None,
+            leaves: None,
         }
     }
 
@@ -207,93 +242,119 @@ impl Painter {
         let started = Instant::now();
         held.bring(&task.scene, &task.moment)?;
         times.loading = started.elapsed();
-        let settings = held.settings(task)?;
+        let look = Overrides {
+            mode: task.show.mode(),
+            ..task.look.clone()
+        };
+        let settings = held.settings(&look)?;
         let started = Instant::now();
         let frame = held.engine.render(&settings, &task.stop)?;
-        times.drawing = started.elapsed();
-        Ok(Picture {
+        let mut picture = Picture {
             size: [frame.width, frame.height],
             rgba: frame.rgba8(),
             frame: Arc::new(frame),
             settings,
             device: held.engine.device(),
-        })
+            legend: Vec::new(),
+            notes: Vec::new(),
+        };
+        self.finish(task, &mut picture)?;
+        times.drawing = started.elapsed();
+        Ok(picture)
+    }
+
+    /// Tells all about a pixel.
+    pub fn pick(&mut self, task: &PickTask) -> Picked {
+        let attempt = AssertUnwindSafe(|| self.found(task));
+        let found = catch_unwind(attempt).unwrap_or_else(|_| {
+            self.held.clear();
+            self.leaves = None;
+            let what = "this is a bug in sdfc: looking at a pixel panicked";
+            Err(Problem::Scene(what.to_owned()))
+        });
+        Picked {
+            pixel: task.pixel,
+            size: [task.frame.width, task.frame.height],
+            found,
+        }
+    }
+
+    fn found(&mut self, task: &PickTask) -> Result<Option<Box<Pick>>, Problem> {
+        let Some(spot) = Spot::at(&task.frame, &task.settings, task.pixel) else {
+            return Ok(None);
+        };
+        let Some(point) = spot.point() else {
+            return Ok(None);
+        };
+        let leaf = match self.leaves(&task.scene, &task.moment)? {
+            Some((held, _)) => held.engine.query(&[point])?.first().copied(),
+            None => None,
+        };
+        let leaf = leaf.map_or(0, |sample| sample.surface.id.max(0.0) as u32);
+        let known = self.origins(&task.scene);
+        let held = self.held(task.engine)?;
+        held.bring(&task.scene, &task.moment)?;
+        let Some(sample) = held.engine.query(&[point])?.first().copied() else {
+            return Ok(None);
+        };
+        let now = held.now()?;
+        let scene = pick::Scene {
+            module: &now.module,
+            outputs: &now.outputs,
+            settings: &task.settings,
+            sources: &task.scene.sources,
+            origins: known.as_deref(),
+        };
+        Ok(pick::describe(&spot, &scene, &sample, leaf).map(Box::new))
+    }
+
+    /// The leaves of a scene; none where it has no text.
+    fn origins(&mut self, scene: &Scene) -> Option<Arc<Origins>> {
+        if let Some((number, origins)) = &self.origins
+            && *number == scene.number
+        {
+            return origins.clone();
+        }
+        let text = scene.opened.compiled.scene().cloned();
+        let found = text.and_then(|text| origins(text, &Options::default()).0);
+        let found = found.map(Arc::new);
+        self.origins = Some((scene.number, found.clone()));
+        found
+    }
+
+    /// The engine that tells the leaves of a scene, which always is the CPU: they need no speed, and
+    /// their program is another one than the scene's.
+    fn leaves(
+        &mut self,
+        scene: &Scene,
+        moment: &Moment,
+    ) -> Result<Option<(&mut Held, Arc<Origins>)>, Problem> {
+        let Some(origins) = self.origins(scene) else {
+            return Ok(None);
+        };
+        if self.leaves.is_none() {
+            self.leaves = Some(Held::new((self.opener)(EngineKind::Cpu)?));
+        }
+        let nothing = GeneratedSource::default();
+        let programs = Programs {
+            number: scene.number,
+            compiled: &origins.compiled,
+            generated: &|| &nothing,
+        };
+        let Some(held) = &mut self.leaves else {
+            return Ok(None);
+        };
+        held.bring_programs(&programs, moment)?;
+        Ok(Some((held, origins)))
     }
 
     /// An engine, opened if it is not yet.
     fn held(&mut self, kind: EngineKind) -> Result<&mut Held, Problem> {
         if !self.held.contains_key(&kind) {
             let engine = (self.opener)(kind)?;
-            self.held.insert(
-                kind,
-                Held {
-                    engine,
-                    loaded: None,
-                },
-            );
+            self.held.insert(kind, Held::new(engine));
         }
         let missing = || Problem::Engine(format!("engine {kind} is not open"));
         self.held.get_mut(&kind).ok_or_else(missing)
-    }
-}
-
-impl Held {
-    /// Brings a scene and its moment to the engine: all of it, or only numbers, or nothing.
-    fn bring(&mut self, scene: &Scene, moment: &Moment) -> Result<(), Problem> {
-        match &mut self.loaded {
-            Some(now) if now.number == scene.number => {
-                if now.moment == *moment {
-                    return Ok(());
-                }
-                now.update(scene, moment);
-                let done = self.engine.update(&now.module, &now.outputs);
-                if done.is_err() {
-                    self.loaded = None;
-                }
-                Ok(done?)
-            }
-            _ => {
-                self.loaded = None;
-                let mut now = Now {
-                    number: scene.number,
-                    moment: moment.clone(),
-                    module: scene.opened.compiled.module.clone(),
-                    outputs: Vec::new(),
-                };
-                now.update(scene, moment);
-                let generated = match self.engine.kind() {
-                    EngineKind::Wgsl => SceneSource {
-                        text: &scene.generated().text,
-                        calls: &scene.generated().calls,
-                    },
-                    _ => SceneSource::default(),
-                };
-                self.engine.load(&Loaded {
-                    module: &now.module,
-                    outputs: &now.outputs,
-                    generated,
-                })?;
-                self.loaded = Some(now);
-                Ok(())
-            }
-        }
-    }
-
-    /// How the task's picture is drawn.
-    fn settings(&self, task: &DrawTask) -> Result<RenderSettings, Problem> {
-        let now = self.loaded.as_ref();
-        let now = now.ok_or_else(|| Problem::from(EngineError::NothingLoaded))?;
-        resolve(&now.module, &now.outputs, &task.look)
-            .map_err(|error| Problem::Scene(error.to_string()))
-    }
-}
-
-impl Now {
-    fn update(&mut self, scene: &Scene, moment: &Moment) {
-        for (param, value) in self.module.settings.params.iter_mut().zip(&*moment.values) {
-            param.value.clone_from(value);
-        }
-        self.outputs = scene.opened.compiled.bring(&mut self.module, moment.time);
-        self.moment = moment.clone();
     }
 }

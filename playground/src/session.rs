@@ -26,12 +26,13 @@ pub use tiers::{Choice, Devices, Tier};
 
 use crate::build::{BuildTask, Built, Scene, Source};
 use crate::camera::{Camera, Place};
-use crate::painter::{DrawTask, Drawn, Moment, Picture, Problem, Stop, Times};
+use crate::painter::{
+    DrawTask, Drawn, Moment, PickTask, Picked, Picture, Problem, Show, Stop, Times,
+};
 use crate::timeline::Timeline;
 use pace::Pace;
 use params::{Change, Knobs};
 use sdfc_runtime::engine::EngineKind;
-use sdfc_runtime::frame::Mode;
 use sdfc_runtime::settings::Overrides;
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -76,7 +77,8 @@ pub struct Session {
     own_view: bool,
     timeline: Option<Timeline>,
     clock: Option<Duration>,
-    mode: Mode,
+    show: Show,
+    picked: Option<Picked>,
     size: [u32; 2],
 
     /// What is to be seen has changed so many times.
@@ -103,7 +105,7 @@ struct Shown {
     stage: Stage,
     engine: EngineKind,
     times: Times,
-    mode: Mode,
+    show: Show,
 }
 
 /// A picture that is being drawn.
@@ -113,7 +115,7 @@ struct Flight {
     wish: u64,
     stage: Stage,
     stop: Stop,
-    mode: Mode,
+    show: Show,
 }
 
 impl Session {
@@ -138,7 +140,8 @@ impl Session {
             own_view: false,
             timeline: None,
             clock: None,
-            mode: Mode::Shaded,
+            show: Show::default(),
+            picked: None,
             size: SIZE,
             wish: 1,
             changed: Duration::ZERO,
@@ -184,9 +187,22 @@ impl Session {
             Event::WriteBack(indices) => self.write_back(&indices),
             Event::Camera(event) => self.move_camera(event, now),
             Event::Time(event) => self.move_time(event, now),
-            Event::Show(mode) => {
-                if mode != self.mode {
-                    self.mode = mode;
+            Event::Show(show) => {
+                if show != self.show {
+                    // A plane is moved by hand.
+                    let same = std::mem::discriminant(&show) == std::mem::discriminant(&self.show);
+                    self.show = show;
+                    if same {
+                        self.moves(now);
+                    } else {
+                        self.wishes(now);
+                    }
+                }
+            }
+            Event::Pick(place) => self.pick(place),
+            Event::Unpick => {
+                self.picked = None;
+                if self.show == Show::Objects {
                     self.wishes(now);
                 }
             }
@@ -211,6 +227,12 @@ impl Session {
             Done::Built(built) => self.take_build(built, now),
             Done::Drawn(tier, drawn) => self.take_picture(tier, drawn, now),
             Done::Prepared(drawn) => self.take_prepared(drawn),
+            Done::Picked(picked) => {
+                self.picked = Some(picked);
+                if self.show == Show::Objects {
+                    self.wishes(now);
+                }
+            }
             Done::Said(said) => self.said = Some(said),
             Done::Exported(Ok(text)) => {
                 self.said = Some(Ok("copied".to_owned()));
@@ -262,6 +284,7 @@ impl Session {
         self.camera_name = None;
         self.own_view = false;
         self.timeline = None;
+        self.picked = None;
         self.pace.clear();
         self.rebuild = true;
     }
@@ -345,6 +368,8 @@ impl Session {
             self.camera = None;
         }
         self.scene = Some(scene);
+        // Its leaves are others, and may lie elsewhere.
+        self.picked = None;
         self.wishes(now);
     }
 
@@ -459,7 +484,7 @@ impl Session {
         let scene = self.scene.as_ref()?.number;
         Some(Key {
             scene,
-            mode: self.mode,
+            mode: self.show.mode(),
         })
     }
 
@@ -483,9 +508,10 @@ impl Session {
                     .as_ref()
                     .filter(|_| self.own_view)
                     .map(Camera::view),
-                mode: self.mode,
                 ..Overrides::default()
             },
+            show: self.show,
+            leaf: self.leaf(),
             stop: Stop::default(),
         }
     }
@@ -525,9 +551,10 @@ impl Session {
         let Some(engine) = self.tiers.engine(tier) else {
             return;
         };
-        let samples = match self.mode {
-            Mode::Distance | Mode::Steps | Mode::Id | Mode::Mask | Mode::Depth => 1,
-            _ => scene.opened.compiled.module.settings.render.aa,
+        let samples = if self.show.is_exact() {
+            1
+        } else {
+            scene.opened.compiled.module.settings.render.aa
         };
         let moves = pace.moves(now);
         let done = self
@@ -546,7 +573,7 @@ impl Session {
                 wish,
                 stage,
                 stop: task.stop.clone(),
-                mode: self.mode,
+                show: self.show,
             },
         );
         self.tasks.push(Task::Draw(tier, task));
@@ -594,7 +621,7 @@ impl Session {
                     stage: flight.stage,
                     engine: drawn.engine,
                     times: drawn.times,
-                    mode: flight.mode,
+                    show: flight.show,
                 });
             }
             Err(Problem::Stopped) => {}
@@ -664,6 +691,38 @@ impl Session {
             }
             Ok(_) | Err(Problem::Stopped) => self.tiers.unprepared(),
         }
+    }
+
+    /// Asks about what is seen at a place.
+    fn pick(&mut self, place: Place) {
+        let scene = self.scene.clone();
+        let (Some(scene), Some(shown)) = (scene, &self.shown) else {
+            return;
+        };
+        let picture = &shown.picture;
+        let Some([column, row]) = pixel(place, picture.size) else {
+            return;
+        };
+        let Some(engine) = self.tiers.engine(Tier::Instant) else {
+            return;
+        };
+        self.tasks.push(Task::Pick(Box::new(PickTask {
+            scene,
+            moment: Moment {
+                values: self.knobs.values(),
+                time: self.time(),
+            },
+            engine,
+            frame: Arc::clone(&picture.frame),
+            settings: picture.settings.clone(),
+            pixel: [column as u32, row as u32],
+        })));
+    }
+
+    /// The leaf that was picked.
+    fn leaf(&self) -> Option<u32> {
+        let found = self.picked.as_ref()?.found.as_ref().ok()?.as_ref()?;
+        Some(found.leaf).filter(|leaf| *leaf > 0)
     }
 
     fn save(&mut self, path: PathBuf) {

@@ -3,7 +3,7 @@
 
 use crate::build::{BuildTask, build};
 use crate::files::Files;
-use crate::painter::{DrawTask, Opener, Painter};
+use crate::painter::{DrawTask, Opener, Painter, PickTask};
 use crate::session::{Done, Event, Session, Task, Tier};
 use crate::watcher::Watcher;
 use sdfc_compiler::export::{Target, translate};
@@ -54,6 +54,7 @@ struct Workers {
 enum Order {
     Draw(DrawTask),
     Prepare(DrawTask),
+    Pick(Box<PickTask>),
 }
 
 /// What is written.
@@ -130,6 +131,7 @@ impl Studio {
                 move |order: Order| {
                     teller.done(match order {
                         Order::Draw(task) => Done::Drawn(tier, painter.draw(&task)),
+                        Order::Pick(task) => Done::Picked(painter.pick(&task)),
                         Order::Prepare(task) => {
                             // The first one makes all ready.
                             let first = painter.draw(&task);
@@ -230,6 +232,9 @@ impl Studio {
                 .is_ok(),
             Task::Prepare(task) => workers.pictures[Tier::Prepared as usize]
                 .send(Order::Prepare(task))
+                .is_ok(),
+            Task::Pick(task) => workers.pictures[Tier::Instant as usize]
+                .send(Order::Pick(task))
                 .is_ok(),
             Task::Watch(files) => {
                 watch(&mut self.watcher, &files, &mut self.session, now);

@@ -55,7 +55,7 @@ impl Timeline {
     /// The number of the frame that a film of it shows now, from 0.
     pub fn frame(&self) -> u64 {
         // A time that stands for a frame's start may be a rounding short of it.
-        (self.time * self.animation.fps).floor() as u64
+        (self.time * self.animation.fps + 1e-6).floor() as u64
     }
 
     /// How many frames a film of it has, at least one.

@@ -3,9 +3,8 @@
 use super::tiers::{Choice, Tier};
 use crate::build::{BuildTask, Built, Source};
 use crate::camera::{Place, Side};
-use crate::painter::{DrawTask, Drawn};
+use crate::painter::{DrawTask, Drawn, PickTask, Picked, Show};
 use sdfc_compiler::export::Target;
-use sdfc_runtime::frame::Mode;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -31,7 +30,11 @@ pub enum Event {
     /// Time moves, or not.
     Time(TimeEvent),
     /// Something else is to be seen.
-    Show(Mode),
+    Show(Show),
+    /// All about what is seen at a place is to be told.
+    Pick(Place),
+    /// That is enough.
+    Unpick,
     /// Another engine is to draw.
     Engine(Choice),
     /// The picture is to be saved.
@@ -88,6 +91,8 @@ pub enum Task {
     Draw(Tier, DrawTask),
     /// Make the second engine ready for a picture, and draw it, twice: the second one is timed.
     Prepare(DrawTask),
+    /// Tell all about a pixel.
+    Pick(Box<PickTask>),
     /// Watch these files, and no others.
     Watch(Vec<PathBuf>),
     /// Put a text in the place of another one in a file.
@@ -123,6 +128,8 @@ pub enum Done {
     Drawn(Tier, Drawn),
     /// Of making the second engine ready.
     Prepared(Drawn),
+    /// Of looking at a pixel.
+    Picked(Picked),
     /// Of writing a text or a picture: what to say.
     Said(Result<String, String>),
     /// Of writing the scene in another language: its text.

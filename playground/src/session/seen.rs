@@ -3,11 +3,11 @@
 use super::{Knob, Session, Stage};
 use crate::build::Source;
 use crate::camera::Camera;
-use crate::painter::Picture;
+use crate::painter::{Picked, Picture, Show};
 use crate::session::{Choice, Devices};
 use crate::timeline::Timeline;
 use sdfc_runtime::engine::EngineKind;
-use sdfc_runtime::frame::Mode;
+use sdfc_vm::bounds::Bounds;
 use std::time::Duration;
 
 /// What is known of the picture that is seen.
@@ -22,7 +22,7 @@ pub struct Facts {
     /// Its width and height.
     pub size: [usize; 2],
     /// What it shows.
-    pub mode: Mode,
+    pub show: Show,
     /// Reading the scene's files.
     pub reading: Duration,
     /// From text to programs.
@@ -63,7 +63,7 @@ impl Session {
             device: shown.picture.device.clone(),
             stage: shown.stage,
             size: shown.picture.size,
-            mode: shown.mode,
+            show: shown.show,
             reading,
             compiling,
             loading: shown.times.loading,
@@ -143,8 +143,19 @@ impl Session {
     }
 
     /// What is to be shown.
-    pub fn mode(&self) -> Mode {
-        self.mode
+    pub fn show(&self) -> Show {
+        self.show
+    }
+
+    /// What was found where something was picked.
+    pub fn picked(&self) -> Option<&Picked> {
+        self.picked.as_ref()
+    }
+
+    /// The box that the scene lies in, as far as is known.
+    pub fn bounds(&self) -> Option<&Bounds> {
+        let scene = self.scene.as_ref()?;
+        Some(scene.opened.compiled.module.settings.space())
     }
 
     /// Which engine was asked for.

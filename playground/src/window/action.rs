@@ -3,6 +3,7 @@
 
 use super::desk::{Desk, Overlay};
 use crate::camera::Side;
+use crate::painter::Show;
 use crate::session::{CameraEvent, Event, Session, TimeEvent};
 use eframe::egui::{Context, Key, Modifiers, ViewportCommand};
 use sdfc_compiler::export::Target;
@@ -284,10 +285,12 @@ impl Action {
                 events.push(camera(CameraEvent::Scene(name)));
             }
             Self::NextMode(by) => {
-                let now = MODES.iter().position(|(mode, ..)| *mode == session.mode());
+                let now = MODES
+                    .iter()
+                    .position(|(mode, ..)| Show::Mode(*mode) == session.show());
                 let now = now.unwrap_or(0) as i32;
                 let next = (now + by).rem_euclid(MODES.len() as i32) as usize;
-                events.push(Event::Show(MODES[next].0));
+                events.push(Event::Show(Show::Mode(MODES[next].0)));
             }
             Self::Play => events.push(Event::Time(TimeEvent::Toggle)),
             Self::Step(frames) => events.push(Event::Time(TimeEvent::Step(frames))),

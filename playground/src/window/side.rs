@@ -3,6 +3,7 @@
 use super::action::{Action, MODES, key_of};
 use super::theme;
 use crate::camera::Side;
+use crate::painter::Show;
 use crate::session::{CameraEvent, Choice, Event, Session};
 use eframe::egui::{self, Button, RichText, Ui, vec2};
 use sdfc_runtime::engine::EngineKind;
@@ -54,9 +55,9 @@ fn modes(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
     ui.label(theme::heading("SHOWN"));
     ui.scope(|ui| {
         grid(ui, 2, &MODES, |ui, (mode, name, says), width| {
-            let button = choice(ui, name, *mode == session.mode(), width);
+            let button = choice(ui, name, Show::Mode(*mode) == session.show(), width);
             if button.on_hover_text(*says).clicked() {
-                events.push(Event::Show(*mode));
+                events.push(Event::Show(Show::Mode(*mode)));
             }
         });
     });

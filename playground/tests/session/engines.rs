@@ -1,7 +1,7 @@
 //! Engines that take over, fall back and fail.
 
 use crate::play::{Asked, Play};
-use sdfc_playground::painter::Problem;
+use sdfc_playground::painter::{Problem, Show};
 use sdfc_playground::session::{Choice, Devices, Done, Event, Task, Tier};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::frame::Mode;
@@ -68,7 +68,7 @@ fn generated_code_that_is_slower_does_not_take_over_unless_it_is_asked_for() {
 fn another_mode_is_prepared_too() {
     let mut play = with_rays_of(20, 5, HARDWARE);
     play.rest();
-    play.handle(Event::Show(Mode::Normal));
+    play.handle(Event::Show(Show::Mode(Mode::Normal)));
     let asked = play.rest();
     assert_eq!(drawers(&asked)[0], EngineKind::Interp);
     assert!(asked.contains(&Asked::Prepare));

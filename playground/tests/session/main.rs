@@ -5,6 +5,7 @@ mod camera;
 mod engines;
 mod files;
 mod params;
+mod seeing;
 mod stage;
 
 mod play;

@@ -54,6 +54,7 @@ pub(crate) enum Asked {
     Build,
     Draw(Tier, EngineKind, [u32; 2]),
     Prepare,
+    Pick,
     Watch(Vec<PathBuf>),
     Replace(PathBuf),
     Save,
@@ -133,6 +134,7 @@ impl Play {
                 }
                 Done::Prepared(drawn)
             }
+            Task::Pick(task) => Done::Picked(self.painter.pick(&task)),
             Task::Watch(_) => return None,
             Task::Replace {
                 path,
@@ -205,6 +207,7 @@ fn asked(task: &Task) -> Asked {
         Task::Build(_) => Asked::Build,
         Task::Draw(tier, task) => Asked::Draw(*tier, task.engine, task.look.size.unwrap()),
         Task::Prepare(_) => Asked::Prepare,
+        Task::Pick(_) => Asked::Pick,
         Task::Watch(files) => Asked::Watch(files.clone()),
         Task::Replace { path, .. } => Asked::Replace(path.clone()),
         Task::Save { .. } => Asked::Save,
