@@ -1,8 +1,10 @@
 //! What the window remembers for itself: which panels and overlays are open, what is being typed, and
 //! how many pictures came lately.
 
+use crate::painter::SliceAt;
 use crate::session::Session;
 use eframe::egui::Context;
+use sdfc_runtime::engine::EngineKind;
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -34,6 +36,10 @@ pub(super) struct Desk {
     pub(super) path_is_new: bool,
     /// Whether warnings are read.
     pub(super) report_open: bool,
+    /// The plane of slices, once it was moved.
+    pub(super) slice: Option<SliceAt>,
+    /// The other engine of differences, once one was chosen.
+    pub(super) other: Option<EngineKind>,
     /// What the window itself said, and until when it stays.
     pub(super) said: Option<(String, f64)>,
     /// What the session said, and until when it stays.
@@ -51,6 +57,8 @@ impl Default for Desk {
             path: String::new(),
             path_is_new: false,
             report_open: false,
+            slice: None,
+            other: None,
             said: None,
             told: None,
             arrivals: VecDeque::new(),

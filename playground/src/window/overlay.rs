@@ -13,10 +13,11 @@ use eframe::egui::{
 use std::path::PathBuf;
 
 /// What the mouse does.
-const MOUSE: [(&str, &str); 6] = [
+const MOUSE: [(&str, &str); 7] = [
     ("drag", "around what the camera looks at"),
     ("right or shift drag", "along the picture"),
     ("wheel", "nearer to what is under the cursor"),
+    ("click", "all about what is under the cursor"),
     ("double click", "look at what is under the cursor"),
     ("drop a file", "open it"),
     ("hover a name", "what a param is for"),
