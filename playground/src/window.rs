@@ -8,10 +8,12 @@ mod action;
 mod desk;
 mod icon;
 mod menu;
+mod notes;
 mod overlay;
 mod params;
 mod picture;
 mod report;
+mod shown;
 mod side;
 mod status;
 mod theme;
@@ -112,7 +114,11 @@ impl From<eframe::Error> for WindowError {
     fn from(error: eframe::Error) -> Self {
         match error {
             eframe::Error::AppCreation(why) => Self::Studio(why.to_string()),
-            eframe::Error::Wgpu(why) => Self::Driver(why.to_string()),
+            eframe::Error::Wgpu(why) => {
+                // A list of the backends' reasons that may be empty.
+                let text = why.to_string();
+                Self::Driver(text.trim_end_matches(": {}").to_owned())
+            }
             other => {
                 // What comes before is where in the library it was found.
                 let text = other.to_string();
@@ -220,12 +226,14 @@ impl eframe::App for Window {
                 .exact_size(212.0)
                 .resizable(false)
                 .show(ui, |ui| {
-                    actions.extend(side::show(ui, session, &mut events));
+                    actions.extend(side::show(ui, session, desk, &mut events));
                 });
         }
         let picture = egui::CentralPanel::no_frame()
             .show(ui, |ui| self.canvas.show(ui, session, &mut events))
             .inner;
+        notes::legend(ui, session, picture);
+        notes::pick(ui, session, picture, &mut events);
         report::show(ui, session, desk, picture);
         overlay::said(&ctx, session, desk, picture, &mut events);
         overlay::show(&ctx, desk, &mut events);

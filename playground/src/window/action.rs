@@ -2,50 +2,12 @@
 //! the keyboard share.
 
 use super::desk::{Desk, Overlay};
+use super::shown::{KINDS, Kind};
 use crate::camera::Side;
-use crate::painter::Show;
 use crate::session::{CameraEvent, Event, Session, TimeEvent};
 use eframe::egui::{Context, Key, Modifiers, ViewportCommand};
 use sdfc_compiler::export::Target;
-use sdfc_runtime::frame::Mode;
 use std::path::{Path, PathBuf};
-
-/// What is shown, with its name and what it means.
-pub(super) const MODES: [(Mode, &str, &str); 9] = [
-    (Mode::Shaded, "shaded", "the lit scene"),
-    (
-        Mode::Albedo,
-        "albedo",
-        "the share of light that surfaces reflect",
-    ),
-    (
-        Mode::Normal,
-        "normals",
-        "the direction surfaces face: red, green and blue for x, y and z",
-    ),
-    (
-        Mode::Depth,
-        "depth",
-        "the distance along the ray: near white, far black",
-    ),
-    (
-        Mode::Steps,
-        "steps",
-        "how often the field was evaluated along the ray, as a heat map",
-    ),
-    (
-        Mode::Distance,
-        "slice",
-        "the field on a plane through what the camera looks at",
-    ),
-    (Mode::Id, "materials", "a colour for each material"),
-    (
-        Mode::Edges,
-        "edges",
-        "lines where depth, direction or material jump",
-    ),
-    (Mode::Mask, "mask", "white where there is a surface"),
-];
 
 /// Something that can be done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -285,12 +247,11 @@ impl Action {
                 events.push(camera(CameraEvent::Scene(name)));
             }
             Self::NextMode(by) => {
-                let now = MODES
-                    .iter()
-                    .position(|(mode, ..)| Show::Mode(*mode) == session.show());
+                let seen = Kind::of(session.show());
+                let now = KINDS.iter().position(|(kind, ..)| *kind == seen);
                 let now = now.unwrap_or(0) as i32;
-                let next = (now + by).rem_euclid(MODES.len() as i32) as usize;
-                events.push(Event::Show(Show::Mode(MODES[next].0)));
+                let next = (now + by).rem_euclid(KINDS.len() as i32) as usize;
+                events.push(Event::Show(KINDS[next].0.show(desk, session)));
             }
             Self::Play => events.push(Event::Time(TimeEvent::Toggle)),
             Self::Step(frames) => events.push(Event::Time(TimeEvent::Step(frames))),
@@ -313,6 +274,7 @@ impl Action {
             Self::Close => {
                 if desk.overlay == Overlay::None {
                     events.push(Event::Dismiss);
+                    events.push(Event::Unpick);
                 }
                 desk.overlay = Overlay::None;
                 desk.report_open = false;

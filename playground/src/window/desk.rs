@@ -1,8 +1,10 @@
 //! What the window remembers for itself: which panels and overlays are open, what is being typed, and
 //! how many pictures came lately.
 
+use crate::painter::SliceAt;
 use crate::session::Session;
 use eframe::egui::Context;
+use sdfc_runtime::engine::EngineKind;
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -34,6 +36,10 @@ pub(super) struct Desk {
     pub(super) path_is_new: bool,
     /// Whether warnings are read.
     pub(super) report_open: bool,
+    /// The plane of slices, once it was moved.
+    pub(super) slice: Option<SliceAt>,
+    /// The other engine of differences, once one was chosen.
+    pub(super) other: Option<EngineKind>,
     /// What the window itself said, and until when it stays.
     pub(super) said: Option<(String, f64)>,
     /// What the session said, and until when it stays.
@@ -51,6 +57,8 @@ impl Default for Desk {
             path: String::new(),
             path_is_new: false,
             report_open: false,
+            slice: None,
+            other: None,
             said: None,
             told: None,
             arrivals: VecDeque::new(),
@@ -73,7 +81,7 @@ impl Desk {
     pub(super) fn say(&mut self, ctx: &Context, text: String) {
         let now = ctx.input(|input| input.time);
         self.said = Some((text, now + SAID));
-        ctx.request_repaint_after(Duration::from_secs_f64(SAID));
+        ctx.request_repaint();
     }
 
     /// What there is to say now, and whether it is a failure; and whether the session's news has been
@@ -84,26 +92,32 @@ impl Desk {
         session: &Session,
     ) -> (Option<(String, bool)>, bool) {
         let now = ctx.input(|input| input.time);
-        let Some(news) = session.said() else {
-            self.told = None;
-            if self.said.as_ref().is_some_and(|(_, until)| now >= *until) {
-                self.said = None;
-            }
-            return (self.said.clone().map(|(text, _)| (text, false)), false);
-        };
-        let (text, fails) = match news {
-            Ok(text) => (text, false),
-            Err(text) => (text, true),
-        };
-        let is_new = self.told.as_ref().is_none_or(|(told, _)| told != text);
-        if is_new {
+        let (text, fails, until) = if let Some(news) = session.said() {
+            let (text, fails) = match news {
+                Ok(text) => (text.to_owned(), false),
+                Err(text) => (text.to_owned(), true),
+            };
             // A failure takes longer to read.
             let stays = if fails { 2.5 * SAID } else { SAID };
-            self.told = Some((text.to_owned(), now + stays));
-            ctx.request_repaint_after(Duration::from_secs_f64(stays));
+            let told = self.told.take().filter(|(told, _)| *told == text);
+            let (_, until) = told.unwrap_or_default();
+            let until = if until > 0.0 { until } else { now + stays };
+            self.told = Some((text.clone(), until));
+            (text, fails, until)
+        } else {
+            self.told = None;
+            match &self.said {
+                Some((text, until)) => (text.clone(), false, *until),
+                None => return (None, false),
+            }
+        };
+        if now >= until {
+            self.said = None;
+            return (None, self.told.is_some());
         }
-        let is_over = self.told.as_ref().is_some_and(|(_, until)| now >= *until);
-        (Some((text.to_owned(), fails)), is_over)
+        // Asked for in every frame: what one asked for does not outlive the next.
+        ctx.request_repaint_after(Duration::from_secs_f64(until - now));
+        (Some((text, fails)), false)
     }
 
     /// Counts a picture by its number.

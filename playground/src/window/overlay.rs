@@ -13,10 +13,11 @@ use eframe::egui::{
 use std::path::PathBuf;
 
 /// What the mouse does.
-const MOUSE: [(&str, &str); 6] = [
+const MOUSE: [(&str, &str); 7] = [
     ("drag", "around what the camera looks at"),
     ("right or shift drag", "along the picture"),
     ("wheel", "nearer to what is under the cursor"),
+    ("click", "all about what is under the cursor"),
     ("double click", "look at what is under the cursor"),
     ("drop a file", "open it"),
     ("hover a name", "what a param is for"),
@@ -125,7 +126,7 @@ pub(super) fn said(
     if is_over {
         events.push(Event::Dismiss);
     }
-    let Some((text, fails)) = saying.filter(|_| !is_over) else {
+    let Some((text, fails)) = saying else {
         return;
     };
     let line = if fails { theme::ERROR } else { theme::LINE };

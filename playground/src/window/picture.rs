@@ -81,6 +81,12 @@ fn place(point: Pos2, rect: Rect) -> Place {
     [f64::from(x), f64::from(-y)]
 }
 
+/// The point on the screen of a place in the picture.
+pub(super) fn point_of([x, y]: Place, rect: Rect) -> Pos2 {
+    let half = rect.size() / 2.0;
+    rect.center() + vec2(x as f32 * half.x, -y as f32 * half.y)
+}
+
 fn mouse(ui: &Ui, response: &Response, rect: Rect, events: &mut Vec<Event>) {
     let shift = ui.input(|input| input.modifiers.shift);
     let delta = response.drag_delta();
@@ -111,6 +117,9 @@ fn mouse(ui: &Ui, response: &Response, rect: Rect, events: &mut Vec<Event>) {
         let factor = (-f64::from(wheel) * NOTCH).exp();
         events.push(Event::Camera(CameraEvent::Zoom(factor, place(over, rect))));
     }
+    if response.clicked() {
+        events.push(Event::Pick(place(over, rect)));
+    }
     if response.double_clicked() {
         events.push(Event::Camera(CameraEvent::Focus(place(over, rect))));
     }
@@ -136,5 +145,6 @@ mod tests {
         let rect = Rect::from_min_max(pos2(100.0, 50.0), pos2(300.0, 150.0));
         assert_eq!(place(pos2(100.0, 50.0), rect), [-1.0, 1.0]);
         assert_eq!(place(pos2(250.0, 150.0), rect), [0.5, -1.0]);
+        assert_eq!(point_of([0.5, -1.0], rect), pos2(250.0, 150.0));
     }
 }

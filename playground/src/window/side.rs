@@ -1,22 +1,27 @@
 //! The right panel: what is shown, from where, and what draws it.
 
-use super::action::{Action, MODES, key_of};
-use super::theme;
+use super::action::{Action, key_of};
+use super::desk::Desk;
+use super::{shown, theme};
 use crate::camera::Side;
-use crate::painter::Show;
 use crate::session::{CameraEvent, Choice, Event, Session};
 use eframe::egui::{self, Button, RichText, Ui, vec2};
 use sdfc_runtime::engine::EngineKind;
 use std::time::Duration;
 
 /// Shows it; what is done with it becomes events and actions.
-pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> Vec<Action> {
+pub(super) fn show(
+    ui: &mut Ui,
+    session: &Session,
+    desk: &mut Desk,
+    events: &mut Vec<Event>,
+) -> Vec<Action> {
     let mut actions = Vec::new();
     egui::ScrollArea::vertical()
         .auto_shrink([false; 2])
         .show(ui, |ui| {
             ui.add_space(2.0);
-            modes(ui, session, events);
+            shown::show(ui, session, desk, events);
             gap(ui);
             cameras(ui, session, events, &mut actions);
             gap(ui);
@@ -32,7 +37,12 @@ fn gap(ui: &mut Ui) {
 }
 
 /// So many of these beside each other, as wide as the panel.
-fn grid<T>(ui: &mut Ui, columns: usize, cells: &[T], mut add: impl FnMut(&mut Ui, &T, f32)) {
+pub(super) fn grid<T>(
+    ui: &mut Ui,
+    columns: usize,
+    cells: &[T],
+    mut add: impl FnMut(&mut Ui, &T, f32),
+) {
     ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
     ui.spacing_mut().button_padding.x = 3.0;
     let gaps = 4.0 * (columns - 1) as f32;
@@ -46,21 +56,10 @@ fn grid<T>(ui: &mut Ui, columns: usize, cells: &[T], mut add: impl FnMut(&mut Ui
     }
 }
 
-fn choice(ui: &mut Ui, text: &str, is_chosen: bool, width: f32) -> egui::Response {
+/// A button of a choice, perhaps the one that is chosen.
+pub(super) fn choice(ui: &mut Ui, text: &str, is_chosen: bool, width: f32) -> egui::Response {
     let button = Button::new(RichText::new(text).size(12.5)).selected(is_chosen);
     ui.add(button.min_size(vec2(width, 22.0)).truncate())
-}
-
-fn modes(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
-    ui.label(theme::heading("SHOWN"));
-    ui.scope(|ui| {
-        grid(ui, 2, &MODES, |ui, (mode, name, says), width| {
-            let button = choice(ui, name, Show::Mode(*mode) == session.show(), width);
-            if button.on_hover_text(*says).clicked() {
-                events.push(Event::Show(Show::Mode(*mode)));
-            }
-        });
-    });
 }
 
 fn cameras(ui: &mut Ui, session: &Session, events: &mut Vec<Event>, actions: &mut Vec<Action>) {

@@ -125,6 +125,10 @@ impl<'d> Window<'d> {
             .current_dir(scene.parent().expect("a folder"))
             .stdout(Stdio::null());
         desktop.on_it(&mut command);
+        if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+            // Drivers complain where there is none.
+            command.env("XDG_RUNTIME_DIR", desktop.folder.path());
+        }
         let process = command.spawn().expect("this program");
         let window = Self { desktop, process };
         let [width, height] = SIZE.map(|side| side.to_string());

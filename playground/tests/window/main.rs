@@ -85,11 +85,12 @@ impl Scene {
     }
 }
 
-/// A ball in one colour and no light but from all sides, before black.
+/// A ball that shines in one colour, evenly, before black.
 fn ball(color: &str, rest: &str) -> String {
     format!(
         "/// How large the ball is.\nparam r = 0.5 in 0.2..=1.5;\n\
          camera {{ from: [0, 0, 6], look: [0, 0, 0], fov: 40deg }}\n\
+         light {{ dir: [0, 1, 0], intensity: 0 }}\n\
          sky {{ top: #000000, horizon: #000000, ground: #000000 }}\n\
          render {{ aa: 1, occlusion: off, tonemap: none }}\n\
          material m {{ color: #000000, emission: {color} }}\n\

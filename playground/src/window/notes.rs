@@ -1,0 +1,163 @@
+//! What stands in the picture's corners: what its colours mean, and all about the point that was
+//! clicked.
+
+use super::picture::point_of;
+use super::theme;
+use crate::seeing::pick::Pick;
+use crate::session::{Event, Session};
+use eframe::egui::{
+    Align2, Area, Color32, Frame, Grid, Id, Label, Margin, Order, Rect, RichText, Sense, Stroke,
+    Ui, vec2,
+};
+
+fn frame() -> Frame {
+    Frame::new()
+        .fill(theme::OVERLAY.gamma_multiply(0.93))
+        .stroke(Stroke::new(1.0, theme::LINE))
+        .corner_radius(6.0)
+        .inner_margin(Margin::symmetric(10, 7))
+}
+
+/// Shows the legend and notes of the picture that is seen, in its upper left corner.
+pub(super) fn legend(ui: &Ui, session: &Session, over: Rect) {
+    let Some((picture, _)) = session.seen() else {
+        return;
+    };
+    if picture.legend.is_empty() && picture.notes.is_empty() {
+        return;
+    }
+    Area::new(Id::unique("legend"))
+        .fixed_pos(over.left_top() + vec2(12.0, 12.0))
+        .order(Order::Middle)
+        .interactable(false)
+        .show(ui.ctx(), |ui| {
+            ui.set_max_width((over.width() - 24.0).max(100.0));
+            frame().show(ui, |ui| {
+                ui.spacing_mut().item_spacing.y = 3.0;
+                for ([r, g, b, _], text) in &picture.legend {
+                    ui.horizontal(|ui| {
+                        let (swatch, _) = ui.allocate_exact_size(vec2(12.0, 12.0), Sense::hover());
+                        let color = Color32::from_rgb(*r, *g, *b);
+                        ui.painter().rect_filled(swatch, 2.0, color);
+                        ui.label(RichText::new(text).size(12.0));
+                    });
+                }
+                for note in &picture.notes {
+                    ui.label(RichText::new(note).size(12.0).color(theme::WEAK));
+                }
+            });
+        });
+}
+
+/// Marks the point that was picked, and shows all about it in the upper right corner.
+pub(super) fn pick(ui: &Ui, session: &Session, over: Rect, events: &mut Vec<Event>) {
+    let Some(picked) = session.picked() else {
+        return;
+    };
+    if let Ok(Some(pick)) = &picked.found {
+        mark(ui, session, pick, over);
+    }
+    Area::new(Id::unique("pick"))
+        .pivot(Align2::RIGHT_TOP)
+        .fixed_pos(over.right_top() + vec2(-12.0, 12.0))
+        .order(Order::Middle)
+        .show(ui.ctx(), |ui| {
+            ui.set_max_width((over.width() - 24.0).clamp(120.0, 310.0));
+            let response = frame()
+                .show(ui, |ui| match &picked.found {
+                    Ok(Some(pick)) => about(ui, pick),
+                    Ok(None) => {
+                        ui.label("the sky");
+                    }
+                    Err(problem) => {
+                        ui.label(RichText::new(problem.to_string()).color(theme::ERROR));
+                    }
+                })
+                .response;
+            let close = response.interact(Sense::click());
+            if close.on_hover_text("click to close (Esc)").clicked() {
+                events.push(Event::Unpick);
+            }
+        });
+}
+
+/// A ring where the point is seen now.
+fn mark(ui: &Ui, session: &Session, pick: &Pick, over: Rect) {
+    let aspect = f64::from(over.width() / over.height());
+    let place = session
+        .camera()
+        .and_then(|camera| camera.place_of(pick.point, aspect));
+    let Some(at) = place.map(|place| point_of(place, over)) else {
+        return;
+    };
+    if over.contains(at) {
+        let painter = ui.painter().with_clip_rect(over);
+        painter.circle_stroke(at, 6.0, Stroke::new(3.0, Color32::from_black_alpha(160)));
+        painter.circle_stroke(at, 6.0, Stroke::new(1.5, Color32::WHITE));
+    }
+}
+
+fn about(ui: &mut Ui, pick: &Pick) {
+    let mono = |text: String| RichText::new(text).font(theme::mono(11.5));
+    ui.spacing_mut().item_spacing.y = 3.0;
+    // The text that made it, then the names of what that stands in.
+    if let Some(origin) = pick.origins.first() {
+        let file = origin.file.rsplit('/').next().unwrap_or(&origin.file);
+        let place = format!("{file}:{}:{}", origin.place.line, origin.place.column);
+        ui.label(mono(place).color(theme::ACCENT));
+        let first = origin.text.lines().next().unwrap_or_default();
+        let label = Label::new(mono(first.to_owned()).color(Color32::WHITE)).truncate();
+        ui.add(label).on_hover_text(mono(origin.text.clone()));
+        let names = pick.origins.iter().map(|origin| origin.name.as_str());
+        let names: Vec<&str> = names.filter(|name| !name.is_empty()).collect();
+        if !names.is_empty() {
+            let text = mono(names.join(" in ")).color(theme::HELP);
+            ui.add(Label::new(text).truncate());
+        }
+        ui.separator();
+    }
+    // Rows of text need less height than buttons.
+    ui.spacing_mut().interact_size.y = 16.0;
+    Grid::new("pick").spacing(vec2(12.0, 1.0)).show(ui, |ui| {
+        let mut row = |name: &str, text: String| {
+            ui.label(RichText::new(name).size(11.5).color(theme::WEAK));
+            ui.add(Label::new(mono(text)).extend());
+            ui.end_row();
+        };
+        row("point", list(pick.point));
+        row("distance", format!("{:.6}", pick.distance));
+        row("normal", list(pick.normal.map(f64::from)));
+        let material = match pick.material.as_str() {
+            "" => "without a name",
+            name => name,
+        };
+        row("material", material.to_owned());
+        row("albedo", list(pick.surface.albedo.map(f64::from)));
+        let surface = &pick.surface;
+        row(
+            "rough, metal",
+            format!("{:.2}, {:.2}", surface.roughness, surface.metallic),
+        );
+        row("field", format!("{:.2e}", pick.field));
+        row(
+            "slope",
+            format!("{:.4} of at most {:.4}", pick.slope, pick.bound),
+        );
+        let torn = if pick.rounding.torn {
+            ", at a seam"
+        } else {
+            ""
+        };
+        row(
+            "error",
+            format!(
+                "{:.1e}, {:.1e} pixels{torn}",
+                pick.rounding.field, pick.rounding.pixels
+            ),
+        );
+    });
+}
+
+fn list(numbers: [f64; 3]) -> String {
+    numbers.map(|number| format!("{number:.4}")).join("  ")
+}
