@@ -18,6 +18,8 @@ pub(super) struct Canvas {
     texture: Option<TextureHandle>,
     /// The number of the picture that it holds.
     number: u64,
+    /// Up to where the mouse has dragged.
+    dragged: Option<Pos2>,
 }
 
 impl Canvas {
@@ -42,7 +44,8 @@ impl Canvas {
             ui.painter()
                 .rect_stroke(rect, 0.0, stroke, StrokeKind::Inside);
         }
-        mouse(ui, &response, rect, events);
+        self.drag(ui, &response, rect, events);
+        over(ui, &response, rect, events);
         rect
     }
 
@@ -62,6 +65,50 @@ impl Canvas {
             Some(texture) => texture.set(image, options),
             None => self.texture = Some(ui.ctx().load_texture("picture", image, options)),
         }
+    }
+
+    /// Turns and pans the camera. All of the way counts: what the mouse went before it was clear that it
+    /// drags, and what it went before it let go, but not after.
+    fn drag(&mut self, ui: &Ui, response: &Response, rect: Rect, events: &mut Vec<Event>) {
+        let by = |button| response.dragged_by(button) || response.drag_stopped_by(button);
+        let left = by(PointerButton::Primary);
+        let right = by(PointerButton::Secondary) || by(PointerButton::Middle);
+        let (from, to, shift) = ui.input(|input| {
+            let from = self.dragged.or(input.pointer.press_origin());
+            let released = input.events.iter().find_map(|event| match event {
+                egui::Event::PointerButton {
+                    pos,
+                    pressed: false,
+                    ..
+                } => Some(*pos),
+                _ => None,
+            });
+            let to = released.or(input.pointer.latest_pos());
+            (from, to, input.modifiers.shift)
+        });
+        let dragged = from.zip(to).filter(|_| left || right);
+        self.dragged = match response.drag_stopped() {
+            true => None,
+            false => dragged.map(|(_, to)| to),
+        };
+        let Some((from, to)) = dragged else {
+            return;
+        };
+        let pans = right || shift;
+        if pans {
+            ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
+        }
+        let delta = to - from;
+        if delta == Vec2::ZERO {
+            return;
+        }
+        events.push(Event::Camera(if pans {
+            CameraEvent::Pan(place(from, rect), place(to, rect))
+        } else {
+            // From edge to edge is half a turn.
+            let [right, up] = [-delta.x, delta.y].map(|d| f64::from(d * PI / rect.height()));
+            CameraEvent::Orbit([right, up])
+        }));
     }
 }
 
@@ -87,28 +134,8 @@ pub(super) fn point_of([x, y]: Place, rect: Rect) -> Pos2 {
     rect.center() + vec2(x as f32 * half.x, -y as f32 * half.y)
 }
 
-fn mouse(ui: &Ui, response: &Response, rect: Rect, events: &mut Vec<Event>) {
-    let shift = ui.input(|input| input.modifiers.shift);
-    let delta = response.drag_delta();
-    let left = response.dragged_by(PointerButton::Primary);
-    let pans = response.dragged_by(PointerButton::Secondary)
-        || response.dragged_by(PointerButton::Middle)
-        || (left && shift);
-    if pans {
-        ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
-    }
-    if delta != Vec2::ZERO {
-        if pans {
-            if let Some(to) = response.interact_pointer_pos() {
-                let from = place(to - delta, rect);
-                events.push(Event::Camera(CameraEvent::Pan(from, place(to, rect))));
-            }
-        } else if left {
-            // From edge to edge is half a turn.
-            let [right, up] = [-delta.x, delta.y].map(|d| f64::from(d * PI / rect.height()));
-            events.push(Event::Camera(CameraEvent::Orbit([right, up])));
-        }
-    }
+/// What the mouse does without being held down: the wheel, and clicks.
+fn over(ui: &Ui, response: &Response, rect: Rect, events: &mut Vec<Event>) {
     let Some(over) = response.hover_pos() else {
         return;
     };

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// How long anything is waited for.
-const LIMIT: Duration = Duration::from_secs(90);
+const LIMIT: Duration = Duration::from_secs(60);
 /// How often one looks.
 const LOOK: Duration = Duration::from_millis(40);
 /// The size of the screen, and of the window.
@@ -98,6 +98,12 @@ impl Desktop {
             self.tool(&["mousemove", &x, &y, "sleep", "0.03"]);
         }
         self.tool(&["mouseup", button]);
+        self.park();
+    }
+
+    /// Moves the mouse to where it hides nothing: onto the line of menus, beside them.
+    pub(crate) fn park(&self) {
+        self.tool(&["mousemove", "500", "8"]);
     }
 }
 
@@ -147,6 +153,7 @@ impl<'d> Window<'d> {
             &height,
             "windowfocus",
         ]);
+        desktop.park();
         window
     }
 
