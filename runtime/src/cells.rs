@@ -215,12 +215,13 @@ impl Cells {
         self.short
     }
     /// How many cells there are, and how many clauses their tapes have that they do not share with
-    /// the cell around them.
+    /// the cell around them. How many of them are fresh, who asked for them knows.
     pub fn counts(&self) -> CellStats {
         CellStats {
             made: self.cells.len() as u64,
             clauses: self.arenas.iter().map(|arena| arena.len() as u64).sum(),
             short: self.short as u64,
+            fresh: 0,
         }
     }
     /// The tape of a cell.

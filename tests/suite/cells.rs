@@ -374,3 +374,52 @@ fn cells_are_those_of_the_picture_and_not_of_the_one_before() {
         }
     }
 }
+
+#[test]
+fn the_interpreter_keeps_the_cells_that_an_edit_does_not_touch() {
+    let overrides = Overrides {
+        size: Some([192, 144]),
+        aa: Some(1),
+        mode: Mode::Depth,
+        cells: CellUse::Processor,
+        ..Overrides::default()
+    };
+    let mut engine = open(EngineKind::Interp).expect("there is an adapter");
+    let mut before = None;
+    for height in [0.0, 0.05, 0.05, 0.0] {
+        let module = on_large_stack(|| balls(height));
+        let settings = resolve(&module, &[], &overrides).expect("the scene has settings");
+        let loaded = Loaded {
+            module: &module,
+            outputs: &[],
+            generated: SceneSource::default(),
+        };
+        let draw = |engine: &mut dyn Engine| {
+            engine.load(&loaded).expect("the scene loads");
+            engine.render(&settings, &|_| {}).expect("it is drawn")
+        };
+        let edited = draw(&mut *engine);
+        let mut fresh = open(EngineKind::Interp).expect("there is an adapter");
+        let anew = draw(&mut *fresh);
+        assert_eq!(edited.depth, anew.depth);
+        assert_eq!(edited.steps, anew.steps);
+        let [kept, all] = [&edited, &anew].map(|frame| frame.stats.cells);
+        // The words are those of cells made anew, whatever else is in memory.
+        assert_eq!([kept.made, kept.clauses], [all.made, all.clauses]);
+        assert_eq!(all.fresh, all.made);
+        match before {
+            None => assert_eq!(kept.fresh, all.fresh),
+            Some((same, pipelines)) => {
+                assert!(
+                    kept.fresh * 5 < all.made,
+                    "{} of {} cells were made",
+                    kept.fresh,
+                    all.made
+                );
+                assert_eq!(kept.fresh == 0, same == height);
+                assert_eq!(engine.pipelines_created(), pipelines);
+            }
+        }
+        before = Some((height, engine.pipelines_created()));
+    }
+}

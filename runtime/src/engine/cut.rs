@@ -87,6 +87,7 @@ pub(super) fn wanted(picture: &Picture, program: &Program, tape: &Tape) -> bool 
 
 /// What an engine that looks every point up cuts for a picture: the part of space that rays of all
 /// kinds come through, or the plane of a figure.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Space {
     region: Region,
     split: Split,
