@@ -107,7 +107,9 @@ fn every_scene_runs_in_the_kernels_that_are_there() {
 }
 
 /// A scene with materials and one without.
-const PAINTED: &str = "sphere(1).paint(#c04030) | box([3, 0.1, 3]).translate(0, -1, 0)\n";
+const PAINTED: &str = "material clay { color: #c04030, roughness: 0.4 }
+sphere(1).material(clay) | box([3, 0.1, 3]).translate(0, -1, 0)
+";
 const PLAIN: &str = "sphere(1) | box([3, 0.1, 3]).translate(0, -1, 0)\n";
 
 /// Pictures of a scene that ask for one thing after the other.
@@ -205,7 +207,7 @@ fn nested(depth: usize) -> String {
     for n in 0..depth {
         let side = 0.2 + 0.02 * n as f64;
         text = format!(
-            "box([{side}, {}, 1]).rotate({n}deg, y) - ({text})",
+            "box([{side}, {}, 1]).rotate({n}deg, [0, 1, 0]) - ({text})",
             side * 0.9
         );
     }

@@ -60,8 +60,9 @@ impl Kept {
         made_for: &MadeFor,
         registers: Registers,
     ) -> Option<(Packed, Vec<Part>)> {
-        let last = self.last.take().filter(|(of, _)| of == made_for);
-        let [last_distance, last_surface] = last.map(|(_, made)| made).unwrap_or_default();
+        let last = self.last.take().filter(|(of, _)| of.does_for(made_for));
+        let (made_for, [last_distance, last_surface]) =
+            last.unwrap_or_else(|| (made_for.clone(), [None, None]));
         let space = &made_for.space;
         let [Some(program), surface] = programs else {
             return None;
@@ -109,12 +110,19 @@ impl Kept {
             }
             _ => packed.add_whole_surface(surface_tape.as_deref(), base),
         }
-        self.last = Some((made_for.clone(), made));
+        self.last = Some((made_for, made));
         Some((packed, parts))
     }
 }
 
 impl MadeFor {
+    /// Whether cells made for it do for another.
+    fn does_for(&self, other: &Self) -> bool {
+        self.materials == other.materials
+            && self.on_device == other.on_device
+            && self.space.does_for(&other.space)
+    }
+
     /// The cells of a program, and how many of them are not those of the picture before.
     fn make(
         &self,
