@@ -48,7 +48,7 @@ fn files() {
 fn clauses() {
     let tally = run_timed(
         "clauses",
-        count(1000, 1),
+        count(1000, 100),
         damage::clauses,
         |text| checks::clauses(text),
         |text| {
