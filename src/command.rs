@@ -10,6 +10,8 @@ mod fmt;
 mod generate;
 mod info;
 mod ops;
+#[cfg(feature = "window")]
+mod play;
 mod query;
 mod render;
 mod verify;
@@ -23,6 +25,8 @@ use clap::Subcommand;
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Render(render::Arguments),
+    #[cfg(feature = "window")]
+    Play(play::Arguments),
     Watch(watch::Arguments),
     Check(check::Arguments),
     Compile(compile::Arguments),
@@ -38,10 +42,21 @@ pub(crate) enum Command {
 }
 
 impl Command {
+    /// Whether it has to run where the program begins: desktops open windows only there.
+    pub(crate) fn wants_first_thread(&self) -> bool {
+        #[cfg(feature = "window")]
+        if matches!(self, Self::Play(_)) {
+            return true;
+        }
+        false
+    }
+
     /// Does it.
     pub(crate) fn run(self, terminal: &Terminal) -> Result<(), Failure> {
         match self {
             Self::Render(arguments) => render::run(&arguments, terminal),
+            #[cfg(feature = "window")]
+            Self::Play(arguments) => play::run(&arguments, terminal),
             Self::Watch(arguments) => watch::run(&arguments, terminal),
             Self::Check(arguments) => check::run(&arguments, terminal),
             Self::Compile(arguments) => compile::run(&arguments, terminal),

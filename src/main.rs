@@ -48,6 +48,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let terminal = Arc::new(Terminal::new(cli.color));
     keep_panics();
+    let first_thread = cli.command.wants_first_thread();
     let work = {
         let terminal = Arc::clone(&terminal);
         move || match cli.command.run(&terminal) {
@@ -55,6 +56,9 @@ fn main() -> ExitCode {
             Err(failure) => failure.report(&terminal),
         }
     };
+    if first_thread {
+        return work();
+    }
     let worker = match std::thread::Builder::new()
         .stack_size(STACK_BYTES)
         .spawn(work)

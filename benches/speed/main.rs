@@ -1,6 +1,7 @@
 //! How fast it is, from text to picture. See `benches/README.md` for how to run and compare.
 
 mod compile;
+mod edit;
 mod evaluate;
 mod parse;
 mod render;
@@ -12,6 +13,7 @@ criterion_group!(
     speed,
     parse::bench,
     compile::bench,
+    edit::bench,
     evaluate::bench,
     render::bench
 );

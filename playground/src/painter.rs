@@ -15,7 +15,7 @@ use held::{Held, Programs};
 use sdfc_compiler::compile::{GeneratedSource, Options};
 use sdfc_compiler::origins::{Origins, origins};
 use sdfc_runtime::engine::{Engine, EngineError, EngineKind};
-use sdfc_runtime::frame::{Frame, Progress, RenderSettings};
+use sdfc_runtime::frame::{CellUse, Frame, Progress, RenderSettings};
 use sdfc_runtime::settings::Overrides;
 use std::collections::HashMap;
 use std::fmt;
@@ -244,6 +244,10 @@ impl Painter {
         times.loading = started.elapsed();
         let look = Overrides {
             mode: task.show.mode(),
+            cells: match task.show {
+                Show::Cells => CellUse::Always,
+                _ => task.look.cells,
+            },
             ..task.look.clone()
         };
         let settings = held.settings(&look)?;

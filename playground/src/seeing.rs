@@ -8,7 +8,7 @@
 //! | what | where it is asked for | what is asked | drawn by |
 //! |---|---|---|---|
 //! | the field on a plane | [`slice::Slice::cut`] | `query` | [`slice::Cut::draw`] |
-//! | slopes | [`Asked::on_surface`] or a cut | `query` | [`slopes::draw`], [`slopes::count`] |
+//! | slopes | [`Asked::on_surface`] or a cut | `query` | [`slopes::slopes`], [`slopes::Slopes::draw`] |
 //! | cells | the same | `cells_at` | [`cells::draw`] |
 //! | objects | — | a picture of [`Origins`](sdfc_compiler::origins::Origins) | [`objects::draw`] |
 //! | one pixel | [`pick::Spot::at`] | `query` | [`pick::describe`] |

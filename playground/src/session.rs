@@ -533,7 +533,8 @@ impl Session {
             return;
         }
         let mut tier = self.tiers.tier(key);
-        if self.tiers.preparing().is_some() {
+        let only = self.show.engine();
+        if self.tiers.preparing().is_some() || only.is_some() {
             tier = Tier::Instant;
         }
         let wish = self.wish;
@@ -548,7 +549,7 @@ impl Session {
             }
             return;
         }
-        let Some(engine) = self.tiers.engine(tier) else {
+        let Some(engine) = only.or(self.tiers.engine(tier)) else {
             return;
         };
         let samples = if self.show.is_exact() {

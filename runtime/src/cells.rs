@@ -216,12 +216,13 @@ impl Cells {
         self.short
     }
     /// How many cells there are, and how many clauses their tapes have that they do not share with
-    /// the cell around them.
+    /// the cell around them. How many of them are fresh, who asked for them knows.
     pub fn counts(&self) -> CellStats {
         CellStats {
             made: self.cells.len() as u64,
-            clauses: self.arenas.iter().map(|arena| arena.len() as u64).sum(),
+            clauses: self.clauses() as u64,
             short: self.short as u64,
+            fresh: 0,
         }
     }
     /// The tape of a cell.
@@ -240,9 +241,12 @@ impl Cells {
     }
     /// How much memory they take, in bytes.
     pub fn size(&self) -> usize {
-        let clauses: usize = self.arenas.iter().map(|arena| arena.len()).sum();
         self.cells.len() * size_of::<Cell>()
             + self.nodes.len() * size_of::<Node>()
-            + clauses * size_of::<Clause>()
+            + self.clauses() * size_of::<Clause>()
+    }
+    /// How many clauses all lists have together.
+    fn clauses(&self) -> usize {
+        self.arenas.iter().map(|arena| arena.len()).sum()
     }
 }

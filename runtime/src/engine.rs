@@ -19,6 +19,7 @@ mod query;
 mod rate;
 mod reference;
 mod tiles;
+mod warm;
 mod wgsl;
 
 use crate::cells::Part;
@@ -34,7 +35,7 @@ use std::fmt;
 use std::str::FromStr;
 
 pub use auto::{open_auto, open_auto_with, with_fallback};
-use driver::GpuEngine;
+use driver::{Form, GpuEngine};
 
 /// The ways to run a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
@@ -190,6 +191,14 @@ pub trait Engine {
         true
     }
 
+    /// Makes beforehand what pictures in these modes need of [`general`] engines, their queries
+    /// included, and lets the driver compile it, so that no scene waits for that later. It may be called
+    /// for one mode after the other. No scene of the caller's is loaded afterwards. For other engines
+    /// there is nothing to be made, and nothing is changed.
+    fn warm_up(&mut self, _modes: &[Mode]) -> Result<(), EngineError> {
+        Ok(())
+    }
+
     /// How many GPU pipelines were compiled so far.
     fn pipelines_created(&self) -> u64 {
         0
@@ -274,12 +283,25 @@ pub fn open_with(kind: EngineKind, arithmetic: Arithmetic) -> Result<Box<dyn Eng
     })
 }
 
+/// The interpreter on a device in hand with kernels that run every scene: whatever is loaded after
+/// [`Engine::warm_up`] and whatever of a picture in those modes is changed (lights and their shadows,
+/// occlusion, fog, materials, normals), no pipeline is made. The pictures are those of
+/// [`EngineKind::Interp`], whose kernels have only what a scene needs.
+///
+/// Hardware skips the operations that a scene does not have; software Vulkan runs all of them at each
+/// instruction and is many times slower. Kernels have room for 32 values and 8 points at once in a
+/// scene's tape (materials: 16 values) and for [`sdfc_shaders::features::MOST_LIGHTS`] lights; a scene
+/// with more gets kernels of its own.
+pub fn general(gpu: Gpu) -> Box<dyn Engine> {
+    Box::new(GpuEngine::<interp::Interpreter>::new(gpu, Form::General))
+}
+
 /// An engine of this kind on a device in hand; those on the CPU need none.
 pub fn on(kind: EngineKind, gpu: Gpu) -> Box<dyn Engine> {
     match kind {
         EngineKind::Cpu => Box::new(cpu::CpuEngine::default()),
         EngineKind::Reference => Box::new(reference::ReferenceEngine::default()),
-        EngineKind::Interp => Box::new(GpuEngine::<interp::Interpreter>::new(gpu)),
-        EngineKind::Wgsl => Box::new(GpuEngine::<wgsl::Generated>::new(gpu)),
+        EngineKind::Interp => Box::new(GpuEngine::<interp::Interpreter>::new(gpu, Form::Special)),
+        EngineKind::Wgsl => Box::new(GpuEngine::<wgsl::Generated>::new(gpu, Form::Special)),
     }
 }

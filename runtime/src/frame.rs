@@ -286,6 +286,8 @@ pub struct CellStats {
     /// How many kept the program of the cell around them, or were not cut further, because memory
     /// ran out.
     pub short: u64,
+    /// How many were made for this picture, and not kept from the one before an edit.
+    pub fresh: u64,
 }
 
 impl CellStats {
@@ -295,6 +297,7 @@ impl CellStats {
             made: self.made + other.made,
             clauses: self.clauses + other.clauses,
             short: self.short + other.short,
+            fresh: self.fresh + other.fresh,
         }
     }
 }

@@ -21,10 +21,15 @@
 //! The picture is then in [`Slot::Colors`], as light; making bytes of it for a screen is the
 //! driver's, by the functions of [`crate::tone`].
 //!
+//! Kernels of features that are *general* ([`Features::general`]) draw any picture of a mode. They read
+//! the numbers that the last fields of the [`Frame`] hold, and how many lights there are from the lights
+//! themselves, which one of them binds as storage: what a loop's end depends on is never a uniform,
+//! or software Vulkan would compile the kernel again for each of its values.
+//!
 //! The `edges` stage compares neighbours within a tile: tiles for it overlap by one pixel.
 
-use crate::features::{Features, Mode, Normals, Occlusion, Shadow};
-use crate::layout::{Beam, Frame, Light, Ray, ShadowRay, Surface};
+use crate::features::{Features, MOST_LIGHTS, Mode, Normals, Occlusion, Shadow};
+use crate::layout::{self, Beam, Frame, Light, Ray, ShadowRay, Surface};
 use crate::{beam, functions, marching, normals, shadow};
 use sdfc_vm::prelude;
 use std::collections::BTreeSet;
@@ -137,7 +142,8 @@ impl Slot {
     pub fn bytes(self, pixels: u64, lights: u64) -> u64 {
         match self {
             Self::Frame => size_of::<Frame>() as u64,
-            Self::Lights => size_of::<Light>() as u64 * lights.max(1),
+            // General kernels declare that many.
+            Self::Lights => size_of::<Light>() as u64 * lights.max(MOST_LIGHTS as u64),
             Self::Rays => size_of::<Ray>() as u64 * pixels,
             Self::Queue => 16 + 8 * queue_capacity(pixels, lights),
             Self::Normals | Self::Colors => 16 * pixels,
@@ -320,19 +326,21 @@ pub fn shows_light(mode: Mode) -> bool {
 
 /// The words that `#if` lines of the kernels can ask for and that hold.
 fn conditions(features: &Features) -> BTreeSet<&'static str> {
-    let has = |form| features.lights.contains(&form);
+    let general = features.general;
+    let has = |form| general || features.lights.contains(&form);
     let mode = features.mode;
     let all = [
+        ("general", general),
         ("exact", features.normals == Normals::Exact),
         ("hard", has(Shadow::Hard)),
         ("plain", has(Shadow::Plain)),
         ("improved", has(Shadow::Improved)),
         ("sized", has(Shadow::Sized)),
         ("short", has(Shadow::Plain) || has(Shadow::Sized)),
-        ("shadows", casts_shadows(features)),
-        ("lit", !features.lights.is_empty()),
+        ("shadows", general || casts_shadows(features)),
+        ("lit", general || !features.lights.is_empty()),
         ("many", matches!(features.occlusion, Occlusion::Multi(_))),
-        ("occlusion", features.occlusion != Occlusion::Off),
+        ("occlusion", general || features.occlusion != Occlusion::Off),
         ("materials", features.materials),
         ("fog", features.fog),
         ("steps", mode == Mode::Steps),
@@ -468,7 +476,17 @@ const STRUCTS: &[(&str, &str)] = &[
 
 /// The constants of the kernels.
 fn constants(features: &Features) -> Vec<(&'static str, String)> {
-    let taps = normals::taps(features.normals);
+    let taps = if features.general {
+        normals::table()
+    } else {
+        normals::taps(features.normals).to_vec()
+    };
+    let taps_of_normals = normals::taps(features.normals).len();
+    let lights = if features.general {
+        MOST_LIGHTS
+    } else {
+        features.lights.len()
+    };
     let table = |pick: fn(&normals::Tap) -> [f32; 3]| {
         let rows = taps
             .iter()
@@ -498,10 +516,12 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("BEAM_STEPS", word(beam::STEPS)),
         ("SECANT_STEPS", word(marching::SECANT_STEPS)),
         ("SPREAD", format!("{:?}", normals::spread(features.normals))),
-        ("NORMAL_TAPS", word(taps.len() as u32)),
+        ("NORMAL_TAPS", word(taps_of_normals as u32)),
         ("TAP_OFFSETS", table(|tap| tap.0)),
         ("TAP_WEIGHTS", table(|tap| tap.1)),
-        ("LIGHTS", word(features.lights.len() as u32)),
+        ("LIGHTS", word(lights as u32)),
+        ("FOG", word(layout::FOG)),
+        ("HEMISPHERE", word(layout::HEMISPHERE)),
         ("DONE", word(shadow::DONE)),
         ("SHADOW_NONE", word(Shadow::None as u32)),
         ("SHADOW_HARD", word(Shadow::Hard as u32)),

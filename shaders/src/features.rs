@@ -46,6 +46,11 @@ pub enum Shadow {
 }
 
 /// What a picture needs.
+///
+/// A kernel is made for features and has nothing else, or it is a *general* one
+/// ([`Features::general`]): then lights and the forms of their shadows, occlusion, fog, materials and
+/// the way of taking differences are no features, but read from buffers when it runs. There are so few
+/// of these that all of them can be made beforehand.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Features {
     /// What it shows.
@@ -63,4 +68,30 @@ pub struct Features {
     pub fog: bool,
     /// Whether the scene is a plane figure, seen face on.
     pub plane: bool,
+    /// Whether kernels are made for any lights, occlusion, fog, materials and differences.
+    pub general: bool,
+}
+
+/// The most lights that general kernels have room for.
+pub const MOST_LIGHTS: usize = 256;
+
+impl Features {
+    /// Those of the general kernels that draw such a picture: what they read from buffers is the same
+    /// for all pictures here.
+    pub fn generally(&self) -> Self {
+        let normals = match self.normals {
+            Normals::Exact => Normals::Exact,
+            _ => Normals::Central,
+        };
+        Self {
+            mode: self.mode,
+            lights: Vec::new(),
+            occlusion: Occlusion::Off,
+            normals,
+            materials: true,
+            fog: false,
+            plane: self.plane,
+            general: true,
+        }
+    }
 }

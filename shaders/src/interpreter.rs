@@ -11,7 +11,10 @@ pub mod cut;
 mod operation;
 pub mod tape;
 
-use operation::{Names, arity, blends, case, constant_operands, frame, surface_blend, widest};
+use operation::{
+    Names, apply_paint, arity, blends, case, constant_operands, declare_paint, frame,
+    surface_blend, widest,
+};
 use sdfc_vm::library::Library;
 use sdfc_vm::program::Needs;
 use std::fmt::Write;
@@ -204,6 +207,7 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     line(2, &format!("var result = {value}();"));
     if surface {
         line(2, "var painted = material;");
+        declare_paint(&mut line);
     }
     let names = Names {
         point: "p",
@@ -220,6 +224,9 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     }
     line(3, "default: {}");
     line(2, "}");
+    if surface {
+        apply_paint(needs, &names, library, &mut line);
+    }
     place(needs, dual, surface, stack, library, &mut line);
     line(1, "}");
     line(

@@ -129,12 +129,25 @@ shared! {
         approach: f32,
         /// The weight of the newest slope when steps are relaxed; 0 for plain sphere tracing.
         relaxation: f32,
+        /// For general kernels: how many taps of occlusion there are; 0 for none.
+        occlusion_taps: f32,
+        /// For general kernels: how far apart the taps of normals are, in halves of a pixel.
+        normal_spread: f32,
+        /// For general kernels: the first of those taps in [`crate::normals::table`].
+        normal_taps: u32,
+        /// For general kernels: [`FOG`] and [`HEMISPHERE`].
+        choices: u32,
         /// Fills the last 16 bytes.
         reserved0: u32,
         /// Likewise.
         reserved1: u32,
     }
 }
+
+/// Set in [`Frame::choices`] where the air hides what is far.
+pub const FOG: u32 = 1;
+/// Set in [`Frame::choices`] where occlusion looks all over the hemisphere.
+pub const HEMISPHERE: u32 = 2;
 
 shared! {
     /// Where cells are, and which are the first: see [`crate::interpreter::tape`].
@@ -231,7 +244,7 @@ shared! {
 }
 
 shared! {
-    /// A light: an element of binding 1, a uniform array.
+    /// A light: an element of binding 1, an array.
     Light {
         /// The direction towards a light far away, of length one; the place of a near one.
         place: vec3f,
@@ -243,12 +256,12 @@ shared! {
         size: f32,
         /// The form of its shadow: [`crate::features::Shadow`] as a number.
         shadow: u32,
+        /// How many lights there are; each says so.
+        count: u32,
         /// Unused.
         reserved0: u32,
         /// Unused.
         reserved1: u32,
-        /// Unused.
-        reserved2: u32,
     }
 }
 

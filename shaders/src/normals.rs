@@ -50,6 +50,29 @@ pub fn taps(normals: Normals) -> &'static [Tap] {
     }
 }
 
+/// The most taps of a way.
+const MOST_TAPS: usize = CENTRAL.len();
+/// The ways whose taps differ.
+const WAYS: [&[Tap]; 4] = [&FORWARD, &REVERSE, &CENTRAL, &TETRAHEDRON];
+
+/// The taps of all ways, one after the other, for kernels that can take any of them: each with as many
+/// as the longest has, those that it does not have with a weight of zero.
+pub fn table() -> Vec<Tap> {
+    let none = ([0.0; 3], [0.0; 3]);
+    let padded = |way: &&'static [Tap]| {
+        let fill = MOST_TAPS - way.len();
+        way.iter().copied().chain(std::iter::repeat_n(none, fill))
+    };
+    WAYS.iter().flat_map(padded).collect()
+}
+
+/// Where the taps of a way of taking differences begin in the [`table`]; 0 for the exact gradient.
+pub fn first_in_table(normals: Normals) -> usize {
+    let own = taps(normals);
+    let way = WAYS.iter().position(|way| *way == own);
+    way.unwrap_or(0) * MOST_TAPS
+}
+
 /// How far apart the taps are, in halves of a pixel. What is first order in this distance has them
 /// closer.
 pub fn spread(normals: Normals) -> f32 {

@@ -2,7 +2,7 @@
 //! out as Rust does.
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use sdfc_shaders::assemble::{Kernel, SceneFunction, SceneSource, Stage, kernel, stages};
+use sdfc_shaders::assemble::{Access, Kernel, SceneFunction, SceneSource, Stage, kernel, stages};
 use sdfc_shaders::features::{Features, Mode, Normals, Occlusion, Shadow};
 use sdfc_shaders::interpreter::tape::Registers;
 use sdfc_shaders::interpreter::{Memory, cut};
@@ -89,6 +89,7 @@ fn variants() -> Vec<Features> {
         materials: true,
         fog: true,
         plane: false,
+        general: false,
     };
     let mut all = vec![Features::default(), everything.clone()];
     for mode in MODES {
@@ -120,10 +121,23 @@ fn variants() -> Vec<Features> {
     all
 }
 
+/// Each variant with the features that its kernels are made for: its own, and the general ones.
+fn variants_and_forms() -> impl Iterator<Item = (Features, Features)> {
+    variants().into_iter().flat_map(|features| {
+        let asked = Features {
+            materials: true,
+            general: true,
+            ..features.clone()
+        };
+        let general = features.generally();
+        [(features.clone(), features), (asked, general)]
+    })
+}
+
 #[test]
 fn all_kernels_validate() {
-    for features in variants() {
-        for stage in stages(&features) {
+    for (asked, features) in variants_and_forms() {
+        for stage in stages(&asked) {
             let kernel = trivial(stage, &features);
             let module = validated(&kernel);
             let declared: BTreeSet<u32> = module
@@ -140,10 +154,16 @@ fn all_kernels_validate() {
             let storage = kernel
                 .bindings
                 .iter()
-                .filter(|(slot, _)| *slot as u32 > 1)
+                .filter(|(_, access)| *access != Access::Uniform)
                 .count();
+            // The scene has four more.
+            let most = if stage.scene_functions(&features).is_empty() {
+                8
+            } else {
+                4
+            };
             assert!(
-                storage <= 6,
+                storage <= most,
                 "{} binds {storage} storage buffers",
                 kernel.label
             );
@@ -190,16 +210,6 @@ fn layouts_are_those_of_rust() {
 
 /// What programs may need, from next to nothing to everything.
 fn needs() -> [Needs; 3] {
-    let mut codes: Vec<Code> = (0..=u8::MAX).filter_map(Code::from_number).collect();
-    codes.sort_by_key(|code| code.number());
-    let all = Needs {
-        codes,
-        kernels: Blend::ALL.to_vec(),
-        moved: true,
-        mapped: true,
-        constant_operands: true,
-        ..Needs::default()
-    };
     let sphere = Code::from_name("sphere").expect("there is a sphere");
     let least = Needs {
         codes: vec![sphere],
@@ -209,7 +219,7 @@ fn needs() -> [Needs; 3] {
         kernels: vec![Blend::Quadratic],
         ..least.clone()
     };
-    [least, blended, all]
+    [least, blended, Needs::everything()]
 }
 
 #[test]

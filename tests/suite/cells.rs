@@ -374,3 +374,58 @@ fn cells_are_those_of_the_picture_and_not_of_the_one_before() {
         }
     }
 }
+
+#[test]
+fn the_interpreter_keeps_the_cells_that_an_edit_does_not_touch() {
+    let overrides = Overrides {
+        size: Some([96, 72]),
+        aa: Some(1),
+        mode: Mode::Depth,
+        cells: CellUse::Processor,
+        ..Overrides::default()
+    };
+    let mut engine = open(EngineKind::Interp).expect("there is an adapter");
+    let mut before = None;
+    let mut view = None;
+    for height in [0.0, 0.05, 0.05, 0.0] {
+        let module = on_large_stack(|| balls(height));
+        let mut settings = resolve(&module, &[], &overrides).expect("the scene has settings");
+        // Whoever edits does not let go of the camera.
+        settings.view = *view.get_or_insert(settings.view);
+        let loaded = Loaded {
+            module: &module,
+            outputs: &[],
+            generated: SceneSource::default(),
+        };
+        let draw = |engine: &mut dyn Engine| {
+            engine.load(&loaded).expect("the scene loads");
+            engine.render(&settings, &|_| {}).expect("it is drawn")
+        };
+        let edited = draw(&mut *engine);
+        let mut fresh = open(EngineKind::Interp).expect("there is an adapter");
+        let anew = draw(&mut *fresh);
+        assert_eq!(edited.depth, anew.depth);
+        assert_eq!(edited.steps, anew.steps);
+        let [kept, all] = [&edited, &anew].map(|frame| frame.stats.cells);
+        // What edits left behind is not counted; the box is that of the first picture.
+        let near = |a: u64, b: u64| a.abs_diff(b) * 100 <= b;
+        assert!(near(kept.made, all.made), "{kept:?} and {all:?}");
+        assert!(near(kept.clauses, all.clauses), "{kept:?} and {all:?}");
+        assert_eq!(all.fresh, all.made);
+        match before {
+            None => assert_eq!(kept.fresh, all.fresh),
+            Some((same, pipelines)) => {
+                // Of cells all over space, many know of a ball that is not the nearest.
+                assert!(
+                    kept.fresh * 2 < all.made,
+                    "{} of {} cells were made",
+                    kept.fresh,
+                    all.made
+                );
+                assert_eq!(kept.fresh == 0, same == height);
+                assert_eq!(engine.pipelines_created(), pipelines);
+            }
+        }
+        before = Some((height, engine.pipelines_created()));
+    }
+}

@@ -331,6 +331,20 @@ pub struct Needs {
 }
 
 impl Needs {
+    /// What runs any program's tape: all codes and kernels. How much is kept of values and points
+    /// is for a tape's registers to say, so nothing of that is counted here.
+    pub fn everything() -> Self {
+        let mut codes: Vec<Code> = (0..=u8::MAX).filter_map(Code::from_number).collect();
+        codes.sort_by_key(|code| code.number());
+        Self {
+            codes,
+            kernels: Kernel::ALL.to_vec(),
+            moved: true,
+            mapped: true,
+            constant_operands: true,
+            ..Self::default()
+        }
+    }
     fn add(&mut self, i: &Instruction) {
         if let Err(at) = self
             .codes

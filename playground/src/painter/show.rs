@@ -2,6 +2,7 @@
 
 use super::{DrawTask, Painter, Picture, Problem};
 use crate::seeing::slice::{Front, Slice};
+use crate::seeing::slopes::Slope;
 use crate::seeing::{Asked, cells, difference, fade, objects, slopes, steps};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::frame::{Mode, RenderSettings};
@@ -57,6 +58,12 @@ impl Show {
             | Self::Cells
             | Self::Difference(_) => Mode::Shaded,
         }
+    }
+
+    /// The only engine that can show it, if there is only one.
+    pub fn engine(&self) -> Option<EngineKind> {
+        // Cells of devices stay there.
+        (*self == Self::Cells).then_some(EngineKind::Cpu)
     }
 
     /// Whether its pixels are numbers rather than light, of which a mean says nothing.
@@ -130,20 +137,27 @@ impl Painter {
         let samples = held.engine.query(&asked.points)?;
         let bound = held.now()?.module.settings.slope as f32;
         fade(&mut picture.rgba);
-        slopes::draw(&mut picture.rgba, &asked.pixels, &samples, bound);
-        let count = slopes::count(&asked.points, &samples, bound);
-        let names = ["too steep", "less than half as steep", "not a number"];
-        picture.legend = slopes::MARKS
-            .into_iter()
-            .zip(names.map(str::to_owned))
-            .collect();
-        picture.notes = vec![
-            format!(
-                "of {} points {} are steeper than {bound}, {} less than half as steep",
-                count.points, count.steep, count.slow
+        let slopes = slopes::slopes(asked, &samples, picture.size[0], bound);
+        slopes.draw(&mut picture.rgba, asked);
+        let count = slopes.count;
+        let kinds = [
+            (Slope::Steep, count.steep, format!("steeper than {bound}")),
+            (Slope::Jump, count.jumps, "beside a jump".to_owned()),
+            (
+                Slope::Slow,
+                count.slow,
+                "less than half as steep".to_owned(),
             ),
-            format!("at most {} per unit", count.steepest),
+            (Slope::Unknown, count.unknown, "not a number".to_owned()),
         ];
+        let entry = |(kind, number, what): (Slope, usize, String)| {
+            Some((kind.color()?, format!("{number} {what}")))
+        };
+        picture.legend = kinds.into_iter().filter_map(entry).collect();
+        picture.notes = vec![format!(
+            "{} points, at most {} per unit",
+            count.points, count.steepest
+        )];
         Ok(())
     }
 

@@ -5,9 +5,12 @@
 //! where the plane faces the eye, and just as wide where it does not: what counts as a pixel is how
 //! much the field changes from one pixel to the next, which follows from its gradient and from where
 //! the neighbouring rays meet the plane.
+//!
+//! Only distances and gradients are drawn: an engine that has the module loaded without its program of
+//! surfaces (`surface: None`) answers sooner.
 
 use super::Asked;
-use super::ink::{self, draw_back, hex, lay, mixed};
+use super::ink::{self, Color, draw_back, hex, lay, mixed};
 use super::rays::{Ray, Rays, double, single, vector};
 use sdfc_runtime::engine::Sample;
 use sdfc_runtime::frame::{FieldFacts, Frame, Lens, Mode, RenderSettings, prepare};
@@ -43,9 +46,14 @@ pub enum Front {
 const GHOST: f32 = 0.2;
 /// How much of a slice hides what is behind it.
 const OPACITY: f32 = 0.94;
-/// The least change of the field from pixel to pixel, as a share of what a pixel covers: where a plane
-/// lies along a surface, there is none.
-const LEAST: f64 = 0.02;
+/// A surface that is nearer than the plane by no more than this share of the way lies in it: rounding
+/// alone would decide which of the two is before the other.
+const TOUCHING: f64 = 1e-5;
+/// Where a plane lies along a surface, the field is the same on all of it, and a line would be a patch:
+/// lines fade from the second to the first of these shares of the field's slope that lie in the plane.
+const FLAT: [f64; 2] = [0.02, 0.1];
+/// Where the field is not a number.
+const NOT_A_NUMBER: Color = hex(0xd0006f);
 
 impl Slice {
     /// The plane across an axis (0 for x, 1, 2) at this coordinate, somewhat larger than what a scene's
@@ -125,7 +133,7 @@ impl Slice {
             let Some(t) = slice.meet(&ray).filter(|&t| t < settings.far) else {
                 continue;
             };
-            let is_hidden = f64::from(depth) < t && !settings.plane;
+            let is_hidden = f64::from(depth) < t * (1.0 - TOUCHING) && !settings.plane;
             if is_hidden && slice.front == Front::Hides {
                 continue;
             }
@@ -152,7 +160,7 @@ impl Slice {
                 below,
                 covered,
                 rim,
-                is_hidden: is_hidden && !settings.plane,
+                is_hidden,
             });
         }
         cut
@@ -247,12 +255,31 @@ struct Place {
 }
 
 impl Place {
-    /// How much the field changes from this pixel to the next ones.
-    fn change(&self, sample: &Sample) -> f32 {
-        let gradient = double(sample.gradient);
+    /// The colour of the field here.
+    fn color(&self, sample: &Sample, spacing: f32) -> Color {
+        let (distance, gradient) = (sample.distance, double(sample.gradient));
+        // How much the field changes from this pixel to the next ones, and how much it would if it
+        // changed along the plane.
         let change = gradient.dot(self.right).hypot(gradient.dot(self.below));
         let pixel = (self.right.length() * self.below.length()).sqrt();
-        change.max(pixel * LEAST).max(1e-30) as f32
+        let most = gradient.length() * pixel;
+        let known = distance.is_finite() && most.is_finite();
+        if !known {
+            return NOT_A_NUMBER;
+        }
+        let least = (most * FLAT[0]).max(pixel * 1e-6).max(1e-30);
+        let lined = views::distance_color::<f32>(distance, spacing, change.max(least) as f32);
+        let steepness =
+            ((change / most.max(1e-30) - FLAT[0]) / (FLAT[1] - FLAT[0])).clamp(0.0, 1.0);
+        if steepness == 1.0 {
+            return lined;
+        }
+        // The middle between two lines has none.
+        let middle = ((distance.abs() / spacing).floor() + 0.5) * spacing;
+        let is_inside = f64::from(distance) < -pixel * FLAT[0];
+        let middle = if is_inside { -middle } else { middle };
+        let plain = views::distance_color::<f32>(middle, spacing, spacing * 0.01);
+        mixed(plain, lined, steepness as f32)
     }
 }
 
@@ -264,12 +291,7 @@ impl Cut {
         draw_back(picture, 0.35, 0.3);
         let pixels = self.asked.pixels.iter().map(|&pixel| pixel as usize);
         for ((pixel, place), sample) in pixels.zip(&self.places).zip(samples) {
-            let distance = sample.distance;
-            let shown = if distance.is_finite() {
-                views::distance_color::<f32>(distance, self.spacing, place.change(sample))
-            } else {
-                hex(0xd0006f)
-            };
+            let shown = place.color(sample, self.spacing);
             let rimmed = mixed(shown, hex(0x30343c), 0.6 * place.rim);
             // What is seen through is a shade of itself, over all of the slice.
             let ghost = before.as_chunks::<4>().0.get(pixel).copied();

@@ -10,6 +10,7 @@ use sdfc_runtime::frame::CellUse;
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 
+mod engines;
 mod picks;
 mod slices;
 mod views;

@@ -4,14 +4,14 @@
 //! instructions where they are. A cell whose tape holds none of those that changed, now as before, is
 //! what it was, with all that it is cut into.
 
-use super::build::{Parent, deepen};
+use super::build::{MOST_CLAUSES, Parent, deepen};
 use super::{CELL, Cells, Cut, NODE};
 use sdfc_vm::program::{Frame, Instruction, Operands, Place, Program};
 use sdfc_vm::tape::{Clause, Tape};
 use std::sync::Arc;
 
-/// How many times as many cells as were made at first are kept before all are made anew: those that
-/// edits replaced stay in memory.
+/// How many times as many cells as were made at first, and clauses as there may be, are kept before
+/// all are made anew: those that edits replaced stay in memory.
 const GROWTH: usize = 2;
 
 /// The cells of a program that was edited, from those `before` the edit, of which the first cell is
@@ -25,7 +25,9 @@ pub fn again(
     let same_cut = *before.region() == cut.region
         && before.split == cut.split
         && before.band.to_bits() == cut.band.to_bits();
-    let large = before.short > 0 || before.cells.len() > GROWTH * before.first;
+    let large = before.short > 0
+        || before.cells.len() > GROWTH * before.first
+        || before.clauses() > GROWTH * MOST_CLAUSES;
     if !same_cut || large || old.1 != new.1 {
         return None;
     }

@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// The most cells; those that are not cut for it keep the tape that they have.
 const MOST: usize = 400_000;
 /// The most clauses of all tapes together.
-const MOST_CLAUSES: usize = 3_000_000;
+pub(super) const MOST_CLAUSES: usize = 3_000_000;
 
 /// Decides which cells are cut further.
 pub trait Refine: Sync {
@@ -97,12 +97,13 @@ pub(super) fn deepen(
     // Only who looks for the surface asks.
     let raw = |i: &Instruction| i.code == Code::Op(Op::FieldDistance);
     let slopes = cut.band == 0.0 && program.code.iter().any(raw);
+    // What edits left behind is no reason to cut less.
+    let before = cells.clauses();
     for _ in 0..cut.split.levels() {
         if parents.is_empty() {
             break;
         }
-        let clauses: usize = cells.arenas.iter().map(|arena| arena.len()).sum();
-        if cells.cells.len() > MOST || clauses > MOST_CLAUSES {
+        if cells.cells.len() > MOST || cells.clauses() - before > MOST_CLAUSES {
             cells.short = parents.len();
             for parent in &parents {
                 cells.forget(parent.before);

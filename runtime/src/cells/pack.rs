@@ -5,7 +5,7 @@ use crate::frame::CellStats;
 use sdfc_shaders::interpreter::tape::{Registers, clause_words, constant, node};
 use sdfc_shaders::layout::{Grid, Job};
 use sdfc_vm::tape::{Clause, Tape};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// The cells of a scene's programs in the same box, as words.
 #[derive(Clone, Debug)]
@@ -49,17 +49,46 @@ impl Packed {
         }
     }
 
-    /// Adds the cells of the distance; gives those whose cutting was left to somebody else.
-    pub fn add_distance(&mut self, tape: &Tape, cells: &Cells) -> Vec<Job> {
+    /// No cells, but the whole tapes of both programs everywhere, the second one's instructions from
+    /// `base` on.
+    pub fn whole(tapes: [Option<&Tape>; 2], base: u32, registers: Registers) -> Self {
+        let mut packed = Self {
+            grid: Grid::default(),
+            nodes: Vec::new(),
+            tapes: Vec::new(),
+            registers,
+            counts: CellStats::default(),
+        };
+        let [distance, surface] = tapes;
+        let clauses: &[Clause] = distance.map_or(&[], |tape| &tape.clauses);
+        let whole = packed.add_tape(clauses, 0);
+        packed.grid.distance = whole;
+        packed.grid.distance_whole = whole;
+        packed.add_whole_surface(surface, base);
+        packed
+    }
+
+    /// Lets the whole tape of surfaces be everywhere, or one that leaves everything unpainted.
+    pub fn add_whole_surface(&mut self, tape: Option<&Tape>, base: u32) {
+        let whole = self.add_tape(tape.map_or(&[], |tape| &tape.clauses), base);
+        self.grid.surface = whole;
+        self.grid.surface_whole = whole;
+    }
+
+    /// Adds the cells of the distance, of which so many are not those of the picture before; gives
+    /// those whose cutting was left to somebody else.
+    pub fn add_distance(&mut self, tape: &Tape, cells: &Cells, fresh: usize) -> Vec<Job> {
         let ([root, whole], left) = self.add(tape, cells, 0, true);
+        self.counts.fresh += fresh as u64;
         self.grid.distance = root;
         self.grid.distance_whole = whole;
         left
     }
 
     /// The same for surfaces, whose program's instructions begin at `base`.
-    pub fn add_surface(&mut self, tape: &Tape, cells: &Cells, base: u32) -> Vec<Job> {
+    pub fn add_surface(&mut self, tape: &Tape, cells: &Cells, base: u32, fresh: usize) -> Vec<Job> {
         let ([root, whole], left) = self.add(tape, cells, base, false);
+        self.counts.fresh += fresh as u64;
         self.grid.surface = root;
         self.grid.surface_whole = whole;
         left
@@ -82,29 +111,53 @@ impl Packed {
     ) -> ([u32; 2], Vec<Job>) {
         let whole = self.add_tape(&tape.clauses, base);
         let mut known = HashMap::from([(cells.cells[0].tape.key(), whole)]);
+        // Tapes of cells that are cut are not words, but count.
+        let mut above = HashSet::new();
+        let mut counts = CellStats {
+            made: 1,
+            clauses: tape.clauses.len() as u64,
+            short: cells.short() as u64,
+            fresh: 0,
+        };
         let first = (self.nodes.len() / CHILDREN) as u32;
         let digit = cells.split.digit();
-        // Where each node's cell is: its level, and its place among the cells of that level. A node
-        // stands behind the one that points to it.
-        let mut places = vec![(0, [0; 3]); cells.nodes.len()];
+        // The nodes that are reached from the root, in the order of their numbers, each with its level
+        // and its place among the cells of that level. What edits left behind is not reached.
+        let mut nodes = Vec::new();
+        if !cells.nodes.is_empty() {
+            nodes.push((cells.root, 0, [0; 3]));
+        }
         let mut left = Vec::new();
-        for (number, parent) in cells.nodes.iter().enumerate() {
-            let (level, place) = places[number];
-            for (lane, &child) in (0..).zip(&parent.children) {
+        let mut done = 0;
+        while let Some(&(number, level, place)) = nodes.get(done) {
+            done += 1;
+            for (lane, &child) in (0..).zip(&cells.nodes[number as usize].children) {
                 let of = |axis: u32| lane >> (axis * digit) & ((1 << digit) - 1);
                 let inner: [u32; 3] = std::array::from_fn(|axis| of(axis as u32));
                 let at = std::array::from_fn(|axis| place[axis] << digit | inner[axis]);
                 let word = match child {
                     NODE.. => {
-                        places[(child - NODE) as usize] = (level + 1, at);
-                        node(first + child - NODE)
+                        let below = child - NODE;
+                        let cell = cells.nodes[below as usize].cell;
+                        let key = cells.cell(cell).tape.key();
+                        counts.made += 1;
+                        if !known.contains_key(&key) && above.insert(key) {
+                            counts.clauses += cells.tape(cell).len() as u64;
+                        }
+                        nodes.push((below, level + 1, at));
+                        node(first + nodes.len() as u32 - 1)
                     }
                     CELL.. => {
                         let cell = cells.cell(child - CELL);
                         let clauses = cells.tape(child - CELL);
-                        let word = *known
-                            .entry(cell.tape.key())
-                            .or_insert_with(|| self.add_tape(clauses, base));
+                        let key = cell.tape.key();
+                        counts.made += 1;
+                        let word = *known.entry(key).or_insert_with(|| {
+                            if !above.contains(&key) {
+                                counts.clauses += clauses.len() as u64;
+                            }
+                            self.add_tape(clauses, base)
+                        });
                         if cell.left {
                             left.push(Job {
                                 entry: self.nodes.len() as u32,
@@ -126,11 +179,11 @@ impl Packed {
                 self.nodes.push(word);
             }
         }
-        self.counts = self.counts.and(cells.counts());
+        self.counts = self.counts.and(counts);
         let root = if cells.nodes.is_empty() {
             whole
         } else {
-            node(first + cells.root)
+            node(first)
         };
         ([root, whole], left)
     }

@@ -46,6 +46,8 @@ struct Last {
     tape: Arc<Tape>,
     pixels: cut::Pixels,
     cells: Arc<Cells>,
+    /// How many of them were made for that picture.
+    fresh: u64,
 }
 
 impl Scene {
@@ -202,10 +204,13 @@ impl Field for Scene {
         let new = (&*self.distance, &*self.tape);
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let kept = last.take().filter(|last| last.pixels == pixels);
+        let before = kept.as_ref().map(|last| Arc::as_ptr(&last.cells));
         let kept =
             kept.and_then(|last| cells::again(&last.cells, (&last.program, &last.tape), new, &cut));
+        let same = kept.as_ref().map(Arc::as_ptr) == before && before.is_some();
         let cells = kept.unwrap_or_else(|| Arc::new(cells::build(new.0, new.1, &cut)));
         *last = Some(Last {
+            fresh: if same { 0 } else { cells.made() as u64 },
             program: self.distance.clone(),
             tape: self.tape.clone(),
             pixels,
@@ -241,7 +246,10 @@ impl Scene {
         }
         let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         last.as_ref()
-            .map_or(CellStats::default(), |last| last.cells.counts())
+            .map_or(CellStats::default(), |last| CellStats {
+                fresh: last.fresh,
+                ..last.cells.counts()
+            })
     }
 }
 

@@ -51,6 +51,11 @@ fn is_rough(op: Op) -> bool {
 
 /// The cube that is cut: the scene's bounds, as far as rays go. `None` where there is nothing.
 pub(super) fn region(frame: &Frame) -> Option<Region> {
+    extent(frame).map(|extent| cube(&extent, TIGHT))
+}
+
+/// The scene's bounds, as far as rays go.
+fn extent(frame: &Frame) -> Option<Region> {
     let eye = frame.origin;
     // Rays of a parallel view start away from its middle.
     let wide: f32 = [frame.origin_right, frame.origin_up]
@@ -60,21 +65,34 @@ pub(super) fn region(frame: &Frame) -> Option<Region> {
     let far = (frame.far + wide).min(1e9);
     let low: [f32; 3] = std::array::from_fn(|i| frame.bounds_min[i].max(eye[i] - far));
     let high: [f32; 3] = std::array::from_fn(|i| frame.bounds_max[i].min(eye[i] + far));
+    let extent = Region { low, high };
+    let nothing = (0..3).any(|i| low[i] > high[i]) || extent.side() <= 0.0;
+    (!nothing).then_some(extent)
+}
+
+/// How much larger than what it holds a cube is, as a share: so much that rounding leaves no point
+/// outside.
+const TIGHT: f32 = 1e-5;
+/// The same where the cells are to be kept when an edit moves a bound a little.
+const ROOMY: f32 = 1.0 / 16.0;
+
+/// The cube around a box.
+fn cube(Region { low, high }: &Region, larger: f32) -> Region {
     let side = (0..3).fold(0.0, |side, i| f32::max(side, high[i] - low[i]));
-    if (0..3).any(|i| low[i] > high[i]) || side <= 0.0 {
-        return None;
-    }
-    // A little larger, so that rounding leaves no point of the bounds outside.
-    let half = side / 2.0 * (1.0 + 1e-5);
+    let half = side / 2.0 * (1.0 + larger);
     let middle: [f32; 3] = std::array::from_fn(|i| low[i] + (high[i] - low[i]) / 2.0);
-    Some(Region {
+    Region {
         low: middle.map(|m| m - half),
         high: middle.map(|m| m + half),
-    })
+    }
 }
 
 /// Tapes of no more clauses are short enough where each point is looked up.
 const SHORT: usize = 6;
+
+/// The cells of a space this many times as wide as an edit left it are kept: they are as small, but
+/// there is more of them around what is there.
+const WIDER: f32 = 2.0;
 
 /// Whether a picture's rays are to meet cells.
 pub(super) fn wanted(picture: &Picture, program: &Program, tape: &Tape) -> bool {
@@ -87,7 +105,11 @@ pub(super) fn wanted(picture: &Picture, program: &Program, tape: &Tape) -> bool 
 
 /// What an engine that looks every point up cuts for a picture: the part of space that rays of all
 /// kinds come through, or the plane of a figure.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Space {
+    /// What has to be cut.
+    extent: Region,
+    /// What is cut.
     region: Region,
     split: Split,
     band: f32,
@@ -103,6 +125,7 @@ impl Space {
             let (plane, band) = plane_and_band(picture)?;
             let (region, split) = around(&plane);
             return Some(Self {
+                extent: region,
                 region,
                 split,
                 band,
@@ -117,13 +140,30 @@ impl Space {
             bounds_max: frame.bounds_max.map(|v| v + reach),
             ..*frame
         };
+        let extent = extent(&grown)?;
         Some(Self {
-            region: region(&grown)?,
+            extent,
+            region: cube(&extent, ROOMY),
             split: Split::Cube,
             band: f32::INFINITY,
             pixels: Pixels::of(frame),
             inverse_slope: frame.inverse_slope,
         })
+    }
+
+    /// Whether its cells do for another space too: one that is seen alike, and that an edit left within
+    /// this one and not much smaller.
+    pub(super) fn does_for(&self, other: &Self) -> bool {
+        let alike = Self {
+            extent: self.extent,
+            region: self.region,
+            ..other.clone()
+        };
+        let Region { low, high } = other.extent;
+        *self == alike
+            && self.region.holds(low)
+            && self.region.holds(high)
+            && self.region.side() <= WIDER * other.region.side()
     }
 
     /// The cells of the distance.

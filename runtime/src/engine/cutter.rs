@@ -9,14 +9,13 @@
 use super::EngineError;
 use crate::frame::CellStats;
 use crate::gpu::{
-    Access, Binding, BoundKernel, Buffer, DeviceInfo, DeviceKind, Extent, Gpu, Kernel,
-    KernelSource, Usage,
+    Access, Binding, Buffer, DeviceInfo, DeviceKind, Extent, Gpu, Kernel, KernelSource, Usage,
 };
-use sdfc_shaders::interpreter::Memory;
 use sdfc_shaders::interpreter::cut::{
     self, ARGUMENTS_SLOT, COUNTS, FACTS_SLOT, SPACE_SLOT, SPACE_WORDS, WORK_SLOT, WORK_WORDS,
 };
 use sdfc_shaders::interpreter::tape::{NODES_SLOT, Registers, TAPES_SLOT};
+use sdfc_shaders::interpreter::{CODE_SLOT, Memory, POOL_SLOT};
 use sdfc_shaders::layout::{Cut, Job};
 use sdfc_vm::program::Needs;
 
@@ -44,11 +43,19 @@ fn place(count: &str) -> usize {
 /// Bytes of the list before its first cell.
 const HEAD: u64 = (size_of::<Cut>() + 4 * WORK_WORDS) as u64;
 
+/// What a kernel that cuts is made for.
+#[derive(Clone, Debug, PartialEq)]
+struct Programs {
+    needs: Needs,
+    registers: Registers,
+    memory: Memory,
+}
+
 /// What cuts cells on a device, and what it counted.
 #[derive(Default)]
 pub(super) struct Cutter {
-    /// By their text.
-    kernels: Vec<(String, Kernel)>,
+    /// By what they cut for; without that, the one that plans.
+    kernels: Vec<(Option<Programs>, Kernel)>,
     facts: Option<Buffer>,
     space: Option<Buffer>,
     arguments: Option<Buffer>,
@@ -160,31 +167,25 @@ impl Cutter {
             gpu.write_at(&work, size_of::<Cut>() as u64, &state)?;
             gpu.write_at(&work, HEAD, jobs)?;
 
-            let storage = |slot| Binding {
-                slot,
-                access: Access::StorageReadWrite,
+            let both = [(SPACE_SLOT, &space), (WORK_SLOT, &work)];
+            let planned = [&both[..], &[(ARGUMENTS_SLOT, &arguments)]].concat();
+            let own = [
+                (NODES_SLOT, task.nodes.0),
+                (TAPES_SLOT, task.tapes.0),
+                (FACTS_SLOT, &facts),
+            ];
+            let words = task
+                .words
+                .each_ref()
+                .map(|(binding, buffer)| (binding.slot, buffer));
+            let cutting = [&both[..], &own, &words].concat();
+            let programs = Programs {
+                needs: part.needs.clone(),
+                registers: task.registers,
+                memory: task.memory,
             };
-            let both = [(storage(SPACE_SLOT), &space), (storage(WORK_SLOT), &work)];
-            let mut planned = both.to_vec();
-            planned.push((storage(ARGUMENTS_SLOT), &arguments));
-            let mut cutting = both.to_vec();
-            cutting.push((storage(NODES_SLOT), task.nodes.0));
-            cutting.push((storage(TAPES_SLOT), task.tapes.0));
-            cutting.push((
-                Binding {
-                    slot: FACTS_SLOT,
-                    access: Access::StorageRead,
-                },
-                &facts,
-            ));
-            cutting.extend(
-                task.words
-                    .iter()
-                    .map(|(binding, buffer)| (*binding, buffer)),
-            );
-            let plan = self.bound(gpu, "cut_plan", cut::plan(), &planned)?;
-            let text = cut::kernel(part.needs, task.registers, task.memory);
-            let kernel = self.bound(gpu, "cut", text, &cutting)?;
+            let plan = gpu.bind(self.kernel(gpu, None)?, &planned)?;
+            let kernel = gpu.bind(self.kernel(gpu, Some(programs))?, &cutting)?;
             for _ in 0..DISPATCHES {
                 batch.dispatch(&plan, Extent::Workgroups([1, 1, 1]))?;
                 batch.dispatch_indirect(&kernel, &arguments);
@@ -200,6 +201,7 @@ impl Cutter {
             let head: Vec<u32> = gpu.read_first(space, SPACE_WORDS)?;
             let count = |name| u64::from(head[place(name)]);
             self.counts = self.counts.and(CellStats {
+                fresh: count("MADE"),
                 made: count("MADE"),
                 clauses: count("CLAUSES"),
                 short: count("SHORT"),
@@ -223,35 +225,76 @@ impl Cutter {
         self.counts = counts;
     }
 
-    /// The kernel of this text with its buffers.
-    fn bound(
+    /// Makes the kernels that cut programs which need these, if they are not there yet and the device
+    /// can run them.
+    pub(super) fn warm_up(
         &mut self,
         gpu: &Gpu,
-        label: &str,
-        text: String,
-        buffers: &[(Binding, &Buffer)],
-    ) -> Result<BoundKernel, EngineError> {
-        let slots: Vec<(u32, &Buffer)> = buffers
-            .iter()
-            .map(|(b, buffer)| (b.slot, *buffer))
-            .collect();
-        if let Some((_, kernel)) = self.kernels.iter().find(|(known, _)| *known == text) {
-            return Ok(gpu.bind(kernel, &slots)?);
+        needs: &Needs,
+        registers: Registers,
+        memory: Memory,
+    ) -> Result<(), EngineError> {
+        if !possible(gpu.info(), registers) {
+            return Ok(());
         }
-        let bindings: Vec<Binding> = buffers.iter().map(|(binding, _)| *binding).collect();
-        let kernel = gpu.kernel(&KernelSource {
-            label,
-            wgsl: &text,
-            entry: "main",
-            bindings: &bindings,
-        })?;
-        let bound = gpu.bind(&kernel, &slots)?;
-        if self.kernels.len() >= MOST_KERNELS {
-            self.kernels.clear();
-        }
-        self.kernels.push((text, kernel));
-        Ok(bound)
+        let needs = needs.clone();
+        self.kernel(gpu, None)?;
+        self.kernel(
+            gpu,
+            Some(Programs {
+                needs,
+                registers,
+                memory,
+            }),
+        )?;
+        Ok(())
     }
+
+    /// The kernel that cuts cells of these programs; without, the one that plans.
+    fn kernel(&mut self, gpu: &Gpu, of: Option<Programs>) -> Result<&Kernel, EngineError> {
+        let known = self.kernels.iter().position(|(known, _)| *known == of);
+        let at = match known {
+            Some(at) => at,
+            None => {
+                let (label, wgsl) = match &of {
+                    Some(of) => ("cut", cut::kernel(&of.needs, of.registers, of.memory)),
+                    None => ("cut_plan", cut::plan()),
+                };
+                let kernel = gpu.kernel(&KernelSource {
+                    label,
+                    wgsl: &wgsl,
+                    entry: "main",
+                    bindings: &bindings(of.as_ref()),
+                })?;
+                if self.kernels.len() >= MOST_KERNELS {
+                    // The one that plans stays, and the one that was warmed up.
+                    self.kernels.truncate(2);
+                }
+                self.kernels.push((of, kernel));
+                self.kernels.len() - 1
+            }
+        };
+        Ok(&self.kernels[at].1)
+    }
+}
+
+/// The bindings of the kernel that cuts cells of these programs, or of the one that plans.
+fn bindings(of: Option<&Programs>) -> Vec<Binding> {
+    let binding = |access| move |slot| Binding { slot, access };
+    let write = binding(Access::StorageReadWrite);
+    let mut bindings = [SPACE_SLOT, WORK_SLOT].map(write).to_vec();
+    let Some(of) = of else {
+        bindings.push(write(ARGUMENTS_SLOT));
+        return bindings;
+    };
+    let words = match of.memory {
+        Memory::Uniform { .. } => Access::Uniform,
+        Memory::Storage => Access::StorageRead,
+    };
+    bindings.extend([NODES_SLOT, TAPES_SLOT].map(write));
+    bindings.push(binding(Access::StorageRead)(FACTS_SLOT));
+    bindings.extend([CODE_SLOT, POOL_SLOT].map(binding(words)));
+    bindings
 }
 
 /// How many clauses a tape counts for: choices take whole words.

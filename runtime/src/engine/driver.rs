@@ -8,14 +8,16 @@
 use super::kernels::Kernels;
 use super::rate::Rate;
 use super::tiles::{TileBuffers, Tiles};
-use super::{Engine, EngineError, EngineKind, Loaded, Sample, query};
+use super::{Engine, EngineError, EngineKind, Loaded, Sample, query, warm};
 use crate::frame::{
     CellStats, FieldFacts, Frame, Mode, Picture, Progress, RenderSettings, Surface, prepare,
 };
 use crate::gpu::{Binding, Buffer, DeviceKind, Gpu};
 use crate::settings::{facts, unpainted};
 use sdfc_shaders::assemble::SceneFunction;
+use sdfc_shaders::features::MOST_LIGHTS;
 use sdfc_shaders::layout;
+use sdfc_vm::bounds::Bounds;
 use sdfc_vm::program::Module;
 use std::time::Duration;
 
@@ -40,12 +42,36 @@ pub(super) struct SceneText {
     pub(super) calls: Vec<&'static str>,
 }
 
+/// What the kernels of an engine are made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// What a scene and a picture need, and nothing else.
+    Special,
+    /// All scenes and pictures, as far as an engine can.
+    General,
+}
+
 /// A scene on a device: what its functions are, and the buffers they read.
 pub(super) trait OnDevice: Sized {
     /// The engine that runs it.
     const KIND: EngineKind;
     /// Brings a scene there; `before` is the one whose place it takes.
-    fn load(gpu: &Gpu, scene: &Loaded<'_>, before: Option<Self>) -> Result<Self, EngineError>;
+    fn load(
+        gpu: &Gpu,
+        scene: &Loaded<'_>,
+        form: Form,
+        before: Option<Self>,
+    ) -> Result<Self, EngineError>;
+    /// A scene of nothing in the general form, with all made that scenes need besides the kernels of
+    /// their pictures; `before` is the one whose place it takes. `None` where there is no such form.
+    fn nothing(_gpu: &Gpu, _before: Option<Self>) -> Result<Option<Self>, EngineError> {
+        Ok(None)
+    }
+    /// Whether its functions are those of all scenes: [`OnDevice::variant`] is then
+    /// [`super::kernels::GENERAL`].
+    fn is_general(&self) -> bool {
+        false
+    }
     /// Writes the numbers of new parameters.
     fn update(&mut self, gpu: &Gpu, module: &Module, outputs: &[f64]) -> Result<(), EngineError>;
     /// Makes ready for a picture, or for a query where there is none; whether the buffers are
@@ -90,6 +116,7 @@ const UNPAINTED_SURFACE: &str = "fn unpainted_surface() -> Surface {
 /// An engine on a GPU.
 pub(super) struct GpuEngine<S> {
     pub(super) gpu: Gpu,
+    form: Form,
     pub(super) scene: Option<Scene<S>>,
     pub(super) kernels: Kernels,
     pub(super) rate: Rate,
@@ -106,9 +133,10 @@ pub(super) struct Scene<S> {
 }
 
 impl<S: OnDevice> GpuEngine<S> {
-    pub(super) fn new(gpu: Gpu) -> Self {
+    pub(super) fn new(gpu: Gpu, form: Form) -> Self {
         Self {
             gpu,
+            form,
             scene: None,
             kernels: Kernels::default(),
             rate: Rate::default(),
@@ -123,6 +151,43 @@ impl<S: OnDevice> GpuEngine<S> {
             self.buffers.generation += 1;
         }
         Ok(())
+    }
+
+    /// Makes another scene's place; its text is so many kilobytes long.
+    fn make_place(&mut self, kilobytes: u32) -> Option<S> {
+        self.kernels.forget_scene();
+        self.buffers.generation += 1;
+        self.rate = Rate::default();
+        let waiting = match self.gpu.info().kind {
+            DeviceKind::Software => SOFTWARE_TIMEOUT,
+            _ => Gpu::DEFAULT_TIMEOUT,
+        };
+        // Whoever made it shorter wants it so.
+        if self.gpu.timeout >= Gpu::DEFAULT_TIMEOUT {
+            self.gpu.timeout = waiting + COMPILING * kilobytes;
+        }
+        self.scene.take().map(|scene| scene.on_device)
+    }
+
+    /// The picture that settings ask for.
+    fn picture(&self, settings: &RenderSettings) -> Result<Picture, EngineError> {
+        let scene = self.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
+        let mut picture = prepare(settings, &scene.facts);
+        let surface = scene.unpainted;
+        picture.uniforms = layout::Frame {
+            albedo: surface.albedo,
+            roughness: surface.roughness,
+            emission: surface.emission,
+            metallic: surface.metallic,
+            id: surface.id,
+            ..picture.uniforms
+        };
+        if scene.on_device.is_general() && picture.lights.len() <= MOST_LIGHTS {
+            picture.features.general = true;
+            // Without any, the program of surfaces leaves everything unpainted.
+            picture.features.materials = true;
+        }
+        Ok(picture)
     }
 
     /// Fails if an invocation that evaluates the scene `times` times would run loops for too long.
@@ -172,20 +237,8 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
     }
 
     fn load(&mut self, scene: &Loaded<'_>) -> Result<(), EngineError> {
-        let before = self.scene.take().map(|scene| scene.on_device);
-        self.kernels.forget_scene();
-        self.buffers.generation += 1;
-        self.rate = Rate::default();
-        let kilobytes = scene.generated.text.len().div_ceil(1024) as u32;
-        let waiting = match self.gpu.info().kind {
-            DeviceKind::Software => SOFTWARE_TIMEOUT,
-            _ => Gpu::DEFAULT_TIMEOUT,
-        };
-        // Whoever made it shorter wants it so.
-        if self.gpu.timeout >= Gpu::DEFAULT_TIMEOUT {
-            self.gpu.timeout = waiting + COMPILING * kilobytes;
-        }
-        let on_device = S::load(&self.gpu, scene, before)?;
+        let before = self.make_place(scene.generated.text.len().div_ceil(1024) as u32);
+        let on_device = S::load(&self.gpu, scene, self.form, before)?;
         self.scene = Some(Scene {
             on_device,
             facts: facts(scene.module, scene.outputs),
@@ -217,10 +270,9 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
             aa: 1,
             ..settings.clone()
         };
-        let scene = self.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
         let picture = Picture {
             band: Some(band),
-            ..prepare(&settings, &scene.facts)
+            ..self.picture(&settings)?
         };
         self.prepare(Some(&picture))?;
         let plan = self.plan(&picture)?;
@@ -238,17 +290,7 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
         settings: &RenderSettings,
         progress: &dyn Progress,
     ) -> Result<Frame, EngineError> {
-        let scene = self.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
-        let mut picture = prepare(settings, &scene.facts);
-        let surface = scene.unpainted;
-        picture.uniforms = layout::Frame {
-            albedo: surface.albedo,
-            roughness: surface.roughness,
-            emission: surface.emission,
-            metallic: surface.metallic,
-            id: surface.id,
-            ..picture.uniforms
-        };
+        let picture = self.picture(settings)?;
         self.prepare(Some(&picture))?;
         let plan = self.plan(&picture)?;
         let [width, height] = picture.size;
@@ -273,8 +315,37 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
         query::query(self, points)
     }
 
+    fn warm_up(&mut self, modes: &[Mode]) -> Result<(), EngineError> {
+        if self.form == Form::Special {
+            return Ok(());
+        }
+        let before = self.make_place(0);
+        let Some(on_device) = S::nothing(&self.gpu, before)? else {
+            return Ok(());
+        };
+        self.scene = Some(Scene {
+            on_device,
+            facts: FieldFacts {
+                slope: 1.0,
+                bounds: Bounds::EVERYTHING,
+                material: None,
+            },
+            unpainted: Surface::default(),
+            painted: true,
+        });
+        for settings in modes.iter().flat_map(|&mode| warm::pictures(mode)) {
+            self.render(&settings, &|_| {})?;
+        }
+        self.query(&[[0.0; 3]])?;
+        Ok(())
+    }
+
     fn heeds_guards(&self) -> bool {
-        S::KIND == EngineKind::Interp || self.gpu.info().kind != DeviceKind::Software
+        match S::KIND {
+            // Tapes have no guards.
+            EngineKind::Interp => self.form == Form::Special,
+            _ => self.gpu.info().kind != DeviceKind::Software,
+        }
     }
 
     fn pipelines_created(&self) -> u64 {

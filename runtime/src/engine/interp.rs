@@ -3,71 +3,94 @@
 //! kernel, so an edit is a write to a buffer.
 //!
 //! Where cells pay, the kernel is the one that runs tapes ([`sdfc_shaders::interpreter::tape`]), and
-//! a picture begins with cutting its part of space: on the processor, or, where that is not what runs
-//! the kernels and all slopes are known, on the device after the first cuts ([`super::cutter`]).
+//! a picture begins with cutting its part of space ([`cells`]): on the processor, or, where that is
+//! not what runs the kernels and all slopes are known, on the device after the first cuts
+//! ([`super::cutter`]).
+//!
+//! In the *general* form kernels run any scene's tape, cells or none: without, the tape of the whole
+//! program is everywhere. Then no scene needs another kernel, but one whose tapes take more registers
+//! than these have ([`GENERAL`]); that one gets kernels of its own.
+
+mod cells;
 
 use super::cutter::{self, Cutter};
-use super::driver::{OnDevice, SceneText, unpainted_surface};
-use super::{EngineError, EngineKind, Loaded, cut};
-use crate::cells::{self, Cut, Packed};
+use super::driver::{Form, OnDevice, SceneText, unpainted_surface};
+use super::{EngineError, EngineKind, Loaded, cut, kernels};
+use crate::cells::{Packed, registers};
 use crate::frame::{CellStats, CellUse, Picture};
 use crate::gpu::{Access, Binding, Buffer, Gpu, Usage};
+use cells::{Kept, MadeFor, Part};
 use sdfc_shaders::assemble::SceneFunction;
-use sdfc_shaders::features::Features;
 use sdfc_shaders::interpreter::cut::facts;
-use sdfc_shaders::interpreter::tape::{
-    self, GRID_SLOT, NODES_SLOT, Registers, TAPES_SLOT, constant,
-};
+use sdfc_shaders::interpreter::tape::{self, GRID_SLOT, NODES_SLOT, Registers, TAPES_SLOT};
 use sdfc_shaders::interpreter::{
     CODE_SLOT, Function, LENGTH_SLOT, Memory, POOL_SLOT, bindings, interpreter,
 };
 use sdfc_shaders::layout;
-use sdfc_vm::encode::{encode, encode_behind};
+use sdfc_vm::encode::encode_behind;
 use sdfc_vm::library::Library;
 use sdfc_vm::program::{Module, Needs, Program};
 use sdfc_vm::tape::Tape;
+use std::sync::Arc;
 
 /// Constants that may be read behind the last one: an instruction's are loaded before it is known
 /// how many it has.
 const PADDING: usize = 4;
 
+/// The registers of general kernels for distances and gradients. The scenes of this repository take 18
+/// values and 3 points at most, but for a figure of 6,000 clauses; with twice as many, software Vulkan
+/// compiles a kernel for twice as long.
+const GENERAL: Registers = Registers {
+    values: 32,
+    points: 8,
+};
+
+/// Those for surfaces, whose materials are large: the scenes take 11 values at most, and with four
+/// times as many a kernel takes a minute to compile.
+const GENERAL_SURFACES: Registers = Registers {
+    values: 16,
+    points: 8,
+};
+
+/// Words name registers alike for both.
+const _: () = assert!(GENERAL.bits() == GENERAL_SURFACES.bits());
+
 /// A scene's programs in an interpreter's buffers.
 pub(super) struct Interpreter {
+    /// Whether kernels run any scene.
+    form: Form,
     /// What the kernels are made for.
     distance: Needs,
     surface: Option<Needs>,
     memory: Memory,
     /// The programs with their present constants; the second one is that of surfaces.
-    programs: [Option<Program>; 2],
+    programs: [Option<Arc<Program>>; 2],
     /// Their tapes, once they are asked for.
-    tapes: Option<[Option<Tape>; 2]>,
+    tapes: Option<[Option<Arc<Tape>>; 2]>,
     /// Instructions and constants.
     words: [(Binding, Buffer); 2],
     length: (Binding, Buffer),
     cells: CellBuffers,
+    /// The cells of the last picture on the processor.
+    kept: Kept,
     cutter: Cutter,
+    /// What the buffers of kernels hold.
+    reads: Reads,
     /// What kernels read now: the above, with the length or the cells.
     buffers: Vec<(Binding, Buffer)>,
 }
 
-/// All of a picture that its cells depend on.
+/// What kernels read.
 #[derive(Clone, Debug, PartialEq)]
-struct MadeFor {
-    uniforms: layout::Frame,
-    features: Features,
-    band: Option<f32>,
-    on_device: bool,
-}
-
-impl MadeFor {
-    fn of(picture: &Picture, on_device: bool) -> Self {
-        Self {
-            on_device,
-            uniforms: picture.uniforms,
-            features: picture.features.clone(),
-            band: picture.band,
-        }
-    }
+enum Reads {
+    /// It is not decided, or what they read is out of date.
+    Nothing,
+    /// Programs as they are.
+    Programs,
+    /// Tapes, of which the whole ones are everywhere.
+    Whole,
+    /// The tapes of cells.
+    Cells(MadeFor),
 }
 
 /// Cells on the device.
@@ -75,8 +98,6 @@ impl MadeFor {
 struct CellBuffers {
     /// Nodes, tapes and grid, as large as was needed so far.
     buffers: Vec<(Binding, Buffer)>,
-    /// What they were made for, if kernels read them now.
-    used: Option<MadeFor>,
     /// What kernels are made for.
     registers: Registers,
 }
@@ -84,142 +105,103 @@ struct CellBuffers {
 impl OnDevice for Interpreter {
     const KIND: EngineKind = EngineKind::Interp;
 
-    fn load(gpu: &Gpu, scene: &Loaded<'_>, before: Option<Self>) -> Result<Self, EngineError> {
+    fn load(
+        gpu: &Gpu,
+        scene: &Loaded<'_>,
+        form: Form,
+        before: Option<Self>,
+    ) -> Result<Self, EngineError> {
         let module = scene.module;
-        let surface = module.surface.as_ref();
-        let distance_needs = module.distance.needs();
-        let surface_needs = surface.map(|program| program.needs());
-        let programs = [Some(module.distance.clone()), module.surface.clone()];
-        let lengths = programs
-            .each_ref()
-            .map(|p| p.as_ref().map_or(0, |p| p.code.len()));
-        let code = lengths.iter().sum();
-        let pool = pool(module);
-        let memory = Memory::for_program(code, pool.len());
+        let programs = [Some(&module.distance), module.surface.as_ref()];
+        Self::of(
+            gpu,
+            programs.map(|p| p.cloned().map(Arc::new)),
+            form,
+            before,
+        )
+    }
 
-        // Kernels that do for this scene are kept, whatever else they can do.
-        let mut before = before;
-        let cutter = before
-            .as_mut()
-            .map(|before| std::mem::take(&mut before.cutter));
-        let kept = before.filter(|before| {
-            before.distance.cover(&distance_needs)
-                && match (&before.surface, &surface_needs) {
-                    (Some(have), Some(need)) => have.cover(need),
-                    (None, None) => true,
-                    _ => false,
-                }
-                && holds(before.memory, code, pool.len())
-        });
-        let (distance_needs, surface_needs, memory, cells) = match kept {
-            Some(before) => (before.distance, before.surface, before.memory, before.cells),
-            None => (
-                distance_needs,
-                surface_needs,
-                memory,
-                CellBuffers::default(),
-            ),
+    fn nothing(gpu: &Gpu, before: Option<Self>) -> Result<Option<Self>, EngineError> {
+        let empty = Program {
+            code: Vec::new(),
+            pool: Vec::new(),
+            patches: Vec::new(),
+            slots: 0,
         };
+        let programs = [Some(Arc::new(empty)), None];
+        let mut made = Self::of(gpu, programs, Form::General, before)?;
+        let (needs, memory) = (&made.distance, made.memory);
+        made.cutter.warm_up(gpu, needs, GENERAL, memory)?;
+        Ok(Some(made))
+    }
 
-        let words = words(module);
-        let (usage, access, code_size, pool_size) = match memory {
-            Memory::Uniform { code, pool } => (
-                Usage::Uniform,
-                Access::Uniform,
-                code as usize,
-                pool as usize,
-            ),
-            Memory::Storage => (Usage::Storage, Access::StorageRead, code, pool.len()),
-        };
-        let [first, second] = lengths.map(|length| length as u32);
-        let lengths = [first, first, first + second, 0];
-        let buffer = |slot, label, usage, access, size: usize| {
-            let buffer = gpu.buffer(label, usage, 16 * size as u64)?;
-            Ok::<_, EngineError>((Binding { slot, access }, buffer))
-        };
-        let length = buffer(
-            LENGTH_SLOT,
-            "program length",
-            Usage::Storage,
-            Access::StorageRead,
-            1,
-        )?;
-        let in_memory = [
-            buffer(CODE_SLOT, "code", usage, access, code_size)?,
-            buffer(POOL_SLOT, "pool", usage, access, pool_size)?,
-        ];
-        gpu.write(&in_memory[0].1, &words)?;
-        gpu.write(&in_memory[1].1, &pool)?;
-        gpu.write(&length.1, &lengths)?;
-        let mut loaded = Self {
-            distance: distance_needs,
-            surface: surface_needs,
-            memory,
-            programs,
-            tapes: None,
-            words: in_memory,
-            length,
-            cells,
-            cutter: cutter.unwrap_or_default(),
-            buffers: Vec::new(),
-        };
-        loaded.without_cells();
-        Ok(loaded)
+    fn is_general(&self) -> bool {
+        self.form == Form::General
     }
 
     fn update(&mut self, gpu: &Gpu, module: &Module, _: &[f64]) -> Result<(), EngineError> {
         let now = [Some(&module.distance), module.surface.as_ref()];
+        let before = self.programs.each_ref().map(|p| p.as_deref());
         let code = |program: Option<&Program>| program.map(|program| program.code.clone());
-        if now.map(code) != self.programs.each_ref().map(|p| code(p.as_ref())) {
+        if now.map(code) != before.map(code) {
             return Err(EngineError::AnotherScene);
         }
-        self.programs = now.map(|program| program.cloned());
+        self.programs = now.map(|program| program.cloned().map(Arc::new));
         // Other constants prune to other tapes.
         self.tapes = None;
-        self.cells.used = None;
-        Ok(gpu.write(&self.words[1].1, &pool(module))?)
+        if matches!(self.reads, Reads::Cells(_)) {
+            self.reads = Reads::Nothing;
+        }
+        Ok(gpu.write(&self.words[1].1, &pool(&self.programs))?)
     }
 
     fn prepare(&mut self, gpu: &Gpu, picture: Option<&Picture>) -> Result<bool, EngineError> {
-        let had_cells = self.has_cells();
         let wanted = picture.filter(|picture| self.may_cut(picture));
-        let Some((picture, registers)) = wanted.zip(self.registers()) else {
-            self.without_cells();
-            return Ok(had_cells);
+        let wanted = wanted
+            .zip(self.registers())
+            .and_then(|(picture, registers)| {
+                let on_device = cutter::possible(gpu.info(), registers)
+                    && match picture.cells {
+                        CellUse::Device => true,
+                        CellUse::Processor => false,
+                        _ => cutter::pays(gpu.info()),
+                    };
+                Some((registers, MadeFor::of(picture, on_device)?))
+            });
+        let Some((registers, made_for)) = wanted else {
+            return self.without_cells(gpu);
         };
-        let on_device = cutter::possible(gpu.info(), registers)
-            && match picture.cells {
-                CellUse::Device => true,
-                CellUse::Processor => false,
-                _ => cutter::pays(gpu.info()),
-            };
-        let made_for = MadeFor::of(picture, on_device);
-        if had_cells && self.cells.used.as_ref() == Some(&made_for) {
+        if self.reads == Reads::Cells(made_for.clone()) {
             return Ok(false);
         }
         // What the device has no room for is drawn without.
         let limits = gpu.info().limits;
         let most = limits.storage_binding.min(limits.buffer);
-        let packed = self.packed(picture, registers, on_device);
+        let tapes = self.tapes.clone().unwrap_or_default();
+        let packed = self
+            .kept
+            .packed(&self.programs, &tapes, &made_for, registers);
         let Some((packed, parts)) = packed.filter(|(packed, _)| packed.largest() as u64 <= most)
         else {
-            self.without_cells();
-            return Ok(had_cells);
+            return self.without_cells(gpu);
         };
         self.with_cells(gpu, &packed, &parts)?;
-        self.cells.used = Some(made_for);
+        self.reads = Reads::Cells(made_for);
         Ok(true)
     }
 
     fn cells(&mut self, gpu: &Gpu) -> Result<CellStats, EngineError> {
-        if !self.has_cells() {
-            return Ok(CellStats::default());
+        match self.reads {
+            Reads::Cells(_) => self.cutter.counts(gpu),
+            Reads::Nothing | Reads::Programs | Reads::Whole => Ok(CellStats::default()),
         }
-        self.cutter.counts(gpu)
     }
 
     fn variant(&self) -> u32 {
-        if !self.has_cells() {
+        if self.is_general() {
+            return kernels::GENERAL;
+        }
+        if !self.reads_tapes() {
             return 0;
         }
         let Registers { values, points } = self.cells.registers;
@@ -238,8 +220,12 @@ impl OnDevice for Interpreter {
                     Function::Surface,
                 ),
             };
-            text.push_str(&if self.has_cells() {
-                tape::interpreter(needs, self.cells.registers, function, &mut library)
+            let registers = match function {
+                Function::Surface if self.is_general() => GENERAL_SURFACES,
+                _ => self.cells.registers,
+            };
+            text.push_str(&if self.reads_tapes() {
+                tape::interpreter(needs, registers, function, &mut library)
             } else {
                 interpreter(needs, function, &mut library)
             });
@@ -247,7 +233,7 @@ impl OnDevice for Interpreter {
         }
         let (called, calls) = library.text();
         let unpainted = unpainted_surface(functions);
-        let bindings = if self.has_cells() {
+        let bindings = if self.reads_tapes() {
             tape::bindings(self.memory)
         } else {
             bindings(self.memory)
@@ -268,7 +254,7 @@ impl OnDevice for Interpreter {
             SceneFunction::Distance | SceneFunction::Gradient => distance,
             SceneFunction::Surface => surface,
         };
-        let lookup = if self.has_cells() { LOOKUP } else { 0 };
+        let lookup = if self.reads_tapes() { LOOKUP } else { 0 };
         program.as_ref().map_or(0, |program| program.code.len()) + lookup
     }
 }
@@ -277,15 +263,148 @@ impl OnDevice for Interpreter {
 const LOOKUP: usize = 10;
 
 impl Interpreter {
-    fn has_cells(&self) -> bool {
-        self.buffers.len() > 3
+    /// These programs on a device.
+    fn of(
+        gpu: &Gpu,
+        programs: [Option<Arc<Program>>; 2],
+        form: Form,
+        mut before: Option<Self>,
+    ) -> Result<Self, EngineError> {
+        let lengths = programs
+            .each_ref()
+            .map(|p| p.as_ref().map_or(0, |p| p.code.len()));
+        let code = lengths.iter().sum();
+        let pool = pool(&programs);
+        let (cutter, kept) = before
+            .as_mut()
+            .map(|before| {
+                (
+                    std::mem::take(&mut before.cutter),
+                    std::mem::take(&mut before.kept),
+                )
+            })
+            .unwrap_or_default();
+
+        let tapes = (form == Form::General).then(|| tapes(&programs));
+        let fits = |(tape, room): (&Option<Arc<Tape>>, Registers)| {
+            let need = tape.as_ref().map(|tape| registers(tape));
+            need.is_none_or(|need| need.join(room) == room && room.fit(code))
+        };
+        let rooms = [GENERAL, GENERAL_SURFACES];
+        let general = tapes
+            .as_ref()
+            .is_some_and(|tapes| tapes.iter().zip(rooms).all(fits));
+        let before = before.filter(|before| before.is_general() == general);
+        let cells = |before: Option<Self>| before.map(|before| before.cells).unwrap_or_default();
+        let (distance, surface, memory, cells) = if general {
+            let everything = Needs::everything();
+            let cells = CellBuffers {
+                registers: GENERAL,
+                ..cells(before)
+            };
+            (everything.clone(), Some(everything), Memory::Storage, cells)
+        } else {
+            let [distance, surface] = programs.each_ref().map(|p| p.as_ref().map(|p| p.needs()));
+            let distance = distance.unwrap_or_default();
+            // Kernels that do for this scene are kept, whatever else they can do.
+            let kept = before.filter(|before| {
+                before.distance.cover(&distance)
+                    && match (&before.surface, &surface) {
+                        (Some(have), Some(need)) => have.cover(need),
+                        (None, None) => true,
+                        _ => false,
+                    }
+                    && holds(before.memory, code, pool.len())
+            });
+            match kept {
+                Some(before) => (before.distance, before.surface, before.memory, before.cells),
+                None => (
+                    distance,
+                    surface,
+                    Memory::for_program(code, pool.len()),
+                    CellBuffers::default(),
+                ),
+            }
+        };
+
+        let (usage, access, code_size, pool_size) = match memory {
+            Memory::Uniform { code, pool } => (
+                Usage::Uniform,
+                Access::Uniform,
+                code as usize,
+                pool as usize,
+            ),
+            Memory::Storage => (Usage::Storage, Access::StorageRead, code, pool.len()),
+        };
+        let [first, second] = lengths.map(|length| length as u32);
+        let lengths = [first, first, first + second, 0];
+        let buffer = |slot, label, usage, access, size: usize| {
+            let buffer = gpu.buffer(label, usage, 16 * size.max(1) as u64)?;
+            Ok::<_, EngineError>((Binding { slot, access }, buffer))
+        };
+        let length = buffer(
+            LENGTH_SLOT,
+            "program length",
+            Usage::Storage,
+            Access::StorageRead,
+            1,
+        )?;
+        let in_memory = [
+            buffer(CODE_SLOT, "code", usage, access, code_size)?,
+            buffer(POOL_SLOT, "pool", usage, access, pool_size)?,
+        ];
+        gpu.write(&in_memory[0].1, &words(&programs))?;
+        gpu.write(&in_memory[1].1, &pool)?;
+        gpu.write(&length.1, &lengths)?;
+        Ok(Self {
+            form: if general {
+                Form::General
+            } else {
+                Form::Special
+            },
+            distance,
+            surface,
+            memory,
+            programs,
+            tapes,
+            words: in_memory,
+            length,
+            cells,
+            kept,
+            cutter,
+            reads: Reads::Nothing,
+            buffers: Vec::new(),
+        })
     }
 
-    /// Lets kernels run whole programs.
-    fn without_cells(&mut self) {
-        self.cells.used = None;
-        self.buffers = self.words.to_vec();
-        self.buffers.push(self.length.clone());
+    /// Whether kernels run tapes.
+    fn reads_tapes(&self) -> bool {
+        self.is_general() || matches!(self.reads, Reads::Cells(_))
+    }
+
+    /// Lets kernels run whole programs; whether the buffers are others now.
+    fn without_cells(&mut self, gpu: &Gpu) -> Result<bool, EngineError> {
+        let wanted = if self.is_general() {
+            Reads::Whole
+        } else {
+            Reads::Programs
+        };
+        if self.reads == wanted {
+            return Ok(false);
+        }
+        if self.is_general() {
+            let programs = &self.programs;
+            let tapes = self.tapes.get_or_insert_with(|| tapes(programs));
+            let tapes = tapes.each_ref().map(|tape| tape.as_deref());
+            let base = programs[0].as_ref().map_or(0, |program| program.code.len());
+            let packed = Packed::whole(tapes, base as u32, self.cells.registers);
+            self.with_cells(gpu, &packed, &[])?;
+        } else {
+            self.buffers = self.words.to_vec();
+            self.buffers.push(self.length.clone());
+        }
+        self.reads = wanted;
+        Ok(true)
     }
 
     /// Whether cells are wanted, and possible with these programs.
@@ -294,22 +413,20 @@ impl Interpreter {
             return false;
         }
         let programs = &self.programs;
-        let tapes: &[Option<Tape>; 2] = self
-            .tapes
-            .get_or_insert_with(|| programs.each_ref().map(|p| p.as_ref().map(Tape::of)));
-        let [Some(program), _] = programs else {
+        let tapes = self.tapes.get_or_insert_with(|| tapes(programs));
+        let ([Some(program), _], [Some(tape), _]) = (programs, tapes) else {
             return false;
         };
-        let [Some(tape), _] = tapes else {
-            return false;
-        };
-        let wanted = cut::wanted(picture, program, tape);
-        wanted && self.registers().is_some()
+        cut::wanted(picture, program, tape) && self.registers().is_some()
     }
 
     /// The registers of kernels that run these programs' tapes, and what ran before if they can.
     fn registers(&self) -> Option<Registers> {
-        let tapes = self.tapes.iter().flatten().flatten().map(cells::registers);
+        if self.is_general() {
+            return Some(GENERAL);
+        }
+        let tapes = self.tapes.iter().flatten().flatten();
+        let tapes = tapes.map(|tape| registers(tape));
         // A kernel that was made for more has a place for the points that its operations give.
         let needs = std::iter::once(&self.distance).chain(&self.surface);
         let mut codes = needs.flat_map(|needs| &needs.codes);
@@ -323,63 +440,6 @@ impl Interpreter {
             .map(Registers::class)
             .into_iter()
             .find(|registers| registers.fit(code))
-    }
-
-    /// The cells of a picture, as words, and what of each program is left to be cut on the device.
-    fn packed(
-        &self,
-        picture: &Picture,
-        registers: Registers,
-        on_device: bool,
-    ) -> Option<(Packed, Vec<Part>)> {
-        let space = cut::Space::of(picture)?;
-        let [distance, surface] = &self.programs;
-        let [distance_tape, surface_tape] = self.tapes.as_ref()?;
-        let (program, tape) = (distance.as_ref()?, distance_tape.as_ref()?);
-        let mut packed = Packed::new(&space.distance(), registers);
-        let mut parts = Vec::new();
-        let first = cut::First(&space);
-        let build = |program, tape: &Tape, cut: Cut<'_>| {
-            // By intervals, the processor goes to the end.
-            let first_only = on_device && tape.slopes.known();
-            let refine = if first_only { &first } else { cut.refine };
-            cells::build(program, tape, &Cut { refine, ..cut })
-        };
-        let jobs = packed.add_distance(tape, &build(program, tape, space.distance()));
-        if !jobs.is_empty() {
-            let cut = layout::Cut {
-                empty: constant(false),
-                full: constant(true),
-                ..space.on_device(tape, space.distance().band)
-            };
-            parts.push(Part {
-                surface: false,
-                cut,
-                jobs,
-            });
-        }
-        if let (Some(program), Some(tape)) = (surface, surface_tape)
-            && picture.features.materials
-        {
-            // Its instructions lie behind those of the distance.
-            let base = distance.as_ref()?.code.len() as u32;
-            let cells = build(program, tape, space.surface());
-            let jobs = packed.add_surface(tape, &cells, base);
-            if !jobs.is_empty() {
-                let whole = packed.grid.surface_whole;
-                let cut = layout::Cut {
-                    empty: whole,
-                    full: whole,
-                    ..space.on_device(tape, space.surface().band)
-                };
-                parts.push(Part {
-                    surface: true,
-                    cut,
-                    jobs,
-                });
-            }
-        }
-        Some((packed, parts))
     }
 
     /// What the device has to know of all instructions to prune tapes.
@@ -398,7 +458,11 @@ impl Interpreter {
         packed: &Packed,
         parts: &[Part],
     ) -> Result<(), EngineError> {
-        let facts = self.facts();
+        let facts = if parts.is_empty() {
+            Vec::new()
+        } else {
+            self.facts()
+        };
         let cells = &mut self.cells;
         let storage = |slot| Binding {
             slot,
@@ -468,14 +532,6 @@ impl Interpreter {
     }
 }
 
-/// What of a program's cells is left to be cut on the device.
-struct Part {
-    /// Whether it is the program of surfaces.
-    surface: bool,
-    cut: layout::Cut,
-    jobs: Vec<layout::Job>,
-}
-
 fn holds(memory: Memory, code: usize, pool: usize) -> bool {
     match memory {
         Memory::Uniform {
@@ -486,20 +542,27 @@ fn holds(memory: Memory, code: usize, pool: usize) -> bool {
     }
 }
 
+/// The tapes of both programs.
+fn tapes(programs: &[Option<Arc<Program>>; 2]) -> [Option<Arc<Tape>>; 2] {
+    let tape = |program: &Option<Arc<Program>>| program.as_deref().map(Tape::of).map(Arc::new);
+    programs.each_ref().map(tape)
+}
+
 /// The instructions of both programs, the second one's constants behind the first one's.
-fn words(module: &Module) -> Vec<u32> {
-    let mut words = encode(&module.distance.code);
-    if let Some(surface) = &module.surface {
-        let base = module.distance.pool.len() as u32;
-        words.extend(encode_behind(&surface.code, base));
+fn words(programs: &[Option<Arc<Program>>; 2]) -> Vec<u32> {
+    let mut words = Vec::new();
+    let mut constants = 0;
+    for program in programs.iter().flatten() {
+        words.extend(encode_behind(&program.code, constants));
+        constants += program.pool.len() as u32;
     }
     words
 }
 
 /// The constants of both programs.
-fn pool(module: &Module) -> Vec<[f32; 4]> {
-    let mut pool = module.distance.pool.clone();
-    pool.extend(module.surface.iter().flat_map(|program| &program.pool));
+fn pool(programs: &[Option<Arc<Program>>; 2]) -> Vec<[f32; 4]> {
+    let pools = programs.iter().flatten().map(|program| &program.pool);
+    let mut pool: Vec<[f32; 4]> = pools.flatten().copied().collect();
     pool.resize(pool.len() + PADDING, [0.0; 4]);
     pool
 }

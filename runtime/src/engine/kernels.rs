@@ -3,7 +3,7 @@
 
 use super::driver::SceneText;
 use crate::gpu::{Access, Binding, BoundKernel, Buffer, Gpu, GpuError, Kernel, KernelSource};
-use sdfc_shaders::assemble::{self, SceneSource, Slot, Stage};
+use sdfc_shaders::assemble::{self, SceneFunction, SceneSource, Slot, Stage};
 use sdfc_shaders::features::Features;
 use std::collections::HashMap;
 
@@ -17,7 +17,13 @@ pub(super) struct Kernels {
     by_text: HashMap<String, usize>,
     /// The kernels of the present scene's pictures.
     stages: HashMap<(Stage, Features, u32), usize>,
+    /// Those that ask one function of it.
+    queries: HashMap<(SceneFunction, u32), usize>,
 }
+
+/// The variant of scenes whose functions and bindings are those of all others of this variant: their
+/// kernels are kept when another scene takes a scene's place.
+pub(super) const GENERAL: u32 = u32::MAX;
 
 /// A kernel and what it is run with.
 pub(super) struct Entry {
@@ -39,10 +45,24 @@ pub(super) struct KernelId(usize);
 impl Kernels {
     /// Another scene takes the place of the present one.
     pub(super) fn forget_scene(&mut self) {
-        self.stages.clear();
-        if self.entries.len() > MOST {
-            self.entries.clear();
-            self.by_text.clear();
+        self.stages.retain(|(_, _, variant), _| *variant == GENERAL);
+        self.queries.retain(|(_, variant), _| *variant == GENERAL);
+        if self.entries.len() <= MOST {
+            return;
+        }
+        // General kernels stay, under new numbers.
+        let mut kept: Vec<usize> = self.stages.values().copied().collect();
+        kept.extend(self.queries.values());
+        kept.sort_unstable();
+        kept.dedup();
+        let mut at = 0..;
+        self.entries
+            .retain(|_| at.next().is_some_and(|at| kept.binary_search(&at).is_ok()));
+        let place = |at: &usize| kept.binary_search(at).ok();
+        self.by_text
+            .retain(|_, at| place(at).map(|new| *at = new).is_some());
+        for at in self.stages.values_mut().chain(self.queries.values_mut()) {
+            *at = place(at).unwrap_or(0);
         }
     }
 
@@ -91,6 +111,21 @@ impl Kernels {
         )?;
         self.stages.insert(key, at.0);
         Ok(at)
+    }
+
+    /// The kernel that asks one function of a scene of this variant.
+    pub(super) fn query(
+        &mut self,
+        function: SceneFunction,
+        variant: u32,
+        make: impl FnOnce(&mut Self) -> Result<KernelId, GpuError>,
+    ) -> Result<KernelId, GpuError> {
+        if let Some(&at) = self.queries.get(&(function, variant)) {
+            return Ok(KernelId(at));
+        }
+        let made = make(self)?;
+        self.queries.insert((function, variant), made.0);
+        Ok(made)
     }
 
     /// The kernel of this text.

@@ -80,13 +80,18 @@ impl<S: OnDevice> GpuEngine<S> {
             largest: self.largest_tile(picture),
             most_evaluations: self.most_evaluations(&scene.on_device),
         };
+        let made_for = if features.general {
+            features.generally()
+        } else {
+            features.clone()
+        };
         for stage in stages(features) {
-            let functions = stage.scene_functions(features);
+            let functions = stage.scene_functions(&made_for);
             let source = || scene.on_device.source(&functions);
             let variant = scene.on_device.variant();
             let kernel = self
                 .kernels
-                .stage(&self.gpu, stage, features, variant, source, &bindings)?;
+                .stage(&self.gpu, stage, &made_for, variant, source, &bindings)?;
             plan.stages.push((stage, kernel));
             let heaviest = functions
                 .iter()
@@ -132,7 +137,14 @@ impl<S: OnDevice> GpuEngine<S> {
         let lights = picture.lights.len() as u64;
         self.provide(plan, tile, lights)?;
         if let Some(buffer) = self.buffers.get(Slot::Lights) {
-            self.gpu.write(&buffer, &picture.lights)?;
+            // Kernels that read how many there are find it in the first one.
+            let none = [layout::Light::default()];
+            let lights = if picture.lights.is_empty() {
+                &none
+            } else {
+                &*picture.lights
+            };
+            self.gpu.write(&buffer, lights)?;
         }
         for sample in 0..picture.passes() {
             self.pass(plan, features, &uniforms(picture, sample, tile), tile)?;
@@ -286,6 +298,7 @@ impl<S: OnDevice> GpuEngine<S> {
         frame: &mut Frame,
     ) -> Result<(), EngineError> {
         let features = &picture.features;
+        let painted = self.scene.as_ref().is_some_and(|scene| scene.painted);
         let pixels = tile.pixels();
         let rays: Vec<Ray> = self.read(Slot::Rays, pixels)?;
         for (from, _) in places(tile, kept, frame.width) {
@@ -318,7 +331,7 @@ impl<S: OnDevice> GpuEngine<S> {
             }
             frame.id[to] = match &surfaces {
                 Some(surfaces) => surfaces[from].id as u32,
-                None if features.materials => 0,
+                None if painted => 0,
                 None => picture.uniforms.id as u32,
             };
         }
@@ -334,13 +347,18 @@ impl<S: OnDevice> GpuEngine<S> {
         rays: &[Ray],
     ) -> Result<u64, EngineError> {
         let features = &picture.features;
+        // General kernels ask for materials where there are none; that counts for nothing.
+        let painted = self.scene.as_ref().is_some_and(|scene| scene.painted);
         let shown = rays.iter().filter(|ray| ray.status & SHOWN != 0).count() as u64;
         let mut evaluations: u64 = rays.iter().map(|ray| u64::from(ray.steps)).sum();
         for &(stage, _) in &plan.stages {
             evaluations += match stage {
+                Stage::Surface if !painted => 0,
                 Stage::Normal | Stage::Surface => shown * u64::from(stage.evaluations(features)),
                 Stage::Occlusion => shown * u64::from(features.occlusion.taps()),
-                Stage::Plane if stage.scene_functions(features).len() > 1 => rays.len() as u64,
+                Stage::Plane if painted && stage.scene_functions(features).len() > 1 => {
+                    rays.len() as u64
+                }
                 Stage::Shadow => {
                     let lights = picture.lights.len() as u64;
                     let steps: Vec<ShadowRay> =

@@ -130,27 +130,26 @@ fn kernel<S: OnDevice>(
     function: SceneFunction,
 ) -> Result<KernelId, EngineError> {
     let scene = engine.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
-    let text = text(&scene.on_device.source(&[function]), function);
-    let storage = |slot, access| Binding { slot, access };
-    let (read, write) = (Access::StorageRead, Access::StorageReadWrite);
-    let mut bindings = vec![
-        storage(Slot::Frame as u32, Access::Uniform),
-        storage(1, read),
-    ];
-    bindings.extend(match function {
-        SceneFunction::Distance => vec![storage(2, write)],
-        SceneFunction::Gradient => vec![storage(3, write)],
-        SceneFunction::Surface => vec![storage(3, read), storage(4, write)],
+    let variant = scene.on_device.variant();
+    let gpu = &engine.gpu;
+    let made = engine.kernels.query(function, variant, |kernels| {
+        let text = text(&scene.on_device.source(&[function]), function);
+        let storage = |slot, access| Binding { slot, access };
+        let (read, write) = (Access::StorageRead, Access::StorageReadWrite);
+        let mut bindings = vec![
+            storage(Slot::Frame as u32, Access::Uniform),
+            storage(1, read),
+        ];
+        bindings.extend(match function {
+            SceneFunction::Distance => vec![storage(2, write)],
+            SceneFunction::Gradient => vec![storage(3, write)],
+            SceneFunction::Surface => vec![storage(3, read), storage(4, write)],
+        });
+        let buffers = scene.on_device.buffers();
+        bindings.extend(buffers.iter().map(|(binding, _)| *binding));
+        kernels.compile(gpu, "query", text, &bindings, Vec::new(), true)
     });
-    bindings.extend(
-        scene
-            .on_device
-            .buffers()
-            .iter()
-            .map(|(binding, _)| *binding),
-    );
-    let kernels = &mut engine.kernels;
-    Ok(kernels.compile(&engine.gpu, "query", text, &bindings, Vec::new(), true)?)
+    Ok(made?)
 }
 
 /// The whole module of the kernel that asks one function.

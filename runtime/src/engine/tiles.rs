@@ -86,7 +86,8 @@ impl TileBuffers {
         let place = &mut self.buffers[slot as usize];
         if place.as_ref().is_none_or(|buffer| buffer.size() < need) {
             let usage = match slot {
-                Slot::Frame | Slot::Lights => Usage::Uniform,
+                Slot::Frame => Usage::Uniform,
+                Slot::Lights => Usage::UniformOrStorage,
                 _ => Usage::Storage,
             };
             // The old one goes first: both together may be too much.

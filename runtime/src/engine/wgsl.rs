@@ -1,7 +1,7 @@
 //! Generated source on a GPU: the scene as straight-line WGSL, with the uniform program's results in
 //! a buffer of their own.
 
-use super::driver::{OnDevice, SceneText, unpainted_surface};
+use super::driver::{Form, OnDevice, SceneText, unpainted_surface};
 use super::{EngineError, EngineKind, Loaded};
 use crate::gpu::{Access, Binding, Buffer, Gpu, Usage};
 use sdfc_shaders::assemble::{FIRST_SCENE_SLOT, SceneFunction};
@@ -23,7 +23,7 @@ pub(super) struct Generated {
 impl OnDevice for Generated {
     const KIND: EngineKind = EngineKind::Wgsl;
 
-    fn load(gpu: &Gpu, scene: &Loaded<'_>, _: Option<Self>) -> Result<Self, EngineError> {
+    fn load(gpu: &Gpu, scene: &Loaded<'_>, _: Form, _: Option<Self>) -> Result<Self, EngineError> {
         let numbers = numbers(scene.outputs);
         let (usage, access) = if numbers.len() <= MOST_UNIFORM {
             (Usage::Uniform, Access::Uniform)

@@ -6,7 +6,7 @@ use super::{
 };
 use sdfc_shaders::assemble::shows_light;
 use sdfc_shaders::features::{self, Features, Mode, Occlusion};
-use sdfc_shaders::{layout, occlusion, shadow};
+use sdfc_shaders::{layout, normals, occlusion, shadow};
 
 /// A picture ready to be computed.
 #[derive(Clone, Debug)]
@@ -166,7 +166,18 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
     let bounds = facts.bounds.grown(1e-3 * finite_size(facts));
     let corner = |v: [f64; 3]| v.map(|x| x.clamp(-ENDLESS, ENDLESS) as f32);
     let material = facts.material.unwrap_or_default();
-    let lights: Vec<layout::Light> = lighting.lights.iter().map(light).collect();
+    let count = lighting.lights.len() as u32;
+    let lights: Vec<layout::Light> = lighting
+        .lights
+        .iter()
+        .map(|lamp| layout::Light {
+            count,
+            ..light(lamp)
+        })
+        .collect();
+    let foggy = lighting.fog.is_some_and(|density| density > 0.0);
+    let hemisphere = matches!(settings.occlusion, Occlusion::Multi(_));
+    let choice = |holds: bool, bit: u32| if holds { bit } else { 0 };
     let pixels = settings.size[0] * settings.size[1];
     let uniforms = layout::Frame {
         origin: single(axes.origin),
@@ -208,10 +219,14 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         samples: aa * aa,
         steps: settings.steps.max(1),
         shadow_steps: shadow::STEPS,
-        capacity: pixels.saturating_mul(lights.len().max(1) as u32),
-        lights: lights.len() as u32,
+        capacity: pixels.saturating_mul(count.max(1)),
+        lights: count,
         approach: approach as f32,
         relaxation: settings.relaxation as f32,
+        occlusion_taps: settings.occlusion.taps() as f32,
+        normal_spread: normals::spread(settings.normals),
+        normal_taps: normals::first_in_table(settings.normals) as u32,
+        choices: choice(foggy, layout::FOG) | choice(hemisphere, layout::HEMISPHERE),
         ..layout::Frame::default()
     };
     let features = Features {
@@ -224,8 +239,9 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         occlusion: settings.occlusion,
         normals: settings.normals,
         materials: facts.material.is_none(),
-        fog: lighting.fog.is_some_and(|density| density > 0.0),
+        fog: foggy,
         plane: settings.plane,
+        general: false,
     };
     let display = Display {
         exposure: settings.exposure as f32,

@@ -12,6 +12,8 @@ use super::{Gpu, GpuError};
 pub enum Usage {
     /// Small and read-only in kernels; at least 64 KiB are allowed everywhere.
     Uniform,
+    /// The same, where some kernels declare it as storage.
+    UniformOrStorage,
     /// Anything else.
     Storage,
     /// The arguments of an indirect dispatch, which a kernel writes as storage.
@@ -40,6 +42,10 @@ impl Gpu {
         let limits = self.info.limits;
         let (binding, raw_usage) = match usage {
             Usage::Uniform => (limits.uniform_binding, wgpu::BufferUsages::UNIFORM),
+            Usage::UniformOrStorage => (
+                limits.uniform_binding.min(limits.storage_binding),
+                wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE,
+            ),
             Usage::Storage => (limits.storage_binding, wgpu::BufferUsages::STORAGE),
             Usage::Arguments => (
                 limits.storage_binding,

@@ -5,7 +5,7 @@ use crate::scenes::{cpu, drawn, gpu, loaded, module};
 use sdfc_runtime::engine::{
     Engine, EngineError, EngineKind, Loaded, Sample, on, open_auto, with_fallback,
 };
-use sdfc_runtime::frame::{CellUse, Frame, RenderSettings};
+use sdfc_runtime::frame::{CellUse, Frame, Progress, RenderSettings};
 use sdfc_runtime::gpu::{DeviceKind, Gpu, GpuError, Limits, Preference};
 use sdfc_runtime::verify::compare;
 use sdfc_shaders::marching::SECANT_STEPS;
@@ -43,7 +43,7 @@ fn a_lost_device_is_an_error_and_the_cpu_takes_its_place_where_it_may() {
 fn falls_back(
     mut engine: Box<dyn Engine>,
     scene: &Module,
-    during: &(dyn Fn(f32) + Sync),
+    during: &dyn Progress,
     expected: impl Fn(&GpuError) -> bool,
 ) {
     let attempt = |engine: &mut dyn Engine| {
@@ -129,11 +129,7 @@ impl Engine for Fragile {
     fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError> {
         self.0.update(module, outputs)
     }
-    fn render(
-        &mut self,
-        _: &RenderSettings,
-        _: &(dyn Fn(f32) + Sync),
-    ) -> Result<Frame, EngineError> {
+    fn render(&mut self, _: &RenderSettings, _: &dyn Progress) -> Result<Frame, EngineError> {
         Err(GpuError::DeviceLost("it broke".to_owned()).into())
     }
     fn query(&mut self, _: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError> {

@@ -7,6 +7,75 @@ use sdfc_vm::program::{Code, Needs};
 use sdfc_vm::row::{Category, Input, Output, ParameterType, Row};
 use std::fmt::Write;
 
+/// What material the value of a row has, if it is not that of its last operand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Paint {
+    /// That of what nothing was painted on.
+    Unpainted = 1,
+    /// Both operands', by the row's derivatives.
+    Mixed = 2,
+    /// The first of two operands'.
+    First = 3,
+}
+
+impl Paint {
+    fn of(row: &Row) -> Option<Self> {
+        match row.arity() {
+            _ if row.output != Output::Value => None,
+            0 => Some(Self::Unpainted),
+            2 if row.meta.category == Category::Combine => Some(Self::Mixed),
+            2 => Some(Self::First),
+            _ => None,
+        }
+    }
+}
+
+/// Declares what the cases of surfaces say of the material, in front of the `switch`.
+pub(super) fn declare_paint(line: &mut impl FnMut(usize, &str)) {
+    line(2, "var paint = 0u;");
+    line(2, "var weights = vec4f();");
+}
+
+/// The material of a row's value, behind the `switch`: materials are large, and a driver that runs all
+/// cases would move them in each.
+pub(super) fn apply_paint(
+    needs: &Needs,
+    names: &Names<'_>,
+    library: &mut Library,
+    line: &mut impl FnMut(usize, &str),
+) {
+    let has = |paint: Paint| {
+        let mut codes = needs.codes.iter();
+        codes.any(|code| matches!(code, Code::Op(op) if Paint::of(op.row()) == Some(paint)))
+    };
+    let mut becomes = |paint: Paint, condition: &str, material: String| {
+        let number = paint as u32;
+        line(
+            2,
+            &format!("if paint == {number}u{condition} {{ painted = {material}; }}"),
+        );
+    };
+    if has(Paint::Unpainted) {
+        becomes(Paint::Unpainted, "", "unpainted_surface()".to_owned());
+    }
+    let Some([first, second]) = names.materials else {
+        return;
+    };
+    let both = if needs.constant_operands {
+        format!(" && {}", names.both)
+    } else {
+        String::new()
+    };
+    if has(Paint::Mixed) {
+        library.use_mixed_surface();
+        let mixed = format!("mixed_surface({first}, {second}, weights)");
+        becomes(Paint::Mixed, &both, mixed);
+    }
+    if has(Paint::First) {
+        becomes(Paint::First, &both, first.to_owned());
+    }
+}
+
 /// How the text calls the operands of operations.
 pub(super) struct Names<'a> {
     /// Where a point goes that an operation gives.
@@ -17,7 +86,7 @@ pub(super) struct Names<'a> {
     pub(super) two: [&'static str; 2],
     /// Three.
     pub(super) three: [&'static str; 3],
-    /// Whether neither of two is a constant.
+    /// Whether neither of two is a constant, if any may be.
     pub(super) both: &'static str,
     /// The materials of two, if there is room for so many.
     pub(super) materials: Option<[&'static str; 2]>,
@@ -97,29 +166,13 @@ pub(super) fn case(
                 "result"
             };
             let mut body = format!("{target} = {};", call("q", values));
-            if surface && row.output == Output::Value {
-                match row.arity() {
-                    0 => body.push_str(" painted = unpainted_surface();"),
-                    2 if row.meta.category == Category::Combine && names.materials.is_some() => {
-                        library.use_mixed_surface();
-                        // The point stays: only the operands' shares are asked for.
-                        let still = "DualPoint(q.p, vec3f(), vec3f(), vec3f())";
-                        let seeds = ["vec4f(1.0, 0.0, 0.0, a.w)", "vec4f(0.0, 1.0, 0.0, b.w)", ""];
-                        let weights = call(still, seeds);
-                        let [first, second] = names.materials.unwrap_or_default();
-                        let mixed = format!("mixed_surface({first}, {second}, {weights})");
-                        let _ = if needs.constant_operands {
-                            write!(body, " if {} {{ painted = {mixed}; }}", names.both)
-                        } else {
-                            write!(body, " painted = {mixed};")
-                        };
-                    }
-                    2 => {
-                        if let Some([first, _]) = names.materials {
-                            let _ = write!(body, " if {} {{ painted = {first}; }}", names.both);
-                        }
-                    }
-                    _ => {}
+            if surface && let Some(paint) = Paint::of(row) {
+                let _ = write!(body, " paint = {}u;", paint as u32);
+                if paint == Paint::Mixed {
+                    // The point stays: only the operands' shares are asked for.
+                    let still = "DualPoint(q.p, vec3f(), vec3f(), vec3f())";
+                    let seeds = ["vec4f(1.0, 0.0, 0.0, a.w)", "vec4f(0.0, 1.0, 0.0, b.w)", ""];
+                    let _ = write!(body, " weights = {};", call(still, seeds));
                 }
             }
             body

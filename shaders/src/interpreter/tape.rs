@@ -17,7 +17,8 @@
 //! any other.
 
 use super::operation::{
-    Names, arity, blends, case, constant_operands, frame, surface_blend, widest,
+    Names, apply_paint, arity, blends, case, constant_operands, declare_paint, frame,
+    surface_blend, widest,
 };
 use super::{Function, code_bindings};
 use crate::layout::Grid;
@@ -57,7 +58,7 @@ impl Registers {
         }
     }
     /// The bits that name a value's register.
-    pub fn bits(self) -> u32 {
+    pub const fn bits(self) -> u32 {
         if self.values > 64 { 8 } else { 6 }
     }
     /// Whether words can name so many registers, and so many instructions.
@@ -267,18 +268,18 @@ pub(super) fn step(
             "materials[r0]"
         };
         line(2, &format!("var painted = {first};"));
+        declare_paint(line);
     }
-    let point_out = format!("points[clause.y & {}u]", points - 1);
+    let moves = needs.codes.iter().any(|code| code.gives_point());
+    if moves {
+        line(2, "var moved = p;");
+    }
     let names = Names {
-        point: &point_out,
+        point: "moved",
         one: "v0",
         two: ["a", "b"],
         three: ["v0", "v1", "v2"],
-        both: if needs.constant_operands {
-            "constant_operand == 0u"
-        } else {
-            "true"
-        },
+        both: "constant_operand == 0u",
         materials: Some(["materials[r0]", "materials[r1]"]),
     };
     line(2, "switch select(word.x & 255u, 256u, form > 2u) {");
@@ -293,6 +294,9 @@ pub(super) fn step(
     }
     line(3, "default: {}");
     line(2, "}");
+    if surface {
+        apply_paint(needs, &names, library, line);
+    }
     line(2, "if form == 2u || form == 5u { result = -result; }");
     if !needs.kernels.is_empty() {
         line(2, &format!("let rb = {};", register(1)));
@@ -306,9 +310,8 @@ pub(super) fn step(
     if surface {
         surface_blend(needs, "materials[rb]", library, line);
     }
-    let none = |code: &Code| code.gives_point() || *code == Code::Channel;
-    let none = needs.codes.iter().any(none);
-    let open = if none {
+    let channels = surface && needs.codes.contains(&Code::Channel);
+    let open = if moves || channels {
         line(2, "if (word.x & 0x800u) == 0u {");
         3
     } else {
@@ -318,7 +321,16 @@ pub(super) fn step(
     if surface {
         line(open, "materials[out] = painted;");
     }
-    if none {
+    if moves {
+        let condition = if channels {
+            format!(" if (word.x & 255u) != {}u", Code::Channel.number())
+        } else {
+            String::new()
+        };
+        line(2, &format!("}} else{condition} {{"));
+        line(3, &format!("points[clause.y & {}u] = moved;", points - 1));
+    }
+    if moves || channels {
         line(2, "}");
     }
 }

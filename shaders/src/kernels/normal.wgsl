@@ -18,10 +18,20 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let gradient = scene_gradient(p).xyz;
 #else
     let half = half_pixel(ray.t, frame.footprint, frame.footprint_growth);
+#if general
+    let apart = tap_distance(p, half, frame.normal_spread);
+    let first = frame.normal_taps;
+#else
     let apart = tap_distance(p, half, SPREAD);
+    let first = 0u;
+#end
     var gradient = vec3f(0.0);
     for (var n = 0u; n < NORMAL_TAPS; n++) {
-        gradient += TAP_WEIGHTS[n] * scene_distance(along(p, TAP_OFFSETS[n], apart));
+        let weight = TAP_WEIGHTS[first + n];
+#if general
+        if all(weight == vec3f(0.0)) { continue; }
+#end
+        gradient += weight * scene_distance(along(p, TAP_OFFSETS[first + n], apart));
     }
 #end
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);

@@ -27,16 +27,33 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let unsure = rounding_at(ray.t, frame.rounding);
     var state = vec2f(0.0);
     if listed > 0u { state = occlusion[item.index]; }
+#if general
+    let taps = frame.occlusion_taps;
+    let hemisphere = (frame.choices & HEMISPHERE) != 0u;
+    let place = vec3f(vec2f(frame.tile.xy + item.pixel), f32(frame.sample));
+#else
+    let taps = TAPS;
+#end
 #if many
     let place = vec3f(vec2f(frame.tile.xy + item.pixel), f32(frame.sample));
 #end
     let budget = evaluations_left();
     for (var n = 0u; n < budget; n++) {
-        if state.y >= TAPS { break; }
+        if state.y >= taps { break; }
+#if general
+        // Both, since a branch by a uniform would be compiled for each of its values.
+        let far = many_distance(state.y, place, frame.occlusion_reach);
+        let aside = many_direction(normal, state.y, taps, place);
+        let near = five_distance(state.y, frame.occlusion_reach);
+        let distance = select(near, far, hemisphere);
+        let direction = select(normal, aside, hemisphere);
+        let height = select(near, far * many_cosine(state.y, taps), hemisphere);
+        let weight = select(five_weight(state.y), 1.0, hemisphere);
+#else
 #if many
         let distance = many_distance(state.y, place, frame.occlusion_reach);
-        let direction = many_direction(normal, state.y, TAPS, place);
-        let height = distance * many_cosine(state.y, TAPS);
+        let direction = many_direction(normal, state.y, taps, place);
+        let height = distance * many_cosine(state.y, taps);
         let weight = 1.0;
 #else
         let distance = five_distance(state.y, frame.occlusion_reach);
@@ -44,11 +61,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let height = distance;
         let weight = five_weight(state.y);
 #end
+#end
         let field = scene_distance(along(p, direction, distance)) * side;
         let hidden = occlusion_hidden(field + unsure, height, distance, weight);
         if !is_nan(field) { state.x += hidden; }
         state.y += 1.0;
     }
     occlusion[item.index] = state;
-    if state.y < TAPS { enqueue(item.index); }
+    if state.y < taps { enqueue(item.index); }
 }

@@ -1,7 +1,11 @@
 // shade: the light that each ray brings to the eye.
 
 #if lit
+#if general
+@group(0) @binding(1) var<storage, read> lights: array<Light>;
+#else
 @group(0) @binding(1) var<uniform> lights: array<Light, LIGHTS>;
+#end
 #end
 @group(0) @binding(2) var<storage, read> rays: array<Ray>;
 @group(0) @binding(4) var<storage, read> normals: array<vec4f>;
@@ -32,11 +36,17 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     if !item.exists { return; }
     let ray = rays[item.index];
     let camera = camera_ray(item.pixel);
+#if general
+    // Air hides what is endlessly far below the horizon.
+    let foggy = (frame.choices & FOG) != 0u;
+    let below = select(frame.sky_ground, frame.sky_horizon, foggy);
+#else
 #if fog
     // Air hides what is endlessly far below the horizon.
     let below = frame.sky_horizon;
 #else
     let below = frame.sky_ground;
+#end
 #end
     var color = vec4f(sky_color(
         camera.direction, frame.sky_up, frame.sky_top, frame.sky_horizon, below, 0.0
@@ -60,7 +70,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             frame.sky_up, frame.sky_top, frame.sky_horizon, frame.sky_ground, surface.roughness
         );
 #if occlusion
+#if general
+        let open = occlusion_open(occlusion[item.index].x, frame.occlusion_weight);
+        let seen = select(1.0, open, frame.occlusion_taps > 0.0);
+#else
         let seen = occlusion_open(occlusion[item.index].x, frame.occlusion_weight);
+#end
 #else
         let seen = 1.0;
 #end
@@ -73,12 +88,18 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         ) * frame.ambient;
 #if lit
         let p = along(camera.origin, camera.direction, ray.t);
-        for (var n = 0u; n < LIGHTS; n++) {
+#if general
+        let count = lights[0].count;
+#else
+        let count = LIGHTS;
+#end
+        for (var n = 0u; n < count; n++) {
             let lamp = lights[n];
             let to_place = lamp.place - p * lamp.near;
             var strength = select(1.0, attenuation(length3(to_place)), lamp.near > 0.0);
 #if shadows
-            strength *= arriving(lamp, shadows[n * tile_pixels() + item.index].visibility);
+            let arrives = arriving(lamp, shadows[n * tile_pixels() + item.index].visibility);
+            strength *= select(arrives, 1.0, lamp.shadow == SHADOW_NONE);
 #end
             let sent = reflected(
                 normal, to_eye, unit(to_place),
@@ -87,8 +108,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             light += lamp.color * strength * sent;
         }
 #end
+#if general
+        let thick = hidden_by_fog(ray.t + camera.beyond + frame.approach, frame.fog);
+        light = select(light, light + (frame.sky_horizon - light) * thick, foggy);
+#else
 #if fog
         light += (frame.sky_horizon - light) * hidden_by_fog(ray.t + camera.beyond + frame.approach, frame.fog);
+#end
 #end
         color = vec4f(light, 1.0);
     }

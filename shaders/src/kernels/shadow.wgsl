@@ -47,7 +47,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         item = stored_item(entry % tile_pixels());
         which = entry / tile_pixels();
     }
-    if !item.exists || which >= LIGHTS { return; }
+    if !item.exists || which >= frame.lights { return; }
     let light = lights[which];
     let slot = which * tile_pixels() + item.index;
     let seen = rays[item.index];

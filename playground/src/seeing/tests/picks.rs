@@ -1,3 +1,5 @@
+//! What is picked, by closed forms and by the text.
+
 use super::*;
 use crate::seeing::pick::{Pick, Scene, Spot, describe};
 

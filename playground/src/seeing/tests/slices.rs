@@ -1,3 +1,5 @@
+//! Slices of shapes whose distance is a formula.
+
 use super::*;
 use crate::seeing::slice::{Front, Slice};
 use sdfc_runtime::frame::{Lens, Mode, View};
@@ -125,6 +127,50 @@ fn colours_are_those_of_the_mode_distance() {
 }
 
 #[test]
+fn where_the_field_is_the_same_all_over_there_are_no_lines() {
+    // The plane is 0.5 above the floor, where a line would be, and a line's width below it.
+    for height in [0.5, 0.0] {
+        let text = "camera { from: [0, 3, 6], look: [0, 0.5, 0], fov: 40deg }\nplane(Y)";
+        let mut stage = Stage::of(text, [80, 45]);
+        let frame = stage.frame();
+        let slice = Slice {
+            point: [0.0, height, 0.0],
+            ..level(Front::Ghost)
+        };
+        let cut = slice.cut(&frame, &stage.settings);
+        let samples = stage.ask(&cut.asked);
+        let mut picture = vec![255; 80 * 45 * 4];
+        cut.draw(&mut picture, &samples);
+        let rim = |p: &[f32; 3]| p[0].abs() > 1.2 || p[2].abs() > 1.2;
+        let inner = cut.asked.pixels.iter().zip(&cut.asked.points);
+        let inner: Vec<u32> = inner
+            .filter(|(_, p)| !rim(p))
+            .map(|(&pixel, _)| pixel)
+            .collect();
+        assert!(inner.len() > 200, "{}", inner.len());
+        for pixel in inner {
+            let [r, g, b] = [0, 1, 2].map(|i| picture[4 * pixel as usize + i]);
+            assert!(r > 200 && g > 150 && b > 90, "{height}: {r} {g} {b}");
+        }
+    }
+}
+
+#[test]
+fn a_plane_that_lies_in_a_surface_is_seen() {
+    let text = "camera { from: [0, 3, 6], look: [0, 0.5, 0], fov: 40deg }\nplane(Y, at: -0.7)";
+    let mut stage = Stage::of(text, [80, 45]);
+    let frame = stage.frame();
+    let floor = |front| Slice {
+        point: [0.0, -0.7, 0.0],
+        ..level(front)
+    };
+    let hides = floor(Front::Hides).cut(&frame, &stage.settings);
+    let all = floor(Front::Ghost).cut(&frame, &stage.settings);
+    assert_eq!(hides, all);
+    assert!(all.asked.points.len() > 500);
+}
+
+#[test]
 fn a_slice_of_a_figure_is_its_plane() {
     let mut stage = Stage::of("circle(1)", [64, 64]);
     let frame = stage.frame();
@@ -147,12 +193,8 @@ fn nothing_panics_where_lists_are_too_short() {
     let cut = level(Front::Hides).cut(&frame, &stage.settings);
     let mut picture = vec![0; 101];
     cut.draw(&mut picture, &[Sample::default(); 4]);
-    slopes::draw(
-        &mut picture,
-        &cut.asked.pixels,
-        &[Sample::default(); 4],
-        1.0,
-    );
+    let few = slopes::slopes(&cut.asked, &[Sample::default(); 4], 0, 1.0);
+    few.draw(&mut picture, &cut.asked);
     cells::draw(&mut picture, 0, &cut.asked, &[None; 5], 0, true);
     objects::outline(&mut picture, &frame, 1);
     objects::draw(&frame, &stage.settings, Some(1));

@@ -1,6 +1,8 @@
+//! Slopes, cells, objects, steps and differences.
+
 use super::*;
 use crate::seeing::slice::{Front, Slice};
-use crate::seeing::slopes::{Slope, slope};
+use crate::seeing::slopes::{Slope, slopes};
 use sdfc_runtime::cells::{Part, Region};
 use std::collections::HashSet;
 
@@ -30,26 +32,28 @@ fn a_stated_slope_that_does_not_hold_is_marked_where_it_does_not() {
     let asked = upright().cut(&frame, &stage.settings).asked;
     let samples = stage.ask(&asked);
     let bound = stage.bound();
+    let found = slopes(&asked, &samples, 96, bound);
     let (mut right, mut left) = (0, 0);
-    for (&[x, y, _], sample) in asked.points.iter().zip(&samples) {
+    for (&[x, y, _], &slope) in asked.points.iter().zip(&found.slopes) {
         let within = x.hypot(y) < 1.4 && x.hypot(y) > 0.05;
-        if within && x.abs() > 0.01 {
-            let found = slope(sample, bound);
+        if within && x.abs() > 0.06 {
             let expected = if x > 0.0 { Slope::Steep } else { Slope::Good };
-            assert_eq!(found, expected, "at {x}, {y}: {sample:?}");
+            assert_eq!(slope, expected, "at {x}, {y}");
             right += usize::from(x > 0.0);
             left += usize::from(x < 0.0);
         }
     }
     assert!(right > 500 && left > 500, "{right} {left}");
-    let count = slopes::count(&asked.points, &samples, bound);
+    let count = found.count;
     assert!(
-        count.steep >= right && count.steep < right + left / 2,
+        count.steep >= right && count.steep < right + left,
         "{count:?}"
     );
     assert!((count.steepest - 1.5).abs() < 1e-3, "{count:?}");
+    // Where the two halves meet, the field jumps.
+    assert!(count.jumps > 50 && count.jumps < 200, "{count:?}");
     let mut picture = vec![128; 96 * 96 * 4];
-    slopes::draw(&mut picture, &asked.pixels, &samples, bound);
+    found.draw(&mut picture, &asked);
     let [r, g, b] = [0, 1, 2].map(|i| picture[4 * (48 * 96 + 60) + i]);
     assert!(r > 180 && g < 60 && b < 90, "{r} {g} {b}");
     assert_eq!(picture[4 * (48 * 96 + 36)..][..3], [128; 3]);
@@ -64,11 +68,11 @@ fn slopes_that_hold_are_marked_nowhere_and_slow_ones_told() {
         let surface = Asked::on_surface(&frame, &stage.settings);
         assert!(surface.points.len() > 200, "{steep}");
         let samples = stage.ask(&surface);
-        let count = slopes::count(&surface.points, &samples, bound);
+        let count = slopes(&surface, &samples, 64, bound).count;
         let expected = if slow { count.points } else { 0 };
         assert_eq!(
-            (count.steep, count.slow),
-            (0, expected),
+            (count.steep, count.jumps, count.slow),
+            (0, 0, expected),
             "{steep}: {count:?}"
         );
     }
