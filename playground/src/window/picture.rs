@@ -29,7 +29,6 @@ impl Canvas {
         let (rect, size) = on_pixels(ui.available_rect_before_wrap(), ui.pixels_per_point());
         events.push(Event::Resized(size));
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
-        ui.painter().rect_filled(rect, 0.0, theme::BACKDROP);
         self.bring(ui, session);
         if let Some(texture) = self.texture.as_ref().filter(|_| session.seen().is_some()) {
             let tint = match session.is_broken() {
@@ -38,6 +37,8 @@ impl Canvas {
             };
             let all = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             ui.painter().image(texture.id(), rect, all, tint);
+        } else {
+            ui.painter().rect_filled(rect, 0.0, theme::BACKDROP);
         }
         if session.is_broken() {
             let stroke = Stroke::new(2.0, theme::ERROR);
