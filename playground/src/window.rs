@@ -5,6 +5,7 @@
 //! has news, and when the session wants to be asked again: at rest, never.
 
 mod action;
+mod canvas;
 mod desk;
 mod icon;
 mod menu;
@@ -94,6 +95,9 @@ pub fn open(session: Session, tools: Tools) -> Result<(), WindowError> {
     let opens = Arc::clone(&opened);
     let start = Box::new(move |creation: &eframe::CreationContext<'_>| {
         opens.store(true, Ordering::Relaxed);
+        if let Some(state) = &creation.wgpu_render_state {
+            canvas::prepare(state);
+        }
         let window = Window::new(&creation.egui_ctx, session, tools)?;
         Ok(Box::new(window) as Box<dyn eframe::App>)
     });
@@ -141,7 +145,7 @@ const SOON: Duration = Duration::from_micros(100);
 struct Window {
     studio: Studio,
     examples: Vec<Example>,
-    canvas: picture::Canvas,
+    stage: picture::Stage,
     desk: Desk,
     title: String,
 }
@@ -156,7 +160,7 @@ impl Window {
         Ok(Self {
             studio: Studio::new(session, tools.files, tools.opener, wake)?,
             examples: tools.examples,
-            canvas: picture::Canvas::default(),
+            stage: picture::Stage::default(),
             desk: Desk::default(),
             title,
         })
@@ -232,7 +236,7 @@ impl eframe::App for Window {
                 });
         }
         let picture = egui::CentralPanel::no_frame()
-            .show(ui, |ui| self.canvas.show(ui, session, &mut events))
+            .show(ui, |ui| self.stage.show(ui, session, &mut events))
             .inner;
         notes::legend(ui, session, picture);
         notes::pick(ui, session, picture, &mut events);
