@@ -4,9 +4,11 @@
 //! A painter is used by one thread at a time. It never panics on a scene: what an engine panicked
 //! with becomes a problem, and the engine is opened anew.
 
+mod engines;
 mod held;
 mod show;
 
+pub use engines::engines;
 pub use show::{Show, SliceAt};
 
 use crate::build::Scene;

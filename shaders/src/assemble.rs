@@ -142,8 +142,7 @@ impl Slot {
     pub fn bytes(self, pixels: u64, lights: u64) -> u64 {
         match self {
             Self::Frame => size_of::<Frame>() as u64,
-            // General kernels declare that many.
-            Self::Lights => size_of::<Light>() as u64 * lights.max(MOST_LIGHTS as u64),
+            Self::Lights => size_of::<Light>() as u64 * lights.max(1),
             Self::Rays => size_of::<Ray>() as u64 * pixels,
             Self::Queue => 16 + 8 * queue_capacity(pixels, lights),
             Self::Normals | Self::Colors => 16 * pixels,

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::terminal::Terminal;
 use sdfc_playground::build::Source;
 use sdfc_playground::files::Disk;
-use sdfc_playground::painter::Opener;
+use sdfc_playground::painter::engines;
 use sdfc_playground::session::{Choice, Devices, Event, Session};
 use sdfc_playground::window::{Example, Tools, open};
 use sdfc_runtime::engine::EngineKind;
@@ -65,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments, _terminal: &Terminal) -> Result<(), Fai
     session.handle(Event::Engine(choice), Duration::ZERO);
     let tools = Tools {
         files: Arc::new(Disk),
-        opener: Box::new(|| -> Opener { Box::new(sdfc_runtime::engine::open) }),
+        opener: Box::new(engines),
         examples: EXAMPLES.to_vec(),
     };
     open(session, tools).map_err(|error| Failure::Environment(error.to_string()))

@@ -5,7 +5,7 @@ use super::cpu::CpuEngine;
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, on};
 use crate::cells::Part;
 use crate::cpu::Geometry;
-use crate::frame::{Frame, Progress, RenderSettings};
+use crate::frame::{Frame, Mode, Progress, RenderSettings};
 use crate::gpu::{Arithmetic, Gpu, Preference};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
@@ -111,6 +111,9 @@ impl Engine for WithFallback {
     }
     fn heeds_guards(&self) -> bool {
         self.engine.heeds_guards()
+    }
+    fn warm_up(&mut self, modes: &[Mode]) -> Result<(), EngineError> {
+        self.attempt(|engine| engine.warm_up(modes))
     }
     fn pipelines_created(&self) -> u64 {
         self.engine.pipelines_created()

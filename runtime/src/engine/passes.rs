@@ -13,7 +13,7 @@ use sdfc_shaders::assemble::{
     SceneFunction, Slot, Stage, invocations, queue_capacity, queue_front, stages,
 };
 use sdfc_shaders::beam;
-use sdfc_shaders::features::{Features, Mode};
+use sdfc_shaders::features::{Features, MOST_LIGHTS, Mode};
 use sdfc_shaders::layout::{self, Ray, ShadowRay};
 use sdfc_shaders::marching::SHOWN;
 use sdfc_shaders::shadow::DONE;
@@ -32,6 +32,8 @@ pub(super) struct Plan {
     pub(super) largest: u64,
     /// The most evaluations in one invocation of the others.
     most_evaluations: u32,
+    /// How many lights its kernels declare at least.
+    least_lights: u64,
 }
 
 impl Plan {
@@ -79,6 +81,11 @@ impl<S: OnDevice> GpuEngine<S> {
             weight: 1,
             largest: self.largest_tile(picture),
             most_evaluations: self.most_evaluations(&scene.on_device),
+            least_lights: if features.general {
+                MOST_LIGHTS as u64
+            } else {
+                0
+            },
         };
         let made_for = if features.general {
             features.generally()
@@ -178,6 +185,10 @@ impl<S: OnDevice> GpuEngine<S> {
     fn provide(&mut self, plan: &Plan, tile: Tile, lights: u64) -> Result<(), EngineError> {
         for &(_, kernel) in &plan.stages {
             for slot in self.kernels.get(kernel).slots().to_vec() {
+                let lights = match slot {
+                    Slot::Lights => lights.max(plan.least_lights),
+                    _ => lights,
+                };
                 self.buffers
                     .provide(&self.gpu, slot, tile.pixels(), lights)?;
             }
