@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Runs every check of the project. Where no Vulkan driver is installed it installs a software one
-# if it may; where it may not, it skips the GPU tests and says so at the end.
+# if it may, and a desktop without a screen for the window; where it may not, it skips the GPU tests or
+# those of the window and says so at the end.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -75,16 +76,17 @@ has_graphics_device() {
     return 1
 }
 
-# Installs software Vulkan, or sets `reason` to why it could not.
-install_vulkan() {
-    local as_root=()
+# Installs packages, or sets `reason` to why it could not. The first word is what is missing.
+install() {
+    local missing=$1 as_root=()
+    shift
     if ! command -v apt-get >/dev/null; then
-        reason="no Vulkan driver is installed, and there is no apt-get to install one"
+        reason="$missing, and there is no apt-get to install it"
         return 1
     fi
     if ((EUID != 0)); then
         if ! sudo -n true 2>/dev/null; then
-            reason="no Vulkan driver is installed, and installing one takes root or sudo without a password"
+            reason="$missing, and installing it takes root or sudo without a password"
             return 1
         fi
         as_root=(sudo -n)
@@ -92,14 +94,36 @@ install_vulkan() {
     # One unreachable source does not keep the packages from coming from another.
     "${as_root[@]}" apt-get update -q || echo "warning: apt-get update failed"
     if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-        apt-get install -q -y --no-install-recommends mesa-vulkan-drivers libvulkan1; then
-        reason="no Vulkan driver is installed, and apt-get could not install mesa-vulkan-drivers"
+        apt-get install -q -y --no-install-recommends "$@"; then
+        reason="$missing, and apt-get could not install $*"
         return 1
     fi
+}
+
+# Installs software Vulkan, or sets `reason` to why it could not.
+install_vulkan() {
+    install "no Vulkan driver is installed" mesa-vulkan-drivers libvulkan1 || return 1
     if ! has_vulkan; then
         reason="mesa-vulkan-drivers was installed, yet no Vulkan driver is found"
         return 1
     fi
+}
+
+# Whether there is a desktop that nobody sees, on which the window can be tried, a hand for its mouse,
+# and the library of keyboards that windows load when they open.
+has_desktop() {
+    local file
+    command -v Xvfb >/dev/null && command -v xdotool >/dev/null || return 1
+    for file in {/usr/lib,/usr/lib64,/usr/local/lib}{,/*-linux-gnu}/libxkbcommon-x11.so.0; do
+        [[ ! -e $file ]] || return 0
+    done
+    return 1
+}
+
+# Installs them, or sets `reason` to why it could not.
+install_desktop() {
+    install "no desktop for the window is installed" xvfb xdotool \
+        libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 libxrandr2
 }
 
 # The file of a second software driver, SwiftShader, which comes with Chromium and Chrome: strict
@@ -133,6 +157,23 @@ elif ! has_vulkan; then
     fi
 else
     echo "==> a Vulkan driver is installed"
+fi
+
+# The window is drawn by Vulkan, too.
+if [[ -n ${SDFC_SKIP_GPU:-} ]]; then
+    export SDFC_SKIP_WINDOW=${SDFC_SKIP_WINDOW:-$SDFC_SKIP_GPU}
+fi
+if [[ -n ${SDFC_SKIP_WINDOW:-} ]]; then
+    skipped+=("tests of the window: $SDFC_SKIP_WINDOW")
+elif ! has_desktop; then
+    echo "==> no desktop for the window is installed: installing Xvfb and xdotool"
+    if ! install_desktop; then
+        echo "warning: $reason; the window will not be tried"
+        export SDFC_SKIP_WINDOW=$reason
+        skipped+=("tests of the window: $reason")
+    fi
+else
+    echo "==> a desktop to try the window on is installed"
 fi
 
 if [[ -n ${SDFC_SKIP_GPU:-} ]]; then

@@ -5,6 +5,7 @@
 //! has news, and when the session wants to be asked again: at rest, never.
 
 mod action;
+mod canvas;
 mod desk;
 mod icon;
 mod menu;
@@ -29,6 +30,7 @@ use eframe::egui::{self, Context, Frame, Margin, Panel, Ui, ViewportBuilder, Vie
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// A scene that comes with the program.
 #[derive(Clone, Copy, Debug)]
@@ -93,6 +95,9 @@ pub fn open(session: Session, tools: Tools) -> Result<(), WindowError> {
     let opens = Arc::clone(&opened);
     let start = Box::new(move |creation: &eframe::CreationContext<'_>| {
         opens.store(true, Ordering::Relaxed);
+        if let Some(state) = &creation.wgpu_render_state {
+            canvas::prepare(state);
+        }
         let window = Window::new(&creation.egui_ctx, session, tools)?;
         Ok(Box::new(window) as Box<dyn eframe::App>)
     });
@@ -133,11 +138,14 @@ fn title(session: &Session) -> String {
     format!("{} · sdfc", session.source().path().display())
 }
 
+/// As soon as a frame is asked for.
+const SOON: Duration = Duration::from_micros(100);
+
 /// The window's state.
 struct Window {
     studio: Studio,
     examples: Vec<Example>,
-    canvas: picture::Canvas,
+    stage: picture::Stage,
     desk: Desk,
     title: String,
 }
@@ -147,11 +155,12 @@ impl Window {
         theme::apply(ctx);
         let title = title(&session);
         let waker = ctx.clone();
-        let wake = move || waker.request_repaint();
+        // After a while, however short, one frame is drawn; at once it would be two.
+        let wake = move || waker.request_repaint_after(SOON);
         Ok(Self {
             studio: Studio::new(session, tools.files, tools.opener, wake)?,
             examples: tools.examples,
-            canvas: picture::Canvas::default(),
+            stage: picture::Stage::default(),
             desk: Desk::default(),
             title,
         })
@@ -160,7 +169,7 @@ impl Window {
     /// Does what became due, and has a frame drawn when the session wants to be asked again.
     fn turn(&mut self, ctx: &Context) {
         if let Some(later) = self.studio.turn() {
-            ctx.request_repaint_after(later);
+            ctx.request_repaint_after(later.max(SOON));
         }
         if let Some(text) = self.studio.session_mut().take_exported() {
             ctx.copy_text(text);
@@ -196,33 +205,30 @@ impl eframe::App for Window {
         let mut actions = action::pressed(&ctx);
         let session = self.studio.session();
         let desk = &mut self.desk;
-        let fill = |x, y| {
-            let margin = Margin::symmetric(x, y);
-            Frame::new().fill(theme::PANEL).inner_margin(margin)
-        };
-        Panel::top("menu").frame(fill(8, 3)).show(ui, |ui| {
+        let margins = |x, y| Frame::new().inner_margin(Margin::symmetric(x, y));
+        Panel::top("menu").frame(margins(8, 3)).show(ui, |ui| {
             actions.extend(menu::show(ui, session, &self.examples, &mut events));
         });
         Panel::bottom("status")
-            .frame(fill(10, 0))
+            .frame(margins(10, 0))
             .exact_size(24.0)
             .show(ui, |ui| status::show(ui, session, desk));
         if session.timeline().is_some() {
             Panel::bottom("time")
-                .frame(fill(8, 0))
+                .frame(margins(8, 0))
                 .exact_size(34.0)
                 .show(ui, |ui| timebar::show(ui, session, &mut events));
         }
         if desk.panels && !session.knobs().is_empty() {
             Panel::left("params")
-                .frame(fill(12, 8))
+                .frame(margins(12, 8))
                 .default_size(250.0)
                 .size_range(190.0..=420.0)
                 .show(ui, |ui| params::show(ui, session, &mut events));
         }
         if desk.panels {
             Panel::right("side")
-                .frame(fill(12, 8))
+                .frame(margins(12, 8))
                 .exact_size(212.0)
                 .resizable(false)
                 .show(ui, |ui| {
@@ -230,7 +236,7 @@ impl eframe::App for Window {
                 });
         }
         let picture = egui::CentralPanel::no_frame()
-            .show(ui, |ui| self.canvas.show(ui, session, &mut events))
+            .show(ui, |ui| self.stage.show(ui, session, &mut events))
             .inner;
         notes::legend(ui, session, picture);
         notes::pick(ui, session, picture, &mut events);
@@ -253,6 +259,8 @@ impl eframe::App for Window {
     }
 
     fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
-        theme::BACKDROP.to_normalized_gamma_f32()
+        // Panels are as dark as the window is where nothing is drawn: software Vulkan takes about as long
+        // for a pixel of one colour as for one of the picture.
+        theme::PANEL.to_normalized_gamma_f32()
     }
 }

@@ -1,43 +1,43 @@
 //! The picture in the middle, and what the mouse does there.
 
+use super::canvas::{self, Pixels};
 use super::theme;
 use crate::camera::Place;
 use crate::session::{CameraEvent, Event, Session};
 use eframe::egui::{
-    self, ColorImage, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind,
-    TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
+    self, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind, Ui, Vec2,
+    vec2,
 };
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 /// How much nearer one notch of the wheel brings the camera.
 const NOTCH: f64 = 0.0022;
 
-/// What is drawn on the screen: the last picture, as a texture.
+/// The last picture, and the mouse over it.
 #[derive(Default)]
-pub(super) struct Canvas {
-    texture: Option<TextureHandle>,
-    /// The number of the picture that it holds.
-    number: u64,
+pub(super) struct Stage {
+    pixels: Option<Pixels>,
     /// Up to where the mouse has dragged.
     dragged: Option<Pos2>,
 }
 
-impl Canvas {
+impl Stage {
     /// Shows the picture in all the space there is, and tells the session how large that is and what
     /// the mouse does. Gives the place of the picture on the screen.
     pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> Rect {
         let (rect, size) = on_pixels(ui.available_rect_before_wrap(), ui.pixels_per_point());
         events.push(Event::Resized(size));
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
-        ui.painter().rect_filled(rect, 0.0, theme::BACKDROP);
-        self.bring(ui, session);
-        if let Some(texture) = self.texture.as_ref().filter(|_| session.seen().is_some()) {
-            let tint = match session.is_broken() {
-                true => egui::Color32::from_gray(105),
-                false => egui::Color32::WHITE,
-            };
-            let all = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-            ui.painter().image(texture.id(), rect, all, tint);
+        self.take(session);
+        match self.pixels.clone().filter(|_| session.seen().is_some()) {
+            Some(pixels) => {
+                let painting = canvas::paint(rect, pixels, session.is_broken());
+                ui.painter().add(painting);
+            }
+            None => {
+                ui.painter().rect_filled(rect, 0.0, theme::BACKDROP);
+            }
         }
         if session.is_broken() {
             let stroke = Stroke::new(2.0, theme::ERROR);
@@ -49,21 +49,21 @@ impl Canvas {
         rect
     }
 
-    /// Brings a new picture to the screen's device.
-    fn bring(&mut self, ui: &Ui, session: &Session) {
+    /// Takes a new picture from the session.
+    fn take(&mut self, session: &Session) {
         let Some((picture, number)) = session.seen() else {
             return;
         };
-        if number == self.number {
-            return;
-        }
-        self.number = number;
-        // All pictures are opaque, so nothing is to be multiplied.
-        let image = ColorImage::from_rgba_premultiplied(picture.size, &picture.rgba);
-        let options = TextureOptions::LINEAR;
-        match &mut self.texture {
-            Some(texture) => texture.set(image, options),
-            None => self.texture = Some(ui.ctx().load_texture("picture", image, options)),
+        if self
+            .pixels
+            .as_ref()
+            .is_none_or(|pixels| pixels.number != number)
+        {
+            self.pixels = Some(Pixels {
+                number,
+                size: picture.size.map(|side| side as u32),
+                rgba: Arc::new(picture.rgba.clone()),
+            });
         }
     }
 
@@ -155,6 +155,7 @@ fn over(ui: &Ui, response: &Response, rect: Rect, events: &mut Vec<Event>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use eframe::egui::pos2;
 
     #[test]
     fn a_space_lies_on_whole_pixels() {

@@ -89,34 +89,37 @@ fn cameras(ui: &mut Ui, session: &Session, events: &mut Vec<Event>, actions: &mu
     let is_plane = session
         .camera()
         .is_some_and(crate::camera::Camera::is_plane);
-    ui.add_enabled_ui(!is_plane, |ui| {
-        grid(ui, 3, &sides, |ui, (side, name), width| {
-            let action = Action::Face(*side);
-            if choice(ui, name, false, width)
-                .on_hover_text(key_of(action))
-                .clicked()
-            {
-                actions.push(action);
-            }
-        });
-    });
     ui.scope(|ui| {
-        let others = [
-            (Action::Face(Side::Isometric), "corner", !is_plane),
-            (Action::Fit, "fit", true),
-            (Action::CopyCamera, "copy", true),
-        ];
-        grid(ui, 3, &others, |ui, (action, name, can), width| {
-            ui.add_enabled_ui(*can, |ui| {
-                let says = match action {
-                    Action::CopyCamera => "copy the camera as text of the language",
-                    Action::Fit => "all of the scene into the picture",
-                    _ => "from above, in front and the right",
-                };
-                let says = format!("{says} ({})", key_of(*action));
-                if choice(ui, name, false, width).on_hover_text(says).clicked() {
-                    actions.push(*action);
+        ui.spacing_mut().item_spacing.y = 4.0;
+        ui.add_enabled_ui(!is_plane, |ui| {
+            grid(ui, 3, &sides, |ui, (side, name), width| {
+                let action = Action::Face(*side);
+                if choice(ui, name, false, width)
+                    .on_hover_text(key_of(action))
+                    .clicked()
+                {
+                    actions.push(action);
                 }
+            });
+        });
+        ui.scope(|ui| {
+            let others = [
+                (Action::Face(Side::Isometric), "corner", !is_plane),
+                (Action::Fit, "fit", true),
+                (Action::CopyCamera, "copy", true),
+            ];
+            grid(ui, 3, &others, |ui, (action, name, can), width| {
+                ui.add_enabled_ui(*can, |ui| {
+                    let says = match action {
+                        Action::CopyCamera => "copy the camera as text of the language",
+                        Action::Fit => "all of the scene into the picture",
+                        _ => "from above, in front and the right",
+                    };
+                    let says = format!("{says} ({})", key_of(*action));
+                    if choice(ui, name, false, width).on_hover_text(says).clicked() {
+                        actions.push(*action);
+                    }
+                });
             });
         });
     });
