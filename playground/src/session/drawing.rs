@@ -21,12 +21,7 @@ impl Session {
     }
 
     /// A picture of what is to be seen now.
-    fn picture(
-        &mut self,
-        scene: Arc<Scene>,
-        engine: EngineKind,
-        stage: Stage,
-    ) -> DrawTask {
+    fn picture(&mut self, scene: Arc<Scene>, engine: EngineKind, stage: Stage) -> DrawTask {
         self.pictures += 1;
         DrawTask {
             number: self.pictures,
