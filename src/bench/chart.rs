@@ -81,19 +81,12 @@ impl Chart {
                 range(&mut places().map(|place| place.0)).log_scale(),
                 range(&mut places().map(|place| place.1)).log_scale(),
             )?;
-        let short = |n: &f64| {
-            if (0.01..10_000.0).contains(n) {
-                format!("{n}")
-            } else {
-                format!("{n:e}")
-            }
-        };
         chart
             .configure_mesh()
             .x_desc(self.across)
             .y_desc(self.up)
-            .x_label_formatter(&short)
-            .y_label_formatter(&short)
+            .x_label_formatter(&|n| short(*n))
+            .y_label_formatter(&|n| short(*n))
             .max_light_lines(1)
             .light_line_style(LIGHT_GREY)
             .bold_line_style(GREY)
@@ -140,6 +133,17 @@ impl Chart {
     }
 }
 
+/// A number beside an axis. Steps of an axis are powers that come out a rounding beside what they stand
+/// for, so no more than three digits are told.
+fn short(n: f64) -> String {
+    let n = format!("{n:.2e}").parse().unwrap_or(n);
+    if (0.01..10_000.0).contains(&n) {
+        format!("{n}")
+    } else {
+        format!("{n:e}")
+    }
+}
+
 fn is_number(point: &Point) -> bool {
     point.cost.is_finite() && point.error.is_finite()
 }
@@ -157,6 +161,12 @@ fn range(numbers: &mut dyn Iterator<Item = f64>) -> std::ops::Range<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_beside_an_axis_are_short() {
+        let tell = [9.999_999_999_999_999e-6, 0.1 + 0.2, 20.0, 0.001, 123_456.0].map(short);
+        assert_eq!(tell, ["1e-5", "0.3", "20", "1e-3", "1.23e5"]);
+    }
 
     fn chart(points: Vec<Point>) -> Chart {
         Chart {
