@@ -5,13 +5,13 @@ use crate::build::{BuildTask, build};
 use crate::files::Files;
 use crate::painter::{DrawTask, Opener, Painter, PickTask};
 use crate::session::{Done, Event, Session, Task, Tier};
-use crate::watcher::Watcher;
+use crate::watcher::{Watcher, changed_since};
 use sdfc_compiler::export::{Target, translate};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// The stack of threads that build: trees of syntax and of expressions are walked by recursion, to a
 /// depth that the compiler bounds.
@@ -25,6 +25,8 @@ pub struct Studio {
     news: Receiver<News>,
     watcher: Option<Watcher>,
     watched: Vec<PathBuf>,
+    /// When the last build was asked for.
+    asked: SystemTime,
     /// News that was taken while waiting.
     waiting: Vec<News>,
 }
@@ -163,6 +165,7 @@ impl Studio {
             news,
             watcher: Some(watcher),
             watched: Vec::new(),
+            asked: SystemTime::now(),
             waiting: Vec::new(),
         })
     }
@@ -226,7 +229,10 @@ impl Studio {
         let workers = &self.workers;
         // A thread that is gone has nobody to tell; the window is closing.
         let _ = match task {
-            Task::Build(task) => workers.builds.send(task).is_ok(),
+            Task::Build(task) => {
+                self.asked = SystemTime::now();
+                workers.builds.send(task).is_ok()
+            }
             Task::Draw(tier, task) => workers.pictures[tier as usize]
                 .send(Order::Draw(task))
                 .is_ok(),
@@ -238,6 +244,12 @@ impl Studio {
                 .is_ok(),
             Task::Watch(files) => {
                 watch(&mut self.watcher, &files, &mut self.session, now);
+                // Until now nobody watched what the scene imports for the first time.
+                let new = files.iter().filter(|file| !self.watched.contains(file));
+                let new: Vec<PathBuf> = new.cloned().collect();
+                if changed_since(&new, self.asked) {
+                    self.session.handle(Event::FilesChanged, now);
+                }
                 self.watched = files;
                 true
             }

@@ -7,6 +7,7 @@ use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher as _};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, SystemTime};
 
 /// A watcher of files; it ends when it is dropped.
 pub struct Watcher {
@@ -111,6 +112,18 @@ impl Watcher {
     }
 }
 
+/// Whether one of the files has changed since a time, or a little before: file systems round. Whoever
+/// learns by reading files which others to watch asks this once these are watched.
+pub fn changed_since(files: &[PathBuf], time: SystemTime) -> bool {
+    files.iter().any(|file| {
+        let changed = file.metadata().and_then(|about| about.modified());
+        changed.is_ok_and(|changed| changed + ROUNDING >= time)
+    })
+}
+
+/// More than file systems round times by.
+const ROUNDING: Duration = Duration::from_millis(20);
+
 /// The nearest folder above a file that is there.
 fn there(file: &Path) -> Option<PathBuf> {
     let mut above = file.ancestors().skip(1);
@@ -122,7 +135,6 @@ mod tests {
     use super::*;
     use std::fs;
     use std::sync::mpsc::{Receiver, channel};
-    use std::time::Duration;
 
     /// Longer than any machine takes to notice.
     const LONG: Duration = Duration::from_secs(20);
@@ -181,6 +193,18 @@ mod tests {
         watcher.watch(&files).unwrap();
         fs::write(&file, "three").unwrap();
         assert!(notices(&changes));
+    }
+
+    #[test]
+    fn what_changed_before_it_was_watched_is_known_by_its_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.sdf");
+        let files = [file.clone()];
+        let before = SystemTime::now();
+        assert!(!changed_since(&files, before), "it is not there");
+        fs::write(&file, "one").unwrap();
+        assert!(changed_since(&files, before));
+        assert!(!changed_since(&files, before + LONG));
     }
 
     #[test]

@@ -4,9 +4,9 @@ use super::render::{self, destination, draw};
 use crate::engine;
 use crate::failure::Failure;
 use crate::terminal::Terminal;
-use sdfc_playground::watcher::Watcher;
+use sdfc_playground::watcher::{Watcher, changed_since};
 use std::sync::mpsc::{Receiver, channel};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 /// Draw a scene again whenever it changes, until interrupted.
 #[derive(Debug, clap::Args)]
@@ -34,6 +34,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
         let mut files = vec![arguments.scene.clone()];
         files.extend(std::mem::take(&mut *arguments.build.imported()));
         watcher.watch(&files).map_err(Failure::Environment)?;
+        let started = SystemTime::now();
         if let Err(failure) = draw(arguments, &to, &mut *engine, terminal) {
             // The picture of before stays until the scene is whole again.
             failure.report(terminal);
@@ -48,6 +49,10 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
             files.truncate(1);
             files.extend(new);
             watcher.watch(&files).map_err(Failure::Environment)?;
+            // Nobody watched what is imported for the first time.
+            if changed_since(&files[1..], started) {
+                continue;
+            }
         }
         if !changed(&changes) {
             return Ok(());
