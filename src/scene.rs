@@ -2,7 +2,7 @@
 //!
 //! What stands here is the way from a path and flags to what engines run, the same for all
 //! subcommands: [`read`] tells the kinds of files apart, [`compile()`] has the compiler make programs
-//! of them and collect what there is to say, and [`open`] is both, told to the user.
+//! of them and collect what there is to say, and [`open()`] is both, told to the user.
 
 pub(crate) mod detail;
 

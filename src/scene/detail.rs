@@ -28,7 +28,7 @@ fn pixels(text: &str) -> Result<f64, String> {
 }
 
 impl Detail {
-    /// Reads and compiles a file, as [`super::open`] does, with so much detail.
+    /// Reads and compiles a file, as [`super::open()`] does, with so much detail.
     pub(crate) fn open(
         &self,
         path: &Path,
