@@ -76,33 +76,163 @@ pub enum Instructions {
     Avx512,
 }
 
-/// The loops over lanes, compiled for one instruction set.
+/// The loops over lanes, compiled for one instruction set. Each takes so few arguments that all are
+/// passed in registers: a call through such a pointer then costs a jump.
 #[derive(Clone, Copy)]
 pub struct Loops<L: Lane> {
-    /// Runs one operation in every lane; values go to the block, points to the block of points.
-    pub(crate) operate: Operate<L>,
+    /// For each opcode, what runs the operation in every lane; values go to the block, points to the
+    /// block of points.
+    pub(crate) operations: &'static [Operation<L>],
     /// The first block becomes its blend with the second.
-    pub(crate) blend: fn(Kernel, &mut L::Block, &L::Block, [f32; 4], usize),
+    pub(crate) blend: fn(Kernel, &mut L::Block, &L::Block, &[f32; 4], usize),
     /// Points moved by a constant.
-    pub(crate) moved: fn(&L::PointBlock, [f32; 4], &mut L::PointBlock, usize),
+    pub(crate) moved: fn(&L::PointBlock, &[f32; 4], &mut L::PointBlock, usize),
     /// Points mapped by three rows.
     pub(crate) mapped: Map<L>,
+    /// The same number in every lane.
+    pub(crate) fill: fn(f32, &mut L::Block, usize),
+}
+
+/// What an operation reads.
+pub(crate) struct Reads<'a, L: Lane> {
+    /// Where it looks at.
+    pub(crate) point: &'a L::PointBlock,
+    /// As many of them as it has operands.
+    pub(crate) values: [&'a L::Block; 3],
+    /// Its parameters, and what follows them.
+    pub(crate) constants: &'a [f32],
+    /// How many lanes matter.
+    pub(crate) count: usize,
 }
 
 /// The three rows of a matrix.
 type Rows = [[f32; 4]; 3];
 
-type Map<L> = fn(&<L as Lane>::PointBlock, Rows, &mut <L as Lane>::PointBlock, usize);
+type Map<L> = fn(&<L as Lane>::PointBlock, &Rows, &mut <L as Lane>::PointBlock, usize);
 
-type Operate<L> = fn(
-    Op,
-    &<L as Lane>::PointBlock,
-    [&<L as Lane>::Block; 3],
-    &[f32],
-    &mut <L as Lane>::Block,
-    &mut <L as Lane>::PointBlock,
-    usize,
-);
+type Operation<L> = fn(&Reads<'_, L>, &mut <L as Lane>::Block, &mut <L as Lane>::PointBlock);
+
+/// Runs one operation in one lane after the other: the form for processors without any SIMD that is
+/// worth a compiled loop for each operation.
+#[cfg(target_arch = "x86_64")]
+fn operate_singly<L: Lane + Apply>(
+    op: Op,
+    reads: &Reads<'_, L>,
+    out: &mut L::Block,
+    to: &mut L::PointBlock,
+) {
+    for lane in 0..reads.count.min(LANES) {
+        let values = reads.values.map(|block| L::load(block, lane));
+        match L::apply(
+            op,
+            L::load_point(reads.point, lane),
+            values,
+            reads.constants,
+        ) {
+            Applied::Value(value) => value.store(out, lane),
+            Applied::Point(point) => L::store_point(point, to, lane),
+        }
+    }
+}
+
+macro_rules! lane_input {
+    ($R:ty, $q:ident, $v:ident, $lane:ident, Point) => {
+        <$R>::load_point($q, $lane)
+    };
+    ($R:ty, $q:ident, $v:ident, $lane:ident, Plane) => {
+        <$R>::load_point($q, $lane).xy()
+    };
+    ($R:ty, $q:ident, $v:ident, $lane:ident, Value) => {{
+        let [first, rest @ ..] = $v;
+        $v = [rest[0], rest[1], first];
+        <$R>::load(first, $lane)
+    }};
+}
+
+macro_rules! store_output {
+    ($L:ty, $result:expr, $out:ident, $to:ident, $lane:ident, Value) => {{
+        let _ = &$to;
+        $result.store($out, $lane)
+    }};
+    ($L:ty, $result:expr, $out:ident, $to:ident, $lane:ident, Point) => {{
+        let _ = &$out;
+        <$L>::store_point($result, $to, $lane)
+    }};
+}
+
+macro_rules! define_lanes {
+    ($(
+        $(#[doc = $doc:literal])+
+        $name:ident $text:literal = $module:ident::$body:ident(
+            $($input:ident: $kind:ident),* ; $($parameter:ident: $ty:ident),*
+        ) -> $output:ident, $prepare:ident::$prepared:ident, $meta:expr;
+    )+) => {
+        /// Each operation, run in every lane; values go to `out`, points to `to`.
+        #[allow(non_snake_case, reason = "functions are named as the operations are")]
+        mod operations {
+            use super::*;
+            $(
+                #[inline(always)]
+                pub(super) fn $name<L: Lane>(
+                    reads: &Reads<'_, L>,
+                    out: &mut L::Block,
+                    to: &mut L::PointBlock,
+                ) {
+                    #[allow(unused_variables, reason = "rows differ in what they read")]
+                    let &Reads { point: q, values, constants, count } = reads;
+                    #[allow(unused_mut, unused_variables, reason = "rows differ in what they read")]
+                    let mut k = Parameters::new(constants);
+                    $(let $parameter = read_parameter!(k, L, $ty);)*
+                    each_lane!(count, lane => {
+                        #[allow(unused_mut, unused_variables, reason = "rows differ in what they read")]
+                        let mut v = values;
+                        #[allow(unused_assignments, reason = "the last operand leaves the rest unread")]
+                        let result = $module::$body::<L>(
+                            $(lane_input!(L, q, v, lane, $kind),)*
+                            $($parameter),*
+                        );
+                        store_output!(L, result, out, to, lane, $output);
+                    });
+                }
+            )+
+        }
+
+        /// All operations in the order of their opcodes, compiled for an instruction set.
+        #[cfg(target_arch = "x86_64")]
+        macro_rules! operations_with {
+            ($L:ty, $features:literal) => {
+                &[$({
+                    #[target_feature(enable = $features)]
+                    fn run(
+                        reads: &Reads<'_, $L>,
+                        out: &mut <$L as Lane>::Block,
+                        to: &mut <$L as Lane>::PointBlock,
+                    ) {
+                        operations::$name::<$L>(reads, out, to);
+                    }
+                    // SAFETY: it is only handed out after its features were detected.
+                    |reads, out, to| unsafe { run(reads, out, to) }
+                }),+]
+            };
+        }
+
+        /// The same with no more than all processors of a kind have. Those of before 2013: correct, and
+        /// one lane after the other.
+        #[cfg(target_arch = "x86_64")]
+        macro_rules! baseline_operations {
+            ($L:ty) => {
+                &[$(|reads, out, to| operate_singly::<$L>(Op::$name, reads, out, to)),+]
+            };
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        macro_rules! baseline_operations {
+            ($L:ty) => {
+                &[$(operations::$name::<$L>),+]
+            };
+        }
+    };
+}
+for_each_operation!(define_lanes);
 
 /// The block, for number types that want the widest instruction set.
 macro_rules! only_wide {
@@ -119,31 +249,33 @@ macro_rules! loops {
     ($L:ty, $wide:ident, $widest:ident) => {{
         type B = <$L as Lane>::Block;
         type P = <$L as Lane>::PointBlock;
-        type Out<'a> = (&'a mut B, &'a mut P);
+        const BASELINE: &[Operation<$L>] = baseline_operations!($L);
         macro_rules! level {
             ($features:literal) => {{
+                const OPERATIONS: &[Operation<$L>] = operations_with!($L, $features);
                 #[target_feature(enable = $features)]
-                fn operate(op: Op, q: &P, v: [&B; 3], k: &[f32], (out, to): Out<'_>, n: usize) {
-                    crate::lanes::operate::<$L>(op, q, v, k, out, to, n);
-                }
-                #[target_feature(enable = $features)]
-                fn blend(kernel: Kernel, a: &mut B, b: &B, k: [f32; 4], n: usize) {
+                fn blend(kernel: Kernel, a: &mut B, b: &B, k: &[f32; 4], n: usize) {
                     crate::lanes::blend::<$L>(kernel, a, b, k, n);
                 }
                 #[target_feature(enable = $features)]
-                fn moved(p: &P, by: [f32; 4], to: &mut P, n: usize) {
+                fn moved(p: &P, by: &[f32; 4], to: &mut P, n: usize) {
                     crate::lanes::moved::<$L>(p, by, to, n);
                 }
                 #[target_feature(enable = $features)]
-                fn mapped(p: &P, rows: [[f32; 4]; 3], to: &mut P, n: usize) {
+                fn mapped(p: &P, rows: &Rows, to: &mut P, n: usize) {
                     crate::lanes::mapped::<$L>(p, rows, to, n);
+                }
+                #[target_feature(enable = $features)]
+                fn fill(v: f32, to: &mut B, n: usize) {
+                    crate::lanes::fill::<$L>(v, to, n);
                 }
                 // SAFETY: these loops are only handed out after their features were detected.
                 Loops {
-                    operate: |op, q, v, k, out, to, n| unsafe { operate(op, q, v, k, (out, to), n) },
+                    operations: OPERATIONS,
                     blend: |kernel, a, b, k, n| unsafe { blend(kernel, a, b, k, n) },
                     moved: |p, by, to, n| unsafe { moved(p, by, to, n) },
                     mapped: |p, rows, to, n| unsafe { mapped(p, rows, to, n) },
+                    fill: |v, to, n| unsafe { fill(v, to, n) },
                 }
             }};
         }
@@ -162,22 +294,15 @@ macro_rules! loops {
             if $widest >= Instructions::Avx2 && is_x86_feature_detected!("avx2") {
                 return level!("avx2");
             }
-            // Processors of before 2013: correct, and one lane after the other.
-            Loops {
-                operate: crate::lanes::operate_singly::<$L>,
-                blend: crate::lanes::blend::<$L>,
-                moved: crate::lanes::moved::<$L>,
-                mapped: crate::lanes::mapped::<$L>,
-            }
         }
         #[cfg(not(target_arch = "x86_64"))]
         let _ = $widest;
-        #[cfg(not(target_arch = "x86_64"))]
         Loops {
-            operate: crate::lanes::operate::<$L>,
+            operations: BASELINE,
             blend: crate::lanes::blend::<$L>,
             moved: crate::lanes::moved::<$L>,
             mapped: crate::lanes::mapped::<$L>,
+            fill: crate::lanes::fill::<$L>,
         }
     }};
 }
@@ -342,7 +467,7 @@ fn constant<L: Lane>(v: f32) -> L {
 
 /// Points moved by a constant.
 #[inline(always)]
-fn moved<L: Lane>(p: &L::PointBlock, by: [f32; 4], to: &mut L::PointBlock, count: usize) {
+fn moved<L: Lane>(p: &L::PointBlock, by: &[f32; 4], to: &mut L::PointBlock, count: usize) {
     let [x, y, z, _] = by.map(constant::<L>);
     each_lane!(count, lane => {
         L::store_point(L::load_point(p, lane) + L::Vec3::new(x, y, z), to, lane);
@@ -351,7 +476,7 @@ fn moved<L: Lane>(p: &L::PointBlock, by: [f32; 4], to: &mut L::PointBlock, count
 
 /// Points mapped by three rows.
 #[inline(always)]
-fn mapped<L: Lane>(p: &L::PointBlock, rows: [[f32; 4]; 3], to: &mut L::PointBlock, count: usize) {
+fn mapped<L: Lane>(p: &L::PointBlock, rows: &Rows, to: &mut L::PointBlock, count: usize) {
     let rows = rows.map(|row| row.map(constant::<L>));
     each_lane!(count, lane => {
         L::store_point(
@@ -362,13 +487,22 @@ fn mapped<L: Lane>(p: &L::PointBlock, rows: [[f32; 4]; 3], to: &mut L::PointBloc
     });
 }
 
+/// The same number in every lane.
+#[inline(always)]
+fn fill<L: Lane>(v: f32, to: &mut L::Block, count: usize) {
+    let v = constant::<L>(v);
+    each_lane!(count, lane => {
+        v.store(to, lane);
+    });
+}
+
 /// `a = blend(a, b)` in every lane.
 #[inline(always)]
 fn blend<L: Lane>(
     kernel: Kernel,
     a: &mut L::Block,
     b: &L::Block,
-    constants: [f32; 4],
+    constants: &[f32; 4],
     count: usize,
 ) {
     let [s, sb, width, coefficient] = constants.map(constant::<L>);
@@ -392,88 +526,3 @@ fn blend<L: Lane>(
         Kernel::Exponential => each!(Kernel::Exponential),
     }
 }
-
-/// Runs one operation in one lane after the other: the form for processors without any SIMD that is
-/// worth a compiled loop for each operation.
-#[cfg(target_arch = "x86_64")]
-fn operate_singly<L: Lane + Apply>(
-    op: Op,
-    q: &L::PointBlock,
-    operands: [&L::Block; 3],
-    constants: &[f32],
-    out: &mut L::Block,
-    to: &mut L::PointBlock,
-    count: usize,
-) {
-    for lane in 0..count.min(LANES) {
-        let values = operands.map(|block| L::load(block, lane));
-        match L::apply(op, L::load_point(q, lane), values, constants) {
-            Applied::Value(value) => value.store(out, lane),
-            Applied::Point(point) => L::store_point(point, to, lane),
-        }
-    }
-}
-
-macro_rules! lane_input {
-    ($R:ty, $q:ident, $v:ident, $lane:ident, Point) => {
-        <$R>::load_point($q, $lane)
-    };
-    ($R:ty, $q:ident, $v:ident, $lane:ident, Plane) => {
-        <$R>::load_point($q, $lane).xy()
-    };
-    ($R:ty, $q:ident, $v:ident, $lane:ident, Value) => {{
-        let [first, rest @ ..] = $v;
-        $v = [rest[0], rest[1], first];
-        <$R>::load(first, $lane)
-    }};
-}
-
-macro_rules! store_output {
-    ($L:ty, $result:expr, $out:ident, $to:ident, $lane:ident, Value) => {
-        $result.store($out, $lane)
-    };
-    ($L:ty, $result:expr, $out:ident, $to:ident, $lane:ident, Point) => {{
-        let _ = &$out;
-        <$L>::store_point($result, $to, $lane)
-    }};
-}
-
-macro_rules! define_lanes {
-    ($(
-        $(#[doc = $doc:literal])+
-        $name:ident $text:literal = $module:ident::$body:ident(
-            $($input:ident: $kind:ident),* ; $($parameter:ident: $ty:ident),*
-        ) -> $output:ident, $prepare:ident::$prepared:ident, $meta:expr;
-    )+) => {
-        /// Runs one operation in every lane; values go to `out`, points to `to`.
-        #[inline(always)]
-        fn operate<L: Lane>(
-            op: Op,
-            q: &L::PointBlock,
-            operands: [&L::Block; 3],
-            constants: &[f32],
-            out: &mut L::Block,
-            to: &mut L::PointBlock,
-            count: usize,
-        ) {
-            match op {
-                $(Op::$name => {
-                    #[allow(unused_mut, unused_variables, reason = "rows differ in what they read")]
-                    let mut k = Parameters::new(constants);
-                    $(let $parameter = read_parameter!(k, L, $ty);)*
-                    each_lane!(count, lane => {
-                        #[allow(unused_mut, unused_variables, reason = "rows differ in what they read")]
-                        let mut v = operands;
-                        #[allow(unused_assignments, reason = "the last operand leaves the rest unread")]
-                        let result = $module::$body::<L>(
-                            $(lane_input!(L, q, v, lane, $kind),)*
-                            $($parameter),*
-                        );
-                        store_output!(L, result, out, to, lane, $output);
-                    });
-                })+
-            }
-        }
-    };
-}
-for_each_operation!(define_lanes);

@@ -7,7 +7,7 @@
 
 use super::{Clause, Form, flags};
 use crate::kernel::Kernel;
-use crate::lanes::{Instructions, LANES, Lane, Loops};
+use crate::lanes::{Instructions, Lane, Loops, Reads};
 use crate::program::{Code, Frame, Operands, Place, Program};
 use crate::table::Op;
 
@@ -156,57 +156,51 @@ impl<L: Lane, A: Attachment<L>> Machine<L, A> {
                         Frame::Same => from,
                         Frame::Moved(index) => {
                             let by = program.pool[index as usize];
-                            (m.loops.moved)(from, by, &mut m.framed, count);
+                            (m.loops.moved)(from, &by, &mut m.framed, count);
                             &m.framed
                         }
                         Frame::Mapped(index) => {
                             let row = |row: u32| program.pool[(index + row) as usize];
                             let rows = [row(0), row(1), row(2)];
-                            (m.loops.mapped)(from, rows, &mut m.framed, count);
+                            (m.loops.mapped)(from, &rows, &mut m.framed, count);
                             &m.framed
                         }
                     };
-                    match i.code {
-                        Code::Op(op) => {
-                            if let Operands::Right(index) | Operands::Left(index) = i.operands {
-                                let value = L::constant(program.pool[index as usize][0].into());
-                                for lane in 0..LANES {
-                                    value.store(&mut m.constant, lane);
-                                }
-                            }
-                            let get = |r: u16| m.values.get(value(r)).unwrap_or(&m.constant);
-                            let values = [&**get(a), &**get(b), &**get(c)];
-                            let numbers = program.pool[i.parameters as usize..].as_flattened();
-                            (m.loops.operate)(
-                                op,
-                                q,
-                                values,
-                                numbers,
-                                &mut m.result,
-                                &mut m.target,
-                                count,
-                            );
-                            if clause.flags & flags::GIVES_POINT != 0 {
-                                let out = &mut m.points[usize::from(clause.out)];
-                                std::mem::swap(out, &mut m.target);
-                                continue;
-                            }
-                            let two = [values[0], values[1]];
-                            if clause.flags & flags::CHOICE != 0 && clause.below == super::NONE {
-                                m.attachment.choose(clause.at, Kernel::Hard, hard(op), two);
-                            }
-                            m.attachment.operate(op, q, two, [a, b], numbers);
+                    // An operation of the table nearly always: a test, not a jump by a table.
+                    if let Code::Op(op) = i.code {
+                        if let Operands::Right(index) | Operands::Left(index) = i.operands {
+                            let number = program.pool[index as usize][0];
+                            (m.loops.fill)(number, &mut m.constant, count);
                         }
-                        Code::Normal => m.attachment.normal(q, i.slot, &mut m.result),
-                        Code::Paint => {
-                            m.result.clone_from(&m.values[value(a)]);
-                            let start = i.parameters as usize;
-                            let numbers = &program.pool[start..start + 3];
-                            m.attachment.paint(a, numbers, i.slot);
+                        let get = |r: u16| m.values.get(value(r)).unwrap_or(&m.constant);
+                        let values = [&**get(a), &**get(b), &**get(c)];
+                        let numbers = program.pool[i.parameters as usize..].as_flattened();
+                        let reads = Reads {
+                            point: q,
+                            values,
+                            constants: numbers,
+                            count,
+                        };
+                        let operation = m.loops.operations[op as usize];
+                        operation(&reads, &mut m.result, &mut m.target);
+                        if clause.flags & flags::GIVES_POINT != 0 {
+                            let out = &mut m.points[usize::from(clause.out)];
+                            std::mem::swap(out, &mut m.target);
+                            continue;
                         }
-                        Code::Load | Code::Store | Code::Take | Code::Channel | Code::Guard => {
-                            unreachable!("moves leave no clause of their own")
+                        let two = [values[0], values[1]];
+                        if clause.flags & flags::CHOICE != 0 && clause.below == super::NONE {
+                            m.attachment.choose(clause.at, Kernel::Hard, hard(op), two);
                         }
+                        m.attachment.operate(op, q, two, [a, b], numbers);
+                    } else if i.code == Code::Normal {
+                        m.attachment.normal(q, i.slot, &mut m.result);
+                    } else {
+                        debug_assert_eq!(i.code, Code::Paint, "moves leave no clause of their own");
+                        m.result.clone_from(&m.values[value(a)]);
+                        let start = i.parameters as usize;
+                        let numbers = &program.pool[start..start + 3];
+                        m.attachment.paint(a, numbers, i.slot);
                     }
                     if clause.form == Form::Negated {
                         m.negate_result(count);
@@ -236,7 +230,7 @@ impl<L: Lane, A: Attachment<L>> Machine<L, A> {
                         };
                         to.clone_from(from);
                     }
-                    (m.loops.blend)(kernel, &mut m.values[out], &m.result, numbers, count);
+                    (m.loops.blend)(kernel, &mut m.values[out], &m.result, &numbers, count);
                 }
                 _ => std::mem::swap(&mut m.values[out], &mut m.result),
             }
@@ -246,17 +240,14 @@ impl<L: Lane, A: Attachment<L>> Machine<L, A> {
     }
 
     fn negate_result(&mut self, count: usize) {
-        let values = [&*self.result; 3];
-        let q = &self.points[0];
-        (self.loops.operate)(
-            Op::Neg,
-            q,
-            values,
-            &[],
-            &mut self.constant,
-            &mut self.target,
+        let reads = Reads {
+            point: &*self.points[0],
+            values: [&*self.result; 3],
+            constants: &[],
             count,
-        );
+        };
+        let negate = self.loops.operations[Op::Neg as usize];
+        negate(&reads, &mut self.constant, &mut self.target);
         std::mem::swap(&mut self.result, &mut self.constant);
     }
 }
