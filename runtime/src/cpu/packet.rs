@@ -5,7 +5,8 @@
 //! leaf that lies in the ball that the last value leaves clear is passed without one, too.
 //! In fields written with coordinates, bounds of the gradient say how fast the field changes along
 //! each ray in the leaf: that is the slope it marches with, and where the field cannot fall to zero
-//! before the ray leaves, the ray is through. A ray that runs along a surface still creeps; so after a
+//! before the ray leaves, the ray is through; where it falls to below zero for certain, there is one
+//! root, which secant steps find. A ray that runs along a surface still creeps; so after a
 //! few steps bounds of the field on what is left of the rays in the leaf say which of them meet nothing
 //! there. Where all rays are parallel to an axis that is asked of whole rays first.
 //! Lists are sorted by the nearest that any ray can be in a leaf, which is not the order for each
@@ -37,7 +38,7 @@ lanes! {
     /// Rays under way in a leaf, and then those that hit on their way to the root.
     Inside {
         lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, leave,
-        t, radius, step, trend, t_before, radius_before, side, steps, outcome, slope, fall,
+        t, radius, step, trend, t_before, radius_before, side, steps, outcome, slope, fall, steady,
     }
 }
 
@@ -77,6 +78,10 @@ fn along_an_axis(frame: &Frame) -> bool {
 /// After so many steps in a leaf, what is left of the rays in it is looked at as a whole; and again
 /// after as many times so many.
 const FEW_STEPS: u32 = 4;
+
+/// A field that falls no faster in one place of a leaf than this many times as fast as in another is
+/// near enough to a line for secant steps to go to its root from anywhere in the leaf.
+const UNEVEN: f32 = 4.0;
 
 impl Marcher {
     /// Marches the rays of a packet, which are the places `items` of a tile, and says in which leaf
@@ -216,7 +221,8 @@ impl Marcher {
         count
     }
 
-    /// Takes the collected rays through the leaf.
+    /// Takes the collected rays through the leaf. Those that have ended stay in their lanes until half
+    /// of the lanes are theirs: carrying them along costs less than moving the others each time.
     fn cross(
         &mut self,
         frame: &Frame,
@@ -228,24 +234,31 @@ impl Marcher {
     ) -> u64 {
         let mut evaluations = 0;
         self.arrived = 0;
+        let mut under_way = lowest(count);
         let mut next_look = FEW_STEPS;
         for steps in 0.. {
             if steps == next_look {
                 next_look = FEW_STEPS.max(next_look * FEW_STEPS);
                 evaluations += self.look(frame, cell, count, evaluator);
-                count = self.end_those_that_ended(count, cell, items, rays);
+                let left = under_way & open_lanes(&self.inside);
+                self.end_those(under_way & !left, cell, items, rays);
+                (under_way, count) = self.close_ranks(left, count);
             }
-            if count == 0 {
+            if under_way == 0 {
                 break;
             }
             place(&self.inside, count, &mut self.points);
             evaluator.distances_in(cell, &self.points, count, &mut self.values);
-            evaluations += count as u64;
-            let under_way = advance(frame, &self.values, count, &mut self.inside);
-            if under_way.trailing_ones() as usize >= count {
+            evaluations += u64::from(under_way.count_ones());
+            let left = under_way & advance(frame, &self.values, count, &mut self.inside);
+            if left == under_way {
                 continue;
             }
-            count = self.end_those_that_ended(count, cell, items, rays);
+            if left == 0 && under_way == !0 && all_went_through(&self.inside, &mut self.packet) {
+                break;
+            }
+            self.end_those(under_way & !left, cell, items, rays);
+            (under_way, count) = self.close_ranks(left, count);
         }
         evaluations + self.settle(frame, cell, items, rays, evaluator)
     }
@@ -269,28 +282,30 @@ impl Marcher {
         count as u64
     }
 
-    /// Takes rays that are no longer under way out of the lanes; gives how many are left.
-    fn end_those_that_ended(
-        &mut self,
-        mut count: usize,
-        cell: u32,
-        items: &[u32],
-        rays: &mut [Ray],
-    ) -> usize {
-        if count == LANES && all_went_through(&self.inside, &mut self.packet) {
-            return 0;
+    /// Keeps how these rays left the leaf.
+    fn end_those(&mut self, mut ended: u64, cell: u32, items: &[u32], rays: &mut [Ray]) {
+        while ended != 0 {
+            self.end(ended.trailing_zeros() as usize, cell, items, rays);
+            ended &= ended - 1;
         }
-        let mut lane = 0;
-        while lane < count {
-            if self.inside.outcome.0[lane] == outcome::UNDER_WAY {
-                lane += 1;
-                continue;
-            }
-            self.end(lane, cell, items, rays);
-            count -= 1;
-            self.inside.move_lane(count, lane);
+    }
+
+    /// Moves the rays under way to the front if that halves the lanes that are run; gives the lanes
+    /// where they are, and how many are run.
+    fn close_ranks(&mut self, under_way: u64, count: usize) -> (u64, usize) {
+        let left = under_way.count_ones() as usize;
+        if whole_chunks(left) * 2 > whole_chunks(count) {
+            return (under_way, count);
         }
-        count
+        let front = lowest(left);
+        let (mut free, mut behind) = (front & !under_way, under_way & !front);
+        while behind != 0 {
+            let (from, to) = (behind.trailing_zeros(), free.trailing_zeros());
+            self.inside.move_lane(from as usize, to as usize);
+            behind &= behind - 1;
+            free &= free - 1;
+        }
+        (front, left)
     }
 
     /// Moves the rays that hit in the leaf onto the surface, as far as it lies in the leaf; the stage
@@ -388,6 +403,11 @@ fn whole_chunks(count: usize) -> usize {
     count.div_ceil(CHUNK).min(LANES / CHUNK) * CHUNK
 }
 
+/// The first lanes, as bits.
+fn lowest(count: usize) -> u64 {
+    u64::MAX.checked_shr((LANES - count) as u32).unwrap_or(0)
+}
+
 /// Whether a packet's rays cross a leaf.
 pub(super) struct Met {
     any: bool,
@@ -439,8 +459,6 @@ widest! {
 #[inline(always)]
 fn enter_body(region: &Region, lanes: usize, p: &mut Packet) -> Met {
     let (low, high) = (region.low, region.high);
-    let mut crossing = 0;
-    let mut farthest = f32::NEG_INFINITY;
     for lane in 0..LANES {
         let slab = |axis: usize, origin: f32, inverse: f32| {
             let a = (low[axis] - origin) * inverse;
@@ -459,19 +477,28 @@ fn enter_body(region: &Region, lanes: usize, p: &mut Packet) -> Met {
         let exit = exit + exit.abs() * 4e-7;
         p.enter.0[lane] = enter;
         p.exit.0[lane] = exit;
-        let real = lane < lanes;
-        crossing |= u32::from((enter <= exit) & real);
-        farthest = Real::max(farthest, if real { p.leave.0[lane] } else { farthest });
+    }
+    // The largest of a column is found in as many parts as there are lanes in a chunk: one after the other
+    // would be a loop that does not become vectors.
+    let mut crossing = 0;
+    let mut farthest = [f32::NEG_INFINITY; CHUNK];
+    for first in (0..LANES).step_by(CHUNK) {
+        for (offset, part) in farthest.iter_mut().enumerate() {
+            let lane = first + offset;
+            let real = lane < lanes;
+            crossing |= u32::from((p.enter.0[lane] <= p.exit.0[lane]) & real);
+            *part = Real::max(*part, if real { p.leave.0[lane] } else { *part });
+        }
     }
     Met {
         any: crossing != 0,
-        farthest,
+        farthest: farthest.into_iter().fold(f32::NEG_INFINITY, f32::max),
     }
 }
 
 widest! {
-    /// How fast the field changes along the rays in a leaf, and how fast it falls: where its gradient
-    /// is bounded, that is less than its slope.
+    /// How fast the field changes along the rays in a leaf, how fast it falls at most, and at least:
+    /// where its gradient is bounded, that is less than its slope.
     fn bound_slopes(cell: &Cell, count: usize, inside: &mut Inside) = bound_slopes_body;
 }
 
@@ -480,23 +507,28 @@ fn bound_slopes_body(cell: &Cell, count: usize, b: &mut Inside) {
     let Some(gradient) = cell.gradient else {
         b.slope = Column([cell.slope; LANES]);
         b.fall = Column([cell.slope; LANES]);
+        b.steady = Column::default();
         return;
     };
     for i in 0..whole_chunks(count) {
         let way = [b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]];
         let (mut low, mut high) = (0.0, 0.0);
         for axis in 0..3 {
-            let [a, c] = gradient[axis].map(|end| end * way[axis]);
+            let [least, most] = gradient[axis];
+            let (a, c) = (least * way[axis], most * way[axis]);
             low += Real::min(a, c);
             high += Real::max(a, c);
         }
         // Directions are of unit length but for rounding, and so are the sums.
         let rounding = 1e-5 * cell.slope;
         let most = Real::max(-low, high) + rounding;
-        let fall = if b.side.0[i] > 0.0 { -low } else { high } + rounding;
+        let outside = b.side.0[i] > 0.0;
+        let fall = if outside { -low } else { high } + rounding;
+        let steady = if outside { -high } else { low } - rounding;
         let slope = Real::min(Real::max(most, 1e-3 * cell.slope), cell.slope);
         b.slope.0[i] = slope;
         b.fall.0[i] = Real::min(Real::max(fall, 0.0), slope);
+        b.steady.0[i] = Real::min(Real::max(steady, 0.0), slope);
     }
 }
 
@@ -591,7 +623,21 @@ fn rule_out_body(f: &Frame, [low, high]: &Range, count: usize, b: &mut Inside) {
 }
 
 widest! {
-    /// Takes a step with each ray; gives those that are still under way, as bits.
+    /// The lanes whose rays are under way, as bits.
+    fn open_lanes(inside: &Inside) -> u64 = open_lanes_body;
+}
+
+#[inline(always)]
+fn open_lanes_body(b: &Inside) -> u64 {
+    let mut open = 0;
+    for (i, &out) in b.outcome.0.iter().enumerate() {
+        open |= u64::from(out == outcome::UNDER_WAY) << i;
+    }
+    open
+}
+
+widest! {
+    /// Takes a step with each ray; gives the lanes where they are still under way, as bits.
     fn advance(frame: &Frame, values: &Column, count: usize, inside: &mut Inside) -> u64 =
         advance_body;
 }
@@ -620,13 +666,33 @@ fn advance_body(f: &Frame, values: &Column, count: usize, b: &mut Inside) -> u64
             }
         });
         // The tape holds in the leaf, so no step leads out of it.
-        b.step.0[i] = Real::min(b.step.0[i], b.leave.0[i] - b.t.0[i]);
+        let left = b.leave.0[i] - b.t.0[i];
+        b.step.0[i] = Real::min(b.step.0[i], left);
+        // A field that falls all the way, and to below zero, has one root: the line to begin with has
+        // the slope between the least and the most.
+        let (least, most) = (b.steady.0[i] / slope, b.fall.0[i] / slope);
+        let under_way = b.outcome.0[i] == outcome::UNDER_WAY;
+        let even = most < least * UNEVEN;
+        let (radius, falls) = (b.radius.0[i], least * left);
+        let certain = under_way & even & (radius > 0.0) & (radius < falls);
+        let before = radius + (least + most) * 0.5 * left;
+        b.outcome.0[i] = if certain {
+            outcome::HIT
+        } else {
+            b.outcome.0[i]
+        };
+        b.t_before.0[i] = if certain {
+            b.t.0[i] - left
+        } else {
+            b.t_before.0[i]
+        };
+        b.radius_before.0[i] = if certain {
+            before
+        } else {
+            b.radius_before.0[i]
+        };
     }
-    let mut under_way = 0;
-    for (i, &out) in b.outcome.0.iter().enumerate() {
-        under_way |= u64::from(out == outcome::UNDER_WAY) << i;
-    }
-    under_way
+    open_lanes_body(b)
 }
 
 widest! {
