@@ -9,11 +9,12 @@
 use crate::bounds::World;
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::uniforms::operands_first;
-use sdfc_vm::apply::{Applied, apply};
+use sdfc_vm::apply::{Applied, apply, laid_out};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Real;
+use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::BinaryHeap;
 
@@ -75,77 +76,61 @@ impl Ranges {
     }
 }
 
-/// A number of point stage, ready to be evaluated over boxes.
-struct Field<'a> {
-    expressions: &'a Expressions,
-    order: Vec<ExprId>,
-    ranges: &'a Ranges,
+/// A number of point stage, ready to be evaluated over boxes: what it is computed from, operands first.
+struct Field {
+    steps: Vec<Step>,
+    /// What the steps gave in the last box.
+    values: Vec<DualInterval>,
 }
 
-impl<'a> Field<'a> {
-    fn new(expressions: &'a Expressions, id: ExprId, ranges: &'a Ranges) -> Self {
-        Self {
-            expressions,
-            order: operands_first(expressions, id, |_| false),
-            ranges,
-        }
-    }
+/// How one of the numbers that a field is computed from is found; operands are places of earlier steps.
+enum Step {
+    /// It is the same in all boxes.
+    Known(DualInterval),
+    /// It is a coordinate of the point.
+    Coordinate(usize),
+    /// It is what a row gives.
+    Apply {
+        op: Op,
+        point: Option<[usize; 3]>,
+        values: Vec<usize>,
+        parameters: Vec<f32>,
+    },
+}
 
-    /// The values of all that the field is computed from are kept in the order of their ids, so a
-    /// binary search finds each.
-    fn at(&self, bounds: &Bounds) -> DualInterval {
-        let axis = |i: usize| Interval {
-            lo: bounds.min[i],
-            hi: bounds.max[i],
+impl Field {
+    fn new(expressions: &Expressions, id: ExprId, ranges: &Ranges) -> Self {
+        let order = operands_first(expressions, id, |_| false);
+        let place = |id: &ExprId| match order.binary_search(id) {
+            Ok(at) | Err(at) => at,
         };
-        let point: DualVec3<Interval> = DualVec3::seed(V3::of(axis(0), axis(1), axis(2)));
-        let mut values: Vec<DualInterval> = Vec::with_capacity(self.order.len());
-        for &id in &self.order {
-            let get = |id: &ExprId| {
-                self.order
-                    .binary_search(id)
-                    .ok()
-                    .and_then(|at| values.get(at))
-                    .copied()
-            };
-            let get = |id: &ExprId| get(id).unwrap_or(Dual::fixed(Interval::ALL));
-            let value = match self.expressions.get(id) {
-                Expression::Constant(v) => Dual::fixed(Interval::point(*v)),
-                Expression::Param(param, _) => Dual::fixed(self.ranges.params[param.0 as usize]),
-                Expression::Time => Dual::fixed(self.ranges.time),
-                Expression::Coordinate(i) => Dual {
-                    value: [point.value.x, point.value.y, point.value.z][usize::from(*i)],
-                    gradient: point.gradients[usize::from(*i)],
-                },
-                Expression::NormalComponent(_) => Dual::fixed(Interval { lo: -1.0, hi: 1.0 }),
+        let mut field = Self {
+            steps: Vec::with_capacity(order.len()),
+            values: Vec::with_capacity(order.len()),
+        };
+        for &id in &order {
+            let step = match expressions.get(id) {
+                Expression::Constant(v) => Step::Known(Dual::fixed(Interval::point(*v))),
+                Expression::Param(param, _) => {
+                    Step::Known(Dual::fixed(ranges.params[param.0 as usize]))
+                }
+                Expression::Time => Step::Known(Dual::fixed(ranges.time)),
+                Expression::Coordinate(i) => Step::Coordinate(usize::from(*i)),
+                Expression::NormalComponent(_) => {
+                    Step::Known(Dual::fixed(Interval { lo: -1.0, hi: 1.0 }))
+                }
                 Expression::Apply {
                     op,
                     point,
                     values,
                     parameters,
                 } => {
-                    let p = match point {
-                        Some([x, y, z]) => {
-                            let (x, y, z) = (get(x), get(y), get(z));
-                            DualVec3 {
-                                value: V3::of(x.value, y.value, z.value),
-                                gradients: [x.gradient, y.gradient, z.gradient],
-                            }
-                        }
-                        None => {
-                            DualVec3::fixed(V3::of(Interval::ALL, Interval::ALL, Interval::ALL))
-                        }
-                    };
-                    let mut operands = [Dual::constant(0.0); 3];
-                    for (slot, id) in operands.iter_mut().zip(values) {
-                        *slot = get(id);
-                    }
                     // Parameters of such rows (a noise's seed) are taken at the middle of their
-                    // range: no row's slope depends on them.
+                    // range: no row's slope depends on them. They do not depend on the point.
                     let numbers: Vec<f64> = parameters
                         .iter()
-                        .map(|id| {
-                            let v = get(id).value;
+                        .map(|id| field.known(place(id)).unwrap_or(Interval::ALL))
+                        .map(|v| {
                             if v.lo == v.hi {
                                 v.lo
                             } else {
@@ -153,15 +138,89 @@ impl<'a> Field<'a> {
                             }
                         })
                         .collect();
-                    match apply(*op, p, operands, &sdfc_vm::apply::laid_out(*op, &numbers)) {
-                        Applied::Value(v) => v,
-                        Applied::Point(_) => Dual::fixed(Interval::ALL),
+                    Step::Apply {
+                        op: *op,
+                        point: point.map(|point| point.map(|id| place(&id))),
+                        values: values.iter().map(place).collect(),
+                        parameters: laid_out(*op, &numbers),
                     }
                 }
             };
-            values.push(value);
+            field.add(step);
         }
-        values.pop().unwrap_or(Dual::constant(0.0))
+        field
+    }
+
+    /// Adds a step, or what it gives where that is the same in all boxes.
+    fn add(&mut self, step: Step) {
+        let everywhere = DualVec3::fixed(V3::of(Interval::ALL, Interval::ALL, Interval::ALL));
+        let value = step.value(&everywhere, &self.values);
+        let known = |&at: &usize| self.known(at).is_some();
+        let same = match &step {
+            Step::Known(_) => true,
+            Step::Coordinate(_) => false,
+            Step::Apply { point, values, .. } => point.iter().flatten().chain(values).all(known),
+        };
+        self.values.push(value);
+        self.steps
+            .push(if same { Step::Known(value) } else { step });
+    }
+
+    /// The number at a place, if it is the same in all boxes.
+    fn known(&self, at: usize) -> Option<Interval> {
+        match self.steps[at] {
+            Step::Known(value) => Some(value.value),
+            _ => None,
+        }
+    }
+
+    fn at(&mut self, bounds: &Bounds) -> DualInterval {
+        let axis = |i: usize| Interval {
+            lo: bounds.min[i],
+            hi: bounds.max[i],
+        };
+        let point = DualVec3::seed(V3::of(axis(0), axis(1), axis(2)));
+        self.values.clear();
+        for step in &self.steps {
+            let value = step.value(&point, &self.values);
+            self.values.push(value);
+        }
+        self.values.last().copied().unwrap_or(Dual::constant(0.0))
+    }
+}
+
+impl Step {
+    /// What it gives at a point, from what the steps before it gave.
+    fn value(&self, at: &DualVec3<Interval>, before: &[DualInterval]) -> DualInterval {
+        match self {
+            Self::Known(value) => *value,
+            Self::Coordinate(i) => Dual {
+                value: [at.value.x, at.value.y, at.value.z][*i],
+                gradient: at.gradients[*i],
+            },
+            Self::Apply {
+                op,
+                point,
+                values,
+                parameters,
+            } => {
+                let p = match point.map(|point| point.map(|place| before[place])) {
+                    Some([x, y, z]) => DualVec3 {
+                        value: V3::of(x.value, y.value, z.value),
+                        gradients: [x.gradient, y.gradient, z.gradient],
+                    },
+                    None => DualVec3::fixed(V3::of(Interval::ALL, Interval::ALL, Interval::ALL)),
+                };
+                let mut operands = [Dual::constant(0.0); 3];
+                for (slot, &place) in operands.iter_mut().zip(values) {
+                    *slot = before[place];
+                }
+                match apply(*op, p, operands, parameters) {
+                    Applied::Value(v) => v,
+                    Applied::Point(_) => Dual::fixed(Interval::ALL),
+                }
+            }
+        }
     }
 }
 
@@ -174,13 +233,15 @@ pub(crate) fn bound(
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> f64 {
-    let fields: Vec<Field<'_>> = numbers
+    let mut fields: Vec<Field> = numbers
         .iter()
         .map(|&id| Field::new(expressions, id, ranges))
         .collect();
-    let squares = |bounds: &Bounds| {
+    let size: usize = fields.iter().map(|field| field.steps.len()).sum();
+    let size = size.max(1);
+    let mut squares = |bounds: &Bounds| {
         let (mut upper, mut lower) = (0.0_f64, 0.0_f64);
-        for field in &fields {
+        for field in &mut fields {
             let gradient = field.at(bounds).gradient;
             for component in [gradient.x, gradient.y, gradient.z] {
                 upper += component.magnitude().powi(2);
@@ -203,8 +264,6 @@ pub(crate) fn bound(
         found
     };
     let mut best = push(&mut queue, *region);
-    let size: usize = fields.iter().map(|field| field.order.len()).sum();
-    let size = size.max(1);
     for _ in 0..(budget.0 / 2 / size).min(MAX_BOXES) {
         let Some(worst) = queue.pop() else { break };
         if worst.upper <= best * 1.21 || !region.is_finite() {
