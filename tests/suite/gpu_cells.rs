@@ -159,10 +159,15 @@ fn wide(cells: CellUse) -> Overrides {
     }
 }
 
-/// Whether there are as many cells and clauses, to a tenth.
-fn alike(a: CellStats, b: CellStats) -> bool {
-    let near = |a: u64, b: u64| a * 10 <= b * 11 && b * 10 <= a * 11;
-    near(a.made, b.made) && near(a.clauses, b.clauses) && a.short == b.short
+/// Whether there are as many cells, to a tenth, and about as many clauses: the processor keeps tapes that
+/// are the same side by side once.
+fn alike(processor: CellStats, device: CellStats) -> bool {
+    let within = |a: u64, b: u64| a * 10 <= b * 11;
+    within(processor.made, device.made)
+        && within(device.made, processor.made)
+        && within(processor.clauses, device.clauses)
+        && within(device.clauses, 2 * processor.clauses)
+        && processor.short == device.short
 }
 
 #[test]

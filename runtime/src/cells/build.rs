@@ -99,29 +99,44 @@ pub(super) fn deepen(
     let slopes = cut.band == 0.0 && program.code.iter().any(raw);
     // What edits left behind is no reason to cut less.
     let before = cells.clauses();
+    let mut next = Vec::new();
     for _ in 0..cut.split.levels() {
-        if parents.is_empty() {
-            break;
-        }
-        if cells.cells.len() > MOST || cells.clauses() - before > MOST_CLAUSES {
-            cells.short = parents.len();
-            for parent in &parents {
-                cells.forget(parent.before);
+        let mut rest = parents.as_slice();
+        while !rest.is_empty() {
+            if cells.cells.len() > MOST || cells.clauses() - before > MOST_CLAUSES {
+                cells.short += rest.len() + next.len();
+                for parent in rest.iter().chain(&next) {
+                    cells.forget(parent.before);
+                }
+                return;
             }
-            break;
+            let (group, others) = rest.split_at(affordable(cells, rest));
+            rest = others;
+            let length = group.len().div_ceil(rayon::current_num_threads() * 8);
+            let pieces: Vec<&[Parent]> = group.chunks(length.clamp(1, 64)).collect();
+            let parts = share(
+                pieces.len(),
+                || Worker::new(program, tape),
+                |worker, piece| worker.cut_all(cells, pieces[piece], cut, slopes),
+            );
+            for part in parts {
+                add(cells, part, changed, &mut next);
+            }
         }
-        let length = parents.len().div_ceil(rayon::current_num_threads() * 8);
-        let pieces: Vec<&[Parent]> = parents.chunks(length.clamp(1, 64)).collect();
-        let parts = share(
-            pieces.len(),
-            || Worker::new(program, tape),
-            |worker, piece| worker.cut_all(cells, pieces[piece], cut, slopes),
-        );
         parents.clear();
-        for part in parts {
-            add(cells, part, changed, &mut parents);
-        }
+        std::mem::swap(&mut parents, &mut next);
     }
+}
+
+/// How many of these cells are cut before what they left is counted: even if nothing could be left out of
+/// any tape, [`MOST_CLAUSES`] would be no more than twice what is allowed, or one cell's.
+fn affordable(cells: &Cells, parents: &[Parent]) -> usize {
+    let mut clauses = 0;
+    let fitting = parents.iter().take_while(|parent| {
+        clauses += cells.tape(parent.cell).len() * CHILDREN;
+        clauses <= MOST_CLAUSES
+    });
+    fitting.count().max(1)
 }
 
 /// A cell that is to be cut, and the entry of a node that will point to its own.
@@ -141,6 +156,27 @@ struct Part {
     /// With numbers of this part's own cells.
     nodes: Vec<[u32; CHILDREN]>,
     parents: Vec<Parent>,
+}
+
+impl Part {
+    /// Keeps the last tape, which begins at `start`, unless a cell from the `first` on has the same: boxes
+    /// side by side often do.
+    fn keep_once(&mut self, first: usize, start: usize) -> Kept {
+        let (before, last) = self.clauses.split_at(start);
+        let alike = self.cells[first..].iter().rev().map(|(cell, _)| cell.tape);
+        let alike = alike.filter(|kept| kept.arena == OWN).find(|kept| {
+            let from = kept.start as usize;
+            kept.len as usize == last.len() && before[from..from + last.len()] == *last
+        });
+        if alike.is_some() {
+            self.clauses.truncate(start);
+        }
+        alike.unwrap_or(Kept {
+            arena: OWN,
+            start: start as u32,
+            len: (self.clauses.len() - start) as u32,
+        })
+    }
 }
 
 /// The arena of a part's own tapes, until it is known.
@@ -264,11 +300,7 @@ impl<'a> Worker<'a> {
                 part.clauses.truncate(start);
                 cells.cell(parent).tape
             } else {
-                Kept {
-                    arena: OWN,
-                    start: start as u32,
-                    len: len as u32,
-                }
+                part.keep_once(first, start)
             };
             let child = region.child(lane, cut.split);
             let stale = if len * 10 > tape.len() * 9 {
