@@ -134,10 +134,7 @@ pub fn march_step<R: Real>(
     let plain = R::not(radius.less(step));
     let overlapping = R::not((radius + field).less(step));
     let guessed = R::or(plain, radius.less(radius_before));
-    let near = (threshold * lit(NEAR))
-        .min(half_pixel)
-        .max(threshold)
-        .named("near");
+    let near = near(threshold, half_pixel).named("near");
     let below = radius.less(threshold);
     let short = R::and(below, R::not(threshold.less(step)));
     let least = radius.min(threshold) * lit(LEFT);
@@ -181,6 +178,13 @@ pub fn march_step<R: Real>(
 #[inline(always)]
 pub fn threshold<R: Real>(t: R, half_pixel: R, cone: R, rounding: R) -> R {
     (half_pixel * cone).max(rounding_at(t, rounding))
+}
+
+/// The field below which roots are guessed where it falls evenly: a few thresholds, but no more than
+/// half a pixel where the threshold is less.
+#[inline(always)]
+pub fn near<R: Real>(threshold: R, half_pixel: R) -> R {
+    (threshold * lit(NEAR)).min(half_pixel).max(threshold)
 }
 
 /// The field that rounding alone can cause at `t` along a ray.
