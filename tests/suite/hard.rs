@@ -55,13 +55,11 @@ const LIMITS: [(&str, Limit); 3] = [
         },
     ),
     // Each step leaves a share of the way that comes near to one as the angle comes near to zero: 512 do
-    // not get within half a pixel of the plane, and the root is guessed from a steady fall. A unit in the
-    // last place of the height, divided by the sine of the angle, is what depths are off by.
+    // not get within half a pixel of the plane, and the root is guessed from a steady fall.
     (
         "grazing_plane/horizon",
         Limit {
             step_caps: 640,
-            depth: 2e-5,
             ..GATE
         },
     ),
