@@ -1,7 +1,8 @@
 //! What there is to say about how far single precision is off in a scene.
 
 use crate::scene::Opened;
-use sdfc_runtime::rounding::{AFAR, Rounding, Worst, rounding};
+use sdfc_runtime::frame::RenderSettings;
+use sdfc_runtime::rounding::{AFAR, Rounding, Worst, rounding, seen};
 use sdfc_runtime::settings::{Overrides, resolve};
 use serde_json::{Value, json};
 
@@ -31,7 +32,8 @@ pub(crate) fn lines(rounding: &Rounding) -> Vec<String> {
     field.into_iter().chain(seen).collect()
 }
 
-/// The largest error as it is known.
+/// The largest error as it is known: `at most` where the bound over boxes is settled, and `about` what was
+/// found at points where it is not, as beside seams, on whose two sides a box has different fields.
 fn largest(worst: &Worst, text: impl Fn(f64) -> String) -> String {
     if worst.is_settled() {
         format!("at most {}", text(worst.at_most))
@@ -52,7 +54,16 @@ fn pixels(number: f64) -> String {
 
 /// That rounding can be seen, and what to do about it.
 pub(crate) fn warning(rounding: &Rounding) -> Option<String> {
-    let worst = rounding.seen.filter(|worst| worst.found > VISIBLE)?;
+    told(rounding.seen)
+}
+
+/// The same for a picture of these settings.
+pub(crate) fn warning_in(opened: &Opened, settings: &RenderSettings) -> Option<String> {
+    told(seen(opened.module(), &opened.outputs, settings))
+}
+
+fn told(seen: Option<Worst>) -> Option<String> {
+    let worst = seen.filter(|worst| worst.found > VISIBLE)?;
     Some(format!(
         "rounding may move what is seen by {} pixels: f32 has 7 digits, so move the scene and the \
          camera nearer to the origin, or make all of it larger but for its distance from there",

@@ -6,6 +6,7 @@
 //! `spread.rs`.
 
 use crate::expression::{ExprId, Expression, Expressions, ParamId};
+use crate::range::range;
 use crate::scene::{Animation, Param, Scene, Shape, ShapeId, ShapeKind};
 use crate::slope::{self, Budget, Ranges};
 use crate::spread::Spread;
@@ -15,7 +16,7 @@ use sdfc_vm::interval::Interval;
 use sdfc_vm::row::{BoundsRule, Exactness, Slope};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
 /// The values that numbers have at the present parameters and time, computed in the order of the
 /// graph, once each. Numbers of a point have none.
@@ -602,63 +603,6 @@ fn shift(graph: &Expressions, id: ExprId, axis: u8) -> Option<ExprId> {
         },
         _ => None,
     }
-}
-
-/// All values that a number may have while its point is in a box.
-pub fn range(
-    graph: &Expressions,
-    id: ExprId,
-    region: &Bounds,
-    value: &mut dyn FnMut(ExprId) -> f64,
-) -> Interval {
-    let mut needed = BTreeSet::new();
-    let mut pending = vec![id];
-    while let Some(id) = pending.pop() {
-        if needed.insert(id)
-            && let Expression::Apply { point, values, .. } = graph.get(id)
-        {
-            pending.extend(point.iter().flatten().chain(values));
-        }
-    }
-    // Ids grow from operands to what uses them.
-    let mut known: HashMap<ExprId, Interval> = HashMap::with_capacity(needed.len());
-    let mut last = Interval::ALL;
-    for id in needed {
-        last = match graph.get(id) {
-            Expression::Constant(_) | Expression::Param(..) | Expression::Time => {
-                Interval::point(value(id))
-            }
-            Expression::Coordinate(axis) => {
-                let axis = usize::from(*axis);
-                Interval {
-                    lo: region.min[axis],
-                    hi: region.max[axis],
-                }
-            }
-            Expression::NormalComponent(_) => Interval { lo: -1.0, hi: 1.0 },
-            Expression::Apply {
-                op,
-                point,
-                values,
-                parameters,
-            } => {
-                let get = |id: &ExprId| known.get(id).copied().unwrap_or(Interval::ALL);
-                let p = point.map_or([Interval::ALL; 3], |p| [0, 1, 2].map(|i| get(&p[i])));
-                let mut operands = [Interval::point(0.0); 3];
-                for (slot, id) in operands.iter_mut().zip(values) {
-                    *slot = get(id);
-                }
-                let parameters: Vec<f64> = parameters.iter().map(|&id| value(id)).collect();
-                let [x, y, z] = p;
-                match apply(*op, V3::of(x, y, z), operands, &laid_out(*op, &parameters)) {
-                    Applied::Value(range) => range,
-                    Applied::Point(_) => Interval::ALL,
-                }
-            }
-        };
-        known.insert(id, last);
-    }
-    last
 }
 
 /// The value of a number of point stage, without parameters, at a point.

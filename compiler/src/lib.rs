@@ -14,6 +14,7 @@ pub mod open;
 pub mod origins;
 pub mod passes;
 pub mod raise;
+pub mod range;
 pub mod scene;
 pub mod schedule;
 pub mod slope;

@@ -130,8 +130,9 @@ pub struct RenderSettings {
     pub steps: u32,
     /// How far a ray goes, in scene units.
     pub far: f64,
-    /// Where a march stops: at this share of half a pixel from the surface. The depth is polished
-    /// afterwards; a larger share takes fewer steps and thickens what is thinner than a pixel.
+    /// How near to a surface a march comes before it looks for the root: to this share of half a pixel,
+    /// and to a few times as much where the field falls evenly. The depth is polished afterwards; with
+    /// a larger share it takes fewer steps, and passes more of what is thinner than a pixel.
     pub cone: f64,
     /// How far steps go beyond the distance of the nearest surface where the field allows it: the
     /// weight, from 0 to 1, of the newest slope along a ray in a running mean of them. 0 is plain

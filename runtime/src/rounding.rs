@@ -54,8 +54,13 @@ pub fn rounding(module: &Module, outputs: &[f64], settings: &RenderSettings) -> 
     Rounding {
         within: within.flatten(),
         afar: at(program, AFAR, settings.plane),
-        seen: seen(program, settings, &facts),
+        seen: in_picture(program, settings, &facts),
     }
+}
+
+/// [`Rounding::seen`] alone.
+pub fn seen(module: &Module, outputs: &[f64], settings: &RenderSettings) -> Option<Worst> {
+    in_picture(&module.distance, settings, &facts(module, outputs))
 }
 
 /// How far off rounding may be at one point.
@@ -88,7 +93,7 @@ pub fn here(module: &Module, outputs: &[f64], settings: &RenderSettings, point: 
 }
 
 /// What the camera may see: first where some rays end, then all that it may see at all.
-fn seen(program: &Program, settings: &RenderSettings, facts: &FieldFacts) -> Option<Worst> {
+fn in_picture(program: &Program, settings: &RenderSettings, facts: &FieldFacts) -> Option<Worst> {
     let camera = Camera::of(settings, &prepare(settings, facts));
     let region = flat(facts.bounds.common(&camera.reach()), settings.plane);
     let gauge = |place: &[Interval; 3]| camera.gauge(place);

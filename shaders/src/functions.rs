@@ -63,8 +63,8 @@ functions! {
     beam_goes_on = beam::goes_on(way, half_pixel);
 
     march_step = marching::march_step(
-        t, radius, step, trend, t_before, radius_before, field, threshold, relaxation, rounding,
-        leave
+        t, radius, step, trend, t_before, radius_before, field, threshold, half_pixel, relaxation,
+        rounding, leave
     ) -> MarchStep { t, radius, step, trend, t_before, radius_before, arrived };
     threshold = marching::threshold(t, half_pixel, cone, rounding);
     rounding_at = marching::rounding_at(t, rounding);

@@ -66,7 +66,7 @@ shared! {
         footprint_growth: f32,
         /// How the direction moves to the upper edge.
         forward_up: vec3f,
-        /// The stop threshold of the march, as a share of half a pixel.
+        /// The threshold of the march, as a share of half a pixel.
         cone: f32,
         /// The lower corner of the box outside which there is nothing.
         bounds_min: vec3f,

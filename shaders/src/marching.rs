@@ -8,12 +8,14 @@
 //! exactly the old radius (B. Keinert and others, *Enhanced Sphere Tracing*, 2014, there with a
 //! shorter step back).
 //!
-//! Where the field is below a share of half a pixel, the root is guessed by a line through the last
-//! two points, and that is where the ray goes next. It stops if next to nothing is left of the field
-//! there, or its sign has changed; else it passes by, or goes on in plain steps and guesses again. So a
-//! ray stops where there is a root, and not wherever a field is small: beside a rim, before something
-//! far thinner than a pixel, or above a field that is much flatter than its slope bound. (Unless it
-//! comes so near that it would creep: to 1/32 of a pixel.)
+//! Where the field has come near to zero and falls evenly, as towards a plane, the root is guessed by a
+//! line through the last two points, and that is where the ray goes next: near is four thresholds, which
+//! are shares of half a pixel, but no more than half a pixel. A ray stops if next to nothing is left of the
+//! field there, or its sign has changed; else it passes by, or goes on in plain steps and guesses again. So
+//! it stops where there is a root, and not wherever a field is small: beside a rim, before something far
+//! thinner than a pixel, or above a field that is much flatter than its slope bound. Below the threshold
+//! a ray that all but touches something would creep past it; it goes on by at least the threshold
+//! there, or to where a line says that the root is, and passes what is shorter along the ray.
 //! [`secant_step`] then finds the root to rounding.
 //!
 //! A field may fall faster than its slope says, or jump: a slope that a scene claims is not checked. A
@@ -74,16 +76,15 @@ pub const UNDECIDED: u32 = 32;
 pub const RELAXATION: f64 = 0.3;
 /// The largest mean that is used: steps are at most 2 / (1 − this) radii.
 const STEEPEST: f64 = 0.9;
-/// What may be left of the field where a root was guessed.
-pub const LEFT: f64 = 0.125;
-/// The share of the threshold at which a ray stops in any case: else one that all but touches a rim
-/// would creep along it.
-const TOUCHING: f64 = 0.25;
-/// How far ahead roots are guessed, in thresholds: four pixels. Farther only where the field falls
-/// evenly, as towards a plane; rays past a rim fall ever slower, and guess in vain.
-const AHEAD: f64 = 32.0;
+/// What may be left of the field where a root was guessed, as a share of the field before, or of the
+/// threshold if that is less.
+pub const LEFT: f64 = 0.02;
+/// From how many thresholds on roots are guessed where the field falls evenly.
+const NEAR: f64 = 4.0;
 /// A field falls evenly if its last slope differs from the mean by no more than this share of it.
-const EVENLY: f64 = 0.01;
+const EVENLY: f64 = 0.3;
+/// It falls steadily, as towards a plane and nothing else, if they differ by no more than this share.
+const STEADILY: f64 = 0.01;
 /// How many secant steps are taken at most.
 pub const SECANT_STEPS: u32 = 6;
 
@@ -109,8 +110,8 @@ pub struct Step<R> {
 /// One step: `field` is the value at `t + step`. A ray begins with `radius = step = 0` and a
 /// `trend` of −1. `relaxation`, from 0 to 1, is the weight of the newest slope in the running mean;
 /// with 0 the trend stays −1 and each step is exactly the radius: plain sphere tracing.
-/// Below `threshold` roots are guessed, up to `leave` along the ray; below `rounding`
-/// the field is as good as zero.
+/// Near `threshold`, a share of `half_pixel`, roots are guessed, up to `leave` along the ray; below
+/// `rounding` the field is as good as zero.
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
@@ -125,6 +126,7 @@ pub fn march_step<R: Real>(
     radius_before: R,
     field: R,
     threshold: R,
+    half_pixel: R,
     relaxation: R,
     rounding: R,
     leave: R,
@@ -132,11 +134,16 @@ pub fn march_step<R: Real>(
     let plain = R::not(radius.less(step));
     let overlapping = R::not((radius + field).less(step));
     let guessed = R::or(plain, radius.less(radius_before));
-    let vanished = R::and(radius.less(threshold), field.less(radius * lit(LEFT)));
-    let landed = R::and(guessed, vanished);
+    let near = near(threshold, half_pixel).named("near");
+    let below = radius.less(threshold);
+    let short = R::and(below, R::not(threshold.less(step)));
+    let least = radius.min(threshold) * lit(LEFT);
+    let vanished = R::and(radius.less(near), field.less(least));
+    let landed = R::and(R::or(guessed, short), vanished);
     let deep = R::and(field.less(-threshold), threshold.less(step));
     let jumped = R::and(R::or(plain, landed), deep);
-    let safe = R::and(R::or(plain, R::or(overlapping, landed)), R::not(jumped));
+    let passable = R::or(plain, R::or(overlapping, R::or(landed, short)));
+    let safe = R::and(passable, R::not(jumped));
     let slope = ((field - radius) / step.max(lit(1e-30))).named("slope");
     let mean = trend + (slope - trend) * relaxation;
     let known = R::and(safe, lit::<R>(0.0).less(step));
@@ -147,12 +154,14 @@ pub fn march_step<R: Real>(
     let relaxed = new_radius * lit(2.0) / (lit::<R>(1.0) - trend);
     let falling = R::and(known, slope.less(lit(0.0)));
     let to_root = (new_radius / (-slope).max(lit(1e-30))).named("to_root");
+    let at_least = R::select(falling, to_root.min(threshold), threshold);
+    let creeping = R::and(known, new_radius.less(threshold));
+    let onward = R::select(creeping, relaxed.max(at_least), relaxed).named("onward");
     let evenly = (slope - mean).abs().less(slope * lit(-EVENLY));
-    let ahead = R::or(to_root.less(threshold * lit(AHEAD)), evenly);
-    let near = R::and(new_radius.less(threshold), ahead);
-    let within = R::and(near, to_root.less(leave - new_t));
-    let next = R::select(R::and(falling, within), to_root, relaxed);
-    let touching = new_radius.less(rounding.max(threshold * lit(TOUCHING)));
+    let within = R::and(new_radius.less(near), to_root.less(leave - new_t));
+    let guess = R::and(falling, R::and(evenly, within));
+    let next = R::select(guess, to_root, onward);
+    let touching = new_radius.less(rounding);
     Step {
         t: new_t,
         radius: new_radius,
@@ -164,11 +173,18 @@ pub fn march_step<R: Real>(
     }
 }
 
-/// The field below which a ray looks for a root: a share of half a pixel, but no less than what
+/// The field near which a ray looks for a root: a share of half a pixel, but no less than what
 /// rounding leaves of a point at `t`.
 #[inline(always)]
 pub fn threshold<R: Real>(t: R, half_pixel: R, cone: R, rounding: R) -> R {
     (half_pixel * cone).max(rounding_at(t, rounding))
+}
+
+/// The field below which roots are guessed where it falls evenly: a few thresholds, but no more than
+/// half a pixel where the threshold is less.
+#[inline(always)]
+pub fn near<R: Real>(threshold: R, half_pixel: R) -> R {
+    (threshold * lit(NEAR)).min(half_pixel).max(threshold)
 }
 
 /// The field that rounding alone can cause at `t` along a ray.
@@ -178,7 +194,7 @@ pub fn rounding_at<R: Real>(t: R, rounding: R) -> R {
 }
 
 /// Whether, as 1 or 0, a ray that ran out of steps is drawn as one that hit: where the field falls to
-/// zero before `far`, and the ray is near to a surface, or the field has been falling evenly for many
+/// zero before `far`, and the ray is near to a surface, or the field has been falling steadily for many
 /// steps, as towards an endless plane near its horizon.
 #[inline(always)]
 pub fn nearly_arrived<R: Real>(
@@ -192,9 +208,9 @@ pub fn nearly_arrived<R: Real>(
 ) -> R {
     let near = radius.less(threshold * lit(32.0));
     let slope = ((radius - radius_before) / (t - t_before).max(lit(1e-30))).named("slope");
-    let evenly = (slope - trend).abs().less(slope * lit(-EVENLY));
+    let steadily = (slope - trend).abs().less(slope * lit(-STEADILY));
     let falls = radius.less(slope * (t - far));
-    R::select(R::and(falls, R::or(near, evenly)), lit(1.0), lit(0.0))
+    R::select(R::and(falls, R::or(near, steadily)), lit(1.0), lit(0.0))
 }
 
 /// Whether, as 1 or 0, the field is so small that no further secant step would tell more.

@@ -80,6 +80,7 @@ fn march_with(relaxation: f32, field: impl Fn(f32) -> f32, eps: f32, steps: usiz
             radius_before,
             field(t + step),
             eps,
+            4.0 * eps,
             relaxation,
             1e-6,
             1e9,
@@ -155,9 +156,29 @@ fn rays_stop_at_roots_and_not_beside_them() {
     // Through the wire.
     let (t, _) = march(|t| (t - 3.0).abs() - 1e-3, threshold, 200);
     assert!((t - 2.999).abs() < 1e-5, "stopped at {t}");
+    // Through sheets far thinner than the threshold, from the front and at an angle of 3°.
+    for sine in [1.0_f32, 0.3, 0.05] {
+        let sheet = |t: f32| (t - 3.0).abs() * sine - 1e-4;
+        let (t, steps) = march(|t| sheet(t).min(80.0 - t), threshold, 200);
+        assert!(
+            sheet(t).abs() < 2e-4,
+            "{sine}: stopped at {t} after {steps}"
+        );
+    }
     // A field a hundred times as flat as its bound.
     let (t, steps) = march(|t| (3.0 - t) * 0.01, threshold, 600);
     assert!((t - 3.0).abs() < 1e-4, "stopped at {t} after {steps}");
+}
+
+#[test]
+fn rays_that_all_but_touch_pass_without_creeping() {
+    let threshold = 1e-2;
+    for above in [1e-3_f32, 3e-4, 1e-4, 1e-5] {
+        let ball = |t: f32| (t - 5.0).hypot(1.0 + above) - 1.0;
+        let (t, steps) = march(|t| ball(t).min(12.0 - t), threshold, 200);
+        assert!((t - 12.0).abs() < 1e-4, "{above}: stopped at {t}");
+        assert!(steps < 80, "{above}: {steps} steps");
+    }
 }
 
 #[test]

@@ -2,12 +2,13 @@
 
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::frame::{CellUse, Normals, RenderSettings};
+use sdfc_shaders::marching;
 use serde::{Serialize, Serializer};
 
 /// A position of all knobs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Knobs {
-    /// Where a march stops, as a share of half a pixel.
+    /// How near a march comes before it looks for the root, as a share of half a pixel.
     pub(crate) threshold: f64,
     /// How far steps are relaxed; 0 is plain sphere tracing.
     pub(crate) relaxation: f64,
@@ -75,10 +76,12 @@ impl Knobs {
         }
     }
 
-    /// By how many pixels silhouettes may move, by construction: half the threshold, since that is a
-    /// share of half a pixel, and what simpler shapes may be off.
+    /// By how many pixels silhouettes may move, by construction: by as much as a ray may be away from the
+    /// surface whose root it guesses, since it passes what is beside it there; and by what simpler shapes
+    /// may be off.
     pub(crate) fn promised_pixels(&self) -> f64 {
-        self.threshold / 2.0 + self.lod.unwrap_or(0.0)
+        let half_pixels: f64 = marching::near(self.threshold, 1.0);
+        half_pixels / 2.0 + self.lod.unwrap_or(0.0)
     }
 
     /// What of them is not as in `default`, for people.
@@ -252,7 +255,12 @@ mod tests {
 
     #[test]
     fn promises_are_in_pixels() {
-        assert_eq!(default().promised_pixels(), 0.125);
+        assert_eq!(default().promised_pixels(), 0.5);
+        let fine = Knobs {
+            threshold: 0.05,
+            ..default()
+        };
+        assert!((fine.promised_pixels() - 0.1).abs() < 1e-12);
         let coarse = Knobs {
             threshold: 1.0,
             lod: Some(2.0),

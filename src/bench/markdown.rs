@@ -11,8 +11,8 @@ pub(crate) const LEGEND: [&str; 6] = [
     "Errors are against the truth that the engine `reference` proves with intervals in double \
      precision, one ray through the middle of each pixel; rays that it cannot decide are left out. \
      All settings but the one named are the scene's own: the row `default`.",
-    "`threshold` is where a ray stops, as a share of half a pixel from the surface (0.25 by \
-     default). `plain steps` is sphere tracing without relaxation. `lod` leaves out detail smaller \
+    "`threshold` is how near to a surface a ray comes before it looks for the root, as a share of half \
+     a pixel (0.25 by default). `plain steps` is sphere tracing without relaxation. `lod` leaves out detail smaller \
      than so many pixels. `no cells` evaluates the whole program everywhere.",
     "`ms` is the median of several pictures, each from a slightly different place so that nothing \
      is kept between them, without the compilation of kernels. `evaluations/px` counts the field's \

@@ -1,7 +1,7 @@
 //! The cheapest setting that keeps an error, in pixels.
 //!
 //! A setting keeps an error of n pixels if all but a hundredth of its depths at smooth pixels are off
-//! by n sides of a pixel at most, if silhouettes move by n pixels at most (as the stop threshold and
+//! by n sides of a pixel at most, if silhouettes move by n pixels at most (as the threshold and
 //! the detail promise), and if no ray wrongly hits or misses away from silhouettes or meets what is
 //! not a number.
 

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::picture;
 use crate::progress::Progress;
+use crate::rounding;
 use crate::scene::{Build, Detail};
 use crate::terminal::Terminal;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -194,7 +195,11 @@ pub(super) fn draw(
     )?;
     let detail = detail.told(&scene);
     terminal.write(&summary(to, &frame, engine, took, &detail));
-    for warning in troubles(&frame.stats, settings.steps) {
+    let rounding = rounding::warning_in(&scene, &settings);
+    for warning in troubles(&frame.stats, settings.steps)
+        .into_iter()
+        .chain(rounding)
+    {
         terminal.warning(&warning);
     }
     Ok(())

@@ -45,7 +45,7 @@ impl<'a> Elaborator<'a> {
         let (graph, params, time) = (&self.graph, &self.params, self.options.time);
         let present = &mut self.present;
         let mut value = |id| present.value(graph, params, time, id);
-        crate::bounds::range(graph, id, region, &mut value)
+        crate::range::range(graph, id, region, &mut value)
     }
 }
 

@@ -86,6 +86,24 @@ fn nothing_lies_outside_its_box() {
     }
 }
 
+/// Intervals alone take x · x to be as low as −9 in [−3, 3], and its exponential to be e⁵⁴⁰.
+#[test]
+fn the_box_of_a_terrain_is_about_as_high_as_its_hills() {
+    let hills = [
+        ("0.7 * exp(-60 * p.x * p.x)", 0.7),
+        ("exp(-60 * (p.x - 1) * (p.x - 1) - 5 * p.y * p.y)", 1.0),
+        ("0.1 * (p.x * p.x - p.x) * p.y", 3.6),
+        ("0.3 * sin(p.x) * cos(p.y)", 0.3),
+    ];
+    for (height, highest) in hills {
+        let text = format!("heightfield(fn(p) => {height}, over: [6, 6])");
+        let bounds = check(&text, &text);
+        let (low, high) = (bounds.min[1], bounds.max[1]);
+        assert!(high <= 3.0 * highest, "{height}: up to {high}");
+        assert!(low >= -3.0 * highest, "{height}: down to {low}");
+    }
+}
+
 #[test]
 fn nothing_of_a_test_scene_lies_outside_its_box() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenes");

@@ -64,6 +64,7 @@ macro_rules! step_lane {
             $b.radius_before.0[$i],
             distance * side * $factor,
             $enough,
+            half,
             $frame.relaxation,
             marching::rounding_at(t, $frame.rounding),
             $b.leave.0[$i],

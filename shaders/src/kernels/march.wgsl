@@ -42,7 +42,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let enough = threshold(t, half, frame.cone, frame.rounding);
         let next = march_step(
             ray.t, ray.radius, ray.step, ray.trend, ray.t_before, ray.radius_before, field, enough,
-            frame.relaxation, rounding_at(t, frame.rounding), bounds.y
+            half, frame.relaxation, rounding_at(t, frame.rounding), bounds.y
         );
         ray.t = next.t;
         ray.radius = next.radius;
