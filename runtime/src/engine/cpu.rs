@@ -404,6 +404,10 @@ impl Evaluator for Asker<'_> {
                 out[block].0[lane] = *value;
             }
         });
+        // The values are the same without.
+        if !lazy.pays() {
+            self.lazy = None;
+        }
     }
 
     fn distances_in(&mut self, cell: u32, points: &Points, count: usize, out: &mut Column) {
@@ -558,6 +562,9 @@ impl Evaluator for Asker<'_> {
                 }
             }
         });
+        if !lazy.pays() {
+            self.surface_lazy = None;
+        }
     }
 }
 
