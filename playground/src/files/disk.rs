@@ -105,7 +105,7 @@ fn a_folder() -> io::Error {
 ///
 /// # Errors
 ///
-/// Those that [`write`] would have.
+/// Those that [`write()`] would have.
 pub fn check(path: &Path) -> io::Result<()> {
     place(path).map(|_| ())
 }
