@@ -2,6 +2,7 @@
 //! wrong with the input, 3 for the machine around it. (2, a wrong command line, is clap's.)
 
 use crate::terminal::Terminal;
+use sdfc_playground::files::disk::reason;
 use std::fmt;
 use std::io;
 use std::path::Path;
@@ -45,13 +46,13 @@ impl Failure {
         ExitCode::from(self.code())
     }
 
-    /// A file could not be read.
+    /// A file could not be read, or is larger than any that is.
     pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
-        Self::Environment(format!(
-            "{} cannot be read: {}",
-            path.display(),
-            reason(error)
-        ))
+        let problem = format!("{} cannot be read: {}", path.display(), reason(error));
+        match error.kind() {
+            io::ErrorKind::FileTooLarge => Self::Input(problem),
+            _ => Self::Environment(problem),
+        }
     }
 
     /// A file could not be written.
@@ -95,16 +96,5 @@ pub(crate) fn on_each<T>(
         Ok(())
     } else {
         Err(Failure::Told(gravest))
-    }
-}
-
-/// The system's reason in the style of our messages: lower case, without its number.
-pub(crate) fn reason(error: &io::Error) -> String {
-    let text = error.to_string();
-    let text = text.split(" (os error").next().unwrap_or(&text);
-    let mut chars = text.chars();
-    match chars.next() {
-        Some(first) => first.to_lowercase().chain(chars).collect(),
-        None => "for an unknown reason".to_owned(),
     }
 }

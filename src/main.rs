@@ -8,7 +8,6 @@ mod failure;
 mod generate;
 mod input;
 mod output;
-mod picture;
 mod progress;
 mod rounding;
 mod scene;
@@ -16,6 +15,7 @@ mod terminal;
 
 use clap::Parser;
 use command::Command;
+use sdfc_playground::files::disk::reason;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
 use terminal::{Colour, Terminal};
@@ -65,8 +65,7 @@ fn main() -> ExitCode {
     {
         Ok(worker) => worker,
         Err(error) => {
-            let reason = failure::reason(&error);
-            terminal.error(&format!("no thread could be started: {reason}"));
+            terminal.error(&format!("no thread could be started: {}", reason(&error)));
             return ExitCode::from(failure::ENVIRONMENT);
         }
     };

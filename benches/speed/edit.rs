@@ -7,7 +7,7 @@ use crate::scenes;
 use criterion::Criterion;
 use sdfc_playground::build::{BuildTask, Source, build};
 use sdfc_playground::files::Disk;
-use sdfc_playground::painter::{DrawTask, Moment, Painter, Show, Stop};
+use sdfc_playground::painter::{DrawTask, Moment, Painter, Samples, Show, Stop};
 use sdfc_runtime::engine::{self, EngineKind};
 use sdfc_runtime::settings::Overrides;
 use std::sync::Arc;
@@ -28,7 +28,6 @@ pub(crate) fn bench(criterion: &mut Criterion) {
                 overrides: Vec::new(),
                 time: 0.0,
                 part: None,
-                guards: false,
             },
             &Disk,
         );
@@ -59,6 +58,7 @@ pub(crate) fn bench(criterion: &mut Criterion) {
                     aa: Some(1),
                     ..Overrides::default()
                 },
+                samples: Samples::All,
                 show: Show::default(),
                 leaf: None,
                 stop: Stop::default(),

@@ -4,6 +4,7 @@ mod compile;
 mod edit;
 mod evaluate;
 mod parse;
+mod refine;
 mod render;
 mod scenes;
 
@@ -14,6 +15,7 @@ criterion_group!(
     parse::bench,
     compile::bench,
     edit::bench,
+    refine::bench,
     evaluate::bench,
     render::bench
 );

@@ -49,8 +49,6 @@ pub struct BuildTask {
     pub time: f64,
     /// The named output, instead of the scene's result.
     pub part: Option<String>,
-    /// Whether what is to run it gains from guards that skip parts of it.
-    pub guards: bool,
 }
 
 /// What came of it.
@@ -64,10 +62,22 @@ pub struct Built {
     pub report: String,
     /// The scene, if nothing is wrong.
     pub scene: Option<Arc<Scene>>,
+    /// The task's values of parameters and what there is to say about the scene with them, where there
+    /// is none with them: then `scene` is the one without.
+    pub refused: Option<Refused>,
     /// How long reading took.
     pub reading: Duration,
     /// How long the way from text to programs took.
     pub compiling: Duration,
+}
+
+/// Values of parameters that a scene cannot be built with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refused {
+    /// The values, as in [`BuildTask::overrides`].
+    pub overrides: Vec<(String, String)>,
+    /// Why, as `sdfc check` says it.
+    pub report: String,
 }
 
 /// A scene that engines can load.
@@ -104,7 +114,13 @@ pub fn build(task: &BuildTask, files: &dyn Files) -> Built {
             overrides: Vec::new(),
             ..task.clone()
         };
-        self::attempt(&without, files)
+        Built {
+            refused: Some(Refused {
+                overrides: task.overrides.clone(),
+                report: built.report,
+            }),
+            ..self::attempt(&without, files)
+        }
     });
     std::panic::catch_unwind(attempt).unwrap_or_else(|_| {
         let report = "error: this is a bug in sdfc: the compiler panicked on this scene\n";
@@ -122,6 +138,7 @@ fn failed(task: &BuildTask, report: String) -> Built {
         files,
         report,
         scene: None,
+        refused: None,
         reading: Duration::ZERO,
         compiling: Duration::ZERO,
     }
@@ -149,7 +166,8 @@ fn attempt(task: &BuildTask, files: &dyn Files) -> Built {
         time: task.time,
         part: task.part.clone(),
         passes: PassOptions::default(),
-        guards: task.guards,
+        // What draws edits gains nothing from them.
+        guards: false,
         sight: None,
         loader: match task.source {
             Source::File(_) => &folder,
@@ -190,6 +208,7 @@ fn attempt(task: &BuildTask, files: &dyn Files) -> Built {
                 generated: OnceLock::new(),
             })
         }),
+        refused: None,
         reading,
         compiling,
     }

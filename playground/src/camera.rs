@@ -22,13 +22,6 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 /// A place in the picture.
 pub type Place = [f64; 2];
 
-/// The middle of a pixel, counted from the upper left corner, as a place in a picture of this size.
-/// Fractions are places between the pixels' middles.
-pub fn place_of_pixel(pixel: [f64; 2], size: [u32; 2]) -> Place {
-    let [x, y] = std::array::from_fn(|i| 2.0 * (pixel[i] + 0.5) / f64::from(size[i].max(1)) - 1.0);
-    [x, -y]
-}
-
 /// From where a scene is seen by a view key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
@@ -223,12 +216,13 @@ impl Camera {
         self.shift(basis.right * (-by[0] * half * aspect) - basis.up * (by[1] * half));
     }
 
-    /// Makes what it looks at smaller (a factor above 1) or larger, while the point under a place
-    /// stays there: the one so far along the ray, else the one beside what the camera looks at.
-    pub fn zoom(&mut self, factor: f64, place: Place, depth: Option<f64>, aspect: f64) {
-        if !factor.is_finite() || place.iter().any(|v| !v.is_finite()) {
+    /// Makes what it looks at smaller (a factor above 1) or larger, while a point stays where it is
+    /// seen.
+    pub fn zoom(&mut self, factor: f64, fixed: [f64; 3]) {
+        if !factor.is_finite() || fixed.iter().any(|v| !v.is_finite()) {
             return;
         }
+        let fixed = vector(fixed);
         let size = match self.view.lens {
             Lens::Perspective(_) => self.distance(),
             Lens::Orthographic(height) => height,
@@ -244,15 +238,15 @@ impl Camera {
         match self.view.lens {
             Lens::Perspective(_) => {
                 // All is scaled around the point: from there nothing looks changed.
-                let fixed = vector(self.point_under(place, depth, aspect));
                 let scaled = |p| array(fixed + (vector(p) - fixed) * factor);
                 self.view.from = scaled(self.view.from);
                 self.view.look = scaled(self.view.look);
             }
             Lens::Orthographic(_) => {
-                let fixed = vector(self.point_under(place, None, aspect));
                 self.view.lens = Lens::Orthographic(wanted);
-                self.shift((fixed - vector(self.view.look)) * (1.0 - factor));
+                let back = Basis::of(&self.view).back;
+                let beside = fixed - vector(self.view.look);
+                self.shift((beside - back * beside.dot(back)) * (1.0 - factor));
             }
         }
     }

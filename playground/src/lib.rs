@@ -11,6 +11,7 @@ pub mod build;
 pub mod camera;
 pub mod files;
 pub mod painter;
+pub mod picture;
 pub mod seeing;
 pub mod session;
 pub mod studio;

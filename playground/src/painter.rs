@@ -17,7 +17,7 @@ use held::{Held, Programs};
 use sdfc_compiler::compile::{GeneratedSource, Options};
 use sdfc_compiler::origins::{Origins, origins};
 use sdfc_runtime::engine::{Engine, EngineError, EngineKind};
-use sdfc_runtime::frame::{CellUse, Frame, Progress, RenderSettings};
+use sdfc_runtime::frame::{self, CellUse, Frame, Progress, RenderSettings};
 use sdfc_runtime::settings::Overrides;
 use std::collections::HashMap;
 use std::fmt;
@@ -70,12 +70,35 @@ pub struct DrawTask {
     pub engine: EngineKind,
     /// What replaces the scene's own settings. What is shown is said by `show`.
     pub look: Overrides,
+    /// Which of its samples; all where what is to be seen [is exact](Show::is_exact).
+    pub samples: Samples,
     /// What is to be seen.
     pub show: Show,
     /// The leaf that is picked out where leaves are seen; see [`crate::seeing::objects`].
     pub leaf: Option<u32>,
     /// Stops it.
     pub stop: Stop,
+}
+
+/// Which of a picture's samples are drawn.
+#[derive(Clone, Debug)]
+pub enum Samples {
+    /// All of them.
+    All,
+    /// The first one of each pixel.
+    First,
+    /// All others, added to this picture of the first ones.
+    Rest(Arc<Frame>),
+}
+
+impl Samples {
+    fn of_engine(&self) -> frame::Samples<'_> {
+        match self {
+            Self::All => frame::Samples::All,
+            Self::First => frame::Samples::First,
+            Self::Rest(first) => frame::Samples::Rest(first),
+        }
+    }
 }
 
 /// How long the parts of a picture took.
@@ -100,7 +123,7 @@ pub struct Drawn {
     pub picture: Result<Picture, Problem>,
     /// How long it took.
     pub times: Times,
-    /// The pipelines that were created for it.
+    /// The pipelines that its engine created so far.
     pub pipelines: u64,
 }
 
@@ -110,7 +133,7 @@ pub struct Picture {
     /// Width and height.
     pub size: [usize; 2],
     /// Red, green, blue and alpha of each pixel, by rows from the upper left.
-    pub rgba: Vec<u8>,
+    pub rgba: Arc<Vec<u8>>,
     /// What is known of each pixel.
     pub frame: Arc<Frame>,
     /// How it was drawn.
@@ -121,6 +144,13 @@ pub struct Picture {
     pub legend: Vec<([u8; 4], String)>,
     /// What there is to say about it, a line each.
     pub notes: Vec<String>,
+}
+
+impl Picture {
+    /// Its bytes, to be drawn over.
+    fn pixels(&mut self) -> &mut [u8] {
+        Arc::make_mut(&mut self.rgba).as_mut_slice()
+    }
 }
 
 /// A pixel about which all is to be told.
@@ -156,8 +186,10 @@ pub struct Picked {
 pub enum Problem {
     /// It was stopped.
     Stopped,
-    /// Something is wrong with the scene's numbers, or it is too much for the engine.
+    /// Something is wrong with the scene's numbers.
     Scene(String),
+    /// The scene is too much for the engine, but perhaps not for another one.
+    TooLong(String),
     /// The engine cannot run here, or no longer.
     Engine(String),
 }
@@ -166,7 +198,7 @@ impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stopped => f.write_str("stopped"),
-            Self::Scene(why) | Self::Engine(why) => f.write_str(why),
+            Self::Scene(why) | Self::TooLong(why) | Self::Engine(why) => f.write_str(why),
         }
     }
 }
@@ -176,9 +208,10 @@ impl From<EngineError> for Problem {
         match error {
             EngineError::Stopped => Self::Stopped,
             EngineError::Gpu(_) => Self::Engine(error.to_string()),
-            EngineError::TooLong { .. }
-            | EngineError::NothingLoaded
-            | EngineError::AnotherScene => Self::Scene(error.to_string()),
+            EngineError::TooLong { .. } => Self::TooLong(error.to_string()),
+            EngineError::NothingLoaded | EngineError::AnotherScene => {
+                Self::Scene(error.to_string())
+            }
         }
     }
 }
@@ -213,14 +246,21 @@ impl Painter {
         }
     }
 
+    /// Opens an engine, with all that its opener makes ready for all scenes, if it is not open.
+    ///
+    /// # Errors
+    ///
+    /// Says why it cannot run here.
+    pub fn open(&mut self, kind: EngineKind) -> Result<(), Problem> {
+        let attempt = AssertUnwindSafe(|| self.held(kind).map(|_| ()));
+        catch_unwind(attempt).unwrap_or_else(|_| Err(panicked(kind)))
+    }
+
     /// Draws a picture.
     pub fn draw(&mut self, task: &DrawTask) -> Drawn {
         let mut times = Times::default();
         let attempt = AssertUnwindSafe(|| self.attempt(task, &mut times));
-        let picture = catch_unwind(attempt).unwrap_or_else(|_| {
-            let what = format!("this is a bug in sdfc: the engine {} panicked", task.engine);
-            Err(Problem::Engine(what))
-        });
+        let picture = catch_unwind(attempt).unwrap_or_else(|_| Err(panicked(task.engine)));
         // What failed may be in any state.
         let mut pipelines = 0;
         if let Some(held) = self.held.get_mut(&task.engine) {
@@ -254,10 +294,11 @@ impl Painter {
         };
         let settings = held.settings(&look)?;
         let started = Instant::now();
-        let frame = held.engine.render(&settings, &task.stop)?;
+        let samples = task.samples.of_engine();
+        let frame = held.engine.render_samples(&settings, samples, &task.stop)?;
         let mut picture = Picture {
             size: [frame.width, frame.height],
-            rgba: frame.rgba8(),
+            rgba: Arc::new(frame.rgba8()),
             frame: Arc::new(frame),
             settings,
             device: held.engine.device(),
@@ -363,4 +404,8 @@ impl Painter {
         let missing = || Problem::Engine(format!("engine {kind} is not open"));
         self.held.get_mut(&kind).ok_or_else(missing)
     }
+}
+
+fn panicked(kind: EngineKind) -> Problem {
+    Problem::Engine(format!("this is a bug in sdfc: the engine {kind} panicked"))
 }

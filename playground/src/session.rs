@@ -21,16 +21,18 @@ mod params;
 mod seen;
 mod tiers;
 
-pub use event::{CameraEvent, Done, Event, Task, TimeEvent};
+pub use event::{CameraEvent, Done, Errand, Event, Task, TimeEvent};
 pub use pace::Stage;
 pub use params::Knob;
 pub use seen::Facts;
-pub use tiers::{Choice, Devices, Tier};
+pub use tiers::{Choice, Devices};
 
 use crate::build::{BuildTask, Built, Scene, Source};
 use crate::camera::{Camera, Place};
 use crate::painter::{Picked, Picture, Show, Stop, Times};
 use crate::timeline::Timeline;
+use crate::watcher::SETTLING;
+use moves::Held;
 use pace::Pace;
 use params::{Change, Knobs};
 use sdfc_runtime::engine::EngineKind;
@@ -38,11 +40,9 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
-use tiers::Tiers;
+use tiers::{Tier, Tiers};
 
-/// How long files must have been quiet before they are read: editors write in several steps.
-const SETTLING: Duration = Duration::from_millis(12);
-/// How long a scene must have been at rest before the second engine is made ready for it.
+/// How long a scene must have been the same before the second engine is made ready for it.
 const UNHURRIED: Duration = Duration::from_millis(400);
 /// Pictures that are estimated to take longer are stopped when they are no longer wanted.
 const WORTH_STOPPING: Duration = Duration::from_millis(30);
@@ -83,13 +83,17 @@ pub struct Session {
 
     /// What is to be seen has changed so many times.
     wish: u64,
-    changed: Duration,
+    /// When it last moved by hand or played.
+    moved: Option<Duration>,
+    held: Option<Held>,
+    /// When the scene, what is shown or the engine was last another.
+    renewed: Duration,
     shown: Option<Shown>,
     /// Counts the pictures that were shown.
     version: u64,
     pictures: u64,
-    flights: HashMap<Tier, Flight>,
-    pace: HashMap<Tier, Pace>,
+    flight: Option<Flight>,
+    paces: HashMap<EngineKind, Pace>,
     tiers: Tiers,
     pipelines: HashMap<EngineKind, u64>,
     said: Option<Result<String, String>>,
@@ -108,12 +112,22 @@ struct Shown {
     show: Show,
 }
 
+impl Shown {
+    /// Whether it is what this engine's fine picture begins with.
+    fn is_first_part(&self, engine: EngineKind) -> bool {
+        self.stage == Stage::Full && self.engine == engine
+    }
+}
+
 /// A picture that is being drawn.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Flight {
     number: u64,
     wish: u64,
     stage: Stage,
+    engine: EngineKind,
+    /// How many rays it takes.
+    rays: u64,
     stop: Stop,
     show: Show,
 }
@@ -144,12 +158,14 @@ impl Session {
             picked: None,
             size: SIZE,
             wish: 1,
-            changed: Duration::ZERO,
+            moved: None,
+            held: None,
+            renewed: Duration::ZERO,
             shown: None,
             version: 0,
             pictures: 0,
-            flights: HashMap::new(),
-            pace: HashMap::new(),
+            flight: None,
+            paces: HashMap::new(),
             tiers: Tiers::new(devices),
             pipelines: HashMap::new(),
             said: None,
@@ -167,7 +183,7 @@ impl Session {
                 let size = size.map(|side| side.clamp(1, 8192));
                 if size != self.size {
                     self.size = size;
-                    self.wishes(now);
+                    self.wishes();
                 }
             }
             Event::Set(index, value) => {
@@ -188,33 +204,29 @@ impl Session {
             Event::Camera(event) => self.move_camera(event, now),
             Event::Time(event) => self.move_time(event, now),
             Event::Show(show) => {
-                if show != self.show {
-                    // A plane is moved by hand.
-                    let same = std::mem::discriminant(&show) == std::mem::discriminant(&self.show);
-                    self.show = show;
-                    if same {
-                        self.moves(now);
-                    } else {
-                        self.wishes(now);
-                    }
+                let before = std::mem::replace(&mut self.show, show);
+                if show.is_moved(before) {
+                    self.moves(now);
+                } else if show != before {
+                    self.renews(now);
                 }
             }
             Event::Pick(place) => self.pick(place),
             Event::Unpick => {
                 self.picked = None;
                 if self.show == Show::Objects {
-                    self.wishes(now);
+                    self.wishes();
                 }
             }
             Event::Engine(choice) => {
                 self.tiers.choose(choice);
-                self.pace.clear();
-                self.wishes(now);
+                self.renews(now);
             }
             Event::Save(path) => self.save(path),
             Event::Export(target) => {
                 if let Some(scene) = &self.scene {
-                    self.tasks.push(Task::Export(target, Arc::clone(scene)));
+                    let errand = Errand::Export(target, Arc::clone(scene));
+                    self.tasks.push(Task::Errand(errand));
                 }
             }
             Event::Dismiss => self.said = None,
@@ -225,12 +237,13 @@ impl Session {
     pub fn done(&mut self, done: Done, now: Duration) {
         match done {
             Done::Built(built) => self.take_build(built, now),
-            Done::Drawn(tier, drawn) => self.take_picture(tier, drawn, now),
+            Done::Drawn(drawn) => self.take_picture(drawn),
+            Done::Warm(engine, outcome) => self.take_warm(engine, outcome),
             Done::Prepared(drawn) => self.take_prepared(drawn),
             Done::Picked(picked) => {
                 self.picked = Some(picked);
                 if self.show == Show::Objects {
-                    self.wishes(now);
+                    self.wishes();
                 }
             }
             Done::Said(said) => self.said = Some(said),
@@ -263,14 +276,13 @@ impl Session {
 
     /// When [`Session::tasks`] should be asked again if nothing happens before; never, if at rest.
     pub fn wakes(&self, now: Duration) -> Option<Duration> {
-        let settled = self.settled;
-        let rest = self.pace.values().filter_map(|pace| pace.rests_at(now));
-        let prepare = self.wants_prepared().map(|_| self.changed + UNHURRIED);
-        // The next frame follows the one that is drawn now.
-        let plays = self.plays() && self.flights.is_empty();
-        let next = plays.then_some(now);
+        let rest = self.rests_at(now);
+        let prepare = self.wants_prepared().map(|_| self.renewed + UNHURRIED);
         let prepare = prepare.filter(|at| *at > now);
-        rest.chain(settled).chain(prepare).chain(next).min()
+        // The next frame follows the one that is drawn now.
+        let next = (self.plays() && self.flight.is_none()).then_some(now);
+        let all = [rest, self.settled, prepare, next];
+        all.into_iter().flatten().min()
     }
 
     fn open(&mut self, source: Source) {
@@ -278,6 +290,8 @@ impl Session {
             return;
         }
         self.source = source;
+        // What is built now is the scene of before.
+        self.building = None;
         self.scene = None;
         self.knobs = Knobs::default();
         self.camera = None;
@@ -285,22 +299,19 @@ impl Session {
         self.own_view = false;
         self.timeline = None;
         self.picked = None;
-        self.pace.clear();
+        self.paces.clear();
         self.rebuild = true;
     }
 
     /// What is to be seen is another.
-    fn wishes(&mut self, now: Duration) {
+    fn wishes(&mut self) {
         self.wish += 1;
-        self.changed = now;
     }
 
-    /// The same, by hand, and perhaps again soon.
-    fn moves(&mut self, now: Duration) {
-        self.wishes(now);
-        for tier in [Tier::Instant, Tier::Prepared] {
-            self.pace.entry(tier).or_default().moved(now);
-        }
+    /// The same, and engines may have to be made ready for it.
+    fn renews(&mut self, now: Duration) {
+        self.wishes();
+        self.renewed = now;
     }
 
     fn turned(&mut self, change: Change, now: Duration) {
@@ -315,14 +326,12 @@ impl Session {
         self.builds += 1;
         self.rebuild = false;
         self.building = Some(self.builds);
-        let instant = self.tiers.engine(Tier::Instant);
         self.tasks.push(Task::Build(BuildTask {
             number: self.builds,
             source: self.source.clone(),
             overrides: self.knobs.overrides(),
             time: self.time(),
             part: None,
-            guards: instant == Some(EngineKind::Interp),
         }));
     }
 
@@ -344,7 +353,15 @@ impl Session {
         };
         self.knobs.take(&scene);
         if !self.knobs.fit(&scene) {
-            self.rebuild = true;
+            let present = self.knobs.overrides();
+            match built.refused {
+                // They would be again.
+                Some(refused) if refused.overrides == present => {
+                    self.broken = true;
+                    self.report = refused.report;
+                }
+                _ => self.rebuild = true,
+            }
         }
         let settings = &scene.opened.compiled.module.settings;
         self.timeline = match (self.timeline.take(), settings.animation) {
@@ -368,9 +385,11 @@ impl Session {
             self.camera = None;
         }
         self.scene = Some(scene);
-        // Its leaves are others, and may lie elsewhere.
+        // Its leaves are others, and may lie elsewhere, as all of it may.
         self.picked = None;
-        self.wishes(now);
+        self.held = None;
+        self.tiers.try_again();
+        self.renews(now);
     }
 }
 

@@ -1,12 +1,14 @@
-//! Does the tasks of a session on threads of its own: one that builds, one for each tier that draws,
+//! Does the tasks of a session on threads of its own: one that builds, one for each engine that draws,
 //! one that writes. What they are done with waits until it is taken.
 
 use crate::build::{BuildTask, build};
 use crate::files::Files;
 use crate::painter::{DrawTask, Opener, Painter, PickTask};
-use crate::session::{Done, Event, Session, Task, Tier};
+use crate::picture::png;
+use crate::session::{Done, Errand, Event, Session, Task};
 use crate::watcher::{Watcher, changed_since};
-use sdfc_compiler::export::{Target, translate};
+use sdfc_compiler::export::translate;
+use sdfc_runtime::engine::EngineKind;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -23,7 +25,7 @@ pub struct Studio {
     started: Instant,
     workers: Workers,
     news: Receiver<News>,
-    watcher: Option<Watcher>,
+    watcher: Watcher,
     watched: Vec<PathBuf>,
     /// When the last build was asked for.
     asked: SystemTime,
@@ -48,31 +50,24 @@ enum News {
 /// Ways to the threads; they end when these are dropped.
 struct Workers {
     builds: Sender<BuildTask>,
-    pictures: [Sender<Order>; 2],
+    /// By engine.
+    pictures: [Sender<Order>; EngineKind::ALL.len()],
     errands: Sender<Errand>,
 }
 
-/// A picture that is wanted.
-enum Order {
-    Draw(DrawTask),
-    Prepare(DrawTask),
-    Pick(Box<PickTask>),
+impl Workers {
+    /// Gives an order to the thread of an engine; whether it is there.
+    fn paint(&self, engine: EngineKind, order: Order) -> bool {
+        self.pictures[engine as usize].send(order).is_ok()
+    }
 }
 
-/// What is written.
-enum Errand {
-    Replace {
-        path: PathBuf,
-        before: Arc<str>,
-        after: String,
-        said: String,
-    },
-    Save {
-        path: PathBuf,
-        size: [u32; 2],
-        rgba: Arc<Vec<u8>>,
-    },
-    Export(Target, Arc<crate::build::Scene>),
+/// What is wanted of a thread that draws.
+enum Order {
+    Draw(DrawTask),
+    WarmUp,
+    Prepare(DrawTask),
+    Pick(Box<PickTask>),
 }
 
 /// Tells news, and wakes whoever waits for it.
@@ -125,14 +120,15 @@ impl Studio {
                 move |task: BuildTask| teller.done(Done::Built(build(&task, &*files)))
             })?
         };
-        let painter = |tier: Tier, name: &str| {
+        let painter = |kind: EngineKind| {
             let teller = teller.clone();
             let opener = opener();
-            worker(name, move || {
+            worker(kind.name(), move || {
                 let mut painter = Painter::new(opener);
                 move |order: Order| {
                     teller.done(match order {
-                        Order::Draw(task) => Done::Drawn(tier, painter.draw(&task)),
+                        Order::Draw(task) => Done::Drawn(painter.draw(&task)),
+                        Order::WarmUp => Done::Warm(kind, painter.open(kind)),
                         Order::Pick(task) => Done::Picked(painter.pick(&task)),
                         Order::Prepare(task) => {
                             // The first one makes all ready.
@@ -147,10 +143,8 @@ impl Studio {
                 }
             })
         };
-        let pictures = [
-            painter(Tier::Instant, "draw")?,
-            painter(Tier::Prepared, "prepare")?,
-        ];
+        let [cpu, interp, wgsl, reference] = EngineKind::ALL.map(painter);
+        let pictures = [cpu?, interp?, wgsl?, reference?];
         let errands = worker("write", move || {
             move |errand: Errand| teller.done(run(errand, &*files))
         })?;
@@ -163,7 +157,7 @@ impl Studio {
                 errands,
             },
             news,
-            watcher: Some(watcher),
+            watcher,
             watched: Vec::new(),
             asked: SystemTime::now(),
             waiting: Vec::new(),
@@ -196,16 +190,17 @@ impl Studio {
     pub fn turn(&mut self) -> Option<Duration> {
         let now = self.now();
         let waiting = std::mem::take(&mut self.waiting);
+        let mut changed = false;
         for news in waiting.into_iter().chain(self.news.try_iter()) {
             match news {
                 News::Done(done) => self.session.done(*done, now),
-                News::FilesChanged => {
-                    // Folders may have come or gone.
-                    let watched = self.watched.clone();
-                    watch(&mut self.watcher, &watched, &mut self.session, now);
-                    self.session.handle(Event::FilesChanged, now);
-                }
+                News::FilesChanged => changed = true,
             }
+        }
+        if changed {
+            // Folders may have come or gone.
+            self.watch(now);
+            self.session.handle(Event::FilesChanged, now);
         }
         for task in self.session.tasks(now) {
             self.start(task, now);
@@ -233,54 +228,30 @@ impl Studio {
                 self.asked = SystemTime::now();
                 workers.builds.send(task).is_ok()
             }
-            Task::Draw(tier, task) => workers.pictures[tier as usize]
-                .send(Order::Draw(task))
-                .is_ok(),
-            Task::Prepare(task) => workers.pictures[Tier::Prepared as usize]
-                .send(Order::Prepare(task))
-                .is_ok(),
-            Task::Pick(task) => workers.pictures[Tier::Instant as usize]
-                .send(Order::Pick(task))
-                .is_ok(),
+            Task::Draw(task) => workers.paint(task.engine, Order::Draw(task)),
+            Task::WarmUp(engine) => workers.paint(engine, Order::WarmUp),
+            Task::Prepare(task) => workers.paint(task.engine, Order::Prepare(task)),
+            Task::Pick(task) => workers.paint(task.engine, Order::Pick(task)),
             Task::Watch(files) => {
-                watch(&mut self.watcher, &files, &mut self.session, now);
+                let before = std::mem::replace(&mut self.watched, files);
+                self.watch(now);
                 // Until now nobody watched what the scene imports for the first time.
-                let new = files.iter().filter(|file| !self.watched.contains(file));
+                let new = self.watched.iter().filter(|file| !before.contains(file));
                 let new: Vec<PathBuf> = new.cloned().collect();
                 if changed_since(&new, self.asked) {
                     self.session.handle(Event::FilesChanged, now);
                 }
-                self.watched = files;
                 true
             }
-            Task::Replace {
-                path,
-                before,
-                after,
-                said,
-            } => {
-                let errand = Errand::Replace {
-                    path,
-                    before,
-                    after,
-                    said,
-                };
-                workers.errands.send(errand).is_ok()
-            }
-            Task::Save { path, size, rgba } => workers
-                .errands
-                .send(Errand::Save { path, size, rgba })
-                .is_ok(),
-            Task::Export(target, scene) => {
-                workers.errands.send(Errand::Export(target, scene)).is_ok()
-            }
+            Task::Errand(errand) => workers.errands.send(errand).is_ok(),
         };
     }
-}
 
-fn watch(watcher: &mut Option<Watcher>, files: &[PathBuf], session: &mut Session, now: Duration) {
-    if let Some(Err(problem)) = watcher.as_mut().map(|watcher| watcher.watch(files)) {
-        session.done(Done::Said(Err(problem)), now);
+    /// Has the scene's files watched wherever they are now.
+    fn watch(&mut self, now: Duration) {
+        if let Err(problem) = self.watcher.watch(&self.watched) {
+            self.session.done(Done::Said(Err(problem)), now);
+        }
     }
 }
 
@@ -330,18 +301,4 @@ fn run(errand: Errand, files: &dyn Files) -> Done {
             Done::Exported(text)
         }
     }
-}
-
-/// A picture as PNG, in the colours of the screen.
-pub fn png(size: [u32; 2], rgba: &[u8]) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
-    let written = encoder
-        .write_header()
-        .and_then(|mut writer| writer.write_image_data(rgba));
-    written.map_err(|error| error.to_string())?;
-    Ok(bytes)
 }

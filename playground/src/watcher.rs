@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
+/// How long files must have been quiet before they are read: editors write in several steps.
+pub const SETTLING: Duration = Duration::from_millis(12);
+
 /// A watcher of files; it ends when it is dropped.
 pub struct Watcher {
     inner: RecommendedWatcher,

@@ -224,7 +224,9 @@ impl eframe::App for Window {
                 .frame(margins(12, 8))
                 .default_size(250.0)
                 .size_range(190.0..=420.0)
-                .show(ui, |ui| params::show(ui, session, &mut events));
+                .show(ui, |ui| {
+                    actions.extend(params::show(ui, session, &mut events))
+                });
         }
         if desk.panels {
             Panel::right("side")

@@ -20,7 +20,7 @@ mod tile;
 
 use crate::cells::{Cells, Region};
 pub use crate::frame::FieldFacts;
-use crate::frame::{Frame, Picture, Progress};
+use crate::frame::{Frame, Picture, Progress, Samples};
 use sdfc_shaders::layout;
 pub use sdfc_vm::lanes::{Column, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
@@ -162,5 +162,15 @@ pub fn geometry(field: &dyn Field, picture: &Picture) -> Geometry {
 
 /// Computes a picture; none if `progress`, which is asked after each tile, stops it.
 pub fn render(field: &dyn Field, picture: &Picture, progress: &dyn Progress) -> Option<Frame> {
-    tile::render(field, picture, progress)
+    render_samples(field, picture, Samples::All, progress)
+}
+
+/// Computes some samples of a picture; none if `progress`, which is asked after each tile, stops it.
+pub fn render_samples(
+    field: &dyn Field,
+    picture: &Picture,
+    samples: Samples<'_>,
+    progress: &dyn Progress,
+) -> Option<Frame> {
+    tile::render(field, picture, samples, progress)
 }

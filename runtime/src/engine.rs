@@ -25,7 +25,7 @@ mod wgsl;
 use crate::cells::Part;
 use crate::cpu::figure::Plane;
 use crate::cpu::{Geometry, face_on};
-use crate::frame::{FieldFacts, Frame, Mode, Progress, RenderSettings, prepare};
+use crate::frame::{FieldFacts, Frame, Mode, Progress, RenderSettings, Samples, prepare};
 use crate::gpu::{Arithmetic, Gpu, GpuError, Preference};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_shaders::layout::Surface;
@@ -167,6 +167,20 @@ pub trait Engine {
     fn render(
         &mut self,
         settings: &RenderSettings,
+        progress: &dyn Progress,
+    ) -> Result<Frame, EngineError> {
+        self.render_samples(settings, Samples::All, progress)
+    }
+
+    /// Makes some samples of a picture, unless `progress` stops it.
+    ///
+    /// # Errors
+    ///
+    /// [`EngineError::Stopped`] where it was stopped.
+    fn render_samples(
+        &mut self,
+        settings: &RenderSettings,
+        samples: Samples<'_>,
         progress: &dyn Progress,
     ) -> Result<Frame, EngineError>;
 

@@ -13,7 +13,7 @@ pub use sdfc_vm::settings::Tonemap;
 
 use sdfc_shaders::tone;
 use sdfc_vm::vector::V3;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 /// Follows a picture while it is made. Any function of the share that is done is one that never
 /// stops it.
@@ -27,6 +27,39 @@ impl<F: Fn(f32) + Sync> Progress for F {
     fn is_at(&self, share: f32) -> ControlFlow<()> {
         self(share);
         ControlFlow::Continue(())
+    }
+}
+
+/// Which of a picture's samples are made. One that is made in two parts, the first samples and then
+/// the others, is the same to the last bit as one that is made at once.
+#[derive(Clone, Copy, Debug)]
+pub enum Samples<'f> {
+    /// All of them.
+    All,
+    /// The first one of each pixel.
+    First,
+    /// All others, added to this picture of the first ones, which must be of the same engine, scene and
+    /// settings. A picture of another size is none, and all samples are made.
+    Rest(&'f Frame),
+}
+
+impl Samples<'_> {
+    /// Which passes over subpixels these are, and the frame that they are added to: a pixel's colour
+    /// there is the sum of the passes before.
+    pub(crate) fn begin(self, picture: &Picture) -> (Range<u32>, Frame) {
+        let all = picture.passes();
+        match self {
+            Self::All => (0..all, picture.blank()),
+            Self::First => (0..1, picture.blank()),
+            Self::Rest(first) => {
+                let [width, height] = picture.size.map(|side| side as usize);
+                if [first.width, first.height] == [width, height] {
+                    (1..all, first.clone())
+                } else {
+                    (0..all, picture.blank())
+                }
+            }
+        }
     }
 }
 

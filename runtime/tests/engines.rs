@@ -11,6 +11,8 @@ mod damage;
 mod devices;
 #[path = "engines/operations.rs"]
 mod operations;
+#[path = "engines/parts.rs"]
+mod parts;
 #[path = "engines/places.rs"]
 mod places;
 #[path = "engines/programs.rs"]

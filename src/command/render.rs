@@ -3,12 +3,12 @@
 use crate::engine::{self, Choice, Tier};
 use crate::failure::Failure;
 use crate::output;
-use crate::picture;
 use crate::progress::Progress;
 use crate::rounding;
 use crate::scene::{Build, Detail};
 use crate::terminal::Terminal;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use sdfc_playground::picture::png;
 use sdfc_runtime::engine::Engine;
 use sdfc_runtime::frame::{CellUse, Frame, Mode, Normals, Occlusion, Stats, Tonemap};
 use sdfc_runtime::settings::{LARGEST_SIDE, Overrides, resolve};
@@ -188,11 +188,8 @@ pub(super) fn draw(
     drop(progress);
     let frame = frame.map_err(engine::failed)?;
     let took = started.elapsed();
-    output::deliver(
-        Some(to),
-        &picture::png(frame.width, frame.height, &frame.rgba8())?,
-        false,
-    )?;
+    let bytes = png([frame.width, frame.height], &frame.rgba8()).map_err(Failure::Input)?;
+    output::deliver(Some(to), &bytes, false)?;
     let detail = detail.told(&scene);
     terminal.write(&summary(to, &frame, engine, took, &detail));
     let rounding = rounding::warning_in(&scene, &settings);

@@ -3,9 +3,9 @@
 use crate::engine;
 use crate::failure::{Failure, INPUT, on_each};
 use crate::output;
-use crate::picture;
 use crate::scene::{self, Build};
 use crate::terminal::Terminal;
+use sdfc_playground::picture::png;
 use sdfc_runtime::engine::{Engine, EngineKind};
 use sdfc_runtime::frame::RenderSettings;
 use sdfc_runtime::settings::{Overrides, resolve};
@@ -113,7 +113,8 @@ fn write_pictures(
     let [width, height] = report.size.map(|side| side as usize);
     let write = |what: &str, rgba: &[u8]| {
         let to = folder.join(format!("{stem}-{what}.png"));
-        output::write(&to, &picture::png(width, height, rgba)?)?;
+        let bytes = png([width, height], rgba).map_err(Failure::Input)?;
+        output::write(&to, &bytes)?;
         terminal.note(&format!("wrote {}", to.display()));
         Ok(())
     };

@@ -4,9 +4,9 @@ use super::render::{self, destination, draw};
 use crate::engine;
 use crate::failure::Failure;
 use crate::terminal::Terminal;
-use sdfc_playground::watcher::{Watcher, changed_since};
+use sdfc_playground::watcher::{SETTLING, Watcher, changed_since};
 use std::sync::mpsc::{Receiver, channel};
-use std::time::{Duration, SystemTime};
+use std::time::SystemTime;
 
 /// Draw a scene again whenever it changes, until interrupted.
 #[derive(Debug, clap::Args)]
@@ -15,9 +15,6 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     render: render::Arguments,
 }
-
-/// How long files must have been quiet before they are read: editors write in several steps.
-const SETTLING: Duration = Duration::from_millis(12);
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let arguments = &arguments.render;

@@ -7,7 +7,7 @@ use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::Sources;
 use sdfc_runtime::cells::{Cells, Cut, Refine, Region, Split, again, build};
 use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open};
-use sdfc_runtime::frame::{CellUse, Frame, Mode};
+use sdfc_runtime::frame::{CellUse, Frame, Mode, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::compare;
 use sdfc_shaders::assemble::SceneSource;
@@ -24,6 +24,26 @@ fn all() -> Vec<PathBuf> {
     paths
 }
 
+fn opened(kind: EngineKind) -> Box<dyn Engine> {
+    open(kind).expect("there is a processor, and an adapter")
+}
+
+/// The picture of a scene that is loaded anew.
+fn picture(
+    engine: &mut dyn Engine,
+    module: &Module,
+    outputs: &[f64],
+    settings: &RenderSettings,
+) -> Frame {
+    let loaded = Loaded {
+        module,
+        outputs,
+        generated: SceneSource::default(),
+    };
+    engine.load(&loaded).expect("the scene loads");
+    engine.render(settings, &|_| {}).expect("it is drawn")
+}
+
 /// The scene drawn.
 fn drawn(
     engine: &mut dyn Engine,
@@ -38,13 +58,7 @@ fn drawn(
         ..Overrides::default()
     };
     let settings = resolve(&compiled.module, outputs, &overrides).expect("the scene has settings");
-    let loaded = Loaded {
-        module: &compiled.module,
-        outputs,
-        generated: SceneSource::default(),
-    };
-    engine.load(&loaded).expect("the scene loads");
-    engine.render(&settings, &|_| {}).expect("it is drawn")
+    picture(engine, &compiled.module, outputs, &settings)
 }
 
 /// Scenes in which rays stop at other places with cells, and how many pixels away from edges may then
@@ -62,7 +76,7 @@ const THIN: [(&str, usize); 5] = [
 #[test]
 fn pictures_are_the_same_with_and_without_cells() {
     let mut failures = Vec::new();
-    let mut engine = open(EngineKind::Cpu).expect("every machine has a processor");
+    let mut engine = opened(EngineKind::Cpu);
     for path in all() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
@@ -86,7 +100,7 @@ const COLOR: f32 = 1e-4;
 
 #[test]
 fn the_interpreter_draws_the_same_bits_with_and_without_cells() {
-    let mut engine = open(EngineKind::Interp).expect("there is an adapter");
+    let mut engine = opened(EngineKind::Interp);
     let mut failures = Vec::new();
     for path in all() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
@@ -118,7 +132,7 @@ fn the_interpreter_draws_the_same_bits_with_and_without_cells() {
 
 #[test]
 fn a_query_of_many_points_answers_as_one_of_few() {
-    let mut engine = open(EngineKind::Cpu).expect("every machine has a processor");
+    let mut engine = opened(EngineKind::Cpu);
     let region = Region {
         low: [-4.0; 3],
         high: [4.0; 3],
@@ -370,7 +384,7 @@ fn moving_one_primitive_makes_only_the_cells_that_it_touches() {
 
 #[test]
 fn a_picture_after_an_edit_is_as_one_drawn_anew() {
-    let mut engine = open(EngineKind::Cpu).expect("every machine has a processor");
+    let mut engine = opened(EngineKind::Cpu);
     let overrides = Overrides {
         size: Some([96, 72]),
         aa: Some(1),
@@ -380,18 +394,8 @@ fn a_picture_after_an_edit_is_as_one_drawn_anew() {
     for height in [0.0, 0.05, 0.3, 0.3] {
         let module = on_large_stack(|| balls(height));
         let settings = resolve(&module, &[], &overrides).expect("the scene has settings");
-        let loaded = Loaded {
-            module: &module,
-            outputs: &[],
-            generated: SceneSource::default(),
-        };
-        let draw = |engine: &mut dyn Engine| {
-            engine.load(&loaded).expect("the scene loads");
-            engine.render(&settings, &|_| {}).expect("it is drawn")
-        };
-        let edited = draw(&mut *engine);
-        let mut fresh = open(EngineKind::Cpu).expect("every machine has a processor");
-        let anew = draw(&mut *fresh);
+        let edited = picture(&mut *engine, &module, &[], &settings);
+        let anew = picture(&mut *opened(EngineKind::Cpu), &module, &[], &settings);
         assert_eq!(edited.color, anew.color);
         assert_eq!(edited.depth, anew.depth);
     }
@@ -422,15 +426,15 @@ fn cells_are_those_of_the_picture_and_not_of_the_one_before() {
             outputs: &outputs,
             generated: SceneSource::default(),
         };
-        let opened = || {
-            let mut engine = open(EngineKind::Interp).expect("there is an adapter");
+        let started = || {
+            let mut engine = opened(EngineKind::Interp);
             engine.load(&loaded).expect("the scene loads");
             engine
         };
-        let mut engine = opened();
+        let mut engine = started();
         for mode in [Mode::Mask, Mode::Distance, Mode::Normal, Mode::Shaded] {
             let after = draw(&mut *engine, &loaded, mode);
-            let alone = draw(&mut *opened(), &loaded, mode);
+            let alone = draw(&mut *started(), &loaded, mode);
             assert!(after == alone, "{scene}, {mode:?}");
         }
     }
@@ -445,7 +449,7 @@ fn the_interpreter_keeps_the_cells_that_an_edit_does_not_touch() {
         cells: CellUse::Processor,
         ..Overrides::default()
     };
-    let mut engine = open(EngineKind::Interp).expect("there is an adapter");
+    let mut engine = opened(EngineKind::Interp);
     let mut before = None;
     let mut view = None;
     for height in [0.0, 0.05, 0.05, 0.0] {
@@ -453,18 +457,8 @@ fn the_interpreter_keeps_the_cells_that_an_edit_does_not_touch() {
         let mut settings = resolve(&module, &[], &overrides).expect("the scene has settings");
         // Whoever edits does not let go of the camera.
         settings.view = *view.get_or_insert(settings.view);
-        let loaded = Loaded {
-            module: &module,
-            outputs: &[],
-            generated: SceneSource::default(),
-        };
-        let draw = |engine: &mut dyn Engine| {
-            engine.load(&loaded).expect("the scene loads");
-            engine.render(&settings, &|_| {}).expect("it is drawn")
-        };
-        let edited = draw(&mut *engine);
-        let mut fresh = open(EngineKind::Interp).expect("there is an adapter");
-        let anew = draw(&mut *fresh);
+        let edited = picture(&mut *engine, &module, &[], &settings);
+        let anew = picture(&mut *opened(EngineKind::Interp), &module, &[], &settings);
         assert_eq!(edited.depth, anew.depth);
         assert_eq!(edited.steps, anew.steps);
         let [kept, all] = [&edited, &anew].map(|frame| frame.stats.cells);

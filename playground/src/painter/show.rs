@@ -60,6 +60,15 @@ impl Show {
         }
     }
 
+    /// Whether it is what was shown before with its plane moved, as it is by hand.
+    pub fn is_moved(&self, before: Self) -> bool {
+        *self != before
+            && matches!(
+                (self, before),
+                (Self::Slice(_), Self::Slice(_)) | (Self::SliceSlopes(_), Self::SliceSlopes(_))
+            )
+    }
+
     /// The only engine that can show it, if there is only one.
     pub fn engine(&self) -> Option<EngineKind> {
         // Cells of devices stay there.
@@ -70,7 +79,7 @@ impl Show {
     pub fn is_exact(&self) -> bool {
         !matches!(
             self,
-            Self::Mode(Mode::Shaded | Mode::Albedo | Mode::Normal | Mode::Edges)
+            Self::Mode(Mode::Shaded | Mode::Albedo | Mode::Normal | Mode::Edges | Mode::Mask)
         )
     }
 }
@@ -81,7 +90,7 @@ impl Painter {
         match task.show {
             Show::Mode(Mode::Steps) => {
                 let (pixels, legend) = steps::draw(&picture.frame);
-                picture.rgba = pixels;
+                picture.rgba = Arc::new(pixels);
                 picture.legend = named(legend.entries, "steps");
                 picture.notes = vec![format!(
                     "{:.1} steps a ray, {} at most",
@@ -94,7 +103,7 @@ impl Painter {
                 let cut = cut.cut(&picture.frame, &picture.settings);
                 let held = self.held(task.engine)?;
                 let samples = held.engine.query(&cut.asked.points)?;
-                cut.draw(&mut picture.rgba, &samples);
+                cut.draw(picture.pixels(), &samples);
                 picture.notes = vec![format!("lines every {}", cut.spacing)];
             }
             Show::Slopes => {
@@ -136,9 +145,9 @@ impl Painter {
         let held = self.held(task.engine)?;
         let samples = held.engine.query(&asked.points)?;
         let bound = held.now()?.module.settings.slope as f32;
-        fade(&mut picture.rgba);
+        fade(picture.pixels());
         let slopes = slopes::slopes(asked, &samples, picture.size[0], bound);
-        slopes.draw(&mut picture.rgba, asked);
+        slopes.draw(picture.pixels(), asked);
         let count = slopes.count;
         let kinds = [
             (Slope::Steep, count.steep, format!("steeper than {bound}")),
@@ -175,7 +184,7 @@ impl Painter {
             return Ok(());
         };
         let width = picture.size[0];
-        let legend = cells::draw(&mut picture.rgba, width, &asked, &parts, whole, true);
+        let legend = cells::draw(picture.pixels(), width, &asked, &parts, whole, true);
         picture.legend = named(legend.entries, "clauses");
         picture.notes = vec![format!(
             "{:.1} clauses at a pixel, {} at most, of {whole}",
@@ -197,7 +206,7 @@ impl Painter {
         };
         let settings = held.settings(&look)?;
         let frame = held.engine.render(&settings, &task.stop)?;
-        picture.rgba = objects::draw(&frame, &settings, task.leaf);
+        picture.rgba = Arc::new(objects::draw(&frame, &settings, task.leaf));
         picture.frame = Arc::new(frame);
         picture.notes = vec![format!("{} leaves", origins.leaves.len())];
         if let Some((number, leaf)) = task
@@ -224,7 +233,7 @@ impl Painter {
         if let Some(difference) = difference::difference(&frame, &picture.frame) {
             picture.notes = vec![format!("{} against {other}: {difference}", task.engine)];
             picture.notes.extend(difference.failures);
-            picture.rgba = difference.picture;
+            picture.rgba = Arc::new(difference.picture);
         }
         Ok(())
     }

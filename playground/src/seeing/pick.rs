@@ -110,6 +110,16 @@ pub struct Pick {
     pub leaf: u32,
 }
 
+impl Pick {
+    /// The name of the material, or that it has none.
+    pub fn material_name(&self) -> &str {
+        match self.material.as_str() {
+            "" => "without a name",
+            name => name,
+        }
+    }
+}
+
 /// A piece of text that made something.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
@@ -211,13 +221,10 @@ impl fmt::Display for Pick {
         writeln!(f, "distance   {:.6}", self.distance)?;
         writeln!(f, "normal     {}", list(self.normal.map(f64::from)))?;
         let s = &self.surface;
-        let name = match self.material.as_str() {
-            "" => "without a name",
-            name => name,
-        };
         write!(
             f,
-            "material   {name}: albedo {}, roughness {:.2}, metallic {:.2}",
+            "material   {}: albedo {}, roughness {:.2}, metallic {:.2}",
+            self.material_name(),
             list(s.albedo.map(f64::from)),
             s.roughness,
             s.metallic

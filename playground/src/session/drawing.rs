@@ -5,24 +5,38 @@ use super::tiers::{Key, Tier};
 use super::{Flight, Session, Shown, Task, UNHURRIED, WORTH_STOPPING};
 use crate::build::Scene;
 use crate::camera::Camera;
-use crate::painter::{DrawTask, Drawn, Moment, Problem, Stop};
+use crate::painter::{DrawTask, Drawn, Moment, Picture, Problem, Samples, Stop};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::settings::Overrides;
 use std::sync::Arc;
 use std::time::Duration;
 
 impl Session {
-    fn key(&self) -> Option<Key> {
-        let scene = self.scene.as_ref()?.number;
-        Some(Key {
-            scene,
+    /// The scene, if its programs are those of the present params, and what engines are made ready for.
+    pub(super) fn drawable(&self) -> Option<(&Arc<Scene>, Key)> {
+        // The params of a scene that is about to be replaced are not its own.
+        let scene = self.scene.as_ref().filter(|scene| self.knobs.fit(scene))?;
+        let key = Key {
+            scene: scene.number,
             mode: self.show.mode(),
-        })
+        };
+        Some((scene, key))
     }
 
     /// A picture of what is to be seen now.
     fn picture(&mut self, scene: Arc<Scene>, engine: EngineKind, stage: Stage) -> DrawTask {
         self.pictures += 1;
+        let single = matches!(stage, Stage::Coarse(_)) || self.show.is_exact();
+        let samples = match stage {
+            _ if single => Samples::All,
+            Stage::Full => Samples::First,
+            _ => match &self.shown {
+                Some(shown) if shown.wish == self.wish && shown.is_first_part(engine) => {
+                    Samples::Rest(Arc::clone(&shown.picture.frame))
+                }
+                _ => Samples::All,
+            },
+        };
         DrawTask {
             number: self.pictures,
             scene,
@@ -33,7 +47,7 @@ impl Session {
             engine,
             look: Overrides {
                 size: Some(stage.size(self.size)),
-                aa: (stage != Stage::Fine).then_some(1),
+                aa: single.then_some(1),
                 camera: self.camera_name.clone(),
                 view: self
                     .camera
@@ -42,6 +56,7 @@ impl Session {
                     .map(Camera::view),
                 ..Overrides::default()
             },
+            samples,
             show: self.show,
             leaf: self.leaf(),
             stop: Stop::default(),
@@ -50,38 +65,28 @@ impl Session {
 
     /// Asks for the next picture, if there is one to ask for.
     pub(super) fn draw(&mut self, now: Duration) {
-        let (Some(scene), Some(key)) = (self.scene.clone(), self.key()) else {
+        let Some((scene, key)) = self.drawable() else {
             return;
         };
-        if self
-            .problem
-            .as_ref()
-            .is_some_and(|(wish, _)| *wish == self.wish)
-        {
-            return;
-        }
-        // The params of a scene that is about to be replaced are not its own.
-        if !self.knobs.fit(&scene) {
-            return;
-        }
-        let mut tier = self.tiers.tier(key);
-        let only = self.show.engine();
-        if self.tiers.preparing().is_some() || only.is_some() {
-            tier = Tier::Instant;
-        }
+        let scene = Arc::clone(scene);
         let wish = self.wish;
-        let pace = self.pace.entry(tier).or_default();
-        if let Some(flight) = self.flights.values().next() {
-            let [w, h] = flight.stage.size(self.size);
-            let long = pace
-                .estimate(u64::from(w) * u64::from(h))
-                .is_none_or(|time| time > WORTH_STOPPING);
-            if flight.wish != wish && flight.stage > Stage::Coarse(u32::MAX) && long {
+        if self.problem.as_ref().is_some_and(|(of, _)| *of == wish) {
+            return;
+        }
+        if let Some(flight) = &self.flight {
+            let pace = self.paces.get(&flight.engine);
+            let time = pace.and_then(|pace| pace.estimate(flight.rays));
+            let is_long = time.is_none_or(|time| time > WORTH_STOPPING);
+            if flight.wish != wish && !flight.stage.is_coarse() && is_long {
                 flight.stop.now();
             }
             return;
         }
-        let Some(engine) = only.or(self.tiers.engine(tier)) else {
+        let tier = match self.tiers.preparing() {
+            Some(_) => Tier::Instant,
+            None => self.tiers.tier(key),
+        };
+        let Some(engine) = self.show.engine().or(self.tiers.engine(tier)) else {
             return;
         };
         let samples = if self.show.is_exact() {
@@ -89,140 +94,148 @@ impl Session {
         } else {
             scene.opened.compiled.module.settings.render.aa
         };
-        let moves = pace.moves(now);
-        let done = self
-            .shown
-            .as_ref()
-            .filter(|shown| shown.wish == wish)
-            .map(|shown| shown.stage);
+        let shown = self.shown.as_ref().filter(|shown| shown.wish == wish);
+        let done = shown.map(|shown| shown.stage);
+        let moves = self.rests_at(now).is_some();
+        let pace = self.paces.entry(engine).or_default();
         let Some(stage) = pace.next(done, self.size, samples, moves) else {
             return;
         };
         let task = self.picture(scene, engine, stage);
-        self.flights.insert(
-            tier,
-            Flight {
-                number: task.number,
-                wish,
-                stage,
-                stop: task.stop.clone(),
-                show: self.show,
-            },
-        );
-        self.tasks.push(Task::Draw(tier, task));
+        let [width, height] = stage.size(self.size).map(u64::from);
+        let each = match (&task.samples, task.look.aa) {
+            (Samples::First, _) | (_, Some(1)) => 1,
+            (Samples::All, _) => u64::from(samples).pow(2),
+            (Samples::Rest(_), _) => u64::from(samples).pow(2) - 1,
+        };
+        self.flight = Some(Flight {
+            number: task.number,
+            wish,
+            stage,
+            engine,
+            rays: width * height * each,
+            stop: task.stop.clone(),
+            show: self.show,
+        });
+        self.tasks.push(Task::Draw(task));
     }
 
-    pub(super) fn take_picture(&mut self, tier: Tier, drawn: Drawn, now: Duration) {
-        let flight = self.flights.get(&tier);
-        let Some(flight) = flight
-            .filter(|flight| flight.number == drawn.number)
-            .cloned()
-        else {
+    pub(super) fn take_picture(&mut self, drawn: Drawn) {
+        self.pipelines.insert(drawn.engine, drawn.pipelines);
+        let flight = self.flight.take_if(|flight| flight.number == drawn.number);
+        let Some(flight) = flight else {
             return;
         };
-        self.flights.remove(&tier);
-        self.pipelines.insert(drawn.engine, drawn.pipelines);
+        let is_present = self.is_present(&drawn);
+        let engine = drawn.engine;
         match drawn.picture {
             Ok(picture) => {
-                let samples = u64::from(picture.settings.aa).pow(2);
-                let rays = (picture.size[0] * picture.size[1]) as u64 * samples;
-                self.pace
-                    .entry(tier)
-                    .or_default()
-                    .took(rays, drawn.times.drawing);
-                if self
-                    .scene
-                    .as_ref()
-                    .is_none_or(|scene| scene.number != drawn.scene)
-                {
-                    return;
-                }
-                self.problem = None;
-                if self.camera.is_none() {
-                    let settings = self.scene.as_ref().map(|scene| {
-                        let settings = &scene.opened.compiled.module.settings;
-                        (settings.z_up, settings.plane)
+                let pace = self.paces.entry(engine).or_default();
+                pace.took(flight.rays, drawn.times.drawing);
+                if is_present {
+                    self.problem = None;
+                    self.first_look(&picture);
+                    self.version += 1;
+                    self.shown = Some(Shown {
+                        picture,
+                        wish: flight.wish,
+                        stage: flight.stage,
+                        engine,
+                        times: drawn.times,
+                        show: flight.show,
                     });
-                    if let Some((z_up, plane)) = settings {
-                        self.camera = Some(Camera::new(picture.settings.view, z_up, plane));
-                    }
                 }
-                self.version += 1;
-                self.shown = Some(Shown {
-                    picture,
-                    wish: flight.wish,
-                    stage: flight.stage,
-                    engine: drawn.engine,
-                    times: drawn.times,
-                    show: flight.show,
-                });
+            }
+            Err(Problem::Engine(why)) if engine != EngineKind::Cpu => {
+                self.said = Some(Err(format!("engine {engine}: {why}")));
+                self.tiers.fail(engine, why);
+                self.wishes();
+            }
+            Err(Problem::TooLong(why)) if engine != EngineKind::Cpu => {
+                if is_present {
+                    self.tiers.fail_for_now(engine, why);
+                    self.wishes();
+                }
             }
             Err(Problem::Stopped) => {}
-            Err(Problem::Scene(why)) => {
-                // The same again would be no better.
-                self.problem = Some((flight.wish, format!("error: {why}\n")));
-            }
-            Err(Problem::Engine(why)) => {
-                if self.tiers.fail(drawn.engine, why.clone()) {
-                    self.said = Some(Err(format!("engine {}: {why}", drawn.engine)));
-                    self.wishes(now);
-                } else {
-                    self.problem = Some((flight.wish, format!("error: {why}\n")));
-                }
-            }
+            // The same again would be no better.
+            Err(problem) => self.problem = Some((flight.wish, format!("error: {problem}\n"))),
+        }
+    }
+
+    /// Whether something was drawn of the scene as it is now.
+    fn is_present(&self, drawn: &Drawn) -> bool {
+        let scene = self.scene.as_ref();
+        scene.is_some_and(|scene| scene.number == drawn.scene)
+    }
+
+    /// Learns where the scene's own camera is from its first picture.
+    fn first_look(&mut self, picture: &Picture) {
+        if let (None, Some(scene)) = (&self.camera, &self.scene) {
+            let settings = &scene.opened.compiled.module.settings;
+            let camera = Camera::new(picture.settings.view, settings.z_up, settings.plane);
+            self.camera = Some(camera);
         }
     }
 
     /// What the second engine should be made ready for, if anything.
     pub(super) fn wants_prepared(&self) -> Option<Key> {
-        let key = self.key()?;
+        let (_, key) = self.drawable()?;
         let rested = self.building.is_none() && !self.rebuild && self.problem.is_none();
         (rested && self.tiers.is_to_prepare(key)).then_some(key)
     }
 
-    /// Has the second engine made ready once nothing has changed for a while.
+    /// Has engines made ready: the first one at once, the second one when scene, engine and what is
+    /// shown have been the same for a while.
     pub(super) fn prepare(&mut self, now: Duration) {
-        if now < self.changed + UNHURRIED {
+        if let Some(engine) = self.tiers.warms_up() {
+            self.tasks.push(Task::WarmUp(engine));
+        }
+        if now < self.renewed + UNHURRIED {
             return;
         }
         let wanted = self.wants_prepared().zip(self.scene.clone());
-        let Some((key, scene)) = wanted else {
-            return;
-        };
-        let Some(engine) = self.tiers.engine(Tier::Prepared) else {
-            return;
-        };
-        let task = self.picture(scene, engine, Stage::Full);
-        self.tiers.prepares(key);
-        self.tasks.push(Task::Prepare(task));
+        let engine = self.tiers.engine(Tier::Prepared);
+        if let (Some((key, scene)), Some(engine)) = (wanted, engine) {
+            let task = self.picture(scene, engine, Stage::Full);
+            self.tiers.prepares(key);
+            self.tasks.push(Task::Prepare(task));
+        }
+    }
+
+    /// An engine is ready for all scenes, or will not be.
+    pub(super) fn take_warm(&mut self, engine: EngineKind, outcome: Result<(), Problem>) {
+        match outcome {
+            Ok(()) => self.tiers.is_warm(),
+            Err(problem) => self.tiers.fail(engine, problem.to_string()),
+        }
     }
 
     pub(super) fn take_prepared(&mut self, drawn: Drawn) {
         self.pipelines.insert(drawn.engine, drawn.pipelines);
-        let Some(key) = self.tiers.preparing() else {
-            return;
-        };
+        let is_present = self.is_present(&drawn);
         match drawn.picture {
-            Ok(picture) if key.scene == drawn.scene => {
+            Ok(picture) => {
                 let rays = (picture.size[0] * picture.size[1]) as u64;
                 let second = drawn.times.drawing;
                 let mut pace = Pace::default();
                 pace.took(rays, second);
-                self.pace.insert(Tier::Prepared, pace);
-                let first = self.pace.get(&Tier::Instant);
-                let first = first.and_then(|pace| pace.estimate(rays));
+                self.paces.insert(drawn.engine, pace);
+                let first = self.tiers.engine(Tier::Instant);
+                let first = first.and_then(|engine| self.paces.get(&engine)?.estimate(rays));
                 self.tiers.prepared(first.map(|first| [first, second]));
             }
-            Err(Problem::Engine(why)) => {
+            Err(problem) => {
                 self.tiers.unprepared();
-                self.tiers.fail(drawn.engine, why);
+                match problem {
+                    Problem::Engine(why) => self.tiers.fail(drawn.engine, why),
+                    // The first one goes on.
+                    Problem::Scene(why) | Problem::TooLong(why) if is_present => {
+                        self.tiers.fail_for_now(drawn.engine, why);
+                    }
+                    Problem::Scene(_) | Problem::TooLong(_) | Problem::Stopped => {}
+                }
             }
-            Err(Problem::Scene(why)) => {
-                // Too long for it: the first one goes on.
-                self.tiers.unprepared();
-                self.tiers.fail(drawn.engine, why);
-            }
-            Ok(_) | Err(Problem::Stopped) => self.tiers.unprepared(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What is asked for once: all about a pixel, a file of the picture, values in the text.
 
-use super::{Session, Task, Tier, pixel};
+use super::{Errand, Session, Task, Tier, pixel};
 use crate::build::Source;
 use crate::camera::Place;
 use crate::painter::{Moment, PickTask};
@@ -43,11 +43,11 @@ impl Session {
 
     pub(super) fn save(&mut self, path: PathBuf) {
         if let Some(shown) = &self.shown {
-            self.tasks.push(Task::Save {
+            self.tasks.push(Task::Errand(Errand::Save {
                 path,
-                size: shown.picture.size.map(|side| side as u32),
-                rgba: Arc::new(shown.picture.rgba.clone()),
-            });
+                size: shown.picture.size,
+                rgba: Arc::clone(&shown.picture.rgba),
+            }));
         }
     }
 
@@ -90,12 +90,12 @@ impl Session {
                     *text = after;
                     self.rebuild = true;
                 }
-                _ => self.tasks.push(Task::Replace {
+                _ => self.tasks.push(Task::Errand(Errand::Replace {
                     path: PathBuf::from(name),
                     before: before.into(),
                     after,
                     said: format!("{name}: {}", names.join(", ")),
-                }),
+                })),
             }
         }
     }

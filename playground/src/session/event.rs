@@ -1,10 +1,11 @@
 //! What goes into a session and what comes out of it.
 
-use super::tiers::{Choice, Tier};
-use crate::build::{BuildTask, Built, Source};
+use super::tiers::Choice;
+use crate::build::{BuildTask, Built, Scene, Source};
 use crate::camera::{Place, Side};
-use crate::painter::{DrawTask, Drawn, PickTask, Picked, Show};
+use crate::painter::{DrawTask, Drawn, PickTask, Picked, Problem, Show};
 use sdfc_compiler::export::Target;
+use sdfc_runtime::engine::EngineKind;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -87,14 +88,23 @@ pub enum TimeEvent {
 pub enum Task {
     /// Build a scene.
     Build(BuildTask),
-    /// Draw a picture with the engine of a tier.
-    Draw(Tier, DrawTask),
+    /// Draw a picture.
+    Draw(DrawTask),
+    /// Make an engine ready for all scenes, beside whatever else is done.
+    WarmUp(EngineKind),
     /// Make the second engine ready for a picture, and draw it, twice: the second one is timed.
     Prepare(DrawTask),
     /// Tell all about a pixel.
     Pick(Box<PickTask>),
     /// Watch these files, and no others.
     Watch(Vec<PathBuf>),
+    /// Write something.
+    Errand(Errand),
+}
+
+/// What is written.
+#[derive(Clone, Debug)]
+pub enum Errand {
     /// Put a text in the place of another one in a file.
     Replace {
         /// The file.
@@ -111,12 +121,12 @@ pub enum Task {
         /// Where to.
         path: PathBuf,
         /// Width and height.
-        size: [u32; 2],
+        size: [usize; 2],
         /// Red, green, blue and alpha of each pixel.
         rgba: Arc<Vec<u8>>,
     },
     /// Write the scene in another language.
-    Export(Target, Arc<crate::build::Scene>),
+    Export(Target, Arc<Scene>),
 }
 
 /// What became of a task.
@@ -125,7 +135,9 @@ pub enum Done {
     /// Of a build.
     Built(Built),
     /// Of a picture.
-    Drawn(Tier, Drawn),
+    Drawn(Drawn),
+    /// Of making an engine ready for all scenes.
+    Warm(EngineKind, Result<(), Problem>),
     /// Of making the second engine ready.
     Prepared(Drawn),
     /// Of looking at a pixel.

@@ -1,18 +1,40 @@
 //! What moves by itself or by hand: time and the camera.
 
+use super::pace::REST;
 use super::{CameraEvent, Session, TimeEvent, pixel};
 use crate::camera::Place;
 use crate::timeline::Timeline;
 use std::time::Duration;
 
+/// What is under a place of the picture. Pans and zooms that follow each other there keep it: the
+/// pictures that come meanwhile show where the camera was, not where it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Held {
+    place: Place,
+    /// The point of a surface; none in the sky.
+    point: Option<[f64; 3]>,
+}
+
 impl Session {
+    /// Something moves by hand, or plays: what is to be seen is another, and perhaps again soon.
+    pub(super) fn moves(&mut self, now: Duration) {
+        self.wishes();
+        self.moved = Some(now);
+    }
+
+    /// When it will have come to rest, if something moves.
+    pub(super) fn rests_at(&self, now: Duration) -> Option<Duration> {
+        self.moved.map(|at| at + REST).filter(|&at| at > now)
+    }
+
     /// The time of the animation.
     pub(super) fn time(&self) -> f64 {
         self.timeline.as_ref().map_or(0.0, Timeline::time)
     }
 
+    /// Whether time passes: not while there is nothing that could be drawn.
     pub(super) fn plays(&self) -> bool {
-        self.timeline.as_ref().is_some_and(Timeline::is_playing)
+        self.drawable().is_some() && self.timeline.as_ref().is_some_and(Timeline::is_playing)
     }
 
     /// Lets the animation go on, once the picture of its last moment is there.
@@ -21,7 +43,7 @@ impl Session {
             self.clock = None;
             return;
         }
-        if !self.flights.is_empty() {
+        if self.flight.is_some() {
             return;
         }
         let elapsed = self
@@ -61,12 +83,26 @@ impl Session {
         f64::from(self.size[0]) / f64::from(self.size[1])
     }
 
-    /// How far the ray goes that is seen at a place.
-    fn depth(&self, place: Place) -> Option<f64> {
-        let frame = &self.shown.as_ref()?.picture.frame;
-        let at = pixel(place, [frame.width, frame.height])?;
-        let depth = frame.depth.get(at[1] * frame.width + at[0])?;
-        depth.is_finite().then_some(f64::from(*depth))
+    /// The point of a surface that the picture shows at a place.
+    fn point_at(&self, place: Place) -> Option<[f64; 3]> {
+        let picture = &self.shown.as_ref()?.picture;
+        let frame = &picture.frame;
+        let [column, row] = pixel(place, [frame.width, frame.height])?;
+        let depth = *frame.depth.get(row * frame.width + column)?;
+        if !depth.is_finite() {
+            return None;
+        }
+        let mut there = self.camera.clone()?;
+        there.show(picture.settings.view);
+        Some(there.point_under(place, Some(f64::from(depth)), self.aspect()))
+    }
+
+    /// The point that is held under a place.
+    fn held_at(&self, place: Place) -> Option<[f64; 3]> {
+        match self.held {
+            Some(held) if held.place == place => held.point,
+            _ => self.point_at(place),
+        }
     }
 
     pub(super) fn move_camera(&mut self, event: CameraEvent, now: Duration) {
@@ -74,35 +110,36 @@ impl Session {
             self.camera_name = name;
             self.camera = None;
             self.own_view = false;
-            self.wishes(now);
+            self.held = None;
+            self.wishes();
             return;
         }
         let aspect = self.aspect();
-        let place = match &event {
-            CameraEvent::Pan(place, _)
-            | CameraEvent::Zoom(_, place)
-            | CameraEvent::Focus(place) => *place,
-            _ => [0.0; 2],
+        let point = match &event {
+            CameraEvent::Pan(place, _) | CameraEvent::Zoom(_, place) => self.held_at(*place),
+            CameraEvent::Focus(place) => self.point_at(*place),
+            _ => None,
         };
-        let depth = self.depth(place);
-        let bounds = self.scene.as_ref().map(|scene| {
-            let settings = &scene.opened.compiled.module.settings;
-            *settings.space()
-        });
+        let bounds = self.bounds().copied();
         let (Some(camera), Some(bounds)) = (&mut self.camera, bounds) else {
             return;
         };
+        self.held = None;
         match event {
             CameraEvent::Orbit([right, up]) => camera.orbit(right, up),
             CameraEvent::Pan(from, to) => {
-                let held = depth.map(|depth| camera.point_under(from, Some(depth), aspect));
-                camera.pan([to[0] - from[0], to[1] - from[1]], held, aspect);
+                camera.pan([to[0] - from[0], to[1] - from[1]], point, aspect);
+                self.held = Some(Held { place: to, point });
             }
-            CameraEvent::Zoom(factor, place) => camera.zoom(factor, place, depth, aspect),
+            CameraEvent::Zoom(factor, place) => {
+                let fixed = point.unwrap_or_else(|| camera.point_under(place, None, aspect));
+                camera.zoom(factor, fixed);
+                self.held = Some(Held { place, point });
+            }
             CameraEvent::Fit => camera.fit(&bounds, aspect),
-            CameraEvent::Focus(place) => {
-                if let Some(depth) = depth {
-                    camera.focus(camera.point_under(place, Some(depth), aspect));
+            CameraEvent::Focus(_) => {
+                if let Some(point) = point {
+                    camera.focus(point);
                 }
             }
             CameraEvent::Face(side) => camera.face(side),

@@ -10,18 +10,18 @@ const COARSEST: u32 = 8;
 /// What is taken where nothing was drawn yet.
 const UNKNOWN: u32 = 4;
 /// How long after the last movement something still moves.
-const REST: Duration = Duration::from_millis(180);
+pub(super) const REST: Duration = Duration::from_millis(180);
 /// The weight of the newest picture in what a ray takes.
 const NEWEST: f64 = 0.5;
 
 /// How fine a picture is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// One ray for so many pixels along each side.
     Coarse(u32),
-    /// One ray a pixel.
+    /// One ray a pixel: the first of those of a fine picture.
     Full,
-    /// As many rays a pixel as the scene asks for.
+    /// As many rays a pixel as the scene asks for: those that a full picture lacks, added to it.
     Fine,
 }
 
@@ -35,6 +35,11 @@ impl Stage {
         }
     }
 
+    /// Whether it is soon done, however slow the scene is.
+    pub(crate) fn is_coarse(self) -> bool {
+        self.rank() == 0
+    }
+
     /// The size of its picture in a space of `size` pixels.
     pub fn size(self, size: [u32; 2]) -> [u32; 2] {
         match self {
@@ -44,30 +49,14 @@ impl Stage {
     }
 }
 
-/// What a ray takes, and whether something moves.
-#[derive(Clone, Debug, Default)]
+/// What a ray takes.
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pace {
     /// Seconds for a ray, as far as is known.
     ray: Option<f64>,
-    moved: Option<Duration>,
 }
 
 impl Pace {
-    /// Something moved by hand.
-    pub(crate) fn moved(&mut self, now: Duration) {
-        self.moved = Some(now);
-    }
-
-    /// Whether something moves.
-    pub(crate) fn moves(&self, now: Duration) -> bool {
-        self.moved.is_some_and(|at| now < at + REST)
-    }
-
-    /// When it will have come to rest, if it moves.
-    pub(crate) fn rests_at(&self, now: Duration) -> Option<Duration> {
-        self.moved.map(|at| at + REST).filter(|&at| at > now)
-    }
-
     /// A picture of so many rays took so long.
     pub(crate) fn took(&mut self, rays: u64, time: Duration) {
         let ray = time.as_secs_f64() / rays.max(1) as f64;
@@ -160,16 +149,5 @@ mod tests {
         let fine = pace.next(Some(Stage::Full), SIZE, 2, false);
         assert_eq!(fine, Some(Stage::Fine));
         assert_eq!(pace.next(Some(Stage::Fine), SIZE, 2, false), None);
-    }
-
-    #[test]
-    fn a_movement_ends_a_while_after_its_last_event() {
-        let mut pace = Pace::default();
-        assert!(!pace.moves(Duration::ZERO));
-        pace.moved(Duration::from_secs(1));
-        assert!(pace.moves(Duration::from_secs(1)));
-        let rest = pace.rests_at(Duration::from_secs(1)).unwrap();
-        assert!(!pace.moves(rest));
-        assert_eq!(pace.rests_at(rest), None);
     }
 }

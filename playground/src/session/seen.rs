@@ -101,15 +101,12 @@ impl Session {
 
     /// Whether something is under way: a build, or a picture that is not yet as fine as it will be.
     pub fn is_busy(&self) -> bool {
-        self.building.is_some()
-            || self.rebuild
-            || self.settled.is_some()
-            || !self.flights.is_empty()
+        self.building.is_some() || self.rebuild || self.settled.is_some() || self.flight.is_some()
     }
 
     /// The picture that is being drawn is so fine.
     pub fn refining(&self) -> Option<Stage> {
-        self.flights.values().map(|flight| flight.stage).next()
+        self.flight.as_ref().map(|flight| flight.stage)
     }
 
     /// The params.
@@ -174,9 +171,12 @@ impl Session {
         self.tiers.compared()
     }
 
-    /// Whether the second engine is being made ready.
-    pub fn is_preparing(&self) -> bool {
-        self.tiers.preparing().is_some()
+    /// The engine that is being made ready, if one is.
+    pub fn preparing(&self) -> Option<EngineKind> {
+        if self.tiers.is_warming_up() {
+            return Some(EngineKind::Interp);
+        }
+        self.tiers.preparing().map(|_| EngineKind::Wgsl)
     }
 
     /// Why engines are not used that failed.

@@ -1,5 +1,6 @@
 //! Which engine draws: one that shows an edit at once, and, where there is one, a faster one that
-//! has to be made ready first and takes over when it is.
+//! has to be made ready for a scene first and takes over when it is. On hardware the first one has to be
+//! made ready too, but once for all scenes; until then the CPU draws.
 
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::frame::Mode;
@@ -26,8 +27,8 @@ pub enum Choice {
 }
 
 /// Which of the two engines of a session.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Tier {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Tier {
     /// The one that shows an edit at once.
     Instant,
     /// The one that has to be made ready.
@@ -43,11 +44,33 @@ pub(crate) struct Key {
     pub(crate) mode: Mode,
 }
 
+/// How far an engine is that has to be made ready for all scenes once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Warmth {
+    /// Nothing is done yet.
+    #[default]
+    Cold,
+    /// It is being made ready.
+    WarmingUp,
+    /// It is ready.
+    Warm,
+}
+
+/// Why an engine is not used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Failure {
+    why: String,
+    /// Whether it may do better with another build of the scene.
+    for_now: bool,
+}
+
 /// The engines of a session.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tiers {
     devices: Devices,
     choice: Choice,
+    /// How far the interpreter is on hardware: its kernels run every scene, and take a while to make.
+    warmth: Warmth,
     /// What the second engine is ready for.
     ready: Option<Key>,
     /// What it is being made ready for.
@@ -55,7 +78,7 @@ pub(crate) struct Tiers {
     /// How long the same picture took either.
     compared: Option<[Duration; 2]>,
     /// The engines that failed, and why.
-    failed: BTreeMap<EngineKind, String>,
+    failed: BTreeMap<EngineKind, Failure>,
 }
 
 impl Tiers {
@@ -83,34 +106,90 @@ impl Tiers {
 
     /// Why engines are not used that failed.
     pub(crate) fn failures(&self) -> impl Iterator<Item = (EngineKind, &str)> {
-        self.failed.iter().map(|(kind, why)| (*kind, why.as_str()))
+        let failed = self.failed.iter();
+        failed.map(|(kind, failure)| (*kind, failure.why.as_str()))
     }
 
-    /// An engine cannot go on. Whether there is another one in its place.
-    pub(crate) fn fail(&mut self, kind: EngineKind, why: String) -> bool {
-        self.failed.insert(kind, why);
+    /// An engine cannot go on.
+    pub(crate) fn fail(&mut self, kind: EngineKind, why: String) {
+        if kind == EngineKind::Interp {
+            self.warmth = Warmth::Cold;
+        }
+        self.fails(kind, why, false);
+    }
+
+    /// An engine cannot do this build of the scene.
+    pub(crate) fn fail_for_now(&mut self, kind: EngineKind, why: String) {
+        self.fails(kind, why, true);
+    }
+
+    fn fails(&mut self, kind: EngineKind, why: String, for_now: bool) {
+        self.failed.insert(kind, Failure { why, for_now });
         self.forget();
-        kind != EngineKind::Cpu
     }
 
-    /// The engine of a tier.
+    /// The scene is another, which all engines that run here may do.
+    pub(crate) fn try_again(&mut self) {
+        self.failed.retain(|_, failure| !failure.for_now);
+    }
+
+    fn works(&self, kind: EngineKind) -> bool {
+        !self.failed.contains_key(&kind)
+    }
+
+    /// The engine that is to show edits at once.
+    fn wanted(&self) -> EngineKind {
+        match self.choice {
+            Choice::Only(EngineKind::Wgsl) | Choice::Auto if self.devices.hardware => {
+                EngineKind::Interp
+            }
+            Choice::Only(EngineKind::Wgsl) | Choice::Auto => EngineKind::Cpu,
+            Choice::Only(kind) => kind,
+        }
+    }
+
+    /// Whether that one draws only once it is warm.
+    fn waits(&self) -> bool {
+        let wanted = self.wanted();
+        let once = self.devices.hardware && wanted == EngineKind::Interp;
+        once && self.works(wanted) && self.warmth != Warmth::Warm
+    }
+
+    /// The engine of a tier, if it has one. While the first one is made ready, the CPU is in its place.
     pub(crate) fn engine(&self, tier: Tier) -> Option<EngineKind> {
-        let works = |kind: &EngineKind| !self.failed.contains_key(kind);
-        let instant = match (self.choice, self.devices.hardware) {
-            (Choice::Only(EngineKind::Wgsl) | Choice::Auto, true) => EngineKind::Interp,
-            (Choice::Only(EngineKind::Wgsl) | Choice::Auto, false) => EngineKind::Cpu,
-            (Choice::Only(kind), _) => kind,
-        };
         match tier {
-            Tier::Instant => Some(instant).filter(works).or(Some(EngineKind::Cpu)),
+            Tier::Instant => {
+                let wanted = self.wanted();
+                let can = self.works(wanted) && !self.waits();
+                Some(if can { wanted } else { EngineKind::Cpu })
+            }
             Tier::Prepared => {
                 let wanted = match self.choice {
                     Choice::Auto => self.devices.hardware,
                     Choice::Only(kind) => kind == EngineKind::Wgsl && self.devices.gpu,
                 };
-                wanted.then_some(EngineKind::Wgsl).filter(works)
+                Some(EngineKind::Wgsl).filter(|kind| wanted && self.works(*kind))
             }
         }
+    }
+
+    /// The engine that is to be made ready for all scenes now, if there is one.
+    pub(crate) fn warms_up(&mut self) -> Option<EngineKind> {
+        let begins = self.waits() && self.warmth == Warmth::Cold;
+        begins.then(|| {
+            self.warmth = Warmth::WarmingUp;
+            self.wanted()
+        })
+    }
+
+    /// It is ready for all scenes.
+    pub(crate) fn is_warm(&mut self) {
+        self.warmth = Warmth::Warm;
+    }
+
+    /// Whether it is being made ready.
+    pub(crate) fn is_warming_up(&self) -> bool {
+        self.warmth == Warmth::WarmingUp
     }
 
     /// The tier that draws this.
@@ -124,9 +203,11 @@ impl Tiers {
         }
     }
 
-    /// Whether the second engine is to be made ready for this.
+    /// Whether the second engine is to be made ready for this: once the first one is, with which it is
+    /// compared.
     pub(crate) fn is_to_prepare(&self, key: Key) -> bool {
-        self.engine(Tier::Prepared).is_some() && self.ready != Some(key) && self.preparing.is_none()
+        let is_free = self.preparing.is_none() && !self.waits();
+        self.engine(Tier::Prepared).is_some() && self.ready != Some(key) && is_free
     }
 
     pub(crate) fn prepares(&mut self, key: Key) {
@@ -174,9 +255,16 @@ mod tests {
     };
     const MS: Duration = Duration::from_millis(1);
 
+    fn warm() -> Tiers {
+        let mut tiers = Tiers::new(HARDWARE);
+        tiers.warms_up();
+        tiers.is_warm();
+        tiers
+    }
+
     #[test]
     fn the_second_engine_draws_when_it_is_ready_and_faster() {
-        let mut tiers = Tiers::new(HARDWARE);
+        let mut tiers = warm();
         assert_eq!(tiers.engine(Tier::Instant), Some(EngineKind::Interp));
         assert_eq!(tiers.tier(KEY), Tier::Instant);
         assert!(tiers.is_to_prepare(KEY));
@@ -210,11 +298,37 @@ mod tests {
 
     #[test]
     fn the_cpu_takes_the_place_of_what_fails_until_it_is_chosen_again() {
-        let mut tiers = Tiers::new(HARDWARE);
-        assert!(tiers.fail(EngineKind::Interp, "lost".to_owned()));
+        let mut tiers = warm();
+        tiers.fail(EngineKind::Interp, "lost".to_owned());
         assert_eq!(tiers.engine(Tier::Instant), Some(EngineKind::Cpu));
+        assert_eq!(tiers.warms_up(), None, "it is not tried again by itself");
         tiers.choose(Choice::Only(EngineKind::Interp));
+        assert_eq!(tiers.warms_up(), Some(EngineKind::Interp));
+        tiers.is_warm();
         assert_eq!(tiers.engine(Tier::Instant), Some(EngineKind::Interp));
-        assert!(!tiers.fail(EngineKind::Cpu, "a bug".to_owned()));
+    }
+
+    #[test]
+    fn the_cpu_draws_until_the_interpreter_is_warm_where_it_has_to_be() {
+        let mut tiers = Tiers::new(HARDWARE);
+        assert_eq!(tiers.engine(Tier::Instant), Some(EngineKind::Cpu));
+        assert_eq!(tiers.warms_up(), Some(EngineKind::Interp));
+        assert_eq!(tiers.warms_up(), None, "once is enough");
+        assert_eq!(tiers.engine(Tier::Instant), Some(EngineKind::Cpu));
+        assert!(
+            !tiers.is_to_prepare(KEY),
+            "there is nothing to compare with"
+        );
+        tiers.is_warm();
+        assert_eq!(tiers.engine(Tier::Instant), Some(EngineKind::Interp));
+        assert!(tiers.is_to_prepare(KEY));
+        // In software its kernels are made for each scene.
+        let mut software = Tiers::new(Devices {
+            gpu: true,
+            hardware: false,
+        });
+        software.choose(Choice::Only(EngineKind::Interp));
+        assert_eq!(software.warms_up(), None);
+        assert_eq!(software.engine(Tier::Instant), Some(EngineKind::Interp));
     }
 }

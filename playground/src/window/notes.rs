@@ -127,11 +127,7 @@ fn about(ui: &mut Ui, pick: &Pick) {
         row("point", list(pick.point));
         row("distance", format!("{:.6}", pick.distance));
         row("normal", list(pick.normal.map(f64::from)));
-        let material = match pick.material.as_str() {
-            "" => "without a name",
-            name => name,
-        };
-        row("material", material.to_owned());
+        row("material", pick.material_name().to_owned());
         row("albedo", list(pick.surface.albedo.map(f64::from)));
         let surface = &pick.surface;
         row(

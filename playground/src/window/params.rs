@@ -7,13 +7,13 @@ use crate::session::{Event, Knob, Session};
 use eframe::egui::{self, Align, DragValue, Layout, RichText, Slider, Ui, vec2};
 use sdfc_vm::settings::ParamKind;
 
-/// Shows the controls; what is done with them becomes events.
-pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
+/// Shows the controls; what is done with them becomes events and actions.
+pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> Vec<Action> {
+    let mut actions = Vec::new();
     ui.add_space(2.0);
     ui.label(theme::heading("PARAMS"));
     ui.add_space(2.0);
-    let changed = session.knobs().iter().filter(|knob| knob.is_changed());
-    let changed = changed.count();
+    let is_changed = session.knobs().iter().any(Knob::is_changed);
     let bottom = 34.0;
     egui::ScrollArea::vertical()
         .max_height((ui.available_height() - bottom).max(60.0))
@@ -25,26 +25,25 @@ pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
             }
         });
     ui.add_space(4.0);
-    ui.add_enabled_ui(changed > 0, |ui| {
+    ui.add_enabled_ui(is_changed, |ui| {
         ui.horizontal(|ui| {
             let reset = ui.button("Reset all").on_hover_text(format!(
                 "all params as they stand in the text ({})",
                 key_of(Action::ResetParams)
             ));
             if reset.clicked() {
-                events.push(Event::ResetAll);
+                actions.push(Action::ResetParams);
             }
             let write = ui.button("Write all").on_hover_text(format!(
                 "write the changed values into the text ({})",
                 key_of(Action::WriteParams)
             ));
             if write.clicked() {
-                let all = session.knobs().iter().enumerate();
-                let changed = all.filter(|(_, knob)| knob.is_changed());
-                events.push(Event::WriteBack(changed.map(|(index, _)| index).collect()));
+                actions.push(Action::WriteParams);
             }
         });
     });
+    actions
 }
 
 /// A param: its name, its value, and under them a slider where it has a range.

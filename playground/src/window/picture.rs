@@ -62,7 +62,7 @@ impl Stage {
             self.pixels = Some(Pixels {
                 number,
                 size: picture.size.map(|side| side as u32),
-                rgba: Arc::new(picture.rgba.clone()),
+                rgba: Arc::clone(&picture.rgba),
             });
         }
     }

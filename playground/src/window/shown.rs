@@ -24,7 +24,7 @@ pub(super) enum Kind {
 }
 
 /// All kinds, with their names and what they mean.
-pub(super) const KINDS: [(Kind, &str, &str); 14] = [
+pub(super) const KINDS: [(Kind, &str, &str); 15] = [
     (Kind::Mode(Mode::Shaded), "shaded", "the lit scene"),
     (
         Kind::Mode(Mode::Albedo),
@@ -55,6 +55,11 @@ pub(super) const KINDS: [(Kind, &str, &str); 14] = [
         Kind::Mode(Mode::Id),
         "materials",
         "a colour for each material",
+    ),
+    (
+        Kind::Mode(Mode::Mask),
+        "mask",
+        "white where the scene is, black elsewhere",
     ),
     (
         Kind::Objects,
@@ -243,6 +248,7 @@ mod tests {
         }
         let all = [
             Show::default(),
+            Show::Mode(Mode::Mask),
             Show::Slopes,
             Show::Cells,
             Show::Objects,

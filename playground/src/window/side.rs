@@ -166,8 +166,8 @@ fn engines(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
             });
         });
     });
-    if session.is_preparing() {
-        ui.label(note("wgsl is being compiled …"));
+    if let Some(engine) = session.preparing() {
+        ui.label(note(&format!("{engine} is being compiled …")));
     } else if let Some([first, second]) = session.compared() {
         let text = format!(
             "the same picture: {} and, compiled, {}",

@@ -3,6 +3,7 @@
 use crate::play::{Asked, Play, SIZE};
 use sdfc_playground::camera::Side;
 use sdfc_playground::session::{CameraEvent, Event, TimeEvent};
+use sdfc_runtime::engine::EngineKind;
 use std::time::Duration;
 
 const SCENE: &str = "camera front { from: [0, 0, 5], look: [0, 0, 0] }
@@ -77,12 +78,12 @@ fn every_way_to_move_it_is_a_new_picture() {
 fn what_is_slow_is_coarse_while_it_turns_and_refined_when_it_rests() {
     let mut play = Play::of(SCENE);
     // 50 ms for a picture in full.
-    play.pretend[0] = Some(Duration::from_millis(50) / (SIZE[0] * SIZE[1]));
+    play.takes(EngineKind::Cpu, Duration::from_millis(50));
     play.rest();
     let full = play.seen();
     let sizes = |asked: &[Asked]| -> Vec<[u32; 2]> {
         let draws = asked.iter().filter_map(|asked| match asked {
-            Asked::Draw(_, _, size) => Some(*size),
+            Asked::Draw(_, size) => Some(*size),
             _ => None,
         });
         draws.collect()
@@ -102,7 +103,7 @@ fn what_is_slow_is_coarse_while_it_turns_and_refined_when_it_rests() {
 #[test]
 fn a_fine_picture_of_the_past_is_stopped() {
     let mut play = Play::of(SCENE);
-    play.pretend[0] = Some(Duration::from_secs(2) / (SIZE[0] * SIZE[1]));
+    play.takes(EngineKind::Cpu, Duration::from_secs(2));
     play.rest();
     play.handle(orbit());
     play.run();
@@ -117,6 +118,84 @@ fn a_fine_picture_of_the_past_is_stopped() {
     assert_eq!(play.session.seen().unwrap().1, version, "it gave none");
     play.rest();
     assert!(!play.session.is_busy());
+}
+
+/// A ball before a wall that is far away: what is beside it on the screen is not beside it in space.
+const DEEP: &str = "camera { from: [0, 0, 8], look: [0, 0, 0] }
+sphere(1.2) | box(90, 90, 0.1).translate(0, 0, -8)
+";
+/// A place on the ball, seen from in front.
+const ON_BALL: [f64; 2] = [0.1, 0.2];
+
+/// Where a point is seen by the camera as it is now.
+fn seen_at(play: &Play, point: [f64; 3]) -> [f64; 2] {
+    let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
+    let camera = play.session.camera().unwrap();
+    camera.place_of(point, aspect).unwrap()
+}
+
+/// The point of the ball that is seen at the place from where the camera is, in closed form.
+fn on_ball(play: &Play) -> [f64; 3] {
+    let camera = play.session.camera().unwrap();
+    let from = camera.view().from;
+    let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
+    let through = camera.point_under(ON_BALL, Some(1.0), aspect);
+    let way: [f64; 3] = std::array::from_fn(|i| through[i] - from[i]);
+    let along: f64 = (0..3).map(|i| from[i] * way[i]).sum();
+    let far: f64 = from.iter().map(|v| v * v).sum();
+    let t = -along - (along * along - far + 1.2 * 1.2).sqrt();
+    std::array::from_fn(|i| from[i] + t * way[i])
+}
+
+fn assert_near(a: [f64; 2], b: [f64; 2]) {
+    // Depths are those of pixels' middles.
+    assert!(
+        (a[0] - b[0]).hypot(a[1] - b[1]) < 0.02,
+        "{a:?} is not {b:?}"
+    );
+}
+
+#[test]
+fn what_is_dragged_stays_under_the_cursor_while_no_picture_comes() {
+    let mut play = Play::of(DEEP);
+    play.rest();
+    let point = on_ball(&play);
+    let mut at = ON_BALL;
+    for step in 1..=12 {
+        let to = [ON_BALL[0] + 0.06 * f64::from(step), ON_BALL[1]];
+        play.handle(Event::Camera(CameraEvent::Pan(at, to)));
+        at = to;
+    }
+    assert_near(seen_at(&play, point), at);
+    // Another place is another point: far away, the same way is longer.
+    play.rest();
+    let from = play.session.camera().unwrap().view().from[0];
+    play.handle(Event::Camera(CameraEvent::Pan([-0.9, 0.9], [-0.8, 0.9])));
+    let far = from - play.session.camera().unwrap().view().from[0];
+    play.handle(Event::Camera(CameraEvent::Pan(at, [at[0] + 0.1, at[1]])));
+    let now = play.session.camera().unwrap().view().from[0];
+    assert!(far > 1.5 * (from - far - now), "{from} {far} {now}");
+}
+
+#[test]
+fn what_is_zoomed_to_stays_under_the_cursor_while_no_picture_comes() {
+    let mut play = Play::of(DEEP);
+    play.rest();
+    let point = on_ball(&play);
+    for _ in 0..20 {
+        play.handle(Event::Camera(CameraEvent::Zoom(0.9, ON_BALL)));
+    }
+    let seen = seen_at(&play, point);
+    let from = play.session.camera().unwrap().view().from;
+    assert_near(seen, ON_BALL);
+    let way = (0..3).map(|i| (from[i] - point[i]).powi(2)).sum::<f64>();
+    let expected = 0.9_f64.powi(20);
+    let before = (0..3).map(|i| ([0.0, 0.0, 8.0][i] - point[i]).powi(2));
+    let share = (way / before.sum::<f64>()).sqrt();
+    assert!(
+        (share - expected).abs() < 0.02,
+        "{share} of the way, not {expected}"
+    );
 }
 
 #[test]
@@ -149,6 +228,29 @@ fn time_passes_while_it_plays_and_only_then() {
     play.handle(Event::Time(TimeEvent::Step(1)));
     play.rest();
     assert_ne!(play.seen(), start);
+}
+
+#[test]
+fn time_stands_still_while_nothing_can_be_drawn() {
+    let structural = "param n = 1 in 1..=3;\nassert(n < 3, \"too many\");\n";
+    let scene = "animate { duration: 2s, loop: true }
+for i in 0..n { sphere(0.5).translate(sin(time * 3), i, 0) }
+";
+    let mut play = Play::of(&format!("{structural}{scene}"));
+    play.rest();
+    play.handle(Event::Time(TimeEvent::Toggle));
+    play.handle(Event::Set(0, vec![3.0]));
+    play.run_for(20);
+    assert!(play.session.is_broken(), "{}", play.session.report());
+    assert!(play.session.report().contains("too many"));
+    let time = play.session.timeline().unwrap().time();
+    assert_eq!(play.session.wakes(play.now), None, "for nothing");
+    assert!(play.tasks().is_empty());
+    assert_eq!(play.session.timeline().unwrap().time(), time);
+    play.handle(Event::Set(0, vec![2.0]));
+    play.run_for(10);
+    assert!(!play.session.is_broken());
+    assert!(play.session.wakes(play.now).is_some(), "it goes on");
 }
 
 #[test]

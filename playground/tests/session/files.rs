@@ -172,6 +172,34 @@ fn another_scene_is_opened_in_its_place() {
 }
 
 #[test]
+fn a_build_of_the_scene_before_is_not_taken_for_that_of_another() {
+    let mut play = Play::of("param r = 1.0 in 0.5..2.0;\nsphere(r)\n");
+    let mut before = play.tasks();
+    play.handle(Event::Open(Source::Text {
+        name: "built-in".to_owned(),
+        text: BOX.to_owned(),
+    }));
+    let now = play.tasks();
+    let late = play.perform(before.remove(0)).unwrap();
+    play.session.done(late, play.now);
+    assert!(play.session.knobs().is_empty(), "they are of the old scene");
+    for task in now {
+        if let Some(done) = play.perform(task) {
+            play.session.done(done, play.now);
+        }
+    }
+    play.rest();
+    let mut other = Play::of(BOX);
+    other.rest();
+    assert_eq!(play.seen(), other.seen());
+    assert!(
+        !play
+            .log
+            .contains(&Asked::Watch(vec![PathBuf::from("a.sdf")]))
+    );
+}
+
+#[test]
 fn pictures_are_saved_and_scenes_exported() {
     let mut play = Play::of(BALL);
     play.rest();

@@ -2,8 +2,8 @@
 
 use sdfc_playground::build::{Source, build};
 use sdfc_playground::files::Files;
-use sdfc_playground::painter::{DrawTask, Painter};
-use sdfc_playground::session::{Devices, Done, Event, Session, Task, Tier};
+use sdfc_playground::painter::{DrawTask, Drawn, Painter, Samples};
+use sdfc_playground::session::{Devices, Done, Errand, Event, Session, Task};
 use sdfc_runtime::engine::{self, EngineKind};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -52,7 +52,8 @@ impl Files for Memory {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Asked {
     Build,
-    Draw(Tier, EngineKind, [u32; 2]),
+    Draw(EngineKind, [u32; 2]),
+    WarmUp(EngineKind),
     Prepare,
     Pick,
     Watch(Vec<PathBuf>),
@@ -68,8 +69,8 @@ pub(crate) struct Play {
     pub(crate) now: Duration,
     pub(crate) log: Vec<Asked>,
     painter: Painter,
-    /// How long pictures of each tier are said to have taken, for each ray.
-    pub(crate) pretend: [Option<Duration>; 2],
+    /// How long pictures of each engine are said to have taken, for each ray.
+    pub(crate) pretend: HashMap<EngineKind, Duration>,
 }
 
 impl Play {
@@ -88,7 +89,7 @@ impl Play {
             now: Duration::ZERO,
             log: Vec::new(),
             painter: Painter::new(Box::new(|_| engine::open(EngineKind::Cpu))),
-            pretend: [None; 2],
+            pretend: HashMap::new(),
         };
         play.handle(Event::Resized(SIZE));
         play
@@ -116,34 +117,38 @@ impl Play {
         tasks
     }
 
+    fn draw(&mut self, task: &DrawTask) -> Drawn {
+        let mut drawn = self.painter.draw(task);
+        if let Some(ray) = self.pretend.get(&task.engine) {
+            drawn.times.drawing = *ray * rays(task);
+        }
+        drawn
+    }
+
+    /// Says that a picture of the engine takes so long in full, however fast it is.
+    pub(crate) fn takes(&mut self, engine: EngineKind, full: Duration) {
+        self.pretend.insert(engine, full / (SIZE[0] * SIZE[1]));
+    }
+
     /// Does a task.
     pub(crate) fn perform(&mut self, task: Task) -> Option<Done> {
         Some(match task {
             Task::Build(task) => Done::Built(build(&task, &*self.files)),
-            Task::Draw(tier, task) => {
-                let mut drawn = self.painter.draw(&task);
-                if let Some(ray) = self.pretend[tier as usize] {
-                    drawn.times.drawing = ray * rays(&task);
-                }
-                Done::Drawn(tier, drawn)
-            }
-            Task::Prepare(task) => {
-                let mut drawn = self.painter.draw(&task);
-                if let Some(ray) = self.pretend[1] {
-                    drawn.times.drawing = ray * rays(&task);
-                }
-                Done::Prepared(drawn)
-            }
+            Task::Draw(task) => Done::Drawn(self.draw(&task)),
+            Task::WarmUp(engine) => Done::Warm(engine, Ok(())),
+            Task::Prepare(task) => Done::Prepared(self.draw(&task)),
             Task::Pick(task) => Done::Picked(self.painter.pick(&task)),
             Task::Watch(_) => return None,
-            Task::Replace {
-                path,
-                before,
-                after,
-                said,
-            } => Done::Said(self.files.replace(&path, &before, &after).map(|()| said)),
-            Task::Save { path, .. } => Done::Said(Ok(format!("saved {}", path.display()))),
-            Task::Export(..) => Done::Exported(Ok("text".to_owned())),
+            Task::Errand(errand) => match errand {
+                Errand::Replace {
+                    path,
+                    before,
+                    after,
+                    said,
+                } => Done::Said(self.files.replace(&path, &before, &after).map(|()| said)),
+                Errand::Save { path, .. } => Done::Said(Ok(format!("saved {}", path.display()))),
+                Errand::Export(..) => Done::Exported(Ok("text".to_owned())),
+            },
         })
     }
 
@@ -165,6 +170,20 @@ impl Play {
         self.log[from..].to_vec()
     }
 
+    /// Does what is asked for in so many turns, with 16 ms between them.
+    pub(crate) fn run_for(&mut self, turns: usize) -> Vec<Asked> {
+        let from = self.log.len();
+        for _ in 0..turns {
+            for task in self.tasks() {
+                if let Some(done) = self.perform(task) {
+                    self.session.done(done, self.now);
+                }
+            }
+            self.pass(16);
+        }
+        self.log[from..].to_vec()
+    }
+
     /// Lets time pass until the session wants nothing any more; what it was asked for.
     pub(crate) fn rest(&mut self) -> Vec<Asked> {
         let from = self.log.len();
@@ -182,13 +201,13 @@ impl Play {
 
     /// The bytes of the picture that is seen.
     pub(crate) fn seen(&self) -> Pixels {
-        Pixels(self.session.seen().expect("a picture").0.rgba.clone())
+        Pixels(Arc::clone(&self.session.seen().expect("a picture").0.rgba))
     }
 }
 
 /// The bytes of a picture.
 #[derive(Clone, PartialEq, Eq)]
-pub(crate) struct Pixels(Vec<u8>);
+pub(crate) struct Pixels(Arc<Vec<u8>>);
 
 impl std::fmt::Debug for Pixels {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -198,19 +217,25 @@ impl std::fmt::Debug for Pixels {
 
 fn rays(task: &DrawTask) -> u32 {
     let [w, h] = task.look.size.unwrap();
-    let samples = task.look.aa.unwrap_or(2);
-    w * h * samples * samples
+    let all = task.look.aa.unwrap_or(2).pow(2);
+    let samples = match task.samples {
+        Samples::All => all,
+        Samples::First => 1,
+        Samples::Rest(_) => all - 1,
+    };
+    w * h * samples
 }
 
 fn asked(task: &Task) -> Asked {
     match task {
         Task::Build(_) => Asked::Build,
-        Task::Draw(tier, task) => Asked::Draw(*tier, task.engine, task.look.size.unwrap()),
+        Task::Draw(task) => Asked::Draw(task.engine, task.look.size.unwrap()),
+        Task::WarmUp(engine) => Asked::WarmUp(*engine),
         Task::Prepare(_) => Asked::Prepare,
         Task::Pick(_) => Asked::Pick,
         Task::Watch(files) => Asked::Watch(files.clone()),
-        Task::Replace { path, .. } => Asked::Replace(path.clone()),
-        Task::Save { .. } => Asked::Save,
-        Task::Export(..) => Asked::Export,
+        Task::Errand(Errand::Replace { path, .. }) => Asked::Replace(path.clone()),
+        Task::Errand(Errand::Save { .. }) => Asked::Save,
+        Task::Errand(Errand::Export(..)) => Asked::Export,
     }
 }

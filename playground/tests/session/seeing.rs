@@ -3,9 +3,10 @@
 use crate::play::{Asked, Pixels, Play};
 use sdfc_playground::painter::{Show, SliceAt};
 use sdfc_playground::seeing::slice::Front;
-use sdfc_playground::session::Event;
+use sdfc_playground::session::{Event, Stage};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::frame::Mode;
+use std::time::Duration;
 
 const SCENE: &str = "camera { from: [0, 0, 8], look: [0, 0, 0] }
 let left = sphere(1).translate(-1.5, 0, 0);
@@ -48,6 +49,26 @@ fn everything_that_can_be_shown_is_another_picture() {
         assert!(same.is_none(), "{show:?} is {:?}", same.unwrap().0);
         seen.push((show, pixels));
     }
+}
+
+#[test]
+fn only_a_plane_that_is_moved_is_a_movement() {
+    let mut play = Play::of(SCENE);
+    play.takes(EngineKind::Cpu, Duration::from_secs(1));
+    play.rest();
+    // No time passes: what is at rest is refined at once.
+    play.handle(Event::Show(Show::Mode(Mode::Normal)));
+    play.run();
+    assert_eq!(play.session.facts().unwrap().stage, Stage::Fine);
+    play.handle(Event::Show(Show::Slice(at(0.0))));
+    play.run();
+    assert_eq!(play.session.facts().unwrap().stage, Stage::Full);
+    play.handle(Event::Show(Show::Slice(at(0.5))));
+    play.run();
+    let stage = play.session.facts().unwrap().stage;
+    assert!(matches!(stage, Stage::Coarse(_)), "{stage:?}");
+    play.rest();
+    assert_eq!(play.session.facts().unwrap().stage, Stage::Full);
 }
 
 #[test]

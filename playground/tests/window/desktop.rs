@@ -244,8 +244,7 @@ fn kept(screen: &Screen, what: &str) -> PathBuf {
         .map(|c| if c.is_alphanumeric() { c } else { '-' })
         .collect();
     let path = std::env::temp_dir().join(format!("sdfc-window-{name}.png"));
-    let size = SIZE.map(|side| side as u32);
-    let bytes = sdfc_playground::studio::png(size, &screen.rgba()).expect("a picture");
+    let bytes = sdfc_playground::picture::png(SIZE, &screen.rgba()).expect("a picture");
     fs::write(&path, bytes).expect("a file");
     path
 }

@@ -10,7 +10,7 @@ use super::packet::{Marcher, NO_LEAF};
 use super::{Asked, Evaluator, Field, LANES, normal, shade, shadow, show};
 use crate::cells::{Cells, Region};
 use crate::crew::share;
-use crate::frame::{Frame, Picture, Progress, Status};
+use crate::frame::{Frame, Picture, Progress, Samples, Status};
 use sdfc_shaders::assemble::{Stage, stages};
 use sdfc_shaders::features::{Features, Mode, Occlusion};
 use sdfc_shaders::layout::{self, Ray, Surface};
@@ -403,6 +403,15 @@ impl Tile {
         }
     }
 
+    /// Goes on from the sums of earlier passes.
+    fn take_colors(&mut self, frame: &Frame) {
+        let mut colors = std::mem::take(&mut self.colors);
+        for (i, at) in self.kept(frame.width) {
+            colors[i] = frame.color[at];
+        }
+        self.colors = colors;
+    }
+
     fn copy_colors(&self, samples: u32, frame: &mut Frame) {
         for (i, at) in self.kept(frame.width) {
             frame.color[at] = self.colors[i].map(|sum| sum / samples as f32);
@@ -493,8 +502,14 @@ pub(super) fn geometry(field: &dyn Field, picture: &Picture) -> super::Geometry 
 pub(super) fn render(
     field: &dyn Field,
     picture: &Picture,
+    samples: Samples<'_>,
     progress: &dyn Progress,
 ) -> Option<Frame> {
+    let (passes, begun) = samples.begin(picture);
+    let (first, end) = (passes.start, passes.end);
+    if passes.is_empty() {
+        return Some(begun);
+    }
     let stages = stages(&picture.features);
     let corners = corners(picture);
     let way = if stages.contains(&Stage::March) {
@@ -502,7 +517,8 @@ pub(super) fn render(
     } else {
         None
     };
-    let figures: Vec<Option<Vec<f32>>> = (0..picture.passes())
+    let figures: Vec<Option<Vec<f32>>> = passes
+        .clone()
         .map(|sample| {
             let (plane, band) = if stages.contains(&Stage::Plane) {
                 face_on(&picture.pass(sample), picture)?
@@ -512,7 +528,7 @@ pub(super) fn render(
             field.figure(picture, &plane, band)
         })
         .collect();
-    let frame = Mutex::new((picture.blank(), 0_usize));
+    let frame = Mutex::new((begun, 0_usize));
     let stopped = AtomicBool::new(false);
     share(
         corners.len(),
@@ -525,11 +541,14 @@ pub(super) fn render(
                 return;
             }
             tile.place(corners[number], picture);
+            if first > 0 {
+                tile.take_colors(&frame.lock().unwrap_or_else(PoisonError::into_inner).0);
+            }
             let mut evaluations = 0;
             let mut done = 0;
-            for sample in 0..picture.passes() {
+            for sample in passes.clone() {
                 let pass = picture.pass(sample);
-                let figure = figures[sample as usize].as_deref();
+                let figure = figures[(sample - first) as usize].as_deref();
                 let todo = (stages.as_slice(), way.as_ref(), figure);
                 evaluations += tile.add(&pass, picture, todo, &mut **evaluator);
                 let mut shared = frame.lock().unwrap_or_else(PoisonError::into_inner);
@@ -539,8 +558,8 @@ pub(super) fn render(
                 } else {
                     tile.count(frame);
                 }
-                if sample + 1 == picture.passes() {
-                    tile.copy_colors(picture.passes(), frame);
+                if sample + 1 == end {
+                    tile.copy_colors(end, frame);
                     frame.stats.evaluations += evaluations;
                     *tiles += 1;
                     done = *tiles;

@@ -5,7 +5,7 @@ use super::cpu::CpuEngine;
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, on};
 use crate::cells::Part;
 use crate::cpu::Geometry;
-use crate::frame::{Frame, Mode, Progress, RenderSettings};
+use crate::frame::{Frame, Mode, Progress, RenderSettings, Samples};
 use crate::gpu::{Arithmetic, Gpu, Preference};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
@@ -82,12 +82,13 @@ impl Engine for WithFallback {
         self.scene = Some((module.clone(), outputs.to_vec()));
         Ok(())
     }
-    fn render(
+    fn render_samples(
         &mut self,
         settings: &RenderSettings,
+        samples: Samples<'_>,
         progress: &dyn Progress,
     ) -> Result<Frame, EngineError> {
-        self.attempt(|engine| engine.render(settings, progress))
+        self.attempt(|engine| engine.render_samples(settings, samples, progress))
     }
     fn geometry(&mut self, settings: &RenderSettings) -> Result<Geometry, EngineError> {
         self.attempt(|engine| engine.geometry(settings))

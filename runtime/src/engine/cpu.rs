@@ -7,8 +7,8 @@ use crate::cpu::{
     self, Asked, Boxes, Column, Evaluator, Field, Geometry, LANES, Points, Range, SurfaceBlock,
 };
 use crate::frame::{
-    CellStats, CellUse, FieldFacts, Frame, Mode, Picture, Progress, RenderSettings, Surface,
-    prepare,
+    CellStats, CellUse, FieldFacts, Frame, Mode, Picture, Progress, RenderSettings, Samples,
+    Surface, prepare,
 };
 use crate::settings::{facts, unpainted};
 use rayon::prelude::*;
@@ -102,14 +102,16 @@ impl Engine for CpuEngine {
         Ok(())
     }
 
-    fn render(
+    fn render_samples(
         &mut self,
         settings: &RenderSettings,
+        samples: Samples<'_>,
         progress: &dyn Progress,
     ) -> Result<Frame, EngineError> {
         let scene = self.scene()?;
         let picture = prepare(settings, &scene.facts);
-        let mut frame = cpu::render(scene, &picture, progress).ok_or(EngineError::Stopped)?;
+        let frame = cpu::render_samples(scene, &picture, samples, progress);
+        let mut frame = frame.ok_or(EngineError::Stopped)?;
         frame.stats.cells = scene.cells_made(&picture);
         Ok(frame)
     }
@@ -404,6 +406,10 @@ impl Evaluator for Asker<'_> {
                 out[block].0[lane] = *value;
             }
         });
+        // The values are the same without.
+        if !lazy.pays() {
+            self.lazy = None;
+        }
     }
 
     fn distances_in(&mut self, cell: u32, points: &Points, count: usize, out: &mut Column) {
@@ -558,6 +564,9 @@ impl Evaluator for Asker<'_> {
                 }
             }
         });
+        if !lazy.pays() {
+            self.surface_lazy = None;
+        }
     }
 }
 

@@ -10,7 +10,8 @@ use super::rate::Rate;
 use super::tiles::{TileBuffers, Tiles};
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, query, warm};
 use crate::frame::{
-    CellStats, FieldFacts, Frame, Mode, Picture, Progress, RenderSettings, Surface, prepare,
+    CellStats, FieldFacts, Frame, Mode, Picture, Progress, RenderSettings, Samples, Surface,
+    prepare,
 };
 use crate::gpu::{Binding, Buffer, DeviceKind, Gpu};
 use crate::settings::{facts, unpainted};
@@ -285,21 +286,25 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
         Ok(Some(values))
     }
 
-    fn render(
+    fn render_samples(
         &mut self,
         settings: &RenderSettings,
+        samples: Samples<'_>,
         progress: &dyn Progress,
     ) -> Result<Frame, EngineError> {
         let picture = self.picture(settings)?;
+        let (passes, mut frame) = samples.begin(&picture);
+        if passes.is_empty() {
+            return Ok(frame);
+        }
         self.prepare(Some(&picture))?;
         let plan = self.plan(&picture)?;
         let [width, height] = picture.size;
         let total = u64::from(width) * u64::from(height);
-        let mut frame = picture.blank();
         let mut tiles = Tiles::of(picture.size);
         let mut done = 0;
         while let Some(tile) = tiles.next(plan.largest.min(self.rate.pixels(plan.weight))) {
-            self.tile(&plan, &picture, tile, &mut frame)?;
+            self.tile(&plan, &picture, tile, passes.clone(), &mut frame)?;
             done += tile.pixels();
             if progress.is_at(done as f32 / total as f32).is_break() {
                 return Err(EngineError::Stopped);

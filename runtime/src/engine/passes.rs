@@ -17,6 +17,7 @@ use sdfc_shaders::features::{Features, MOST_LIGHTS, Mode};
 use sdfc_shaders::layout::{self, Ray, ShadowRay};
 use sdfc_shaders::marching::SHOWN;
 use sdfc_shaders::shadow::DONE;
+use std::ops::Range;
 use std::time::Instant;
 
 /// The most bytes that the buffers of a tile take together.
@@ -127,12 +128,13 @@ impl<S: OnDevice> GpuEngine<S> {
         pixels
     }
 
-    /// Makes a part of the picture.
+    /// Makes a part of the picture: these passes, added to what is there of those before.
     pub(super) fn tile(
         &mut self,
         plan: &Plan,
         picture: &Picture,
         kept: Tile,
+        passes: Range<u32>,
         frame: &mut Frame,
     ) -> Result<(), EngineError> {
         let features = &picture.features;
@@ -153,13 +155,20 @@ impl<S: OnDevice> GpuEngine<S> {
             };
             self.gpu.write(&buffer, lights)?;
         }
-        for sample in 0..picture.passes() {
+        if let (1.., Some(buffer)) = (passes.start, self.buffers.get(Slot::Colors)) {
+            let mut sums = vec![[0.0; 4]; tile.pixels() as usize];
+            for (from, to) in places(tile, kept, frame.width) {
+                sums[from] = frame.color[to];
+            }
+            self.gpu.write(&buffer, &sums)?;
+        }
+        for sample in passes.clone() {
             self.pass(plan, features, &uniforms(picture, sample, tile), tile)?;
             self.collect(plan, picture, sample, [tile, kept], frame)?;
         }
         let colors: Vec<[f32; 4]> = self.read(Slot::Colors, tile.pixels())?;
         for (from, to) in places(tile, kept, frame.width) {
-            frame.color[to] = colors[from].map(|sum| sum / picture.passes() as f32);
+            frame.color[to] = colors[from].map(|sum| sum / passes.end as f32);
         }
         Ok(())
     }

@@ -11,7 +11,7 @@ use super::{Engine, EngineError, EngineKind, Loaded, Sample};
 use crate::cpu::{
     self, Asked, Column, Evaluator, Field, FieldFacts, Points, SurfaceBlock, figure::Plane,
 };
-use crate::frame::{Frame, Picture, Progress, RenderSettings, prepare};
+use crate::frame::{Frame, Picture, Progress, RenderSettings, Samples, prepare};
 use crate::reference::{self, Camera, Ended, Options, Outcome, Tracer};
 use rayon::prelude::*;
 use sdfc_shaders::layout;
@@ -55,9 +55,10 @@ impl Engine for ReferenceEngine {
         Ok(())
     }
 
-    fn render(
+    fn render_samples(
         &mut self,
         settings: &RenderSettings,
+        samples: Samples<'_>,
         progress: &dyn Progress,
     ) -> Result<Frame, EngineError> {
         let proved = Proved {
@@ -67,7 +68,7 @@ impl Engine for ReferenceEngine {
             far: settings.far,
         };
         let picture = prepare(settings, &proved.facts());
-        cpu::render(&proved, &picture, progress).ok_or(EngineError::Stopped)
+        cpu::render_samples(&proved, &picture, samples, progress).ok_or(EngineError::Stopped)
     }
 
     fn heeds_guards(&self) -> bool {

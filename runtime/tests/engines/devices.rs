@@ -5,7 +5,7 @@ use crate::scenes::{cpu, drawn, gpu, loaded, module};
 use sdfc_runtime::engine::{
     Engine, EngineError, EngineKind, Loaded, Sample, on, open_auto, with_fallback,
 };
-use sdfc_runtime::frame::{CellUse, Frame, Progress, RenderSettings};
+use sdfc_runtime::frame::{CellUse, Frame, Progress, RenderSettings, Samples};
 use sdfc_runtime::gpu::{DeviceKind, Gpu, GpuError, Limits, Preference};
 use sdfc_runtime::verify::compare;
 use sdfc_shaders::marching::SECANT_STEPS;
@@ -129,7 +129,12 @@ impl Engine for Fragile {
     fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError> {
         self.0.update(module, outputs)
     }
-    fn render(&mut self, _: &RenderSettings, _: &dyn Progress) -> Result<Frame, EngineError> {
+    fn render_samples(
+        &mut self,
+        _: &RenderSettings,
+        _: Samples<'_>,
+        _: &dyn Progress,
+    ) -> Result<Frame, EngineError> {
         Err(GpuError::DeviceLost("it broke".to_owned()).into())
     }
     fn query(&mut self, _: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError> {

@@ -1,0 +1,86 @@
+//! Refinement in the playground: from a moved camera to the picture with all samples, at 640×360 on the
+//! CPU, for each example.
+//!
+//! What is measured is drawing: the coarse picture, the full one, and what makes it fine. The clock that
+//! the session goes by stands still meanwhile, and jumps over the moment that it waits before it takes a
+//! camera to be at rest.
+
+use criterion::Criterion;
+use sdfc_playground::build::{Source, build};
+use sdfc_playground::files::Disk;
+use sdfc_playground::painter::Painter;
+use sdfc_playground::session::{CameraEvent, Devices, Done, Event, Session, Stage, Task};
+use sdfc_runtime::engine;
+use std::path::Path;
+use std::time::Duration;
+
+pub(crate) fn bench(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("refine");
+    group.sample_size(10);
+    group.warm_up_time(Duration::from_millis(100));
+    group.measurement_time(Duration::from_secs(1));
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
+    let files = std::fs::read_dir(folder).expect("there are examples");
+    let paths = files.map(|entry| entry.expect("a file").path());
+    let mut scenes: Vec<_> = paths
+        .filter(|path| path.extension().is_some_and(|found| found == "sdf"))
+        .collect();
+    scenes.sort();
+    for path in scenes {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let mut desk = Desk::of(&path);
+        desk.refine();
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                let turn = Event::Camera(CameraEvent::Orbit([0.002, 0.0]));
+                desk.session.handle(turn, desk.now);
+                desk.refine();
+            });
+        });
+    }
+}
+
+/// A session whose tasks are done at once.
+struct Desk {
+    session: Session,
+    painter: Painter,
+    now: Duration,
+}
+
+impl Desk {
+    fn of(path: &Path) -> Self {
+        let mut session = Session::new(Source::File(path.to_owned()), Devices::default());
+        session.handle(Event::Resized([640, 360]), Duration::ZERO);
+        Self {
+            session,
+            painter: Painter::new(Box::new(engine::open)),
+            now: Duration::ZERO,
+        }
+    }
+
+    /// Does all there is to do until the session is at rest.
+    fn refine(&mut self) {
+        loop {
+            let tasks = self.session.tasks(self.now);
+            let is_done = tasks.is_empty();
+            for task in tasks {
+                let done = match task {
+                    Task::Build(task) => Done::Built(build(&task, &Disk)),
+                    Task::Draw(task) => Done::Drawn(self.painter.draw(&task)),
+                    _ => continue,
+                };
+                self.session.done(done, self.now);
+            }
+            match self.session.wakes(self.now) {
+                Some(at) => self.now = self.now.max(at),
+                None if is_done => break,
+                None => {}
+            }
+        }
+        let stage = self.session.facts().map(|facts| facts.stage);
+        assert!(
+            matches!(stage, Some(Stage::Full | Stage::Fine)),
+            "{stage:?}"
+        );
+    }
+}
