@@ -166,7 +166,7 @@ fn alike(processor: CellStats, device: CellStats) -> bool {
     within(processor.made, device.made)
         && within(device.made, processor.made)
         && within(processor.clauses, device.clauses)
-        && within(device.clauses, 2 * processor.clauses)
+        && within(device.clauses, 3 * processor.clauses)
         && processor.short == device.short
 }
 
