@@ -81,10 +81,15 @@ const STEEPEST: f64 = 0.9;
 pub const LEFT: f64 = 0.02;
 /// From how many thresholds on roots are guessed where the field falls evenly.
 const NEAR: f64 = 4.0;
+/// How far ahead roots are guessed, in thresholds: four pixels. A line farther on may lead through a wall;
+/// only where the field falls steadily is it followed.
+const AHEAD: f64 = 32.0;
 /// A field falls evenly if its last slope differs from the mean by no more than this share of it.
 const EVENLY: f64 = 0.3;
 /// It falls steadily, as towards a plane and nothing else, if they differ by no more than this share.
 const STEADILY: f64 = 0.01;
+/// From how many thresholds on a ray that ran out of steps is taken for one that hit: a pixel.
+const BESIDE: f64 = 8.0;
 /// How many secant steps are taken at most.
 pub const SECANT_STEPS: u32 = 6;
 
@@ -139,7 +144,10 @@ pub fn march_step<R: Real>(
     let short = R::and(below, R::not(threshold.less(step)));
     let least = radius.min(threshold) * lit(LEFT);
     let vanished = R::and(radius.less(near), field.less(least));
-    let landed = R::and(R::or(guessed, short), vanished);
+    // A line followed far must lead to the root itself, or there was something in between.
+    let far = R::and(R::not(plain), (threshold * lit(AHEAD)).less(step));
+    let astray = R::and(far, field.less(-least));
+    let landed = R::and(R::and(R::or(guessed, short), vanished), R::not(astray));
     let deep = R::and(field.less(-threshold), threshold.less(step));
     let jumped = R::and(R::or(plain, landed), deep);
     let passable = R::or(plain, R::or(overlapping, R::or(landed, short)));
@@ -158,8 +166,10 @@ pub fn march_step<R: Real>(
     let creeping = R::and(known, new_radius.less(threshold));
     let onward = R::select(creeping, relaxed.max(at_least), relaxed).named("onward");
     let evenly = (slope - mean).abs().less(slope * lit(-EVENLY));
+    let steadily = (slope - mean).abs().less(slope * lit(-STEADILY));
+    let ahead = R::or(to_root.less(threshold * lit(AHEAD)), steadily);
     let within = R::and(new_radius.less(near), to_root.less(leave - new_t));
-    let guess = R::and(falling, R::and(evenly, within));
+    let guess = R::and(falling, R::and(R::and(evenly, ahead), within));
     let next = R::select(guess, to_root, onward);
     let touching = new_radius.less(rounding);
     Step {
@@ -193,9 +203,10 @@ pub fn rounding_at<R: Real>(t: R, rounding: R) -> R {
     rounding + t * lit(2e-7)
 }
 
-/// Whether, as 1 or 0, a ray that ran out of steps is drawn as one that hit: where the field falls to
-/// zero before `far`, and the ray is near to a surface, or the field has been falling steadily for many
-/// steps, as towards an endless plane near its horizon.
+/// Whether, as 1 or 0, a ray that ran out of steps is drawn as one that hit: where it is within a pixel of
+/// a surface, along which it creeps; and where the field falls to zero before `far`, if the ray is
+/// near to a surface, or the field has been falling steadily for many steps, as towards an endless
+/// plane near its horizon.
 #[inline(always)]
 pub fn nearly_arrived<R: Real>(
     t: R,
@@ -206,11 +217,13 @@ pub fn nearly_arrived<R: Real>(
     threshold: R,
     far: R,
 ) -> R {
+    let beside = radius.less(threshold * lit(BESIDE));
     let near = radius.less(threshold * lit(32.0));
     let slope = ((radius - radius_before) / (t - t_before).max(lit(1e-30))).named("slope");
     let steadily = (slope - trend).abs().less(slope * lit(-STEADILY));
     let falls = radius.less(slope * (t - far));
-    R::select(R::and(falls, R::or(near, steadily)), lit(1.0), lit(0.0))
+    let falls_soon = R::and(falls, R::or(near, steadily));
+    R::select(R::or(beside, falls_soon), lit(1.0), lit(0.0))
 }
 
 /// Whether, as 1 or 0, the field is so small that no further secant step would tell more.
