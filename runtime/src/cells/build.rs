@@ -128,8 +128,9 @@ pub(super) fn deepen(
     }
 }
 
-/// How many of these cells are cut before what they left is counted: even if nothing could be left out of
-/// any tape, [`MOST_CLAUSES`] would be no more than twice what is allowed, or one cell's.
+/// How many of these cells are cut before clauses are counted again: so few that, even if nothing could be
+/// left out of any tape, there would be no more than [`MOST_CLAUSES`] beyond what is allowed, or than
+/// those of one cell.
 fn affordable(cells: &Cells, parents: &[Parent]) -> usize {
     let mut clauses = 0;
     let fitting = parents.iter().take_while(|parent| {
