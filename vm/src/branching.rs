@@ -174,6 +174,7 @@ mod how {
     pub(super) const NOT: u64 = 27;
     pub(super) const SELECT: u64 = 28;
     pub(super) const AXIS: u64 = 29;
+    pub(super) const LATTICE_EDGE: u64 = 30;
 }
 
 impl Branching {
@@ -360,6 +361,13 @@ impl Real for Branching {
             count_hull();
         }
         Self::parts(random, how::LATTICE, cell, seed)
+    }
+    fn lattice_edge(cell: V3<Self>, seed: Self) -> V3<Self> {
+        let random = Interval::lattice_edge(Self::ranges(cell), seed.range);
+        if random.x.lo != random.x.hi {
+            count_hull();
+        }
+        Self::parts(random, how::LATTICE_EDGE, cell, seed)
     }
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
         // Noise and its gradient are continuous: there is nothing to ask.

@@ -243,6 +243,10 @@ impl<R: Real> Real for Dual<R> {
         DualVec3::fixed(R::lattice(cell.value, seed.value))
     }
     #[inline(always)]
+    fn lattice_edge(cell: Self::Vec3, seed: Self) -> Self::Vec3 {
+        DualVec3::fixed(R::lattice_edge(cell.value, seed.value))
+    }
+    #[inline(always)]
     fn noise_gradient(p: Self::Vec3, seed: Self) -> (Self, Self::Vec3) {
         let (value, slope) = R::noise_gradient(p.value, seed.value);
         let gradient =

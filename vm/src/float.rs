@@ -63,7 +63,8 @@ impl Real for f32 {
     }
     #[inline(always)]
     fn power_of_two(self) -> Self {
-        f32::from_bits((((self as i32) + 127) << 23) as u32)
+        // The last bits of the sum are the exponent's, and all others are shifted out.
+        f32::from_bits((self + (8_388_608.0 + 127.0)).to_bits() << 23)
     }
     #[inline(always)]
     fn exponent(self) -> Self {
@@ -75,13 +76,13 @@ impl Real for f32 {
     }
     #[inline(always)]
     fn lattice(cell: V3<f32>, seed: Self) -> V3<f32> {
-        let [x, y, z] =
-            elementary::hash([cell.x as i32, cell.y as i32, cell.z as i32], seed as i32);
-        V3 {
-            x: unit(x),
-            y: unit(y),
-            z: unit(z),
-        }
+        let [x, y, z] = elementary::hash([cell.x, cell.y, cell.z], seed).map(unit);
+        V3 { x, y, z }
+    }
+    #[inline(always)]
+    fn lattice_edge(cell: V3<f32>, seed: Self) -> V3<f32> {
+        let [x, y, z] = elementary::edge([cell.x, cell.y, cell.z], seed);
+        V3 { x, y, z }
     }
     #[inline(always)]
     fn less(self, other: Self) -> bool {
@@ -178,13 +179,15 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn lattice(cell: V3<f64>, seed: Self) -> V3<f64> {
-        let [x, y, z] =
-            elementary::hash([cell.x as i32, cell.y as i32, cell.z as i32], seed as i32);
-        V3 {
-            x: unit(x).into(),
-            y: unit(y).into(),
-            z: unit(z).into(),
-        }
+        let cell = [cell.x as f32, cell.y as f32, cell.z as f32];
+        let [x, y, z] = elementary::hash(cell, seed as f32).map(|bits| unit(bits).into());
+        V3 { x, y, z }
+    }
+    #[inline(always)]
+    fn lattice_edge(cell: V3<f64>, seed: Self) -> V3<f64> {
+        let cell = [cell.x as f32, cell.y as f32, cell.z as f32];
+        let [x, y, z] = elementary::edge(cell, seed as f32).map(f64::from);
+        V3 { x, y, z }
     }
     #[inline(always)]
     fn less(self, other: Self) -> bool {

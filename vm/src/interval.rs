@@ -203,6 +203,15 @@ impl<E: End> IntervalOf<E> {
     fn is_point(self) -> bool {
         self.lo == self.hi
     }
+    /// A random number of a cell: `v`, or any of a range where the cell is not known.
+    #[inline(always)]
+    fn random(v: E, [lo, hi]: [f64; 2], cell: V3<Self>, seed: Self) -> Self {
+        let known = cell.x.is_point() & cell.y.is_point() & cell.z.is_point() & seed.is_point();
+        Self {
+            lo: E::select(known, v, lit(lo)),
+            hi: E::select(known, v, lit(hi)),
+        }
+    }
     /// Rounded outwards; NaN becomes everything.
     #[inline(always)]
     fn widened(lo: E, hi: E) -> Self {
@@ -436,13 +445,15 @@ impl<E: End> Real for IntervalOf<E> {
     }
     #[inline(always)]
     fn lattice(cell: V3<Self>, seed: Self) -> V3<Self> {
-        let known = cell.x.is_point() & cell.y.is_point() & cell.z.is_point() & seed.is_point();
         let v = E::lattice(V3::of(cell.x.lo, cell.y.lo, cell.z.lo), seed.lo);
-        let of = |v: E| Self {
-            lo: E::select(known, v, lit(-1.0)),
-            hi: E::select(known, v, lit(1.0)),
-        };
+        let of = |v: E| Self::random(v, [-1.0, 1.0], cell, seed);
         V3::of(of(v.x), of(v.y), of(v.z))
+    }
+    #[inline(always)]
+    fn lattice_edge(cell: V3<Self>, seed: Self) -> V3<Self> {
+        let v = E::lattice_edge(V3::of(cell.x.lo, cell.y.lo, cell.z.lo), seed.lo);
+        let of = |v: E, range| Self::random(v, range, cell, seed);
+        V3::of(of(v.x, [1.0, 2.0]), of(v.y, [-1.0, 1.0]), of(v.z, [-1.0, 1.0]))
     }
     #[inline(always)]
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {

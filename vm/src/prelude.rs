@@ -8,7 +8,7 @@ use crate::record::{Function, Scalar, Vec2, Vec3, record};
 use std::collections::BTreeSet;
 
 /// Every function of the prelude, each after those that it calls.
-pub const NAMES: [&str; 13] = [
+pub const NAMES: [&str; 14] = [
     "length2",
     "length3",
     "power_of_two",
@@ -20,6 +20,7 @@ pub const NAMES: [&str; 13] = [
     "cosine",
     "arctangent",
     "lattice",
+    "lattice_edge",
     "noise",
     "noise_gradient",
 ];
@@ -85,7 +86,7 @@ fn intrinsic(name: &str) -> &'static str {
     match name {
         "power_of_two" => {
             "fn power_of_two(n: f32) -> f32 {
-    return bitcast<f32>((i32(n) + 127) << 23u);
+    return bitcast<f32>(bitcast<u32>(n + 8388735.0) << 23u);
 }
 "
         }
@@ -103,8 +104,8 @@ fn intrinsic(name: &str) -> &'static str {
         }
         "lattice" => {
             "fn lattice(cell: vec3f, seed: f32) -> vec3f {
-    let salt = u32(i32(seed)) * 0x9e3779b9u;
-    var h = (vec3u(vec3i(cell)) ^ vec3u(salt)) * 1664525u + 1013904223u;
+    let salt = bitcast<u32>(seed + 12582912.0) * 0x9e3779b9u;
+    var h = (bitcast<vec3u>(cell + 12582912.0) ^ vec3u(salt)) * 1664525u + 1013904223u;
     h.x += h.y * h.z;
     h.y += h.z * h.x;
     h.z += h.x * h.y;
@@ -113,6 +114,19 @@ fn intrinsic(name: &str) -> &'static str {
     h.y += h.z * h.x;
     h.z += h.x * h.y;
     return vec3f(vec3i(h >> vec3u(8u))) * (1.0 / 8388608.0) - 1.0;
+}
+"
+        }
+        "lattice_edge" => {
+            "fn lattice_edge(cell: vec3f, seed: f32) -> vec3f {
+    let key = bitcast<vec3u>(cell + 12582912.0);
+    let salt = bitcast<u32>(seed + 12582912.0) * 0x9e3779b9u;
+    var h = (key.x ^ salt) * 0x7feb352du;
+    h = ((h ^ (h >> 15u)) + key.y) * 0x846ca68bu;
+    h = ((h ^ (h >> 15u)) + key.z) * 0x7feb352du;
+    h = (h ^ (h >> 16u)) * 0x846ca68bu;
+    let bits = vec3u(h >> 7u, h, h << 1u) & vec3u(0x007fffffu, 0x80000000u, 0x80000000u);
+    return bitcast<vec3f>(vec3u(0x3f800000u) | bits);
 }
 "
         }

@@ -59,6 +59,9 @@ pub trait Real:
     fn mantissa(self) -> Self;
     /// A reproducible pseudo-random vector in [-1, 1)³ for the whole numbers of `cell`.
     fn lattice(cell: Self::Vec3, seed: Self) -> Self::Vec3;
+    /// A reproducible pseudo-random number in [1, 2) and two of −1 and 1, for the whole numbers of
+    /// `cell`: the gradient of the noise there, see [`crate::elementary::perlin`].
+    fn lattice_edge(cell: Self::Vec3, seed: Self) -> Self::Vec3;
     /// Whether this is smaller than `other`.
     fn less(self, other: Self) -> Self::Bool;
     /// Whether both hold.

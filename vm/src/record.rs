@@ -300,6 +300,9 @@ impl Real for Scalar {
     fn lattice(cell: Vec3, seed: Self) -> Vec3 {
         Vec3(call("lattice", vec![cell.0, seed.0], Type::Vec3))
     }
+    fn lattice_edge(cell: Vec3, seed: Self) -> Vec3 {
+        Vec3(call("lattice_edge", vec![cell.0, seed.0], Type::Vec3))
+    }
     fn noise(p: Vec3, seed: Self) -> Self {
         Self(call("noise", vec![p.0, seed.0], Type::Scalar))
     }

@@ -127,6 +127,26 @@ impl Rounded {
             whole: false,
         }
     }
+    /// Random numbers of a cell: exact where the cell is.
+    fn random(
+        of_cell: impl Fn(V3<Interval>, Interval) -> V3<Interval>,
+        cell: V3<Self>,
+        seed: Self,
+    ) -> V3<Self> {
+        let values = V3::of(cell.x.value, cell.y.value, cell.z.value);
+        let v = of_cell(values, seed.value);
+        let inputs = [cell.x, cell.y, cell.z, seed];
+        let exact = inputs.iter().all(|i| i.error == 0.0);
+        let torn = inputs.iter().any(|i| i.torn);
+        let of = |value| {
+            if exact {
+                Self::known(value, 0.0, torn)
+            } else {
+                Self::unknown(value, torn)
+            }
+        };
+        V3::of(of(v.x), of(v.y), of(v.z))
+    }
     /// The sum or product of two numbers, if `f32` makes it without rounding because they are whole
     /// and not too large.
     #[inline(always)]
@@ -457,19 +477,11 @@ impl Real for Rounded {
     }
     #[inline(always)]
     fn lattice(cell: V3<Self>, seed: Self) -> V3<Self> {
-        let values = V3::of(cell.x.value, cell.y.value, cell.z.value);
-        let v = Interval::lattice(values, seed.value);
-        let inputs = [cell.x, cell.y, cell.z, seed];
-        let exact = inputs.iter().all(|i| i.error == 0.0);
-        let torn = inputs.iter().any(|i| i.torn);
-        let of = |value| {
-            if exact {
-                Self::known(value, 0.0, torn)
-            } else {
-                Self::unknown(value, torn)
-            }
-        };
-        V3::of(of(v.x), of(v.y), of(v.z))
+        Self::random(Interval::lattice, cell, seed)
+    }
+    #[inline(always)]
+    fn lattice_edge(cell: V3<Self>, seed: Self) -> V3<Self> {
+        Self::random(Interval::lattice_edge, cell, seed)
     }
     #[inline(always)]
     fn noise(p: V3<Self>, seed: Self) -> Self {

@@ -121,6 +121,9 @@ impl Real for Symbolic {
         self / self.exponent().exp2()
     }
     fn lattice(_cell: V3<Self>, _seed: Self) -> V3<Self> {
+        unreachable!("no parameter is prepared from random numbers")
+    }
+    fn lattice_edge(_cell: V3<Self>, _seed: Self) -> V3<Self> {
         unreachable!("no parameter is prepared from noise")
     }
     fn less(self, other: Self) -> Condition {

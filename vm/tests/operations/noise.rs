@@ -243,3 +243,44 @@ fn noise_comes_near_to_what_is_said() {
     assert!(steepest > 0.8 * NOISE_STEEPNESS, "{steepest}");
     assert!(highest < 1.0, "{highest}");
 }
+
+/// The number of an edge's direction, of twelve.
+fn direction(cell: [i32; 3], seed: i32) -> usize {
+    let [x, y, z] = sdfc_vm::elementary::edge(cell.map(|c| c as f32), seed as f32);
+    let axis = ((x - 1.0) * 3.0) as usize;
+    axis * 4 + usize::from(y < 0.0) * 2 + usize::from(z < 0.0)
+}
+
+/// Directions of corners are independent of those of the corners around and of other seeds: the
+/// pairs of directions are spread evenly, by Pearson's test with 143 degrees of freedom. Of 200 tests
+/// of numbers that are random, one in a million or so has a largest value above 260.
+#[test]
+fn directions_of_corners_are_independent_of_each_other() {
+    const SIDE: i32 = 48;
+    let mut shifts = vec![];
+    for x in -3..=3 {
+        for y in -3..=3 {
+            for z in 0..=3 {
+                if (z, y, x) > (0, 0, 0) {
+                    shifts.push([x, y, z, 0]);
+                }
+            }
+        }
+    }
+    shifts.extend([1, 2, 7, 100].map(|seed| [0, 0, 0, seed]));
+    for start in [[-24; 3], [1000, -7, 90_000]] {
+        for shift in &shifts {
+            let mut pairs = [[0_u32; 12]; 12];
+            for place in 0..SIDE.pow(3) {
+                let step = [place % SIDE, place / SIDE % SIDE, place / SIDE / SIDE];
+                let cell = [0, 1, 2].map(|i| start[i] + step[i]);
+                let other = [0, 1, 2].map(|i| cell[i] + shift[i]);
+                pairs[direction(cell, 5)][direction(other, 5 + shift[3])] += 1;
+            }
+            let expected = f64::from(SIDE.pow(3)) / 144.0;
+            let off = |count: &u32| (f64::from(*count) - expected).powi(2) / expected;
+            let spread: f64 = pairs.iter().flatten().map(off).sum();
+            assert!(spread < 260.0, "{start:?}, {shift:?}: {spread}");
+        }
+    }
+}
