@@ -1,7 +1,7 @@
 //! sdfc against its peers: every model, size and number of threads, on every engine, taking turns.
 
 use crate::clock::{median, timed};
-use crate::contestant::ours::pool;
+use crate::contestant::ours::{Rays, pool};
 use crate::contestant::{Contestant, Ours, Peer};
 use crate::model::Model;
 use crate::picture::Difference;
@@ -19,8 +19,8 @@ pub(crate) struct Options {
     pub(crate) engines: Vec<EngineKind>,
     /// The peers.
     pub(crate) peers: Vec<Peer>,
-    /// How near sdfc's rays come to a surface, in halves of a pixel.
-    pub(crate) cone: f64,
+    /// How sdfc's rays go.
+    pub(crate) rays: Rays,
     /// How many rounds count.
     pub(crate) rounds: usize,
     /// After how many seconds no more rounds are begun.
@@ -193,7 +193,7 @@ fn side_by_side(
     threads: usize,
     options: &Options,
 ) -> Result<Vec<Row>, String> {
-    let mut ours = Entry::new(Box::new(Ours::open(engine, model, size, options.cone)?));
+    let mut ours = Entry::new(Box::new(Ours::open(engine, model, size, options.rays)?));
     let mut theirs = Vec::new();
     for peer in peers {
         match peer.open(model, size, threads) {

@@ -14,7 +14,9 @@ mod view;
 
 use clap::Parser;
 use contestant::Peer;
+use contestant::ours::Rays;
 use sdfc_runtime::engine::EngineKind;
+use sdfc_runtime::frame::CellUse;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -57,6 +59,9 @@ struct Cli {
     /// default, 0.25, is faster and makes silhouettes of fields that are no distances thicker.
     #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
     cone: f64,
+    /// sdfc's engines cut space into no cells, also where they would.
+    #[arg(long)]
+    no_cells: bool,
     /// How often each side draws a picture, besides a first time that does not count.
     #[arg(long, value_name = "N", default_value_t = 9)]
     rounds: usize,
@@ -130,7 +135,14 @@ fn run(cli: &Cli) -> Result<(), String> {
         threads: cli.threads.iter().copied().map(usize::from).collect(),
         engines: cli.engines.clone(),
         peers: cli.peers.clone(),
-        cone: cli.cone,
+        rays: Rays {
+            cone: cli.cone,
+            cells: if cli.no_cells {
+                CellUse::Never
+            } else {
+                CellUse::Auto
+            },
+        },
         rounds: cli.rounds,
         patience: cli.patience,
     };

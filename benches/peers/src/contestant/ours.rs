@@ -11,7 +11,7 @@ use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::{Diagnostic, Diagnostics, Sources, Style};
 use sdfc_runtime::cpu::Geometry;
 use sdfc_runtime::engine::{self, Engine, EngineError, EngineKind, Loaded};
-use sdfc_runtime::frame::{Mode, RenderSettings};
+use sdfc_runtime::frame::{CellUse, Mode, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
@@ -113,11 +113,20 @@ impl Compiled {
     }
 }
 
+/// How sdfc's rays go.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rays {
+    /// How near they come to a surface before they stop, in halves of a pixel.
+    pub(crate) cone: f64,
+    /// Whether they go from cell to cell.
+    pub(crate) cells: CellUse,
+}
+
 /// A model on an engine.
 pub(crate) struct Ours<'a> {
     model: &'a Model,
     size: u32,
-    cone: f64,
+    rays: Rays,
     engine: Box<dyn Engine>,
     prepared: Option<Prepared>,
     seen: Option<Found>,
@@ -139,17 +148,17 @@ struct Prepared {
 
 impl<'a> Ours<'a> {
     /// A model on an engine of this kind. An engine on the CPU takes the threads of the pool that
-    /// it is called from. `cone` is where rays stop.
+    /// it is called from.
     pub(crate) fn open(
         kind: EngineKind,
         model: &'a Model,
         size: u32,
-        cone: f64,
+        rays: Rays,
     ) -> Result<Self, String> {
         Ok(Self {
             model,
             size,
-            cone,
+            rays,
             engine: engine::open(kind).map_err(|error| error.to_string())?,
             prepared: None,
             seen: None,
@@ -173,7 +182,8 @@ impl<'a> Ours<'a> {
         Ok(RenderSettings {
             view: self.model.view.camera(),
             plane: self.model.plane,
-            cone: self.cone,
+            cone: self.rays.cone,
+            cells: self.rays.cells,
             ..settings
         })
     }
