@@ -2,6 +2,7 @@
 //! and options give the same bytes. No input or output, no GPU.
 
 pub mod bounds;
+mod boxes;
 pub mod clauses;
 pub mod compile;
 pub mod dump;

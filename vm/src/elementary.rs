@@ -202,8 +202,12 @@ pub fn hash(cell: [f32; 3], seed: f32) -> [u32; 3] {
 #[inline(always)]
 fn corner_hash([x, y, z]: [f32; 3], seed: f32) -> u32 {
     let h = (key(x) ^ salt(seed)).wrapping_mul(0x7feb_352d);
-    let h = (h ^ (h >> 15)).wrapping_add(key(y)).wrapping_mul(0x846c_a68b);
-    let h = (h ^ (h >> 15)).wrapping_add(key(z)).wrapping_mul(0x7feb_352d);
+    let h = (h ^ (h >> 15))
+        .wrapping_add(key(y))
+        .wrapping_mul(0x846c_a68b);
+    let h = (h ^ (h >> 15))
+        .wrapping_add(key(z))
+        .wrapping_mul(0x7feb_352d);
     (h ^ (h >> 16)).wrapping_mul(0x846c_a68b)
 }
 

@@ -453,7 +453,11 @@ impl<E: End> Real for IntervalOf<E> {
     fn lattice_edge(cell: V3<Self>, seed: Self) -> V3<Self> {
         let v = E::lattice_edge(V3::of(cell.x.lo, cell.y.lo, cell.z.lo), seed.lo);
         let of = |v: E, range| Self::random(v, range, cell, seed);
-        V3::of(of(v.x, [1.0, 2.0]), of(v.y, [-1.0, 1.0]), of(v.z, [-1.0, 1.0]))
+        V3::of(
+            of(v.x, [1.0, 2.0]),
+            of(v.y, [-1.0, 1.0]),
+            of(v.z, [-1.0, 1.0]),
+        )
     }
     #[inline(always)]
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {

@@ -1,0 +1,214 @@
+//! A number of the point, evaluated over boxes of points: all values it may have there, and with dual
+//! numbers all gradients. What it is computed from is looked up once, so that a search through thousands
+//! of boxes does nothing but arithmetic.
+
+use crate::expression::{ExprId, Expression, Expressions};
+use crate::uniforms::operands_first;
+use sdfc_vm::apply::{Applied, Apply, apply, laid_out};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::dual::Dual;
+use sdfc_vm::interval::Interval;
+use sdfc_vm::real::Vector3;
+use sdfc_vm::table::Op;
+use sdfc_vm::vector::V3;
+
+/// What a number is over a box: its values, with or without their gradients.
+pub(crate) trait OverBox: Apply {
+    /// A number that is the same at all points, somewhere in a range.
+    fn same(range: Interval) -> Self;
+    /// A coordinate.
+    fn coordinate(axis: usize, range: Interval) -> Self;
+    /// All values.
+    fn range(&self) -> Interval;
+}
+
+impl OverBox for Interval {
+    fn same(range: Interval) -> Self {
+        range
+    }
+    fn coordinate(_: usize, range: Interval) -> Self {
+        range
+    }
+    fn range(&self) -> Interval {
+        *self
+    }
+}
+
+impl OverBox for Dual<Interval> {
+    fn same(range: Interval) -> Self {
+        Self::fixed(range)
+    }
+    fn coordinate(axis: usize, range: Interval) -> Self {
+        let along = |other: usize| Interval::point(if other == axis { 1.0 } else { 0.0 });
+        Self {
+            value: range,
+            gradient: V3::of(along(0), along(1), along(2)),
+        }
+    }
+    fn range(&self) -> Interval {
+        self.value
+    }
+}
+
+/// A number with all that it is computed from, operands first.
+pub(crate) struct Field<R> {
+    steps: Vec<Step<R>>,
+    /// What the steps gave in the last box.
+    values: Vec<R>,
+}
+
+/// How one of the numbers is found; operands are places of earlier steps.
+enum Step<R> {
+    /// It is the same in all boxes.
+    Known(R),
+    /// It is a coordinate of the point.
+    Coordinate(usize),
+    /// It is what a row gives.
+    Apply {
+        op: Op,
+        point: Option<[usize; 3]>,
+        values: Vec<usize>,
+        parameters: Vec<f32>,
+    },
+}
+
+impl<R: OverBox> Field<R> {
+    /// `uniform` gives the values of constants, parameters and the time.
+    pub(crate) fn new(
+        expressions: &Expressions,
+        id: ExprId,
+        uniform: &mut dyn FnMut(ExprId) -> Interval,
+    ) -> Self {
+        let order = operands_first(expressions, id, |_| false);
+        let place = |id: &ExprId| match order.binary_search(id) {
+            Ok(at) | Err(at) => at,
+        };
+        let mut field = Self {
+            steps: Vec::with_capacity(order.len()),
+            values: Vec::with_capacity(order.len()),
+        };
+        for &id in &order {
+            let step = match expressions.get(id) {
+                Expression::Constant(_) | Expression::Param(..) | Expression::Time => {
+                    Step::Known(R::same(uniform(id)))
+                }
+                Expression::Coordinate(axis) => Step::Coordinate(usize::from(*axis)),
+                Expression::NormalComponent(_) => {
+                    Step::Known(R::same(Interval { lo: -1.0, hi: 1.0 }))
+                }
+                Expression::Apply {
+                    op,
+                    point,
+                    values,
+                    parameters,
+                } => {
+                    // Parameters of such rows (a noise's seed) are taken at the middle of their
+                    // range: no row's slope depends on them. They do not depend on the point.
+                    let numbers: Vec<f64> = parameters
+                        .iter()
+                        .map(|id| field.known(place(id)).unwrap_or(Interval::ALL))
+                        .map(|v| {
+                            if v.lo == v.hi {
+                                v.lo
+                            } else {
+                                (v.lo + v.hi) / 2.0
+                            }
+                        })
+                        .collect();
+                    Step::Apply {
+                        op: *op,
+                        point: point.map(|point| point.map(|id| place(&id))),
+                        values: values.iter().map(place).collect(),
+                        parameters: laid_out(*op, &numbers),
+                    }
+                }
+            };
+            field.add(step);
+        }
+        field
+    }
+
+    /// Adds a step, or what it gives where that is the same in all boxes.
+    fn add(&mut self, step: Step<R>) {
+        let value = step.value(&Bounds::EVERYTHING, &self.values);
+        let known = |&at: &usize| self.known(at).is_some();
+        let same = match &step {
+            Step::Known(_) => true,
+            Step::Coordinate(_) => false,
+            Step::Apply { point, values, .. } => point.iter().flatten().chain(values).all(known),
+        };
+        self.values.push(value);
+        self.steps
+            .push(if same { Step::Known(value) } else { step });
+    }
+
+    /// The number at a place, if it is the same in all boxes.
+    fn known(&self, at: usize) -> Option<Interval> {
+        match &self.steps[at] {
+            Step::Known(value) => Some(value.range()),
+            _ => None,
+        }
+    }
+
+    /// What it is in a box, which may be endless.
+    pub(crate) fn over(&mut self, bounds: &Bounds) -> R {
+        self.values.clear();
+        for step in &self.steps {
+            let value = step.value(bounds, &self.values);
+            self.values.push(value);
+        }
+        let last = self.values.last();
+        last.copied().unwrap_or_else(|| R::same(Interval::ALL))
+    }
+
+    /// What an evaluation costs, in sums and products; at least one.
+    pub(crate) fn cost(&self) -> usize {
+        let costs = self.steps.iter().map(|step| match step {
+            Step::Known(_) | Step::Coordinate(_) => 0,
+            Step::Apply { op, .. } => cost(*op),
+        });
+        costs.sum::<usize>().max(1)
+    }
+}
+
+/// How many products of ranges with their gradients take as long as an operation on them: measured, and
+/// with room for what is slower where a range is endless.
+fn cost(op: Op) -> usize {
+    match op {
+        Op::Gyroid | Op::Diamond | Op::Noise | Op::NoiseOctave | Op::RidgeOctave => 40,
+        Op::SchwarzP => 20,
+        Op::Pow | Op::Atan2 | Op::Asin | Op::Acos | Op::Sinh | Op::Cosh | Op::Tanh => 4,
+        Op::Tan | Op::Atan | Op::Sin | Op::Cos | Op::Exp | Op::Exp2 | Op::Ln | Op::Log2 => 2,
+        _ => 1,
+    }
+}
+
+impl<R: OverBox> Step<R> {
+    /// What it gives in a box, from what the steps before it gave.
+    fn value(&self, bounds: &Bounds, before: &[R]) -> R {
+        match self {
+            Self::Known(value) => *value,
+            Self::Coordinate(axis) => {
+                let (lo, hi) = (bounds.min[*axis], bounds.max[*axis]);
+                R::coordinate(*axis, Interval { lo, hi })
+            }
+            Self::Apply {
+                op,
+                point,
+                values,
+                parameters,
+            } => {
+                let everywhere = R::same(Interval::ALL);
+                let [x, y, z] = point.map_or([everywhere; 3], |p| p.map(|place| before[place]));
+                let mut operands = [R::same(Interval::point(0.0)); 3];
+                for (slot, &place) in operands.iter_mut().zip(values) {
+                    *slot = before[place];
+                }
+                match apply(*op, R::Vec3::new(x, y, z), operands, parameters) {
+                    Applied::Value(value) => value,
+                    Applied::Point(_) => everywhere,
+                }
+            }
+        }
+    }
+}
