@@ -25,7 +25,7 @@ use sdfc_shaders::layout;
 pub use sdfc_vm::lanes::{Column, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
 use std::sync::Arc;
-pub(crate) use tile::from_eye;
+pub(crate) use tile::{ends_at_far, from_eye};
 
 /// A field that pictures are made of.
 pub trait Field: Sync {

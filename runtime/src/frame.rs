@@ -295,8 +295,10 @@ pub struct Stats {
     pub hits: u64,
     /// Rays that started inside a solid and came to its surface.
     pub inside: u64,
-    /// Rays that left the scene.
+    /// Rays that left the scene, or came as far as they go.
     pub misses: u64,
+    /// Those of them that came as far as they go (`far`) where the scene goes on.
+    pub at_far: u64,
     /// Rays that ran out of steps.
     pub step_caps: u64,
     /// Rays that met a value that is not a number.
@@ -348,12 +350,15 @@ impl Frame {
 }
 
 impl Stats {
-    /// Counts one ray.
-    pub fn count(&mut self, status: Status) {
+    /// Counts one ray; `at_far` says whether it ended at `far`, if it met nothing.
+    pub(crate) fn count(&mut self, status: Status, at_far: impl FnOnce() -> bool) {
         match status {
             Status::Active | Status::StepCap => self.step_caps += 1,
             Status::Hit => self.hits += 1,
-            Status::Miss => self.misses += 1,
+            Status::Miss => {
+                self.misses += 1;
+                self.at_far += u64::from(at_far());
+            }
             Status::NotANumber => self.nans += 1,
             Status::Inside => self.inside += 1,
         }
@@ -369,6 +374,7 @@ impl std::ops::AddAssign for Stats {
         self.hits += other.hits;
         self.inside += other.inside;
         self.misses += other.misses;
+        self.at_far += other.at_far;
         self.step_caps += other.step_caps;
         self.nans += other.nans;
         self.undecided += other.undecided;

@@ -344,6 +344,37 @@ fn rays_out_of_steps_are_counted() {
     assert!(frame.steps.iter().all(|&steps| steps <= 3 + 6));
 }
 
+#[test]
+fn rays_that_end_at_far_are_counted_where_the_scene_goes_on() {
+    let mut settings = settings();
+    settings.view.from = [0.0, 1.0, 0.0];
+    settings.view.look = [0.0, 0.9, -1.0];
+    settings.far = 20.0;
+    let ground = picture(&Analytic(Ground(0.0)), &settings).stats;
+    assert_eq!(ground.at_far, ground.misses);
+    let places = (0..64).flat_map(|y| (0..96).map(move |x| (x, y)));
+    let beyond = places.filter(|&(x, y)| {
+        let (from, way) = ray(&settings, x, y);
+        way[1] >= 0.0 || -from[1] / way[1] > settings.far
+    });
+    let expected = beyond.count() as u64;
+    assert!(expected > 1000, "{expected}");
+    assert!(
+        ground.at_far.abs_diff(expected) <= 96,
+        "{ground:?}, {expected}"
+    );
+    // What has an end is left, and not too far; but a ball behind `far` is.
+    let bounded = Analytic(Boxed(Ball {
+        centre: [0.0, 0.0, -10.0],
+        radius: 2.0,
+    }));
+    let ball = picture(&bounded, &settings).stats;
+    assert!(ball.misses > 1000 && ball.at_far == 0, "{ball:?}");
+    settings.far = 9.0;
+    let cut = picture(&bounded, &settings).stats;
+    assert!(cut.at_far > 100 && cut.at_far < cut.misses, "{cut:?}");
+}
+
 /// Not a number anywhere, or on one side.
 struct Broken {
     everywhere: bool,

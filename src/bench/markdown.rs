@@ -21,7 +21,8 @@ pub(crate) const LEGEND: [&str; 6] = [
     "`wrong rays` hit in the picture and miss in truth, or the other way round; `off silhouettes` \
      counts those of them that are at no silhouette. `depth` is the error of the depth as a share \
      of the depth, silhouettes included; `smooth` leaves out all but smooth pixels. `normals` are \
-     angles at smooth pixels away from edges.",
+     angles at smooth pixels away from edges. `step cap` counts rays that ran out of steps, `far` those \
+     that met nothing as far as they go, where the scene goes on.",
     "`ꟻLIP` is the mean perceptual difference (Andersson and others, 2020) of the shaded picture \
      from one with the finest settings, 0 for none and 1 for the largest.",
     "A setting is on the `front` of time or of evaluations if no other on its engine costs no more \

@@ -29,6 +29,8 @@ pub(crate) struct Measured {
     pub(crate) ray_evaluations: f64,
     /// How far depths are off at smooth pixels, in sides of the pixel there.
     pub(crate) depth_pixels: Spread,
+    /// How many rays met nothing as far as they go, where the scene goes on.
+    pub(crate) at_far: u64,
     /// How the picture differs, to a person, from the one with the finest settings.
     pub(crate) picture: Difference,
     /// How it differs from the truth.
@@ -70,6 +72,7 @@ impl Measure {
             evaluations: frame.stats.evaluations as f64 / pixels,
             ray_evaluations: steps as f64 / pixels,
             depth_pixels: self.in_pixels(&frame, settings),
+            at_far: frame.stats.at_far,
             picture: Difference::of(&differences),
             errors: compare(&self.truth, &frame),
         })

@@ -60,6 +60,8 @@ pub(crate) struct SuiteRow {
     pub(crate) nans: usize,
     /// All rays that ran out of steps.
     pub(crate) step_caps: usize,
+    /// All rays that met nothing as far as they go.
+    pub(crate) at_far: usize,
     /// The mean perceptual difference from the pictures with the finest settings.
     pub(crate) picture: f64,
 }
@@ -133,6 +135,7 @@ fn row(engine: &'static str, setting: &str, all: &[&Row]) -> SuiteRow {
         normals_p99: middle(|row| row.measured.errors.normals.p99),
         nans: sum(|row| row.measured.errors.nans),
         step_caps: sum(|row| row.measured.errors.step_caps),
+        at_far: sum(|row| row.measured.at_far as usize),
         picture: mean(|row| row.measured.picture.mean),
     }
 }

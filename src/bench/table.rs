@@ -99,6 +99,7 @@ pub(crate) fn of_suite<'a>(rows: impl Iterator<Item = &'a SuiteRow>) -> Table {
             "p99",
             "NaN",
             "step cap",
+            "far",
             "ꟻLIP",
         ],
     );
@@ -120,6 +121,7 @@ pub(crate) fn of_suite<'a>(rows: impl Iterator<Item = &'a SuiteRow>) -> Table {
             degrees(row.normals_p99),
             row.nans.to_string(),
             row.step_caps.to_string(),
+            row.at_far.to_string(),
             picture(row.picture),
         ];
         table.rows.push((cells, row.default));
@@ -148,6 +150,7 @@ pub(crate) fn of_scene<'a>(rows: impl Iterator<Item = &'a Row>) -> Table {
             "p99",
             "NaN",
             "step cap",
+            "far",
             "ꟻLIP",
         ],
     );
@@ -170,6 +173,7 @@ pub(crate) fn of_scene<'a>(rows: impl Iterator<Item = &'a Row>) -> Table {
             degrees(errors.normals.p99),
             errors.nans.to_string(),
             errors.step_caps.to_string(),
+            measured.at_far.to_string(),
             picture(measured.picture.mean),
         ];
         table.rows.push((cells, row.default));

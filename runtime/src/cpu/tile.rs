@@ -94,6 +94,15 @@ pub(crate) fn from_eye(f: &layout::Frame, at: [f32; 2], t: f32) -> f32 {
     t + camera_ray(f, at).beyond + f.approach
 }
 
+/// Whether a pixel's ray, if it meets nothing, ends because it goes no farther than `far`, and not
+/// because there is nothing more of the scene.
+pub(crate) fn ends_at_far(f: &layout::Frame, at: [f32; 2]) -> bool {
+    let camera = camera_ray(f, at);
+    let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
+    let all = camera::crossing::<f32>(camera.origin, camera.direction, low, high, f32::MAX);
+    all.x <= f.far && f.far < all.y
+}
+
 /// The ray of a pixel.
 #[inline(always)]
 pub(super) fn camera_ray(f: &layout::Frame, [x, y]: [f32; 2]) -> Camera {
@@ -378,7 +387,9 @@ impl Tile {
             let status = Status::of(ray.status);
             frame.status[at] = status;
             frame.steps[at] = ray.steps;
-            frame.stats.count(status);
+            frame
+                .stats
+                .count(status, || ends_at_far(&picture.uniforms, self.pixels[i]));
             frame.stats.undecided += u64::from(ray.status & UNDECIDED != 0);
             if ray.status & SHOWN == 0 {
                 continue;
@@ -395,10 +406,11 @@ impl Tile {
     }
 
     /// Counts the rays of a later pass.
-    fn count(&self, frame: &mut Frame) {
+    fn count(&self, pass: &layout::Frame, frame: &mut Frame) {
         for (i, _) in self.kept(frame.width) {
             let status = self.rays[i].status;
-            frame.stats.count(Status::of(status));
+            let at_far = || ends_at_far(pass, self.pixels[i]);
+            frame.stats.count(Status::of(status), at_far);
             frame.stats.undecided += u64::from(status & UNDECIDED != 0);
         }
     }
@@ -556,7 +568,7 @@ pub(super) fn render(
                 if sample == 0 {
                     tile.copy_ends(picture, frame);
                 } else {
-                    tile.count(frame);
+                    tile.count(&pass, frame);
                 }
                 if sample + 1 == end {
                     tile.copy_colors(end, frame);

@@ -6,7 +6,7 @@ use super::EngineError;
 use super::driver::{GpuEngine, OnDevice};
 use super::kernels::KernelId;
 use super::tiles::Tile;
-use crate::cpu::from_eye;
+use crate::cpu::{ends_at_far, from_eye};
 use crate::frame::{Frame, Picture, Status, Surface};
 use crate::gpu::{Batch, Binding, BoundKernel, Extent};
 use sdfc_shaders::assemble::{
@@ -321,8 +321,10 @@ impl<S: OnDevice> GpuEngine<S> {
         let painted = self.scene.as_ref().is_some_and(|scene| scene.painted);
         let pixels = tile.pixels();
         let rays: Vec<Ray> = self.read(Slot::Rays, pixels)?;
-        for (from, _) in places(tile, kept, frame.width) {
-            frame.stats.count(Status::of(rays[from].status));
+        let pass = picture.pass(sample);
+        for (from, to) in places(tile, kept, frame.width) {
+            let at_far = || ends_at_far(&pass, pixel(to, frame.width));
+            frame.stats.count(Status::of(rays[from].status), at_far);
         }
         frame.stats.evaluations += self.evaluations(plan, picture, tile, &rays)?;
         if sample > 0 {
@@ -343,7 +345,7 @@ impl<S: OnDevice> GpuEngine<S> {
             if ray.status & SHOWN == 0 {
                 continue;
             }
-            let at = [(to % frame.width) as f32, (to / frame.width) as f32];
+            let at = pixel(to, frame.width);
             frame.depth[to] = from_eye(&picture.uniforms, at, ray.t);
             if let Some(normals) = &normals {
                 let [x, y, z, _] = normals[from];
@@ -431,6 +433,11 @@ fn uniforms(picture: &Picture, sample: u32, tile: Tile) -> layout::Frame {
         capacity: queue_capacity(tile.pixels(), lights) as u32,
         ..picture.pass(sample)
     }
+}
+
+/// Which pixel of a picture comes so many after the first.
+fn pixel(number: usize, width: usize) -> [f32; 2] {
+    [(number % width) as f32, (number / width) as f32]
 }
 
 /// The kept pixels of a tile: where they are in it, and in the whole picture.

@@ -35,6 +35,12 @@ fn agree(module: &mut Module, overrides: &Overrides) {
         b.stats
     );
     assert_eq!(a.stats.rays(), b.stats.rays());
+    assert!(
+        close(a.stats.at_far, b.stats.at_far),
+        "{:?} {:?}",
+        a.stats,
+        b.stats
+    );
     let ids = a.id.iter().zip(&b.id).filter(|(a, b)| a != b).count();
     assert!(ids <= 4, "{ids} pixels have another material");
 }
