@@ -526,14 +526,9 @@ impl Boxes {
     ) -> Option<f64> {
         let region = region.common(&Bounds::centred([FIELD_REGION; 3]));
         let ranges = Ranges::of(world);
-        let slope = slope::bound(
-            world.expressions,
-            numbers,
-            &region,
-            &ranges,
-            &mut self.budget,
-        );
-        (slope.is_finite() && slope < 1e6).then(|| slope.max(1e-6))
+        let budget = &mut self.budget;
+        let slope = slope::bound(world.expressions, numbers, &region, &ranges, budget)?;
+        Some(slope.max(1e-6))
     }
 }
 

@@ -21,6 +21,9 @@ pub const MAX_OPERATIONS: usize = 1_200_000;
 /// How many boxes are looked at most for a bound.
 pub const MAX_BOXES: usize = 3_000;
 
+/// A field that is as steep as this is no field to march on, and is said to have no bound.
+pub const STEEPEST: f64 = 1e6;
+
 /// What is left of the operations that a scene's bounds may take.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget(usize);
@@ -79,14 +82,15 @@ impl Ranges {
 }
 
 /// The gradients, with respect to the local point, of one or of several numbers together (the rows
-/// of a Jacobian), bounded: the Frobenius norm, which is never less than the map's stretch.
+/// of a Jacobian), bounded: the Frobenius norm, which is never less than the map's stretch. `None` where
+/// it is not less than [`STEEPEST`].
 pub(crate) fn bound(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
     ranges: &Ranges,
     budget: &mut Budget,
-) -> f64 {
+) -> Option<f64> {
     let mut fields: Vec<Field<Dual<Interval>>> = numbers
         .iter()
         .map(|&id| ranges.field(expressions, id))
@@ -120,7 +124,8 @@ pub(crate) fn bound(
     let mut best = push(&mut queue, *region);
     for _ in 0..(budget.0 / 2 / size).min(MAX_BOXES) {
         let Some(worst) = queue.pop() else { break };
-        if worst.upper <= best * 1.21 || !region.is_finite() {
+        let hopeless = best >= STEEPEST * STEEPEST;
+        if worst.upper <= best * 1.21 || hopeless || !region.is_finite() {
             queue.push(worst);
             break;
         }
@@ -135,7 +140,8 @@ pub(crate) fn bound(
         high.min[axis] = middle;
         best = push(&mut queue, low).max(push(&mut queue, high));
     }
-    queue.peek().map_or(0.0, |worst| worst.upper.sqrt())
+    let bound = queue.peek().map_or(0.0, |worst| worst.upper.sqrt());
+    (bound < STEEPEST).then_some(bound)
 }
 
 /// A box and the bound over it; the worst is looked at first.

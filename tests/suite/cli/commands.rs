@@ -158,6 +158,16 @@ fn what_rounding_hides_is_warned_of() {
     let warning = found[0]["warnings"][0].as_str().expect("a warning");
     assert!(warning.contains("rounding"), "{warning}");
     sandbox.write("near.sdf", "sphere(0.0001)");
+    let draw = |scene: &str| {
+        let run = format!("render {scene} -o out.png --size 32x18 --engine cpu");
+        sandbox.run(&run).ok().stderr
+    };
+    let (far, near) = (draw("scene.sdf"), draw("near.sdf"));
+    assert!(
+        far.contains("warning: rounding may move what is seen by"),
+        "{far}"
+    );
+    assert!(!near.contains("rounding"), "{near}");
     let near = sandbox.run("info near.sdf --json").ok();
     assert_eq!(near.stderr, "");
     let rounding = &near.json()["rounding"];
