@@ -104,6 +104,17 @@ impl Gpu {
                     let words = strict::words(&module, &info, source.bindings)?;
                     (Code::Words(words), sizes)
                 }
+                Arithmetic::Portable => {
+                    let module = strict::portable::rewritten(&module, &info, source.entry)
+                        .map_err(|text| GpuError::Shader {
+                            label: source.label.to_owned(),
+                            text,
+                        })?;
+                    (
+                        Code::Module(Box::new(module)),
+                        vec![None; source.bindings.len()],
+                    )
+                }
             };
             self.faults
                 .scoped(&self.device, || self.pipeline(source, code, &sizes))

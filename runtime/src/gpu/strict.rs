@@ -17,6 +17,7 @@
 //! before anything else runs.
 
 pub(super) mod conformance;
+pub(super) mod portable;
 
 use std::num::NonZeroU64;
 
