@@ -158,8 +158,9 @@ pub fn verify_with(
             failures.extend(field.failures());
             let frames = [&frames[a], &frames[b]];
             let samples: [&[Sample]; 2] = [&samples[a], &samples[b]];
-            let bits =
-                arithmetic.is_strict().then(|| bits::compare(frames, &points, samples));
+            let bits = arithmetic
+                .is_strict()
+                .then(|| bits::compare(frames, &points, samples));
             failures.extend(bits.iter().flat_map(BitDifferences::failures));
             let (reference, engine) = (subjects[a].kind, subjects[b].kind);
             comparisons.push(Comparison {
