@@ -9,12 +9,13 @@ use naga::{
 };
 
 /// Functions with one right answer.
-const EXACT: [MathFunction; 5] = [
+const EXACT: [MathFunction; 6] = [
     MathFunction::Abs,
     MathFunction::Min,
     MathFunction::Max,
     MathFunction::Floor,
     MathFunction::Sqrt,
+    MathFunction::Transpose,
 ];
 
 /// Fails with what has other bits on another device.
@@ -84,6 +85,7 @@ mod tests {
             "a + b - a * b / b",
             "min(abs(a), max(-b, sqrt(floor(a))))",
             "select(a, b, a < b)",
+            "transpose(mat4x4f(a, b, b, a))[2]",
             "vec4f(vec4u(a) % 3u)",
             "vec4f(f32(dot(vec4i(a), vec4i(b))))",
         ] {
