@@ -104,7 +104,7 @@ fn every_scene_has_the_same_bits_on_every_engine() {
 }
 
 /// With barriers too. The scenes are those that have the most in them: smooth blends, raw fields, noise,
-/// bent space, and shapes with divisions and square roots.
+/// space bent and repeated, and shapes with divisions and square roots.
 #[test]
 fn scenes_have_the_same_bits_in_the_portable_form() {
     have_the_same_bits(Arithmetic::Portable, |name| {
@@ -112,9 +112,11 @@ fn scenes_have_the_same_bits_in_the_portable_form() {
     });
 }
 
-const PORTABLE: [&str; 5] = [
+const PORTABLE: [&str; 7] = [
     "combine_smooth",
+    "distance_changes",
     "domain_bent",
+    "domain_repeat",
     "field_math",
     "gyroid",
     "solids_pointed",
