@@ -24,8 +24,8 @@ pub(crate) enum Choice {
 /// What engines may do to arithmetic.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub(crate) struct Tier {
-    /// Do all arithmetic as it is written: the same bits on every engine and device. Takes Vulkan
-    /// on a GPU.
+    /// Do all arithmetic as it is written: the same bits on every engine and device. Without Vulkan a
+    /// GPU takes longer for it.
     #[arg(long)]
     strict: bool,
 }

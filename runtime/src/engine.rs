@@ -273,7 +273,6 @@ impl EngineError {
                 GpuError::NoAdapter
                     | GpuError::OnlySoftware { .. }
                     | GpuError::DeviceRequest { .. }
-                    | GpuError::NotStrict { .. }
                     | GpuError::Inexact { .. }
             )
         )

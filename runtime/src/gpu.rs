@@ -80,8 +80,22 @@ pub enum Arithmetic {
     Default,
     /// Every operation as it is written, rounded to the nearest number: the same bits on every
     /// device and in every kernel, which are those of `f32` in Rust, as long as no number is
-    /// denormal. Takes Vulkan, and a device that rounds so.
+    /// denormal. Takes a device that rounds so. Vulkan is told by decorations, which cost nothing;
+    /// what is reached otherwise is opened as [`Arithmetic::Portable`].
     Strict,
+    /// The same promise, kept by hiding from the driver what it could rewrite: on every interface, and
+    /// slower.
+    Portable,
+}
+
+impl Arithmetic {
+    /// Whether the bits are the same on every device.
+    pub fn is_strict(self) -> bool {
+        match self {
+            Self::Default => false,
+            Self::Strict | Self::Portable => true,
+        }
+    }
 }
 
 /// An open device and its queue. Shared by reference; it may be used from several threads.
@@ -109,9 +123,8 @@ impl Gpu {
         Self::open_with(preference, Arithmetic::Default)
     }
 
-    /// The same with arithmetic that is strict or not. An adapter that cannot be strict is passed
-    /// over; if there is no other, the error says why: [`GpuError::NotStrict`] or
-    /// [`GpuError::Inexact`].
+    /// The same with arithmetic that is strict or not. An adapter that rounds by rules of its own
+    /// cannot be strict and is passed over; if there is no other, the error is [`GpuError::Inexact`].
     pub fn open_with(preference: Preference, arithmetic: Arithmetic) -> Result<Self, GpuError> {
         Self::open_first(preference, arithmetic, |limits| limits)
     }
@@ -158,19 +171,19 @@ impl Gpu {
         adapter: &wgpu::Adapter,
         arithmetic: Arithmetic,
     ) -> Result<Self, GpuError> {
+        // Other interfaces pass shaders on too, but in languages that cannot say what SPIR-V can.
+        let passes_on = adapter.get_info().backend == wgpu::Backend::Vulkan
+            && adapter
+                .features()
+                .contains(wgpu::Features::PASSTHROUGH_SHADERS);
+        let arithmetic = match arithmetic {
+            Arithmetic::Strict if !passes_on => Arithmetic::Portable,
+            other => other,
+        };
         let required_features = match arithmetic {
-            Arithmetic::Default => wgpu::Features::empty(),
+            Arithmetic::Default | Arithmetic::Portable => wgpu::Features::empty(),
             Arithmetic::Strict => wgpu::Features::PASSTHROUGH_SHADERS,
         };
-        // Other interfaces pass shaders on too, but in languages that cannot say what SPIR-V can.
-        let is_vulkan = adapter.get_info().backend == wgpu::Backend::Vulkan;
-        let can = is_vulkan && adapter.features().contains(required_features);
-        if arithmetic == Arithmetic::Strict && !can {
-            return Err(GpuError::NotStrict {
-                name: info.name,
-                backend: info.backend,
-            });
-        }
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("sdfc"),
             required_features,
@@ -195,7 +208,7 @@ impl Gpu {
             pipelines: AtomicU64::new(0),
             stuck: AtomicBool::new(false),
         };
-        if arithmetic == Arithmetic::Strict {
+        if arithmetic.is_strict() {
             strict::conformance::check(&gpu)?;
             // What tries a device is no kernel of anybody's.
             gpu.pipelines.store(0, Ordering::Relaxed);
@@ -208,7 +221,8 @@ impl Gpu {
         &self.info
     }
 
-    /// What kernels may do to arithmetic on floats.
+    /// What kernels may do to arithmetic on floats, and of the two strict forms the one that they
+    /// have.
     pub fn arithmetic(&self) -> Arithmetic {
         self.arithmetic
     }

@@ -1,7 +1,7 @@
 //! Whether engines agree: the same picture and the same values from each of them, compared in
 //! pairs.
 //!
-//! There are two demands. With strict arithmetic ([`Arithmetic::Strict`]) engines are equal: every
+//! There are two demands. With strict arithmetic ([`Arithmetic::is_strict`]) engines are equal: every
 //! bit of hit, depth, step count and normal, and of distances and gradients at points
 //! ([`BitDifferences`]). Without:
 //!
@@ -158,8 +158,9 @@ pub fn verify_with(
             failures.extend(field.failures());
             let frames = [&frames[a], &frames[b]];
             let samples: [&[Sample]; 2] = [&samples[a], &samples[b]];
-            let bits =
-                (arithmetic == Arithmetic::Strict).then(|| bits::compare(frames, &points, samples));
+            let bits = arithmetic
+                .is_strict()
+                .then(|| bits::compare(frames, &points, samples));
             failures.extend(bits.iter().flat_map(BitDifferences::failures));
             let (reference, engine) = (subjects[a].kind, subjects[b].kind);
             comparisons.push(Comparison {

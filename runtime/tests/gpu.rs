@@ -22,7 +22,11 @@ fn on_gpu(test: impl Fn(Gpu)) {
         println!("skipped: {reason}");
         return;
     }
-    for arithmetic in [Arithmetic::Default, Arithmetic::Strict] {
+    for arithmetic in [
+        Arithmetic::Default,
+        Arithmetic::Strict,
+        Arithmetic::Portable,
+    ] {
         match Gpu::open_with(Preference::Any, arithmetic) {
             Ok(gpu) => {
                 assert_eq!(gpu.arithmetic(), arithmetic);

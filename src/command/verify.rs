@@ -53,6 +53,12 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
         .iter()
         .map(|kind| engine::open(*kind, arguments.tier))
         .collect::<Result<Vec<_>, _>>()?;
+    if arguments.tier.arithmetic().is_strict() {
+        // The device says by which means.
+        for engine in &engines {
+            terminal.note(&format!("{} on {}", engine.kind(), engine.device()));
+        }
+    }
     let mut all = Vec::new();
     let verified = on_each(&arguments.scenes, terminal, |path| {
         let report = compared(path, arguments, &mut engines, terminal);

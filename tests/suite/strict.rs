@@ -4,12 +4,15 @@
 //! The long form, `SDFC_STRICT=long`, does the same for 2.6 million rays and 16 million values; its
 //! numbers are printed with `--nocapture`. Where `SDFC_SECOND_DEVICE` names the file of another Vulkan
 //! driver, all of this runs on that one too.
+//!
+//! The portable form, which interfaces other than Vulkan get, runs here as well: on a few scenes, and in
+//! the long form on all of them.
 
 mod constants;
 mod elementary;
 mod programs;
 
-use crate::corpus::{compiled, on_large_stack, scenes};
+use crate::corpus::{compiled, name, on_large_stack, scenes};
 use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open_with};
@@ -97,14 +100,39 @@ impl Case {
 
 #[test]
 fn every_scene_has_the_same_bits_on_every_engine() {
-    let Some(mut engines) = engines(Arithmetic::Strict) else {
+    have_the_same_bits(Arithmetic::Strict, |_| true);
+}
+
+/// With barriers too. The scenes are those that have the most in them: smooth blends, raw fields, noise,
+/// space bent and repeated, and shapes with divisions and square roots.
+#[test]
+fn scenes_have_the_same_bits_in_the_portable_form() {
+    have_the_same_bits(Arithmetic::Portable, |name| {
+        is_long() || PORTABLE.contains(&name)
+    });
+}
+
+const PORTABLE: [&str; 7] = [
+    "combine_smooth",
+    "distance_changes",
+    "domain_bent",
+    "domain_repeat",
+    "field_math",
+    "gyroid",
+    "solids_pointed",
+];
+
+/// All engines, on the scenes that are wanted.
+fn have_the_same_bits(arithmetic: Arithmetic, wanted: impl Fn(&str) -> bool) {
+    let Some(mut engines) = engines(arithmetic) else {
         return;
     };
     let size = if is_long() { [304, 192] } else { [96, 64] };
     let mut failures = Vec::new();
     let (mut rays, mut points) = (0, 0);
-    for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
-        let report = Case::of(path, size).compared(&mut engines, Arithmetic::Strict);
+    let paths = [scenes("tests/scenes"), scenes("examples")].concat();
+    for path in paths.iter().filter(|path| wanted(&name(path))) {
+        let report = Case::of(path, size).compared(&mut engines, arithmetic);
         let bits = report.comparisons.iter().map(|found| &found.bits);
         let bits: Vec<&BitDifferences> = bits.flatten().collect();
         assert_eq!(bits.len(), 3);
@@ -113,7 +141,8 @@ fn every_scene_has_the_same_bits_on_every_engine() {
             failures.push(format!("{}\n{report}", path.display()));
         }
     }
-    eprintln!("{rays} rays and {points} points on each of three engines");
+    eprintln!("{arithmetic:?}: {rays} rays and {points} points on each of three engines");
+    assert!(rays > 0);
     assert!(failures.is_empty(), "{}", failures.join("\n\n"));
 }
 
@@ -146,14 +175,19 @@ fn what_is_not_strict_is_seen() {
 /// Cells leave out what does not matter, in strict kernels too, whoever cut them.
 #[test]
 fn cells_keep_every_bit_of_strict_pictures() {
-    let Some(mut engines) = engines(Arithmetic::Strict) else {
+    keep_every_bit(Arithmetic::Strict, &["spheres_many", "combine_smooth"]);
+    keep_every_bit(Arithmetic::Portable, &["combine_smooth"]);
+}
+
+fn keep_every_bit(arithmetic: Arithmetic, names: &[&str]) {
+    let Some(mut engines) = engines(arithmetic) else {
         return;
     };
     let interp = &mut engines[1];
     assert_eq!(interp.kind(), EngineKind::Interp);
-    for name in ["spheres_many", "combine_smooth"] {
+    for name in names {
         let paths = scenes("tests/scenes");
-        let path = paths.iter().find(|path| crate::corpus::name(path) == name);
+        let path = paths.iter().find(|path| crate::corpus::name(path) == *name);
         let case = Case::of(path.expect("the scene is there"), [96, 64]);
         interp.load(&case.loaded()).expect("it loads");
         let mut drawn = |cells| -> Frame {

@@ -13,7 +13,7 @@ use crate::frame::{
     CellStats, FieldFacts, Frame, Mode, Picture, Progress, RenderSettings, Samples, Surface,
     prepare,
 };
-use crate::gpu::{Binding, Buffer, DeviceKind, Gpu};
+use crate::gpu::{Arithmetic, Binding, Buffer, DeviceKind, Gpu};
 use crate::settings::{facts, unpainted};
 use sdfc_shaders::assemble::SceneFunction;
 use sdfc_shaders::features::MOST_LIGHTS;
@@ -234,7 +234,13 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
 
     fn device(&self) -> String {
         let info = self.gpu.info();
-        format!("{} ({}, {})", info.name, info.kind.name(), info.backend)
+        let arithmetic = match self.gpu.arithmetic() {
+            Arithmetic::Default => "",
+            Arithmetic::Strict => ", strict",
+            Arithmetic::Portable => ", strict by barriers",
+        };
+        let (name, kind, backend) = (&info.name, info.kind.name(), &info.backend);
+        format!("{name} ({kind}, {backend}{arithmetic})")
     }
 
     fn load(&mut self, scene: &Loaded<'_>) -> Result<(), EngineError> {

@@ -22,17 +22,6 @@ pub enum GpuError {
         /// The driver's reason.
         text: String,
     },
-    /// Strict arithmetic was asked for, and the adapter's interface has no way to it.
-    #[error(
-        "strict arithmetic takes Vulkan, and the GPU {name} is reached through {backend}; engine cpu \
-         is strict everywhere"
-    )]
-    NotStrict {
-        /// The adapter's name.
-        name: String,
-        /// The interface.
-        backend: String,
-    },
     /// Strict arithmetic was asked for, and the device does not round to the nearest number.
     #[error("the GPU {name} rounds by rules of its own, so nothing is strict on it: {found}")]
     Inexact {

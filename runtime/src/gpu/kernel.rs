@@ -86,13 +86,20 @@ impl Kernel {
 
 impl Gpu {
     /// Compiles a kernel. WGSL that does not parse or validate is [`GpuError::Shader`] and shows
-    /// the line; bindings that do not fit the module are [`GpuError::Validation`]. The time it takes
+    /// the line, and so is what cannot be strict where arithmetic is; bindings that do not fit the module are [`GpuError::Validation`]. The time it takes
     /// grows with the square of the longest expression, so text should have short ones.
     pub fn kernel(&self, source: &KernelSource<'_>) -> Result<Kernel, GpuError> {
         let what = format!("the length of kernel `{}` in bytes", source.label);
         within(what, source.wgsl.len() as u64, LONGEST_TEXT as u64)?;
         let kernel = on_large_stack(STACK + STACK_PER_BYTE * source.wgsl.len(), || {
             let (module, info, workgroup_size) = parse(source)?;
+            let refuse = |text| GpuError::Shader {
+                label: source.label.to_owned(),
+                text,
+            };
+            if self.arithmetic.is_strict() {
+                strict::exact::check(&module, &info).map_err(refuse)?;
+            }
             let (code, sizes) = match self.arithmetic {
                 Arithmetic::Default => (
                     Code::Module(Box::new(module)),
@@ -103,6 +110,14 @@ impl Gpu {
                     self.check_workgroup(source.label, &module, workgroup_size)?;
                     let words = strict::words(&module, &info, source.bindings)?;
                     (Code::Words(words), sizes)
+                }
+                Arithmetic::Portable => {
+                    let module = strict::portable::rewritten(&module, &info, source.entry)
+                        .map_err(refuse)?;
+                    (
+                        Code::Module(Box::new(module)),
+                        vec![None; source.bindings.len()],
+                    )
                 }
             };
             self.faults

@@ -14,9 +14,12 @@
 //! zero, workgroup memory begins as zeros.
 //!
 //! What is left to the device is the rounding of single operations, which [`conformance`] tries
-//! before anything else runs.
+//! before anything else runs. Where there is no SPIR-V to decorate, kernels take the [`portable`] form;
+//! in both they keep to what [`exact`] lets through.
 
 pub(super) mod conformance;
+pub(super) mod exact;
+pub(super) mod portable;
 
 use std::num::NonZeroU64;
 

@@ -127,7 +127,12 @@ fn elementary_functions_have_the_same_bits_everywhere() {
         eprintln!("skipped: {reason}");
         return;
     }
-    let [strict, default] = [Arithmetic::Strict, Arithmetic::Default].map(|arithmetic| {
+    let all = [
+        Arithmetic::Strict,
+        Arithmetic::Portable,
+        Arithmetic::Default,
+    ];
+    let [strict, portable, default] = all.map(|arithmetic| {
         Gpu::open_with(Preference::Any, arithmetic).unwrap_or_else(|error| panic!("{error}"))
     });
     // xorshift64* (S. Vigna, 2016).
@@ -158,17 +163,21 @@ fn elementary_functions_have_the_same_bits_everywhere() {
             )
         };
         let exact = on_device(&strict, case, &arguments);
+        let hidden = on_device(&portable, case, &arguments);
         let loose = on_device(&default, case, &arguments);
         let found = format!(
-            "{}: {} of {COUNT} differ, {} without strict arithmetic; largest errors {:.2e} and {:.2e}",
+            "{}: {} of {COUNT} differ, {} in the portable form, {} without strict arithmetic; largest \
+             errors {:.2e} and {:.2e}",
             case.name,
             differing(&exact),
+            differing(&hidden),
             differing(&loose),
             error(&exact),
             error(&loose)
         );
         eprintln!("{found}");
         assert_eq!(differing(&exact), 0, "{found}");
+        assert_eq!(differing(&hidden), 0, "{found}");
         assert!(error(&exact) <= case.error, "{found}");
         assert!(error(&loose) <= 2.0 * case.error, "{found}");
     }

@@ -16,7 +16,7 @@ const COUNT: usize = 4096;
 const TEXT: &str = include_str!("conformance.wgsl");
 
 /// What the kernel computes, in the order of its answers.
-const EXPRESSIONS: [&str; 14] = [
+const EXPRESSIONS: [&str; 16] = [
     "a + b",
     "a - b",
     "a * b",
@@ -31,10 +31,12 @@ const EXPRESSIONS: [&str; 14] = [
     "sqrt(|a|) * sqrt(|a|)",
     "a * c + b * c",
     "min(a, b) - max(b, c)",
+    "1 / a",
+    "1 / sqrt(|a|)",
 ];
 
 /// The same in Rust.
-fn answers([a, b, c]: [f32; 3]) -> [f32; 14] {
+fn answers([a, b, c]: [f32; 3]) -> [f32; 16] {
     let sum = a + b;
     let part = sum - a;
     let root = a.abs().sqrt();
@@ -53,6 +55,8 @@ fn answers([a, b, c]: [f32; 3]) -> [f32; 14] {
         root * root,
         a * c + b * c,
         a.min(b) - b.max(c),
+        1.0 / a,
+        1.0 / root,
     ]
 }
 
@@ -90,13 +94,13 @@ pub(in super::super) fn check(gpu: &Gpu) -> Result<(), GpuError> {
     })?;
     let questions = questions();
     let asked = gpu.buffer_with("asked", Usage::Storage, &questions)?;
-    let size = size_of::<[f32; 14]>() * COUNT;
+    let size = size_of::<[f32; 16]>() * COUNT;
     let answered = gpu.buffer("answered", Usage::Storage, size as u64)?;
     let call = gpu.bind(&kernel, &[(0, &asked), (1, &answered)])?;
     let mut batch = gpu.batch();
     batch.dispatch(&call, Extent::Line(COUNT as u64))?;
     batch.submit_and_wait()?;
-    let answered: Vec<[f32; 14]> = gpu.read(&answered)?;
+    let answered: Vec<[f32; 16]> = gpu.read(&answered)?;
     match verdict(&questions, &answered) {
         None => Ok(()),
         Some(found) => Err(GpuError::Inexact {
@@ -107,10 +111,10 @@ pub(in super::super) fn check(gpu: &Gpu) -> Result<(), GpuError> {
 }
 
 /// What is not as it is in Rust: each such expression with its first example.
-fn verdict(questions: &[[f32; 4]], answered: &[[f32; 14]]) -> Option<String> {
+fn verdict(questions: &[[f32; 4]], answered: &[[f32; 16]]) -> Option<String> {
     let mut found = String::new();
     for (at, expression) in EXPRESSIONS.iter().enumerate() {
-        let differs = |(&[a, b, c, _], got): (&[f32; 4], &[f32; 14])| {
+        let differs = |(&[a, b, c, _], got): (&[f32; 4], &[f32; 16])| {
             let right = answers([a, b, c])[at];
             // Both zeros are zero.
             (got[at] != right).then_some(([a, b, c], got[at], right))
@@ -150,7 +154,7 @@ mod tests {
     fn the_usual_rewritings_are_seen() {
         let questions = questions();
         let seen = |at: usize, rewritten: fn([f32; 3]) -> f32| {
-            let given: Vec<[f32; 14]> = questions
+            let given: Vec<[f32; 16]> = questions
                 .iter()
                 .map(|&[a, b, c, _]| {
                     let mut answers = answers([a, b, c]);
@@ -168,7 +172,9 @@ mod tests {
         assert!(seen(10, |[a, ..]| a * (1.0 / 3.0)));
         assert!(seen(11, |[a, ..]| a.abs()));
         assert!(seen(12, |[a, b, c]| (a + b) * c));
-        let exact: Vec<[f32; 14]> = questions
+        assert!(seen(14, |[a, ..]| (1.0 / a).next_up()));
+        assert!(seen(15, |[a, ..]| (1.0 / f64::from(a.abs()).sqrt()) as f32));
+        let exact: Vec<[f32; 16]> = questions
             .iter()
             .map(|&[a, b, c, _]| answers([a, b, c]))
             .collect();

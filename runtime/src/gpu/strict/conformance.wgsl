@@ -12,7 +12,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let sum = a + b;
     let part = sum - a;
     let root = sqrt(abs(a));
-    let at = id.x * 14u;
+    let at = id.x * 16u;
     answered[at] = sum;
     answered[at + 1u] = a - b;
     answered[at + 2u] = a * b;
@@ -27,4 +27,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     answered[at + 11u] = root * root;
     answered[at + 12u] = a * c + b * c;
     answered[at + 13u] = min(a, b) - max(b, c);
+    answered[at + 14u] = 1.0 / a;
+    answered[at + 15u] = 1.0 / root;
 }

@@ -1,0 +1,111 @@
+//! What a strict kernel may do with floats: only that which has one right answer. The sine of a number
+//! or a remainder may be anything near the truth, and so may functions that are several operations in
+//! one, whose order and fusing a device chooses (`dot`, `mix`, `length`): they are refused, whatever
+//! form the kernel takes.
+
+use naga::valid::{FunctionInfo, ModuleInfo};
+use naga::{
+    BinaryOperator, Expression, Function, Handle, MathFunction, Module, ScalarKind, TypeInner,
+};
+
+/// Functions with one right answer.
+const EXACT: [MathFunction; 6] = [
+    MathFunction::Abs,
+    MathFunction::Min,
+    MathFunction::Max,
+    MathFunction::Floor,
+    MathFunction::Sqrt,
+    MathFunction::Transpose,
+];
+
+/// Fails with what has other bits on another device.
+pub(in super::super) fn check(module: &Module, info: &ModuleInfo) -> Result<(), String> {
+    let functions = module.functions.iter();
+    let functions = functions.map(|(handle, function)| (function, &info[handle]));
+    let entries = module.entry_points.iter().enumerate();
+    let entries = entries.map(|(at, entry)| (&entry.function, info.get_entry_point(at)));
+    let found = functions
+        .chain(entries)
+        .find_map(|(function, info)| inexact(module, function, info));
+    match found {
+        None => Ok(()),
+        Some(what) => Err(format!(
+            "{what} of floats may have other bits on every device, so strict kernels do without"
+        )),
+    }
+}
+
+/// The first such operation of a function.
+fn inexact(module: &Module, function: &Function, info: &FunctionInfo) -> Option<String> {
+    let inner = |handle: Handle<Expression>| info[handle].ty.inner_with(&module.types);
+    let is_float = |handle| {
+        let scalar = inner(handle).scalar();
+        scalar.is_some_and(|scalar| scalar.kind == ScalarKind::Float)
+    };
+    function
+        .expressions
+        .iter()
+        .find_map(|(handle, expression)| match expression {
+            Expression::Math { fun, arg, .. } => {
+                let floats = is_float(handle) || is_float(*arg);
+                (floats && !EXACT.contains(fun)).then(|| format!("`{fun:?}`"))
+            }
+            Expression::Binary { op, left, right } => {
+                let is_matrix = |&&handle: &&Handle<Expression>| {
+                    matches!(inner(handle), TypeInner::Matrix { .. })
+                };
+                let matrices = [left, right].iter().any(is_matrix);
+                let remainder = *op == BinaryOperator::Modulo && is_float(handle);
+                (matrices || remainder).then(|| format!("`{op:?}`"))
+            }
+            _ => None,
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+    fn checked(expression: &str) -> Result<(), String> {
+        let text = format!(
+            "@group(0) @binding(0) var<storage, read_write> v: array<vec4f>;
+             @compute @workgroup_size(1)
+             fn main() {{ let a = v[0]; let b = v[1]; v[2] = {expression}; }}"
+        );
+        let module = naga::front::wgsl::parse_str(&text).expect("it parses");
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+        let info = validator.validate(&module).expect("it is valid");
+        check(&module, &info)
+    }
+
+    #[test]
+    fn what_has_one_right_answer_is_let_through() {
+        for expression in [
+            "a + b - a * b / b",
+            "min(abs(a), max(-b, sqrt(floor(a))))",
+            "select(a, b, a < b)",
+            "transpose(mat4x4f(a, b, b, a))[2]",
+            "vec4f(vec4u(a) % 3u)",
+            "vec4f(f32(dot(vec4i(a), vec4i(b))))",
+        ] {
+            assert_eq!(checked(expression), Ok(()), "{expression}");
+        }
+    }
+
+    #[test]
+    fn the_rest_is_refused() {
+        for (expression, name) in [
+            ("sin(a)", "Sin"),
+            ("fma(a, b, a)", "Fma"),
+            ("mix(a, b, 0.5)", "Mix"),
+            ("vec4f(dot(a, b))", "Dot"),
+            ("unpack4x8unorm(u32(a.x))", "Unpack4x8unorm"),
+            ("a % b", "Modulo"),
+            ("mat4x4f(a, a, b, b) * a", "Multiply"),
+        ] {
+            let error = checked(expression).expect_err(expression);
+            assert!(error.starts_with(&format!("`{name}` of floats")), "{error}");
+        }
+    }
+}
