@@ -110,6 +110,16 @@ pub struct Times {
     pub drawing: Duration,
 }
 
+impl std::ops::Add for Times {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            loading: self.loading + other.loading,
+            drawing: self.drawing + other.drawing,
+        }
+    }
+}
+
 /// A picture that was drawn, or why it was not.
 #[derive(Clone, Debug)]
 pub struct Drawn {

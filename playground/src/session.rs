@@ -128,6 +128,8 @@ struct Flight {
     engine: EngineKind,
     /// How many rays it takes.
     rays: u64,
+    /// What the samples took that it adds to.
+    before: Times,
     stop: Stop,
     show: Show,
 }

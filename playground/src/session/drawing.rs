@@ -5,7 +5,7 @@ use super::tiers::{Key, Tier};
 use super::{Flight, Session, Shown, Task, UNHURRIED, WORTH_STOPPING};
 use crate::build::Scene;
 use crate::camera::Camera;
-use crate::painter::{DrawTask, Drawn, Moment, Picture, Problem, Samples, Stop};
+use crate::painter::{DrawTask, Drawn, Moment, Picture, Problem, Samples, Stop, Times};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::settings::Overrides;
 use std::sync::Arc;
@@ -96,6 +96,7 @@ impl Session {
         };
         let shown = self.shown.as_ref().filter(|shown| shown.wish == wish);
         let done = shown.map(|shown| shown.stage);
+        let before = shown.map_or(Times::default(), |shown| shown.times);
         let moves = self.rests_at(now).is_some();
         let pace = self.paces.entry(engine).or_default();
         let Some(stage) = pace.next(done, self.size, samples, moves) else {
@@ -114,6 +115,10 @@ impl Session {
             stage,
             engine,
             rays: width * height * each,
+            before: match task.samples {
+                Samples::Rest(_) => before,
+                Samples::All | Samples::First => Times::default(),
+            },
             stop: task.stop.clone(),
             show: self.show,
         });
@@ -141,7 +146,7 @@ impl Session {
                         wish: flight.wish,
                         stage: flight.stage,
                         engine,
-                        times: drawn.times,
+                        times: flight.before + drawn.times,
                         show: flight.show,
                     });
                 }

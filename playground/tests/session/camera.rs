@@ -96,6 +96,12 @@ fn what_is_slow_is_coarse_while_it_turns_and_refined_when_it_rests() {
     }
     let drawn = sizes(&play.rest());
     assert_eq!(drawn, [SIZE, SIZE], "in full, and with all samples");
+    let told = play.session.facts().unwrap().drawing;
+    let all = Duration::from_millis(4 * 50);
+    assert!(
+        told.abs_diff(all) < Duration::from_millis(1),
+        "both parts: {told:?}"
+    );
     assert_ne!(play.seen(), full);
     assert!(!play.session.is_busy());
 }
