@@ -192,11 +192,12 @@ impl<R: Real> Real for Dual<R> {
         }
     }
     #[inline(always)]
+    // Of two that are equal the second, as in `min`: a blend may be computed either way.
     fn max(self, b: Self) -> Self {
-        let second = self.value.less(b.value);
+        let first = b.value.less(self.value);
         Self {
             value: self.value.max(b.value),
-            gradient: R::Vec3::select(second, b.gradient, self.gradient),
+            gradient: R::Vec3::select(first, self.gradient, b.gradient),
         }
     }
     #[inline(always)]
@@ -381,9 +382,9 @@ macro_rules! dual_vector {
                 Self {
                     value: self.value.max(b.value),
                     gradients: [$(R::Vec3::select(
-                        self.value.$axis().less(b.value.$axis()),
-                        b.gradients[$i],
+                        b.value.$axis().less(self.value.$axis()),
                         self.gradients[$i],
+                        b.gradients[$i],
                     )),+],
                 }
             }
