@@ -2,7 +2,7 @@
 
 use crate::fixture::{Case, Random, cases, constants};
 use sdfc_vm::apply::{Applied, apply};
-use sdfc_vm::dual::Dual;
+use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::kernel::Kernel;
 use sdfc_vm::row::Category;
 use sdfc_vm::table::{Op, ROWS};
@@ -56,6 +56,24 @@ fn rows_are_their_kernels_formula_bit_for_bit() {
                 fused.to_bits(),
                 "{} of {a}, {b}, {k:?}",
                 row.name
+            );
+            // Gradients too, also where both are equally near.
+            let [a, b] = [a, b].map(|value| {
+                let gradient = [0; 3].map(|_| random.range(-1.0, 1.0) as f32);
+                let gradient = V3::of(gradient[0], gradient[1], gradient[2]);
+                Dual { value, gradient }
+            });
+            let [s, sb, width, coefficient] =
+                [blend.sign, negated, width, coefficient].map(Dual::fixed);
+            let fused = blend.kernel.blend(a, b, s, sb, width, coefficient);
+            let nowhere = DualVec3::fixed(V3::of(0.0, 0.0, 0.0));
+            let Applied::Value(own) = apply(row.op, nowhere, [a, b, b], &k) else {
+                panic!("{} gives a value", row.name);
+            };
+            let name = row.name;
+            assert_eq!(
+                own.gradient, fused.gradient,
+                "{name} of {a:?}, {b:?}, {k:?}"
             );
         }
     }
