@@ -216,22 +216,6 @@ pub fn meets_none(program: &Program, point: V3<f32>) -> bool {
     })
 }
 
-/// Whether the gradient is another right beside a point: where two surfaces are equally near, either
-/// gradient is right.
-pub fn on_crease(program: &Program, point: V3<f32>) -> bool {
-    let at = |point: V3<f32>| gradient::<f32>(program, point).gradient;
-    let here = at(point);
-    (0..6).any(|side| {
-        let way = if side % 2 == 0 { 1e-5 } else { -1e-5 };
-        let mut there = point.to_array();
-        there[side / 2] += way;
-        let there = at(V3::of(there[0], there[1], there[2]));
-        let apart = [there.x - here.x, there.y - here.y, there.z - here.z];
-        let size = here.x.abs().max(here.y.abs()).max(here.z.abs());
-        apart.iter().any(|v| v.abs() > 1e-2 * (1.0 + size))
-    })
-}
-
 /// Runs a verified program on every number type and as a tape, whole and pruned. Tapes give the bits
 /// of single points where no guard says what may not be true, and where no normal is asked for, which
 /// only surfaces have.
