@@ -132,13 +132,20 @@ pub fn run_timed<I: Shown>(
     let (tally, failures, longest) = std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(STACK_BYTES);
         let worker = thread.spawn_scoped(scope, work).expect("a thread starts");
+        // Seconds: what takes hours says each minute how far it has come.
+        let mut waited = 0_u32;
         loop {
             match told.recv_timeout(Duration::from_secs(1)) {
                 Ok(result) => break result,
                 Err(RecvTimeoutError::Timeout) if worker.is_finished() => {
                     panic!("{name}: seed {} ended the campaign", now().0)
                 }
-                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Timeout) => {
+                    waited += 1;
+                    if waited % 60 == 0 {
+                        eprintln!("{name}: seed {} of {}", now().0, first + count);
+                    }
+                }
                 Err(RecvTimeoutError::Disconnected) => panic!("{name}: seed {}", now().0),
             }
             let (seed, since) = now();
