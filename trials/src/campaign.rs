@@ -142,7 +142,7 @@ pub fn run_timed<I: Shown>(
                 }
                 Err(RecvTimeoutError::Timeout) => {
                     waited += 1;
-                    if waited % 60 == 0 {
+                    if waited.is_multiple_of(60) {
                         eprintln!("{name}: seed {} of {}", now().0, first + count);
                     }
                 }
