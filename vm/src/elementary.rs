@@ -7,8 +7,8 @@
 //! W. Waite, *Software Manual for the Elementary Functions*, 1980); the kernels on the reduced
 //! ranges are Taylor series, cut where the next term is below half a unit in the last place.
 //!
-//! The integer hash of the noise cannot be expressed on [`Real`]; it is the intrinsic
-//! [`Real::lattice`], written by hand on each side and compared bit for bit by a test.
+//! Integer hashes cannot be expressed on [`Real`]; they are the intrinsics [`Real::lattice`] and, for
+//! noise, [`Real::lattice_edge`], written by hand on each side and compared bit for bit by a test.
 
 use crate::real::{Real, Vector3, lit};
 
