@@ -2,8 +2,9 @@
 //! arithmetic on dual numbers.
 //!
 //! The region is halved, always where the bound is worst, until the bound is within a tenth of a
-//! slope that was found at a point, or the budget is spent; either way the bound holds everywhere
-//! in the region and for all values of the parameters. The budget is the scene's, so that a thousand
+//! slope that was found at a point, or the budget is spent, or a point is found where the field is too
+//! steep to be marched on. A bound that is given holds everywhere in the region and for all values of the
+//! parameters. The budget is the scene's, so that a thousand
 //! fields take no thousand times as long as one: where it is spent, bounds are less tight.
 
 use crate::bounds::World;

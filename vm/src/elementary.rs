@@ -162,7 +162,7 @@ const ARCTANGENT: [f64; 5] = [
 /// What is added to a whole number so that its last bits are the number: 1.5 · 2²³. It holds for
 /// numbers up to 2²², beyond which noise has no digits left, and takes one instruction for a vector of
 /// numbers, where a conversion that must say what becomes of the others takes dozens.
-pub const WHOLE: f32 = 12_582_912.0;
+const WHOLE: f32 = 12_582_912.0;
 
 /// Different bits for different whole numbers.
 #[inline(always)]
