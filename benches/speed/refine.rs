@@ -1,9 +1,10 @@
-//! Refinement in the playground: from a moved camera to the picture with all samples, at 640×360 on the
-//! CPU, for each example.
+//! Pictures of the playground at 640×360 on the CPU, for each example: `move` is one picture while the
+//! camera turns, as coarse as the session makes it to keep up, and `refine` from a moved camera to the
+//! picture with all samples.
 //!
-//! What is measured is drawing: the coarse picture, the full one, and what makes it fine. The clock that
-//! the session goes by stands still meanwhile, and jumps over the moment that it waits before it takes a
-//! camera to be at rest.
+//! What is measured of refinement is drawing: the coarse picture, the full one, and what makes it fine. The
+//! clock that the session goes by stands still meanwhile, and jumps over the moment that it waits before it
+//! takes a camera to be at rest.
 
 use criterion::Criterion;
 use sdfc_playground::build::{Source, build};
@@ -11,14 +12,47 @@ use sdfc_playground::files::Disk;
 use sdfc_playground::painter::Painter;
 use sdfc_playground::session::{CameraEvent, Devices, Done, Event, Session, Stage, Task};
 use sdfc_runtime::engine;
-use std::path::Path;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 pub(crate) fn bench(criterion: &mut Criterion) {
+    moving(criterion);
     let mut group = criterion.benchmark_group("refine");
     group.sample_size(10);
     group.warm_up_time(Duration::from_millis(100));
     group.measurement_time(Duration::from_secs(1));
+    for path in examples() {
+        let mut desk = None;
+        group.bench_function(name(&path), |bencher| {
+            let desk = desk.get_or_insert_with(|| Desk::at_rest(&path));
+            bencher.iter(|| {
+                desk.turn();
+                desk.refine();
+            });
+        });
+    }
+}
+
+fn moving(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("move");
+    group.sample_size(30);
+    group.warm_up_time(Duration::from_millis(500));
+    group.measurement_time(Duration::from_secs(1));
+    for path in examples() {
+        let mut desk = None;
+        group.bench_function(name(&path), |bencher| {
+            let desk = desk.get_or_insert_with(|| Desk::at_rest(&path));
+            bencher.iter(|| {
+                desk.turn();
+                assert!(desk.draw(), "a turned camera asks for a picture");
+            });
+        });
+    }
+}
+
+/// The examples, in order of their names.
+fn examples() -> Vec<PathBuf> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
     let files = std::fs::read_dir(folder).expect("there are examples");
     let paths = files.map(|entry| entry.expect("a file").path());
@@ -26,18 +60,11 @@ pub(crate) fn bench(criterion: &mut Criterion) {
         .filter(|path| path.extension().is_some_and(|found| found == "sdf"))
         .collect();
     scenes.sort();
-    for path in scenes {
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        let mut desk = Desk::of(&path);
-        desk.refine();
-        group.bench_function(name, |bencher| {
-            bencher.iter(|| {
-                let turn = Event::Camera(CameraEvent::Orbit([0.002, 0.0]));
-                desk.session.handle(turn, desk.now);
-                desk.refine();
-            });
-        });
-    }
+    scenes
+}
+
+fn name(path: &Path) -> Cow<'_, str> {
+    path.file_stem().unwrap_or_default().to_string_lossy()
 }
 
 /// A session whose tasks are done at once.
@@ -48,29 +75,44 @@ struct Desk {
 }
 
 impl Desk {
-    fn of(path: &Path) -> Self {
+    /// One with all samples of this scene's picture.
+    fn at_rest(path: &Path) -> Self {
         let mut session = Session::new(Source::File(path.to_owned()), Devices::default());
         session.handle(Event::Resized([640, 360]), Duration::ZERO);
-        Self {
+        let mut desk = Self {
             session,
             painter: Painter::new(Box::new(engine::open)),
             now: Duration::ZERO,
+        };
+        desk.refine();
+        desk
+    }
+
+    /// Turns the camera a little.
+    fn turn(&mut self) {
+        let turn = Event::Camera(CameraEvent::Orbit([0.002, 0.0]));
+        self.session.handle(turn, self.now);
+    }
+
+    /// Does what is to be done at once: builds, and a picture; says whether there was anything.
+    fn draw(&mut self) -> bool {
+        let tasks = self.session.tasks(self.now);
+        let is_anything = !tasks.is_empty();
+        for task in tasks {
+            let done = match task {
+                Task::Build(task) => Done::Built(build(&task, &Disk)),
+                Task::Draw(task) => Done::Drawn(self.painter.draw(&task)),
+                _ => continue,
+            };
+            self.session.done(done, self.now);
         }
+        is_anything
     }
 
     /// Does all there is to do until the session is at rest.
     fn refine(&mut self) {
         loop {
-            let tasks = self.session.tasks(self.now);
-            let is_done = tasks.is_empty();
-            for task in tasks {
-                let done = match task {
-                    Task::Build(task) => Done::Built(build(&task, &Disk)),
-                    Task::Draw(task) => Done::Drawn(self.painter.draw(&task)),
-                    _ => continue,
-                };
-                self.session.done(done, self.now);
-            }
+            let is_done = !self.draw();
             match self.session.wakes(self.now) {
                 Some(at) => self.now = self.now.max(at),
                 None if is_done => break,
