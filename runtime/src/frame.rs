@@ -212,7 +212,7 @@ pub enum CellUse {
 
 impl RenderSettings {
     /// The default of [`RenderSettings::cone`].
-    pub const CONE: f64 = 0.25;
+    pub const CONE: f64 = 0.05;
     /// The default of [`RenderSettings::relaxation`].
     pub const RELAXATION: f64 = sdfc_shaders::marching::RELAXATION;
 }

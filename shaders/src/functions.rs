@@ -69,7 +69,7 @@ functions! {
     threshold = marching::threshold(t, half_pixel, cone, rounding);
     rounding_at = marching::rounding_at(t, rounding);
     nearly_arrived = marching::nearly_arrived(
-        t, radius, trend, t_before, radius_before, threshold, far
+        t, radius, trend, t_before, radius_before, half_pixel, far
     );
     settled = marching::settled(field, rounding);
     secant_guess = marching::secant_guess(t, field, t_other, field_other, reach);

@@ -9,8 +9,9 @@
 //! shorter step back).
 //!
 //! Where the field has come near to zero and falls evenly, as towards a plane, the root is guessed by a
-//! line through the last two points, and that is where the ray goes next: near is four thresholds, which
-//! are shares of half a pixel, but no more than half a pixel. A ray stops if next to nothing is left of the
+//! line through the last two points, and that is where the ray goes next: near is ten thresholds, which
+//! are shares of half a pixel, but no more than half a pixel; and half a pixel in any case where the field
+//! falls steadily, as it does above a plane that a ray all but runs along. A ray stops if next to nothing is left of the
 //! field there, or its sign has changed; else it passes by, or goes on in plain steps and guesses again. So
 //! it stops where there is a root, and not wherever a field is small: beside a rim, before something far
 //! thinner than a pixel, or above a field that is much flatter than its slope bound. Below the threshold
@@ -80,16 +81,18 @@ const STEEPEST: f64 = 0.9;
 /// threshold if that is less.
 pub const LEFT: f64 = 0.02;
 /// From how many thresholds on roots are guessed where the field falls evenly.
-const NEAR: f64 = 4.0;
-/// How far ahead roots are guessed, in thresholds: four pixels. A line farther on may lead through a wall;
-/// only where the field falls steadily is it followed.
-const AHEAD: f64 = 32.0;
+const NEAR: f64 = 10.0;
+/// How far ahead roots are guessed, in halves of a pixel: four pixels. A line farther on may lead through a
+/// wall; only where the field falls steadily is it followed.
+const AHEAD: f64 = 8.0;
 /// A field falls evenly if its last slope differs from the mean by no more than this share of it.
 const EVENLY: f64 = 0.3;
 /// It falls steadily, as towards a plane and nothing else, if they differ by no more than this share.
 const STEADILY: f64 = 0.01;
-/// From how many thresholds on a ray that ran out of steps is taken for one that hit: a pixel.
-const BESIDE: f64 = 8.0;
+/// From how many halves of a pixel on a ray that ran out of steps is taken for one that hit: a pixel.
+const BESIDE: f64 = 2.0;
+/// From how many on it is if the field falls to zero before it: four pixels.
+const WITHIN: f64 = 8.0;
 /// How many secant steps are taken at most.
 pub const SECANT_STEPS: u32 = 6;
 
@@ -140,12 +143,14 @@ pub fn march_step<R: Real>(
     let overlapping = R::not((radius + field).less(step));
     let guessed = R::or(plain, radius.less(radius_before));
     let near = near(threshold, half_pixel).named("near");
+    let beside = half_pixel.max(threshold).named("beside");
     let below = radius.less(threshold);
     let short = R::and(below, R::not(threshold.less(step)));
     let least = radius.min(threshold) * lit(LEFT);
-    let vanished = R::and(radius.less(near), field.less(least));
+    let vanished = R::and(radius.less(beside), field.less(least));
     // A line followed far must lead to the root itself, or there was something in between.
-    let far = R::and(R::not(plain), (threshold * lit(AHEAD)).less(step));
+    let ahead = (beside * lit(AHEAD)).named("ahead");
+    let far = R::and(R::not(plain), ahead.less(step));
     let astray = R::and(far, field.less(-least));
     let landed = R::and(R::and(R::or(guessed, short), vanished), R::not(astray));
     let deep = R::and(field.less(-threshold), threshold.less(step));
@@ -167,9 +172,10 @@ pub fn march_step<R: Real>(
     let onward = R::select(creeping, relaxed.max(at_least), relaxed).named("onward");
     let evenly = (slope - mean).abs().less(slope * lit(-EVENLY));
     let steadily = (slope - mean).abs().less(slope * lit(-STEADILY));
-    let ahead = R::or(to_root.less(threshold * lit(AHEAD)), steadily);
-    let within = R::and(new_radius.less(near), to_root.less(leave - new_t));
-    let guess = R::and(falling, R::and(R::and(evenly, ahead), within));
+    let leads = R::or(to_root.less(ahead), steadily);
+    let enough = R::select(steadily, beside, near);
+    let within = R::and(new_radius.less(enough), to_root.less(leave - new_t));
+    let guess = R::and(falling, R::and(R::and(evenly, leads), within));
     let next = R::select(guess, to_root, onward);
     let touching = new_radius.less(rounding);
     Step {
@@ -206,7 +212,7 @@ pub fn rounding_at<R: Real>(t: R, rounding: R) -> R {
 /// Whether, as 1 or 0, a ray that ran out of steps is drawn as one that hit: where it is within a pixel of
 /// a surface, along which it creeps; and where the field falls to zero before `far`, if the ray is
 /// near to a surface, or the field has been falling steadily for many steps, as towards an endless
-/// plane near its horizon.
+/// plane near its horizon. `half_pixel` is no less than the threshold here.
 #[inline(always)]
 pub fn nearly_arrived<R: Real>(
     t: R,
@@ -214,11 +220,11 @@ pub fn nearly_arrived<R: Real>(
     trend: R,
     t_before: R,
     radius_before: R,
-    threshold: R,
+    half_pixel: R,
     far: R,
 ) -> R {
-    let beside = radius.less(threshold * lit(BESIDE));
-    let near = radius.less(threshold * lit(32.0));
+    let beside = radius.less(half_pixel * lit(BESIDE));
+    let near = radius.less(half_pixel * lit(WITHIN));
     let slope = ((radius - radius_before) / (t - t_before).max(lit(1e-30))).named("slope");
     let steadily = (slope - trend).abs().less(slope * lit(-STEADILY));
     let falls = radius.less(slope * (t - far));

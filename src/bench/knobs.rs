@@ -113,7 +113,7 @@ impl Knobs {
 }
 
 /// The thresholds that are tried; [`RenderSettings::CONE`] is one of them.
-const THRESHOLDS: [f64; 6] = [0.01, 0.05, 0.1, 0.25, 0.5, 1.0];
+const THRESHOLDS: [f64; 7] = [0.002, 0.01, 0.05, 0.1, 0.25, 0.5, 1.0];
 /// How many pixels simpler shapes may be off.
 const DETAILS: [f64; 3] = [0.5, 1.0, 2.0];
 /// The ways to find normals that are tried.
@@ -179,7 +179,7 @@ pub(crate) fn sweep(default: Knobs, engine: EngineKind, has_detail: bool) -> Vec
 /// Several knobs at once, from fine to coarse: threshold, relaxation, normals, detail.
 const COMBINATIONS: [(f64, f64, Option<Normals>, Option<f64>); 7] = [
     (0.01, 0.0, None, None),
-    (0.05, 0.0, None, None),
+    (0.25, 0.0, None, None),
     (0.1, RenderSettings::RELAXATION, None, Some(0.5)),
     (0.5, RenderSettings::RELAXATION, None, Some(0.5)),
     (
@@ -222,9 +222,10 @@ mod tests {
         let labels: Vec<String> = all.iter().map(|knobs| knobs.label(&default())).collect();
         let alone = [
             "default",
+            "threshold 0.002",
             "threshold 0.01",
-            "threshold 0.05",
             "threshold 0.1",
+            "threshold 0.25",
             "threshold 0.5",
             "threshold 1",
             "plain steps",
@@ -257,7 +258,7 @@ mod tests {
     fn promises_are_in_pixels() {
         assert_eq!(default().promised_pixels(), 0.5);
         let fine = Knobs {
-            threshold: 0.05,
+            threshold: 0.01,
             ..default()
         };
         assert!((fine.promised_pixels() - 0.1).abs() < 1e-12);

@@ -4,6 +4,7 @@
 use super::Report;
 use super::study::SceneReport;
 use super::table;
+use sdfc_runtime::frame::RenderSettings;
 use std::fmt::Write;
 
 /// What the words of the tables mean, a paragraph each.
@@ -12,7 +13,7 @@ pub(crate) const LEGEND: [&str; 6] = [
      precision, one ray through the middle of each pixel; rays that it cannot decide are left out. \
      All settings but the one named are the scene's own: the row `default`.",
     "`threshold` is how near to a surface a ray comes before it looks for the root, as a share of half \
-     a pixel (0.25 by default). `plain steps` is sphere tracing without relaxation. `lod` leaves out detail smaller \
+     a pixel. `plain steps` is sphere tracing without relaxation. `lod` leaves out detail smaller \
      than so many pixels. `no cells` evaluates the whole program everywhere.",
     "`ms` is the median of several pictures, each from a slightly different place so that nothing \
      is kept between them, without the compilation of kernels. `evaluations/px` counts the field's \
@@ -94,6 +95,7 @@ pub(crate) fn made_on(report: &Report) -> Vec<String> {
         1 => "times of one picture".to_owned(),
         rounds => format!("times are medians of at most {rounds} pictures"),
     });
+    lines.push(format!("the default threshold is {}", RenderSettings::CONE));
     lines
 }
 

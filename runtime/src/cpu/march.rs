@@ -75,7 +75,7 @@ macro_rules! step_lane {
             $next.trend,
             $next.t_before,
             $next.radius_before,
-            $enough,
+            half.max($enough),
             $frame.far,
         ) > 0.0;
         let capped = if near {

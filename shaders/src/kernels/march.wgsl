@@ -56,8 +56,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             ray.status |= HIT | SHOWN;
         } else if ray.steps >= frame.steps {
             let near = nearly_arrived(
-                next.t, next.radius, next.trend, next.t_before, next.radius_before, enough,
-                frame.far
+                next.t, next.radius, next.trend, next.t_before, next.radius_before,
+                max(half, enough), frame.far
             );
             ray.status |= STEP_CAP | select(0u, SHOWN, near > 0.0);
         }

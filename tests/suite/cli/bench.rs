@@ -7,11 +7,12 @@ const SCENE: &str = "camera { from: [2, 2, 4], look: [0, 0, 0] }\n\
     sphere(1) |[0.2] box(1).translate(0.8, 0, 0) | box(6, 0.1, 6).translate(0, -1, 0)\n";
 
 /// Every knob, each of its values, and the combinations.
-const SETTINGS: [&str; 22] = [
+const SETTINGS: [&str; 23] = [
     "default",
+    "threshold 0.002",
     "threshold 0.01",
-    "threshold 0.05",
     "threshold 0.1",
+    "threshold 0.25",
     "threshold 0.5",
     "threshold 1",
     "plain steps",
@@ -21,7 +22,7 @@ const SETTINGS: [&str; 22] = [
     "no cells",
     "plain steps, no cells",
     "threshold 0.01, plain steps",
-    "threshold 0.05, plain steps",
+    "threshold 0.25, plain steps",
     "threshold 0.5, normals forward",
     "lod 0.5 px",
     "threshold 0.1, lod 0.5 px",
@@ -187,7 +188,7 @@ fn the_fastest_setting_that_keeps_an_error_is_taken() {
         let keeps = |row: &&Value| {
             let knobs = &row["knobs"];
             let threshold = number(knobs, "threshold");
-            let near = (4.0 * threshold).min(1.0).max(threshold);
+            let near = (10.0 * threshold).min(1.0).max(threshold);
             let moved = near / 2.0 + knobs["lod"].as_f64().unwrap_or(0.0);
             moved <= coarsest
                 && number(&row["depth_pixels"], "p99") <= coarsest
