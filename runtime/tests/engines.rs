@@ -9,6 +9,8 @@ mod closed;
 mod damage;
 #[path = "engines/devices.rs"]
 mod devices;
+#[path = "engines/intervals.rs"]
+mod intervals;
 #[path = "engines/operations.rs"]
 mod operations;
 #[path = "engines/parts.rs"]

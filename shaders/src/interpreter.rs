@@ -12,7 +12,7 @@ mod operation;
 pub mod tape;
 
 use operation::{
-    Names, apply_paint, arity, blends, case, constant_operands, declare_paint, frame,
+    Names, Numbers, apply_paint, arity, blends, case, constant_operands, declare_paint, frame,
     surface_blend, widest,
 };
 use sdfc_vm::library::Library;
@@ -69,6 +69,16 @@ pub enum Function {
     Surface,
 }
 
+impl Function {
+    /// What it computes with.
+    fn numbers(self) -> Numbers {
+        match self {
+            Self::Distance => Numbers::Plain,
+            Self::Gradient | Self::Surface => Numbers::Gradients,
+        }
+    }
+}
+
 /// The bindings that the interpreter of stacks reads.
 pub fn bindings(memory: Memory) -> String {
     format!(
@@ -99,13 +109,10 @@ fn code_bindings(memory: Memory) -> String {
 
 /// The interpreter as one function; what it calls is marked in `library`.
 pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> String {
-    let dual = function != Function::Distance;
+    let numbers = function.numbers();
     let surface = function == Function::Surface;
-    let value = if dual { "vec4f" } else { "f32" };
-    let point = if dual { "DualPoint" } else { "vec3f" };
-    if dual {
-        library.use_points();
-    }
+    let (value, point) = (numbers.value(), numbers.point());
+    numbers.declare(library);
     // One entry more than the depth: the top is written above the stack before it is known whether
     // it stays there.
     let stack = needs.depth > 1;
@@ -122,7 +129,7 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
             Function::Surface => "fn scene_surface(origin: vec3f, n: vec3f) -> Surface {",
         },
     );
-    if dual {
+    if numbers == Numbers::Gradients {
         line(
             1,
             "var p = DualPoint(origin, vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), vec3f(0.0, 0.0, 1.0));",
@@ -192,7 +199,7 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
         line(3, "kept += 1u;");
         line(2, "}");
     }
-    frame(needs, dual, library, &mut line);
+    frame(needs, numbers, library, &mut line);
     if stack {
         line(2, "let taken = (word.x >> 21u) & 3u;");
         line(2, "stack[depth] = top;");
@@ -203,7 +210,7 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     } else {
         line(2, "let below = top;");
     }
-    operands(needs, stack, dual, &mut line);
+    operands(needs, stack, numbers, &mut line);
     line(2, &format!("var result = {value}();"));
     if surface {
         line(2, "var painted = material;");
@@ -219,7 +226,7 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     };
     line(2, "switch word.x & 255u {");
     for &code in &needs.codes {
-        let body = case(code, needs, dual, surface, &names, library);
+        let body = case(code, needs, numbers, surface, &names, library);
         line(3, &format!("case {}u: {{ {body} }}", code.number()));
     }
     line(3, "default: {}");
@@ -227,7 +234,7 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     if surface {
         apply_paint(needs, &names, library, &mut line);
     }
-    place(needs, dual, surface, stack, library, &mut line);
+    place(needs, numbers, surface, stack, library, &mut line);
     line(1, "}");
     line(
         1,
@@ -242,7 +249,7 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
 }
 
 /// The operands of the operations: `top` alone; `a` and `b` of two; `s`, `a`, `b` of three.
-fn operands(needs: &Needs, stack: bool, dual: bool, line: &mut impl FnMut(usize, &str)) {
+fn operands(needs: &Needs, stack: bool, numbers: Numbers, line: &mut impl FnMut(usize, &str)) {
     if arity(needs) >= 3 && stack {
         line(2, "let s = stack[max(depth, 2u) - 2u];");
     }
@@ -256,7 +263,7 @@ fn operands(needs: &Needs, stack: bool, dual: bool, line: &mut impl FnMut(usize,
     };
     line(2, &format!("var a = {under};"));
     line(2, "var b = top;");
-    constant_operands(needs, dual, line);
+    constant_operands(needs, numbers, line);
     if needs.constant_operands {
         // The one value on the stack is then the first.
         line(2, "a = select(a, top, constant_operand == 1u);");
@@ -267,7 +274,7 @@ fn operands(needs: &Needs, stack: bool, dual: bool, line: &mut impl FnMut(usize,
 /// comes back.
 fn place(
     needs: &Needs,
-    dual: bool,
+    numbers: Numbers,
     surface: bool,
     stack: bool,
     library: &mut Library,
@@ -277,7 +284,7 @@ fn place(
     if !needs.kernels.is_empty() {
         line(2, "let kernel = (word.x >> 8u) & 7u;");
     }
-    blends(needs, dual, library, line);
+    blends(needs, numbers, library, line);
     if surface {
         let under = if stack {
             "materials[depth - taken]"

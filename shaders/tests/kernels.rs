@@ -4,6 +4,7 @@
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use sdfc_shaders::assemble::{Access, Kernel, SceneFunction, SceneSource, Stage, kernel, stages};
 use sdfc_shaders::features::{Features, Mode, Normals, Occlusion, Shadow};
+use sdfc_shaders::interpreter::cut::Way;
 use sdfc_shaders::interpreter::tape::Registers;
 use sdfc_shaders::interpreter::{Memory, cut};
 use sdfc_shaders::layout::{Cut, Frame, Job, Light, Ray, ShadowRay, Surface};
@@ -244,10 +245,11 @@ fn kernels_that_cut_cells_validate() {
         values: 128,
         points: 32,
     };
+    let forms = memories.map(|memory| [few, many].map(|registers| (memory, registers)));
     for needs in needs() {
-        for memory in memories {
-            for registers in [few, many] {
-                let text = cut::kernel(&needs, registers, memory);
+        for (memory, registers) in forms.into_iter().flatten() {
+            for way in [Way::Slopes, Way::Intervals] {
+                let text = cut::kernel(&needs, registers, memory, way);
                 let module = validated_text("cut", &text);
                 assert!(storage(&module) <= cut::STORAGE_BUFFERS as usize);
                 assert_eq!(module.entry_points[0].workgroup_size, [64, 1, 1]);

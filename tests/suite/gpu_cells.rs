@@ -1,12 +1,14 @@
-//! Cells cut on the device: the same picture in every bit as without cells, as many cells as the
-//! processor cuts, and a right picture where there is no room for them.
+//! Cells cut on the device, by slopes and by intervals: the same picture in every bit as without cells, as
+//! many cells as the processor cuts, and a right picture where there is no room for them.
 
 use crate::corpus::{compiled, on_large_stack, scenes};
+use sdfc_compiler::clauses::parse_clauses;
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
+use sdfc_compiler::scene::Scene;
 use sdfc_lang::Sources;
-use sdfc_runtime::engine::{Engine, EngineKind, Loaded, on};
+use sdfc_runtime::engine::{Engine, EngineKind, Loaded, general, on};
 use sdfc_runtime::frame::{CellStats, CellUse, Frame, Mode};
 use sdfc_runtime::gpu::{Gpu, Limits, Preference};
 use sdfc_runtime::settings::{Overrides, resolve};
@@ -79,15 +81,13 @@ fn cells_of_the_device_keep_every_bit() {
     let mut paths = scenes("tests/scenes");
     paths.extend(scenes("examples"));
     let mut failures = Vec::new();
-    let (mut made, mut deep) = (0, 0);
+    // Cells, and scenes with many of them, where slopes decide and where intervals do.
+    let (mut made, mut deep) = ([0; 2], [0; 2]);
     for path in paths {
         let mut compiled: Compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
         let module = &compiled.module;
-        // By intervals, the processor cuts: see `cells.rs`.
-        if !Tape::of(&module.distance).slopes.known() {
-            continue;
-        }
+        let by = usize::from(!Tape::of(&module.distance).slopes.known());
         engine.load(&loaded(module, &outputs)).expect("it loads");
         let mut draw =
             |cells| drawn(&mut *engine, module, &outputs, &small(cells)).expect("it is drawn");
@@ -100,13 +100,22 @@ fn cells_of_the_device_keep_every_bit() {
             ));
         }
         let cells = with.stats.cells;
-        assert_eq!(cells.short, 0, "{}", path.display());
+        // By intervals, tapes may stay so long that the processor has no room for them either.
+        if cells.short > 0 {
+            let processor = draw(CellUse::Processor).stats.cells;
+            assert!(
+                by == 1 && processor.short > 0,
+                "{}: {cells:?}",
+                path.display()
+            );
+        }
         // The processor makes two programs' first cells and their wholes.
-        made += cells.made;
-        deep += usize::from(cells.made > 2 * 65);
+        made[by] += cells.made;
+        deep[by] += usize::from(cells.made > 2 * 65);
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
-    assert!(made > 10_000 && deep > 10, "{made} cells, {deep} scenes");
+    let many = |by: usize| made[by] > 10_000 && deep[by] > 10;
+    assert!(many(0) && many(1), "{made:?} cells, {deep:?} scenes");
 }
 
 /// So many boxes, each turned another way, in a smooth union, and the results of the uniform program.
@@ -139,12 +148,62 @@ fn circles(count: usize) -> (Module, Vec<f64>) {
     module(text)
 }
 
+/// A solid in Fidget's text form: so many balls, each with a hollow, one clause after the other.
+fn clauses(count: usize) -> (Module, Vec<f64>) {
+    let mut text = String::from("x var-x\ny var-y\nz var-z\nr const 0.4\nh const 0.1\n");
+    for n in 0..count {
+        let at = |step: usize| ((n * step) % 997) as f64 / 997.0 * 6.0 - 3.0;
+        for (axis, step) in [("x", 389), ("y", 577), ("z", 757)] {
+            let _ = write!(
+                text,
+                "c{axis}{n} const {}\nd{axis}{n} sub {axis} c{axis}{n}\ns{axis}{n} square d{axis}{n}\n",
+                at(step)
+            );
+        }
+        let _ = write!(
+            text,
+            "p{n} add sx{n} sy{n}\nq{n} add p{n} sz{n}\nl{n} sqrt q{n}\nb{n} sub l{n} r\n\
+             m{n} sub h l{n}\nk{n} max b{n} m{n}\n"
+        );
+        let before = n.saturating_sub(1);
+        let _ = match n {
+            0 => writeln!(text, "u0 min k0 k0"),
+            _ => writeln!(text, "u{n} min u{before} k{n}"),
+        };
+    }
+    let mut sources = Sources::new();
+    let file = sources.add("solid.vm".to_owned(), text);
+    let (scene, found) = parse_clauses(&sources, file);
+    built(scene.unwrap_or_else(|| panic!("{found:?}")))
+}
+
+/// So many posts of different heights in space that is repeated.
+fn repeated(count: usize) -> (Module, Vec<f64>) {
+    let mut text = String::from("union([\n");
+    for n in 0..count {
+        let at = |step: usize| ((n * step) % 97) as f64 / 97.0 * 1.6 - 0.8;
+        let _ = writeln!(
+            text,
+            "box([0.05, {}, 0.05]).translate({}, 0, {}),",
+            0.1 + at(37).abs(),
+            at(41),
+            at(59)
+        );
+    }
+    text.push_str("]).repeat(spacing: [2, 0, 2]) & box([8, 8, 8])\n");
+    module(text)
+}
+
 /// What a text is compiled to, and the results of its uniform program.
 fn module(text: String) -> (Module, Vec<f64>) {
     let mut sources = Sources::new();
     let file = sources.add("scene".to_owned(), text);
     let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
-    let scene = scene.unwrap_or_else(|| panic!("{found:?}"));
+    built(scene.unwrap_or_else(|| panic!("{found:?}")))
+}
+
+/// What a scene is compiled to, and the results of its uniform program.
+fn built(scene: Scene) -> (Module, Vec<f64>) {
     let (compiled, found) = compile(scene, &compile::Options::default());
     let mut module = compiled.unwrap_or_else(|| panic!("{found:?}")).module;
     let outputs = module.update(0.0);
@@ -160,13 +219,13 @@ fn wide(cells: CellUse) -> Overrides {
 }
 
 /// Whether there are as many cells, to a tenth, and about as many clauses: the processor keeps tapes that
-/// are the same side by side once.
-fn alike(processor: CellStats, device: CellStats) -> bool {
+/// are the same side by side once, as most of them are `alike` times.
+fn as_many(processor: CellStats, device: CellStats, alike: u64) -> bool {
     let within = |a: u64, b: u64| a * 10 <= b * 11;
     within(processor.made, device.made)
         && within(device.made, processor.made)
         && within(processor.clauses, device.clauses)
-        && within(device.clauses, 3 * processor.clauses)
+        && within(device.clauses, alike * processor.clauses)
         && processor.short == device.short
 }
 
@@ -184,9 +243,39 @@ fn the_device_makes_as_many_cells_as_the_processor() {
     let [processor, device] = [CellUse::Processor, CellUse::Device].map(&mut draw);
     assert!(processor.made > 1000, "{processor:?}");
     assert!(
-        alike(processor, device),
+        as_many(processor, device, 3),
         "{processor:?} by the processor, {device:?} by the device"
     );
+}
+
+#[test]
+fn by_intervals_the_device_leaves_out_as_much_as_the_processor() {
+    let Some(mut engine) = interp(|limits| limits) else {
+        return;
+    };
+    type Made = fn(usize) -> (Module, Vec<f64>);
+    // Repeated, a post is the same in many cells.
+    for (name, scene, alike) in [("clauses", clauses as Made, 3), ("repeated", repeated, 6)] {
+        let (module, outputs) = on_large_stack(|| scene(40));
+        assert!(!Tape::of(&module.distance).slopes.known(), "{name}");
+        engine.load(&loaded(&module, &outputs)).expect("it loads");
+        let mut draw = |cells| {
+            let overrides = Overrides {
+                mode: Mode::Normal,
+                ..wide(cells)
+            };
+            drawn(&mut *engine, &module, &outputs, &overrides).expect("it is drawn")
+        };
+        let uses = [CellUse::Never, CellUse::Processor, CellUse::Device];
+        let [without, processor, device] = uses.map(&mut draw);
+        assert_eq!(differing(&without, &device), [0; 5], "{name}");
+        let [processor, device] = [processor, device].map(|frame| frame.stats.cells);
+        assert!(processor.made > 1000, "{name}: {processor:?}");
+        assert!(
+            as_many(processor, device, alike),
+            "{name}: {processor:?} by the processor, {device:?} by the device"
+        );
+    }
 }
 
 #[test]
@@ -212,7 +301,7 @@ fn squares_of_figures_are_cut_too() {
         let [processor, device] = [processor, device].map(|frame| frame.stats.cells);
         assert!(processor.made > 1000, "{mode:?}: {processor:?}");
         assert!(
-            alike(processor, device),
+            as_many(processor, device, 3),
             "{mode:?}: {processor:?}, {device:?}"
         );
     }
@@ -306,4 +395,35 @@ fn an_edit_cuts_anew_and_makes_no_pipeline() {
     assert_ne!(after.stats.cells, before.stats.cells);
     let without = draw(&mut *engine, &module, &outputs, CellUse::Never);
     assert_eq!(differing(&without, &after), [0; 5]);
+}
+
+#[test]
+fn general_kernels_cut_every_scene() {
+    let Some(mut special) = interp(|limits| limits) else {
+        return;
+    };
+    let mut general = general(Gpu::open(Preference::Any).expect("there is an adapter"));
+    general.warm_up(&[Mode::Depth]).expect("it warms up");
+    let pipelines = general.pipelines_created();
+    let scenes = on_large_stack(|| [boxes(40), clauses(20), repeated(20), clauses(30)]);
+    for (number, (module, outputs)) in scenes.iter().enumerate() {
+        for engine in [&mut special, &mut general] {
+            engine.load(&loaded(module, outputs)).expect("it loads");
+        }
+        let draw = |engine: &mut dyn Engine, cells| {
+            let overrides = Overrides {
+                mode: Mode::Depth,
+                ..small(cells)
+            };
+            drawn(engine, module, outputs, &overrides).expect("it is drawn")
+        };
+        let without = draw(&mut *special, CellUse::Never);
+        let with = draw(&mut *general, CellUse::Device);
+        assert_eq!(differing(&without, &with), [0; 5], "scene {number}");
+        let made = with.stats.cells.made;
+        assert!(made > 500, "scene {number}: {made} cells");
+    }
+    // The one by intervals, where devices do not cut by themselves and it is not made beforehand.
+    let made = general.pipelines_created() - pipelines;
+    assert!(made <= 1, "{made} pipelines");
 }

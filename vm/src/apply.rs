@@ -5,10 +5,11 @@ use crate::dual::{Dual, DualVec2, DualVec3};
 use crate::interval::{FloatInterval, Interval};
 use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
 use crate::real::{Real, Vector2, Vector3};
-use crate::record::{Function, Recorded, Scalar, Signature, Vec2, Vec3, record};
+use crate::record::{Function, Range, Recorded, Scalar, Signature, Vec2, Vec3, record};
 use crate::rounding::Rounded;
 use crate::row::align;
 use crate::table::{Op, for_each_operation};
+use crate::vector::{V2, V3};
 
 /// What an operation gave.
 #[derive(Clone, Copy, Debug)]
@@ -150,7 +151,7 @@ macro_rules! define_apply {
     };
 }
 
-/// A recordable number: plain, or with its gradient.
+/// A recordable number: plain, with its gradient, or an interval.
 trait Recordable: Real + Recorded {
     fn scalar(s: &mut Signature, name: &str) -> Self;
     fn vec2(s: &mut Signature, name: &str) -> Self::Vec2;
@@ -178,6 +179,22 @@ impl Recordable for Dual<Scalar> {
     }
     fn vec3(s: &mut Signature, name: &str) -> DualVec3<Scalar> {
         DualVec3::fixed(s.parameter(name))
+    }
+}
+
+impl Recordable for Range {
+    fn scalar(s: &mut Signature, name: &str) -> Self {
+        Range::point(s.parameter(name))
+    }
+    fn vec2(s: &mut Signature, name: &str) -> V2<Range> {
+        let v: Vec2 = s.parameter(name);
+        V2 {
+            x: Range::point(v.x()),
+            y: Range::point(v.y()),
+        }
+    }
+    fn vec3(s: &mut Signature, name: &str) -> V3<Range> {
+        Range::points(s.parameter(name))
     }
 }
 
@@ -222,6 +239,12 @@ pub fn record_value(op: Op) -> Function {
 /// with the gradient in `xyz`, points are `DualPoint`, parameters are plain.
 pub fn record_gradient(op: Op) -> Function {
     record_on::<Dual<Scalar>>(op, &format!("{}_gradient", wgsl_name(op)))
+}
+
+/// The operation's body on intervals, as a WGSL function of the same name with `_interval` behind it:
+/// values are `vec2f`, the ends, points are `BoxPoint`, parameters are plain.
+pub fn record_interval(op: Op) -> Function {
+    record_on::<Range>(op, &format!("{}_interval", wgsl_name(op)))
 }
 
 /// Numbers without gaps, laid out with the gaps that [`crate::row::Row::offsets`] wants.

@@ -1,13 +1,15 @@
 //! The WGSL that a scene's functions call, collected as they are written: recorded operations,
 //! elementary functions, blends, and what goes with surfaces. Only what is called is in the text.
 
-use crate::apply::{record_gradient, record_value};
+use crate::apply::{record_gradient, record_interval, record_value};
 use crate::dual::Dual;
 use crate::guard::beyond;
 use crate::kernel::Kernel;
+use crate::outward;
 use crate::prelude;
-use crate::record::{DUAL_POINT, Function, Scalar, Vec3, record};
+use crate::record::{BOX_POINT, DUAL_POINT, Function, Range, Scalar, Vec3, record};
 use crate::table::Op;
+use crate::vector::V3;
 use std::collections::{BTreeSet, HashSet};
 
 /// WGSL text that more text is put after: what the functions of a scene share.
@@ -16,14 +18,19 @@ pub struct Library {
     calls: BTreeSet<&'static str>,
     values: HashSet<Op>,
     gradients: HashSet<Op>,
+    intervals: HashSet<Op>,
     points: bool,
+    boxes: bool,
     mapped: bool,
     mapped_gradient: bool,
+    moved_interval: bool,
+    mapped_interval: bool,
     local_normal: bool,
     mixed_surface: bool,
     guard: bool,
     kernels: BTreeSet<Kernel>,
     kernel_gradients: BTreeSet<Kernel>,
+    kernel_intervals: BTreeSet<Kernel>,
 }
 
 impl Library {
@@ -44,21 +51,34 @@ impl Library {
             .into_iter()
             .map(record_value)
             .chain(sorted(&self.gradients).into_iter().map(record_gradient))
+            .chain(sorted(&self.intervals).into_iter().map(record_interval))
             .chain(self.kernels.iter().map(|&kernel| record_blend(kernel)))
             .chain(
                 self.kernel_gradients
                     .iter()
                     .map(|&kernel| record_blend_gradient(kernel)),
+            )
+            .chain(
+                self.kernel_intervals
+                    .iter()
+                    .map(|&kernel| record_blend_interval(kernel)),
             );
-        for function in recorded.chain(self.guard.then(record_guard)) {
+        let others = [
+            self.guard.then(record_guard),
+            self.moved_interval.then(record_moved_interval),
+            self.mapped_interval.then(record_mapped_interval),
+        ];
+        for function in recorded.chain(others.into_iter().flatten()) {
             calls.extend(function.calls);
             bodies.push_str(&function.text);
             bodies.push('\n');
         }
         let mut text = String::new();
-        if self.points {
-            text.push_str(DUAL_POINT);
-            text.push('\n');
+        for (used, structure) in [(self.points, DUAL_POINT), (self.boxes, BOX_POINT)] {
+            if used {
+                text.push_str(structure);
+                text.push('\n');
+            }
         }
         if self.local_normal {
             text.push_str(LOCAL_NORMAL);
@@ -93,6 +113,11 @@ impl Library {
         self.gradients.insert(op);
         self.points = true;
     }
+    /// Marks an operation's function on intervals as called.
+    pub fn use_interval(&mut self, op: Op) {
+        self.intervals.insert(op);
+        self.boxes = true;
+    }
     /// Marks a kernel's blend as called.
     pub fn use_blend(&mut self, kernel: Kernel) {
         self.kernels.insert(kernel);
@@ -100,6 +125,10 @@ impl Library {
     /// Marks a kernel's blend with gradients as called.
     pub fn use_blend_gradient(&mut self, kernel: Kernel) {
         self.kernel_gradients.insert(kernel);
+    }
+    /// Marks a kernel's blend of intervals as called.
+    pub fn use_blend_interval(&mut self, kernel: Kernel) {
+        self.kernel_intervals.insert(kernel);
     }
     /// Marks the affine map of a point as called.
     pub fn use_mapped(&mut self) {
@@ -109,6 +138,16 @@ impl Library {
     pub fn use_mapped_gradient(&mut self) {
         self.mapped_gradient = true;
         self.points = true;
+    }
+    /// Marks the shift of a box of points as called.
+    pub fn use_moved_interval(&mut self) {
+        self.moved_interval = true;
+        self.boxes = true;
+    }
+    /// Marks the affine map of a box of points as called.
+    pub fn use_mapped_interval(&mut self) {
+        self.mapped_interval = true;
+        self.boxes = true;
     }
     /// Marks the normal in a point's frame as called.
     pub fn use_local_normal(&mut self) {
@@ -125,6 +164,10 @@ impl Library {
     /// Marks the declaration of points with gradients as used.
     pub fn use_points(&mut self) {
         self.points = true;
+    }
+    /// Marks the declaration of boxes of points as used.
+    pub fn use_boxes(&mut self) {
+        self.boxes = true;
     }
 }
 
@@ -162,6 +205,32 @@ fn record_blend_gradient(kernel: Kernel) -> Function {
         let [sign, sign_b, width, coefficient] =
             ["sign", "sign_b", "width", "coefficient"].map(|name| s.fixed(name));
         kernel.blend(a, b, sign, sign_b, width, coefficient)
+    })
+}
+
+fn record_blend_interval(kernel: Kernel) -> Function {
+    record(&format!("{}_interval", blend_name(kernel)), |s| {
+        let [a, b]: [Range; 2] = ["a", "b"].map(|name| s.parameter(name));
+        let [sign, sign_b, width, coefficient] =
+            ["sign", "sign_b", "width", "coefficient"].map(|name| Range::point(s.parameter(name)));
+        kernel.blend(a, b, sign, sign_b, width, coefficient)
+    })
+}
+
+fn record_moved_interval() -> Function {
+    record("moved_interval", |s| {
+        let p: V3<Range> = s.parameter("p");
+        p + Range::points(s.parameter("shift"))
+    })
+}
+
+fn record_mapped_interval() -> Function {
+    record("mapped_interval", |s| {
+        let V3 { x, y, z }: V3<Range> = s.parameter("p");
+        let columns: [Vec3; 3] = ["x", "y", "z"].map(|name| s.parameter(name));
+        let p = [x, y, z].map(Range::ends);
+        let [x, y, z] = outward::mapped(p, columns, s.parameter("shift")).map(Range::of);
+        V3::of(x, y, z)
     })
 }
 

@@ -1,14 +1,16 @@
 //! The WGSL functions that recorded bodies call: our own elementary functions, recorded from
-//! [`crate::elementary`], and the handful of intrinsics that only integers can express.
+//! [`crate::elementary`], the arithmetic of intervals, recorded from [`crate::outward`], and the handful
+//! of intrinsics that only integers can express.
 
 use crate::dual::Dual;
 use crate::elementary;
+use crate::outward::{self, Ends, Known};
 use crate::real::{Real, Vector2, Vector3};
-use crate::record::{Function, Scalar, Vec2, Vec3, record};
+use crate::record::{Bool, Function, Range, Scalar, Signature, Vec2, Vec3, record};
 use std::collections::BTreeSet;
 
 /// Every function of the prelude, each after those that it calls.
-pub const NAMES: [&str; 14] = [
+pub const NAMES: [&str; 32] = [
     "length2",
     "length3",
     "power_of_two",
@@ -23,6 +25,24 @@ pub const NAMES: [&str; 14] = [
     "lattice_edge",
     "noise",
     "noise_gradient",
+    "interval_add",
+    "interval_sub",
+    "interval_mul",
+    "interval_scale",
+    "interval_div",
+    "interval_abs",
+    "interval_square",
+    "interval_sqrt",
+    "interval_length2",
+    "interval_length3",
+    "interval_fract",
+    "interval_sine",
+    "interval_cosine",
+    "interval_arctangent",
+    "interval_exponential",
+    "interval_logarithm",
+    "interval_noise",
+    "interval_select",
 ];
 
 /// Whether `name` is a function of the prelude rather than a WGSL builtin.
@@ -73,12 +93,68 @@ fn function(name: &'static str) -> Function {
                 elementary::perlin::<Scalar>(s.parameter("p"), s.parameter("seed"));
             Dual { value, gradient }
         }),
+        "interval_add" => binary(name, outward::add),
+        "interval_sub" => binary(name, outward::sub),
+        "interval_mul" => binary(name, outward::mul),
+        "interval_div" => binary(name, outward::div),
+        "interval_scale" => record(name, |s| {
+            let a: Range = s.parameter("a");
+            Range::of(outward::scale(a.ends(), s.parameter("factor")))
+        }),
+        "interval_abs" => unary(name, outward::abs),
+        "interval_square" => unary(name, outward::square),
+        "interval_sqrt" => unary(name, outward::sqrt),
+        "interval_length2" => record(name, |s| {
+            Range::of(outward::length(intervals(s, ["x", "y"])))
+        }),
+        "interval_length3" => record(name, |s| {
+            Range::of(outward::length(intervals(s, ["x", "y", "z"])))
+        }),
+        "interval_fract" => unary(name, outward::fract),
+        "interval_sine" => unary(name, outward::sin),
+        "interval_cosine" => unary(name, outward::cos),
+        "interval_arctangent" => record(name, |s| {
+            let [y, x] = intervals(s, ["y", "x"]);
+            Range::of(outward::atan2(y, x))
+        }),
+        "interval_exponential" => unary(name, outward::exp2),
+        "interval_logarithm" => unary(name, outward::log2),
+        "interval_noise" => record(name, |s| {
+            let p = intervals(s, ["x", "y", "z"]);
+            Range::of(outward::noise(p, s.parameter("seed")))
+        }),
+        "interval_select" => record(name, |s| {
+            let [may, may_not]: [Bool; 2] = ["may", "may_not"].map(|name| s.parameter(name));
+            let [then, otherwise] = intervals(s, ["then", "otherwise"]);
+            Range::of(outward::select(Known { may, may_not }, then, otherwise))
+        }),
         _ => Function {
             name: name.to_owned(),
             text: intrinsic(name).to_owned(),
             calls: vec![],
         },
     }
+}
+
+/// The next parameters, intervals of these names.
+fn intervals<const N: usize>(s: &mut Signature, names: [&str; N]) -> [Ends<Scalar>; N] {
+    names.map(|name| s.parameter::<Range>(name).ends())
+}
+
+/// A function of an interval.
+fn unary(name: &str, f: fn(Ends<Scalar>) -> Ends<Scalar>) -> Function {
+    record(name, |s| {
+        let [a] = intervals(s, ["a"]);
+        Range::of(f(a))
+    })
+}
+
+/// A function of two intervals.
+fn binary(name: &str, f: fn(Ends<Scalar>, Ends<Scalar>) -> Ends<Scalar>) -> Function {
+    record(name, |s| {
+        let [a, b] = intervals(s, ["a", "b"]);
+        Range::of(f(a, b))
+    })
 }
 
 /// What no recorder can express, by hand; the Rust twins are `Real for f32`.

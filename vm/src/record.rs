@@ -4,7 +4,12 @@
 //! Vectors stay vectors; what is used once is written in place, what is used more often becomes a
 //! `let`, named as the body names it. Recording a body on [`Dual`] numbers gives the WGSL that
 //! returns the value together with its gradient: a scalar result becomes a `vec4f` with the
-//! gradient in `xyz`, a point becomes a `DualPoint` (see [`DUAL_POINT`]).
+//! gradient in `xyz`, a point becomes a `DualPoint` (see [`DUAL_POINT`]). On [`Range`]s it gives the WGSL
+//! that returns bounds over a box: of a scalar a `vec2f`, of a point a `BoxPoint` (see [`BOX_POINT`]).
+
+mod range;
+
+pub use range::{BOX_POINT, Range};
 
 use crate::dual::{Dual, DualVec3};
 use crate::real::{Real, Vector2, Vector3, lit};
@@ -42,6 +47,10 @@ pub enum Type {
     DualScalar,
     /// A point with its Jacobian.
     DualPoint,
+    /// `vec2f`: the ends of an interval.
+    Range,
+    /// A box of points.
+    BoxPoint,
 }
 
 impl Type {
@@ -53,6 +62,8 @@ impl Type {
             Type::Vec3 => "vec3f",
             Type::DualScalar => "vec4f",
             Type::DualPoint => "DualPoint",
+            Type::Range => "vec2f",
+            Type::BoxPoint => "BoxPoint",
         }
     }
 }
@@ -456,6 +467,7 @@ macro_rules! recorded_plain {
         }
     };
 }
+recorded_plain!(Bool, Type::Bool);
 recorded_plain!(Scalar, Type::Scalar);
 recorded_plain!(Vec2, Type::Vec2);
 recorded_plain!(Vec3, Type::Vec3);

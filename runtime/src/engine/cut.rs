@@ -206,7 +206,7 @@ impl Space {
             leaf: self.pixels.leaf,
             // Devices need not know infinity.
             band: band.min(f32::MAX),
-            slope: tape.slopes.whole,
+            slope: tape.slopes.whole.min(f32::MAX),
             // More than what it takes to find a point's cell and the corners of that.
             rounding: (farthest + self.region.side()) * 5e-7,
             few: SHORT as u32,

@@ -12,7 +12,7 @@ use crate::gpu::{
     Access, Binding, Buffer, DeviceInfo, DeviceKind, Extent, Gpu, Kernel, KernelSource, Usage,
 };
 use sdfc_shaders::interpreter::cut::{
-    self, ARGUMENTS_SLOT, COUNTS, FACTS_SLOT, SPACE_SLOT, SPACE_WORDS, WORK_SLOT, WORK_WORDS,
+    self, ARGUMENTS_SLOT, COUNTS, FACTS_SLOT, SPACE_SLOT, SPACE_WORDS, WORK_SLOT, WORK_WORDS, Way,
 };
 use sdfc_shaders::interpreter::tape::{NODES_SLOT, Registers, TAPES_SLOT};
 use sdfc_shaders::interpreter::{CODE_SLOT, Memory, POOL_SLOT};
@@ -49,6 +49,7 @@ struct Programs {
     needs: Needs,
     registers: Registers,
     memory: Memory,
+    way: Way,
 }
 
 /// What cuts cells on a device, and what it counted.
@@ -87,6 +88,7 @@ pub(super) struct Task<'a> {
 /// What is cut of a program.
 pub(super) struct Part<'a> {
     pub(super) needs: &'a Needs,
+    pub(super) way: Way,
     pub(super) cut: Cut,
     pub(super) jobs: &'a [Job],
 }
@@ -183,6 +185,7 @@ impl Cutter {
                 needs: part.needs.clone(),
                 registers: task.registers,
                 memory: task.memory,
+                way: part.way,
             };
             let plan = gpu.bind(self.kernel(gpu, None)?, &planned)?;
             let kernel = gpu.bind(self.kernel(gpu, Some(programs))?, &cutting)?;
@@ -226,7 +229,8 @@ impl Cutter {
     }
 
     /// Makes the kernels that cut programs which need these, if they are not there yet and the device
-    /// can run them.
+    /// can run them. By intervals, only where devices cut by themselves: that kernel is large, and takes
+    /// software as long to make as half of all others.
     pub(super) fn warm_up(
         &mut self,
         gpu: &Gpu,
@@ -237,16 +241,20 @@ impl Cutter {
         if !possible(gpu.info(), registers) {
             return Ok(());
         }
-        let needs = needs.clone();
         self.kernel(gpu, None)?;
-        self.kernel(
-            gpu,
-            Some(Programs {
-                needs,
+        let ways = [
+            Some(Way::Slopes),
+            pays(gpu.info()).then_some(Way::Intervals),
+        ];
+        for way in ways.into_iter().flatten() {
+            let programs = Programs {
+                needs: needs.clone(),
                 registers,
                 memory,
-            }),
-        )?;
+                way,
+            };
+            self.kernel(gpu, Some(programs))?;
+        }
         Ok(())
     }
 
@@ -257,7 +265,10 @@ impl Cutter {
             Some(at) => at,
             None => {
                 let (label, wgsl) = match &of {
-                    Some(of) => ("cut", cut::kernel(&of.needs, of.registers, of.memory)),
+                    Some(of) => (
+                        "cut",
+                        cut::kernel(&of.needs, of.registers, of.memory, of.way),
+                    ),
                     None => ("cut_plan", cut::plan()),
                 };
                 let kernel = gpu.kernel(&KernelSource {
@@ -267,8 +278,8 @@ impl Cutter {
                     bindings: &bindings(of.as_ref()),
                 })?;
                 if self.kernels.len() >= MOST_KERNELS {
-                    // The one that plans stays, and the one that was warmed up.
-                    self.kernels.truncate(2);
+                    // The one that plans stays, and those that were warmed up.
+                    self.kernels.truncate(3);
                 }
                 self.kernels.push((of, kernel));
                 self.kernels.len() - 1

@@ -4,8 +4,7 @@
 //!
 //! Where cells pay, the kernel is the one that runs tapes ([`sdfc_shaders::interpreter::tape`]), and
 //! a picture begins with cutting its part of space ([`cells`]): on the processor, or, where that is
-//! not what runs the kernels and all slopes are known, on the device after the first cuts
-//! ([`super::cutter`]).
+//! not what runs the kernels, on the device after the first cuts ([`super::cutter`]).
 //!
 //! In the *general* form kernels run any scene's tape, cells or none: without, the tape of the whole
 //! program is everywhere. Then no scene needs another kernel, but one whose tapes take more registers
@@ -522,6 +521,7 @@ impl Interpreter {
                 .iter()
                 .map(|part| cutter::Part {
                     needs: needs(part),
+                    way: part.way,
                     cut: part.cut,
                     jobs: &part.jobs,
                 })

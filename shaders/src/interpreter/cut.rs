@@ -4,7 +4,8 @@
 //!
 //! ```text
 //! facts   4 words for each instruction:
-//!         the slopes of the two operands of its choice, the support of its kernel, and bits (below)
+//!         the slopes of the two operands of its choice (0 where intervals decide), the support of its
+//!         kernel, and bits (below)
 //! space   8 words, then the choices: 2 bits for each clause, 16 clauses to a word, the words of the
 //!         64 children of a cell beside each other
 //! work    a `Cut`, 4 words, then the list of `Job`s
@@ -15,14 +16,17 @@
 //! use. Those of `work`: the first cell of the present dispatch, that of the next one, how many are
 //! listed, and how many clauses those have that wait.
 //!
-//! Choices are decided as in [`sdfc_vm::tape::choose`], by the value at the middle of a box and slopes,
-//! and what is left is found as in [`sdfc_vm::tape::prune`]. A device may round more than the
-//! processor does, so twice as much is allowed for it.
+//! Choices are decided as in [`sdfc_vm::tape::choose`], by the value at the middle of a box and slopes or
+//! by intervals ([`Way`]), and what is left is found as in [`sdfc_vm::tape::prune`]. A device may round
+//! more than the processor does: by slopes, twice as much is allowed for it; intervals are those of
+//! [`sdfc_vm::outward`].
 
+use super::operation::Numbers;
 use super::tape::{NODES_SLOT, Registers, TAPES_SLOT, node, step};
 use super::{Memory, code_bindings};
 use crate::layout::{Cut, Job};
 use sdfc_vm::library::Library;
+use sdfc_vm::outward::KNOWN;
 use sdfc_vm::program::{Needs, Program};
 use sdfc_vm::tape::choose::Test;
 use sdfc_vm::tape::{Clause, Tape, flags};
@@ -73,6 +77,26 @@ const FIRST_OPERAND: u32 = 512;
 const SECOND_OPERAND: u32 = 1024;
 const THIRD_OPERAND: u32 = 2048;
 
+/// How choices are decided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Way {
+    /// By the value at the middle of a box, and slopes.
+    Slopes,
+    /// By bounds over the box.
+    Intervals,
+}
+
+impl Way {
+    /// How those of a tape are, and of what it is pruned to.
+    pub fn of(tape: &Tape) -> Self {
+        if tape.slopes.known() {
+            Self::Slopes
+        } else {
+            Self::Intervals
+        }
+    }
+}
+
 /// Whether these kernels prune tapes of so many registers.
 pub fn fits(registers: Registers) -> bool {
     registers.values <= MOST_VALUES
@@ -121,9 +145,9 @@ fn fact(clause: &Clause, test: Option<Test>) -> [u32; 4] {
 }
 
 /// The kernel that cuts cells of a program that needs these, with tapes of these registers.
-pub fn kernel(needs: &Needs, registers: Registers, memory: Memory) -> String {
+pub fn kernel(needs: &Needs, registers: Registers, memory: Memory, way: Way) -> String {
     let mut library = Library::default();
-    let run = run(needs, registers, &mut library);
+    let run = run(needs, registers, way, &mut library);
     let bits = registers.bits();
     let mask = (1 << bits) - 1;
     let shift = 8 + bits;
@@ -164,11 +188,20 @@ pub fn kernel(needs: &Needs, registers: Registers, memory: Memory) -> String {
     for (name, value) in constants {
         let _ = writeln!(text, "const {name} = {value}u;");
     }
-    // What rounding may put into a value, as a share of it and of the coordinates.
-    text.push_str("const SHARE = 4e-6;\nconst SLACK = 8e-6;\n\n");
-    text.push_str(&library.whole());
-    text.push_str(&run);
-    text.push('\n');
+    let deciding = match way {
+        Way::Slopes => {
+            // What rounding may put into a value, as a share of it and of the coordinates.
+            text.push_str("const SHARE = 4e-6;\nconst SLACK = 8e-6;\n\n");
+            include_str!("../kernels/cut_by_slopes.wgsl")
+        }
+        Way::Intervals => {
+            let _ = writeln!(text, "const KNOWN = {KNOWN:e};\n");
+            include_str!("../kernels/cut_by_intervals.wgsl")
+        }
+    };
+    for part in [&library.whole(), &run, "\n", deciding, "\n"] {
+        text.push_str(part);
+    }
     text.push_str(include_str!("../kernels/cut.wgsl"));
     text
 }
@@ -208,28 +241,43 @@ struct Space {{
     text
 }
 
-/// The function that runs a tape at a point and keeps its choices.
-fn run(needs: &Needs, registers: Registers, library: &mut Library) -> String {
+/// The function that runs a tape at a point, or on a box of them, and keeps its choices.
+fn run(needs: &Needs, registers: Registers, way: Way, library: &mut Library) -> String {
     let Registers { values, points } = registers;
+    let (numbers, decided) = match way {
+        Way::Slopes => (
+            Numbers::Plain,
+            "decided(fact, first, second, radius, slack)",
+        ),
+        Way::Intervals => (Numbers::Intervals, "decided(fact, first, second)"),
+    };
+    let (value, point) = (numbers.value(), numbers.point());
+    numbers.declare(library);
     let mut text = String::new();
     let mut line = |indent: usize, content: &str| {
         let _ = writeln!(text, "{:indent$}{content}", "", indent = indent * 4);
     };
+    let more = match way {
+        Way::Slopes => ", radius: f32, slack: f32",
+        Way::Intervals => "",
+    };
     line(
         0,
-        "fn run(tape: u32, length: u32, choices: u32, origin: vec3f, radius: f32, slack: f32) -> f32 {",
+        &format!(
+            "fn run(tape: u32, length: u32, choices: u32, origin: {point}{more}) -> {value} {{"
+        ),
     );
     if points > 1 {
-        line(1, &format!("var points: array<vec3f, {points}>;"));
+        line(1, &format!("var points: array<{point}, {points}>;"));
         line(1, "points[0] = origin;");
     } else {
         line(1, "var p = origin;");
     }
-    line(1, &format!("var values: array<f32, {values}>;"));
+    line(1, &format!("var values: array<{value}, {values}>;"));
     line(1, "var bits = 0u;");
     line(1, "let end = tape + length;");
     line(1, "for (var at = tape + 1u; at <= end; at += 1u) {");
-    step(needs, registers, false, false, library, &mut line);
+    step(needs, registers, numbers, false, library, &mut line);
     line(2, "let place = at - tape - 1u;");
     let pushed = needs.codes.iter().any(|code| code.arity() > 1);
     let blended = !needs.kernels.is_empty();
@@ -253,10 +301,7 @@ fn run(needs: &Needs, registers: Registers, library: &mut Library) -> String {
             2,
             "if (fact.w & CHOICE) != 0u && (form == 0u || form == 3u) {",
         );
-        line(
-            3,
-            "bits |= decided(fact, first, second, radius, slack) << (2u * (place & 15u));",
-        );
+        line(3, &format!("bits |= {decided} << (2u * (place & 15u));"));
         line(2, "}");
     }
     line(2, "if (place & 15u) == 15u || at == end {");

@@ -5,7 +5,73 @@ use sdfc_vm::kernel::Kernel;
 use sdfc_vm::library::{GUARD_NAME, Library, blend_name};
 use sdfc_vm::program::{Code, Needs};
 use sdfc_vm::row::{Category, Input, Output, ParameterType, Row};
+use sdfc_vm::table::Op;
 use std::fmt::Write;
+
+/// What an interpreter computes with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Numbers {
+    /// Values at points.
+    Plain,
+    /// Values at points, and their gradients.
+    Gradients,
+    /// Bounds of values over boxes of points.
+    Intervals,
+}
+
+impl Numbers {
+    /// The type of a value.
+    pub(super) fn value(self) -> &'static str {
+        match self {
+            Self::Plain => "f32",
+            Self::Gradients => "vec4f",
+            Self::Intervals => "vec2f",
+        }
+    }
+
+    /// The type of a point.
+    pub(super) fn point(self) -> &'static str {
+        match self {
+            Self::Plain => "vec3f",
+            Self::Gradients => "DualPoint",
+            Self::Intervals => "BoxPoint",
+        }
+    }
+
+    /// What stands behind the names of functions.
+    fn suffix(self) -> &'static str {
+        match self {
+            Self::Plain => "",
+            Self::Gradients => "_gradient",
+            Self::Intervals => "_interval",
+        }
+    }
+
+    /// Marks the declaration of points as used.
+    pub(super) fn declare(self, library: &mut Library) {
+        match self {
+            Self::Plain => {}
+            Self::Gradients => library.use_points(),
+            Self::Intervals => library.use_boxes(),
+        }
+    }
+
+    fn use_operation(self, op: Op, library: &mut Library) {
+        match self {
+            Self::Plain => library.use_value(op),
+            Self::Gradients => library.use_gradient(op),
+            Self::Intervals => library.use_interval(op),
+        }
+    }
+
+    fn use_blend(self, kernel: Kernel, library: &mut Library) {
+        match self {
+            Self::Plain => library.use_blend(kernel),
+            Self::Gradients => library.use_blend_gradient(kernel),
+            Self::Intervals => library.use_blend_interval(kernel),
+        }
+    }
+}
 
 /// What material the value of a row has, if it is not that of its last operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +161,7 @@ pub(super) struct Names<'a> {
 /// The point through the instruction's frame, as `q`.
 pub(super) fn frame(
     needs: &Needs,
-    dual: bool,
+    numbers: Numbers,
     library: &mut Library,
     line: &mut impl FnMut(usize, &str),
 ) {
@@ -107,11 +173,16 @@ pub(super) fn frame(
     line(2, "let f0 = pool[word.z];");
     line(2, "var q = p;");
     if needs.moved {
-        let target = if dual { "q.p" } else { "q" };
-        let from = if dual { "p.p" } else { "p" };
         line(
             2,
-            &format!("{target} = select({from}, {from} + f0.xyz, frame == 1u);"),
+            match numbers {
+                Numbers::Plain => "q = select(p, p + f0.xyz, frame == 1u);",
+                Numbers::Gradients => "q.p = select(p.p, p.p + f0.xyz, frame == 1u);",
+                Numbers::Intervals => {
+                    library.use_moved_interval();
+                    "if frame == 1u { q = moved_interval(p, f0.xyz); }"
+                }
+            },
         );
     }
     if needs.mapped {
@@ -119,13 +190,23 @@ pub(super) fn frame(
         line(2, "let f2 = pool[word.z + 2u];");
         line(2, "let rows = transpose(mat3x3f(f0.xyz, f1.xyz, f2.xyz));");
         line(2, "let shift = vec3f(f0.w, f1.w, f2.w);");
-        if dual {
-            library.use_mapped_gradient();
-            line(2, "if frame == 2u { q = mapped_gradient(p, rows, shift); }");
-        } else {
-            library.use_mapped();
-            line(2, "q = select(q, mapped(p, rows, shift), frame == 2u);");
-        }
+        line(
+            2,
+            match numbers {
+                Numbers::Plain => {
+                    library.use_mapped();
+                    "q = select(q, mapped(p, rows, shift), frame == 2u);"
+                }
+                Numbers::Gradients => {
+                    library.use_mapped_gradient();
+                    "if frame == 2u { q = mapped_gradient(p, rows, shift); }"
+                }
+                Numbers::Intervals => {
+                    library.use_mapped_interval();
+                    "if frame == 2u { q = mapped_interval(p, rows[0], rows[1], rows[2], shift); }"
+                }
+            },
+        );
     }
 }
 
@@ -133,7 +214,7 @@ pub(super) fn frame(
 pub(super) fn case(
     code: Code,
     needs: &Needs,
-    dual: bool,
+    numbers: Numbers,
     surface: bool,
     names: &Names<'_>,
     library: &mut Library,
@@ -143,18 +224,14 @@ pub(super) fn case(
         Code::Op(op) => {
             let row = op.row();
             let call = |point: &str, values: [&str; 3]| {
-                let suffix = if dual { "_gradient" } else { "" };
                 format!(
-                    "{}{suffix}({})",
+                    "{}{}({})",
                     wgsl_name(op),
+                    numbers.suffix(),
                     arguments(row, point, values)
                 )
             };
-            if dual {
-                library.use_gradient(op);
-            } else {
-                library.use_value(op);
-            }
+            numbers.use_operation(op, library);
             let values = match row.arity() {
                 0 | 1 => [names.one, "", ""],
                 2 => [names.two[0], names.two[1], ""],
@@ -198,7 +275,11 @@ pub(super) fn case(
         }
         Code::Guard => {
             library.use_guard();
-            let (point, value) = if dual { ("q.p", ".w") } else { ("q", "") };
+            // Only tapes run on intervals, and they have no guards.
+            let (point, value) = match numbers {
+                Numbers::Plain | Numbers::Intervals => ("q", ""),
+                Numbers::Gradients => ("q.p", ".w"),
+            };
             format!(
                 "if {GUARD_NAME}({point}, {}{value}, k0.xyz, k0.w, k1.xyz, k1.w) > 0.0 \
                  {{ at += word.w; }}",
@@ -267,14 +348,18 @@ pub(super) fn arity(needs: &Needs) -> usize {
 }
 
 /// Puts a constant in the place of one of the operands `a` and `b`, where the instruction says so.
-pub(super) fn constant_operands(needs: &Needs, dual: bool, line: &mut impl FnMut(usize, &str)) {
+pub(super) fn constant_operands(
+    needs: &Needs,
+    numbers: Numbers,
+    line: &mut impl FnMut(usize, &str),
+) {
     if !needs.constant_operands {
         return;
     }
-    let constant = if dual {
-        "vec4f(0.0, 0.0, 0.0, c.x)"
-    } else {
-        "c.x"
+    let constant = match numbers {
+        Numbers::Plain => "c.x",
+        Numbers::Gradients => "vec4f(0.0, 0.0, 0.0, c.x)",
+        Numbers::Intervals => "vec2f(c.x)",
     };
     line(2, "let constant_operand = (word.x >> 12u) & 3u;");
     line(
@@ -297,13 +382,13 @@ pub(super) fn widest(needs: &Needs) -> usize {
 /// into.
 pub(super) fn blends(
     needs: &Needs,
-    dual: bool,
+    numbers: Numbers,
     library: &mut Library,
     line: &mut impl FnMut(usize, &str),
 ) {
     line(2, "var placed = result;");
     for &kernel in &needs.kernels {
-        let call = blend(kernel, dual, library, "below", "result");
+        let call = blend(kernel, numbers, library, "below", "result");
         line(
             2,
             &format!(
@@ -331,7 +416,7 @@ pub(super) fn surface_blend(
     line(3, "let seed_b = vec4f(0.0, 1.0, 0.0, result.w);");
     line(3, "var weights = vec4f();");
     for &kernel in &needs.kernels {
-        let call = blend(kernel, true, library, "seed_a", "seed_b");
+        let call = blend(kernel, Numbers::Gradients, library, "seed_a", "seed_b");
         line(
             3,
             &format!(
@@ -347,15 +432,11 @@ pub(super) fn surface_blend(
     line(2, "}");
 }
 
-fn blend(kernel: Kernel, dual: bool, library: &mut Library, a: &str, b: &str) -> String {
-    let suffix = if dual { "_gradient" } else { "" };
-    if dual {
-        library.use_blend_gradient(kernel);
-    } else {
-        library.use_blend(kernel);
-    }
+fn blend(kernel: Kernel, numbers: Numbers, library: &mut Library, a: &str, b: &str) -> String {
+    numbers.use_blend(kernel, library);
     format!(
-        "{}{suffix}({a}, {b}, c.x, c.y, c.z, c.w)",
-        blend_name(kernel)
+        "{}{}({a}, {b}, c.x, c.y, c.z, c.w)",
+        blend_name(kernel),
+        numbers.suffix()
     )
 }

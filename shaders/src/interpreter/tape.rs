@@ -17,7 +17,7 @@
 //! any other.
 
 use super::operation::{
-    Names, apply_paint, arity, blends, case, constant_operands, declare_paint, frame,
+    Names, Numbers, apply_paint, arity, blends, case, constant_operands, declare_paint, frame,
     surface_blend, widest,
 };
 use super::{Function, code_bindings};
@@ -145,13 +145,10 @@ pub fn interpreter(
     function: Function,
     library: &mut Library,
 ) -> String {
-    let dual = function != Function::Distance;
+    let numbers = function.numbers();
     let surface = function == Function::Surface;
-    let value = if dual { "vec4f" } else { "f32" };
-    let point = if dual { "DualPoint" } else { "vec3f" };
-    if dual {
-        library.use_points();
-    }
+    let (value, point) = (numbers.value(), numbers.point());
+    numbers.declare(library);
     let Registers { values, points } = registers;
     let several = points > 1;
     let mut text = String::new();
@@ -182,7 +179,7 @@ pub fn interpreter(
             ),
         );
     }
-    let start = if dual {
+    let start = if numbers == Numbers::Gradients {
         "DualPoint(origin, vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), vec3f(0.0, 0.0, 1.0))"
     } else {
         "origin"
@@ -201,7 +198,7 @@ pub fn interpreter(
     }
     line(1, "let end = cell + tapes[cell].x;");
     line(1, "for (var at = cell + 1u; at <= end; at += 1u) {");
-    step(needs, registers, dual, surface, library, &mut line);
+    step(needs, registers, numbers, surface, library, &mut line);
     line(1, "}");
     line(
         1,
@@ -219,7 +216,7 @@ pub fn interpreter(
 pub(super) fn step(
     needs: &Needs,
     registers: Registers,
-    dual: bool,
+    numbers: Numbers,
     surface: bool,
     library: &mut Library,
     line: &mut impl FnMut(usize, &str),
@@ -240,7 +237,7 @@ pub(super) fn step(
         let last = points - 1;
         line(2, &format!("let p = points[(clause.x >> 3u) & {last}u];"));
     }
-    frame(needs, dual, library, line);
+    frame(needs, numbers, library, line);
     line(2, "let form = clause.x & 7u;");
     line(2, &format!("let out = {};", register(0)));
     line(2, &format!("let r0 = {};", register(2)));
@@ -258,7 +255,7 @@ pub(super) fn step(
     if arity(needs) > 1 {
         line(2, "var a = v0;");
         line(2, "var b = v1;");
-        constant_operands(needs, dual, line);
+        constant_operands(needs, numbers, line);
     }
     line(2, "var result = v0;");
     if surface {
@@ -289,7 +286,7 @@ pub(super) fn step(
             || code.is_surface() && !surface
     };
     for &code in needs.codes.iter().filter(|code| !idle(code)) {
-        let body = case(code, needs, dual, surface, &names, library);
+        let body = case(code, needs, numbers, surface, &names, library);
         line(3, &format!("case {}u: {{ {body} }}", code.number()));
     }
     line(3, "default: {}");
@@ -297,7 +294,14 @@ pub(super) fn step(
     if surface {
         apply_paint(needs, &names, library, line);
     }
-    line(2, "if form == 2u || form == 5u { result = -result; }");
+    let negated = match numbers {
+        Numbers::Plain | Numbers::Gradients => "-result",
+        Numbers::Intervals => "-result.yx",
+    };
+    line(
+        2,
+        &format!("if form == 2u || form == 5u {{ result = {negated}; }}"),
+    );
     if !needs.kernels.is_empty() {
         line(2, &format!("let rb = {};", register(1)));
         line(2, "let below = values[rb];");
@@ -306,7 +310,7 @@ pub(super) fn step(
             "let kernel = select(0u, (word.x >> 8u) & 7u, form == 0u || form == 3u);",
         );
     }
-    blends(needs, dual, library, line);
+    blends(needs, numbers, library, line);
     if surface {
         surface_blend(needs, "materials[rb]", library, line);
     }

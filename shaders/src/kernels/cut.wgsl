@@ -1,7 +1,8 @@
 // Cutting cells: a workgroup takes a cell, and each of its invocations finds what of the cell's tape
-// matters in one of its 64 children. One run at the child's middle decides minima and maxima, a walk
-// from the back counts what is still read, a second one writes it with registers named anew. What
-// finds no room stays as it is, so the cells are whole and right at any time.
+// matters in one of its 64 children. One run decides minima and maxima (`bounded`, in
+// `cut_by_slopes.wgsl` or `cut_by_intervals.wgsl`), a walk from the back counts what is still read, a
+// second one writes it with registers named anew. What finds no room stays as it is, so the cells are
+// whole and right at any time.
 //
 // Words are drawn in `interpreter/tape.rs`, facts and memory in `interpreter/cut.rs`.
 
@@ -29,21 +30,6 @@ var<private> point_names: array<u32, POINT_WORDS>;
 // Names in use, a bit for each.
 var<private> values_taken: vec4u;
 var<private> points_taken: u32;
-
-fn is_finite(x: f32) -> bool {
-    return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
-}
-
-// Which of two operands alone matters: 1 or 2; 0 where both may.
-fn decided(fact: vec4u, a: f32, b: f32, radius: f32, slack: f32) -> u32 {
-    let first = select(a, -a, (fact.w & FIRST_NEGATIVE) != 0u);
-    let second = select(b, -b, (fact.w & SECOND_NEGATIVE) != 0u);
-    let slopes = bitcast<f32>(fact.x) + bitcast<f32>(fact.y);
-    let reach = bitcast<f32>(fact.z) + radius * slopes + 2.0 * slack + (abs(a) + abs(b)) * SHARE;
-    let ahead = second - first;
-    if !is_finite(ahead) || !is_finite(reach) { return 0u; }
-    return select(select(0u, 2u, -ahead > reach), 1u, ahead > reach);
-}
 
 fn value_name(old: u32) -> u32 {
     return (value_names[old >> 2u] >> ((old & 3u) * 8u)) & 255u;
@@ -267,23 +253,17 @@ fn make(here: Given, lane: u32) -> Made {
     var half = side * 0.5 + margin;
     if flat { half.z = side.z * 0.5; }
     let middle = low + side * 0.5;
-    let radius = sqrt(half.x * half.x + half.y * half.y + half.z * half.z) * (1.0 + 1e-5);
-    let corner = abs(middle) + half;
-    let slack = (corner.x + corner.y + corner.z) * SLACK;
 
     let entry = here.node * 64u + lane;
     let choices = here.choices + lane;
-    let value = run(job.tape, job.length, choices, middle, radius, slack);
-    let most = radius * work.cut.slope + slack + abs(value) * SHARE;
-    if is_finite(value) && is_finite(most) {
-        if value - most > 0.0 && value - most >= work.cut.band {
-            nodes[entry] = work.cut.empty;
-            return Made();
-        }
-        if value + most < 0.0 && value + most <= -work.cut.band {
-            nodes[entry] = work.cut.full;
-            return Made();
-        }
+    let field = bounded(job, choices, middle, half);
+    if field.x > 0.0 && field.x >= work.cut.band {
+        nodes[entry] = work.cut.empty;
+        return Made();
+    }
+    if field.y < 0.0 && field.y <= -work.cut.band {
+        nodes[entry] = work.cut.full;
+        return Made();
     }
 
     var made = Made(1u, 0u, 0u);
@@ -308,7 +288,7 @@ fn make(here: Given, lane: u32) -> Made {
 
     let stale = select(0u, job.stale + 1u, length * 10u > job.length * 9u);
     let most_stale = select(STALE_WHOLE, STALE_PART, length * 2u <= work.cut.whole);
-    let away = max(max(value - most, -value - most), 0.0);
+    let away = max(max(field.x, -field.y), 0.0);
     if made.short == 0u && stale < most_stale && level < work.cut.levels
         && is_wanted(low, side, length, away) {
         let next = Job(entry, tape, length, level, place.x, place.y, place.z, stale);

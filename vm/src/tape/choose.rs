@@ -133,10 +133,10 @@ fn support(kernel: Kernel, width: f32, coefficient: f32) -> f32 {
     }
 }
 
-/// What decides a choice by slopes, for who runs tapes on another machine.
+/// What decides a choice, for who runs tapes on another machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Test {
-    /// How steep the two are.
+    /// How steep the two are; 0 where not all slopes are known, and intervals decide.
     pub slopes: [f32; 2],
     /// From which difference on only one of them matters.
     pub support: f32,
@@ -145,7 +145,7 @@ pub struct Test {
 }
 
 impl Test {
-    /// That of a clause of a tape, if it has a choice and its slopes are known.
+    /// That of a clause of a tape, if it has a choice that can be decided.
     pub fn of(program: &Program, slopes: &Slopes, clause: &Clause) -> Option<Self> {
         if clause.flags & flags::CHOICE == 0 {
             return None;
@@ -157,7 +157,11 @@ impl Test {
             (Place::Push, _) => return None,
         };
         let test = Self {
-            slopes: slopes.choices[clause.at as usize],
+            slopes: if slopes.known() {
+                slopes.choices[clause.at as usize]
+            } else {
+                [0.0; 2]
+            },
             support: support(kernel, width, coefficient),
             signs: [sign, sign * negate].map(|sign| 1.0_f32.copysign(sign)),
         };

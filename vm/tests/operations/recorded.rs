@@ -1,8 +1,8 @@
 //! The recorded WGSL of every operation: valid, and as it reads in the snapshot.
 
-use sdfc_vm::apply::{record_gradient, record_value};
+use sdfc_vm::apply::{record_gradient, record_interval, record_value};
 use sdfc_vm::prelude;
-use sdfc_vm::record::{DUAL_POINT, Function};
+use sdfc_vm::record::{BOX_POINT, DUAL_POINT, Function};
 use sdfc_vm::table::ROWS;
 
 /// Validates a text by naga.
@@ -27,9 +27,10 @@ fn text(functions: &[Function]) -> String {
 #[test]
 fn every_recorded_function_is_valid() {
     for row in ROWS {
-        for function in [record_value(row.op), record_gradient(row.op)] {
+        for record in [record_value, record_gradient, record_interval] {
+            let function = record(row.op);
             let called = text(&prelude::functions(function.calls.iter().copied()));
-            let module = format!("{DUAL_POINT}\n{called}\n{}", function.text);
+            let module = format!("{DUAL_POINT}{BOX_POINT}\n{called}\n{}", function.text);
             if let Err(error) = validate(&module) {
                 panic!("{}: {error}\n{}", function.name, function.text);
             }
@@ -52,5 +53,11 @@ fn values() {
 #[test]
 fn gradients() {
     let functions: Vec<Function> = ROWS.iter().map(|row| record_gradient(row.op)).collect();
+    insta::assert_snapshot!(text(&functions));
+}
+
+#[test]
+fn intervals() {
+    let functions: Vec<Function> = ROWS.iter().map(|row| record_interval(row.op)).collect();
     insta::assert_snapshot!(text(&functions));
 }

@@ -5,6 +5,7 @@
 use crate::cells::{self, Cells, Cut, Packed};
 use crate::engine::cut::{First, Space};
 use crate::frame::Picture;
+use sdfc_shaders::interpreter::cut::Way;
 use sdfc_shaders::interpreter::tape::{Registers, constant};
 use sdfc_shaders::layout;
 use sdfc_vm::program::Program;
@@ -34,6 +35,7 @@ impl MadeFor {
 pub(super) struct Part {
     /// Whether it is the program of surfaces.
     pub(super) surface: bool,
+    pub(super) way: Way,
     pub(super) cut: layout::Cut,
     pub(super) jobs: Vec<layout::Job>,
 }
@@ -82,6 +84,7 @@ impl Kept {
             };
             parts.push(Part {
                 surface: false,
+                way: Way::of(tape),
                 cut,
                 jobs,
             });
@@ -102,6 +105,7 @@ impl Kept {
                     };
                     parts.push(Part {
                         surface: true,
+                        way: Way::of(tape),
                         cut,
                         jobs,
                     });
@@ -132,9 +136,7 @@ impl MadeFor {
         last: Option<Made>,
     ) -> (Made, usize) {
         let first = First(&self.space);
-        // By intervals, the processor goes to the end.
-        let first_only = self.on_device && tape.slopes.known();
-        let refine = if first_only { &first } else { cut.refine };
+        let refine = if self.on_device { &first } else { cut.refine };
         let cut = Cut { refine, ..cut };
         let again = last.and_then(|last| {
             let old = (&*last.program, &*last.tape);
