@@ -5,7 +5,7 @@ use super::desk::{Desk, Overlay};
 use super::shown::{KINDS, Kind};
 use crate::camera::Side;
 use crate::session::{CameraEvent, Event, Session, TimeEvent};
-use eframe::egui::{Context, Key, Modifiers, ViewportCommand};
+use eframe::egui::{Context, Key, Modifiers, Popup, ViewportCommand};
 use sdfc_compiler::export::Target;
 use std::path::{Path, PathBuf};
 
@@ -201,10 +201,13 @@ pub(super) fn key_of(action: Action) -> &'static str {
 /// The actions whose keys were pressed, unless somebody types.
 pub(super) fn pressed(ctx: &Context) -> Vec<Action> {
     let types = ctx.text_edit_focused();
+    // Then Escape is the menu's.
+    let chooses = Popup::is_any_open(ctx);
     ctx.input_mut(|input| {
         let mut found = Vec::new();
         for binding in &KEYS {
-            if types && binding.action != Action::Close {
+            let closes = binding.action == Action::Close;
+            if closes && chooses || types && !closes {
                 continue;
             }
             if input.consume_key(binding.modifiers, binding.key) {

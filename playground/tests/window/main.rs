@@ -270,6 +270,15 @@ fn sliders_mouse_and_keys_change_the_picture() {
     });
     desktop.key("Escape");
     window.until("no keys", |screen| screen.differs(&first, PICTURE) == 0);
+
+    // So does a menu.
+    desktop.tool(&["mousemove", "20", "12", "click", "1"]);
+    desktop.park();
+    window.until("the menu of files", |screen| {
+        screen.differs(&first, PICTURE) > 10_000
+    });
+    desktop.key("Escape");
+    window.until("no menu", |screen| screen.differs(&first, PICTURE) == 0);
 }
 
 #[test]
