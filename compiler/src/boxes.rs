@@ -1,5 +1,5 @@
 //! A number of the point, evaluated over boxes of points: all values it may have there, and with dual
-//! numbers all gradients; or at their middles. What it is computed from is looked up once, so that a search through thousands
+//! numbers all gradients. What it is computed from is looked up once, so that a search through thousands
 //! of boxes does nothing but arithmetic.
 
 use crate::expression::{ExprId, Expression, Expressions};
@@ -47,33 +47,6 @@ impl OverBox for Dual<Interval> {
     }
     fn range(&self) -> Interval {
         self.value
-    }
-}
-
-/// What it is in the middle of a box, with parameters in the middle of their ranges.
-impl OverBox for Dual<f64> {
-    fn same(range: Interval) -> Self {
-        Self::fixed(middle(range))
-    }
-    fn coordinate(axis: usize, range: Interval) -> Self {
-        let along = |other: usize| if other == axis { 1.0 } else { 0.0 };
-        Self {
-            value: middle(range),
-            gradient: V3::of(along(0), along(1), along(2)),
-        }
-    }
-    fn range(&self) -> Interval {
-        Interval::point(self.value)
-    }
-}
-
-/// The middle of a range; of an endless one, a number in it.
-fn middle(Interval { lo, hi }: Interval) -> f64 {
-    match (lo.is_finite(), hi.is_finite()) {
-        (true, true) => (lo + hi) / 2.0,
-        (true, false) => lo,
-        (false, true) => hi,
-        (false, false) => 0.0,
     }
 }
 

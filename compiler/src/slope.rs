@@ -1,11 +1,11 @@
 //! How steep a raw field can be: a bound on the length of its gradient over a region, by interval
 //! arithmetic on dual numbers.
 //!
-//! The region is halved, always where the bound is worst, until the bound is within a tenth of a slope
-//! that was found in the middle of a box, or the budget is spent, or a point is found where the field is
-//! too steep to be marched on. A bound that is given holds everywhere in the region and for all values of
-//! the parameters. The budget is the scene's, so that a thousand fields take no thousand times as long as
-//! one: where it is spent, bounds are less tight.
+//! The region is halved, always where the bound is worst, until the bound is within a tenth of a
+//! slope that was found at a point, or the budget is spent, or a point is found where the field is too
+//! steep to be marched on. A bound that is given holds everywhere in the region and for all values of the
+//! parameters. The budget is the scene's, so that a thousand
+//! fields take no thousand times as long as one: where it is spent, bounds are less tight.
 
 use crate::bounds::World;
 use crate::boxes::{Field, OverBox};
@@ -13,7 +13,7 @@ use crate::expression::{ExprId, Expression, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
-use sdfc_vm::real::{Real, Vector3};
+use sdfc_vm::real::Real;
 use std::collections::BinaryHeap;
 
 /// How many operations are spent on all of a scene before bounds are left as they are; none gets more
@@ -96,10 +96,6 @@ pub(crate) fn bound(
         .iter()
         .map(|&id| ranges.field(expressions, id))
         .collect();
-    let mut middles: Vec<Field<Dual<f64>>> = numbers
-        .iter()
-        .map(|&id| ranges.field(expressions, id))
-        .collect();
     let size: usize = fields.iter().map(Field::cost).sum();
     let size = size.max(1);
     let mut squares = |bounds: &Bounds| {
@@ -113,17 +109,16 @@ pub(crate) fn bound(
         }
         (upper, lower)
     };
-    let mut in_the_middle = |bounds: &Bounds| -> f64 {
-        let gradients = middles.iter_mut().map(|field| field.over(bounds).gradient);
-        let square = gradients.map(|g| g.dot(g)).sum::<f64>();
-        // Where there is no gradient it says nothing.
-        if square.is_finite() { square } else { 0.0 }
-    };
     let mut queue = BinaryHeap::new();
     let mut found = 0.0_f64;
     let mut push = |queue: &mut BinaryHeap<Piece>, bounds: Bounds| {
         let (upper, lower) = squares(&bounds);
-        found = found.max(lower).max(in_the_middle(&bounds));
+        let centre = bounds.centre();
+        let (at_centre, _) = squares(&Bounds {
+            min: centre,
+            max: centre,
+        });
+        found = found.max(lower).max(at_centre);
         queue.push(Piece { upper, bounds });
         found
     };

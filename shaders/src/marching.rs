@@ -10,8 +10,8 @@
 //!
 //! Where the field has come near to zero and falls evenly, as towards a plane, the root is guessed by a
 //! line through the last two points, and that is where the ray goes next: near is ten thresholds, which
-//! are shares of half a pixel, but no more than half a pixel; and half a pixel in any case where the field
-//! falls steadily, as it does above a plane that a ray all but runs along. A ray stops if next to nothing is left of the
+//! are shares of half a pixel, and twenty where the field falls steadily, as it does above a plane that a ray
+//! all but runs along; but no more than half a pixel. A ray stops if next to nothing is left of the
 //! field there, or its sign has changed; else it passes by, or goes on in plain steps and guesses again. So
 //! it stops where there is a root, and not wherever a field is small: beside a rim, before something far
 //! thinner than a pixel, or above a field that is much flatter than its slope bound. Below the threshold
@@ -80,8 +80,9 @@ const STEEPEST: f64 = 0.9;
 /// What may be left of the field where a root was guessed, as a share of the field before, or of the
 /// threshold if that is less.
 pub const LEFT: f64 = 0.02;
-/// From how many thresholds on roots are guessed where the field falls evenly.
-const NEAR: f64 = 10.0;
+/// From how many thresholds on roots are guessed where the field falls steadily, and from half as many on
+/// where it falls evenly.
+const NEAR: f64 = 20.0;
 /// How far ahead roots are guessed, in halves of a pixel: four pixels. A line farther on may lead through a
 /// wall; only where the field falls steadily is it followed.
 const AHEAD: f64 = 8.0;
@@ -143,13 +144,12 @@ pub fn march_step<R: Real>(
     let overlapping = R::not((radius + field).less(step));
     let guessed = R::or(plain, radius.less(radius_before));
     let near = near(threshold, half_pixel).named("near");
-    let beside = half_pixel.max(threshold).named("beside");
     let below = radius.less(threshold);
     let short = R::and(below, R::not(threshold.less(step)));
     let least = radius.min(threshold) * lit(LEFT);
-    let vanished = R::and(radius.less(beside), field.less(least));
+    let vanished = R::and(radius.less(near), field.less(least));
     // A line followed far must lead to the root itself, or there was something in between.
-    let ahead = (beside * lit(AHEAD)).named("ahead");
+    let ahead = (half_pixel.max(threshold) * lit(AHEAD)).named("ahead");
     let far = R::and(R::not(plain), ahead.less(step));
     let astray = R::and(far, field.less(-least));
     let landed = R::and(R::and(R::or(guessed, short), vanished), R::not(astray));
@@ -173,7 +173,7 @@ pub fn march_step<R: Real>(
     let evenly = (slope - mean).abs().less(slope * lit(-EVENLY));
     let steadily = (slope - mean).abs().less(slope * lit(-STEADILY));
     let leads = R::or(to_root.less(ahead), steadily);
-    let enough = R::select(steadily, beside, near);
+    let enough = R::select(steadily, near, (near * lit(0.5)).max(threshold));
     let within = R::and(new_radius.less(enough), to_root.less(leave - new_t));
     let guess = R::and(falling, R::and(R::and(evenly, leads), within));
     let next = R::select(guess, to_root, onward);
@@ -196,7 +196,7 @@ pub fn threshold<R: Real>(t: R, half_pixel: R, cone: R, rounding: R) -> R {
     (half_pixel * cone).max(rounding_at(t, rounding))
 }
 
-/// The field below which roots are guessed where it falls evenly: a few thresholds, but no more than
+/// The field below which roots are guessed where it falls steadily: some thresholds, but no more than
 /// half a pixel where the threshold is less.
 #[inline(always)]
 pub fn near<R: Real>(threshold: R, half_pixel: R) -> R {
