@@ -16,7 +16,7 @@ use clap::Parser;
 use contestant::Peer;
 use contestant::ours::Rays;
 use sdfc_runtime::engine::EngineKind;
-use sdfc_runtime::frame::CellUse;
+use sdfc_runtime::frame::{CellUse, RenderSettings};
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -55,9 +55,8 @@ struct Cli {
         default_value = "fidget-vm,fidget-jit,fidget-wgpu"
     )]
     peers: Vec<Peer>,
-    /// How near sdfc's rays come to a surface before they stop, in halves of a pixel. sdfc's own
-    /// default, 0.25, is faster and makes silhouettes of fields that are no distances thicker.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
+    /// How near sdfc's rays come to a surface before they look for the root, in halves of a pixel.
+    #[arg(long, value_name = "SHARE", default_value_t = RenderSettings::CONE)]
     cone: f64,
     /// sdfc's engines cut space into no cells, also where they would.
     #[arg(long)]
