@@ -14,9 +14,10 @@
 //! all but runs along; but no more than half a pixel. A ray stops if next to nothing is left of the
 //! field there, or its sign has changed; else it passes by, or goes on in plain steps and guesses again. So
 //! it stops where there is a root, and not wherever a field is small: beside a rim, before something far
-//! thinner than a pixel, or above a field that is much flatter than its slope bound. Below the threshold
-//! a ray that all but touches something would creep past it; it goes on by at least the threshold
-//! there, or to where a line says that the root is, and passes what is shorter along the ray.
+//! thinner than a pixel, or above a field that is much flatter than its slope bound. A ray that
+//! all but touches something would creep past it: where less than an eighth of a pixel is left of the
+//! field it goes on by at least as much, or to where a line says that the root is, and passes what is
+//! shorter along the ray.
 //! [`secant_step`] then finds the root to rounding.
 //!
 //! A field may fall faster than its slope says, or jump: a slope that a scene claims is not checked. A
@@ -83,6 +84,8 @@ pub const LEFT: f64 = 0.02;
 /// From how many thresholds on roots are guessed where the field falls steadily, and from half as many on
 /// where it falls evenly.
 const NEAR: f64 = 20.0;
+/// How far a ray goes at least where no more than that is left of the field, in halves of a pixel.
+const CREEP: f64 = 0.25;
 /// How far ahead roots are guessed, in halves of a pixel: four pixels. A line farther on may lead through a
 /// wall; only where the field falls steadily is it followed.
 const AHEAD: f64 = 8.0;
@@ -144,8 +147,9 @@ pub fn march_step<R: Real>(
     let overlapping = R::not((radius + field).less(step));
     let guessed = R::or(plain, radius.less(radius_before));
     let near = near(threshold, half_pixel).named("near");
-    let below = radius.less(threshold);
-    let short = R::and(below, R::not(threshold.less(step)));
+    let creep = (half_pixel * lit(CREEP)).max(threshold).named("creep");
+    let below = radius.less(creep);
+    let short = R::and(below, R::not(creep.less(step)));
     let least = radius.min(threshold) * lit(LEFT);
     let vanished = R::and(radius.less(near), field.less(least));
     // A line followed far must lead to the root itself, or there was something in between.
@@ -167,8 +171,8 @@ pub fn march_step<R: Real>(
     let relaxed = new_radius * lit(2.0) / (lit::<R>(1.0) - trend);
     let falling = R::and(known, slope.less(lit(0.0)));
     let to_root = (new_radius / (-slope).max(lit(1e-30))).named("to_root");
-    let at_least = R::select(falling, to_root.min(threshold), threshold);
-    let creeping = R::and(known, new_radius.less(threshold));
+    let at_least = R::select(falling, to_root.min(creep), creep);
+    let creeping = R::and(known, new_radius.less(creep));
     let onward = R::select(creeping, relaxed.max(at_least), relaxed).named("onward");
     let evenly = (slope - mean).abs().less(slope * lit(-EVENLY));
     let steadily = (slope - mean).abs().less(slope * lit(-STEADILY));
