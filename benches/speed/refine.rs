@@ -6,46 +6,40 @@
 //! clock that the session goes by stands still meanwhile, and jumps over the moment that it waits before it
 //! takes a camera to be at rest.
 
-use criterion::Criterion;
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion};
 use sdfc_playground::build::{Source, build};
 use sdfc_playground::files::Disk;
 use sdfc_playground::painter::Painter;
 use sdfc_playground::session::{CameraEvent, Devices, Done, Event, Session, Stage, Task};
 use sdfc_runtime::engine;
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 pub(crate) fn bench(criterion: &mut Criterion) {
-    moving(criterion);
+    let second = Duration::from_secs(1);
+    let mut group = criterion.benchmark_group("move");
+    group.sample_size(30).measurement_time(second);
+    each_example(&mut group, |desk| {
+        assert!(desk.draw(), "a turned camera asks for a picture");
+    });
+    group.finish();
     let mut group = criterion.benchmark_group("refine");
-    group.sample_size(10);
-    group.warm_up_time(Duration::from_millis(100));
-    group.measurement_time(Duration::from_secs(1));
-    for path in examples() {
-        let mut desk = None;
-        group.bench_function(name(&path), |bencher| {
-            let desk = desk.get_or_insert_with(|| Desk::at_rest(&path));
-            bencher.iter(|| {
-                desk.turn();
-                desk.refine();
-            });
-        });
-    }
+    group.sample_size(10).measurement_time(second);
+    each_example(&mut group, Desk::refine);
 }
 
-fn moving(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("move");
-    group.sample_size(30);
-    group.warm_up_time(Duration::from_millis(500));
-    group.measurement_time(Duration::from_secs(1));
+/// Measures what is done after the camera of each example was turned.
+fn each_example(group: &mut BenchmarkGroup<'_, WallTime>, act: fn(&mut Desk)) {
+    group.warm_up_time(Duration::from_millis(100));
     for path in examples() {
         let mut desk = None;
-        group.bench_function(name(&path), |bencher| {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        group.bench_function(name, |bencher| {
             let desk = desk.get_or_insert_with(|| Desk::at_rest(&path));
             bencher.iter(|| {
                 desk.turn();
-                assert!(desk.draw(), "a turned camera asks for a picture");
+                act(desk);
             });
         });
     }
@@ -61,10 +55,6 @@ fn examples() -> Vec<PathBuf> {
         .collect();
     scenes.sort();
     scenes
-}
-
-fn name(path: &Path) -> Cow<'_, str> {
-    path.file_stem().unwrap_or_default().to_string_lossy()
 }
 
 /// A session whose tasks are done at once.

@@ -4,6 +4,7 @@
 
 use crate::scenes::gpu;
 use sdfc_runtime::gpu::{Access, Binding, Extent, Gpu, KernelSource, Usage};
+use sdfc_trials::random::Random;
 use sdfc_vm::apply::{Applied, Apply, apply, laid_out, wgsl_name};
 use sdfc_vm::interval::FloatInterval;
 use sdfc_vm::kernel::Kernel;
@@ -20,25 +21,19 @@ const POINTS: usize = 8;
 /// Numbers of a point: its coordinates and three operands.
 const NUMBERS: usize = 6;
 
-/// A reproducible sequence of numbers in [0, 1).
-struct Random(u64);
+/// A number from 0 up to, but not, 1.
+fn unit(random: &mut Random) -> f32 {
+    (random.bits() >> 40) as f32 / (1 << 24) as f32
+}
 
-impl Random {
-    fn unit(&mut self) -> f32 {
-        self.0 = self
-            .0
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        ((self.0 >> 40) as f32) / (1 << 24) as f32
-    }
-    fn within(&mut self, [low, high]: [f32; 2]) -> f32 {
-        let at = match (self.unit() * 8.0) as u32 {
-            0 => low,
-            1 => high,
-            _ => low + (high - low) * self.unit(),
-        };
-        at.clamp(low, high)
-    }
+/// A number between two, often one of them.
+fn within(random: &mut Random, [low, high]: [f32; 2]) -> f32 {
+    let at = match random.below(8) {
+        0 => low,
+        1 => high,
+        _ => low + (high - low) * unit(random),
+    };
+    at.clamp(low, high)
 }
 
 /// A box of points and operands, and points of it.
@@ -49,25 +44,25 @@ struct Sample {
 
 /// Boxes of all sizes about the origin; `far` ones may reach as far as numbers do.
 fn samples(seed: u64, far: bool) -> Vec<Sample> {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let sample = |_| {
-        let size = [1e-4, 0.01, 0.1, 1.0][(random.unit() * 4.0) as usize];
+        let size = [1e-4, 0.01, 0.1, 1.0][(unit(&mut random) * 4.0) as usize];
         let ends = std::array::from_fn(|_| {
-            if far && random.unit() < 0.5 {
+            if far && unit(&mut random) < 0.5 {
                 let mut end = || {
-                    let magnitude = 10_f32.powf(random.unit() * 60.0 - 30.0);
-                    magnitude * if random.unit() < 0.5 { 1.0 } else { -1.0 }
+                    let magnitude = 10_f32.powf(unit(&mut random) * 60.0 - 30.0);
+                    magnitude * if unit(&mut random) < 0.5 { 1.0 } else { -1.0 }
                 };
                 let (a, b) = (end(), end());
                 return [a.min(b), a.max(b)];
             }
             // Often about zero and other numbers where something jumps.
-            let near = if random.unit() < 0.25 { size } else { 1.0 };
-            let middle = (random.unit() * 3.0 - 1.5) * near;
-            let half = size * random.unit();
+            let near = if unit(&mut random) < 0.25 { size } else { 1.0 };
+            let middle = (unit(&mut random) * 3.0 - 1.5) * near;
+            let half = size * unit(&mut random);
             [middle - half, middle + half]
         });
-        let points = std::array::from_fn(|_| ends.map(|ends| random.within(ends)));
+        let points = std::array::from_fn(|_| ends.map(|ends| within(&mut random, ends)));
         Sample { ends, points }
     };
     (0..BOXES).map(sample).collect()
