@@ -123,6 +123,7 @@ pub(crate) fn bound(
         found
     };
     let mut best = push(&mut queue, *region);
+    let start = std::time::Instant::now(); let mut n = 0; let b0 = budget.0;
     for _ in 0..(budget.0 / 2 / size).min(MAX_BOXES) {
         let Some(worst) = queue.pop() else { break };
         let hopeless = best >= STEEPEST * STEEPEST;
@@ -130,7 +131,7 @@ pub(crate) fn bound(
             queue.push(worst);
             break;
         }
-        budget.0 -= size;
+        budget.0 -= size; n += 1;
         let sizes: [f64; 3] = std::array::from_fn(|i| worst.bounds.max[i] - worst.bounds.min[i]);
         let axis = (0..3)
             .max_by(|&a, &b| sizes[a].total_cmp(&sizes[b]))
@@ -142,6 +143,7 @@ pub(crate) fn bound(
         best = push(&mut queue, low).max(push(&mut queue, high));
     }
     let bound = queue.peek().map_or(0.0, |worst| worst.upper.sqrt());
+    if std::env::var("SLOPES").is_ok() { eprintln!("SLOPE boxes {n} size {size} spent {} took {:?} bound {bound:.4} best {:.4} ratio {:.3}", b0 - budget.0, start.elapsed(), best.sqrt(), bound / best.sqrt()); }
     (bound < STEEPEST).then_some(bound)
 }
 
