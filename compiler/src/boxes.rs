@@ -2,6 +2,9 @@
 //! numbers all gradients. What it is computed from is looked up once, so that a search through thousands
 //! of boxes does nothing but arithmetic.
 
+mod norm;
+pub(crate) mod period;
+
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::uniforms::operands_first;
 use sdfc_vm::apply::{Applied, Apply, apply, laid_out};
@@ -34,6 +37,32 @@ impl OverBox for Interval {
     }
 }
 
+/// At the middle of the box, and of the range of each number that has one.
+impl OverBox for Dual<f64> {
+    fn same(range: Interval) -> Self {
+        Self::fixed(middle(range))
+    }
+    fn coordinate(axis: usize, range: Interval) -> Self {
+        let along = |other: usize| if other == axis { 1.0 } else { 0.0 };
+        Self {
+            value: middle(range),
+            gradient: V3::of(along(0), along(1), along(2)),
+        }
+    }
+    fn range(&self) -> Interval {
+        Interval::point(self.value)
+    }
+}
+
+/// The number in the middle of a range, which may be endless.
+fn middle(range: Interval) -> f64 {
+    if range.lo == range.hi {
+        return range.lo;
+    }
+    let end = |v: f64| v.clamp(-f64::MAX, f64::MAX);
+    end(range.lo) / 2.0 + end(range.hi) / 2.0
+}
+
 impl OverBox for Dual<Interval> {
     fn same(range: Interval) -> Self {
         Self::fixed(range)
@@ -50,6 +79,15 @@ impl OverBox for Dual<Interval> {
     }
 }
 
+/// What a number that depends on no point is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Uniform {
+    /// It is in a range, the same in all boxes.
+    Known(Interval),
+    /// Its range is one of those that come with a box.
+    Ranged(usize),
+}
+
 /// A number with all that it is computed from, operands first.
 pub(crate) struct Field<R> {
     steps: Vec<Step<R>>,
@@ -61,8 +99,12 @@ pub(crate) struct Field<R> {
 enum Step<R> {
     /// It is the same in all boxes.
     Known(R),
+    /// It is one of the ranges that come with the box.
+    Ranged(usize),
     /// It is a coordinate of the point.
     Coordinate(usize),
+    /// It is the length of a vector of two or three numbers, whose slope is bounded at zero, too.
+    Length(Vec<usize>),
     /// It is what a row gives.
     Apply {
         op: Op,
@@ -77,7 +119,7 @@ impl<R: OverBox> Field<R> {
     pub(crate) fn new(
         expressions: &Expressions,
         id: ExprId,
-        uniform: &mut dyn FnMut(ExprId) -> Interval,
+        uniform: &mut dyn FnMut(ExprId) -> Uniform,
     ) -> Self {
         let order = operands_first(expressions, id, |_| false);
         let place = |id: &ExprId| match order.binary_search(id) {
@@ -90,11 +132,21 @@ impl<R: OverBox> Field<R> {
         for &id in &order {
             let step = match expressions.get(id) {
                 Expression::Constant(_) | Expression::Param(..) | Expression::Time => {
-                    Step::Known(R::same(uniform(id)))
+                    match uniform(id) {
+                        Uniform::Known(range) => Step::Known(R::same(range)),
+                        Uniform::Ranged(slot) => Step::Ranged(slot),
+                    }
                 }
                 Expression::Coordinate(axis) => Step::Coordinate(usize::from(*axis)),
                 Expression::NormalComponent(_) => {
                     Step::Known(R::same(Interval { lo: -1.0, hi: 1.0 }))
+                }
+                Expression::Apply {
+                    op: Op::Sqrt,
+                    values,
+                    ..
+                } if let Some(vector) = squared(expressions, values[0]) => {
+                    Step::Length(vector.iter().map(place).collect())
                 }
                 Expression::Apply {
                     op,
@@ -107,13 +159,7 @@ impl<R: OverBox> Field<R> {
                     let numbers: Vec<f64> = parameters
                         .iter()
                         .map(|id| field.known(place(id)).unwrap_or(Interval::ALL))
-                        .map(|v| {
-                            if v.lo == v.hi {
-                                v.lo
-                            } else {
-                                (v.lo + v.hi) / 2.0
-                            }
-                        })
+                        .map(middle)
                         .collect();
                     Step::Apply {
                         op: *op,
@@ -130,11 +176,12 @@ impl<R: OverBox> Field<R> {
 
     /// Adds a step, or what it gives where that is the same in all boxes.
     fn add(&mut self, step: Step<R>) {
-        let value = step.value(&Bounds::EVERYTHING, &self.values);
+        let value = step.value(&Bounds::EVERYTHING, &[], &self.values);
         let known = |&at: &usize| self.known(at).is_some();
         let same = match &step {
             Step::Known(_) => true,
-            Step::Coordinate(_) => false,
+            Step::Ranged(_) | Step::Coordinate(_) => false,
+            Step::Length(values) => values.iter().all(known),
             Step::Apply { point, values, .. } => point.iter().flatten().chain(values).all(known),
         };
         self.values.push(value);
@@ -150,11 +197,11 @@ impl<R: OverBox> Field<R> {
         }
     }
 
-    /// What it is in a box, which may be endless.
-    pub(crate) fn over(&mut self, bounds: &Bounds) -> R {
+    /// What it is in a box, which may be endless, and with these ranges of other numbers.
+    pub(crate) fn over(&mut self, bounds: &Bounds, ranges: &[Interval]) -> R {
         self.values.clear();
         for step in &self.steps {
-            let value = step.value(bounds, &self.values);
+            let value = step.value(bounds, ranges, &self.values);
             self.values.push(value);
         }
         let last = self.values.last();
@@ -164,10 +211,32 @@ impl<R: OverBox> Field<R> {
     /// What an evaluation costs, in sums and products; at least one.
     pub(crate) fn cost(&self) -> usize {
         let costs = self.steps.iter().map(|step| match step {
-            Step::Known(_) | Step::Coordinate(_) => 0,
+            Step::Known(_) | Step::Ranged(_) | Step::Coordinate(_) => 0,
+            Step::Length(_) => 2,
             Step::Apply { op, .. } => cost(*op),
         });
         costs.sum::<usize>().max(1)
+    }
+}
+
+/// The numbers whose squares are summed, at most three.
+fn squared(expressions: &Expressions, sum: ExprId) -> Option<Vec<ExprId>> {
+    match expressions.get(sum) {
+        Expression::Apply {
+            op: Op::Square,
+            values,
+            ..
+        } => Some(values.clone()),
+        Expression::Apply {
+            op: Op::Add,
+            values,
+            ..
+        } => {
+            let of = |at: usize| squared(expressions, values[at]);
+            let all = [of(0)?, of(1)?].concat();
+            (all.len() <= 3).then_some(all)
+        }
+        _ => None,
     }
 }
 
@@ -185,12 +254,20 @@ fn cost(op: Op) -> usize {
 
 impl<R: OverBox> Step<R> {
     /// What it gives in a box, from what the steps before it gave.
-    fn value(&self, bounds: &Bounds, before: &[R]) -> R {
+    fn value(&self, bounds: &Bounds, ranges: &[Interval], before: &[R]) -> R {
         match self {
             Self::Known(value) => *value,
+            Self::Ranged(slot) => R::same(ranges.get(*slot).copied().unwrap_or(Interval::ALL)),
             Self::Coordinate(axis) => {
                 let (lo, hi) = (bounds.min[*axis], bounds.max[*axis]);
                 R::coordinate(*axis, Interval { lo, hi })
+            }
+            Self::Length(values) => {
+                let component = |at: usize| match values.get(at) {
+                    Some(&place) => before[place],
+                    None => R::same(Interval::point(0.0)),
+                };
+                R::Vec3::new(component(0), component(1), component(2)).length()
             }
             Self::Apply {
                 op,

@@ -185,7 +185,8 @@ pub(crate) fn compile_with(
         time: options.time,
     };
     let (bounds, reach) = (boxes.now(0.0).of(world, root), boxes.of(world, root));
-    let slope = steepness(&optimized);
+    // Passes keep what is known of the slope, though their graphs may no longer show it.
+    let slope = steepness(&optimized).min(steepness(&graph));
     let settings = settings_of(
         &mut scene,
         fallback,

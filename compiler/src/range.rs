@@ -5,7 +5,7 @@
 //! were found, until they are at most three times as wide as these; bounds that are so from the beginning
 //! are left as they are.
 
-use crate::boxes::Field;
+use crate::boxes::{Field, Uniform};
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -22,8 +22,10 @@ pub fn range(
     region: &Bounds,
     value: &mut dyn FnMut(ExprId) -> f64,
 ) -> Interval {
-    let mut number = Field::<Interval>::new(graph, id, &mut |id| Interval::point(value(id)));
-    let mut pieces = vec![(*region, number.over(region))];
+    let mut number = Field::<Interval>::new(graph, id, &mut |id| {
+        Uniform::Known(Interval::point(value(id)))
+    });
+    let mut pieces = vec![(*region, number.over(region, &[]))];
     let mut found = found_in(&mut number, region);
     // A half is evaluated at its ends, too.
     let affordable = OPERATIONS / (16 * number.cost());
@@ -44,7 +46,7 @@ pub fn range(
         pieces.swap_remove(worst);
         for half in halves {
             found = found.hull(found_in(&mut number, &half));
-            pieces.push((half, number.over(&half)));
+            pieces.push((half, number.over(&half, &[])));
         }
     }
     let ranges = pieces.into_iter().map(|(_, range)| range);
@@ -66,10 +68,11 @@ fn halves(region: &Bounds) -> Option<[Bounds; 2]> {
 /// Values that a number has in a box: at its middle, and at its ends along each axis that has some.
 fn found_in(number: &mut Field<Interval>, region: &Bounds) -> Interval {
     let mut at = |point: [f64; 3]| {
-        number.over(&Bounds {
+        let point = Bounds {
             min: point,
             max: point,
-        })
+        };
+        number.over(&point, &[])
     };
     let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
     let middle: [f64; 3] =

@@ -2,25 +2,32 @@
 //! arithmetic on dual numbers.
 //!
 //! The region is halved, always where the bound is worst, until the bound is within a tenth of a
-//! slope that was found at a point, or the budget is spent, or a point is found where the field is too
-//! steep to be marched on. A bound that is given holds everywhere in the region and for all values of the
-//! parameters. The budget is the scene's, so that a thousand
-//! fields take no thousand times as long as one: where it is spent, bounds are less tight.
+//! slope that was found at a point, or the budget is spent, or halving does not help, or a point is found
+//! where the field is too steep to be marched on. The ranges of parameters are halved with it: in the
+//! slope of r · sin(x / r) the two r would else be any two numbers of the range. Of what repeats along an
+//! axis one period is searched. A bound that is given holds everywhere in the region and for all values
+//! of the parameters. The budget is the scene's, so that a thousand fields take no thousand times as long
+//! as one: where it is spent, bounds are less tight.
+
+mod search;
 
 use crate::bounds::World;
-use crate::boxes::{Field, OverBox};
+use crate::boxes::{Field, Uniform};
 use crate::expression::{ExprId, Expression, Expressions};
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
-use sdfc_vm::real::Real;
+use search::Search;
 use std::collections::BinaryHeap;
 
 /// How many operations are spent on all of a scene before bounds are left as they are; none gets more
 /// than half of what is left.
-pub const MAX_OPERATIONS: usize = 1_200_000;
+pub const MAX_OPERATIONS: usize = 300_000;
 /// How many boxes are looked at most for a bound.
 pub const MAX_BOXES: usize = 3_000;
+/// After so many boxes, and each time that twice as many were looked at, the bound must have come down
+/// to so much of what it was, or it is left as it is.
+const PATIENCE: usize = 64;
+const WORTH_WHILE: f64 = 0.999;
 
 /// A field that is as steep as this is no field to march on, and is said to have no bound.
 pub const STEEPEST: f64 = 1e6;
@@ -38,26 +45,22 @@ impl Default for Budget {
 /// The ranges of the parameters' numbers and of the time, for bounds that hold for all of them.
 #[derive(Clone, Debug)]
 pub struct Ranges {
-    params: Vec<Interval>,
+    /// By parameter and component.
+    params: Vec<Vec<Interval>>,
     time: Interval,
 }
 
 impl Ranges {
     /// The ranges that the scene declares; a parameter without one is taken at its value.
     pub(crate) fn of(world: World<'_>) -> Self {
-        let params = world
-            .params
-            .iter()
-            .map(|param| match param.range {
+        let params = world.params.iter().map(|param| {
+            let components = param.value.iter().map(|&value| match param.range {
                 Some((lo, hi)) => Interval::between(lo, hi),
-                None => param
-                    .value
-                    .iter()
-                    .map(|&v| Interval::point(v))
-                    .reduce(Interval::hull)
-                    .unwrap_or(Interval::point(0.0)),
-            })
-            .collect();
+                None => Interval::point(value),
+            });
+            components.collect()
+        });
+        let params = params.collect();
         let time = match world.animation {
             Some(animation) => Interval::between(0.0, animation.duration),
             None => Interval::ALL,
@@ -65,20 +68,23 @@ impl Ranges {
         Self { params, time }
     }
 
-    /// The range of a uniform number.
-    pub fn of_number(&self, expressions: &Expressions, id: ExprId) -> Interval {
-        self.field::<Interval>(expressions, id)
-            .over(&Bounds::EVERYTHING)
-    }
-
-    /// A number, ready to be evaluated over boxes.
-    fn field<R: OverBox>(&self, expressions: &Expressions, id: ExprId) -> Field<R> {
-        Field::new(expressions, id, &mut |id| match expressions.get(id) {
+    /// The range of a number that depends on nothing else.
+    fn of_leaf(&self, expressions: &Expressions, id: ExprId) -> Interval {
+        match expressions.get(id) {
             Expression::Constant(v) => Interval::point(*v),
-            Expression::Param(param, _) => self.params[param.0 as usize],
+            Expression::Param(param, component) => {
+                self.params[param.0 as usize][usize::from(*component)]
+            }
             Expression::Time => self.time,
             _ => Interval::ALL,
-        })
+        }
+    }
+
+    /// The range of a uniform number.
+    pub fn of_number(&self, expressions: &Expressions, id: ExprId) -> Interval {
+        let mut leaf = |id| Uniform::Known(self.of_leaf(expressions, id));
+        let mut number = Field::<Interval>::new(expressions, id, &mut leaf);
+        number.over(&Bounds::EVERYTHING, &[])
     }
 }
 
@@ -92,80 +98,30 @@ pub(crate) fn bound(
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Option<f64> {
-    let mut fields: Vec<Field<Dual<Interval>>> = numbers
-        .iter()
-        .map(|&id| ranges.field(expressions, id))
-        .collect();
-    let size: usize = fields.iter().map(Field::cost).sum();
-    let size = size.max(1);
-    let mut squares = |bounds: &Bounds| {
-        let (mut upper, mut lower) = (0.0_f64, 0.0_f64);
-        for field in &mut fields {
-            let gradient = field.over(bounds).gradient;
-            for component in [gradient.x, gradient.y, gradient.z] {
-                upper += component.magnitude().powi(2);
-                lower += component.abs().lo.powi(2);
-            }
-        }
-        (upper, lower)
-    };
-    let mut queue = BinaryHeap::new();
-    let mut found = 0.0_f64;
-    let mut push = |queue: &mut BinaryHeap<Piece>, bounds: Bounds| {
-        let (upper, lower) = squares(&bounds);
-        let centre = bounds.centre();
-        let (at_centre, _) = squares(&Bounds {
-            min: centre,
-            max: centre,
-        });
-        found = found.max(lower).max(at_centre);
-        queue.push(Piece { upper, bounds });
-        found
-    };
-    let mut best = push(&mut queue, *region);
-    let start = std::time::Instant::now(); let mut n = 0; let b0 = budget.0;
-    for _ in 0..(budget.0 / 2 / size).min(MAX_BOXES) {
+    let mut search = Search::new(expressions, numbers, ranges);
+    let whole = search.whole(region);
+    let is_finite = whole.is_finite();
+    let mut queue = BinaryHeap::from([whole]);
+    let size = search.cost().max(1);
+    let affordable = (budget.0 / 2 / size).min(MAX_BOXES);
+    // What the bound was when half as many boxes had been looked at.
+    let mut before = f64::INFINITY;
+    for looked_at in 1..=affordable {
         let Some(worst) = queue.pop() else { break };
-        let hopeless = best >= STEEPEST * STEEPEST;
-        if worst.upper <= best * 1.21 || hopeless || !region.is_finite() {
+        let found = search.look_inside(&worst);
+        let hopeless = found >= STEEPEST * STEEPEST;
+        let slow = looked_at.is_power_of_two() && looked_at >= PATIENCE && {
+            let slow = worst.upper > before * WORTH_WHILE;
+            before = worst.upper;
+            slow
+        };
+        if worst.upper <= found * 1.21 || hopeless || slow || !is_finite {
             queue.push(worst);
             break;
         }
-        budget.0 -= size; n += 1;
-        let sizes: [f64; 3] = std::array::from_fn(|i| worst.bounds.max[i] - worst.bounds.min[i]);
-        let axis = (0..3)
-            .max_by(|&a, &b| sizes[a].total_cmp(&sizes[b]))
-            .unwrap_or(0);
-        let middle = worst.bounds.centre()[axis];
-        let (mut low, mut high) = (worst.bounds, worst.bounds);
-        low.max[axis] = middle;
-        high.min[axis] = middle;
-        best = push(&mut queue, low).max(push(&mut queue, high));
+        budget.0 -= size;
+        queue.extend(search.halves(&worst));
     }
     let bound = queue.peek().map_or(0.0, |worst| worst.upper.sqrt());
-    if std::env::var("SLOPES").is_ok() { eprintln!("SLOPE boxes {n} size {size} spent {} took {:?} bound {bound:.4} best {:.4} ratio {:.3}", b0 - budget.0, start.elapsed(), best.sqrt(), bound / best.sqrt()); }
     (bound < STEEPEST).then_some(bound)
-}
-
-/// A box and the bound over it; the worst is looked at first.
-struct Piece {
-    upper: f64,
-    bounds: Bounds,
-}
-
-impl PartialEq for Piece {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-impl Eq for Piece {}
-impl PartialOrd for Piece {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Piece {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.upper.total_cmp(&other.upper)
-    }
 }

@@ -8,6 +8,8 @@ mod errors;
 mod meaning;
 #[path = "elaborate/rules.rs"]
 mod rules;
+#[path = "elaborate/slopes.rs"]
+mod slopes;
 
 use sdfc_compiler::elaborate::{Loader, Options, elaborate};
 use sdfc_compiler::scene::Scene;

@@ -78,10 +78,18 @@ impl End for f64 {
     }
     fn noise_gradient(p: V3<Interval>, seed: Interval) -> (Interval, V3<Interval>) {
         let single = |i: Interval| i.lo.floor() == i.hi.floor();
+        let value = noise_around_middle(p, seed, 1e-12);
+        let slopes: V3<Interval> = noise_slopes();
         if single(p.x) && single(p.y) && single(p.z) && seed.lo == seed.hi {
-            return elementary::perlin(p, seed);
+            let (inside, gradient) = elementary::perlin(p, seed);
+            let gradient = V3::of(
+                gradient.x.common(slopes.x),
+                gradient.y.common(slopes.y),
+                gradient.z.common(slopes.z),
+            );
+            return (inside.common(value), gradient);
         }
-        (noise_around_middle(p, seed, 1e-12), noise_slopes())
+        (value, slopes)
     }
 }
 
@@ -186,6 +194,14 @@ impl<E: End> IntervalOf<E> {
         Self {
             lo: self.lo.min(other.lo),
             hi: self.hi.max(other.hi),
+        }
+    }
+    /// What both hold of one number, of which both are known to be bounds.
+    #[inline(always)]
+    fn common(self, other: Self) -> Self {
+        Self {
+            lo: self.lo.max(other.lo),
+            hi: self.hi.min(other.hi),
         }
     }
     /// Whether `v` lies inside.
