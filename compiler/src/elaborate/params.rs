@@ -142,6 +142,13 @@ impl<'a> Elaborator<'a> {
                 diagnostic = diagnostic.fix(behind, "=", "with `..=` the range includes its end");
             }
             self.report(diagnostic);
+            // What else is wrong is looked for with a number that is allowed: one far outside may ask for
+            // a hundred thousand shapes.
+            if let Some((lo, hi)) = declared.range {
+                for value in &mut declared.value {
+                    *value = value.max(lo).min(hi);
+                }
+            }
         }
         if let Some(value) = self.overridden(&declared)? {
             declared.value = value;

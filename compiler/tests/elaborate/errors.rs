@@ -170,6 +170,10 @@ const MISTAKES: &[(&str, &str)] = &[
         "two params of a name",
         "param a = 1;\nparam a = 2;\nsphere(a)",
     ),
+    (
+        "param far outside its range, which a loop counts to",
+        "param n = 999999999 in 1..=5;\nunion(for i in 0..n { sphere(i + q) })",
+    ),
     ("param outside its range", "param a = 3 in 0..1;\nsphere(a)"),
     ("param of nothing", "param a = sphere(1);\na"),
     ("unknown blend", "sphere(1) |[chamfre, 0.2] box(1)"),

@@ -12,8 +12,8 @@ fn allowed(text: &str, file: Option<Vec<u8>>) -> Duration {
     let is_refused = file.is_none();
     let bytes = text.len() + 2 * file.map_or(0, |file| file.len());
     let search = Duration::from_millis(if text.contains("fn") { 100 } else { 0 });
-    let steps = is_refused && (text.contains("for ") || text.contains("fn"));
-    let steps = Duration::from_secs(if steps { 3 } else { 0 });
+    let steps = is_refused && (text.contains("for") || text.contains("fn"));
+    let steps = Duration::from_secs(if steps { 4 } else { 0 });
     Duration::from_micros(bytes as u64) + search + steps
 }
 
