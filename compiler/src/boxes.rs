@@ -3,7 +3,7 @@
 //! of boxes does nothing but arithmetic.
 
 mod norm;
-pub(crate) mod period;
+mod period;
 
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::uniforms::operands_first;

@@ -449,6 +449,18 @@ impl Lane for Dual<FloatInterval> {
     }
 }
 
+/// What is so in each lane, as bits.
+#[inline(always)]
+pub fn bits(flags: &[bool; LANES]) -> u64 {
+    let mut bits = 0;
+    for (at, eight) in flags.as_chunks::<8>().0.iter().enumerate() {
+        let bytes = u64::from_le_bytes(eight.map(u8::from));
+        // Gathers the lowest bit of each byte in the highest byte.
+        bits |= (bytes.wrapping_mul(0x0102_0408_1020_4080) >> 56) << (8 * at);
+    }
+    bits
+}
+
 /// Points in the world as numbers with gradients: each coordinate's own is one.
 pub fn seeded(points: &Points) -> [Column; 12] {
     let mut block = [Column::default(); 12];

@@ -239,6 +239,9 @@ fn add(cells: &mut Cells, part: Part, changed: &[bool], next: &mut Vec<Parent>) 
     }
 }
 
+/// How much farther from its value in the middle of a box a field is taken to be than it can be.
+const SURELY: f32 = 1.01;
+
 /// Bounds of a field's slope and of its gradient.
 type Steepness = (f32, Option<[[f32; 2]; 3]>);
 
@@ -248,6 +251,7 @@ struct Worker<'a> {
     chooser: Chooser,
     pruner: Pruner,
     gradient: Machine<Dual<FloatInterval>>,
+    values: Machine<f32>,
 }
 
 impl<'a> Worker<'a> {
@@ -257,6 +261,7 @@ impl<'a> Worker<'a> {
             chooser: Chooser::new(tape),
             pruner: Pruner::default(),
             gradient: Machine::new(tape.values, tape.points),
+            values: Machine::new(tape.values, tape.points),
         };
         worker.pruner.reserve(tape.values, tape.points);
         worker
@@ -280,7 +285,11 @@ impl<'a> Worker<'a> {
             child.with_margin(cut.split).put(boxes, lane);
         }
         let seed = *boxes;
-        let [low, high] = *self.chooser.run(self.program, tape, LANES);
+        let [mut low, mut high] = *self.chooser.run(self.program, tape, LANES);
+        let steepness = slopes.then(|| self.slopes(tape, &seed));
+        if let Some(steepness) = &steepness {
+            self.around_centres(tape, &seed, steepness, [&mut low, &mut high]);
+        }
         let mut children = [EMPTY; CHILDREN];
         let first = part.cells.len();
         for (lane, entry) in children.iter_mut().enumerate() {
@@ -324,8 +333,7 @@ impl<'a> Worker<'a> {
             };
             part.cells.push((cell, wanted && !left));
         }
-        if slopes && part.cells[first..].iter().any(|&(_, cut)| !cut) {
-            let bounds = self.slopes(tape, &seed);
+        if let Some(bounds) = steepness {
             for (&child, (slope, gradient)) in children.iter().zip(bounds) {
                 if child >= CELL {
                     let cell = &mut part.cells[(child - CELL) as usize].0;
@@ -334,6 +342,44 @@ impl<'a> Worker<'a> {
             }
         }
         part.nodes.push(children);
+    }
+
+    /// Makes bounds of the field in 64 boxes closer: nowhere is it farther from its value in the middle
+    /// than its gradient lets it go from there (the mean value form of interval arithmetic: R. Moore,
+    /// *Interval Analysis*, 1966).
+    fn around_centres(
+        &mut self,
+        tape: &[Clause],
+        boxes: &[Column; 6],
+        steepness: &[Steepness; LANES],
+        [low, high]: [&mut Column; 2],
+    ) {
+        let mut most = Column([f32::INFINITY; LANES]);
+        for (lane, (slope, gradient)) in steepness.iter().enumerate() {
+            let Some(gradient) = gradient else { continue };
+            let (mut way, mut far) = (0.0, 0.0);
+            for (axis, [least, greatest]) in gradient.iter().enumerate() {
+                let (from, to) = (boxes[axis].0[lane], boxes[axis + 3].0[lane]);
+                way += least.abs().max(greatest.abs()) * (to - from) * 0.5;
+                far += from.abs().max(to.abs());
+            }
+            // What is rounded is the middle and the value there.
+            most.0[lane] = way * SURELY + far * slope * 4e-6;
+        }
+        let seed = self.values.seed();
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                let (from, to) = (boxes[axis].0[lane], boxes[axis + 3].0[lane]);
+                seed[axis].0[lane] = from + (to - from) * 0.5;
+            }
+        }
+        let value = self.values.run(self.program, tape, LANES);
+        for lane in 0..LANES {
+            // Comparing with NaN keeps what is known.
+            let (least, greatest) = (value.0[lane] - most.0[lane], value.0[lane] + most.0[lane]);
+            low.0[lane] = low.0[lane].max(least);
+            high.0[lane] = high.0[lane].min(greatest);
+        }
     }
 
     /// Bounds of the field's slope and of its gradient in 64 boxes.

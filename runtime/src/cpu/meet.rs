@@ -42,7 +42,7 @@ impl Meetings {
         let [columns, rows] = frame.size.map(|n| (n as u32).div_ceil(SIDE));
         let view = Projection::of(frame);
         let leaves: Vec<u32> = cells.leaves().collect();
-        let shadows: Vec<Shadow> = leaves
+        let mut shadows: Vec<Shadow> = leaves
             .par_iter()
             .with_min_len(256)
             .filter_map(|&cell| {
@@ -64,6 +64,8 @@ impl Meetings {
                 })
             })
             .collect();
+        // Packets list them in this order.
+        shadows.par_sort_by(|a, b| a.meeting.near.total_cmp(&b.meeting.near));
         let count = (columns * rows) as usize;
         let mut starts = vec![0_u32; count + 1];
         let packets = |shadow: &Shadow| {
@@ -86,28 +88,12 @@ impl Meetings {
                 next[packet] += 1;
             }
         }
-        let mut meetings = Self {
+        Self {
             columns,
             rows,
             starts,
             list,
-        };
-        meetings.sort();
-        meetings
-    }
-
-    fn sort(&mut self) {
-        let mut rest = self.list.as_mut_slice();
-        let mut lists = Vec::with_capacity(self.starts.len() - 1);
-        for ends in self.starts.windows(2) {
-            let (list, others) = rest.split_at_mut((ends[1] - ends[0]) as usize);
-            lists.push(list);
-            rest = others;
         }
-        lists
-            .into_par_iter()
-            .with_min_len(64)
-            .for_each(|list| list.sort_unstable_by(|a, b| a.near.total_cmp(&b.near)));
     }
 
     /// The list of the packet with this pixel; pixels beyond the picture's edge belong to its last

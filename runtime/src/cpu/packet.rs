@@ -12,12 +12,16 @@
 //! Lists are sorted by the nearest that any ray can be in a leaf, which is not the order for each
 //! ray; so a hit counts until a nearer one is found, and leaves behind it are not entered.
 
+mod first;
+mod roots;
+
 use super::lanes::{Lanes, is_nan, lanes};
-use super::march::{outcome, step_lane, vector};
+use super::march::{outcome, step_lane};
 use super::meet::Meeting;
-use super::tile::camera_ray;
 use super::{Boxes, Column, Evaluator, LANES, Points, Range};
-use crate::cells::{Cell, Cells, Region};
+use crate::cells::{Cell, Cells};
+use first::{bound_slopes, enter, entries, pass, start};
+use roots::{begin_roots, place_roots, step_roots};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{Frame, Ray};
 use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, SHOWN, Status};
@@ -62,6 +66,7 @@ pub(super) struct Marcher {
     ended_in: Vec<u32>,
     points: Points,
     values: Column,
+    entered: Column,
     boxes: Boxes,
     range: Range,
 }
@@ -95,46 +100,38 @@ impl Marcher {
         (rays, points, leaves): (&mut [Ray], &mut [V3<f32>], &mut [u32]),
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        self.ended_in.clear();
-        self.ended_in.resize(LANES, NO_LEAF);
-        start(frame, items, pixels, &mut self.packet);
+        let within = start(frame, items, pixels, &mut self.packet);
         for (lane, &item) in items.iter().enumerate() {
-            let begin = self.packet.begin.0[lane];
             rays[item as usize] = Ray {
                 t: self.packet.leave.0[lane],
                 trend: -1.0,
-                t_before: begin,
+                t_before: self.packet.begin.0[lane],
                 status: Status::Miss as u32,
                 ..Ray::default()
             };
-            self.packet.side.0[lane] = self.first_side(cells, lane);
         }
+        if within {
+            for lane in 0..items.len() {
+                self.packet.side.0[lane] = self.first_side(cells, lane);
+            }
+        } else if meetings.is_empty() {
+            return 0;
+        }
+        self.ended_in.clear();
+        self.ended_in.resize(LANES, NO_LEAF);
         let mut evaluations = 0;
         if !meetings.is_empty() && evaluator.is_raw() && along_an_axis(frame) {
-            // The box around a ray is the ray itself, and walls often run along all of its way.
-            self.packet.enter = self.packet.begin;
-            self.packet.exit = self.packet.leave;
-            let count = self.go_in(items.len());
-            let whole = cells.cell(0);
-            bound_slopes(whole, count, &mut self.inside);
-            evaluations += self.look(frame, 0, count, evaluator);
-            for place in 0..count {
-                let lane = self.inside.lane.0[place] as usize;
-                if self.inside.outcome.0[place] == outcome::THROUGH {
-                    self.packet.leave.0[lane] = f32::NEG_INFINITY;
-                }
-            }
+            evaluations += self.look_along(frame, cells.cell(0), items.len(), evaluator);
         }
         for meeting in meetings {
             let cell = cells.cell(meeting.cell);
-            let met = enter(&cell.region, items.len(), &mut self.packet);
+            let met = enter(&cell.region, &mut self.packet);
             if met.farthest < meeting.near {
                 break;
             }
-            if met.any {
-                let count = self.go_in(items.len());
-                bound_slopes(cell, count, &mut self.inside);
-                evaluations += self.cross(frame, meeting.cell, count, items, rays, evaluator);
+            if met.lanes != 0 {
+                let leaf = (meeting.cell, cell);
+                evaluations += self.cross(frame, leaf, met.lanes, items, rays, evaluator);
             }
         }
         let p = &self.packet;
@@ -170,36 +167,37 @@ impl Marcher {
         if cells.full_at(origin) { -1.0 } else { 1.0 }
     }
 
-    /// Collects the rays that cross the leaf; gives how many there are.
-    fn go_in(&mut self, lanes: usize) -> usize {
+    /// Ends rays that meet nothing at all. The box around a ray along an axis is the ray itself, and walls
+    /// often run along all of its way.
+    fn look_along(
+        &mut self,
+        frame: &Frame,
+        whole: &Cell,
+        lanes: usize,
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
+        let p = &mut self.packet;
+        p.enter = p.begin;
+        p.exit = p.leave;
+        let crossing = (0..lanes).filter(|&lane| p.enter.0[lane] <= p.exit.0[lane]);
+        let met = crossing.fold(0, |met, lane| met | 1 << lane);
+        let count = self.collect(met);
+        bound_slopes(whole, &mut self.inside);
+        let evaluations = self.look(frame, 0, count, evaluator);
+        for place in 0..count {
+            let lane = self.inside.lane.0[place] as usize;
+            if self.inside.outcome.0[place] == outcome::THROUGH {
+                self.packet.leave.0[lane] = f32::NEG_INFINITY;
+            }
+        }
+        evaluations
+    }
+
+    /// Collects rays where they enter the leaf, with what the field says there; gives how many there are.
+    fn collect(&mut self, rays: u64) -> usize {
         let (p, b) = (&self.packet, &mut self.inside);
         let mut count = 0;
-        if lanes == LANES && (0..LANES).all(|lane| p.enter.0[lane] <= p.exit.0[lane]) {
-            for lane in 0..LANES {
-                b.lane.0[lane] = lane as f32;
-            }
-            b.origin_x = p.origin_x;
-            b.origin_y = p.origin_y;
-            b.origin_z = p.origin_z;
-            b.direction_x = p.direction_x;
-            b.direction_y = p.direction_y;
-            b.direction_z = p.direction_z;
-            b.leave = p.exit;
-            b.t = p.enter;
-            b.radius = Column::default();
-            b.step = Column::default();
-            b.trend = Column([-1.0; LANES]);
-            b.t_before = p.enter;
-            b.radius_before = Column::default();
-            b.side = p.side;
-            b.steps = p.steps;
-            return LANES;
-        }
-        for lane in 0..lanes {
-            let (enter, exit) = (p.enter.0[lane], p.exit.0[lane]);
-            if enter > exit {
-                continue;
-            }
+        for lane in ones(rays) {
             b.lane.0[count] = lane as f32;
             b.origin_x.0[count] = p.origin_x.0[lane];
             b.origin_y.0[count] = p.origin_y.0[lane];
@@ -207,60 +205,84 @@ impl Marcher {
             b.direction_x.0[count] = p.direction_x.0[lane];
             b.direction_y.0[count] = p.direction_y.0[lane];
             b.direction_z.0[count] = p.direction_z.0[lane];
-            b.leave.0[count] = exit;
-            b.t.0[count] = enter;
-            b.radius.0[count] = 0.0;
-            b.step.0[count] = 0.0;
-            b.trend.0[count] = -1.0;
-            b.t_before.0[count] = enter;
-            b.radius_before.0[count] = 0.0;
+            b.leave.0[count] = p.exit.0[lane];
+            b.t.0[count] = p.enter.0[lane];
+            b.t_before.0[count] = p.enter.0[lane];
             b.side.0[count] = p.side.0[lane];
             b.steps.0[count] = p.steps.0[lane];
+            self.values.0[count] = self.values.0[lane];
             count += 1;
         }
+        b.radius = Column::default();
+        b.step = Column::default();
+        b.trend = Column([-1.0; LANES]);
+        b.radius_before = Column::default();
         count
     }
 
-    /// Takes the collected rays through the leaf. Those that have ended stay in their lanes until half
-    /// of the lanes are theirs: carrying them along costs less than moving the others each time.
+    /// Asks the field where these rays enter the leaf; each one's answer is in its lane.
+    fn ask_at_entries(&mut self, cell: u32, met: u64, evaluator: &mut dyn Evaluator) {
+        entries(&self.packet, &mut self.points);
+        let (lanes, few) = (LANES - met.leading_zeros() as usize, met.count_ones());
+        if whole_chunks(few as usize) * 2 > whole_chunks(lanes) {
+            evaluator.distances_in(cell, &self.points, lanes, &mut self.values);
+            return;
+        }
+        for (place, lane) in ones(met).enumerate() {
+            for axis in &mut self.points {
+                axis.0[place] = axis.0[lane];
+            }
+        }
+        evaluator.distances_in(cell, &self.points, few as usize, &mut self.entered);
+        for (place, lane) in ones(met).enumerate() {
+            self.values.0[lane] = self.entered.0[place];
+        }
+    }
+
+    /// Takes these rays through the leaf. Those that the first look does not let through are collected; of
+    /// them, those that have ended stay in their lanes until half of the lanes are theirs: carrying them
+    /// along costs less than moving the others each time.
     fn cross(
         &mut self,
         frame: &Frame,
-        cell: u32,
-        mut count: usize,
+        (number, cell): (u32, &Cell),
+        met: u64,
         items: &[u32],
         rays: &mut [Ray],
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        let mut evaluations = 0;
+        let mut evaluations = u64::from(met.count_ones());
+        self.ask_at_entries(number, met, evaluator);
+        let rest = met & !pass(frame, cell, &self.values, &mut self.packet);
+        if rest == 0 {
+            return evaluations;
+        }
+        let mut count = self.collect(rest);
+        bound_slopes(cell, &mut self.inside);
         self.arrived = 0;
         let mut under_way = lowest(count);
         let mut next_look = FEW_STEPS;
-        for steps in 0.. {
-            if steps == next_look {
+        for steps in 1.. {
+            let left = under_way & advance(frame, &self.values, count, &mut self.inside);
+            if left != under_way {
+                self.end_those(under_way & !left, number, items, rays);
+                (under_way, count) = self.close_ranks(left, count);
+            }
+            if steps == next_look && under_way != 0 {
                 next_look = FEW_STEPS.max(next_look * FEW_STEPS);
-                evaluations += self.look(frame, cell, count, evaluator);
+                evaluations += self.look(frame, number, count, evaluator);
                 let left = under_way & open_lanes(&self.inside);
-                self.end_those(under_way & !left, cell, items, rays);
+                self.end_those(under_way & !left, number, items, rays);
                 (under_way, count) = self.close_ranks(left, count);
             }
             if under_way == 0 {
                 break;
             }
             place(&self.inside, count, &mut self.points);
-            evaluator.distances_in(cell, &self.points, count, &mut self.values);
+            evaluator.distances_in(number, &self.points, count, &mut self.values);
             evaluations += u64::from(under_way.count_ones());
-            let left = under_way & advance(frame, &self.values, count, &mut self.inside);
-            if left == under_way {
-                continue;
-            }
-            if left == 0 && under_way == !0 && all_went_through(&self.inside, &mut self.packet) {
-                break;
-            }
-            self.end_those(under_way & !left, cell, items, rays);
-            (under_way, count) = self.close_ranks(left, count);
         }
-        evaluations + self.settle(frame, cell, items, rays, evaluator)
+        evaluations + self.settle(frame, number, items, rays, evaluator)
     }
 
     /// Lets those of the collected rays through that bounds of the field keep from meeting anything in
@@ -283,10 +305,9 @@ impl Marcher {
     }
 
     /// Keeps how these rays left the leaf.
-    fn end_those(&mut self, mut ended: u64, cell: u32, items: &[u32], rays: &mut [Ray]) {
-        while ended != 0 {
-            self.end(ended.trailing_zeros() as usize, cell, items, rays);
-            ended &= ended - 1;
+    fn end_those(&mut self, ended: u64, cell: u32, items: &[u32], rays: &mut [Ray]) {
+        for place in ones(ended) {
+            self.end(place, cell, items, rays);
         }
     }
 
@@ -403,158 +424,18 @@ fn whole_chunks(count: usize) -> usize {
     count.div_ceil(CHUNK).min(LANES / CHUNK) * CHUNK
 }
 
+/// The lanes of these bits, from the lowest on.
+fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = (bits != 0).then(|| bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        lane
+    })
+}
+
 /// The first lanes, as bits.
 fn lowest(count: usize) -> u64 {
     u64::MAX.checked_shr((LANES - count) as u32).unwrap_or(0)
-}
-
-/// Whether a packet's rays cross a leaf.
-pub(super) struct Met {
-    any: bool,
-    /// The farthest that any ray still goes.
-    farthest: f32,
-}
-
-widest! {
-    /// The rays of pixels, and where they cross the scene's bounds.
-    fn start(frame: &Frame, items: &[u32], pixels: &[[f32; 2]], packet: &mut Packet) = start_body;
-}
-
-#[inline(always)]
-fn start_body(f: &Frame, items: &[u32], pixels: &[[f32; 2]], p: &mut Packet) {
-    let mut at = [[0.0_f32; 2]; LANES];
-    for (lane, at) in at.iter_mut().enumerate() {
-        // Lanes that are left over repeat the first ray.
-        let item = items.get(lane).or(items.first()).copied().unwrap_or(0);
-        *at = pixels[item as usize];
-    }
-    let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
-    for (lane, &at) in at.iter().enumerate() {
-        let camera = camera_ray(f, at);
-        let (origin, direction) = (camera.origin, camera.direction);
-        p.origin_x.0[lane] = origin.x;
-        p.origin_y.0[lane] = origin.y;
-        p.origin_z.0[lane] = origin.z;
-        p.direction_x.0[lane] = direction.x;
-        p.direction_y.0[lane] = direction.y;
-        p.direction_z.0[lane] = direction.z;
-        let inverse = |d: f32| 1.0 / (Real::max(Real::abs(d), 1e-12) * d.side());
-        p.inverse_x.0[lane] = inverse(direction.x);
-        p.inverse_y.0[lane] = inverse(direction.y);
-        p.inverse_z.0[lane] = inverse(direction.z);
-        let bounds = camera::crossing::<f32>(origin, direction, low, high, f.far);
-        p.begin.0[lane] = bounds.x;
-        p.leave.0[lane] = bounds.y;
-        p.clear_from.0[lane] = 0.0;
-        p.clear_to.0[lane] = 0.0;
-        p.steps.0[lane] = 0.0;
-    }
-}
-
-widest! {
-    /// Where the rays enter and leave a box.
-    fn enter(region: &Region, lanes: usize, packet: &mut Packet) -> Met = enter_body;
-}
-
-#[inline(always)]
-fn enter_body(region: &Region, lanes: usize, p: &mut Packet) -> Met {
-    let (low, high) = (region.low, region.high);
-    for lane in 0..LANES {
-        let slab = |axis: usize, origin: f32, inverse: f32| {
-            let a = (low[axis] - origin) * inverse;
-            let b = (high[axis] - origin) * inverse;
-            (Real::min(a, b), Real::max(a, b))
-        };
-        let (x0, x1) = slab(0, p.origin_x.0[lane], p.inverse_x.0[lane]);
-        let (y0, y1) = slab(1, p.origin_y.0[lane], p.inverse_y.0[lane]);
-        let (z0, z1) = slab(2, p.origin_z.0[lane], p.inverse_z.0[lane]);
-        let enter = Real::max(Real::max(x0, y0), Real::max(z0, p.begin.0[lane]));
-        // Leaves do not come in the order of each ray.
-        let clear = p.clear_from.0[lane] <= enter;
-        let enter = Real::max(enter, if clear { p.clear_to.0[lane] } else { enter });
-        let exit = Real::min(Real::min(x1, y1), Real::min(z1, p.leave.0[lane]));
-        // A ray along the common face of two boxes must be in one of them at least.
-        let exit = exit + exit.abs() * 4e-7;
-        p.enter.0[lane] = enter;
-        p.exit.0[lane] = exit;
-    }
-    // The largest of a column is found in as many parts as there are lanes in a chunk: one after the other
-    // would be a loop that does not become vectors.
-    let mut crossing = 0;
-    let mut farthest = [f32::NEG_INFINITY; CHUNK];
-    for first in (0..LANES).step_by(CHUNK) {
-        for (offset, part) in farthest.iter_mut().enumerate() {
-            let lane = first + offset;
-            let real = lane < lanes;
-            crossing |= u32::from((p.enter.0[lane] <= p.exit.0[lane]) & real);
-            *part = Real::max(*part, if real { p.leave.0[lane] } else { *part });
-        }
-    }
-    Met {
-        any: crossing != 0,
-        farthest: farthest.into_iter().fold(f32::NEG_INFINITY, f32::max),
-    }
-}
-
-widest! {
-    /// How fast the field changes along the rays in a leaf, how fast it falls at most, and at least:
-    /// where its gradient is bounded, that is less than its slope.
-    fn bound_slopes(cell: &Cell, count: usize, inside: &mut Inside) = bound_slopes_body;
-}
-
-#[inline(always)]
-fn bound_slopes_body(cell: &Cell, count: usize, b: &mut Inside) {
-    let Some(gradient) = cell.gradient else {
-        b.slope = Column([cell.slope; LANES]);
-        b.fall = Column([cell.slope; LANES]);
-        b.steady = Column::default();
-        return;
-    };
-    for i in 0..whole_chunks(count) {
-        let way = [b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]];
-        let (mut low, mut high) = (0.0, 0.0);
-        for axis in 0..3 {
-            let [least, most] = gradient[axis];
-            let (a, c) = (least * way[axis], most * way[axis]);
-            low += Real::min(a, c);
-            high += Real::max(a, c);
-        }
-        // Directions are of unit length but for rounding, and so are the sums.
-        let rounding = 1e-5 * cell.slope;
-        let most = Real::max(-low, high) + rounding;
-        let outside = b.side.0[i] > 0.0;
-        let fall = if outside { -low } else { high } + rounding;
-        let steady = if outside { -high } else { low } - rounding;
-        let slope = Real::min(Real::max(most, 1e-3 * cell.slope), cell.slope);
-        b.slope.0[i] = slope;
-        b.fall.0[i] = Real::min(Real::max(fall, 0.0), slope);
-        b.steady.0[i] = Real::min(Real::max(steady, 0.0), slope);
-    }
-}
-
-widest! {
-    /// Where all 64 rays are through: keeps how they left the leaf, and says so.
-    fn all_went_through(inside: &Inside, packet: &mut Packet) -> bool = all_through_body;
-}
-
-#[inline(always)]
-fn all_through_body(b: &Inside, p: &mut Packet) -> bool {
-    let mut others = 0;
-    for i in 0..LANES {
-        others |= u32::from(b.outcome.0[i] != outcome::THROUGH);
-    }
-    if others != 0 {
-        return false;
-    }
-    // No ray has been taken out, so all are in their lanes.
-    p.steps = b.steps;
-    p.side = b.side;
-    for i in 0..LANES {
-        let radius = b.radius.0[i] * b.slope.0[i];
-        p.clear_from.0[i] = b.t.0[i] - radius;
-        p.clear_to.0[i] = b.t.0[i] + radius;
-    }
-    true
 }
 
 widest! {
@@ -695,85 +576,3 @@ fn advance_body(f: &Frame, values: &Column, count: usize, b: &mut Inside) -> u64
     open_lanes_body(b)
 }
 
-widest! {
-    /// How far the steps to the root may go.
-    fn begin_roots(frame: &Frame, roots: &mut Roots) = begin_roots_body;
-}
-
-#[inline(always)]
-fn begin_roots_body(f: &Frame, b: &mut Roots) {
-    for i in 0..LANES {
-        let half = camera::half_pixel(b.t.0[i], f.footprint, f.footprint_growth);
-        b.reach.0[i] = marching::secant_reach(b.t.0[i], b.t_other.0[i], half, f.rounding, 0.0);
-    }
-}
-
-widest! {
-    /// Where the roots are guessed to be; whether any of them is still to be found.
-    fn place_roots(frame: &Frame, roots: &Roots, count: usize, points: &mut Points) -> bool =
-        place_roots_body;
-}
-
-/// The guess for a root, kept within its leaf.
-#[inline(always)]
-fn guess(b: &Roots, i: usize) -> f32 {
-    let guess = marching::secant_guess(
-        b.t.0[i],
-        b.field.0[i],
-        b.t_other.0[i],
-        b.field_other.0[i],
-        b.reach.0[i],
-    );
-    Real::max(Real::min(guess, b.high.0[i]), b.low.0[i])
-}
-
-#[inline(always)]
-fn place_roots_body(f: &Frame, b: &Roots, count: usize, points: &mut Points) -> bool {
-    let mut open = 0;
-    for i in 0..whole_chunks(count) {
-        let rounding = marching::rounding_at(b.t.0[i], f.rounding);
-        let settled = marching::settled(b.field.0[i], rounding) > 0.0;
-        open |= u32::from(!settled & (i < count));
-        let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-        let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-        let p = camera::along::<f32>(origin, direction, guess(b, i));
-        points[0].0[i] = p.x;
-        points[1].0[i] = p.y;
-        points[2].0[i] = p.z;
-    }
-    open != 0
-}
-
-widest! {
-    /// Takes the field at the guesses into account.
-    fn step_roots(frame: &Frame, values: &Column, count: usize, roots: &mut Roots) =
-        step_roots_body;
-}
-
-#[inline(always)]
-fn step_roots_body(f: &Frame, values: &Column, count: usize, b: &mut Roots) {
-    for i in 0..whole_chunks(count) {
-        let factor = f.inverse_slope / b.slope.0[i];
-        let field = values.0[i] * b.side.0[i] * factor;
-        let best = marching::secant_step(
-            b.t.0[i],
-            b.field.0[i],
-            b.t_other.0[i],
-            b.field_other.0[i],
-            guess(b, i),
-            field,
-        );
-        let rounding = marching::rounding_at(b.t.0[i], f.rounding);
-        // What is settled stays; comparing with NaN is false, so a guess without a value is not
-        // taken.
-        let keep = marching::settled(b.field.0[i], rounding) > 0.0;
-        b.t_other.0[i] = if keep { b.t_other.0[i] } else { best.t_other };
-        b.field_other.0[i] = if keep {
-            b.field_other.0[i]
-        } else {
-            best.field_other
-        };
-        b.t.0[i] = if keep { b.t.0[i] } else { best.t };
-        b.field.0[i] = if keep { b.field.0[i] } else { best.field };
-    }
-}

@@ -15,7 +15,7 @@ use super::steep::Slopes;
 use super::{Clause, Tape, flags};
 use crate::interval::FloatInterval;
 use crate::kernel::Kernel;
-use crate::lanes::{Column, LANES, Lane};
+use crate::lanes::{Column, LANES, Lane, bits};
 use crate::program::{Code, Place, Program};
 use crate::table::Op;
 use crate::widest;
@@ -210,18 +210,6 @@ fn decide_body(
         second[lane] = a_low.0[lane] * sa - b_high.0[lane] * sb > support;
     }
     [bits(&first), bits(&second)]
-}
-
-/// The flags as bits.
-#[inline(always)]
-fn bits(flags: &[bool; LANES]) -> u64 {
-    let mut bits = 0;
-    for (at, eight) in flags.as_chunks::<8>().0.iter().enumerate() {
-        let bytes = u64::from_le_bytes(eight.map(u8::from));
-        // Gathers the lowest bit of each byte in the highest byte.
-        bits |= (bytes.wrapping_mul(0x0102_0408_1020_4080) >> 56) << (8 * at);
-    }
-    bits
 }
 
 /// What 64 boxes decide, clause by clause.

@@ -1,0 +1,93 @@
+//! Rays that hit in a leaf, on their way to the root.
+
+use super::{Roots, whole_chunks};
+use crate::cpu::{Column, LANES, Points};
+use sdfc_shaders::camera;
+use sdfc_shaders::layout::Frame;
+use sdfc_shaders::marching;
+use sdfc_vm::real::Real;
+use sdfc_vm::vector::V3;
+use sdfc_vm::widest;
+
+widest! {
+    /// How far the steps to the root may go.
+    pub(super) fn begin_roots(frame: &Frame, roots: &mut Roots) = begin_roots_body;
+}
+
+#[inline(always)]
+fn begin_roots_body(f: &Frame, b: &mut Roots) {
+    for i in 0..LANES {
+        let half = camera::half_pixel(b.t.0[i], f.footprint, f.footprint_growth);
+        b.reach.0[i] = marching::secant_reach(b.t.0[i], b.t_other.0[i], half, f.rounding, 0.0);
+    }
+}
+
+widest! {
+    /// Where the roots are guessed to be; whether any of them is still to be found.
+    pub(super) fn place_roots(frame: &Frame, roots: &Roots, count: usize, points: &mut Points) -> bool =
+        place_roots_body;
+}
+
+/// The guess for a root, kept within its leaf.
+#[inline(always)]
+fn guess(b: &Roots, i: usize) -> f32 {
+    let guess = marching::secant_guess(
+        b.t.0[i],
+        b.field.0[i],
+        b.t_other.0[i],
+        b.field_other.0[i],
+        b.reach.0[i],
+    );
+    Real::max(Real::min(guess, b.high.0[i]), b.low.0[i])
+}
+
+#[inline(always)]
+fn place_roots_body(f: &Frame, b: &Roots, count: usize, points: &mut Points) -> bool {
+    let mut open = 0;
+    for i in 0..whole_chunks(count) {
+        let rounding = marching::rounding_at(b.t.0[i], f.rounding);
+        let settled = marching::settled(b.field.0[i], rounding) > 0.0;
+        open |= u32::from(!settled & (i < count));
+        let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+        let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+        let p = camera::along::<f32>(origin, direction, guess(b, i));
+        points[0].0[i] = p.x;
+        points[1].0[i] = p.y;
+        points[2].0[i] = p.z;
+    }
+    open != 0
+}
+
+widest! {
+    /// Takes the field at the guesses into account.
+    pub(super) fn step_roots(frame: &Frame, values: &Column, count: usize, roots: &mut Roots) =
+        step_roots_body;
+}
+
+#[inline(always)]
+fn step_roots_body(f: &Frame, values: &Column, count: usize, b: &mut Roots) {
+    for i in 0..whole_chunks(count) {
+        let factor = f.inverse_slope / b.slope.0[i];
+        let field = values.0[i] * b.side.0[i] * factor;
+        let best = marching::secant_step(
+            b.t.0[i],
+            b.field.0[i],
+            b.t_other.0[i],
+            b.field_other.0[i],
+            guess(b, i),
+            field,
+        );
+        let rounding = marching::rounding_at(b.t.0[i], f.rounding);
+        // What is settled stays; comparing with NaN is false, so a guess without a value is not
+        // taken.
+        let keep = marching::settled(b.field.0[i], rounding) > 0.0;
+        b.t_other.0[i] = if keep { b.t_other.0[i] } else { best.t_other };
+        b.field_other.0[i] = if keep {
+            b.field_other.0[i]
+        } else {
+            best.field_other
+        };
+        b.t.0[i] = if keep { b.t.0[i] } else { best.t };
+        b.field.0[i] = if keep { b.field.0[i] } else { best.field };
+    }
+}
