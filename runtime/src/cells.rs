@@ -230,6 +230,11 @@ impl Cells {
         let Kept { arena, start, len } = self.cells[cell as usize].tape;
         &self.arenas[arena as usize][start as usize..(start + len) as usize]
     }
+    /// What is the same for cells that share one tape.
+    pub fn tape_key(&self, cell: u32) -> u64 {
+        let (arena, start) = self.cells[cell as usize].tape.key();
+        u64::from(arena) << 32 | u64::from(start)
+    }
     /// A cell.
     pub fn cell(&self, cell: u32) -> &Cell {
         &self.cells[cell as usize]

@@ -108,7 +108,11 @@ pub trait Evaluator {
     fn holds(&self, _cell: u32, _point: [f32; 3]) -> bool {
         false
     }
-    /// The gradients at points that all lie in one cell.
+    /// What is the same for cells in which the field is asked in the same way.
+    fn tape_of(&self, cell: u32) -> u64 {
+        cell.into()
+    }
+    /// The gradients at points that all lie in one cell, or in others that are asked in the same way.
     fn gradients_in(&mut self, _cell: u32, points: &Points, count: usize, out: &mut [Column; 4]) {
         self.gradients(points, count, out);
     }

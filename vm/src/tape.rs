@@ -71,6 +71,9 @@ pub mod flags {
     pub const CHANNEL: u8 = 8;
     /// It paints, with the channels set since the clause that painted before.
     pub const PAINT: u8 = 16;
+    /// It is an operation of the table at the point as it is, and its value is blended into nothing: what
+    /// fields written with coordinates consist of.
+    pub const BARE: u8 = 32;
 }
 
 /// A whole program as a tape.

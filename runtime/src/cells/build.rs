@@ -302,10 +302,15 @@ impl<'a> Worker<'a> {
                 continue;
             }
             let start = part.clauses.len();
-            let chooser = self.chooser.decided();
-            self.pruner
-                .prune(tape, |place| chooser.choice(place, lane), &mut part.clauses);
-            let len = part.clauses.len() - start;
+            let decided = self.chooser.decided();
+            if decided.any(lane) {
+                let choice = |place| decided.choice(place, lane);
+                self.pruner.prune(tape, choice, &mut part.clauses);
+            }
+            let len = match part.clauses.len() - start {
+                0 => tape.len(),
+                len => len,
+            };
             let kept = if len == tape.len() {
                 part.clauses.truncate(start);
                 cells.cell(parent).tape
@@ -319,7 +324,9 @@ impl<'a> Worker<'a> {
                 0
             };
             let most = STALE[usize::from(len * 2 <= whole)];
-            let wanted = stale < most && cut.refine.cut(&child, len, low.max(-high).max(0.0));
+            // Smaller cells have closer bounds of slopes, too.
+            let away = low.max(-high).max(0.0);
+            let wanted = (slopes || stale < most) && cut.refine.cut(&child, len, away);
             let left = wanted && cut.refine.leaves(len);
             *entry = CELL + part.cells.len() as u32;
             let cell = Cell {

@@ -74,27 +74,29 @@ fn tap_distance(frame: &Frame, method: Normals, tile: &Tile, item: u32) -> f32 {
     normals::tap_distance::<f32>(p, half, normals::spread(method))
 }
 
-/// Finds exact normals by the tapes of the leaves in which rays ended.
+/// Finds exact normals by the tapes of the leaves in which rays ended: those whose tape is the same are
+/// done together.
 fn by_leaf(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator) {
     let leaf_of = |&item: &u32| {
         let leaf = tile.leaves[item as usize];
         let held = leaf != NO_LEAF && evaluator.holds(leaf, tile.points[item as usize].to_array());
-        (if held { leaf } else { NO_LEAF }, item)
+        let tape = held.then(|| evaluator.tape_of(leaf));
+        (tape, leaf, item)
     };
-    let mut items: Vec<(u32, u32)> = tile.shown.iter().map(leaf_of).collect();
-    items.sort_unstable();
+    let mut items: Vec<(Option<u64>, u32, u32)> = tile.shown.iter().map(leaf_of).collect();
+    items.sort_by_key(|&(tape, ..)| tape);
     let mut points = Points::default();
     let mut gradients = [Column::default(); 4];
     let mut together = [0; LANES];
-    for group in items.chunk_by(|a, b| a.0 == b.0) {
-        let leaf = group[0].0;
-        for group in group.chunks(LANES) {
-            for (lane, &(_, item)) in group.iter().enumerate() {
+    for alike in items.chunk_by(|a, b| a.0 == b.0) {
+        for group in alike.chunks(LANES) {
+            let (tape, leaf, _) = group[0];
+            for (lane, &(.., item)) in group.iter().enumerate() {
                 together[lane] = item;
                 set(&mut points, lane, tile.points[item as usize]);
             }
             repeat_first(&mut points, group.len());
-            if leaf == NO_LEAF {
+            if tape.is_none() {
                 evaluator.gradients(&points, group.len(), &mut gradients);
             } else {
                 evaluator.gradients_in(leaf, &points, group.len(), &mut gradients);

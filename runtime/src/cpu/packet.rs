@@ -81,7 +81,9 @@ fn along_an_axis(frame: &Frame) -> bool {
 }
 
 /// After so many steps in a leaf, what is left of the rays in it is looked at as a whole; and again
-/// after as many times so many.
+/// after [`FEW_STEPS`] times so many.
+const FIRST_LOOK: u32 = 16;
+/// The same where the gradient in the leaf is not known.
 const FEW_STEPS: u32 = 4;
 
 /// A field that falls no faster in one place of a leaf than this many times as fast as in another is
@@ -261,7 +263,10 @@ impl Marcher {
         bound_slopes(cell, &mut self.inside);
         self.arrived = 0;
         let mut under_way = lowest(count);
-        let mut next_look = FEW_STEPS;
+        let mut next_look = match cell.gradient {
+            Some(_) => FIRST_LOOK,
+            None => FEW_STEPS,
+        };
         for steps in 1.. {
             let left = under_way & advance(frame, &self.values, count, &mut self.inside);
             if left != under_way {
@@ -269,7 +274,7 @@ impl Marcher {
                 (under_way, count) = self.close_ranks(left, count);
             }
             if steps == next_look && under_way != 0 {
-                next_look = FEW_STEPS.max(next_look * FEW_STEPS);
+                next_look *= FEW_STEPS;
                 evaluations += self.look(frame, number, count, evaluator);
                 let left = under_way & open_lanes(&self.inside);
                 self.end_those(under_way & !left, number, items, rays);
@@ -575,4 +580,3 @@ fn advance_body(f: &Frame, values: &Column, count: usize, b: &mut Inside) -> u64
     }
     open_lanes_body(b)
 }
-

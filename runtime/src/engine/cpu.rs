@@ -192,10 +192,10 @@ impl Field for Scene {
         if !cut::wanted(picture, &self.distance, &self.tape) {
             return None;
         }
-        let region = cut::region(&picture.uniforms)?;
-        let pixels = match self.tape.slopes.known() {
-            true => cut::Pixels::of(&picture.uniforms),
-            false => cut::Pixels::of_raw(&picture.uniforms, &region),
+        let frame = &picture.uniforms;
+        let (region, pixels) = match self.tape.slopes.known() {
+            true => (cut::region(frame)?, cut::Pixels::of(frame)),
+            false => cut::raw(frame)?,
         };
         let cut = Cut {
             region,
@@ -478,6 +478,10 @@ impl Evaluator for Asker<'_> {
     fn holds(&self, cell: u32, point: [f32; 3]) -> bool {
         self.cells
             .is_some_and(|cells| cells.cell(cell).region.holds(point))
+    }
+
+    fn tape_of(&self, cell: u32) -> u64 {
+        self.cells.map_or(0, |cells| cells.tape_key(cell))
     }
 
     fn gradients_in(&mut self, cell: u32, points: &Points, count: usize, out: &mut [Column; 4]) {

@@ -15,12 +15,8 @@ use sdfc_vm::tape::Tape;
 const FEW: usize = 32;
 /// A leaf's side in pixels, at most.
 const LEAF: f32 = 16.0;
-/// The same for fields written with coordinates, where rays look at bounds along themselves and
-/// smaller boxes leave little out. Measured: hi and tanglecube take half the time that they take with
-/// leaves of 16 pixels, and tanglecube more with 128.
-const RAW_LEAF: f32 = 64.0;
-/// The largest leaf of such a field, as a share of the whole: bounds of its gradient tell little in
-/// larger ones, however few pixels they have. Tanglecube at 256²: 28 ms, and 37 ms with a quarter.
+/// The largest leaf of fields written with coordinates, as a share of the whole: bounds of its gradient
+/// tell little in larger ones, however few pixels they have.
 const RAW_LARGEST: f32 = 0.07;
 /// The side in pixels from which on cells with next to nothing to leave out are cut.
 const PLAIN_LEAF: f32 = 256.0;
@@ -272,21 +268,13 @@ pub(super) struct Pixels {
     eye: [f32; 3],
     footprint: f32,
     growth: f32,
+    /// A leaf's side in pixels, at most.
     leaf: f32,
     /// Larger cells are cut in any case.
     largest: f32,
 }
 
 impl Pixels {
-    /// The same, for rays that look ahead in fields written with coordinates, in a box.
-    pub(super) fn of_raw(frame: &Frame, region: &Region) -> Self {
-        Self {
-            leaf: RAW_LEAF,
-            largest: region.side() * RAW_LARGEST,
-            ..Self::of(frame)
-        }
-    }
-
     pub(super) fn of(frame: &Frame) -> Self {
         // Half a pixel of a pass over subpixels is less than half a pixel of the picture.
         let passes = (frame.samples.max(1) as f32).sqrt();
@@ -320,3 +308,31 @@ impl Refine for Pixels {
         side > most * pixel || side > self.largest
     }
 }
+
+/// The cube that is cut of a field written with coordinates, and how small its cells get. Small ones have
+/// close bounds of the gradient, so that rays take few steps in them; large ones are few. In all, as many
+/// leaves along the cube as pixels along a leaf did best: of tanglecube at 256², 512² and 1024² leaves of
+/// 12, 16 and 24 pixels. As cells are cut into four each time, the cube is as large as it takes to come to
+/// that.
+pub(super) fn raw(frame: &Frame) -> Option<(Region, Pixels)> {
+    let extent = extent(frame)?;
+    let side = cube(&extent, TIGHT).side();
+    let pixels = Pixels::of(frame);
+    let middle: [f32; 3] = std::array::from_fn(|i| (extent.low[i] + extent.high[i]) / 2.0);
+    let away = (0..3).map(|i| (middle[i] - pixels.eye[i]) * (middle[i] - pixels.eye[i]));
+    let pixel = pixels.footprint + pixels.growth * away.sum::<f32>().sqrt();
+    let leaf = (side * pixel).sqrt().clamp(side * 1e-5, side * RAW_LARGEST);
+    let levels = ((side / leaf).ln() / 4_f32.ln()).ceil();
+    let larger = leaf * 4_f32.powf(levels) / side;
+    Some((
+        cube(&extent, larger * (1.0 + TIGHT) - 1.0),
+        Pixels {
+            leaf: leaf * ALMOST / pixel,
+            largest: side * RAW_LARGEST * ALMOST,
+            ..pixels
+        },
+    ))
+}
+
+/// What makes up for rounding where a cell is compared with what it was meant to be.
+const ALMOST: f32 = 1.01;

@@ -3,7 +3,7 @@
 
 use super::{Clause, Form, flags};
 use crate::kernel::Kernel;
-use crate::program::{Code, Instruction, Operands, Place, Program};
+use crate::program::{Code, Frame, Instruction, Operands, Place, Program};
 use crate::table::Op;
 
 /// No register of a fresh tape.
@@ -129,7 +129,7 @@ impl Builder {
             }
         }
         clause.flags |= match i.code {
-            Code::Op(op) => self.of_operation(op, &clause),
+            Code::Op(op) => self.of_operation(op, i, &clause),
             Code::Channel => flags::CHANNEL,
             Code::Paint => flags::PAINT,
             _ => 0,
@@ -146,11 +146,13 @@ impl Builder {
     }
 
     /// The flags that an operation of the table brings.
-    fn of_operation(&self, op: Op, clause: &Clause<u32>) -> u8 {
+    fn of_operation(&self, op: Op, i: &Instruction, clause: &Clause<u32>) -> u8 {
         let row = op.row();
         let mut found = 0;
         if Code::Op(op).gives_point() {
             found |= flags::GIVES_POINT;
+        } else if i.frame == Frame::Same && i.place == Place::Push {
+            found |= flags::BARE;
         }
         let both = clause.operands[0] != NOWHERE && clause.operands[1] != NOWHERE;
         let hard = match row.meta.blend {

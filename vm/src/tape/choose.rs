@@ -217,6 +217,8 @@ fn decide_body(
 pub struct Decided {
     /// By a clause's place, the masks of its choice.
     by_place: Masks,
+    /// The boxes in which any is decided.
+    anywhere: u64,
     /// Memory for the choices that pruning leaves.
     left: Masks,
 }
@@ -233,6 +235,12 @@ impl Decided {
         } else {
             Choice::Both
         }
+    }
+
+    /// Whether any choice is decided in a box.
+    #[inline(always)]
+    pub fn any(&self, lane: usize) -> bool {
+        self.anywhere >> lane & 1 == 1
     }
 
     /// Appends to `kept` what of the tape matters in any of these boxes, given as bits; `common`
@@ -270,6 +278,9 @@ impl Decided {
 
     /// Spreads the masks of choices over all clauses of their tape.
     fn spread(&mut self, tape: &[Clause], masks: &mut Masks) {
+        self.anywhere = masks
+            .iter()
+            .fold(0, |all, [first, second]| all | first | second);
         let mut masks = masks.drain(..);
         self.by_place.clear();
         self.by_place.extend(tape.iter().map(|clause| {
