@@ -197,7 +197,7 @@ widest! {
 #[inline(always)]
 fn pass_body(f: &Frame, cell: &Cell, values: &Column, p: &mut Packet) -> u64 {
     let mut gone = [false; LANES];
-    for i in 0..LANES {
+    for (i, gone) in gone.iter_mut().enumerate() {
         let way = [p.direction_x.0[i], p.direction_y.0[i], p.direction_z.0[i]];
         let change = change(cell, way, p.side.0[i]);
         let (t, distance) = (p.enter.0[i], values.0[i]);
@@ -214,9 +214,9 @@ fn pass_body(f: &Frame, cell: &Cell, values: &Column, p: &mut Packet) -> u64 {
         // Comparing with NaN is false.
         let apart = radius >= marching::rounding_at(t, f.rounding);
         let crosses = p.enter.0[i] <= p.exit.0[i];
-        gone[i] = crosses & through & apart;
+        *gone = crosses & through & apart;
         let clear = radius * change.slope;
-        let select = |new: f32, old: f32| if gone[i] { new } else { old };
+        let select = |new: f32, old: f32| if *gone { new } else { old };
         p.steps.0[i] = select(p.steps.0[i] + 1.0, p.steps.0[i]);
         p.side.0[i] = select(side, p.side.0[i]);
         // The ball around that point is clear of surfaces beyond the leaf, too.
