@@ -226,7 +226,7 @@ impl Marcher {
     fn ask_at_entries(&mut self, cell: u32, met: u64, evaluator: &mut dyn Evaluator) {
         entries(&self.packet, &mut self.points);
         let (lanes, few) = (LANES - met.leading_zeros() as usize, met.count_ones());
-        if whole_chunks(few as usize) * 2 > whole_chunks(lanes) {
+        if whole_chunks(few as usize) == whole_chunks(lanes) {
             evaluator.distances_in(cell, &self.points, lanes, &mut self.values);
             return;
         }

@@ -139,14 +139,10 @@ impl<L: Lane, A: Attachment<L>> Machine<L, A> {
 
     /// Runs a tape of a verified program, or a pruned one, on the first `count` lanes of the seed.
     pub fn run(&mut self, program: &Program, tape: &[Clause], count: usize) -> &L::Block {
+        let rest = self.run_bare(program, tape, count);
         let m = self;
-        for clause in tape {
+        for clause in rest {
             let i = &program.code[clause.at as usize];
-            // Short operations take no longer than to find out what else might have to be done.
-            if let (true, Code::Op(op)) = (clause.flags & flags::BARE != 0, i.code) {
-                m.operate(program, clause, op, count);
-                continue;
-            }
             let [a, b, c] = clause.operands;
             let value = |r: u16| usize::from(r);
             match clause.form {
@@ -244,34 +240,48 @@ impl<L: Lane, A: Attachment<L>> Machine<L, A> {
         &m.values[0]
     }
 
-    /// Runs a clause with [`flags::BARE`].
-    #[inline(always)]
-    fn operate(&mut self, program: &Program, clause: &Clause, op: Op, count: usize) {
+    /// Runs the clauses at the beginning that have [`flags::BARE`]; gives the others. Fields written with
+    /// coordinates often have no others, and their operations take no longer than to find out what else a
+    /// clause might want.
+    fn run_bare<'a>(
+        &mut self,
+        program: &Program,
+        tape: &'a [Clause],
+        count: usize,
+    ) -> &'a [Clause] {
         let m = self;
-        let i = &program.code[clause.at as usize];
-        if let Operands::Right(index) | Operands::Left(index) = i.operands {
-            (m.loops.fill)(program.pool[index as usize][0], &mut m.constant, count);
+        let mut rest = tape;
+        while let [clause, others @ ..] = rest {
+            let i = &program.code[clause.at as usize];
+            let (true, Code::Op(op)) = (clause.flags & flags::BARE != 0, i.code) else {
+                break;
+            };
+            rest = others;
+            if let Operands::Right(index) | Operands::Left(index) = i.operands {
+                (m.loops.fill)(program.pool[index as usize][0], &mut m.constant, count);
+            }
+            let get = |r: u16| m.values.get(usize::from(r)).unwrap_or(&m.constant);
+            let [a, b, c] = clause.operands;
+            let values = [&**get(a), &**get(b), &**get(c)];
+            let point = m.points.get(usize::from(clause.point));
+            let point = &**point.unwrap_or(&m.points[0]);
+            let numbers = program.pool[i.parameters as usize..].as_flattened();
+            let reads = Reads {
+                point,
+                values,
+                constants: numbers,
+                count,
+            };
+            (m.loops.operations[op as usize])(&reads, &mut m.result, &mut m.target);
+            let two = [values[0], values[1]];
+            if clause.flags & flags::CHOICE != 0 {
+                m.attachment.choose(clause.at, Kernel::Hard, hard(op), two);
+            }
+            m.attachment.operate(op, point, two, [a, b], numbers);
+            std::mem::swap(&mut m.values[usize::from(clause.out)], &mut m.result);
+            m.attachment.set(clause.out);
         }
-        let get = |r: u16| m.values.get(usize::from(r)).unwrap_or(&m.constant);
-        let [a, b, c] = clause.operands;
-        let values = [&**get(a), &**get(b), &**get(c)];
-        let point = m.points.get(usize::from(clause.point));
-        let point = &**point.unwrap_or(&m.points[0]);
-        let numbers = program.pool[i.parameters as usize..].as_flattened();
-        let reads = Reads {
-            point,
-            values,
-            constants: numbers,
-            count,
-        };
-        (m.loops.operations[op as usize])(&reads, &mut m.result, &mut m.target);
-        let two = [values[0], values[1]];
-        if clause.flags & flags::CHOICE != 0 {
-            m.attachment.choose(clause.at, Kernel::Hard, hard(op), two);
-        }
-        m.attachment.operate(op, point, two, [a, b], numbers);
-        std::mem::swap(&mut m.values[usize::from(clause.out)], &mut m.result);
-        m.attachment.set(clause.out);
+        rest
     }
 
     fn negate_result(&mut self, count: usize) {
