@@ -95,8 +95,7 @@ pub(super) fn deepen(
     // Raw fields are divided by a bound of their slope that holds everywhere; in a cell it may be
     // far smaller. Distances have a slope of one nearly everywhere, which needs no finding out.
     // Only who looks for the surface asks.
-    let raw = |i: &Instruction| i.code == Code::Op(Op::FieldDistance);
-    let slopes = cut.band == 0.0 && program.code.iter().any(raw);
+    let slopes = cut.band == 0.0 && program.code.iter().any(is_raw);
     // What edits left behind is no reason to cut less.
     let before = cells.clauses();
     let mut next = Vec::new();
@@ -126,6 +125,11 @@ pub(super) fn deepen(
         parents.clear();
         std::mem::swap(&mut parents, &mut next);
     }
+}
+
+/// Whether an instruction divides a raw field by a bound of its slope.
+fn is_raw(i: &Instruction) -> bool {
+    i.code == Code::Op(Op::FieldDistance)
 }
 
 /// How many of these cells are cut before clauses are counted again: so few that, even if nothing could be
@@ -160,6 +164,12 @@ struct Part {
 }
 
 impl Part {
+    /// A tape of its own.
+    fn tape(&self, kept: Kept) -> Option<&[Clause]> {
+        let from = kept.start as usize;
+        (kept.arena == OWN).then(|| &self.clauses[from..from + kept.len as usize])
+    }
+
     /// Keeps the last tape, which begins at `start`, unless a cell from the `first` on has the same: boxes
     /// side by side often do.
     fn keep_once(&mut self, first: usize, start: usize) -> Kept {
@@ -286,18 +296,23 @@ impl<'a> Worker<'a> {
         }
         let seed = *boxes;
         let [mut low, mut high] = *self.chooser.run(self.program, tape, LANES);
-        let steepness = slopes.then(|| self.slopes(tape, &seed));
-        if let Some(steepness) = &steepness {
-            self.around_centres(tape, &seed, steepness, [&mut low, &mut high]);
+        let empty = |low: f32| low > 0.0 && low >= cut.band;
+        let full = |high: f32| high < 0.0 && high <= -cut.band;
+        let mut steepness = [(1.0, None); LANES];
+        let slopes = slopes && self.is_raw(tape);
+        if slopes {
+            let open = |&lane: &usize| !empty(low.0[lane]) && !full(high.0[lane]);
+            let open: Vec<usize> = (0..CHILDREN).filter(open).collect();
+            self.look_closely(tape, &seed, &open, &mut steepness, [&mut low, &mut high]);
         }
         let mut children = [EMPTY; CHILDREN];
         let first = part.cells.len();
         for (lane, entry) in children.iter_mut().enumerate() {
             let (low, high) = (low.0[lane], high.0[lane]);
-            if low > 0.0 && low >= cut.band {
+            if empty(low) {
                 continue;
             }
-            if high < 0.0 && high <= -cut.band {
+            if full(high) {
                 *entry = FULL;
                 continue;
             }
@@ -325,14 +340,15 @@ impl<'a> Worker<'a> {
             };
             let most = STALE[usize::from(len * 2 <= whole)];
             // Smaller cells have closer bounds of slopes, too.
+            let pays = stale < most || slopes && self.is_raw(part.tape(kept).unwrap_or(tape));
             let away = low.max(-high).max(0.0);
-            let wanted = (slopes || stale < most) && cut.refine.cut(&child, len, away);
+            let wanted = pays && cut.refine.cut(&child, len, away);
             let left = wanted && cut.refine.leaves(len);
             *entry = CELL + part.cells.len() as u32;
             let cell = Cell {
                 region: child,
-                slope: 1.0,
-                gradient: None,
+                slope: steepness[lane].0,
+                gradient: steepness[lane].1,
                 tape: kept,
                 stale,
                 leaf: true,
@@ -340,57 +356,57 @@ impl<'a> Worker<'a> {
             };
             part.cells.push((cell, wanted && !left));
         }
-        if let Some(bounds) = steepness {
-            for (&child, (slope, gradient)) in children.iter().zip(bounds) {
-                if child >= CELL {
-                    let cell = &mut part.cells[(child - CELL) as usize].0;
-                    (cell.slope, cell.gradient) = (slope, gradient);
-                }
-            }
-        }
         part.nodes.push(children);
     }
 
-    /// Makes bounds of the field in 64 boxes closer: nowhere is it farther from its value in the middle
-    /// than its gradient lets it go from there (the mean value form of interval arithmetic: R. Moore,
-    /// *Interval Analysis*, 1966).
-    fn around_centres(
+    /// Whether a tape divides a raw field.
+    fn is_raw(&self, tape: &[Clause]) -> bool {
+        let raw = |clause: &Clause| is_raw(&self.program.code[clause.at as usize]);
+        tape.iter().any(raw)
+    }
+
+    /// Finds how steep the field is in the boxes in these lanes, and makes its bounds there closer: nowhere is
+    /// it farther from its value in the middle than its gradient lets it go from there (the mean value form
+    /// of interval arithmetic: R. Moore, *Interval Analysis*, 1966).
+    fn look_closely(
         &mut self,
         tape: &[Clause],
         boxes: &[Column; 6],
-        steepness: &[Steepness; LANES],
+        lanes: &[usize],
+        steepness: &mut [Steepness; LANES],
         [low, high]: [&mut Column; 2],
     ) {
-        let mut most = Column([f32::INFINITY; LANES]);
-        for (lane, (slope, gradient)) in steepness.iter().enumerate() {
-            let Some(gradient) = gradient else { continue };
+        let mut near = [Column::default(); 6];
+        let middles = self.values.seed();
+        for (place, &lane) in lanes.iter().enumerate() {
+            for axis in 0..3 {
+                let (from, to) = (boxes[axis].0[lane], boxes[axis + 3].0[lane]);
+                (near[axis].0[place], near[axis + 3].0[place]) = (from, to);
+                middles[axis].0[place] = from + (to - from) * 0.5;
+            }
+        }
+        let values = *self.values.run(self.program, tape, lanes.len());
+        let found = self.slopes(tape, &near, lanes.len());
+        for (place, &lane) in lanes.iter().enumerate() {
+            steepness[lane] = found[place];
+            let (slope, Some(gradient)) = found[place] else {
+                continue;
+            };
             let (mut way, mut far) = (0.0, 0.0);
             for (axis, [least, greatest]) in gradient.iter().enumerate() {
-                let (from, to) = (boxes[axis].0[lane], boxes[axis + 3].0[lane]);
+                let (from, to) = (near[axis].0[place], near[axis + 3].0[place]);
                 way += least.abs().max(greatest.abs()) * (to - from) * 0.5;
                 far += from.abs().max(to.abs());
             }
-            // What is rounded is the middle and the value there.
-            most.0[lane] = way * SURELY + far * slope * 4e-6;
-        }
-        let seed = self.values.seed();
-        for axis in 0..3 {
-            for lane in 0..LANES {
-                let (from, to) = (boxes[axis].0[lane], boxes[axis + 3].0[lane]);
-                seed[axis].0[lane] = from + (to - from) * 0.5;
-            }
-        }
-        let value = self.values.run(self.program, tape, LANES);
-        for lane in 0..LANES {
-            // Comparing with NaN keeps what is known.
-            let (least, greatest) = (value.0[lane] - most.0[lane], value.0[lane] + most.0[lane]);
-            low.0[lane] = low.0[lane].max(least);
-            high.0[lane] = high.0[lane].min(greatest);
+            // What is rounded is the middle and the value there. Comparing with NaN keeps what is known.
+            let (most, value) = (way * SURELY + far * slope * 4e-6, values.0[place]);
+            low.0[lane] = low.0[lane].max(value - most);
+            high.0[lane] = high.0[lane].min(value + most);
         }
     }
 
-    /// Bounds of the field's slope and of its gradient in 64 boxes.
-    fn slopes(&mut self, tape: &[Clause], boxes: &[Column; 6]) -> [Steepness; LANES] {
+    /// Bounds of the field's slope and of its gradient in the first `count` boxes.
+    fn slopes(&mut self, tape: &[Clause], boxes: &[Column; 6], count: usize) -> [Steepness; LANES] {
         let seed = self.gradient.seed();
         *seed = <[[Column; 6]; 4]>::default();
         seed[0] = *boxes;
@@ -398,7 +414,7 @@ impl<'a> Worker<'a> {
             seed[axis + 1][axis] = Column([1.0; LANES]);
             seed[axis + 1][axis + 3] = Column([1.0; LANES]);
         }
-        let [x, y, z, _] = self.gradient.run(self.program, tape, LANES);
+        let [x, y, z, _] = self.gradient.run(self.program, tape, count);
         std::array::from_fn(|lane| {
             let square = |[low, high]: &[Column; 2]| {
                 let most = low.0[lane].abs().max(high.0[lane].abs());

@@ -2,12 +2,13 @@
 //!
 //! In a leaf a ray goes from where it enters to where it leaves, on the leaf's own tape and with the
 //! slope that the field has there. Between leaves there is nothing to be met, and no evaluation; a
-//! leaf that lies in the ball that the last value leaves clear is passed without one, too.
+//! leaf that lies in the ball that the last value leaves clear is passed without one, too. Most of the
+//! others are passed after one ([`first`]); the rays that are not through are collected and marched.
 //! In fields written with coordinates, bounds of the gradient say how fast the field changes along
 //! each ray in the leaf: that is the slope it marches with, and where the field cannot fall to zero
 //! before the ray leaves, the ray is through; where it falls to below zero for certain, there is one
-//! root, which secant steps find. A ray that runs along a surface still creeps; so after a
-//! few steps bounds of the field on what is left of the rays in the leaf say which of them meet nothing
+//! root, which secant steps find. A ray that runs along a surface still creeps; so after some
+//! steps bounds of the field on what is left of the rays in the leaf say which of them meet nothing
 //! there. Where all rays are parallel to an axis that is asked of whole rays first.
 //! Lists are sorted by the nearest that any ray can be in a leaf, which is not the order for each
 //! ray; so a hit counts until a nearer one is found, and leaves behind it are not entered.

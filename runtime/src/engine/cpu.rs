@@ -189,7 +189,7 @@ impl Field for Scene {
         self.facts
     }
     fn cells(&self, picture: &Picture) -> Option<Arc<Cells>> {
-        if !cut::wanted(picture, &self.distance, &self.tape) {
+        if !cut::wanted_by_packets(picture, &self.distance, &self.tape) {
             return None;
         }
         let frame = &picture.uniforms;
@@ -243,7 +243,7 @@ impl Field for Scene {
 impl Scene {
     /// What came of cutting space for the picture that was drawn last.
     fn cells_made(&self, picture: &Picture) -> CellStats {
-        if picture.shows_plane() || !cut::wanted(picture, &self.distance, &self.tape) {
+        if picture.shows_plane() || !cut::wanted_by_packets(picture, &self.distance, &self.tape) {
             return CellStats::default();
         }
         let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
