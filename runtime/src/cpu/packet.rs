@@ -14,6 +14,7 @@
 //! ray; so a hit counts until a nearer one is found, and leaves behind it are not entered.
 
 mod first;
+mod look;
 mod roots;
 
 use super::lanes::{Lanes, is_nan, lanes};
@@ -22,6 +23,7 @@ use super::meet::Meeting;
 use super::{Boxes, Column, Evaluator, LANES, Points, Range};
 use crate::cells::{Cell, Cells};
 use first::{bound_slopes, enter, entries, pass, start};
+use look::{rule_out, spans};
 use roots::{begin_roots, place_roots, step_roots};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{Frame, Ray};
@@ -82,10 +84,10 @@ fn along_an_axis(frame: &Frame) -> bool {
 }
 
 /// After so many steps in a leaf, what is left of the rays in it is looked at as a whole; and again
-/// after [`FEW_STEPS`] times so many.
-const FIRST_LOOK: u32 = 16;
-/// The same where the gradient in the leaf is not known.
+/// after as many times so many.
 const FEW_STEPS: u32 = 4;
+/// After so many for the first time where bounds of the gradient say already what rays pass.
+const FIRST_LOOK: u32 = 16;
 
 /// A field that falls no faster in one place of a leaf than this many times as fast as in another is
 /// near enough to a line for secant steps to go to its root from anywhere in the leaf.
@@ -458,54 +460,6 @@ fn place_body(b: &Inside, count: usize, points: &mut Points) {
         points[0].0[i] = p.x;
         points[1].0[i] = p.y;
         points[2].0[i] = p.z;
-    }
-}
-
-widest! {
-    /// The boxes around what is left of the rays in the leaf.
-    fn spans(inside: &Inside, count: usize, boxes: &mut Boxes) = spans_body;
-}
-
-#[inline(always)]
-fn spans_body(b: &Inside, count: usize, boxes: &mut Boxes) {
-    for i in 0..whole_chunks(count) {
-        let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-        let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-        // Rounding keeps the order of points along a ray, so these ends hold all between them.
-        let from = camera::along::<f32>(origin, direction, b.t.0[i]).to_array();
-        let to = camera::along::<f32>(origin, direction, b.leave.0[i]).to_array();
-        for axis in 0..3 {
-            boxes[axis].0[i] = Real::min(from[axis], to[axis]);
-            boxes[axis + 3].0[i] = Real::max(from[axis], to[axis]);
-        }
-    }
-}
-
-widest! {
-    /// Lets those rays through that stay farther from the surface than where they would stop.
-    fn rule_out(frame: &Frame, range: &Range, count: usize, inside: &mut Inside) = rule_out_body;
-}
-
-#[inline(always)]
-fn rule_out_body(f: &Frame, [low, high]: &Range, count: usize, b: &mut Inside) {
-    for i in 0..whole_chunks(count) {
-        let slope = b.slope.0[i];
-        let factor = f.inverse_slope / slope;
-        let half = camera::half_pixel(b.leave.0[i], f.footprint, f.footprint_growth);
-        let enough = marching::threshold(b.leave.0[i], half, f.cone, f.rounding);
-        let outside = b.side.0[i] > 0.0;
-        let nearest = if outside { low.0[i] } else { -high.0[i] };
-        let clear = nearest * factor > enough * marching::LEFT as f32;
-        b.outcome.0[i] = if clear {
-            outcome::THROUGH
-        } else {
-            outcome::UNDER_WAY
-        };
-        // What is clear is a ball around the last point; nothing is known beyond the leaf.
-        let (from, to) = (b.t.0[i], b.leave.0[i]);
-        let (middle, half) = ((from + to) * 0.5, (to - from) * 0.5 / slope);
-        b.t.0[i] = if clear { middle } else { from };
-        b.radius.0[i] = if clear { half } else { b.radius.0[i] };
     }
 }
 
