@@ -40,6 +40,14 @@ pub(super) mod outcome {
     }
 }
 
+/// On which side of the surface a ray is that has taken so many steps: one that starts where the field is
+/// below zero sees it from inside.
+#[inline(always)]
+pub(super) fn side_from(steps: f32, t: f32, distance: f32, side: f32) -> f32 {
+    let inside = (steps == 0.0) & (t == 0.0) & (distance < 0.0);
+    if inside { -1.0 } else { side }
+}
+
 /// Takes the step of the ray in a lane of a block with the columns of a march: `$distance` is what the
 /// field says where it is, and times `$factor` it has a slope of one. `$decide` says what became of
 /// the ray, from the next state, the distance that is near enough, and whether it may go on.
@@ -51,8 +59,7 @@ macro_rules! step_lane {
         let distance: f32 = $distance;
         let t = $b.t.0[$i] + $b.step.0[$i];
         let steps = $b.steps.0[$i] + 1.0;
-        let inside = (steps == 1.0) & (t == 0.0) & (distance < 0.0);
-        let side = if inside { -1.0 } else { $b.side.0[$i] };
+        let side = $crate::cpu::march::side_from($b.steps.0[$i], t, distance, $b.side.0[$i]);
         let half = camera::half_pixel(t, $frame.footprint, $frame.footprint_growth);
         let $enough = marching::threshold(t, half, $frame.cone, $frame.rounding);
         let $next = marching::march_step(

@@ -22,7 +22,7 @@ use super::march::{outcome, step_lane};
 use super::meet::Meeting;
 use super::{Boxes, Column, Evaluator, LANES, Points, Range};
 use crate::cells::{Cell, Cells};
-use first::{bound_slopes, enter, entries, pass, start};
+use first::{bound_slopes, enter, entries, pass, passes, start};
 use look::{rule_out, spans};
 use roots::{begin_roots, place_roots, step_roots};
 use sdfc_shaders::camera;
@@ -489,17 +489,10 @@ fn advance_body(f: &Frame, values: &Column, count: usize, b: &mut Inside) -> u64
         let slope = b.slope.0[i];
         let factor = f.inverse_slope / slope;
         step_lane!(f, b, i, values.0[i], factor, |next, enough, out| {
-            // What is left lies in the ball around the last point: there is nothing there.
             let left = b.leave.0[i] - next.t;
-            // Nor is there where the field does not fall fast enough.
-            let last = next.radius - b.fall.0[i] / slope * left;
-            let least = enough * marching::LEFT as f32;
-            let never = (last > least) & (next.step > 0.0);
-            let out = if (next.radius >= left) | (left <= 0.0) | never {
-                outcome::THROUGH
-            } else {
-                out
-            };
+            let fall = b.fall.0[i] / slope;
+            let through = passes(next.radius, next.step, fall, left, enough);
+            let out = if through { outcome::THROUGH } else { out };
             if next.arrived > 0.0 {
                 outcome::HIT
             } else {

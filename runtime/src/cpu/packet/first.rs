@@ -3,7 +3,7 @@
 
 use super::{Inside, Packet};
 use crate::cells::{Cell, Region};
-use crate::cpu::march::vector;
+use crate::cpu::march::{side_from, vector};
 use crate::cpu::tile::camera_ray;
 use crate::cpu::{Column, LANES, Points};
 use sdfc_shaders::camera;
@@ -186,6 +186,17 @@ fn entries_body(p: &Packet, points: &mut Points) {
     }
 }
 
+/// Whether a ray meets nothing in the `left` of its way through a leaf, at a point with this field where it
+/// would take a `step`; the field falls no faster than `fall`.
+#[inline(always)]
+pub(super) fn passes(radius: f32, step: f32, fall: f32, left: f32, enough: f32) -> bool {
+    // What is left lies in the ball around the point: there is nothing there.
+    let covered = (radius >= left) | (left <= 0.0);
+    // Nor is there where the field does not fall fast enough.
+    let last = radius - fall * left;
+    covered | (last > enough * marching::LEFT as f32) & (step > 0.0)
+}
+
 widest! {
     /// Lets those rays through that meet nothing in the leaf, as their first step in it would, by what
     /// the field says where they enter; gives their lanes.
@@ -201,16 +212,12 @@ fn pass_body(f: &Frame, cell: &Cell, values: &Column, p: &mut Packet) -> u64 {
         let way = [p.direction_x.0[i], p.direction_y.0[i], p.direction_z.0[i]];
         let change = change(cell, way, p.side.0[i]);
         let (t, distance) = (p.enter.0[i], values.0[i]);
-        let inside = (p.steps.0[i] == 0.0) & (t == 0.0) & (distance < 0.0);
-        let side = if inside { -1.0 } else { p.side.0[i] };
+        let side = side_from(p.steps.0[i], t, distance, p.side.0[i]);
         let radius = distance * side * (f.inverse_slope / change.slope);
         let half = camera::half_pixel(t, f.footprint, f.footprint_growth);
         let enough = marching::threshold(t, half, f.cone, f.rounding);
         let left = p.exit.0[i] - t;
-        // As in `advance`.
-        let last = radius - change.fall / change.slope * left;
-        let never = (last > enough * marching::LEFT as f32) & (radius > 0.0);
-        let through = (radius >= left) | (left <= 0.0) | never;
+        let through = passes(radius, radius, change.fall / change.slope, left, enough);
         // Comparing with NaN is false.
         let apart = radius >= marching::rounding_at(t, f.rounding);
         let crosses = p.enter.0[i] <= p.exit.0[i];
