@@ -15,11 +15,11 @@ mod find;
 mod lazy;
 mod pack;
 
-pub use again::again;
+pub use again::{again, changed};
 pub use build::{Cut, Refine, build};
 pub use find::Part;
 pub use lazy::{BLOCKS, Key, Lazy};
-pub use pack::{Packed, registers};
+pub use pack::{Left, Packed, registers};
 
 use crate::frame::CellStats;
 use sdfc_vm::lanes::Column;

@@ -315,7 +315,8 @@ pub struct Stats {
 /// What came of cutting space into cells ([`crate::cells`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CellStats {
-    /// How many there are.
+    /// How many there are; of those that a device cut, also those that edits replaced, as long as they
+    /// stay in memory.
     pub made: u64,
     /// How many clauses their programs have, shared ones counted once.
     pub clauses: u64,
@@ -327,6 +328,14 @@ pub struct CellStats {
 }
 
 impl CellStats {
+    /// Where an edit made so many more.
+    pub(crate) fn with_fresh(self, fresh: u64) -> Self {
+        Self {
+            made: self.made + fresh,
+            fresh,
+            ..self
+        }
+    }
     /// Those of two programs.
     pub(crate) fn and(self, other: Self) -> Self {
         Self {

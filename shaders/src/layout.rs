@@ -221,6 +221,9 @@ shared! {
     }
 }
 
+/// The [`Job::before`] of a cell that nothing is known of.
+pub const NONE_BEFORE: u32 = u32::MAX;
+
 shared! {
     /// A cell that is to be cut on a device.
     Job {
@@ -228,7 +231,8 @@ shared! {
         entry: u32,
         /// Where its tape begins.
         tape: u32,
-        /// How many clauses that has.
+        /// How many clauses that has; 0 for a cell that an edit left as it was, with all that it was cut
+        /// into.
         length: u32,
         /// How often space was cut for it.
         level: u32,
@@ -240,6 +244,8 @@ shared! {
         z: u32,
         /// How many levels in a row left next to nothing of their parents' tapes out.
         stale: u32,
+        /// Which entry was its before an edit; [`NONE_BEFORE`] where all cells are cut anew.
+        before: u32,
     }
 }
 

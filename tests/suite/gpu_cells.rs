@@ -171,14 +171,16 @@ fn clauses(count: usize) -> (Module, Vec<f64>) {
     built(scene.unwrap_or_else(|| panic!("{found:?}")))
 }
 
-/// So many posts of different heights in space that is repeated.
+/// So many posts of different heights in space that is repeated. A parameter says how wide the first one
+/// is.
 fn repeated(count: usize) -> (Module, Vec<f64>) {
-    let mut text = String::from("union([\n");
+    let mut text = String::from("param size = 0.05 in 0.01..=2;\nunion([\n");
     for n in 0..count {
         let at = |step: usize| ((n * step) % 97) as f64 / 97.0 * 1.6 - 0.8;
+        let side = if n == 0 { "size" } else { "0.05" };
         let _ = writeln!(
             text,
-            "box([0.05, {}, 0.05]).translate({}, 0, {}),",
+            "box([{side}, {}, 0.05]).translate({}, 0, {}),",
             0.1 + at(37).abs(),
             at(41),
             at(59)
@@ -389,6 +391,112 @@ fn an_edit_cuts_anew_and_makes_no_pipeline() {
     assert_ne!(after.stats.cells, before.stats.cells);
     let without = draw(&mut *engine, &module, &outputs, CellUse::Never);
     assert_eq!(differing(&without, &after), [0; 5]);
+}
+
+/// So many balls, red and blue, of which a parameter moves the first.
+fn coloured(count: usize) -> (Module, Vec<f64>) {
+    let mut text = String::from(
+        "material red { color: #c04030 }\nmaterial blue { color: #3040c0 }\n\
+         param size = 0.3 in 0.1..=2;\nunion([\n",
+    );
+    for n in 0..count {
+        let at = |step: usize| ((n * step) % 997) as f64 / 997.0 * 6.0 - 3.0;
+        let x = if n == 0 {
+            "size".to_owned()
+        } else {
+            at(389).to_string()
+        };
+        let paint = ["red", "blue"][n % 2];
+        let _ = writeln!(
+            text,
+            "sphere(0.4).translate({x}, {}, {}).material({paint}),",
+            at(577),
+            at(757)
+        );
+    }
+    text.push_str("], smooth: 0.05) & box([8, 8, 8])\n");
+    module(text)
+}
+
+#[test]
+fn after_an_edit_the_device_cuts_what_it_touches() {
+    edit("boxes", on_large_stack(|| boxes(300)), Mode::Depth, 4);
+    edit("coloured", on_large_stack(|| coloured(60)), Mode::Shaded, 2);
+    edit("repeated", on_large_stack(|| repeated(20)), Mode::Depth, 1);
+}
+
+/// Edits a scene's parameter again and again, and compares its pictures with those without cells. Fewer than
+/// one in `share` cells is made anew.
+fn edit(scene: &str, (mut module, outputs): (Module, Vec<f64>), mode: Mode, share: u64) {
+    let ample = interp(|limits| limits);
+    // Room for what some edits leave behind, until all is cut anew.
+    let most = 3 << 20;
+    let tight = interp(|limits| Limits {
+        buffer: most.min(limits.buffer),
+        storage_binding: most.min(limits.storage_binding),
+        ..limits
+    });
+    let (Some(mut ample), Some(mut tight)) = (ample, tight) else {
+        return;
+    };
+    let settings = |module: &Module, outputs: &[f64], cells| {
+        let overrides = Overrides {
+            mode,
+            ..wide(cells)
+        };
+        resolve(module, outputs, &overrides).expect("it has settings")
+    };
+    // Whoever edits does not let go of the camera.
+    let view = settings(&module, &outputs, CellUse::Device).view;
+    let draw = |engine: &mut dyn Engine, module: &Module, outputs: &[f64], cells| {
+        let mut settings = settings(module, outputs, cells);
+        settings.view = view;
+        engine.render(&settings, &|_| {}).expect("it is drawn")
+    };
+    for engine in [&mut ample, &mut tight] {
+        engine.load(&loaded(&module, &outputs)).expect("it loads");
+    }
+    let mut processor = interp(|limits| limits).expect("there is one");
+    let (mut anew, mut before) = (0, 0);
+    for edit in 0..12 {
+        let what = format!("{scene}, edit {edit}");
+        // Not what the text says, for which bounds are closer.
+        let size = 0.35 + 0.05 * f64::from(edit % 3);
+        module.settings.params[0].value = vec![size];
+        let outputs = module.update(0.0);
+        processor
+            .load(&loaded(&module, &outputs))
+            .expect("it loads");
+        let uses = [CellUse::Never, CellUse::Processor];
+        let [whole, kept] = uses.map(|cells| draw(&mut *processor, &module, &outputs, cells));
+        let [with_room, without] = [&mut ample, &mut tight].map(|engine| {
+            let done = engine.update(&module, &outputs);
+            done.expect("it takes the parameter");
+            draw(&mut **engine, &module, &outputs, CellUse::Device)
+        });
+        assert_eq!(differing(&whole, &with_room), [0; 5], "{what}");
+        assert_eq!(differing(&whole, &without), [0; 5], "{what}");
+        let [device, tight, kept] = [with_room, without, kept].map(|frame| frame.stats.cells);
+        assert_eq!(device.short, 0);
+        if edit == 0 {
+            assert_eq!(device.fresh, device.made);
+            continue;
+        }
+        assert!(device.fresh * share < kept.made, "{what}: {device:?}");
+        // As many as the processor makes, but for the whole and rounding, as long as it does not make all
+        // anew itself.
+        if edit < 3 {
+            let near = device.fresh.abs_diff(kept.fresh) * 50 <= kept.fresh;
+            assert!(near, "{what}: {device:?} and {kept:?}");
+        }
+        // What edits replaced is counted until then.
+        anew += usize::from(tight.made < before);
+        before = tight.made;
+    }
+    assert!(
+        (1..8).contains(&anew),
+        "{scene}: all was cut anew {anew} times of 11"
+    );
 }
 
 #[test]

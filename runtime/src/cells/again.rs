@@ -13,6 +13,8 @@ use std::sync::Arc;
 /// How many times as many cells as were made at first, and clauses as there may be, are kept before
 /// all are made anew: those that edits replaced stay in memory.
 const GROWTH: usize = 2;
+/// So few cells may be replaced many times.
+const FEW: usize = 4096;
 
 /// The cells of a program that was edited, from those `before` the edit, of which the first cell is
 /// cut as it was then. `None` where the edit is not of this kind; then all cells are to be made anew.
@@ -26,7 +28,7 @@ pub fn again(
         && before.split == cut.split
         && before.band.to_bits() == cut.band.to_bits();
     let large = before.short > 0
-        || before.cells.len() > GROWTH * before.first
+        || before.cells.len() > GROWTH * before.first.max(FEW)
         || before.clauses() > GROWTH * MOST_CLAUSES;
     if !same_cut || large || old.1 != new.1 {
         return None;
@@ -60,7 +62,7 @@ pub fn again(
 }
 
 /// Which instructions have other constants; `None` if more than that is different.
-fn changed(old: &Program, new: &Program) -> Option<Vec<bool>> {
+pub fn changed(old: &Program, new: &Program) -> Option<Vec<bool>> {
     if old.code.len() != new.code.len() {
         return None;
     }

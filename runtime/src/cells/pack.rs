@@ -3,13 +3,15 @@
 use super::{CELL, CHILDREN, Cells, Cut, EMPTY, FULL, NODE, Split};
 use crate::frame::CellStats;
 use sdfc_shaders::interpreter::tape::{Registers, clause_words, constant, node};
-use sdfc_shaders::layout::{Grid, Job};
+use sdfc_shaders::layout::{Grid, Job, NONE_BEFORE};
 use sdfc_vm::tape::{Clause, Tape};
 use std::collections::{HashMap, HashSet};
 
 /// The cells of a scene's programs in the same box, as words.
 #[derive(Clone, Debug)]
 pub struct Packed {
+    /// How many nodes and words of tapes lie before these.
+    pub behind: [u32; 2],
     /// Where they are, and where each program's begin.
     pub grid: Grid,
     /// The children of all cells.
@@ -22,9 +24,19 @@ pub struct Packed {
     pub counts: CellStats,
 }
 
+/// A cell whose cutting is left to somebody else.
+#[derive(Clone, Copy, Debug)]
+pub struct Left {
+    /// Its number, which it keeps as long as edits leave it as it is.
+    pub cell: u32,
+    /// What there is to be done.
+    pub job: Job,
+}
+
 impl Packed {
-    /// Nothing yet of what is cut like this, with tapes that take no more registers than these.
-    pub fn new(cut: &Cut<'_>, registers: Registers) -> Self {
+    /// Nothing yet of what is cut like this, with tapes that take no more registers than these, behind
+    /// so many nodes and words of tapes.
+    pub fn new(cut: &Cut<'_>, registers: Registers, behind: [u32; 2]) -> Self {
         let (region, split) = (&cut.region, cut.split);
         let scale = |axis: usize| {
             let side = region.high[axis] - region.low[axis];
@@ -35,6 +47,7 @@ impl Packed {
             scales[2] = 0.0;
         }
         Self {
+            behind,
             grid: Grid {
                 low: region.low,
                 scale: scales,
@@ -53,6 +66,7 @@ impl Packed {
     /// `base` on.
     pub fn whole(tapes: [Option<&Tape>; 2], base: u32, registers: Registers) -> Self {
         let mut packed = Self {
+            behind: [0; 2],
             grid: Grid::default(),
             nodes: Vec::new(),
             tapes: Vec::new(),
@@ -77,7 +91,7 @@ impl Packed {
 
     /// Adds the cells of the distance, of which so many are not those of the picture before; gives
     /// those whose cutting was left to somebody else.
-    pub fn add_distance(&mut self, tape: &Tape, cells: &Cells, fresh: usize) -> Vec<Job> {
+    pub fn add_distance(&mut self, tape: &Tape, cells: &Cells, fresh: usize) -> Vec<Left> {
         let ([root, whole], left) = self.add(tape, cells, 0, true);
         self.counts.fresh += fresh as u64;
         self.grid.distance = root;
@@ -86,7 +100,13 @@ impl Packed {
     }
 
     /// The same for surfaces, whose program's instructions begin at `base`.
-    pub fn add_surface(&mut self, tape: &Tape, cells: &Cells, base: u32, fresh: usize) -> Vec<Job> {
+    pub fn add_surface(
+        &mut self,
+        tape: &Tape,
+        cells: &Cells,
+        base: u32,
+        fresh: usize,
+    ) -> Vec<Left> {
         let ([root, whole], left) = self.add(tape, cells, base, false);
         self.counts.fresh += fresh as u64;
         self.grid.surface = root;
@@ -108,7 +128,7 @@ impl Packed {
         cells: &Cells,
         base: u32,
         constants: bool,
-    ) -> ([u32; 2], Vec<Job>) {
+    ) -> ([u32; 2], Vec<Left>) {
         let whole = self.add_tape(&tape.clauses, base);
         let mut known = HashMap::from([(cells.cells[0].tape.key(), whole)]);
         // Tapes of cells that are cut are not words, but count.
@@ -119,7 +139,8 @@ impl Packed {
             short: cells.short() as u64,
             fresh: 0,
         };
-        let first = (self.nodes.len() / CHILDREN) as u32;
+        let [behind, _] = self.behind;
+        let first = behind + (self.nodes.len() / CHILDREN) as u32;
         let digit = cells.split.digit();
         // The nodes that are reached from the root, in the order of their numbers, each with its level
         // and its place among the cells of that level. What edits left behind is not reached.
@@ -159,8 +180,8 @@ impl Packed {
                             self.add_tape(clauses, base)
                         });
                         if cell.left {
-                            left.push(Job {
-                                entry: self.nodes.len() as u32,
+                            let job = Job {
+                                entry: behind * CHILDREN as u32 + self.nodes.len() as u32,
                                 tape: word,
                                 length: clauses.len() as u32,
                                 level: level + 1,
@@ -168,6 +189,11 @@ impl Packed {
                                 y: at[1],
                                 z: at[2],
                                 stale: cell.stale,
+                                before: NONE_BEFORE,
+                            };
+                            left.push(Left {
+                                cell: child - CELL,
+                                job,
                             });
                         }
                         word
@@ -190,7 +216,7 @@ impl Packed {
 
     /// Adds a tape; gives where it begins.
     fn add_tape(&mut self, clauses: &[Clause], base: u32) -> u32 {
-        let start = self.tapes.len() as u32;
+        let start = self.behind[1] + self.tapes.len() as u32;
         self.tapes.push([clauses.len() as u32, 0]);
         let bits = self.registers.bits();
         let words = |clause| clause_words(clause, base, bits);

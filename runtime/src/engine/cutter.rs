@@ -21,6 +21,8 @@ use sdfc_vm::program::Needs;
 
 /// Room for so many cells that are cut: a node and a place in the list for each. 8 MiB and 1 MiB.
 const NODES: u64 = 1 << 15;
+/// The words of 64 children, and the tape of the cell that they are cut from.
+const NODE_BYTES: u64 = 260;
 /// Room for so many clauses for each of the program, and the least and the most room: 32 to 128 MiB.
 /// A thousand blended boxes at 640×360 took 3,400 for each.
 const CLAUSES_FOR_EACH: u64 = 1 << 15;
@@ -65,6 +67,19 @@ pub(super) struct Cutter {
     /// How many of those were used, until they are read.
     unread: usize,
     counts: CellStats,
+    /// How many nodes and words of tapes there is room for.
+    room: [u32; 2],
+    /// How many are there, once that is read.
+    used: Option<[u32; 2]>,
+}
+
+/// What is in the buffers of nodes and tapes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Filled {
+    /// How many nodes and words of tapes there are.
+    pub(super) used: [u32; 2],
+    /// How many there is room for.
+    pub(super) room: [u32; 2],
 }
 
 /// What is cut.
@@ -76,9 +91,13 @@ pub(super) struct Task<'a> {
     pub(super) memory: Memory,
     /// The buffers of instructions and constants.
     pub(super) words: &'a [(Binding, Buffer); 2],
-    /// The buffers of nodes and tapes, and how many of both there are.
-    pub(super) nodes: (&'a Buffer, usize),
-    pub(super) tapes: (&'a Buffer, usize),
+    /// The buffers of nodes and tapes.
+    pub(super) nodes: &'a Buffer,
+    pub(super) tapes: &'a Buffer,
+    /// How many nodes and words of tapes are there already.
+    pub(super) used: [u32; 2],
+    /// Whether what was cut before is looked at again.
+    pub(super) is_edit: bool,
     /// For each program.
     pub(super) parts: Vec<Part<'a>>,
     /// What the processor made.
@@ -90,7 +109,7 @@ pub(super) struct Part<'a> {
     pub(super) needs: &'a Needs,
     pub(super) way: Way,
     pub(super) cut: Cut,
-    pub(super) jobs: &'a [Job],
+    pub(super) jobs: Vec<Job>,
 }
 
 /// Whether a picture's cells are cut on a device by themselves: where that is not the processor.
@@ -118,7 +137,8 @@ pub(super) fn sizes(device: &DeviceInfo, filled: [u64; 2], program: usize) -> [u
     let [least, most] = CLAUSES;
     let clauses = (program as u64 * CLAUSES_FOR_EACH).clamp(least, most);
     let [nodes, tapes] = filled;
-    [nodes + 256 * NODES, tapes + 8 * clauses].map(|size| size.min(room(device)))
+    let nodes = nodes.div_ceil(256) + NODES;
+    [NODE_BYTES * nodes, tapes + 8 * clauses].map(|size| size.min(room(device)))
 }
 
 impl Cutter {
@@ -126,12 +146,21 @@ impl Cutter {
     pub(super) fn run(&mut self, gpu: &Gpu, task: &Task<'_>) -> Result<(), EngineError> {
         let info = gpu.info();
         let most = room(info);
+        // What was there before an edit stays in memory.
+        self.counts = match task.is_edit {
+            true => self.counts(gpu)?.with_fresh(task.made.fresh),
+            false => task.made,
+        };
         self.unread = 0;
-        self.counts = task.made;
+        self.used = None;
+        self.room = [
+            (task.nodes.size() / NODE_BYTES) as u32,
+            (task.tapes.size() / 8) as u32,
+        ];
         let choices = CHOICES.min((most - 4 * SPACE_WORDS as u64) / 4);
         let mut head = [0_u32; SPACE_WORDS];
-        head[place("NODES")] = (task.nodes.1 / 64) as u32;
-        head[place("TAPES")] = task.tapes.1 as u32;
+        head[place("NODES")] = task.used[0];
+        head[place("TAPES")] = task.used[1];
         let head_bytes = size_of_val(&head) as u64;
         let space = grown(
             gpu,
@@ -154,8 +183,8 @@ impl Cutter {
             let bytes = HEAD + size_of::<Job>() as u64 * places;
             let work = grown(gpu, &mut self.work[number], Usage::Storage, bytes)?;
             let cut = Cut {
-                nodes: (task.nodes.0.size() / 256) as u32,
-                tapes: (task.tapes.0.size() / 8) as u32,
+                nodes: self.room[0],
+                tapes: self.room[1],
                 choices: choices as u32,
                 queue: places as u32,
                 // A clause has four words of choices; some room is left for longer tapes.
@@ -172,8 +201,8 @@ impl Cutter {
             let both = [(SPACE_SLOT, &space), (WORK_SLOT, &work)];
             let planned = [&both[..], &[(ARGUMENTS_SLOT, &arguments)]].concat();
             let own = [
-                (NODES_SLOT, task.nodes.0),
-                (TAPES_SLOT, task.tapes.0),
+                (NODES_SLOT, task.nodes),
+                (TAPES_SLOT, task.tapes),
                 (FACTS_SLOT, &facts),
             ];
             let words = task
@@ -217,6 +246,7 @@ impl Cutter {
                 let listed = front[state + 2].min(front[queue]);
                 self.counts.short += u64::from(listed.saturating_sub(front[state + 1]));
             }
+            self.used = Some(["NODES", "TAPES"].map(|name| head[place(name)]));
         }
         self.unread = 0;
         Ok(self.counts)
@@ -225,7 +255,20 @@ impl Cutter {
     /// Forgets what was counted: there are no cells of this making now.
     pub(super) fn reset(&mut self, counts: CellStats) {
         self.unread = 0;
+        self.used = None;
         self.counts = counts;
+    }
+
+    /// What is in the buffers, where all cells found room and half of it is left for what edits make anew.
+    pub(super) fn filled(&mut self, gpu: &Gpu) -> Result<Option<Filled>, EngineError> {
+        let counts = self.counts(gpu)?;
+        let filled = self.used.map(|used| Filled {
+            used,
+            room: self.room,
+        });
+        Ok(filled.filter(|Filled { used, room }| {
+            counts.short == 0 && used.iter().zip(room).all(|(used, room)| 2 * used <= *room)
+        }))
     }
 
     /// Makes the kernels that cut programs which need these, if they are not there yet and the device

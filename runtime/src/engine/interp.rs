@@ -18,9 +18,9 @@ use super::{EngineError, EngineKind, Loaded, cut, kernels};
 use crate::cells::{Packed, registers};
 use crate::frame::{CellStats, CellUse, Picture};
 use crate::gpu::{Access, Binding, Buffer, Gpu, Usage};
-use cells::{Kept, MadeFor, Part};
+use cells::{Kept, MadeFor, Part, Work};
 use sdfc_shaders::assemble::SceneFunction;
-use sdfc_shaders::interpreter::cut::facts;
+use sdfc_shaders::interpreter::cut::{facts, mark};
 use sdfc_shaders::interpreter::tape::{self, GRID_SLOT, NODES_SLOT, Registers, TAPES_SLOT};
 use sdfc_shaders::interpreter::{
     CODE_SLOT, Function, LENGTH_SLOT, Memory, POOL_SLOT, bindings, interpreter,
@@ -177,14 +177,16 @@ impl OnDevice for Interpreter {
         let limits = gpu.info().limits;
         let most = limits.storage_binding.min(limits.buffer);
         let tapes = self.tapes.clone().unwrap_or_default();
-        let packed = self
+        let filled = self.cutter.filled(gpu)?;
+        let work = self
             .kept
-            .packed(&self.programs, &tapes, &made_for, registers);
-        let Some((packed, parts)) = packed.filter(|(packed, _)| packed.largest() as u64 <= most)
-        else {
+            .packed(&self.programs, &tapes, &made_for, registers, filled);
+        let Some(work) = work.filter(|work| work.packed.largest() as u64 <= most) else {
+            // What the device has is not what was kept.
+            self.cutter.reset(CellStats::default());
             return self.without_cells(gpu);
         };
-        self.with_cells(gpu, &packed, &parts)?;
+        self.with_cells(gpu, work)?;
         self.reads = Reads::Cells(made_for);
         Ok(true)
     }
@@ -274,7 +276,7 @@ impl Interpreter {
             .map(|p| p.as_ref().map_or(0, |p| p.code.len()));
         let code = lengths.iter().sum();
         let pool = pool(&programs);
-        let (cutter, kept) = before
+        let (mut cutter, kept) = before
             .as_mut()
             .map(|before| {
                 (
@@ -325,6 +327,9 @@ impl Interpreter {
                 ),
             }
         };
+        if cells.buffers.is_empty() {
+            cutter.reset(CellStats::default());
+        }
 
         let (usage, access, code_size, pool_size) = match memory {
             Memory::Uniform { code, pool } => (
@@ -397,7 +402,14 @@ impl Interpreter {
             let tapes = tapes.each_ref().map(|tape| tape.as_deref());
             let base = programs[0].as_ref().map_or(0, |program| program.code.len());
             let packed = Packed::whole(tapes, base as u32, self.cells.registers);
-            self.with_cells(gpu, &packed, &[])?;
+            self.with_cells(
+                gpu,
+                Work {
+                    packed,
+                    parts: Vec::new(),
+                    changed: None,
+                },
+            )?;
         } else {
             self.buffers = self.words.to_vec();
             self.buffers.push(self.length.clone());
@@ -451,17 +463,18 @@ impl Interpreter {
     }
 
     /// Brings cells to the device, and cuts there what is left.
-    fn with_cells(
-        &mut self,
-        gpu: &Gpu,
-        packed: &Packed,
-        parts: &[Part],
-    ) -> Result<(), EngineError> {
-        let facts = if parts.is_empty() {
+    fn with_cells(&mut self, gpu: &Gpu, work: Work) -> Result<(), EngineError> {
+        let Work {
+            packed,
+            parts,
+            changed,
+        } = work;
+        let mut facts = if parts.is_empty() {
             Vec::new()
         } else {
             self.facts()
         };
+        mark(&mut facts, changed.iter().flatten());
         let cells = &mut self.cells;
         let storage = |slot| Binding {
             slot,
@@ -471,11 +484,15 @@ impl Interpreter {
             slot: GRID_SLOT,
             access: Access::Uniform,
         };
+        let [nodes_behind, words_behind] = packed.behind.map(u64::from);
+        let used = [
+            256 * nodes_behind + 4 * packed.nodes.len() as u64,
+            8 * (words_behind + packed.tapes.len() as u64),
+        ];
         // One entry at least, for buffers cannot be empty.
-        let mut nodes = packed.nodes.clone();
-        nodes.resize(nodes.len().max(1), 0);
-        let mut room = [4 * nodes.len(), 8 * packed.tapes.len()].map(|size| size as u64);
-        if !parts.is_empty() {
+        let mut room = used.map(|size| size.max(4));
+        // What an edit goes on with has its room.
+        if !parts.is_empty() && changed.is_none() {
             room = cutter::sizes(gpu.info(), room, facts.len());
         }
         let sizes = [
@@ -497,13 +514,13 @@ impl Interpreter {
                 None => cells.buffers.push((binding, buffer)),
             }
         }
-        gpu.write(&cells.buffers[0].1, &nodes)?;
-        gpu.write(&cells.buffers[1].1, &packed.tapes)?;
+        gpu.write_at(&cells.buffers[0].1, 256 * nodes_behind, &packed.nodes)?;
+        gpu.write_at(&cells.buffers[1].1, 8 * words_behind, &packed.tapes)?;
         gpu.write(&cells.buffers[2].1, &[packed.grid])?;
         cells.registers = packed.registers;
         self.buffers = self.words.iter().chain(&cells.buffers).cloned().collect();
-        self.cutter.reset(packed.counts);
         if parts.is_empty() {
+            self.cutter.reset(packed.counts);
             return Ok(());
         }
         let needs = |part: &Part| match &self.surface {
@@ -515,15 +532,17 @@ impl Interpreter {
             registers: packed.registers,
             memory: self.memory,
             words: &self.words,
-            nodes: (&cells.buffers[0].1, packed.nodes.len()),
-            tapes: (&cells.buffers[1].1, packed.tapes.len()),
+            nodes: &cells.buffers[0].1,
+            tapes: &cells.buffers[1].1,
+            used: [used[0] / 256, used[1] / 8].map(|used| used as u32),
+            is_edit: changed.is_some(),
             parts: parts
                 .iter()
                 .map(|part| cutter::Part {
                     needs: needs(part),
                     way: part.way,
                     cut: part.cut,
-                    jobs: &part.jobs,
+                    jobs: part.jobs(),
                 })
                 .collect(),
             made: packed.counts,

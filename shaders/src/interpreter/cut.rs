@@ -10,11 +10,16 @@
 //!         64 children of a cell beside each other
 //! work    a `Cut`, 4 words, then the list of `Job`s
 //! arguments   of the indirect dispatch
+//! nodes   behind the children of all nodes that there is room for, the tape of the cell that each is of
 //! ```
 //! The words of `space` are counted up from what is there already: nodes, words of tapes, cells with
 //! tapes, clauses of their own, cells with longer tapes than they need; then the words of choices in
 //! use. Those of `work`: the first cell of the present dispatch, that of the next one, how many are
 //! listed, and how many clauses those have that wait.
+//!
+//! After an edit, new nodes lie behind the old ones. Where a child's tape is what it was and holds no
+//! instruction that the edit [`changed`](mark), the child is what it was too, with all that it was cut
+//! into: its new entry is its old one.
 //!
 //! Choices are decided as in [`sdfc_vm::tape::choose`], by the value at the middle of a box and slopes or
 //! by intervals ([`Way`]), and what is left is found as in [`sdfc_vm::tape::prune`]. A device may round
@@ -22,9 +27,9 @@
 //! [`sdfc_vm::outward`].
 
 use super::operation::Numbers;
-use super::tape::{NODES_SLOT, Registers, TAPES_SLOT, node, step};
+use super::tape::{NODES_SLOT, Registers, TAPES_SLOT, constant, node, step};
 use super::{Memory, code_bindings};
-use crate::layout::{Cut, Job};
+use crate::layout::{Cut, Job, NONE_BEFORE};
 use sdfc_vm::library::Library;
 use sdfc_vm::outward::KNOWN;
 use sdfc_vm::program::{Needs, Program};
@@ -76,6 +81,7 @@ const BLENDS: u32 = 256;
 const FIRST_OPERAND: u32 = 512;
 const SECOND_OPERAND: u32 = 1024;
 const THIRD_OPERAND: u32 = 2048;
+const CHANGED: u32 = 4096;
 
 /// How choices are decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -109,6 +115,13 @@ pub fn facts(program: &Program, tape: &Tape) -> Vec<[u32; 4]> {
         facts[clause.at as usize] = fact(clause, Test::of(program, &tape.slopes, clause));
     }
     facts
+}
+
+/// Marks the facts of instructions that an edit changed.
+pub fn mark<'a>(facts: &mut [[u32; 4]], changed: impl IntoIterator<Item = &'a bool>) {
+    for (fact, changed) in facts.iter_mut().zip(changed) {
+        fact[3] |= if *changed { CHANGED } else { 0 };
+    }
 }
 
 /// The fact of a clause that is all of its instruction.
@@ -172,7 +185,10 @@ pub fn kernel(needs: &Needs, registers: Registers, memory: Memory, way: Way) -> 
         ("FIRST_OPERAND", FIRST_OPERAND),
         ("SECOND_OPERAND", SECOND_OPERAND),
         ("THIRD_OPERAND", THIRD_OPERAND),
+        ("CHANGED", CHANGED),
         ("NODE", node(0)),
+        ("CONSTANT", constant(false)),
+        ("NONE_BEFORE", NONE_BEFORE),
         ("STALE_WHOLE", STALE[0]),
         ("STALE_PART", STALE[1]),
         ("FLAT_DIGIT", 3),

@@ -11,6 +11,8 @@ struct Given {
     node: u32,
     choices: u32,
     taken: u32,
+    // The entry of its first child before an edit.
+    before: u32,
 }
 
 // What became of a child: whether it has a tape, how many clauses of its own, and whether it has more
@@ -23,6 +25,12 @@ struct Made {
 
 var<workgroup> given: Given;
 var<workgroup> sums: array<atomic<u32>, 3>;
+
+// The end of the tape that a child had before an edit, how long it was, and whether what is kept now is
+// the same.
+var<private> old_last: u32;
+var<private> old_length: u32;
+var<private> is_same: bool;
 
 // New names of the registers that are read later, a byte for each old one: one more than the name.
 var<private> value_names: array<u32, VALUE_WORDS>;
@@ -80,7 +88,8 @@ fn read_point(old: u32) -> u32 {
 }
 
 // Walks through a tape from its end; gives how many clauses are kept. With `last` they are written,
-// the last one there. `choices` are those of this invocation.
+// the last one there; else they are compared with what was there before. `choices` are those of this
+// invocation.
 fn walk(tape: u32, length: u32, choices: u32, last: u32) -> u32 {
     // The result is in register 0, and the point that is looked at is point 0.
     value_names = array<u32, VALUE_WORDS>();
@@ -165,7 +174,13 @@ fn walk(tape: u32, length: u32, choices: u32, last: u32) -> u32 {
             let name = read_point((clause.x >> 3u) & 31u) - 1u;
             words.x = (words.x & ~(31u << 3u)) | (name << 3u);
         }
-        if last != 0u { tapes[last - kept] = words; }
+        if last != 0u {
+            tapes[last - kept] = words;
+        } else if is_same {
+            is_same = kept < old_length
+                && all(tapes[old_last - kept] == words)
+                && (facts[clause.x >> INSTRUCTION_SHIFT].w & CHANGED) == 0u;
+        }
         kept += 1u;
     }
     return kept;
@@ -196,6 +211,10 @@ fn give(number: u32) -> Given {
     var nothing: Given;
     if number >= atomicLoad(&work.state[NEXT]) { return nothing; }
     let job = work.jobs[number];
+    if job.length == 0u {
+        nodes[job.entry] = nodes[job.before];
+        return nothing;
+    }
     let need = choice_words(job.length);
     if need > work.cut.choices {
         atomicAdd(&space.state[SHORT], 1u);
@@ -212,7 +231,30 @@ fn give(number: u32) -> Given {
         atomicAdd(&space.state[SHORT], 1u);
         return nothing;
     }
-    return Given(job, node, choices, 1u);
+    nodes[owner_entry(node)] = job.tape;
+    var before = NONE_BEFORE;
+    if job.before != NONE_BEFORE {
+        let word = nodes[job.before];
+        if word >= NODE { before = (word - NODE) * 64u; }
+    }
+    return Given(job, node, choices, 1u, before);
+}
+
+// Where the tape of the cell stands that a node is of.
+fn owner_entry(node: u32) -> u32 {
+    return work.cut.nodes * 64u + node;
+}
+
+// Lets what is kept of a child be compared with what the child was, by the entry that was its.
+fn compare_with(entry: u32) {
+    is_same = false;
+    if entry == NONE_BEFORE { return; }
+    var tape = nodes[entry];
+    if tape >= NODE { tape = nodes[owner_entry(tape - NODE)]; }
+    if tape >= CONSTANT { return; }
+    old_length = tapes[tape].x;
+    old_last = tape + old_length;
+    is_same = true;
 }
 
 // Where a tape of so many clauses goes; 0 where there is no room.
@@ -266,12 +308,19 @@ fn make(here: Given, lane: u32) -> Made {
         return Made();
     }
 
+    var before = NONE_BEFORE;
+    if here.before != NONE_BEFORE { before = here.before + lane; }
+    compare_with(before);
     var made = Made(1u, 0u, 0u);
     var tape = job.tape;
     var length = job.length;
     var last = 0u;
     for (var turn = 0u; turn < 2u; turn += 1u) {
         let kept = walk(job.tape, job.length, choices, last);
+        if is_same && last == 0u && kept == old_length {
+            nodes[entry] = nodes[before];
+            return Made();
+        }
         if kept == job.length || last != 0u { break; }
         let start = reserve(kept);
         if start == 0u {
@@ -291,7 +340,7 @@ fn make(here: Given, lane: u32) -> Made {
     let away = max(max(field.x, -field.y), 0.0);
     if made.short == 0u && stale < most_stale && level < work.cut.levels
         && is_wanted(low, side, length, away) {
-        let next = Job(entry, tape, length, level, place.x, place.y, place.z, stale);
+        let next = Job(entry, tape, length, level, place.x, place.y, place.z, stale, before);
         if !list(next) { made.short = 1u; }
     }
     return made;
