@@ -9,7 +9,10 @@
 
 pub mod cut;
 mod operation;
+mod record;
 pub mod tape;
+
+pub use record::Record;
 
 use operation::{
     Names, Numbers, apply_paint, arity, blends, case, constant_operands, declare_paint, frame,
@@ -181,27 +184,28 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
         1,
         &format!("for (var at = {first}; at < program_length.{end}; at += 1u) {{"),
     );
-    line(2, "let word = code[at];");
+    line(2, "let instruction = code[at];");
+    line(2, "let word = instruction.x;");
     for k in 0..widest(needs) {
-        line(2, &format!("let k{k} = pool[word.y + {k}u];"));
+        line(2, &format!("let k{k} = pool[instruction.y + {k}u];"));
     }
     if needs.constant_operands || !needs.kernels.is_empty() {
-        line(2, "let c = pool[word.w];");
+        line(2, "let c = pool[instruction.w];");
     }
     if needs.points > 0 {
-        line(2, "let back = (word.x >> 16u) & 31u;");
+        line(2, "let back = (word >> 16u) & 31u;");
         line(2, "if back > 0u {");
         line(3, "kept -= back;");
         line(3, "p = points[kept];");
         line(2, "}");
-        line(2, "if (word.x & 0x800000u) != 0u {");
+        line(2, "if (word & 0x800000u) != 0u {");
         line(3, "points[kept] = p;");
         line(3, "kept += 1u;");
         line(2, "}");
     }
-    frame(needs, numbers, library, &mut line);
+    frame(needs, numbers, "instruction.z", library, &mut line);
     if stack {
-        line(2, "let taken = (word.x >> 21u) & 3u;");
+        line(2, "let taken = (word >> 21u) & 3u;");
         line(2, "stack[depth] = top;");
         if surface {
             line(2, "materials[depth] = material;");
@@ -224,7 +228,7 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
         both: "taken == 2u",
         materials: stack.then_some(["materials[depth - 1u]", "material"]),
     };
-    line(2, "switch word.x & 255u {");
+    line(2, "switch word & 255u {");
     for &code in &needs.codes {
         let body = case(code, needs, numbers, surface, &names, library);
         line(3, &format!("case {}u: {{ {body} }}", code.number()));
@@ -282,7 +286,7 @@ fn place(
 ) {
     let none = needs.codes.iter().any(|code| code.gives_none());
     if !needs.kernels.is_empty() {
-        line(2, "let kernel = (word.x >> 8u) & 7u;");
+        line(2, "let kernel = (word >> 8u) & 7u;");
     }
     blends(needs, numbers, library, line);
     if surface {
@@ -294,7 +298,7 @@ fn place(
         surface_blend(needs, under, library, line);
     }
     if none {
-        line(2, "let none = (word.x & 0x800u) != 0u;");
+        line(2, "let none = (word & 0x800u) != 0u;");
         if surface {
             let restored = if stack {
                 "materials[depth - taken]"

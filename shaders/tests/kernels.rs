@@ -6,7 +6,7 @@ use sdfc_shaders::assemble::{Access, Kernel, SceneFunction, SceneSource, Stage, 
 use sdfc_shaders::features::{Features, Mode, Normals, Occlusion, Shadow};
 use sdfc_shaders::interpreter::cut::Way;
 use sdfc_shaders::interpreter::tape::Registers;
-use sdfc_shaders::interpreter::{Memory, cut};
+use sdfc_shaders::interpreter::{Memory, Record, cut};
 use sdfc_shaders::layout::{Cut, Frame, Job, Light, Ray, ShadowRay, Surface};
 use sdfc_vm::kernel::Kernel as Blend;
 use sdfc_vm::program::{Code, Needs};
@@ -249,7 +249,7 @@ fn kernels_that_cut_cells_validate() {
     for needs in needs() {
         for (memory, registers) in forms.into_iter().flatten() {
             for way in [Way::Slopes, Way::Intervals] {
-                let text = cut::kernel(&needs, registers, memory, way);
+                let text = cut::kernel(&needs, registers, Record::of(&needs), memory, way);
                 let module = validated_text("cut", &text);
                 assert!(storage(&module) <= cut::STORAGE_BUFFERS as usize);
                 assert_eq!(module.entry_points[0].workgroup_size, [64, 1, 1]);

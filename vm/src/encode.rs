@@ -64,18 +64,6 @@ pub fn encode(code: &[Instruction]) -> Vec<u32> {
     code.iter().flat_map(encode_instruction).collect()
 }
 
-/// The same where the constants lie so many places farther on, behind those of another program.
-pub fn encode_behind(code: &[Instruction], constants: u32) -> Vec<u32> {
-    let words = |i| {
-        let mut words = encode_instruction(i);
-        // How many instructions a guard skips is no place.
-        let places = if i.code == Code::Guard { 1..3 } else { 1..4 };
-        words[places].iter_mut().for_each(|word| *word += constants);
-        words
-    };
-    code.iter().flat_map(words).collect()
-}
-
 /// The instructions that the words stand for.
 pub fn decode(words: &[u32]) -> Result<Vec<Instruction>, DecodeError> {
     let (chunks, rest) = words.as_chunks::<4>();

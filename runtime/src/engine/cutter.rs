@@ -15,7 +15,7 @@ use sdfc_shaders::interpreter::cut::{
     self, ARGUMENTS_SLOT, COUNTS, FACTS_SLOT, SPACE_SLOT, SPACE_WORDS, WORK_SLOT, WORK_WORDS, Way,
 };
 use sdfc_shaders::interpreter::tape::{NODES_SLOT, Registers, TAPES_SLOT};
-use sdfc_shaders::interpreter::{CODE_SLOT, Memory, POOL_SLOT};
+use sdfc_shaders::interpreter::{CODE_SLOT, Memory, POOL_SLOT, Record};
 use sdfc_shaders::layout::{Cut, Job};
 use sdfc_vm::program::Needs;
 
@@ -50,6 +50,7 @@ const HEAD: u64 = (size_of::<Cut>() + 4 * WORK_WORDS) as u64;
 struct Programs {
     needs: Needs,
     registers: Registers,
+    record: Record,
     memory: Memory,
     way: Way,
 }
@@ -88,6 +89,7 @@ pub(super) struct Task<'a> {
     pub(super) facts: Vec<[u32; 4]>,
     /// What kernels are made for.
     pub(super) registers: Registers,
+    pub(super) record: Record,
     pub(super) memory: Memory,
     /// The buffers of instructions and constants.
     pub(super) words: &'a [(Binding, Buffer); 2],
@@ -213,6 +215,7 @@ impl Cutter {
             let programs = Programs {
                 needs: part.needs.clone(),
                 registers: task.registers,
+                record: task.record,
                 memory: task.memory,
                 way: part.way,
             };
@@ -279,6 +282,7 @@ impl Cutter {
         gpu: &Gpu,
         needs: &Needs,
         registers: Registers,
+        record: Record,
         memory: Memory,
     ) -> Result<(), EngineError> {
         if !possible(gpu.info(), registers) {
@@ -293,6 +297,7 @@ impl Cutter {
             let programs = Programs {
                 needs: needs.clone(),
                 registers,
+                record,
                 memory,
                 way,
             };
@@ -310,7 +315,7 @@ impl Cutter {
                 let (label, wgsl) = match &of {
                     Some(of) => (
                         "cut",
-                        cut::kernel(&of.needs, of.registers, of.memory, of.way),
+                        cut::kernel(&of.needs, of.registers, of.record, of.memory, of.way),
                     ),
                     None => ("cut_plan", cut::plan()),
                 };

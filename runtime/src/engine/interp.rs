@@ -23,18 +23,13 @@ use sdfc_shaders::assemble::SceneFunction;
 use sdfc_shaders::interpreter::cut::{facts, mark};
 use sdfc_shaders::interpreter::tape::{self, GRID_SLOT, NODES_SLOT, Registers, TAPES_SLOT};
 use sdfc_shaders::interpreter::{
-    CODE_SLOT, Function, LENGTH_SLOT, Memory, POOL_SLOT, bindings, interpreter,
+    CODE_SLOT, Function, LENGTH_SLOT, Memory, POOL_SLOT, Record, bindings, interpreter,
 };
 use sdfc_shaders::layout;
-use sdfc_vm::encode::encode_behind;
 use sdfc_vm::library::Library;
 use sdfc_vm::program::{Module, Needs, Program};
 use sdfc_vm::tape::Tape;
 use std::sync::Arc;
-
-/// Constants that may be read behind the last one: an instruction's are loaded before it is known
-/// how many it has.
-const PADDING: usize = 4;
 
 /// The registers of general kernels for distances and gradients. The scenes of this repository take 18
 /// values and 3 points at most, but for a figure of 6,000 clauses; with twice as many, software Vulkan
@@ -130,7 +125,8 @@ impl OnDevice for Interpreter {
         let programs = [Some(Arc::new(empty)), None];
         let mut made = Self::of(gpu, programs, Form::General, before)?;
         let (needs, memory) = (&made.distance, made.memory);
-        made.cutter.warm_up(gpu, needs, GENERAL, memory)?;
+        made.cutter
+            .warm_up(gpu, needs, GENERAL, made.record(), memory)?;
         Ok(Some(made))
     }
 
@@ -151,7 +147,8 @@ impl OnDevice for Interpreter {
         if matches!(self.reads, Reads::Cells(_)) {
             self.reads = Reads::Nothing;
         }
-        Ok(gpu.write(&self.words[1].1, &pool(&self.programs))?)
+        let constants = self.record().constants(present(&self.programs));
+        Ok(gpu.write(&self.words[1].1, &constants)?)
     }
 
     fn prepare(&mut self, gpu: &Gpu, picture: Option<&Picture>) -> Result<bool, EngineError> {
@@ -226,7 +223,7 @@ impl OnDevice for Interpreter {
                 _ => self.cells.registers,
             };
             text.push_str(&if self.reads_tapes() {
-                tape::interpreter(needs, registers, function, &mut library)
+                tape::interpreter(needs, registers, self.record(), function, &mut library)
             } else {
                 interpreter(needs, function, &mut library)
             });
@@ -275,7 +272,9 @@ impl Interpreter {
             .each_ref()
             .map(|p| p.as_ref().map_or(0, |p| p.code.len()));
         let code = lengths.iter().sum();
-        let pool = pool(&programs);
+        let pool = |distance: &Needs, surface: &Option<Needs>| {
+            code * record(distance, surface.as_ref()).size() as usize
+        };
         let (mut cutter, kept) = before
             .as_mut()
             .map(|before| {
@@ -315,22 +314,22 @@ impl Interpreter {
                         (None, None) => true,
                         _ => false,
                     }
-                    && holds(before.memory, code, pool.len())
+                    && holds(before.memory, code, pool(&before.distance, &before.surface))
             });
             match kept {
                 Some(before) => (before.distance, before.surface, before.memory, before.cells),
-                None => (
-                    distance,
-                    surface,
-                    Memory::for_program(code, pool.len()),
-                    CellBuffers::default(),
-                ),
+                None => {
+                    let memory = Memory::for_program(code, pool(&distance, &surface));
+                    (distance, surface, memory, CellBuffers::default())
+                }
             }
         };
         if cells.buffers.is_empty() {
             cutter.reset(CellStats::default());
         }
 
+        let record = record(&distance, surface.as_ref());
+        let constants = record.constants(present(&programs));
         let (usage, access, code_size, pool_size) = match memory {
             Memory::Uniform { code, pool } => (
                 Usage::Uniform,
@@ -338,7 +337,7 @@ impl Interpreter {
                 code as usize,
                 pool as usize,
             ),
-            Memory::Storage => (Usage::Storage, Access::StorageRead, code, pool.len()),
+            Memory::Storage => (Usage::Storage, Access::StorageRead, code, constants.len()),
         };
         let [first, second] = lengths.map(|length| length as u32);
         let lengths = [first, first, first + second, 0];
@@ -357,8 +356,8 @@ impl Interpreter {
             buffer(CODE_SLOT, "code", usage, access, code_size)?,
             buffer(POOL_SLOT, "pool", usage, access, pool_size)?,
         ];
-        gpu.write(&in_memory[0].1, &words(&programs))?;
-        gpu.write(&in_memory[1].1, &pool)?;
+        gpu.write(&in_memory[0].1, &record.words(present(&programs)))?;
+        gpu.write(&in_memory[1].1, &constants)?;
         gpu.write(&length.1, &lengths)?;
         Ok(Self {
             form: if general {
@@ -382,6 +381,11 @@ impl Interpreter {
     }
 
     /// Whether kernels run tapes.
+    /// How the constants lie in which kernels read them.
+    fn record(&self) -> Record {
+        record(&self.distance, self.surface.as_ref())
+    }
+
     fn reads_tapes(&self) -> bool {
         self.is_general() || matches!(self.reads, Reads::Cells(_))
     }
@@ -475,6 +479,7 @@ impl Interpreter {
             self.facts()
         };
         mark(&mut facts, changed.iter().flatten());
+        let record = self.record();
         let cells = &mut self.cells;
         let storage = |slot| Binding {
             slot,
@@ -530,6 +535,7 @@ impl Interpreter {
         let task = cutter::Task {
             facts,
             registers: packed.registers,
+            record,
             memory: self.memory,
             words: &self.words,
             nodes: &cells.buffers[0].1,
@@ -567,21 +573,13 @@ fn tapes(programs: &[Option<Arc<Program>>; 2]) -> [Option<Arc<Tape>>; 2] {
     programs.each_ref().map(tape)
 }
 
-/// The instructions of both programs, the second one's constants behind the first one's.
-fn words(programs: &[Option<Arc<Program>>; 2]) -> Vec<u32> {
-    let mut words = Vec::new();
-    let mut constants = 0;
-    for program in programs.iter().flatten() {
-        words.extend(encode_behind(&program.code, constants));
-        constants += program.pool.len() as u32;
-    }
-    words
+/// The programs that there are.
+fn present(programs: &[Option<Arc<Program>>; 2]) -> impl Iterator<Item = &Program> {
+    programs.iter().flatten().map(|program| &**program)
 }
 
-/// The constants of both programs.
-fn pool(programs: &[Option<Arc<Program>>; 2]) -> Vec<[f32; 4]> {
-    let pools = programs.iter().flatten().map(|program| &program.pool);
-    let mut pool: Vec<[f32; 4]> = pools.flatten().copied().collect();
-    pool.resize(pool.len() + PADDING, [0.0; 4]);
-    pool
+/// What has room for the constants of both programs' instructions.
+fn record(distance: &Needs, surface: Option<&Needs>) -> Record {
+    let own = Record::of(distance);
+    surface.map_or(own, |surface| own.join(Record::of(surface)))
 }

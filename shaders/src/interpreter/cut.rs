@@ -28,7 +28,7 @@
 
 use super::operation::Numbers;
 use super::tape::{NODES_SLOT, Registers, TAPES_SLOT, constant, node, step};
-use super::{Memory, code_bindings};
+use super::{Memory, Record, code_bindings};
 use crate::layout::{Cut, Job, NONE_BEFORE};
 use sdfc_vm::library::Library;
 use sdfc_vm::outward::KNOWN;
@@ -158,9 +158,15 @@ fn fact(clause: &Clause, test: Option<Test>) -> [u32; 4] {
 }
 
 /// The kernel that cuts cells of a program that needs these, with tapes of these registers.
-pub fn kernel(needs: &Needs, registers: Registers, memory: Memory, way: Way) -> String {
+pub fn kernel(
+    needs: &Needs,
+    registers: Registers,
+    record: Record,
+    memory: Memory,
+    way: Way,
+) -> String {
     let mut library = Library::default();
-    let run = run(needs, registers, way, &mut library);
+    let run = run(needs, registers, record, way, &mut library);
     let bits = registers.bits();
     let mask = (1 << bits) - 1;
     let shift = 8 + bits;
@@ -258,7 +264,13 @@ struct Space {{
 }
 
 /// The function that runs a tape at a point, or on a box of them, and keeps its choices.
-fn run(needs: &Needs, registers: Registers, way: Way, library: &mut Library) -> String {
+fn run(
+    needs: &Needs,
+    registers: Registers,
+    record: Record,
+    way: Way,
+    library: &mut Library,
+) -> String {
     let Registers { values, points } = registers;
     let (numbers, decided) = match way {
         Way::Slopes => (
@@ -293,7 +305,7 @@ fn run(needs: &Needs, registers: Registers, way: Way, library: &mut Library) -> 
     line(1, "var bits = 0u;");
     line(1, "let end = tape + length;");
     line(1, "for (var at = tape + 1u; at <= end; at += 1u) {");
-    step(needs, registers, numbers, false, library, &mut line);
+    step(needs, registers, record, numbers, false, library, &mut line);
     line(2, "let place = at - tape - 1u;");
     let pushed = needs.codes.iter().any(|code| code.arity() > 1);
     let blended = !needs.kernels.is_empty();

@@ -158,10 +158,11 @@ pub(super) struct Names<'a> {
     pub(super) materials: Option<[&'static str; 2]>,
 }
 
-/// The point through the instruction's frame, as `q`.
+/// The point through the instruction's frame, as `q`, with constants from `place` on.
 pub(super) fn frame(
     needs: &Needs,
     numbers: Numbers,
+    place: &str,
     library: &mut Library,
     line: &mut impl FnMut(usize, &str),
 ) {
@@ -169,8 +170,8 @@ pub(super) fn frame(
         line(2, "let q = p;");
         return;
     }
-    line(2, "let frame = (word.x >> 14u) & 3u;");
-    line(2, "let f0 = pool[word.z];");
+    line(2, "let frame = (word >> 14u) & 3u;");
+    line(2, &format!("let f0 = pool[{place}];"));
     line(2, "var q = p;");
     if needs.moved {
         line(
@@ -186,8 +187,8 @@ pub(super) fn frame(
         );
     }
     if needs.mapped {
-        line(2, "let f1 = pool[word.z + 1u];");
-        line(2, "let f2 = pool[word.z + 2u];");
+        line(2, &format!("let f1 = pool[{place} + 1u];"));
+        line(2, &format!("let f2 = pool[{place} + 2u];"));
         line(2, "let rows = transpose(mat3x3f(f0.xyz, f1.xyz, f2.xyz));");
         line(2, "let shift = vec3f(f0.w, f1.w, f2.w);");
         line(
@@ -219,7 +220,7 @@ pub(super) fn case(
     names: &Names<'_>,
     library: &mut Library,
 ) -> String {
-    let slot = "(word.x >> 24u)";
+    let slot = "(word >> 24u)";
     match code {
         Code::Op(op) => {
             let row = op.row();
@@ -282,7 +283,7 @@ pub(super) fn case(
             };
             format!(
                 "if {GUARD_NAME}({point}, {}{value}, k0.xyz, k0.w, k1.xyz, k1.w) > 0.0 \
-                 {{ at += word.w; }}",
+                 {{ at += instruction.w; }}",
                 names.one
             )
         }
@@ -361,7 +362,7 @@ pub(super) fn constant_operands(
         Numbers::Gradients => "vec4f(0.0, 0.0, 0.0, c.x)",
         Numbers::Intervals => "vec2f(c.x)",
     };
-    line(2, "let constant_operand = (word.x >> 12u) & 3u;");
+    line(2, "let constant_operand = (word >> 12u) & 3u;");
     line(
         2,
         &format!("b = select(b, {constant}, constant_operand == 1u);"),

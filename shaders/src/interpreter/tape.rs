@@ -20,7 +20,7 @@ use super::operation::{
     Names, Numbers, apply_paint, arity, blends, case, constant_operands, declare_paint, frame,
     surface_blend, widest,
 };
-use super::{Function, code_bindings};
+use super::{Function, Record, code_bindings};
 use crate::layout::Grid;
 use sdfc_vm::library::Library;
 use sdfc_vm::program::{Code, Needs};
@@ -142,6 +142,7 @@ fn cell_at(p: vec3f, first: u32, whole: u32) -> u32 {{
 pub fn interpreter(
     needs: &Needs,
     registers: Registers,
+    record: Record,
     function: Function,
     library: &mut Library,
 ) -> String {
@@ -198,7 +199,9 @@ pub fn interpreter(
     }
     line(1, "let end = cell + tapes[cell].x;");
     line(1, "for (var at = cell + 1u; at <= end; at += 1u) {");
-    step(needs, registers, numbers, surface, library, &mut line);
+    step(
+        needs, registers, record, numbers, surface, library, &mut line,
+    );
     line(1, "}");
     line(
         1,
@@ -212,10 +215,44 @@ pub fn interpreter(
     text
 }
 
+/// So few registers are read and written with choices among all of them: a device keeps an array in
+/// registers of its own only if no number that it computes says which element is meant.
+const FEW: usize = 4;
+
+/// The value of a register.
+fn read(values: usize, register: &str) -> String {
+    if values > FEW {
+        return format!("values[{register}]");
+    }
+    let mut texts: Vec<String> = (0..values).map(|n| format!("values[{n}]")).collect();
+    let mut bit = 1;
+    while texts.len() > 1 {
+        let pairs = texts.chunks(2);
+        texts = pairs
+            .map(|pair| match pair {
+                [even, odd] => format!("select({even}, {odd}, ({register} & {bit}u) != 0u)"),
+                _ => pair.concat(),
+            })
+            .collect();
+        bit *= 2;
+    }
+    texts.concat()
+}
+
+/// What puts `placed` into the register `out`.
+fn write(values: usize) -> Vec<String> {
+    if values > FEW {
+        return vec!["values[out] = placed;".to_owned()];
+    }
+    let one = |n| format!("values[{n}] = select(values[{n}], placed, out == {n}u);");
+    (0..values).map(one).collect()
+}
+
 /// What is done for the clause `at`, up to where its result is kept.
 pub(super) fn step(
     needs: &Needs,
     registers: Registers,
+    record: Record,
     numbers: Numbers,
     surface: bool,
     library: &mut Library,
@@ -226,31 +263,33 @@ pub(super) fn step(
     let register = |number: u32| format!("(clause.y >> {}u) & {}u", number * bits, values - 1);
     let several = points > 1;
     line(2, "let clause = tapes[at];");
-    line(2, &format!("let word = code[clause.x >> {}u];", 8 + bits));
+    line(2, &format!("let number = clause.x >> {}u;", 8 + bits));
+    line(2, "let word = code[number].x;");
+    line(2, &format!("let record = number * {}u;", record.size()));
     for k in 0..widest(needs) {
-        line(2, &format!("let k{k} = pool[word.y + {k}u];"));
+        let place = record.parameters_at() + k as u32;
+        line(2, &format!("let k{k} = pool[record + {place}u];"));
     }
     if needs.constant_operands || !needs.kernels.is_empty() {
-        line(2, "let c = pool[word.w];");
+        line(2, "let c = pool[record];");
     }
     if several {
         let last = points - 1;
         line(2, &format!("let p = points[(clause.x >> 3u) & {last}u];"));
     }
-    frame(needs, numbers, library, line);
+    let place = format!("record + {}u", record.frame_at());
+    frame(needs, numbers, &place, library, line);
     line(2, "let form = clause.x & 7u;");
     line(2, &format!("let out = {};", register(0)));
     line(2, &format!("let r0 = {};", register(2)));
-    line(2, "let v0 = values[r0];");
+    line(2, &format!("let v0 = {};", read(values, "r0")));
     if arity(needs) > 1 {
         line(2, &format!("let r1 = {};", register(3)));
-        line(2, "let v1 = values[r1];");
+        line(2, &format!("let v1 = {};", read(values, "r1")));
     }
     if arity(needs) > 2 {
-        line(
-            2,
-            &format!("let v2 = values[(clause.x >> 8u) & {}u];", values - 1),
-        );
+        line(2, &format!("let r2 = (clause.x >> 8u) & {}u;", values - 1));
+        line(2, &format!("let v2 = {};", read(values, "r2")));
     }
     if arity(needs) > 1 {
         line(2, "var a = v0;");
@@ -279,7 +318,7 @@ pub(super) fn step(
         both: "constant_operand == 0u",
         materials: Some(["materials[r0]", "materials[r1]"]),
     };
-    line(2, "switch select(word.x & 255u, 256u, form > 2u) {");
+    line(2, "switch select(word & 255u, 256u, form > 2u) {");
     // Without surfaces to give, those of surfaces hand on their operand; guards are for whole programs.
     let idle = |code: &&Code| {
         matches!(code, Code::Load | Code::Store | Code::Take | Code::Guard)
@@ -304,10 +343,10 @@ pub(super) fn step(
     );
     if !needs.kernels.is_empty() {
         line(2, &format!("let rb = {};", register(1)));
-        line(2, "let below = values[rb];");
+        line(2, &format!("let below = {};", read(values, "rb")));
         line(
             2,
-            "let kernel = select(0u, (word.x >> 8u) & 7u, form == 0u || form == 3u);",
+            "let kernel = select(0u, (word >> 8u) & 7u, form == 0u || form == 3u);",
         );
     }
     blends(needs, numbers, library, line);
@@ -316,18 +355,20 @@ pub(super) fn step(
     }
     let channels = surface && needs.codes.contains(&Code::Channel);
     let open = if moves || channels {
-        line(2, "if (word.x & 0x800u) == 0u {");
+        line(2, "if (word & 0x800u) == 0u {");
         3
     } else {
         2
     };
-    line(open, "values[out] = placed;");
+    for text in write(values) {
+        line(open, &text);
+    }
     if surface {
         line(open, "materials[out] = painted;");
     }
     if moves {
         let condition = if channels {
-            format!(" if (word.x & 255u) != {}u", Code::Channel.number())
+            format!(" if (word & 255u) != {}u", Code::Channel.number())
         } else {
             String::new()
         };
