@@ -250,6 +250,17 @@ impl Cells {
             + self.nodes.len() * size_of::<Node>()
             + self.clauses() * size_of::<Clause>()
     }
+    /// The share of the work of finding a surface that is left in a leaf, in the mean over all: how much of
+    /// the whole tape, times how steep the field can be there.
+    pub fn share(&self) -> f32 {
+        let whole = self.tape(0).len().max(1) as f32;
+        let (mut sum, mut count) = (0.0, 0);
+        for leaf in self.leaves() {
+            sum += self.tape(leaf).len() as f32 / whole * self.cell(leaf).slope;
+            count += 1;
+        }
+        sum / count.max(1) as f32
+    }
     /// How many clauses all lists have together.
     fn clauses(&self) -> usize {
         self.arenas.iter().map(|arena| arena.len()).sum()

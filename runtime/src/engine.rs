@@ -21,6 +21,7 @@ mod reference;
 mod tiles;
 mod warm;
 mod wgsl;
+mod worth;
 
 use crate::cells::Part;
 use crate::cpu::figure::Plane;

@@ -11,6 +11,7 @@ use sdfc_runtime::frame::{CellUse, Frame, Mode, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::compare;
 use sdfc_shaders::assemble::SceneSource;
+use sdfc_vm::evaluate::evaluate_f64;
 use sdfc_vm::lanes::{Column, LANES};
 use sdfc_vm::program::Module;
 use sdfc_vm::tape::machine::Machine;
@@ -215,6 +216,88 @@ fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
         }
     }
     assert!(shorter > 1000, "only {shorter} tapes were shorter");
+}
+
+#[test]
+fn where_nothing_is_kept_the_field_has_the_sign_that_is_claimed() {
+    // Boxes of raw fields are empty by the value in their middle and bounds of the gradient, too.
+    let mut paths = all();
+    paths.extend(scenes("tests/hard"));
+    let mut fields: Vec<(String, Module)> = paths
+        .iter()
+        .map(|path| {
+            let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
+            compiled.module.update(0.0);
+            (path.display().to_string(), compiled.module)
+        })
+        .collect();
+    let text = "field(fn(p) => dot(p * p, p * p) - 5 * dot(p, p) + 11.8, within: 3)\n";
+    fields.push(("tanglecube".to_owned(), without_guards(text.to_owned())));
+    let (mut empty, mut full) = (0, 0);
+    let mut failures = Vec::new();
+    for (name, module) in &fields {
+        let program = &module.distance;
+        let tape = Tape::of(program);
+        let cut = Cut {
+            region: Region {
+                low: [-3.1; 3],
+                high: [3.2; 3],
+            },
+            split: Split::Cube,
+            band: 0.0,
+            refine: &Down(0.3),
+        };
+        let cells = build(program, &tape, &cut);
+        let points = (0..64).flat_map(|seed| {
+            let [x, y, z] = scattered(&cut.region, seed + 1);
+            (0..LANES).map(move |lane| [x.0[lane], y.0[lane], z.0[lane]])
+        });
+        for point in points {
+            let Some(part) = cells.part_at(point) else {
+                continue;
+            };
+            if part.clauses.is_some() {
+                continue;
+            }
+            let value = evaluate_f64(program, point.map(f64::from));
+            let inside = cells.full_at(point);
+            *(if inside { &mut full } else { &mut empty }) += 1;
+            // What jumps has, at a jump, either value.
+            if (value < 0.0) != inside && value.abs() > 1e-6 {
+                failures.push(format!("{name}: {value} at {point:?}"));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+    assert!(empty > 50_000 && full > 1_000, "{empty} empty, {full} full");
+}
+
+#[test]
+fn fields_get_cells_where_they_are_worth_it() {
+    let size = [320, 180];
+    let cells_of = |scene: &str, engine: &mut dyn Engine| {
+        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(scene);
+        let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        let outputs = compiled.module.update(0.0);
+        let frame = drawn(engine, &compiled, &outputs, (CellUse::Auto, size));
+        frame.stats.cells.made
+    };
+    // Measured: see `runtime/src/engine/worth.rs`.
+    for (scene, worth) in [
+        ("examples/primitives.sdf", true),
+        ("examples/city.sdf", true),
+        ("examples/landscape.sdf", true),
+        ("examples/gyroid.sdf", false),
+        ("examples/chess.sdf", false),
+        ("tests/hard/flat_field.sdf", false),
+    ] {
+        let mut engine = opened(EngineKind::Cpu);
+        let first = cells_of(scene, &mut *engine);
+        assert_eq!(first > 0, worth, "{scene}: {first} cells");
+        // The same again is decided the same.
+        let again = cells_of(scene, &mut *engine);
+        assert_eq!(again > 0, worth, "{scene}: {again} cells");
+    }
 }
 
 /// Points all over a box, its corners among them.

@@ -1,5 +1,7 @@
 //! The CPU engine: programs on batches of 64 points, all cores.
 
+use super::cut::ByPackets;
+use super::worth::Worth;
 use super::{Engine, EngineError, EngineKind, Loaded, Sample, cut, order};
 use crate::cells::{self, BLOCKS, Cells, Cut, Key, Lazy, Part, Region, Split};
 use crate::cpu::figure::{self, Plane};
@@ -38,6 +40,8 @@ pub(super) struct Scene {
     unpainted: Surface,
     /// The cells of the last picture, perhaps of the scene as it was before an edit.
     last: Mutex<Option<Last>>,
+    /// Whether cells are worth it, where that has to be tried.
+    worth: Worth,
 }
 
 /// The cells of a picture, and what they were made for.
@@ -52,9 +56,16 @@ struct Last {
 
 impl Scene {
     fn of(module: &Module, outputs: &[f64], before: Option<Self>) -> Self {
-        let last = before.map(|before| before.last);
+        let (worth, last) = match before {
+            Some(before) if before.distance.code == module.distance.code => {
+                (before.worth, before.last)
+            }
+            Some(before) => (Worth::default(), before.last),
+            None => Default::default(),
+        };
         Self {
-            last: last.unwrap_or_default(),
+            worth,
+            last,
             distance: Arc::new(module.distance.clone()),
             surface: module.surface.clone().map(|p| {
                 let tape = Tape::of(&p);
@@ -189,9 +200,11 @@ impl Field for Scene {
         self.facts
     }
     fn cells(&self, picture: &Picture) -> Option<Arc<Cells>> {
-        if !cut::wanted_by_packets(picture, &self.distance, &self.tape) {
+        let by_packets = ByPackets::of(picture, &self.tape);
+        if by_packets == ByPackets::No {
             return None;
         }
+        let tried = by_packets == ByPackets::Tried;
         let frame = &picture.uniforms;
         let (region, pixels) = match self.tape.slopes.known() {
             true => (cut::region(frame)?, cut::Pixels::of(frame)),
@@ -206,11 +219,17 @@ impl Field for Scene {
         let new = (&*self.distance, &*self.tape);
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let kept = last.take().filter(|last| last.pixels == pixels);
+        if tried && !self.worth.is_possible(new.0, new.1, &cut, &pixels) {
+            return None;
+        }
         let before = kept.as_ref().map(|last| Arc::as_ptr(&last.cells));
         let kept =
             kept.and_then(|last| cells::again(&last.cells, (&last.program, &last.tape), new, &cut));
         let same = kept.as_ref().map(Arc::as_ptr) == before && before.is_some();
         let cells = kept.unwrap_or_else(|| Arc::new(cells::build(new.0, new.1, &cut)));
+        if tried && !self.worth.of(new.0, &cells) {
+            return None;
+        }
         *last = Some(Last {
             fresh: if same { 0 } else { cells.made() as u64 },
             program: self.distance.clone(),
@@ -243,7 +262,7 @@ impl Field for Scene {
 impl Scene {
     /// What came of cutting space for the picture that was drawn last.
     fn cells_made(&self, picture: &Picture) -> CellStats {
-        if picture.shows_plane() || !cut::wanted_by_packets(picture, &self.distance, &self.tape) {
+        if picture.shows_plane() || ByPackets::of(picture, &self.tape) == ByPackets::No {
             return CellStats::default();
         }
         let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);

@@ -27,22 +27,26 @@ const PLAIN: usize = 2;
 /// cheaply; so are fields written with coordinates. Where space is repeated or rough, intervals tell
 /// little of it, and rays that are spread over many cells cost more than the cells save.
 pub(super) fn pays(program: &Program, tape: &Tape) -> bool {
-    let has = |test: fn(Op) -> bool| {
-        let mut codes = program.code.iter().map(|i| i.code);
-        codes.any(|code| matches!(code, Code::Op(op) if test(op)))
-    };
     if tape.slopes.known() {
         return tape.clauses.len() >= FEW;
     }
-    has(|op| matches!(op, Op::X | Op::Y | Op::Z)) && !has(is_rough)
+    has(program, |op| matches!(op, Op::X | Op::Y | Op::Z)) && !is_rough(program)
 }
 
-/// Whether an operation folds space with seams, or is noise.
-fn is_rough(op: Op) -> bool {
-    let row = op.row();
-    row.meta.category == Category::Domain
-        || row.name.contains("noise")
-        || row.name.contains("octave")
+/// Whether a program folds space with seams, or has noise.
+pub(super) fn is_rough(program: &Program) -> bool {
+    has(program, |op| {
+        let row = op.row();
+        row.meta.category == Category::Domain
+            || row.name.contains("noise")
+            || row.name.contains("octave")
+    })
+}
+
+/// Whether a program has such an operation.
+fn has(program: &Program, test: fn(Op) -> bool) -> bool {
+    let mut codes = program.code.iter().map(|i| i.code);
+    codes.any(|code| matches!(code, Code::Op(op) if test(op)))
 }
 
 /// The cube that is cut: the scene's bounds, as far as rays go. `None` where there is nothing.
@@ -99,18 +103,35 @@ pub(super) fn wanted(picture: &Picture, program: &Program, tape: &Tape) -> bool 
     }
 }
 
-/// Fields written with coordinates are cut where a picture's rays and their clauses are so many together.
-/// Measured: 64 pixels wide, examples and hard cases with such fields took 0.07 to 0.35 of the time without
-/// cells; at 320×180 those with few clauses 0.7, those with many 1.1; at 960×540 0.9 to 1.4.
+/// Where slopes are not known, cells are thought of where a picture's rays and their clauses are so many
+/// together. Measured: 64 pixels wide, examples and hard cases with such fields took 0.07 to 0.35 of the time
+/// without cells.
 const RAW_WORK: f32 = 1.2e6;
 
-/// The same for an engine whose rays go from cell to cell in packets.
-pub(super) fn wanted_by_packets(picture: &Picture, program: &Program, tape: &Tape) -> bool {
-    let rays =
-        picture.uniforms.size[0] * picture.uniforms.size[1] * picture.uniforms.samples as f32;
-    let much = rays * tape.clauses.len() as f32 >= RAW_WORK;
-    let automatic = picture.cells == CellUse::Auto;
-    wanted(picture, program, tape) && (!automatic || tape.slopes.known() || much)
+/// Whether cells are to be had for an engine whose rays go from cell to cell in packets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum ByPackets {
+    No,
+    /// If they turn out to be worth it ([`super::worth`]).
+    Tried,
+    Yes,
+}
+
+impl ByPackets {
+    /// For a picture of a tape.
+    pub(super) fn of(picture: &Picture, tape: &Tape) -> Self {
+        let frame = &picture.uniforms;
+        let rays = frame.size[0] * frame.size[1] * frame.samples as f32;
+        let clauses = tape.clauses.len();
+        match picture.cells {
+            CellUse::Never => Self::No,
+            CellUse::Always | CellUse::Processor | CellUse::Device => Self::Yes,
+            CellUse::Auto if tape.slopes.known() && clauses >= FEW => Self::Yes,
+            CellUse::Auto if tape.slopes.known() => Self::No,
+            CellUse::Auto if rays * clauses as f32 >= RAW_WORK => Self::Tried,
+            CellUse::Auto => Self::No,
+        }
+    }
 }
 
 /// What an engine that looks every point up cuts for a picture: the part of space that rays of all
@@ -298,6 +319,17 @@ impl Pixels {
             growth: 2.0 * frame.footprint_growth * passes,
             leaf: LEAF,
             largest: f32::INFINITY,
+        }
+    }
+}
+
+impl Pixels {
+    /// Cells that are so many times as large.
+    pub(super) fn coarser(&self, times: f32) -> Self {
+        Self {
+            leaf: self.leaf * times,
+            largest: self.largest * times,
+            ..*self
         }
     }
 }
