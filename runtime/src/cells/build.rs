@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// The most cells; those that are not cut for it keep the tape that they have.
 const MOST: usize = 400_000;
 /// The most clauses of all tapes together.
-pub(super) const MOST_CLAUSES: usize = 3_000_000;
+pub(super) const MOST_CLAUSES: usize = 6_000_000;
 
 /// Decides which cells are cut further.
 pub trait Refine: Sync {
