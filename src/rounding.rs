@@ -33,9 +33,10 @@ pub(crate) fn lines(rounding: &Rounding) -> Vec<String> {
 }
 
 /// The largest error as it is known: `at most` where the bound over boxes is settled, and `about` what was
-/// found at points where it is not, as beside seams, on whose two sides a box has different fields.
+/// found at points where it is not, as beside seams, on whose two sides a box has different fields. Of long
+/// programs too few boxes are looked at for a point to be found.
 fn largest(worst: &Worst, text: impl Fn(f64) -> String) -> String {
-    if worst.is_settled() {
+    if worst.is_settled() || worst.found == 0.0 {
         format!("at most {}", text(worst.at_most))
     } else {
         format!("about {}", text(worst.found))

@@ -174,6 +174,19 @@ impl Refine for Down {
     }
 }
 
+/// A cube from one coordinate to another along each axis, of which the cells that may hold a surface are kept.
+fn cube([low, high]: [f32; 2], refine: &Down) -> Cut<'_> {
+    Cut {
+        region: Region {
+            low: [low; 3],
+            high: [high; 3],
+        },
+        split: Split::Cube,
+        band: 0.0,
+        refine,
+    }
+}
+
 #[test]
 fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
     let mut shorter = 0;
@@ -182,16 +195,7 @@ fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
         compiled.module.update(0.0);
         let program = &compiled.module.distance;
         let tape = Tape::of(program);
-        let region = Region {
-            low: [-3.1; 3],
-            high: [3.2; 3],
-        };
-        let cut = Cut {
-            region,
-            split: Split::Cube,
-            band: 0.0,
-            refine: &Down(0.5),
-        };
+        let cut = cube([-3.1, 3.2], &Down(0.5));
         let cells = build(program, &tape, &cut);
         let mut machine = Machine::<f32>::new(tape.values, tape.points);
         let mut run = |clauses: &[Clause], points: [Column; 3]| {
@@ -238,15 +242,7 @@ fn where_nothing_is_kept_the_field_has_the_sign_that_is_claimed() {
     for (name, module) in &fields {
         let program = &module.distance;
         let tape = Tape::of(program);
-        let cut = Cut {
-            region: Region {
-                low: [-3.1; 3],
-                high: [3.2; 3],
-            },
-            split: Split::Cube,
-            band: 0.0,
-            refine: &Down(0.3),
-        };
+        let cut = cube([-3.1, 3.2], &Down(0.3));
         let cells = build(program, &tape, &cut);
         let points = (0..64).flat_map(|seed| {
             let [x, y, z] = scattered(&cut.region, seed + 1);
@@ -383,15 +379,7 @@ fn cells_of_two_thousand_blended_primitives_take_less_than_64_mib() {
     let program = on_large_stack(boxes).distance;
     let tape = Tape::of(&program);
     assert!(tape.clauses.len() >= 2000);
-    let cut = Cut {
-        region: Region {
-            low: [-5.2; 3],
-            high: [5.2; 3],
-        },
-        split: Split::Cube,
-        band: 0.0,
-        refine: &Down(10.4 / 64.0 * 1.5),
-    };
+    let cut = cube([-5.2, 5.2], &Down(10.4 / 64.0 * 1.5));
     let cells = build(&program, &tape, &cut);
     assert_eq!(cells.short(), 0);
     assert!(
@@ -414,15 +402,7 @@ fn cells_of_two_thousand_blended_primitives_take_less_than_64_mib() {
 fn moving_one_primitive_makes_only_the_cells_that_it_touches() {
     let [old, new] = [0.0, 0.05].map(|height| on_large_stack(|| balls(height)).distance);
     let [old_tape, new_tape] = [&old, &new].map(Tape::of);
-    let cut = Cut {
-        region: Region {
-            low: [-5.2; 3],
-            high: [5.2; 3],
-        },
-        split: Split::Cube,
-        band: 0.0,
-        refine: &Down(0.2),
-    };
+    let cut = cube([-5.2, 5.2], &Down(0.2));
     let before = Arc::new(build(&old, &old_tape, &cut));
     assert_eq!(before.short(), 0);
     let after = again(&before, (&old, &old_tape), (&new, &new_tape), &cut)

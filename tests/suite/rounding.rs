@@ -147,6 +147,31 @@ fn no_surface_is_off_by_more_than_is_told() {
     );
 }
 
+/// A blend follows its operands by shares that sum to one: what they are off by goes on, and does not add up.
+#[test]
+fn chains_of_blends_are_off_by_little() {
+    use std::fmt::Write;
+    let mut text = String::from("sphere(0.3)");
+    for n in 1..300 {
+        let (x, y) = (f64::from(n) * 0.01, f64::from(n * 37 % 11) * 0.1);
+        let blend = ["|[0.05]", "|[0.1]", "-[0.02]"][n as usize % 3];
+        let _ = write!(text, "\n{blend} sphere(0.3).translate({x}, {y}, 0)");
+    }
+    let mut compiled = compiled_text(&text, PassOptions::default());
+    let told = report(&mut compiled);
+    let seen = told.seen.expect("it is seen");
+    assert!(seen.found < 0.1, "{seen:?}");
+    let program = &compiled.module.distance;
+    let mut random = Random(7_919);
+    for _ in 0..200 {
+        let p = random.point(compiled.module.settings.space());
+        let place = p.map(|x| Interval::point(x.into()));
+        let bound = bound(program, place, [0.0; 3]).error;
+        let off = off(program, p);
+        assert!(off <= bound && bound < 1e-3, "{off} by {bound} at {p:?}");
+    }
+}
+
 /// A pixel's worth of rounding is where it should be: detail of 1e-4 at 1e4 from the origin cannot be
 /// drawn, the same near the origin can, and so can something as large as its distance.
 #[test]

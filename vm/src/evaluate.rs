@@ -65,7 +65,9 @@ pub fn evaluate<R: Apply>(program: &Program, point: R::Vec3) -> R {
                 let below = pop(&mut stack);
                 let [s, sb, width, coefficient] =
                     program.pool[index as usize].map(|v| R::constant(v.into()));
-                kernel.blend(below, result, s, sb, width, coefficient)
+                R::shared(below, result, |below, result| {
+                    kernel.blend(below, result, s, sb, width, coefficient)
+                })
             }
         };
         stack.push(result);

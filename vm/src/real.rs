@@ -72,6 +72,12 @@ pub trait Real:
     fn not(a: Self::Bool) -> Self::Bool;
     /// `then` where the condition holds, `otherwise` elsewhere.
     fn select(condition: Self::Bool, then: Self, otherwise: Self) -> Self;
+    /// What `blend` makes of two numbers, in which each has a share, and no more than one together: what
+    /// they are off by does not add up.
+    #[inline(always)]
+    fn shared(a: Self, b: Self, blend: impl Fn(Self, Self) -> Self) -> Self {
+        blend(a, b)
+    }
 
     /// Whether the outcome is known to hold, so that what depends on it may be left out. Numbers
     /// that stand for many, or for text, never know.

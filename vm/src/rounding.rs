@@ -554,6 +554,28 @@ impl Real for Rounded {
             ..a
         }
     }
+    /// Off by what rounding in the blend itself comes to, near to operands that are exact, and by what the
+    /// worse of the two is.
+    fn shared(a: Self, b: Self, blend: impl Fn(Self, Self) -> Self) -> Self {
+        let passed_on = blend(a, b);
+        let off = larger(a.error, b.error);
+        if !off.is_finite() {
+            return passed_on;
+        }
+        let exact = |x: Self| Self {
+            value: Interval {
+                lo: x.value.lo - x.error,
+                hi: x.value.hi + x.error,
+            },
+            error: 0.0,
+            ..x
+        };
+        let own = blend(exact(a), exact(b)).error;
+        Self {
+            error: passed_on.error.min(off + own),
+            ..passed_on
+        }
+    }
     #[inline(always)]
     fn select(condition: Decision, then: Self, otherwise: Self) -> Self {
         let torn = then.torn | otherwise.torn | condition.torn;

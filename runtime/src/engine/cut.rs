@@ -23,7 +23,7 @@ const PLAIN_LEAF: f32 = 256.0;
 /// Tapes of so many clauses have next to nothing to leave out.
 const PLAIN: usize = 2;
 
-/// Whether a program is worth cells. Measured: shapes whose slopes are known are pruned well and
+/// Whether a program is worth cells for an engine that looks every point up. Measured: shapes whose slopes are known are pruned well and
 /// cheaply; so are fields written with coordinates. Where space is repeated or rough, intervals tell
 /// little of it, and rays that are spread over many cells cost more than the cells save.
 pub(super) fn pays(program: &Program, tape: &Tape) -> bool {
@@ -94,7 +94,7 @@ const SHORT: usize = 6;
 /// there is more of them around what is there.
 const WIDER: f32 = 2.0;
 
-/// Whether a picture's rays are to meet cells.
+/// Whether a picture's rays are to meet cells of such an engine.
 pub(super) fn wanted(picture: &Picture, program: &Program, tape: &Tape) -> bool {
     match picture.cells {
         CellUse::Never => false,
