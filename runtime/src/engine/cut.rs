@@ -23,9 +23,9 @@ const PLAIN_LEAF: f32 = 256.0;
 /// Tapes of so many clauses have next to nothing to leave out.
 const PLAIN: usize = 2;
 
-/// Whether a program is worth cells for an engine that looks every point up. Measured: shapes whose slopes are known are pruned well and
-/// cheaply; so are fields written with coordinates. Where space is repeated or rough, intervals tell
-/// little of it, and rays that are spread over many cells cost more than the cells save.
+/// Whether a program is worth cells for an engine that looks every point up. Measured: shapes whose slopes
+/// are known are pruned well and cheaply; so are fields written with coordinates. Where space is repeated or
+/// rough, intervals tell little of it, and rays that are spread over many cells cost more than the cells save.
 pub(super) fn pays(program: &Program, tape: &Tape) -> bool {
     if tape.slopes.known() {
         return tape.clauses.len() >= FEW;
