@@ -6,14 +6,16 @@
 //! `spread.rs`.
 
 use crate::expression::{ExprId, Expression, Expressions, ParamId};
+use crate::extent::{extent, extent_of_preimage, narrowed, search};
 use crate::range::range;
-use crate::scene::{Animation, Param, Scene, Shape, ShapeId, ShapeKind};
-use crate::slope::{self, Budget, Ranges};
+use crate::scene::{Animation, Param, Scene, Shape, ShapeId, ShapeKind, children};
+use crate::shape_range::ShapeRange;
+use crate::slope::Ranges;
 use crate::spread::Spread;
 use sdfc_vm::apply::{Applied, apply, laid_out};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
-use sdfc_vm::row::{BoundsRule, Exactness, Slope};
+use sdfc_vm::row::{BoundsRule, Exactness};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
@@ -101,14 +103,12 @@ impl<'s> From<&'s Scene> for World<'s> {
 pub fn shape_bounds(scene: &Scene) -> Vec<Bounds> {
     let world = World::from(scene);
     let ids = || (0..scene.shapes.len() as u32).map(ShapeId);
-    let mut lasting = Boxes::lasting();
-    ids().for_each(|id| _ = lasting.slope(world, id));
-    let mut boxes = lasting.now(0.0);
+    let mut boxes = Boxes::at(0.0, HashMap::new());
     ids().map(|id| boxes.of(world, id)).collect()
 }
 
-/// Fields without bounds of their own are examined within this cube around the origin, in units.
-const FIELD_REGION: f64 = 100.0;
+/// The most operations that are spent on the box of a shape whose rule says too little.
+const MAX_SEARCH_OPERATIONS: usize = 200_000;
 
 /// The boxes of shapes, and what else is known of where they are. Everything is found when it is
 /// asked for, once.
@@ -123,9 +123,6 @@ pub(crate) struct Boxes {
     live: Vec<bool>,
     boxes: Vec<Bounds>,
     spreads: HashMap<ShapeId, Spread>,
-    slopes: HashMap<ShapeId, Option<f64>>,
-    /// What finding more slopes may take.
-    budget: Budget,
 }
 
 impl Boxes {
@@ -150,24 +147,6 @@ impl Boxes {
         }
     }
 
-    /// The same shapes' boxes at the present values of the parameters and this time.
-    pub(crate) fn now(&self, time: f64) -> Self {
-        Self {
-            time,
-            // What a value is divided by holds for all parameters.
-            slopes: self.slopes.clone(),
-            ..Self::default()
-        }
-    }
-
-    /// The same shapes' boxes at a time, with these values of the parameters.
-    pub(crate) fn with(&self, time: f64, values: HashMap<ParamId, Vec<f64>>) -> Self {
-        Self {
-            slopes: self.slopes.clone(),
-            ..Self::at(time, values)
-        }
-    }
-
     /// The box of a shape.
     pub(crate) fn of(&mut self, world: World<'_>, id: ShapeId) -> Bounds {
         while self.boxes.len() <= id.0 as usize {
@@ -179,7 +158,10 @@ impl Boxes {
                     .any(|&n| self.is_live(world, n));
             let bounds = match moves {
                 true => Bounds::EVERYTHING,
-                false => self.bounds_of(world, &shape.kind),
+                false => {
+                    let ruled = self.bounds_of(world, &shape.kind);
+                    self.searched(world, ShapeId(at as u32), &ruled)
+                }
             };
             self.boxes.push(bounds);
         }
@@ -230,7 +212,7 @@ impl Boxes {
                 let numbers = self.numbers(world, parameters);
                 self.ruled(world, *op, &numbers, &[])
             }
-            ShapeKind::Field { region, .. } => *region,
+            ShapeKind::Field { value, region, .. } => self.extent_of(world, *value, region),
             ShapeKind::Polygon { points } => {
                 let mut hull = Bounds::EMPTY;
                 for point in points {
@@ -256,7 +238,19 @@ impl Boxes {
                     None => Bounds::EVERYTHING,
                 }
             }
-            ShapeKind::Domain {
+            ShapeKind::Repeat {
+                op,
+                child,
+                parameters,
+                ..
+            }
+            | ShapeKind::Polar {
+                op,
+                child,
+                parameters,
+                ..
+            }
+            | ShapeKind::Domain {
                 op,
                 child,
                 parameters,
@@ -271,6 +265,8 @@ impl Boxes {
             }
             ShapeKind::Warp { child, point } => {
                 let mut result = self.of(world, *child);
+                // Of a point that is only shifted, what is farther away than that is clear at once.
+                let mut is_shift = true;
                 for (axis, &coordinate) in point.iter().enumerate() {
                     let graph = world.expressions;
                     if *graph.get(coordinate) == Expression::Coordinate(axis as u8) {
@@ -278,19 +274,23 @@ impl Boxes {
                     }
                     let moved = shift(graph, coordinate, axis as u8);
                     let moved = moved.map(|by| self.range(world, by));
-                    // The shape is where the point, moved by this much, is inside the child.
                     match moved {
                         Some(by) if by.lo.is_finite() && by.hi.is_finite() => {
                             result.min[axis] -= by.hi;
                             result.max[axis] -= by.lo;
                         }
-                        Some(_) | None => {
-                            result.min[axis] = f64::NEG_INFINITY;
-                            result.max[axis] = f64::INFINITY;
-                        }
+                        Some(_) | None => is_shift = false,
                     }
                 }
-                result
+                if is_shift {
+                    return result;
+                }
+                let image = self.of(world, *child);
+                let (graph, params, time) = (world.expressions, world.params, self.time);
+                let present = &mut self.present;
+                extent_of_preimage(graph, *point, &image, &mut |id| {
+                    Interval::point(present.value(graph, params, time, id))
+                })
             }
             ShapeKind::Displace { child, amount } => {
                 let bounds = self.of(world, *child);
@@ -300,6 +300,89 @@ impl Boxes {
             ShapeKind::Painted { child, .. } => self.of(world, *child),
             ShapeKind::Nothing => Bounds::EMPTY,
         }
+    }
+
+    /// The box of a written field: the region it is stated for, and where it is not proved positive. One
+    /// that follows no parameter was looked for when it was made.
+    fn extent_of(&mut self, world: World<'_>, value: ExprId, region: &Bounds) -> Bounds {
+        if !self.is_live(world, value) {
+            return *region;
+        }
+        let found = if self.is_lasting {
+            let ranges = Ranges::of(world);
+            let graph = world.expressions;
+            extent(graph, value, &mut |id| ranges.of_leaf(graph, id))
+        } else {
+            let (graph, params, time) = (world.expressions, world.params, self.time);
+            let present = &mut self.present;
+            extent(graph, value, &mut |id| {
+                Interval::point(present.value(graph, params, time, id))
+            })
+        };
+        region.common(&found)
+    }
+
+    /// The box of the cells in which a repetition evaluates its child.
+    pub(crate) fn cell_of(&mut self, world: World<'_>, id: ShapeId) -> Bounds {
+        let ShapeKind::Repeat {
+            parameters, others, ..
+        } = &world.shapes[id.0 as usize].kind
+        else {
+            return Bounds::EVERYTHING;
+        };
+        let ranges = Ranges::of(world);
+        let half: [f64; 3] = std::array::from_fn(|axis| {
+            let spacing = ranges.of_number(world.expressions, parameters[axis]);
+            let cells = f64::from(others[axis].near.max(others[axis].far)) + 0.5;
+            let half = spacing.magnitude() * cells;
+            // Without a spacing along an axis, the point is what it was there.
+            if half > 0.0 { half } else { f64::INFINITY }
+        });
+        Bounds::centred(half)
+    }
+
+    /// The box of a shape whose rule says too little: one that has no end although its operands do, or that
+    /// may be turned by any angle.
+    fn searched(&mut self, world: World<'_>, id: ShapeId, ruled: &Bounds) -> Bounds {
+        let kind = &world.shapes[id.0 as usize].kind;
+        let has_ends = |boxes: &Self, kind: &ShapeKind| {
+            let children = children(kind);
+            !children.is_empty()
+                && children
+                    .iter()
+                    .all(|child| boxes.boxes[child.0 as usize].is_finite())
+        };
+        let is_vague = match kind {
+            ShapeKind::Combine { .. } | ShapeKind::Distance { .. } | ShapeKind::Displace { .. } => {
+                !ruled.is_finite() && !ruled.is_void() && has_ends(self, kind)
+            }
+            ShapeKind::Domain {
+                op: Op::Twist | Op::Bend,
+                ..
+            } => ruled.is_finite(),
+            _ => false,
+        };
+        let plane = world.shapes[id.0 as usize].plane;
+        if !is_vague || matches!(kind, ShapeKind::Distance { op: Op::Complement, .. }) {
+            return *ruled;
+        }
+        let (graph, params, time) = (world.expressions, world.params, self.time);
+        let (present, is_lasting) = (&mut self.present, self.is_lasting);
+        let ranges = Ranges::of(world);
+        let mut uniform = |id| match is_lasting {
+            true => ranges.of_number(graph, id),
+            false => Interval::point(present.value(graph, params, time, id)),
+        };
+        let mut range = ShapeRange::new(world, &mut uniform);
+        _ = range.over(id, &Bounds::EVERYTHING);
+        let evaluations = MAX_SEARCH_OPERATIONS / range.operations.max(1);
+        let mut over = |bounds: &Bounds| range.over(id, bounds);
+        let found = if ruled.is_finite() {
+            narrowed(ruled, evaluations, &mut over)
+        } else {
+            search([false, false, plane], evaluations, &mut over)
+        };
+        if found.is_empty() { *ruled } else { ruled.common(&found) }
     }
 
     /// The box by the rule of a row.
@@ -399,15 +482,14 @@ impl Boxes {
                     None => Spread::UNKNOWN,
                 }
             }
+            ShapeKind::Repeat { child, .. } => self.spread(world, *child),
+            ShapeKind::Polar { child, .. } => self.spread(world, *child).turned(),
             ShapeKind::Domain { op, child, .. } => {
                 let inner = self.spread(world, *child);
                 match op {
-                    Op::Polar | Op::PolarNeighbour | Op::PolarPlane | Op::PolarPlaneNeighbour => {
-                        inner.turned()
-                    }
-                    Op::Twist | Op::Bend => inner.turned().slowed(self.divisor(world, id)),
+                    Op::Twist | Op::Bend => inner.turned(),
                     // Others fold and move space along the axes.
-                    _ => inner.slowed(self.divisor(world, id)),
+                    _ => inner,
                 }
             }
             ShapeKind::Distance {
@@ -415,8 +497,6 @@ impl Boxes {
                 child,
                 parameters,
             } => match op {
-                // Beyond the box that bounds it, it is at least as far as the box.
-                Op::Bounded => Spread::NONE,
                 Op::Offset | Op::Shell => {
                     let inner = self.spread(world, *child).grown();
                     let by = self.number(world, parameters[0]);
@@ -429,106 +509,10 @@ impl Boxes {
                 }
                 _ => self.spread(world, *child),
             },
-            ShapeKind::Warp { child, .. } => {
-                let inner = self.spread(world, *child);
-                inner.slowed(self.divisor(world, id))
-            }
-            ShapeKind::Displace { child, .. } => {
-                let inner = self.spread(world, *child).grown();
-                inner.slowed(self.divisor(world, id))
-            }
+            // Maps that only shift points shift the box around them.
+            ShapeKind::Warp { child, .. } => self.spread(world, *child),
+            ShapeKind::Displace { child, .. } => self.spread(world, *child).grown(),
         }
-    }
-
-    /// What the value of a shape is divided by where it stands, so that it is safe to march.
-    fn divisor(&mut self, world: World<'_>, id: ShapeId) -> f64 {
-        let slope = self.slope(world, id).unwrap_or(1.0);
-        match world.shapes[id.0 as usize].kind {
-            ShapeKind::Displace { .. } => 1.0 + slope,
-            _ => slope.max(1.0),
-        }
-    }
-
-    /// How steep what a shape is computed from can be, if it can be bounded: a field, a
-    /// displacement, or the point that a warp or a change of the point makes. Other shapes have a
-    /// slope of one.
-    pub(crate) fn slope(&mut self, world: World<'_>, id: ShapeId) -> Option<f64> {
-        if let Some(&slope) = self.slopes.get(&id) {
-            return slope;
-        }
-        let slope = match &world.shapes[id.0 as usize].kind {
-            ShapeKind::Field { value, region, .. } => self.field_slope(world, &[*value], region),
-            ShapeKind::Warp { child, point } => {
-                let region = self.of(world, *child);
-                self.field_slope(world, point, &region)
-            }
-            ShapeKind::Displace { amount, .. } => {
-                let region = self.of(world, id);
-                self.field_slope(world, &[*amount], &region)
-            }
-            ShapeKind::Domain {
-                op,
-                child,
-                parameters,
-            } => Some(self.stretch(world, *op, parameters, *child, id)),
-            ShapeKind::Primitive { .. }
-            | ShapeKind::Polygon { .. }
-            | ShapeKind::Combine { .. }
-            | ShapeKind::Frame { .. }
-            | ShapeKind::Distance { .. }
-            | ShapeKind::Painted { .. }
-            | ShapeKind::Nothing => Some(1.0),
-        };
-        self.slopes.insert(id, slope);
-        slope
-    }
-
-    /// How much a row of the table stretches space near its child, whatever the parameters within
-    /// their ranges. Farther out the elaborator has put a bound that needs no map; near means within
-    /// an eighth of the result's size.
-    fn stretch(
-        &mut self,
-        world: World<'_>,
-        op: Op,
-        parameters: &[ExprId],
-        child: ShapeId,
-        id: ShapeId,
-    ) -> f64 {
-        let Slope::Stretch(stretch) = op.row().meta.slope else {
-            return 1.0;
-        };
-        let cube = Bounds::centred([FIELD_REGION; 3]);
-        let inner = self.of(world, child).common(&cube);
-        let outer = self.of(world, id);
-        let size = if outer.is_finite() { outer } else { inner }.half_diagonal();
-        let bounds = inner.grown(size * 0.125);
-        let ranges = Ranges::of(world);
-        let ranges: Vec<_> = parameters
-            .iter()
-            .map(|&id| ranges.of_number(world.expressions, id))
-            .collect();
-        // The rules grow with the magnitude of each parameter, so the ends of the ranges decide.
-        let ends = [
-            ranges.iter().map(|r| r.lo).collect::<Vec<_>>(),
-            ranges.iter().map(|r| r.hi).collect::<Vec<_>>(),
-        ];
-        ends.iter()
-            .map(|numbers| stretch(numbers, &bounds))
-            .fold(1.0, f64::max)
-    }
-
-    /// The slope bound of numbers of point stage over a region, if there is one.
-    fn field_slope(
-        &mut self,
-        world: World<'_>,
-        numbers: &[ExprId],
-        region: &Bounds,
-    ) -> Option<f64> {
-        let region = region.common(&Bounds::centred([FIELD_REGION; 3]));
-        let ranges = Ranges::of(world);
-        let budget = &mut self.budget;
-        let slope = slope::bound(world.expressions, numbers, &region, &ranges, budget)?;
-        Some(slope.max(1e-6))
     }
 }
 
@@ -551,13 +535,15 @@ fn numbers_of(kind: &ShapeKind) -> Vec<ExprId> {
     match kind {
         ShapeKind::Primitive { parameters, .. }
         | ShapeKind::Combine { parameters, .. }
+        | ShapeKind::Repeat { parameters, .. }
+        | ShapeKind::Polar { parameters, .. }
         | ShapeKind::Domain { parameters, .. }
         | ShapeKind::Distance { parameters, .. } => parameters.clone(),
         ShapeKind::Polygon { points } => points.as_flattened().to_vec(),
         ShapeKind::Frame { matrix, .. } => matrix.to_vec(),
         ShapeKind::Warp { point, .. } => point.to_vec(),
         ShapeKind::Displace { amount, .. } => vec![*amount],
-        // A field is where its region is, which is constant.
+        // A field's extent is looked for over all values of the parameters.
         ShapeKind::Field { .. } | ShapeKind::Painted { .. } | ShapeKind::Nothing => Vec::new(),
     }
 }

@@ -5,6 +5,8 @@
 mod norm;
 mod period;
 
+pub(crate) use period::Along;
+
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::uniforms::operands_first;
 use sdfc_vm::apply::{Applied, Apply, apply, laid_out};
@@ -81,7 +83,7 @@ impl OverBox for Dual<Interval> {
 
 /// What a number that depends on no point is.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Uniform {
+pub(crate) enum UniformValue {
     /// It is in a range, the same in all boxes.
     Known(Interval),
     /// Its range is one of those that come with a box.
@@ -89,7 +91,7 @@ pub(crate) enum Uniform {
 }
 
 /// A number with all that it is computed from, operands first.
-pub(crate) struct Field<R> {
+pub(crate) struct BoxNumber<R> {
     steps: Vec<Step<R>>,
     /// What the steps gave in the last box.
     values: Vec<R>,
@@ -114,12 +116,12 @@ enum Step<R> {
     },
 }
 
-impl<R: OverBox> Field<R> {
+impl<R: OverBox> BoxNumber<R> {
     /// `uniform` gives the values of constants, parameters and the time.
     pub(crate) fn new(
         expressions: &Expressions,
         id: ExprId,
-        uniform: &mut dyn FnMut(ExprId) -> Uniform,
+        uniform: &mut dyn FnMut(ExprId) -> UniformValue,
     ) -> Self {
         let order = operands_first(expressions, id, |_| false);
         let place = |id: &ExprId| match order.binary_search(id) {
@@ -133,8 +135,8 @@ impl<R: OverBox> Field<R> {
             let step = match expressions.get(id) {
                 Expression::Constant(_) | Expression::Param(..) | Expression::Time => {
                     match uniform(id) {
-                        Uniform::Known(range) => Step::Known(R::same(range)),
-                        Uniform::Ranged(slot) => Step::Ranged(slot),
+                        UniformValue::Known(range) => Step::Known(R::same(range)),
+                        UniformValue::Ranged(slot) => Step::Ranged(slot),
                     }
                 }
                 Expression::Coordinate(axis) => Step::Coordinate(usize::from(*axis)),

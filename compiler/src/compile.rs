@@ -9,7 +9,6 @@ use crate::passes::lod::Sight;
 use crate::passes::{Context, Done, PassOptions, optimize};
 use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
 use crate::schedule::schedule;
-use crate::steepness::steepness;
 use crate::uniforms::Uniforms;
 use crate::wgsl;
 use sdfc_lang::{Diagnostic, Span, codes};
@@ -18,6 +17,7 @@ use sdfc_vm::library::Library;
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::settings::{self, FoundBounds, Setting, Settings};
 use sdfc_vm::verify::{VerifyError, verify};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// What is compiled, and how.
@@ -56,7 +56,6 @@ pub struct Compiled {
 pub(crate) struct Known {
     scene: Scene,
     root: ShapeId,
-    boxes: Boxes,
 }
 
 /// The scene's functions as WGSL.
@@ -117,7 +116,7 @@ fn bring(module: &mut Module, known: Option<&Known>, time: f64) -> Vec<f64> {
         let params = &module.settings.params;
         let values = params.iter().map(|param| param.value.clone());
         let values = (0..).map(ParamId).zip(values).collect();
-        let mut boxes = known.boxes.with(time, values);
+        let mut boxes = Boxes::at(time, values);
         module.settings.found = FoundBounds {
             bounds: boxes.of(World::from(&known.scene), known.root),
             params: module.settings.param_numbers(),
@@ -180,18 +179,16 @@ pub(crate) fn compile_with(
     });
     let world = World::from(&scene);
     let found = FoundBounds {
-        bounds: boxes.now(options.time).of(world, root),
+        bounds: Boxes::at(options.time, HashMap::new()).of(world, root),
         params: params_of(&scene),
         time: options.time,
     };
-    let (bounds, reach) = (boxes.now(0.0).of(world, root), boxes.of(world, root));
-    // Passes keep what is known of the slope, though their graphs may no longer show it.
-    let slope = steepness(&optimized).min(steepness(&graph));
+    let bounds = Boxes::at(0.0, HashMap::new()).of(world, root);
+    let reach = boxes.of(world, root);
     let settings = settings_of(
         &mut scene,
         fallback,
         ([bounds, reach], found),
-        slope,
         &mut uniforms,
     );
     let mut module = Module {
@@ -214,7 +211,7 @@ pub(crate) fn compile_with(
             optimized,
             surface,
             passes,
-            known: Some(Arc::new(Known { scene, root, boxes })),
+            known: Some(Arc::new(Known { scene, root })),
         }),
         diagnostics,
     )
@@ -273,6 +270,8 @@ fn materials(scene: &Scene, root: ShapeId) -> (usize, MaterialId) {
                 None
             }
             ShapeKind::Frame { child, .. }
+            | ShapeKind::Repeat { child, .. }
+            | ShapeKind::Polar { child, .. }
             | ShapeKind::Domain { child, .. }
             | ShapeKind::Warp { child, .. }
             | ShapeKind::Distance { child, .. }
@@ -313,7 +312,6 @@ fn settings_of(
     scene: &mut Scene,
     fallback: MaterialId,
     ([bounds, reach], found): ([Bounds; 2], FoundBounds),
-    slope: f64,
     uniforms: &mut Uniforms,
 ) -> Settings {
     let expressions = &scene.expressions;
@@ -369,7 +367,7 @@ fn settings_of(
         reach,
         found,
         time: 0.0,
-        slope,
+        slope: 1.0,
         material,
         material_id: fallback.0,
         materials: scene

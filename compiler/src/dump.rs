@@ -4,7 +4,7 @@
 //! A formula that is used more than once, or is very deep, is written once in the list of numbers.
 
 use crate::expression::{ExprId, Expression, Expressions};
-use crate::scene::{
+use crate::scene::{Others, 
     Camera, Lens, Light, LightSource, Material, Param, ParamKind, Scene, Shadow, Shape, ShapeId,
     ShapeKind, Triple,
 };
@@ -149,6 +149,11 @@ fn material_line(material: &Material, formulas: &Formulas<'_>) -> String {
     line
 }
 
+/// The other copies that are evaluated: how many on the nearer side, and on the other.
+fn others(Others { near, far }: Others) -> String {
+    format!("{near}+{far}")
+}
+
 fn shape_line(shape: &Shape, formulas: &Formulas<'_>) -> String {
     let operands = |ids: &[ShapeId]| {
         ids.iter()
@@ -200,6 +205,28 @@ fn shape_line(shape: &Shape, formulas: &Formulas<'_>) -> String {
             matrix,
             scale,
         } => frame(*child, matrix, *scale, formulas),
+        ShapeKind::Repeat {
+            op,
+            child,
+            parameters,
+            others: [x, y, z],
+        } => format!(
+            "{}, others {} {} {}",
+            row(*op, &[*child], parameters),
+            others(*x),
+            others(*y),
+            others(*z)
+        ),
+        ShapeKind::Polar {
+            op,
+            child,
+            parameters,
+            others: sectors,
+        } => format!(
+            "{}, others {}",
+            row(*op, &[*child], parameters),
+            others(*sectors)
+        ),
         ShapeKind::Domain {
             op,
             child,
@@ -468,6 +495,8 @@ fn used_numbers(scene: &Scene) -> Vec<ExprId> {
         match &shape.kind {
             ShapeKind::Primitive { parameters, .. }
             | ShapeKind::Combine { parameters, .. }
+            | ShapeKind::Repeat { parameters, .. }
+            | ShapeKind::Polar { parameters, .. }
             | ShapeKind::Domain { parameters, .. }
             | ShapeKind::Distance { parameters, .. } => ids.extend(parameters),
             ShapeKind::Field { value, slope, .. } => {

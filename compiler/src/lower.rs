@@ -1,20 +1,28 @@
 //! Scene → graph: shapes become operations on points.
 //!
 //! Rigid motions, scales and other affine maps are composed on the way down and never stand in the
-//! graph one after the other. A shape whose distance could change faster than the point moves (a
-//! raw field, a twist, a displacement) is divided by a bound on its slope where it stands, so that
-//! every value that a ray marches on is safe and only the shape concerned is slowed down.
+//! graph one after the other.
+//!
+//! A shape has the value that the scene writes wherever that value matters: under offsets, shells, blends
+//! and displacements. Set operations without a blend compare signs alone. There, and at the root, a shape
+//! whose value could change faster than the point moves (a raw field, a twist, a displacement) is turned
+//! into a safe step to its surface ([`step`]), so that only this shape is slowed down. Bounds and slopes
+//! therefore never move a surface.
 //!
 //! The same scene is lowered twice: once for its distance, once for its surface, where paints stay
 //! in the graph, or where each leaf has a paint of its own ([`crate::origins`]).
+
+mod copies;
+mod step;
 
 use crate::bounds::{Boxes, World};
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::graph::{Graph, Node, NodeId, Number, Origin};
 use crate::origins::Trail;
 use crate::scene::{Material, MaterialId, Scene, ShapeId, ShapeKind};
+use crate::slope::ShapeSlopes;
 use crate::uniforms::{Uniforms, operands_first};
-use sdfc_lang::{Diagnostic, codes};
+use sdfc_lang::Diagnostic;
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 
@@ -26,6 +34,28 @@ const FAR: f32 = 1e30;
 struct At {
     base: NodeId,
     frame: Option<[ExprId; 12]>,
+    /// Units of the local frame per unit of the world, as far as that is known.
+    unit: f64,
+}
+
+impl At {
+    /// A point of the graph itself.
+    fn new(base: NodeId, unit: f64) -> Self {
+        Self {
+            base,
+            frame: None,
+            unit,
+        }
+    }
+}
+
+/// The values that are wanted of a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    /// Those that the scene writes.
+    Written,
+    /// A safe step towards the surface, with the shape's sign: no steeper than one.
+    Step,
 }
 
 /// Which graph is wanted.
@@ -74,7 +104,11 @@ fn walk(
     let paints = paints(scene);
     let mut graph = Graph::default();
     let world = graph.add(Node::World);
+    let slopes = ShapeSlopes::new(World::from(&*scene));
+    let size = step::size(scene, shape);
     let mut lowering = Lowering {
+        slopes,
+        size,
         scene,
         boxes,
         paints,
@@ -85,18 +119,15 @@ fn walk(
         unbounded: HashSet::new(),
         diagnostics: Vec::new(),
     };
-    let root = lowering.shape(
-        shape,
-        At {
-            base: world,
-            frame: None,
-        },
-    );
+    let root = lowering.shape(shape, At::new(world, 1.0), Wanted::Step);
     lowering.graph.root = root;
     (lowering.graph, lowering.trail, lowering.diagnostics)
 }
 
 struct Lowering<'a> {
+    slopes: ShapeSlopes,
+    /// About half the size of what is seen, in units of the world.
+    size: f64,
     scene: &'a mut Scene,
     boxes: &'a mut Boxes,
     paints: Vec<Paints>,
@@ -147,9 +178,12 @@ impl Lowering<'_> {
             Some(outer) => compose(&mut self.scene.expressions, &matrix, &outer),
             None => matrix,
         };
+        let linear = [0, 1, 2, 4, 5, 6, 8, 9, 10].map(|i| self.scene.expressions.as_constant(matrix[i]));
+        let stretch = linear.iter().flatten().map(|v| v * v).sum::<f64>() / 3.0;
         At {
             base: at.base,
             frame: Some(frame),
+            unit: at.unit * stretch.sqrt(),
         }
     }
 
@@ -164,7 +198,7 @@ impl Lowering<'_> {
     }
 
     /// Recursion over shapes within shapes, whose depth the elaborator bounds.
-    fn shape(&mut self, id: ShapeId, at: At) -> NodeId {
+    fn shape(&mut self, id: ShapeId, at: At, wanted: Wanted) -> NodeId {
         let shape = &self.scene.shapes[id.0 as usize];
         let origin = Origin {
             name: shape.name.clone(),
@@ -179,16 +213,9 @@ impl Lowering<'_> {
                 let parameters = self.numbers(&parameters);
                 self.apply(op, at, Vec::new(), parameters)
             }
-            ShapeKind::Field { value, slope, .. } => {
+            ShapeKind::Field { value, .. } => {
                 let node = self.field(value, at);
-                let slope = match slope {
-                    Some(slope) => self.reciprocal(slope),
-                    None => {
-                        let slope = self.slope(id);
-                        Number::Constant((1.0 / slope) as f32)
-                    }
-                };
-                self.apply(Op::FieldDistance, at, vec![node], vec![slope])
+                self.given(node, id, at, wanted)
             }
             ShapeKind::Polygon { points } => self.polygon(&points, at),
             ShapeKind::Combine {
@@ -196,31 +223,8 @@ impl Lowering<'_> {
                 children,
                 parameters,
             } => {
-                let parameters = self.numbers(&parameters);
-                let mut children = children.into_iter();
-                let first = children.next().expect("a combination has operands");
-                let mut left = self.shape(first, at);
-                let mut paints = self.paints[first.0 as usize];
-                for child in children {
-                    let mut right = self.shape(child, at);
-                    let other = self.paints[child.0 as usize];
-                    if self.purpose == Purpose::Surface && cuts(op) {
-                        // What only cuts leaves no paint of its own: the face it makes has the
-                        // material of what is cut.
-                        match (paints, other) {
-                            (Paints::One(material), Paints::None) => {
-                                right = self.paint(right, material, at);
-                            }
-                            (Paints::None, Paints::One(material)) => {
-                                left = self.paint(left, material, at);
-                            }
-                            _ => {}
-                        }
-                    }
-                    paints = paints.join(other);
-                    left = self.apply(op, at, vec![left, right], parameters.clone());
-                }
-                left
+                let node = self.combine(op, &children, &parameters, at, inner(op, wanted));
+                self.changed(node, op, id, at, wanted)
             }
             ShapeKind::Frame {
                 child,
@@ -228,7 +232,7 @@ impl Lowering<'_> {
                 scale,
             } => {
                 let inner = self.framed(at, matrix);
-                let node = self.shape(child, inner);
+                let node = self.shape(child, inner, wanted);
                 let scale = self.number(scale);
                 if scale.is(1.0) {
                     node
@@ -236,54 +240,47 @@ impl Lowering<'_> {
                     self.apply(Op::ScaleDistance, at, vec![node], vec![scale])
                 }
             }
+            ShapeKind::Repeat { .. } | ShapeKind::Polar { .. } => self.copies(id, at, wanted),
             ShapeKind::Domain {
                 op,
                 child,
                 parameters,
             } => {
-                let stretch = self.slope(id);
                 let parameters = self.numbers(&parameters);
                 let point = self.apply(op, at, Vec::new(), parameters);
-                let node = self.shape(
-                    child,
-                    At {
-                        base: point,
-                        frame: None,
-                    },
-                );
-                self.slowed(node, stretch, at)
+                let at_child = At::new(point, at.unit);
+                // What stretches space is turned into a step with all that lies behind it.
+                if matches!(op, Op::Twist | Op::Bend) {
+                    let node = self.shape(child, at_child, Wanted::Written);
+                    self.given(node, id, at, wanted)
+                } else {
+                    self.shape(child, at_child, wanted)
+                }
             }
             ShapeKind::Warp { child, point } => {
-                let stretch = self.slope(id);
                 let coordinates = point.map(|number| self.field(number, at));
                 let point = self.apply(Op::MakePoint, at, coordinates.to_vec(), Vec::new());
-                let node = self.shape(
-                    child,
-                    At {
-                        base: point,
-                        frame: None,
-                    },
-                );
-                self.slowed(node, stretch, at)
+                let node = self.shape(child, At::new(point, at.unit), Wanted::Written);
+                self.given(node, id, at, wanted)
             }
             ShapeKind::Distance {
                 op,
                 child,
                 parameters,
             } => {
-                let node = self.shape(child, at);
+                let node = self.shape(child, at, inner(op, wanted));
                 let parameters = self.numbers(&parameters);
-                self.apply(op, at, vec![node], parameters)
+                let node = self.apply(op, at, vec![node], parameters);
+                self.changed(node, op, id, at, wanted)
             }
             ShapeKind::Displace { child, amount } => {
-                let slope = self.slope(id);
-                let node = self.shape(child, at);
+                let node = self.shape(child, at, Wanted::Written);
                 let amount = self.field(amount, at);
                 let sum = self.apply(Op::Add, at, vec![node, amount], Vec::new());
-                self.slowed(sum, 1.0 + slope, at)
+                self.given(sum, id, at, wanted)
             }
             ShapeKind::Painted { child, material } => {
-                let node = self.shape(child, at);
+                let node = self.shape(child, at, wanted);
                 match self.purpose {
                     Purpose::Distance | Purpose::Origins => node,
                     Purpose::Surface => self.paint(node, material, at),
@@ -296,6 +293,57 @@ impl Lowering<'_> {
         match outer {
             Some(outer) => self.leave(id, outer, node),
             None => node,
+        }
+    }
+
+    /// Shapes combined from left to right.
+    fn combine(
+        &mut self,
+        op: Op,
+        children: &[ShapeId],
+        parameters: &[ExprId],
+        at: At,
+        wanted: Wanted,
+    ) -> NodeId {
+        let parameters = self.numbers(parameters);
+        let first = children[0];
+        let mut left = self.shape(first, at, wanted);
+        let mut paints = self.paints[first.0 as usize];
+        for &child in &children[1..] {
+            let mut right = self.shape(child, at, wanted);
+            let other = self.paints[child.0 as usize];
+            if self.purpose == Purpose::Surface && cuts(op) {
+                // What only cuts leaves no paint of its own: the face it makes has the
+                // material of what is cut.
+                match (paints, other) {
+                    (Paints::One(material), Paints::None) => {
+                        right = self.paint(right, material, at);
+                    }
+                    (Paints::None, Paints::One(material)) => {
+                        left = self.paint(left, material, at);
+                    }
+                    _ => {}
+                }
+            }
+            paints = paints.join(other);
+            left = self.apply(op, at, vec![left, right], parameters.clone());
+        }
+        left
+    }
+
+    /// A value made by an operation of operands as they were wanted for it, as it is wanted itself.
+    fn changed(&mut self, node: NodeId, op: Op, id: ShapeId, at: At, wanted: Wanted) -> NodeId {
+        match inner(op, wanted) {
+            Wanted::Step => node,
+            Wanted::Written => self.given(node, id, at, wanted),
+        }
+    }
+
+    /// A shape's value as it is written, or as a step where that is wanted.
+    fn given(&mut self, node: NodeId, id: ShapeId, at: At, wanted: Wanted) -> NodeId {
+        match wanted {
+            Wanted::Written => node,
+            Wanted::Step => self.step(node, id, at),
         }
     }
 
@@ -313,47 +361,6 @@ impl Lowering<'_> {
             constants,
             channels: Vec::new(),
         })
-    }
-
-    /// The value divided by a slope bound above one.
-    fn slowed(&mut self, node: NodeId, slope: f64, at: At) -> NodeId {
-        if slope <= 1.0 + 1e-9 {
-            return node;
-        }
-        let inverse = Number::Constant((1.0 / slope) as f32);
-        self.apply(Op::FieldDistance, at, vec![node], vec![inverse])
-    }
-
-    /// One divided by a uniform number.
-    fn reciprocal(&mut self, id: ExprId) -> Number {
-        let expressions = &mut self.scene.expressions;
-        let one = expressions.constant(1.0);
-        let inverse = expressions.call(Op::Div, &[one, id]);
-        self.number(inverse)
-    }
-
-    /// The slope of what a shape is computed from; where there is no bound, that is told once, and
-    /// the shape is taken as it is.
-    fn slope(&mut self, id: ShapeId) -> f64 {
-        if let Some(slope) = self.boxes.slope(World::from(&*self.scene), id) {
-            return slope;
-        }
-        let shape = &self.scene.shapes[id.0 as usize];
-        // Nothing marches on a figure that is the whole scene.
-        if !(shape.plane && self.scene.plane) && self.unbounded.insert(id) {
-            self.diagnostics.push(
-                Diagnostic::warning(
-                    codes::W0501,
-                    shape.span,
-                    "the slope of this field cannot be bounded",
-                )
-                .primary("it may rise arbitrarily fast, so rays may step over it")
-                .help(
-                    "state a bound, `field(…, lipschitz: 2)`, or keep away from poles with `max`",
-                ),
-            );
-        }
-        1.0
     }
 
     /// A number of point stage as values of the graph.
@@ -386,10 +393,7 @@ impl Lowering<'_> {
                         .map(|&v| self.operand(v, &nodes))
                         .collect::<Vec<_>>();
                     let at = match point {
-                        Some(p) => At {
-                            base: self.made_point(p, &nodes, at),
-                            frame: None,
-                        },
+                        Some(p) => At::new(self.made_point(p, &nodes, at), at.unit),
                         None => at,
                     };
                     self.apply(op, at, values, parameters)
@@ -471,6 +475,15 @@ impl Lowering<'_> {
     }
 }
 
+/// The values that an operation wants of its operands.
+fn inner(op: Op, wanted: Wanted) -> Wanted {
+    if op.row().meta.only_signs {
+        wanted
+    } else {
+        Wanted::Written
+    }
+}
+
 /// Which materials a shape was given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Paints {
@@ -503,6 +516,8 @@ fn paints(scene: &Scene) -> Vec<Paints> {
                 .map(|child| all[child.0 as usize])
                 .fold(Paints::None, Paints::join),
             ShapeKind::Frame { child, .. }
+            | ShapeKind::Repeat { child, .. }
+            | ShapeKind::Polar { child, .. }
             | ShapeKind::Domain { child, .. }
             | ShapeKind::Warp { child, .. }
             | ShapeKind::Distance { child, .. }

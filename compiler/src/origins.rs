@@ -133,6 +133,8 @@ fn is_leaf(shape: &Shape) -> bool {
         ShapeKind::Primitive { .. } | ShapeKind::Field { .. } | ShapeKind::Polygon { .. } => true,
         ShapeKind::Combine { .. }
         | ShapeKind::Frame { .. }
+        | ShapeKind::Repeat { .. }
+        | ShapeKind::Polar { .. }
         | ShapeKind::Domain { .. }
         | ShapeKind::Warp { .. }
         | ShapeKind::Distance { .. }

@@ -5,8 +5,9 @@
 //! were found, until they are at most three times as wide as these; bounds that are so from the beginning
 //! are left as they are.
 
-use crate::boxes::{Field, Uniform};
+use crate::boxes::{BoxNumber, UniformValue};
 use crate::expression::{ExprId, Expressions};
+use crate::slope::Ranges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 
@@ -22,8 +23,8 @@ pub fn range(
     region: &Bounds,
     value: &mut dyn FnMut(ExprId) -> f64,
 ) -> Interval {
-    let mut number = Field::<Interval>::new(graph, id, &mut |id| {
-        Uniform::Known(Interval::point(value(id)))
+    let mut number = BoxNumber::<Interval>::new(graph, id, &mut |id| {
+        UniformValue::Known(Interval::point(value(id)))
     });
     let mut pieces = vec![(*region, number.over(region, &[]))];
     let mut found = found_in(&mut number, region);
@@ -53,6 +54,19 @@ pub fn range(
     ranges.reduce(Interval::hull).unwrap_or(Interval::ALL)
 }
 
+/// Bounds on a number while its point is in a box, for all values of the parameters, by one evaluation.
+pub(crate) fn range_over(
+    graph: &Expressions,
+    id: ExprId,
+    region: &Bounds,
+    ranges: &Ranges,
+) -> Interval {
+    let mut number = BoxNumber::<Interval>::new(graph, id, &mut |id| {
+        UniformValue::Known(ranges.of_leaf(graph, id))
+    });
+    number.over(region, &[])
+}
+
 /// Both halves of a box, across its longest side that has an end; nothing of a point.
 fn halves(region: &Bounds) -> Option<[Bounds; 2]> {
     let size = |axis: &usize| region.max[*axis] - region.min[*axis];
@@ -66,7 +80,7 @@ fn halves(region: &Bounds) -> Option<[Bounds; 2]> {
 }
 
 /// Values that a number has in a box: at its middle, and at its ends along each axis that has some.
-fn found_in(number: &mut Field<Interval>, region: &Bounds) -> Interval {
+fn found_in(number: &mut BoxNumber<Interval>, region: &Bounds) -> Interval {
     let mut at = |point: [f64; 3]| {
         let point = Bounds {
             min: point,

@@ -142,6 +142,28 @@ pub enum ShapeKind {
         /// a uniform scale, the smallest factor of one by axes.
         scale: ExprId,
     },
+    /// The union of the child's copies in the cells of a grid.
+    Repeat {
+        /// [`Op::Repeat`] or [`Op::RepeatLimited`].
+        op: Op,
+        /// The child, whose cell is that around the origin.
+        child: ShapeId,
+        /// The row's parameters, prepared.
+        parameters: Vec<ExprId>,
+        /// Which other copies may be the nearest one of a point, along each axis.
+        others: [Others; 3],
+    },
+    /// The union of the child's copies in the sectors of a full turn.
+    Polar {
+        /// [`Op::Polar`] or [`Op::PolarPlane`].
+        op: Op,
+        /// The child, whose sector is that around the phase.
+        child: ShapeId,
+        /// The row's parameters, prepared.
+        parameters: Vec<ExprId>,
+        /// Which other copies may be the nearest one of a point.
+        others: Others,
+    },
     /// The child evaluated at another point, by a row that gives a point.
     Domain {
         /// The row.
@@ -184,6 +206,43 @@ pub enum ShapeKind {
     },
     /// No shape at all; it is in no combination (the elaborator drops it there), only alone.
     Nothing,
+}
+
+/// The copies of a repetition that may be nearer to a point than the copy of its own cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Others {
+    /// The number of cells on the side that the point is nearer to.
+    pub near: u8,
+    /// The number of cells on the other side.
+    pub far: u8,
+}
+
+impl Others {
+    /// The cells whose copies are evaluated, the own one first; positive on the nearer side.
+    pub fn cells(self) -> impl Iterator<Item = f64> {
+        let near = (1..=self.near).map(f64::from);
+        let far = (1..=self.far).map(|cell| -f64::from(cell));
+        std::iter::once(0.0).chain(near).chain(far)
+    }
+}
+
+/// The shapes that a shape is made of.
+pub(crate) fn children(kind: &ShapeKind) -> &[ShapeId] {
+    match kind {
+        ShapeKind::Primitive { .. }
+        | ShapeKind::Field { .. }
+        | ShapeKind::Polygon { .. }
+        | ShapeKind::Nothing => &[],
+        ShapeKind::Combine { children, .. } => children,
+        ShapeKind::Frame { child, .. }
+        | ShapeKind::Repeat { child, .. }
+        | ShapeKind::Polar { child, .. }
+        | ShapeKind::Domain { child, .. }
+        | ShapeKind::Warp { child, .. }
+        | ShapeKind::Distance { child, .. }
+        | ShapeKind::Displace { child, .. }
+        | ShapeKind::Painted { child, .. } => std::slice::from_ref(child),
+    }
 }
 
 /// A material. Its numbers may be of normal stage: they then read the local point and the normal

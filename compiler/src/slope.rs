@@ -10,14 +10,17 @@
 //! as one: where it is spent, bounds are less tight.
 
 mod search;
+mod shapes;
 
 use crate::bounds::World;
-use crate::boxes::{Field, Uniform};
+use crate::boxes::{BoxNumber, UniformValue};
 use crate::expression::{ExprId, Expression, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use search::Search;
 use std::collections::BinaryHeap;
+
+pub(crate) use shapes::ShapeSlopes;
 
 /// How many operations are spent on all of a scene before bounds are left as they are; none gets more
 /// than half of what is left.
@@ -30,7 +33,7 @@ const PATIENCE: usize = 64;
 const WORTH_WHILE: f64 = 0.999;
 
 /// A field that is as steep as this is no field to march on, and is said to have no bound.
-pub const STEEPEST: f64 = 1e6;
+pub const STEEPEST: f64 = 1e15;
 
 /// What is left of the operations that a scene's bounds may take.
 #[derive(Clone, Debug)]
@@ -69,7 +72,7 @@ impl Ranges {
     }
 
     /// The range of a number that depends on nothing else.
-    fn of_leaf(&self, expressions: &Expressions, id: ExprId) -> Interval {
+    pub(crate) fn of_leaf(&self, expressions: &Expressions, id: ExprId) -> Interval {
         match expressions.get(id) {
             Expression::Constant(v) => Interval::point(*v),
             Expression::Param(param, component) => {
@@ -82,8 +85,8 @@ impl Ranges {
 
     /// The range of a uniform number.
     pub fn of_number(&self, expressions: &Expressions, id: ExprId) -> Interval {
-        let mut leaf = |id| Uniform::Known(self.of_leaf(expressions, id));
-        let mut number = Field::<Interval>::new(expressions, id, &mut leaf);
+        let mut leaf = |id| UniformValue::Known(self.of_leaf(expressions, id));
+        let mut number = BoxNumber::<Interval>::new(expressions, id, &mut leaf);
         number.over(&Bounds::EVERYTHING, &[])
     }
 }
@@ -124,4 +127,33 @@ pub(crate) fn bound(
     }
     let bound = queue.peek().map_or(0.0, |worst| worst.upper.sqrt());
     (bound < STEEPEST).then_some(bound)
+}
+
+/// The number of points at which a slope is tried.
+const TRIED_POINTS: usize = 400;
+
+/// Twice the slope that nine tenths of the points tried in a region do not exceed; the points lie near the
+/// region's middle and far out alike.
+pub(crate) fn tried(
+    expressions: &Expressions,
+    numbers: &[ExprId],
+    region: &Bounds,
+    ranges: &Ranges,
+) -> f64 {
+    let mut search = Search::new(expressions, numbers, ranges);
+    let region = region.common(&Bounds::centred([1e6; 3]));
+    let (centre, half) = (region.centre(), [0, 1, 2].map(|i| (region.max[i] - region.min[i]) / 2.0));
+    let mut found: Vec<f64> = (0..TRIED_POINTS)
+        .map(|number| {
+            let n = number as f64 + 1.0;
+            let steps = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_97];
+            let size = 0.25_f64.powi(number as i32 % 4);
+            search.slope_at(std::array::from_fn(|axis| {
+                centre[axis] + half[axis] * size * (((n * steps[axis]).fract() - 0.5) * 2.0)
+            }))
+        })
+        .filter(|slope| slope.is_finite())
+        .collect();
+    found.sort_by(f64::total_cmp);
+    found.get(found.len() * 9 / 10).map_or(1.0, |slope| 2.0 * slope)
 }

@@ -46,14 +46,6 @@ impl Spread {
         }
     }
 
-    /// Of a shape whose distance is divided by `by`.
-    pub(crate) fn slowed(self, by: f64) -> Self {
-        Self {
-            along: self.along * by,
-            around: self.around * by,
-        }
-    }
-
     /// Of a shape with something added to its distance, and its box grown for it.
     pub(crate) fn grown(self) -> Self {
         if self.around <= self.along {

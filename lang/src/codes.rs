@@ -517,12 +517,14 @@ Elements are counted from 0, so the last one of a list of three is number 2.
     at([4, 5, 6], 3)
     at([4, 5, 6], 2)";
 
-E0411 "a copy larger than its cell" "\
-`repeat` looks at one copy at each point, so a copy must fit into the cell of its grid. Make the
-spacing larger, or write the copies down as a list.
+E0411 "copies that overlap too far" "\
+`repeat` evaluates all copies that may be the nearest one of a point: one for a shape that is even in its
+cell, two along each axis for another one that fits, more where copies overlap. A shape may be eight times
+as long as its cell, and at most 125 copies are evaluated. A shape without end has no copies; cut it to its
+cell first.
 
-    box(2).repeat(1)
-    box(2).repeat(3)";
+    gyroid(cell: 1, thickness: 0.1).repeat(4)
+    (gyroid(cell: 1, thickness: 0.1) & box(3)).repeat(4)";
 
 E0412 "a loop that is too long" "\
 A loop may have 100,000 rounds.
@@ -620,17 +622,6 @@ Perhaps it is somewhere else than was meant.
 
     box(1) - sphere(0.2).translate(5, 0, 0)
     box(1) - sphere(0.2).translate(0.5, 0, 0)";
-
-W0403 "a copy that does not fit its place" "\
-`repeat` and `polar` look at the copies next to a point only. A copy that reaches farther than its
-cell or its sector, or comes to do so where a parameter or the time changes, is cut there, or rays
-step over it.
-
-    param r = 0.4 in 0.1..=0.8;
-    sphere(r).repeat(1)
-
-    param r = 0.4 in 0.1..=0.5;
-    sphere(r).repeat(1)";
 
 W0404 "a shape behind its mirror" "\
 `mirror` shows what lies in front of a plane, on the side that its vector points to, on both sides.

@@ -223,6 +223,7 @@ fn slope(slope: &Slope) -> String {
         Slope::Largest(factor) => format!("that of the steepest operand, times {factor}"),
         Slope::LargestOrOne => "that of the steepest operand, at least 1".to_owned(),
         Slope::Sum => "the sum of the operands'".to_owned(),
+        Slope::Norm => "the root of the sum of the operands' squares".to_owned(),
         Slope::Plus(_) => "the operand's, plus what follows from the arguments".to_owned(),
         Slope::Times(_) => "the operand's, times what follows from the arguments".to_owned(),
         Slope::Stretch(_) => "the shape's, times how much space is stretched".to_owned(),

@@ -100,6 +100,8 @@ pub enum Slope {
     LargestOrOne,
     /// The sum of the operands'.
     Sum,
+    /// The root of the sum of the operands' squares.
+    Norm,
     /// The largest operand's, plus a function of the parameters.
     Plus(fn(&[f64]) -> f64),
     /// The operand's, times a function of the parameters.
@@ -237,6 +239,9 @@ pub struct Meta {
     pub bounds: BoundsRule,
     /// The blend that it is, if it is one.
     pub blend: Option<Blend>,
+    /// Whether operands are compared by sign and order alone: dividing each by a slope of its own
+    /// leaves the surface where it is.
+    pub only_signs: bool,
     /// Who published the formula, and where.
     pub source: &'static str,
 }

@@ -297,6 +297,7 @@ macro_rules! for_each_operation {
             RevolveClose "revolve_close" = dimension::revolve_close(d: Value, p: Point; end: Vec2) -> Value, prepare::revolve_close, Meta {
                 category: Category::Internal,
                 bounds: BoundsRule::First,
+                only_signs: true,
                 source: "a wedge of space, intersected",
                 ..DIMENSION
             };
@@ -314,6 +315,7 @@ macro_rules! for_each_operation {
                 exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Hull,
                 blend: Some(Blend { kernel: Kernel::Hard, sign: 1.0, negate_second: false }),
+                only_signs: true,
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..COMBINE
             };
@@ -321,6 +323,7 @@ macro_rules! for_each_operation {
             Intersection "intersection" = combine::intersection(a: Value, b: Value;) -> Value, prepare::same, Meta {
                 bounds: BoundsRule::Common,
                 blend: Some(Blend { kernel: Kernel::Hard, sign: -1.0, negate_second: false }),
+                only_signs: true,
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..COMBINE
             };
@@ -328,12 +331,14 @@ macro_rules! for_each_operation {
             Subtraction "subtraction" = combine::subtraction(a: Value, b: Value;) -> Value, prepare::same, Meta {
                 bounds: BoundsRule::First,
                 blend: Some(Blend { kernel: Kernel::Hard, sign: -1.0, negate_second: true }),
+                only_signs: true,
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..COMBINE
             };
             /// Whatever is in exactly one operand.
             Xor "xor" = combine::xor(a: Value, b: Value;) -> Value, prepare::same, Meta {
                 bounds: BoundsRule::Hull,
+                only_signs: true,
                 source: "I. Quilez, Distance Functions: xor",
                 ..COMBINE
             };
@@ -430,42 +435,42 @@ macro_rules! for_each_operation {
             };
             /// Whatever is in either operand, the edge between them filled by a flat piece at 45 degrees that starts `size` from the edge on both sides.
             ChamferUnion "chamfer_union" = combine::chamfer_union(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
-                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                slope: Slope::Norm,
                 bounds: BoundsRule::HullGrown(|a| a[0] / 2.0),
                 source: "hg_sdf by Mercury, 2015",
                 ..COMBINE
             };
             /// Whatever is in both operands, its edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
             ChamferIntersection "chamfer_intersection" = combine::chamfer_intersection(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
-                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                slope: Slope::Norm,
                 bounds: BoundsRule::Common,
                 source: "hg_sdf by Mercury, 2015",
                 ..COMBINE
             };
             /// The first operand without the second, the edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
             ChamferSubtraction "chamfer_subtraction" = combine::chamfer_subtraction(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
-                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                slope: Slope::Norm,
                 bounds: BoundsRule::First,
                 source: "hg_sdf by Mercury, 2015",
                 ..COMBINE
             };
             /// Whatever is in either operand, the edge between them filled by a quarter circle of the radius `r`.
             RoundUnion "round_union" = combine::round_union(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
-                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                slope: Slope::Norm,
                 bounds: BoundsRule::HullGrown(|a| a[0] * (1.0 - std::f64::consts::FRAC_1_SQRT_2)),
                 source: "hg_sdf by Mercury, 2015",
                 ..COMBINE
             };
             /// Whatever is in both operands, its edge cut by a quarter circle of the radius `r`.
             RoundIntersection "round_intersection" = combine::round_intersection(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
-                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                slope: Slope::Norm,
                 bounds: BoundsRule::Common,
                 source: "hg_sdf by Mercury, 2015",
                 ..COMBINE
             };
             /// The first operand without the second, the edge cut by a quarter circle of the radius `r`.
             RoundSubtraction "round_subtraction" = combine::round_subtraction(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
-                slope: Slope::Largest(std::f64::consts::SQRT_2),
+                slope: Slope::Norm,
                 bounds: BoundsRule::First,
                 source: "hg_sdf by Mercury, 2015",
                 ..COMBINE
@@ -506,57 +511,57 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: symmetry",
                 ..DOMAIN
             };
-            /// A copy every `spacing` along each axis, without end; none along axes where it is zero. A copy must fit its cell; only the point's own cell is looked at.
+            /// A copy every `spacing` along each axis, without end; none along axes where it is zero. The opcode evaluates the copy of the point's own cell.
             Repeat "repeat" = domain::repeat(p: Point; spacing: Vec3, inverse: Vec3) -> Point, prepare::spacing, Meta {
                 language: Some(Language { name: "repeat", arguments: &[required("spacing", A::Lengths3)] }),
                 bounds: BoundsRule::Map(volumes::repeat),
                 source: "I. Quilez, Distance Functions: repetition",
                 ..DOMAIN
             };
-            /// The neighbouring copies of an endless repetition, on the side that the point is nearer to, along the axes where `which` is 1.
+            /// A copy of an endless repetition, `which` cells farther along each axis on the side that the point is nearer to.
             RepeatNeighbour "repeat_neighbour" = domain::repeat_neighbour(p: Point; spacing: Vec3, inverse: Vec3, which: Vec3) -> Point, prepare::spacing, Meta {
                 category: Category::Internal,
                 bounds: BoundsRule::Map(volumes::repeat),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
-            /// `count` copies along each axis, `spacing` apart, centred at the origin. A copy must fit its cell; only the point's own cell is looked at.
+            /// `count` copies along each axis, `spacing` apart, centred at the origin. The opcode evaluates the copy of the point's own cell.
             RepeatLimited "repeat_limited" = domain::repeat_limited(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3) -> Point, prepare::limited_spacing, Meta {
                 language: Some(Language { name: "repeat", arguments: &[required("spacing", A::Lengths3), required("count", A::Counts3)] }),
                 bounds: BoundsRule::Map(volumes::repeat_limited),
                 source: "I. Quilez, Distance Functions: limited repetition",
                 ..DOMAIN
             };
-            /// The neighbouring copies of a limited repetition, on the side that the point is nearer to, along the axes where `which` is 1.
+            /// A copy of a limited repetition, `which` cells farther along each axis on the side that the point is nearer to; beyond the last cell, that of the last cell.
             RepeatLimitedNeighbour "repeat_limited_neighbour" = domain::repeat_limited_neighbour(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, which: Vec3) -> Point, prepare::limited_spacing, Meta {
                 category: Category::Internal,
                 bounds: BoundsRule::Map(volumes::repeat_limited),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
-            /// `n` copies around the y axis; `phase` is the direction of the first one, as an angle from the x axis towards z. A copy must fit its sector; only the point's own sector is looked at.
+            /// `n` copies around the y axis; `phase` is the direction of the first one, as an angle from the x axis towards z. The opcode evaluates the copy of the point's own sector.
             Polar "polar" = domain::polar(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 bounds: BoundsRule::Map(volumes::polar),
                 source: "hg_sdf by Mercury, 2015: modulo polar",
                 ..DOMAIN
             };
-            /// The copy around the y axis in the neighbouring sector that the point is nearer to.
-            PolarNeighbour "polar_neighbour" = domain::polar_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
+            /// A copy around the y axis, `which` sectors farther on the side that the point is nearer to.
+            PolarNeighbour "polar_neighbour" = domain::polar_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, Meta {
                 category: Category::Internal,
                 bounds: BoundsRule::Map(volumes::polar),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
-            /// `n` copies of a plane shape around the origin; `phase` is the direction of the first one, as an angle from the x axis towards y. A copy must fit its sector; only the point's own sector is looked at.
+            /// `n` copies of a plane shape around the origin; `phase` is the direction of the first one, as an angle from the x axis towards y. The opcode evaluates the copy of the point's own sector.
             PolarPlane "polar_plane" = domain::polar_plane(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 bounds: BoundsRule::Map(volumes::polar_plane),
                 source: "hg_sdf by Mercury, 2015: modulo polar",
                 ..DOMAIN
             };
-            /// The copy around the z axis in the neighbouring sector that the point is nearer to.
-            PolarPlaneNeighbour "polar_plane_neighbour" = domain::polar_plane_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
+            /// A copy around the z axis, `which` sectors farther on the side that the point is nearer to.
+            PolarPlaneNeighbour "polar_plane_neighbour" = domain::polar_plane_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, Meta {
                 category: Category::Internal,
                 bounds: BoundsRule::Map(volumes::polar_plane),
                 source: "I. Quilez, Domain Repetition",
@@ -593,6 +598,7 @@ macro_rules! for_each_operation {
             Complement "complement" = distance::complement(d: Value;) -> Value, prepare::same, Meta {
                 language: Some(Language { name: "complement", arguments: &[] }),
                 bounds: BoundsRule::Everything,
+                only_signs: true,
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..DISTANCE
             };
@@ -614,6 +620,7 @@ macro_rules! for_each_operation {
             ElongateCorrect "elongate_correct" = distance::elongate_correct(d: Value, p: Point; half: Vec3) -> Value, prepare::half_size, Meta {
                 category: Category::Internal,
                 slope: Slope::LargestOrOne,
+                only_signs: true,
                 source: "I. Quilez, Distance Functions: elongation",
                 ..DISTANCE
             };
@@ -621,6 +628,7 @@ macro_rules! for_each_operation {
             ScaleDistance "scale_distance" = distance::scale_distance(d: Value; factor: Scalar) -> Value, prepare::same, Meta {
                 category: Category::Internal,
                 slope: Slope::Times(|a| a[0].abs()),
+                only_signs: true,
                 source: "J. C. Hart, Sphere Tracing, 1996",
                 ..DISTANCE
             };
@@ -629,7 +637,17 @@ macro_rules! for_each_operation {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
                 slope: Slope::Times(|a| a[0].abs()),
+                only_signs: true,
                 source: "D. Kalra and A. Barr, Guaranteed Ray Intersections with Implicit Surfaces, 1989",
+                ..DISTANCE
+            };
+            /// A raw field whose slope grows away from the origin, as the longest step that bounds of the slope within three cubes and everywhere allow. Its parameters are made of the cubes' half sides and of the four bounds.
+            FieldShells "field_shells" = distance::field_shells(v: Value, p: Point; sides: Vec3, beyond: Scalar, inverse: Vec3) -> Value, prepare::shells, Meta {
+                category: Category::Internal,
+                exactness: Exactness::Bound,
+                slope: Slope::Constant(1.0),
+                only_signs: true,
+                source: "the largest of the steps that are safe within each cube",
                 ..DISTANCE
             };
             /// A distance that holds only within `margin` of a box around its shape; farther out, that to the box. Its parameters are made of the box's two corners and the margin.
@@ -638,22 +656,25 @@ macro_rules! for_each_operation {
                 exactness: Exactness::Bound,
                 slope: Slope::LargestOrOne,
                 bounds: BoundsRule::Map(volumes::bounded),
+                only_signs: true,
                 source: "the larger of two bounds",
                 ..DISTANCE
             };
-            /// Makes a repetition's distance safe: at most that to the slabs that hold the neighbours. Reads the folded point; its parameters are made of the two corners of what the cell holds and of the spacing.
-            RepeatGuard "repeat_guard" = distance::repeat_guard(d: Value, p: Point; spacing: Vec3, lower: Vec3, upper: Vec3) -> Value, prepare::guard, Meta {
+            /// Makes a repetition's distance safe: at most that to the slabs that hold the neighbours. Reads the folded point; its parameters are made of the two corners of what the cell holds, of the spacing, and of which axes are guarded.
+            RepeatGuard "repeat_guard" = distance::repeat_guard(d: Value, p: Point; spacing: Vec3, lower: Vec3, upper: Vec3, axes: Vec3) -> Value, prepare::guard, Meta {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
                 slope: Slope::LargestOrOne,
+                only_signs: true,
                 source: "the gap to the neighbouring cells' contents",
                 ..DISTANCE
             };
-            /// The same for a limited repetition. Reads the point before it is folded; its parameters are made of the two corners, the spacing and the counts.
-            RepeatLimitedGuard "repeat_limited_guard" = distance::repeat_limited_guard(d: Value, p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, lower: Vec3, upper: Vec3) -> Value, prepare::limited_guard, Meta {
+            /// The same for a limited repetition. Reads the point before it is folded; its parameters are made of the two corners, the spacing, the counts, and which axes are guarded.
+            RepeatLimitedGuard "repeat_limited_guard" = distance::repeat_limited_guard(d: Value, p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, lower: Vec3, upper: Vec3, axes: Vec3) -> Value, prepare::limited_guard, Meta {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
                 slope: Slope::LargestOrOne,
+                only_signs: true,
                 source: "the gap to the neighbouring cells' contents",
                 ..DISTANCE
             };
@@ -829,6 +850,7 @@ const SOLID: Meta = Meta {
     slope: Slope::Constant(1.0),
     bounds: BoundsRule::Everything,
     blend: None,
+    only_signs: false,
     source: "",
 };
 /// What the plane shapes have in common.

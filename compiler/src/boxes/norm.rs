@@ -2,12 +2,12 @@
 //! of lengths. The direction of a vector near zero may be any, so each component of the gradient of
 //! its length may be 1, but its length is no more than 1, either.
 
-use super::{Field, Step};
+use super::{BoxNumber, Step};
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
 
-impl Field<Dual<Interval>> {
+impl BoxNumber<Dual<Interval>> {
     /// A bound on the length of the gradient in the box that was last looked at.
     pub(crate) fn steepest(&self) -> f64 {
         let last = self.values.last().map_or(f64::INFINITY, by_components);

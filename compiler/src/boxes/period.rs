@@ -3,7 +3,7 @@
 //!
 //! Nothing is rounded on the way to a period: what is no exact multiple is taken not to repeat.
 
-use super::{Field, OverBox, Step};
+use super::{BoxNumber, OverBox, Step};
 use sdfc_vm::table::Op;
 use std::f64::consts::TAU;
 
@@ -91,7 +91,7 @@ fn common(a: f64, b: f64) -> f64 {
     if b == 0.0 { a } else { common(b, a % b) }
 }
 
-impl<R: OverBox> Field<R> {
+impl<R: OverBox> BoxNumber<R> {
     /// How the number depends on the coordinates of its point.
     pub(crate) fn along(&self) -> [Along; 3] {
         let mut found: Vec<[Along; 3]> = Vec::with_capacity(self.steps.len());

@@ -3,12 +3,12 @@
 use super::Elaborator;
 use super::bound::{Bound, short};
 use super::evaluate::Outcome;
-use super::motion::Place;
 use super::symbolic::Symbolic;
 use super::value::Value;
 use crate::bounds::inverse;
 use crate::expression::ExprId;
-use crate::scene::{ShapeId, ShapeKind};
+use crate::scene::{Others, ShapeId, ShapeKind};
+use crate::symmetry::Symmetries;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::ops::affine::{self, Affine};
@@ -120,173 +120,85 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0401, bound.span_of(1), message));
             return Ok(Value::Poison);
         }
-        let is_fixed = self.is_constant_shape(child);
-        let places = self.places(child, &spacing);
-        let Some(middle) = self.middle_of_cell(&bound, &places, steps) else {
-            return Ok(Value::Poison);
-        };
-        // A copy that stands off the middle of its cell is brought there, and the whole moved back.
         let counts = bound.given(2).then(|| bound.vector(2));
+        let places = self.places(child, &spacing);
+        // The cell is that around the middle of the shape, and the whole is moved back.
+        let boxes = places.iter().map(|place| place.bounds);
+        let whole = boxes.fold(Bounds::EMPTY, |whole, b| whole.hull(&b));
+        let middle: [f64; 3] = std::array::from_fn(|axis| {
+            let middle = whole.centre()[axis];
+            if steps[axis] != 0.0 && middle.is_finite() { middle } else { 0.0 }
+        });
         let centred = self.moved(child, middle.map(|v| -v), span);
-        let repeated = match is_fixed {
-            true => {
-                let bounds = places[0].bounds;
-                self.repeated_box(centred, &bounds, middle, spacing, counts, span)
-            }
-            false => self.repeated_all(centred, steps, spacing, counts, span),
-        };
-        Ok(repeated.map_or(Value::Poison, |id| {
-            Value::Shape(self.moved(id, middle, span))
-        }))
-    }
-
-    /// What is to be the middle of the cells of a repetition: the origin if the shape stays in the
-    /// cell around it, else the middle of the shape. Reports shapes that are larger than their cells
-    /// and warns of those that may come to be, or leave them.
-    fn middle_of_cell(
-        &mut self,
-        bound: &Bound<'a>,
-        places: &[Place],
-        steps: [f64; 3],
-    ) -> Option<[f64; 3]> {
-        let spans = (bound.span_of(0), bound.span_of(1));
-        let about = |diagnostic: Diagnostic| {
-            let is_near = spans.0.file == bound.span.file;
-            let diagnostic = if is_near {
-                diagnostic.label(spans.0, "this shape")
-            } else {
-                diagnostic
-            };
-            diagnostic.help("make the spacing larger, or the shape smaller")
-        };
-        let mut middle = [0.0; 3];
+        let mut others = [Others::default(); 3];
         for axis in (0..3).filter(|&axis| steps[axis] != 0.0) {
-            let letter = ["x", "y", "z"][axis];
-            let cell = |p: &Place| p.numbers[axis].abs() * (1.0 + 1e-9);
-            let size = |b: &Bounds| b.max[axis] - b.min[axis];
-            let too_large = |p: &&Place| !p.bounds.is_empty() && size(&p.bounds) > cell(p);
-            if let Some(place) = places.iter().find(too_large) {
-                let (size, cell) = (extent(size(&place.bounds)), short(place.numbers[axis]));
-                let what = format!("the shape is {size} along {letter}, and its cell only {cell}");
-                if place.when.is_empty() {
-                    let message = format!("{what}: it would be cut");
-                    self.report(about(Diagnostic::error(codes::E0411, spans.1, message)));
-                    return None;
+            let single = |counts: [ExprId; 3]| self.graph.as_constant(counts[axis]) == Some(1.0);
+            if counts.is_some_and(single) {
+                continue;
+            }
+            let reach = places.iter().map(|place| {
+                let reach = (middle[axis] - place.bounds.min[axis])
+                    .max(place.bounds.max[axis] - middle[axis]);
+                reach / place.numbers[axis].abs()
+            });
+            let reach = reach.fold(0.0, f64::max);
+            let symmetries = Symmetries {
+                shapes: &self.shapes,
+                expressions: &self.graph,
+            };
+            let is_even = symmetries.mirrored(centred, axis, 0.0);
+            match other_cells(reach, is_even) {
+                Some(found) => others[axis] = found,
+                None => {
+                    self.report_a_wide_copy(&bound, axis, reach);
+                    return Ok(Value::Poison);
                 }
-                let message = format!("{} {what}: it is cut there", place.when);
-                self.report(about(Diagnostic::warning(codes::W0403, spans.1, message)));
-                continue;
-            }
-            let leaves = |p: &Place, middle: f64| {
-                let half = cell(p) / 2.0;
-                p.bounds.min[axis] < middle - half || p.bounds.max[axis] > middle + half
-            };
-            let boxes = places.iter().map(|p| p.bounds);
-            let whole = boxes.fold(Bounds::EMPTY, |whole, b| whole.hull(&b));
-            if !size(&whole).is_finite() || !places.iter().any(|p| leaves(p, 0.0)) {
-                continue;
-            }
-            middle[axis] = whole.centre()[axis];
-            if let Some(place) = places.iter().find(|p| leaves(p, middle[axis])) {
-                let (way, cell) = (short(size(&whole)), short(place.numbers[axis]));
-                let message = format!(
-                    "the shape moves within {way} along {letter}, and its cell is only {cell}: it is \
-                     cut where it leaves the cell"
-                );
-                self.report(about(Diagnostic::warning(codes::W0403, spans.1, message)));
             }
         }
-        Some(middle)
+        let copies: usize = others.iter().map(|others| others.cells().count()).product();
+        if copies > MAX_COPIES {
+            let message = format!(
+                "the copies of this shape overlap so far that {copies} of them would be looked at \
+                 for each point, and {MAX_COPIES} are allowed"
+            );
+            let help = "make the spacing larger, or the shape smaller";
+            self.report(Diagnostic::error(codes::E0411, bound.span_of(1), message).help(help));
+            return Ok(Value::Poison);
+        }
+        let plane = self.shapes[child.0 as usize].plane;
+        let (op, arguments) = match counts {
+            Some(counts) => (Op::RepeatLimited, [spacing, counts].concat()),
+            None => (Op::Repeat, spacing.to_vec()),
+        };
+        let parameters = self.prepared(op, &arguments);
+        let repeated = ShapeKind::Repeat {
+            op,
+            child: centred,
+            parameters,
+            others,
+        };
+        let repeated = self.add(repeated, plane, span);
+        Ok(Value::Shape(self.moved(repeated, middle, span)))
     }
 
-    /// A repetition of a shape whose box is known: the copy of the point's own cell, and no farther
-    /// than the boxes of the copies next to it.
-    fn repeated_box(
-        &mut self,
-        child: ShapeId,
-        bounds: &Bounds,
-        middle: [f64; 3],
-        spacing: [ExprId; 3],
-        counts: Option<[ExprId; 3]>,
-        span: Span,
-    ) -> Option<ShapeId> {
-        let mut guard: Vec<ExprId> = Vec::new();
-        for corner in [bounds.min, bounds.max] {
-            let shifted = [0, 1, 2].map(|i| (corner[i] - middle[i]).clamp(-1e18, 1e18));
-            guard.extend(shifted.map(|v| self.graph.constant(v)));
+    /// Reports a shape that reaches over more cells than can be looked at.
+    fn report_a_wide_copy(&mut self, bound: &Bound<'a>, axis: usize, reach: f64) {
+        let letter = ["x", "y", "z"][axis];
+        let message = match reach.is_finite() {
+            true => format!(
+                "the shape is {} times as long along {letter} as its cell, and {MAX_REACH} times is the most",
+                short(2.0 * reach)
+            ),
+            false => format!("the shape is endless along {letter}, so it has no copies there"),
+        };
+        let mut diagnostic = Diagnostic::error(codes::E0411, bound.span_of(1), message);
+        if bound.span_of(0).file == bound.span.file {
+            diagnostic = diagnostic.label(bound.span_of(0), "this shape");
         }
-        guard.extend(spacing);
-        let plane = self.shapes[child.0 as usize].plane;
-        let domain = |op, child, parameters| ShapeKind::Domain {
-            op,
-            child,
-            parameters,
-        };
-        let distance = |op, child, parameters| ShapeKind::Distance {
-            op,
-            child,
-            parameters,
-        };
-        Some(match counts {
-            Some(counts) => {
-                let arguments: Vec<ExprId> = spacing.into_iter().chain(counts).collect();
-                let parameters = self.prepared(Op::RepeatLimited, &arguments);
-                let folded = self.add(domain(Op::RepeatLimited, child, parameters), plane, span);
-                guard.extend(counts);
-                let parameters = self.prepared(Op::RepeatLimitedGuard, &guard);
-                self.add(
-                    distance(Op::RepeatLimitedGuard, folded, parameters),
-                    plane,
-                    span,
-                )
-            }
-            None => {
-                let parameters = self.prepared(Op::RepeatGuard, &guard);
-                let guarded = self.add(distance(Op::RepeatGuard, child, parameters), plane, span);
-                let parameters = self.prepared(Op::Repeat, &spacing);
-                self.add(domain(Op::Repeat, guarded, parameters), plane, span)
-            }
-        })
-    }
-
-    /// A repetition of a shape that moves or changes: the copy of the point's own cell and, along
-    /// each axis, that of the cell the point is nearer to. Two, four or eight times the work, and
-    /// exact wherever the shape is in its cell.
-    fn repeated_all(
-        &mut self,
-        child: ShapeId,
-        steps: [f64; 3],
-        spacing: [ExprId; 3],
-        counts: Option<[ExprId; 3]>,
-        span: Span,
-    ) -> Option<ShapeId> {
-        let plane = self.shapes[child.0 as usize].plane;
-        let (op, grid) = match counts {
-            Some(counts) => (Op::RepeatLimitedNeighbour, [spacing, counts].concat()),
-            None => (Op::RepeatNeighbour, spacing.to_vec()),
-        };
-        let single = |id| self.graph.as_constant(id) == Some(1.0);
-        let axes: Vec<usize> = (0..3)
-            .filter(|&axis| steps[axis] != 0.0)
-            .filter(|&axis| counts.is_none_or(|counts| !single(counts[axis])))
-            .collect();
-        let mut copies = Vec::with_capacity(1 << axes.len());
-        for subset in 0..1_u32 << axes.len() {
-            let mut which = [0.0; 3];
-            for (bit, &axis) in axes.iter().enumerate() {
-                which[axis] = f64::from(subset >> bit & 1);
-            }
-            let which = which.map(|v| self.graph.constant(v));
-            let arguments: Vec<ExprId> = grid.iter().copied().chain(which).collect();
-            let parameters = self.prepared(op, &arguments);
-            let kind = ShapeKind::Domain {
-                op,
-                child,
-                parameters,
-            };
-            copies.push(self.add(kind, plane, span));
-        }
-        self.combined(Op::Union, Vec::new(), copies, span)
+        self.report(diagnostic.help(match reach.is_finite() {
+            true => "make the spacing larger, or the shape smaller",
+            false => "cut it to its cell first: `(shape & box(…)).repeat(…)`",
+        }));
     }
 
     /// A shape moved by constants.
@@ -325,99 +237,101 @@ impl<'a> Elaborator<'a> {
                 })
             }
         };
-        self.warn_of_a_narrow_sector(&bound, child, phase);
-        let rows = match plane {
-            true => [Op::PolarPlane, Op::PolarPlaneNeighbour],
-            false => [Op::Polar, Op::PolarNeighbour],
+        let others = self.other_sectors(child, bound.number(1), phase);
+        let op = if plane { Op::PolarPlane } else { Op::Polar };
+        let parameters = self.prepared(op, &[bound.number(1), phase]);
+        let kind = ShapeKind::Polar {
+            op,
+            child,
+            parameters,
+            others,
         };
-        let arguments = [bound.number(1), phase];
-        let copies = rows.map(|op| {
-            let parameters = self.prepared(op, &arguments);
-            self.add(
-                ShapeKind::Domain {
-                    op,
-                    child,
-                    parameters,
-                },
-                plane,
-                span,
-            )
-        });
-        let Some(both) = self.combined(Op::Union, Vec::new(), copies.to_vec(), span) else {
-            return Ok(Value::Poison);
-        };
+        let copies = self.add(kind, plane, bound.span);
         Ok(Value::Shape(if plane {
-            both
+            copies
         } else {
-            self.upright(both, span)
+            self.upright(copies, span)
         }))
     }
 
-    /// Warns of a shape that reaches so far out of its sector that it would be cut. At each point
-    /// the copies of the point's sector and of the next one are looked at, so a shape may be twice
-    /// as wide as its sector if it reaches as far to both sides, and may not if it does not.
-    fn warn_of_a_narrow_sector(&mut self, bound: &Bound<'a>, child: ShapeId, phase: ExprId) {
-        let (count, phase) = (self.present(bound.number(1)), self.present(phase));
-        // Of two copies, both are looked at.
-        if count < 3.0 {
-            return;
-        }
-        let sector = std::f64::consts::TAU / count;
-        let across = if self.shapes[child.0 as usize].plane {
-            1
-        } else {
-            2
+    /// The copies in other sectors that may be nearer to a point than that of its own.
+    fn other_sectors(&mut self, child: ShapeId, count: ExprId, phase: ExprId) -> Others {
+        let (count, direction) = (self.present(count), self.present(phase));
+        let plane = self.shapes[child.0 as usize].plane;
+        let symmetries = Symmetries {
+            shapes: &self.shapes,
+            expressions: &self.graph,
         };
-        let (mut left, mut right) = (0.0_f64, 0.0_f64);
-        for piece in self.pieces(child) {
-            let [to_left, to_right] = sideways(&piece, across, phase);
-            (left, right) = (left.max(to_left), right.max(to_right));
+        if symmetries.is_round(child) {
+            return Others::default();
         }
-        let (least, most) = (left.min(right), left.max(right));
-        if most <= sector * (1.0 + 1e-9) && (most <= sector * 0.501 || least > most / 2.0) {
-            return;
-        }
-        let degrees = |angle: f64| short((angle.to_degrees() * 10.0).round() / 10.0);
-        let message = format!(
-            "the shape reaches {}deg sideways, and its sector is {}deg wide: its copies are cut",
-            degrees(most),
-            degrees(sector)
-        );
-        let mut diagnostic = Diagnostic::warning(codes::W0403, bound.span_of(1), message);
-        if bound.span_of(0).file == bound.span.file {
-            diagnostic = diagnostic.label(bound.span_of(0), "this shape");
-        }
-        let help = if bound.given(2) {
-            "`phase` is the direction of the shape; perhaps it is another"
-        } else {
-            "make fewer copies or a smaller shape, or write the copies down as a list"
+        let (sideways_axis, along_axis) = if plane { (1, 0) } else { (2, 0) };
+        // The plane through the axis and the middle of the sector, where that is one of the frame's.
+        let is_even = match self.graph.as_constant(phase) {
+            Some(0.0) => symmetries.mirrored(child, sideways_axis, 0.0),
+            Some(angle) if (angle.abs() - std::f64::consts::FRAC_PI_2).abs() < 1e-12 => {
+                symmetries.mirrored(child, along_axis, 0.0)
+            }
+            _ => false,
         };
-        self.report(diagnostic.help(help));
+        let mut reach = 0.0_f64;
+        for piece in self.places_of_pieces(child) {
+            reach = reach.max(sideways(&piece, sideways_axis, direction));
+        }
+        let all = Others {
+            near: (count.max(1.0) as u32 - 1).min(u8::MAX.into()) as u8,
+            far: 0,
+        };
+        let sector = std::f64::consts::TAU / count.max(1.0);
+        match other_cells(reach / sector, is_even) {
+            Some(others) if u32::from(others.near) + u32::from(others.far) < u32::from(all.near) => {
+                others
+            }
+            _ => all,
+        }
     }
 
-    /// The boxes of the shapes that a shape is a union of.
-    fn pieces(&mut self, id: ShapeId) -> Vec<Bounds> {
+    /// The boxes of the pieces of a shape, at all values of the parameters that are tried; those that are
+    /// round about the axis are left out, since they look the same in every sector.
+    fn places_of_pieces(&mut self, child: ShapeId) -> Vec<Bounds> {
+        if self.is_constant_shape(child) {
+            return self.pieces(child, true);
+        }
+        let places = self.places(child, &[]);
+        places.into_iter().map(|place| place.bounds).collect()
+    }
+
+    /// The boxes of the shapes that a shape is a union of, without those that are round about the axis if
+    /// that is still the axis of the copies (`on_axis`).
+    fn pieces(&mut self, id: ShapeId, on_axis: bool) -> Vec<Bounds> {
         const MOST: usize = 256;
         // Of what is a union of far more, the pieces would only be gathered to be thrown away.
         if self.occurrences[id.0 as usize] as usize > 16 * MOST {
             return vec![self.bounds_of(id)];
         }
+        let symmetries = Symmetries {
+            shapes: &self.shapes,
+            expressions: &self.graph,
+        };
+        if on_axis && symmetries.is_round(id) {
+            return Vec::new();
+        }
         let mut pieces = Vec::new();
         match self.shapes[id.0 as usize].kind.clone() {
-            ShapeKind::Painted { child, .. } => pieces = self.pieces(child),
+            ShapeKind::Painted { child, .. } => pieces = self.pieces(child, on_axis),
             ShapeKind::Combine {
                 op: Op::Union,
                 children,
                 ..
             } if children.len() <= MOST => {
                 for child in children {
-                    pieces.extend(self.pieces(child));
+                    pieces.extend(self.pieces(child, on_axis));
                 }
             }
             ShapeKind::Frame { child, matrix, .. } => {
                 let numbers = matrix.map(|id| self.present(id));
                 if let Some(rows) = inverse(&numbers) {
-                    let inner = self.pieces(child);
+                    let inner = self.pieces(child, false);
                     pieces = inner.iter().map(|piece| piece.mapped(&rows)).collect();
                 }
             }
@@ -430,55 +344,56 @@ impl<'a> Elaborator<'a> {
     }
 }
 
-/// How far what fills a box reaches to the left and to the right of a direction, as angles seen
-/// from the axis: it touches every side of its box somewhere, and so reaches at least as far as the
-/// nearest point of each. What is around the axis and as wide as deep is taken to be round, and a
-/// little that is behind the axis does not count: other copies are there too.
-fn sideways(piece: &Bounds, across: usize, direction: f64) -> [f64; 2] {
+/// How far what fills a box reaches sideways of a direction, as an angle seen from the axis: half a turn
+/// where the axis runs through the box.
+fn sideways(piece: &Bounds, across: usize, direction: f64) -> f64 {
     let (low, high) = (
         [piece.min[0], piece.min[across]],
         [piece.max[0], piece.max[across]],
     );
-    let is_round = [high[0], -low[1], high[1]].map(|v| (v + low[0]).abs() <= 1e-6 * v.abs());
-    let ends = low.into_iter().chain(high);
-    if piece.is_empty() || is_round == [true; 3] || !ends.clone().all(f64::is_finite) {
-        return [0.0; 2];
+    if piece.is_empty() {
+        return 0.0;
+    }
+    let holds_axis = (0..2).all(|i| low[i] <= 0.0 && high[i] >= 0.0);
+    if holds_axis || !low.iter().chain(&high).all(|v| v.is_finite()) {
+        return std::f64::consts::PI;
     }
     let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
-    let turned = |[x, y]: [f64; 2]| {
-        let (s, c) = direction.sin_cos();
-        [x * c + y * s, y * c - x * s]
-    };
-    let corners = corners.map(turned);
-    let farthest = corners.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
-    let mut reach = [0.0_f64; 2];
-    for (at, a) in corners.iter().enumerate() {
-        let b = corners[(at + 1) % 4];
-        let (from, to) = (a[1].atan2(a[0]), b[1].atan2(b[0]));
-        // The side may cross the direction itself, in front of the axis or behind it.
-        let crosses_in_front = a[1] * b[1] <= 0.0 && a[0] * b[1].abs() + b[0] * a[1].abs() > 0.0;
-        let is_near = distance_to(*a, b) < 0.15 * farthest;
-        if !crosses_in_front && !is_near {
-            let side = usize::from(from + to < 0.0);
-            reach[side] = reach[side].max(from.abs().min(to.abs()));
-        }
+    let (s, c) = direction.sin_cos();
+    let turned = corners.map(|[x, y]| [x * c + y * s, y * c - x * s]);
+    // A box beside the axis that crosses the opposite direction reaches all the way.
+    let behind = (0..4).any(|i| {
+        let (a, b) = (turned[i], turned[(i + 1) % 4]);
+        a[1] * b[1] <= 0.0 && a[0] * b[1].abs() + b[0] * a[1].abs() <= 0.0
+    });
+    if behind {
+        return std::f64::consts::PI;
     }
-    reach
+    let angles = turned.map(|[x, y]| y.atan2(x).abs());
+    angles.into_iter().fold(0.0, f64::max)
 }
 
-/// The distance of the origin from a segment.
-fn distance_to(a: [f64; 2], b: [f64; 2]) -> f64 {
-    let along = [b[0] - a[0], b[1] - a[1]];
-    let length = (along[0] * along[0] + along[1] * along[1]).max(f64::MIN_POSITIVE);
-    let share = (-(a[0] * along[0] + a[1] * along[1]) / length).clamp(0.0, 1.0);
-    (a[0] + share * along[0]).hypot(a[1] + share * along[1])
-}
+/// The most copies of a repetition that are evaluated for a point.
+const MAX_COPIES: usize = 125;
+/// The greatest size of a copy, in cells.
+const MAX_REACH: f64 = 8.0;
 
-/// An extent of a shape, which may be endless.
-fn extent(size: f64) -> String {
-    if size.is_finite() {
-        format!("{} long", short(size))
-    } else {
-        "endless".to_owned()
+/// The copies that may be nearer to a point than that of its own cell, for a shape that reaches so many
+/// cells from the middle of its own; `None` where there are too many.
+///
+/// A copy farther on is never nearer than the one before it unless that reaches past the point: with `reach`
+/// of half a cell or less, the own copy and the nearer neighbour are enough. The mirror image of a
+/// neighbour in the wall between both is the own copy, if it is even; then that alone is enough.
+fn other_cells(reach: f64, is_even: bool) -> Option<Others> {
+    if is_even && reach <= 0.5 * (1.0 + 1e-9) {
+        return Some(Others::default());
     }
+    if reach.is_nan() || reach > MAX_REACH / 2.0 {
+        return None;
+    }
+    let cells = |v: f64| ((v - 1e-9).ceil() - 1.0).max(0.0) as u8;
+    Some(Others {
+        near: cells(1.5 + reach),
+        far: cells(0.5 + reach),
+    })
 }

@@ -6,9 +6,7 @@ use super::evaluate::Outcome;
 use super::symbolic::Symbolic;
 use super::value::Value;
 use crate::expression::ExprId;
-use crate::scene::{ShapeId, ShapeKind};
-use sdfc_lang::Span;
-use sdfc_vm::bounds::Bounds;
+use crate::scene::ShapeKind;
 use sdfc_vm::ops::affine;
 use sdfc_vm::real::lit;
 use sdfc_vm::table::Op;
@@ -48,7 +46,6 @@ impl<'a> Elaborator<'a> {
         }
         let child = self.lying(child, span);
         let parameters = self.prepared(op, &[bound.number(1)]);
-        let bounds = self.bounds_of(child);
         let curled = self.add(
             ShapeKind::Domain {
                 op,
@@ -58,26 +55,7 @@ impl<'a> Elaborator<'a> {
             false,
             span,
         );
-        let curled = self.kept_near(curled, &bounds, span);
         Ok(Value::Shape(self.upright(curled, span)))
-    }
-
-    /// A shape whose distance holds only near it, made safe farther out.
-    fn kept_near(&mut self, shape: ShapeId, before: &Bounds, span: Span) -> ShapeId {
-        let bounds = self.bounds_of(shape);
-        if !bounds.is_finite() || !before.is_finite() || !self.is_constant_shape(shape) {
-            return shape;
-        }
-        let margin = bounds.half_diagonal() * 0.1;
-        let numbers = bounds.min.into_iter().chain(bounds.max).chain([margin]);
-        let arguments: Vec<ExprId> = numbers.map(|v| self.graph.constant(v)).collect();
-        let parameters = self.prepared(Op::Bounded, &arguments);
-        let kind = ShapeKind::Distance {
-            op: Op::Bounded,
-            child: shape,
-            parameters,
-        };
-        self.add(kind, false, span)
     }
 
     /// `revolve(figure, offset, angle)`: about the axis that points up.

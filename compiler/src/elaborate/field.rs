@@ -7,9 +7,11 @@ use super::numbers::{Form, parts};
 use super::stage::Demand;
 use super::value::{Number, Quantity, Value, Vector};
 use crate::expression::{ExprId, Stage};
+use crate::extent::extent;
 use crate::scene::ShapeKind;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
+use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
 
 /// The most octaves of noise.
@@ -42,8 +44,9 @@ impl<'a> Elaborator<'a> {
         {
             return Ok(Value::Poison);
         }
+        let extent = self.extent_of(value);
         if !bound.given(2) {
-            let region = Bounds::EVERYTHING;
+            let region = extent;
             let kind = ShapeKind::Field {
                 value,
                 slope,
@@ -53,7 +56,7 @@ impl<'a> Elaborator<'a> {
         }
         // What is asked for only within a box ends there.
         let size = bound.vector(2);
-        let region = Bounds::centred(size.map(|id| self.present(id) / 2.0));
+        let region = Bounds::centred(size.map(|id| self.present(id) / 2.0)).common(&extent);
         let field = self.add(
             ShapeKind::Field {
                 value,
@@ -69,6 +72,18 @@ impl<'a> Elaborator<'a> {
         let limit = self.add(ShapeKind::Primitive { op, parameters }, flat, bound.span);
         let both = self.combined(Op::Intersection, Vec::new(), vec![field, limit], bound.span);
         super::shapes::shape_value(both)
+    }
+
+    /// Where a written field is not proved positive; all of space for one that follows a parameter, whose
+    /// extent is looked for when the parameters are known.
+    fn extent_of(&mut self, value: ExprId) -> Bounds {
+        if self.follows_params(value) {
+            return Bounds::EVERYTHING;
+        }
+        let graph = &self.graph;
+        extent(graph, value, &mut |id| {
+            Interval::point(graph.as_constant(id).unwrap_or(f64::NAN))
+        })
     }
 
     /// The number that a function of the point gives.

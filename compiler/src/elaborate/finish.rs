@@ -2,7 +2,7 @@
 //! gets its default.
 
 use super::Elaborator;
-use super::measure::children;
+use crate::scene::children;
 use crate::scene::{Material, MaterialId, Scene, ShapeId, ShapeKind};
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::table::Op;
@@ -164,6 +164,8 @@ impl<'a> Elaborator<'a> {
                     *material = MaterialId(material_at[material.0 as usize]);
                 }
                 ShapeKind::Frame { child, .. }
+                | ShapeKind::Repeat { child, .. }
+                | ShapeKind::Polar { child, .. }
                 | ShapeKind::Domain { child, .. }
                 | ShapeKind::Warp { child, .. }
                 | ShapeKind::Distance { child, .. }

@@ -4,7 +4,7 @@
 use super::Elaborator;
 use crate::bounds::World;
 use crate::expression::ExprId;
-use crate::scene::{ShapeId, ShapeKind};
+use crate::scene::{ShapeId, ShapeKind, children};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 
@@ -40,6 +40,14 @@ impl<'a> Elaborator<'a> {
         self.is_still[id.0 as usize]
     }
 
+    /// Whether a number follows a live parameter or the time.
+    pub(crate) fn follows_params(&mut self, id: ExprId) -> bool {
+        let mut boxes = std::mem::take(&mut self.boxes);
+        let follows = boxes.is_live(self.world(), id);
+        self.boxes = boxes;
+        follows
+    }
+
     /// All values that a number of a point may have in a region.
     pub(crate) fn range_of(&mut self, id: ExprId, region: &Bounds) -> Interval {
         let (graph, params, time) = (&self.graph, &self.params, self.options.time);
@@ -49,28 +57,13 @@ impl<'a> Elaborator<'a> {
     }
 }
 
-/// The shapes that a shape is made of.
-pub(crate) fn children(kind: &ShapeKind) -> &[ShapeId] {
-    match kind {
-        ShapeKind::Primitive { .. }
-        | ShapeKind::Field { .. }
-        | ShapeKind::Polygon { .. }
-        | ShapeKind::Nothing => &[],
-        ShapeKind::Combine { children, .. } => children,
-        ShapeKind::Frame { child, .. }
-        | ShapeKind::Domain { child, .. }
-        | ShapeKind::Warp { child, .. }
-        | ShapeKind::Distance { child, .. }
-        | ShapeKind::Displace { child, .. }
-        | ShapeKind::Painted { child, .. } => std::slice::from_ref(child),
-    }
-}
-
 /// The numbers of a shape's own that move its surface.
 pub(crate) fn numbers(kind: &ShapeKind) -> Vec<ExprId> {
     match kind {
         ShapeKind::Primitive { parameters, .. }
         | ShapeKind::Combine { parameters, .. }
+        | ShapeKind::Repeat { parameters, .. }
+        | ShapeKind::Polar { parameters, .. }
         | ShapeKind::Domain { parameters, .. }
         | ShapeKind::Distance { parameters, .. } => parameters.clone(),
         ShapeKind::Field { value, .. } => vec![*value],

@@ -1,9 +1,9 @@
 //! Where shapes may come to be: their boxes at the ends of the ranges of the parameters that they
-//! follow, and in the course of time. These are samples and no proof; warnings rely on them.
+//! follow, and in the course of time. These are samples and no proof.
 
 use super::Elaborator;
-use super::bound::short;
-use super::measure::{children, numbers};
+use super::measure::numbers;
+use crate::scene::children;
 use crate::bounds::Boxes;
 use crate::expression::{ExprId, Expression, ParamId};
 use crate::scene::ShapeId;
@@ -19,16 +19,14 @@ const SECONDS: f64 = 8.0;
 /// A shape's box at some values of the parameters and the time.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
-    /// Which values: "where `r` is 0.5"; empty for the present ones.
-    pub(crate) when: String,
     /// The box.
     pub(crate) bounds: Bounds,
     /// The numbers that were asked for with it.
     pub(crate) numbers: Vec<f64>,
 }
 
-/// Other values to look at a shape for: which, in words, those of parameters, and the time.
-type Instead = (String, Vec<(ParamId, f64)>, f64);
+/// Other values to look at a shape for: those of parameters, and the time.
+type Instead = (Vec<(ParamId, f64)>, f64);
 
 /// Values of parameters instead of their present ones, and a time, as a key: the bits of each.
 pub(crate) type Moment = (Vec<(ParamId, u64)>, u64);
@@ -38,7 +36,6 @@ impl<'a> Elaborator<'a> {
     /// parameters, then at others.
     pub(crate) fn places(&mut self, shape: ShapeId, wanted: &[ExprId]) -> Vec<Place> {
         let present = Place {
-            when: String::new(),
             bounds: self.bounds_of(shape),
             numbers: wanted.iter().map(|&id| self.present(id)).collect(),
         };
@@ -53,25 +50,21 @@ impl<'a> Elaborator<'a> {
                 continue;
             };
             for (ends, value) in ends.iter_mut().zip([low, high]) {
-                let when = format!("where `{}` is {}", param.name, short(value));
-                moments.push((when, vec![(id, value)], now));
+                moments.push((vec![(id, value)], now));
                 ends.push((id, value));
             }
         }
         if ends[0].len() > 1 {
-            let words = ["smallest", "largest"];
-            for (word, values) in words.into_iter().zip(ends) {
-                moments.push((format!("where all params are {word}"), values, now));
-            }
+            moments.extend(ends.map(|values| (values, now)));
         }
         if follows_time {
             let seconds = self.animation.map_or(SECONDS, |a| a.duration);
             for at in 1..=TIMES {
                 let time = seconds * f64::from(at) / f64::from(TIMES);
-                moments.push((format!("at {} s", short(time)), Vec::new(), time));
+                moments.push((Vec::new(), time));
             }
         }
-        for (when, values, time) in moments {
+        for (values, time) in moments {
             let bits = values.iter().map(|&(id, v)| (id, v.to_bits())).collect();
             let key: Moment = (bits, time.to_bits());
             let mut boxes = self.moments.remove(&key).unwrap_or_else(|| {
@@ -80,7 +73,6 @@ impl<'a> Elaborator<'a> {
             });
             let world = self.world();
             places.push(Place {
-                when,
                 bounds: boxes.of(world, shape),
                 numbers: wanted.iter().map(|&id| boxes.number(world, id)).collect(),
             });

@@ -3,7 +3,7 @@
 use super::Elaborator;
 use super::bound::Bound;
 use super::evaluate::Outcome;
-use super::measure::children;
+use crate::scene::children;
 use super::symbolic::{Symbolic, with_graph};
 use super::value::Value;
 use crate::expression::ExprId;

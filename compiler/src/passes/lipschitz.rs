@@ -1,11 +1,13 @@
 //! Divisions by slopes that are larger than they need to be. Before: any graph, in which raw fields,
-//! warps and displacements are divided by a bound on their slope where they stand (`lower.rs`), found
-//! on the scene's expressions. After: none of them is divided by more than a bound that the rows' own
-//! rules give for what the graph computes now: a warp that turned out to be a turn is not slowed down.
+//! warps and displacements are divided by a bound on their slope where a step is wanted of them
+//! (`lower/step.rs`), found on the scene's expressions. After: none of them is divided by more than a bound
+//! that the rows' own rules give for what the graph computes now: a warp that turned out to be a turn is
+//! not slowed down.
 //!
 //! The value grows where a division shrank, but is never steeper than one and zero only where it was:
-//! it stays a safe step to the same surface. Where a blend or an offset takes the magnitude for a
-//! length, the surface would change, and divisions stay; so they do where the rules know no bound.
+//! it stays a safe step to the same surface. A division in whose result the magnitude is taken for a
+//! length (by a blend, an offset, arithmetic) stays: programs that were not compiled from a scene may hold
+//! some. So do divisions where the rules know no bound.
 
 mod slopes;
 
@@ -86,14 +88,11 @@ fn measured(graph: &Graph) -> Vec<bool> {
     for (id, node) in nodes.into_iter().rev() {
         let compares = match node {
             Node::Apply {
-                op: Op::Union | Op::Intersection | Op::Subtraction | Op::Complement,
-                ..
-            } => true,
-            Node::Apply {
                 op: Op::ScaleDistance | Op::FieldDistance,
                 parameters,
                 ..
             } => matches!(parameters[..], [Number::Constant(f)] if f > 0.0 && f <= 1.0),
+            Node::Apply { op, .. } => op.row().meta.only_signs,
             _ => false,
         };
         for input in node.inputs() {

@@ -2,7 +2,7 @@
 //! parameters.
 
 use super::Ranges;
-use crate::boxes::{Field, Uniform};
+use crate::boxes::{BoxNumber, UniformValue};
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
@@ -26,8 +26,8 @@ pub(super) struct Piece {
 
 /// The numbers that are searched, over boxes and at points.
 pub(super) struct Search {
-    over: Vec<Field<Dual<Interval>>>,
-    at: Vec<Field<Dual<f64>>>,
+    over: Vec<BoxNumber<Dual<Interval>>>,
+    at: Vec<BoxNumber<Dual<f64>>>,
     /// Which of a piece's ranges are worth halving.
     halved: Vec<usize>,
     /// All ranges.
@@ -42,21 +42,21 @@ impl Search {
         let mut uniform = |id| {
             let range = ranges.of_leaf(expressions, id);
             if range.lo == range.hi || !(range.hi - range.lo).is_finite() {
-                return Uniform::Known(range);
+                return UniformValue::Known(range);
             }
             let slot = ranged.iter().position(|&(of, _)| of == id);
-            Uniform::Ranged(slot.unwrap_or_else(|| {
+            UniformValue::Ranged(slot.unwrap_or_else(|| {
                 ranged.push((id, range));
                 ranged.len() - 1
             }))
         };
         let over = numbers
             .iter()
-            .map(|&id| Field::new(expressions, id, &mut uniform))
+            .map(|&id| BoxNumber::new(expressions, id, &mut uniform))
             .collect();
         let at = numbers
             .iter()
-            .map(|&id| Field::new(expressions, id, &mut uniform))
+            .map(|&id| BoxNumber::new(expressions, id, &mut uniform))
             .collect();
         Self {
             over,
@@ -69,13 +69,13 @@ impl Search {
 
     /// What looking at a box costs.
     pub(super) fn cost(&self) -> usize {
-        let once: usize = self.over.iter().map(Field::cost).sum();
+        let once: usize = self.over.iter().map(BoxNumber::cost).sum();
         once * (1 + self.halved.len())
     }
 
     /// The first box: this region, or a smaller one in which the numbers are all that they are in it.
     pub(super) fn whole(&mut self, region: &Bounds) -> Piece {
-        let along = self.over.iter().map(Field::along);
+        let along = self.over.iter().map(BoxNumber::along);
         let along = along.reduce(|a, b| std::array::from_fn(|axis| a[axis].with(b[axis])));
         let mut bounds = *region;
         for (axis, along) in along.into_iter().flatten().enumerate() {
@@ -147,6 +147,21 @@ impl Search {
             self.found = self.found.max(gradients.sum());
         }
         self.found
+    }
+
+    /// The slope at a point, with all parameters in the middle of their ranges.
+    pub(super) fn slope_at(&mut self, point: [f64; 3]) -> f64 {
+        let bounds = Bounds {
+            min: point,
+            max: point,
+        };
+        let middle = |range: &Interval| Interval::point(range.lo + (range.hi - range.lo) / 2.0);
+        let ranges: Vec<Interval> = self.ranges.iter().map(middle).collect();
+        let gradients = self.at.iter_mut().map(|number| {
+            let gradient = number.over(&bounds, &ranges).gradient;
+            gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2)
+        });
+        gradients.sum::<f64>().sqrt()
     }
 
     /// Both halves of a box: of space, or of a range where that pays.

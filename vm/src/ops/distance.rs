@@ -33,6 +33,31 @@ pub fn field_distance<R: Real>(v: R, inverse_slope: R) -> R {
     v * inverse_slope
 }
 
+/// A raw field whose slope is bounded within three cubes around the origin, of the half `sides`, by one over
+/// `inverse`, and everywhere by one over `beyond`. Within a cube a step of the value times `inverse` is safe as
+/// far as it stays inside; the longest of the safe steps counts. It is no steeper than one, and has the
+/// field's sign.
+#[inline(always)]
+pub fn field_shells<R: Real>(
+    v: R,
+    p: R::Vec3,
+    sides: R::Vec3,
+    beyond: R,
+    inverse: R::Vec3,
+) -> R {
+    let zero = R::Vec3::splat(lit(0.0));
+    let far = p.abs().max_component();
+    let within = (sides - R::Vec3::splat(far)).max(zero).named("within");
+    let step = (inverse * v).max(zero - within).min(within).named("step");
+    let outermost = v * beyond;
+    let least = step.x().min(step.y()).min(step.z()).min(outermost);
+    R::select(
+        v.less(lit(0.0)),
+        least,
+        step.max_component().max(outermost),
+    )
+}
+
 /// What the elongated shape lacks inside the gap: there the point maps to the middle for all
 /// positions, and the distance to the gap's own sides takes over. Where the middle is outside the
 /// shape, so is the gap.
@@ -50,8 +75,8 @@ pub fn bounded<R: Real>(d: R, p: R::Vec3, centre: R::Vec3, margin: R, half: R::V
     d.min(margin).max(cuboid::<R>(p - centre, half))
 }
 
-/// A repeated shape's distance, of which only the point's own cell was asked, made safe: no more
-/// than the distance to what the neighbouring cells may hold. `p` is the point folded into its
+/// A repeated shape's distance, of which only the copy in the point's own cell was evaluated, made safe: at
+/// most the distance to the boxes of the neighbouring copies along `axes`. `p` is the point folded into its
 /// cell; the copies in the cells above begin at `upper`, those in the cells below end at `lower`.
 #[inline(always)]
 pub fn repeat_guard<R: Real>(
@@ -60,13 +85,16 @@ pub fn repeat_guard<R: Real>(
     spacing: R::Vec3,
     lower: R::Vec3,
     upper: R::Vec3,
+    axes: R::Vec3,
 ) -> R {
-    guarded::<R>(d, p, spacing, [lower, upper], [upper - p, p - lower])
+    let own = [upper - spacing, lower + spacing];
+    guarded::<R>(d, p, own, [upper - p, p - lower], axes)
 }
 
 /// The same for a limited grid, with the point before it is folded: there are no copies beyond the
 /// last cell.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "the parameters of a row")]
 pub fn repeat_limited_guard<R: Real>(
     d: R,
     p: R::Vec3,
@@ -75,6 +103,7 @@ pub fn repeat_limited_guard<R: Real>(
     last: R::Vec3,
     lower: R::Vec3,
     upper: R::Vec3,
+    axes: R::Vec3,
 ) -> R {
     let (zero, one) = (R::Vec3::splat(lit(0.0)), R::Vec3::splat(lit(1.0)));
     let q = (p + spacing * last * lit::<R>(0.5)).named("q");
@@ -87,7 +116,8 @@ pub fn repeat_limited_guard<R: Real>(
     let far = lit::<R>(FAR);
     let above = upper - folded + (cell - last + one).max(zero) * far;
     let below = folded - lower + (one - cell).max(zero) * far;
-    guarded::<R>(d, folded, spacing, [lower, upper], [above, below])
+    let own = [upper - spacing, lower + spacing];
+    guarded::<R>(d, folded, own, [above, below], axes)
 }
 
 /// Farther than any copy; its square is finite.
@@ -95,34 +125,34 @@ const FAR: f64 = 1e15;
 
 /// The smallest of a distance and those to the boxes that hold the copies next to a cell. Along an
 /// axis, a neighbour is as far as the gap to it; across, it is as far as the nearer of it and the
-/// cell's own copy.
+/// cell's own copy, whose box lies between the two corners of `own`.
 #[inline(always)]
 fn guarded<R: Real>(
     d: R,
     p: R::Vec3,
-    spacing: R::Vec3,
-    [lower, upper]: [R::Vec3; 2],
+    own: [R::Vec3; 2],
     [above, below]: [R::Vec3; 2],
+    axes: R::Vec3,
 ) -> R {
     let zero = R::Vec3::splat(lit(0.0));
     let gap = above.min(below).max(zero).named("gap");
     let gap = R::Vec3::new(
-        alone::<R>(spacing.x(), gap.x()),
-        alone::<R>(spacing.y(), gap.y()),
-        alone::<R>(spacing.z(), gap.z()),
+        along::<R>(axes.x(), gap.x()),
+        along::<R>(axes.y(), gap.y()),
+        along::<R>(axes.z(), gap.z()),
     );
-    let own = (upper - spacing - p).max(p - lower - spacing).max(zero);
-    let across = own.min(gap).named("across");
+    let beside = (own[0] - p).max(p - own[1]).max(zero);
+    let across = beside.min(gap).named("across");
     let (x, y, z) = (across.x(), across.y(), across.z());
     d.min(diagonal::<R>(gap.x(), y, z))
         .min(diagonal::<R>(gap.y(), z, x))
         .min(diagonal::<R>(gap.z(), x, y))
 }
 
-/// The gap along an axis without copies is as far as any.
+/// The gap along an axis whose neighbours are not guarded against is as far as any.
 #[inline(always)]
-fn alone<R: Real>(spacing: R, gap: R) -> R {
-    R::select(spacing.less(lit(1e-12)), lit(FAR), gap)
+fn along<R: Real>(axis: R, gap: R) -> R {
+    R::select(lit::<R>(0.5).less(axis), gap, lit(FAR))
 }
 
 /// The length of three parts at right angles.

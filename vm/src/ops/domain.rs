@@ -18,8 +18,8 @@ pub fn repeat<R: Real>(p: R::Vec3, spacing: R::Vec3, inverse: R::Vec3) -> R::Vec
     p - spacing * (p * inverse + R::Vec3::splat(lit(0.5))).floor()
 }
 
-/// The point as a neighbouring cell sees it: along the axes for which `which` is 1, the nearest
-/// one, along the others the own cell.
+/// The point as another cell sees it: `which` cells farther along each axis, on the side that the point is
+/// nearer to, or on the other side where that is negative.
 #[inline(always)]
 pub fn repeat_neighbour<R: Real>(
     p: R::Vec3,
@@ -64,19 +64,18 @@ pub fn repeat_limited_neighbour<R: Real>(
     q - spacing * cell.max(R::Vec3::splat(lit(0.0))).min(last)
 }
 
-/// A vector of a plane, turned into its sector or, with `neighbour`, as the nearer of the two
-/// neighbouring sectors sees it. The turn is by whole sectors: it is the same for all points of a
+/// A vector of a plane, turned into its sector or, with `which`, as the sector sees it that is so many
+/// farther on the nearer side. The turn is by whole sectors: it is the same for all points of a
 /// sector, and has no part in gradients.
 #[inline(always)]
-fn turned<R: Real>(q: R::Vec2, angle: R, inverse: R, phase: R, neighbour: bool) -> R::Vec2 {
+fn turned<R: Real>(q: R::Vec2, angle: R, inverse: R, phase: R, which: Option<R>) -> R::Vec2 {
     let at = ((q.y().atan2(q.x()) - phase) * inverse).named("at");
     let own = (at + lit(0.5)).floor().named("own");
-    let which = if neighbour {
-        own + (at - own).side()
-    } else {
-        own
+    let sector = match which {
+        Some(which) => own + (at - own).side() * which,
+        None => own,
     };
-    let turn = (which * angle).named("turn");
+    let turn = (sector * angle).named("turn");
     let (c, s) = (turn.cos().named("c"), turn.sin().named("s"));
     R::Vec2::new(q.x() * c + q.y() * s, q.y() * c - q.x() * s)
 }
@@ -85,14 +84,20 @@ fn turned<R: Real>(q: R::Vec2, angle: R, inverse: R, phase: R, neighbour: bool) 
 /// the x axis towards z; a sector is `sector` wide, and `inverse` is one over that.
 #[inline(always)]
 pub fn polar<R: Real>(p: R::Vec3, sector: R, inverse: R, phase: R) -> R::Vec3 {
-    let q = turned::<R>(p.xz(), sector, inverse, phase, false);
+    let q = turned::<R>(p.xz(), sector, inverse, phase, None);
     R::Vec3::new(q.x(), p.y(), q.y())
 }
 
-/// The point as the nearer of the two neighbouring sectors about the y axis sees it.
+/// The point as the sector about the y axis sees it that is `which` farther on the nearer side.
 #[inline(always)]
-pub fn polar_neighbour<R: Real>(p: R::Vec3, sector: R, inverse: R, phase: R) -> R::Vec3 {
-    let q = turned::<R>(p.xz(), sector, inverse, phase, true);
+pub fn polar_neighbour<R: Real>(
+    p: R::Vec3,
+    sector: R,
+    inverse: R,
+    phase: R,
+    which: R,
+) -> R::Vec3 {
+    let q = turned::<R>(p.xz(), sector, inverse, phase, Some(which));
     R::Vec3::new(q.x(), p.y(), q.y())
 }
 
@@ -100,14 +105,20 @@ pub fn polar_neighbour<R: Real>(p: R::Vec3, sector: R, inverse: R, phase: R) -> 
 /// the x axis towards y: [`polar`] for plane shapes.
 #[inline(always)]
 pub fn polar_plane<R: Real>(p: R::Vec3, sector: R, inverse: R, phase: R) -> R::Vec3 {
-    let q = turned::<R>(p.xy(), sector, inverse, phase, false);
+    let q = turned::<R>(p.xy(), sector, inverse, phase, None);
     R::Vec3::new(q.x(), q.y(), p.z())
 }
 
-/// The point as the nearer of the two neighbouring sectors about the z axis sees it.
+/// The point as the sector about the z axis sees it that is `which` farther on the nearer side.
 #[inline(always)]
-pub fn polar_plane_neighbour<R: Real>(p: R::Vec3, sector: R, inverse: R, phase: R) -> R::Vec3 {
-    let q = turned::<R>(p.xy(), sector, inverse, phase, true);
+pub fn polar_plane_neighbour<R: Real>(
+    p: R::Vec3,
+    sector: R,
+    inverse: R,
+    phase: R,
+    which: R,
+) -> R::Vec3 {
+    let q = turned::<R>(p.xy(), sector, inverse, phase, Some(which));
     R::Vec3::new(q.x(), q.y(), p.z())
 }
 

@@ -336,18 +336,19 @@ pub fn limited_spacing<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// The lower and the upper corner of what a cell holds and the spacing, to the spacing, and where
-/// the copies below end and those above begin.
+/// The lower and the upper corner of what a cell holds, the spacing and the guarded axes, to the spacing,
+/// where the copies below end and those above begin, and the axes.
 pub fn guard<R: Real>(a: &[R]) -> Vec<R> {
-    let spacing = a[6..9].iter().map(|spacing| spacing.abs()).collect();
-    [spacing, neighbours(a)].concat()
+    let spacing: Vec<R> = a[6..9].iter().map(|spacing| spacing.abs()).collect();
+    [&spacing, &*neighbours(a), &a[9..12]].concat()
 }
 
-/// The corners, the spacing and the counts: the parameters of the grid, and where the neighbours
-/// end and begin.
+/// The corners, the spacing, the counts and the guarded axes: the parameters of the grid, where the
+/// neighbours end and begin, and the axes.
 pub fn limited_guard<R: Real>(a: &[R]) -> Vec<R> {
     let mut v = limited_spacing(&a[6..12]);
     v.extend(neighbours(a));
+    v.extend_from_slice(&a[12..15]);
     v
 }
 
@@ -365,6 +366,28 @@ pub fn polar<R: Real>(a: &[R]) -> Vec<R> {
     vec![sector, inverse, a[1]]
 }
 
+/// The same, and how many sectors farther a copy is.
+pub fn polar_neighbour<R: Real>(a: &[R]) -> Vec<R> {
+    let mut v = polar(a);
+    v.push(a[2]);
+    v
+}
+
+/// The half sides of three cubes and the slope bounds in them and beyond, to the half sides and one over
+/// each bound, the last one first.
+pub fn shells<R: Real>(a: &[R]) -> Vec<R> {
+    let inverse = |v: R| lit::<R>(1.0) / v.max(lit(1e-30));
+    vec![
+        a[0],
+        a[1],
+        a[2],
+        inverse(a[6]),
+        inverse(a[3]),
+        inverse(a[4]),
+        inverse(a[5]),
+    ]
+}
+
 /// The corners of a box and a margin, to its middle, the margin, and its half sizes.
 pub fn corners<R: Real>(a: &[R]) -> Vec<R> {
     let (low, high) = (vec3::<R>(a), vec3::<R>(&a[3..]));
@@ -376,7 +399,7 @@ pub fn corners<R: Real>(a: &[R]) -> Vec<R> {
 
 /// A bound of the slope, to one over it.
 pub fn inverse_slope<R: Real>(a: &[R]) -> Vec<R> {
-    vec![lit::<R>(1.0) / a[0].max(lit(1e-12))]
+    vec![lit::<R>(1.0) / a[0].max(lit(1e-30))]
 }
 
 /// Frequency, amplitude and seed, to an offset that differs by seed, and the three.

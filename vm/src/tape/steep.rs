@@ -123,7 +123,7 @@ fn of_operation(
             _ => f64::INFINITY,
         },
         // Repeated and raw fields: see the head of this file.
-        _ if op == Op::FieldDistance || row.meta.category == Category::Math && !coordinate(op) => {
+        _ if is_raw(op) || row.meta.category == Category::Math && !coordinate(op) => {
             f64::INFINITY
         }
         Slope::Constant(slope) => slope * stretch,
@@ -131,10 +131,16 @@ fn of_operation(
         Slope::Largest(factor) => largest * factor,
         Slope::LargestOrOne => largest.max(stretch),
         Slope::Sum => operands.into_iter().sum(),
+        Slope::Norm => operands.into_iter().map(|v| v * v).sum::<f64>().sqrt(),
         Slope::Plus(more) => largest + more(&numbers()) * stretch.max(1.0),
         Slope::Times(factor) => largest * factor(&numbers()),
         Slope::Stretch(_) | Slope::Unknown => f64::INFINITY,
     }
+}
+
+/// Whether an operation makes a distance of a raw field.
+pub fn is_raw(op: Op) -> bool {
+    matches!(op, Op::FieldDistance | Op::FieldShells)
 }
 
 /// Whether an operation is a coordinate or a constant, whose slopes are their rows'.

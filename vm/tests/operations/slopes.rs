@@ -15,6 +15,7 @@ fn bound(case: &Case) -> Option<f64> {
         Slope::Largest(factor) => factor,
         Slope::LargestOrOne => 1.0,
         Slope::Sum => case.op.row().arity() as f64,
+        Slope::Norm => (case.op.row().arity() as f64).sqrt(),
         Slope::Plus(f) => 1.0 + f(&a),
         Slope::Times(f) => f(&a),
         Slope::Stretch(_) | Slope::Unknown => return None,

@@ -70,6 +70,7 @@ impl Slopes {
             Slope::Largest(factor) => largest * factor,
             Slope::LargestOrOne => largest.max(at),
             Slope::Sum => each().sum(),
+            Slope::Norm => each().map(|v| v * v).sum::<f64>().sqrt(),
             Slope::Plus(more) => largest + more(numbers) * at,
             Slope::Times(factor) => largest * factor(numbers),
             // Folds move space; what turns it by another angle at each point is not known here.

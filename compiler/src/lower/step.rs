@@ -1,0 +1,131 @@
+//! Safe steps: a value as it is written, turned into one that changes no faster than the point moves.
+//!
+//! The sign stays, and so does the surface. A value is divided by a Lipschitz bound. Where the shape ends,
+//! the bound need hold near it only, and farther out the distance to its box takes over. Where a shape has
+//! no end and its bound grows with the region, bounds within three cubes are used side by side.
+
+use super::{At, Lowering};
+use crate::bounds::{Boxes, World};
+use crate::graph::{NodeId, Number};
+use crate::scene::{Scene, ShapeId};
+use sdfc_lang::{Diagnostic, codes};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::table::{Op, prepare};
+use std::collections::HashMap;
+
+/// A bound of one but for rounding is one.
+const TIDY: f64 = 1.0 + 1e-9;
+/// How far around its box a shape's own value is used, as a fraction of the box's half diagonal.
+const MARGIN: f64 = 0.1;
+/// A closer bound is used where it is less by this factor.
+const WORTH_WHILE: f64 = 1.25;
+/// The half sides of the cubes in which an endless shape's slope is bounded, in sizes of the scene.
+const CUBES: [f64; 3] = [4.0, 32.0, 256.0];
+/// The half side of the cube that holds all that rays reach, in sizes of the scene.
+const REACH: f64 = 1e6;
+
+/// About half the size of what is seen of a shape: its farthest finite corner from the origin, or how far
+/// cameras are.
+pub(super) fn size(scene: &Scene, root: ShapeId) -> f64 {
+    let mut boxes = Boxes::at(0.0, HashMap::new());
+    let bounds = boxes.of(World::from(scene), root);
+    let farthest = |numbers: &mut dyn Iterator<Item = f64>| {
+        numbers
+            .filter(|v| v.is_finite())
+            .fold(0.0_f64, |most, v| most.max(v.abs()))
+    };
+    let corners = farthest(&mut bounds.min.into_iter().chain(bounds.max));
+    let cameras = scene.cameras.iter().filter(|camera| !camera.automatic);
+    let places = cameras.flat_map(|camera| camera.from.into_iter().chain(camera.look));
+    let places = farthest(&mut places.filter_map(|id| scene.expressions.as_constant(id)));
+    let size = corners.max(places);
+    if size > 0.0 { size } else { 1.0 }
+}
+
+impl Lowering<'_> {
+    /// A value as it is written, as a safe step to the surface of the shape that it is.
+    pub(super) fn step(&mut self, node: NodeId, id: ShapeId, at: At) -> NodeId {
+        // Nothing marches on a figure that is the whole scene.
+        if self.scene.shapes[id.0 as usize].plane && self.scene.plane {
+            return node;
+        }
+        let everywhere = self.slope(id, &Bounds::EVERYTHING);
+        if everywhere <= TIDY {
+            return node;
+        }
+        let bounds = self.boxes.of(World::from(&*self.scene), id);
+        if bounds.is_finite() {
+            let margin = bounds.half_diagonal() * MARGIN;
+            let near = self.known_slope(id, &bounds.grown(margin));
+            if near * WORTH_WHILE > everywhere {
+                return self.divided(node, everywhere, at);
+            }
+            let divided = self.divided(node, near, at);
+            let corners = bounds.min.into_iter().chain(bounds.max);
+            let numbers: Vec<f64> = corners.chain([margin]).collect();
+            return self.row(Op::Bounded, at, divided, &numbers);
+        }
+        let unit = self.size * at.unit;
+        let cubes = CUBES.map(|cube| cube * unit);
+        let first = self.known_slope(id, &Bounds::centred([cubes[0]; 3]));
+        if first * WORTH_WHILE > everywhere {
+            return self.divided(node, everywhere, at);
+        }
+        let mut slope = |half: f64| self.slope(id, &Bounds::centred([half; 3])).max(first);
+        let [second, third, beyond] =
+            [cubes[1], cubes[2], REACH * unit].map(|half| slope(half).min(everywhere));
+        if first * WORTH_WHILE > beyond {
+            return self.divided(node, beyond, at);
+        }
+        let finite = |slope: f64| slope.min(f64::from(f32::MAX));
+        let slopes = [first, second, third, beyond].map(finite);
+        let numbers: Vec<f64> = cubes.into_iter().chain(slopes).collect();
+        self.row(Op::FieldShells, at, node, &numbers)
+    }
+
+    /// A bound of a shape's slope in a region of its frame; infinite where none is known.
+    fn slope(&mut self, id: ShapeId, region: &Bounds) -> f64 {
+        let world = World::from(&*self.scene);
+        self.slopes.within(world, self.boxes, id, region)
+    }
+
+    /// The same, or what stands for it where there is none: that is said once for each shape.
+    fn known_slope(&mut self, id: ShapeId, region: &Bounds) -> f64 {
+        let slope = self.slope(id, region);
+        if slope.is_finite() {
+            return slope.max(TIDY);
+        }
+        let shape = &self.scene.shapes[id.0 as usize];
+        if self.unbounded.insert(id) {
+            self.diagnostics.push(
+                Diagnostic::warning(
+                    codes::W0501,
+                    shape.span,
+                    "the slope of this field cannot be bounded",
+                )
+                .primary("it may rise arbitrarily fast, so rays may step over it")
+                .help(
+                    "state a bound, `field(…, lipschitz: 2)`, say where the shape ends, \
+                     `field(…, within: 4)`, or keep away from poles with `max`",
+                ),
+            );
+        }
+        let world = World::from(&*self.scene);
+        self.slopes.guess(world, self.boxes, id, region).max(TIDY)
+    }
+
+    /// A value divided by a bound of its slope.
+    fn divided(&mut self, node: NodeId, slope: f64, at: At) -> NodeId {
+        if slope <= TIDY {
+            return node;
+        }
+        self.row(Op::FieldDistance, at, node, &[slope])
+    }
+
+    /// A value changed by a row with constant arguments.
+    pub(super) fn row(&mut self, op: Op, at: At, value: NodeId, arguments: &[f64]) -> NodeId {
+        let parameters = prepare::<f64>(op, arguments);
+        let parameters = parameters.into_iter().map(|v| Number::Constant(v as f32));
+        self.apply(op, at, vec![value], parameters.collect())
+    }
+}

@@ -1,0 +1,334 @@
+//! Lipschitz bounds of shapes: how fast a shape's value, as it is written, changes within a region.
+//!
+//! A bound follows from the rules of the table, operand by operand, and from a search through boxes for
+//! what a scene writes itself (fields, displacements, warps). It holds for all points of the region and
+//! for all values of the parameters.
+
+use super::{Budget, Ranges, bound, tried};
+use crate::bounds::{Boxes, World, inverse};
+use crate::expression::ExprId;
+use crate::range::range_over;
+use crate::scene::{ShapeId, ShapeKind};
+use sdfc_vm::apply::{Applied, apply, laid_out};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::interval::Interval;
+use sdfc_vm::ops::volumes;
+use sdfc_vm::row::Slope;
+use sdfc_vm::table::Op;
+use sdfc_vm::vector::V3;
+use std::collections::HashMap;
+
+/// The Lipschitz bounds of a scene's shapes, each found when it is first wanted.
+pub(crate) struct ShapeSlopes {
+    ranges: Ranges,
+    budget: Budget,
+    /// Bounds of shapes that are the same in every region.
+    everywhere: HashMap<ShapeId, f64>,
+    /// Bounds of written numbers, by the corners of their region.
+    searched: HashMap<(Vec<ExprId>, [u64; 6]), f64>,
+    /// Whether a shape's bound depends on the region.
+    varies: Vec<bool>,
+    /// Whether numbers are found by trying points instead of bounds.
+    is_guessing: bool,
+}
+
+impl ShapeSlopes {
+    pub(crate) fn new(world: World<'_>) -> Self {
+        Self {
+            ranges: Ranges::of(world),
+            budget: Budget::default(),
+            everywhere: HashMap::new(),
+            searched: HashMap::new(),
+            varies: Vec::new(),
+            is_guessing: false,
+        }
+    }
+
+    /// A bound of the shape's slope within a region, in the frame of the shape; infinite where none is
+    /// known. Recursion over shapes within shapes, whose depth the elaborator bounds.
+    pub(crate) fn within(
+        &mut self,
+        world: World<'_>,
+        boxes: &mut Boxes,
+        id: ShapeId,
+        region: &Bounds,
+    ) -> f64 {
+        if !self.varies(world, id)
+            && let Some(&known) = self.everywhere.get(&id)
+        {
+            return known;
+        }
+        let found = self.find(world, boxes, id, region);
+        let found = if found >= 0.0 { found } else { f64::INFINITY };
+        if !self.varies(world, id) {
+            self.everywhere.insert(id, found);
+        }
+        found
+    }
+
+    /// A number to go by where a shape's slope has no bound in a region: twice as steep as nine tenths of the
+    /// points are at which its written numbers are tried.
+    pub(crate) fn guess(
+        &mut self,
+        world: World<'_>,
+        boxes: &mut Boxes,
+        id: ShapeId,
+        region: &Bounds,
+    ) -> f64 {
+        self.is_guessing = true;
+        self.searched.clear();
+        let guess = self.find(world, boxes, id, region);
+        self.is_guessing = false;
+        self.searched.clear();
+        if guess.is_finite() { guess } else { 1.0 }
+    }
+
+    /// Whether a shape's bound depends on the region.
+    pub(crate) fn varies(&mut self, world: World<'_>, id: ShapeId) -> bool {
+        while self.varies.len() <= id.0 as usize {
+            let kind = &world.shapes[self.varies.len()].kind;
+            let own = match kind {
+                ShapeKind::Field { .. } | ShapeKind::Warp { .. } | ShapeKind::Displace { .. } => {
+                    true
+                }
+                ShapeKind::Domain { op, .. } => matches!(op, Op::Twist | Op::Bend),
+                _ => false,
+            };
+            let varies = own
+                || crate::scene::children(kind)
+                    .iter()
+                    .any(|child| self.varies[child.0 as usize]);
+            self.varies.push(varies);
+        }
+        self.varies[id.0 as usize]
+    }
+
+    fn find(
+        &mut self,
+        world: World<'_>,
+        boxes: &mut Boxes,
+        id: ShapeId,
+        region: &Bounds,
+    ) -> f64 {
+        match &world.shapes[id.0 as usize].kind {
+            ShapeKind::Primitive { op, parameters } => {
+                self.by_rule(world, *op, parameters, [0.0; 0])
+            }
+            ShapeKind::Polygon { .. } => 1.0,
+            ShapeKind::Nothing => 0.0,
+            ShapeKind::Field { value, slope, .. } => {
+                let found = self.written(world, &[*value], region);
+                let stated = slope.map(|slope| self.range(world, slope).hi);
+                // Either of two bounds holds.
+                found.min(stated.unwrap_or(f64::INFINITY))
+            }
+            ShapeKind::Combine {
+                op,
+                children,
+                parameters,
+            } => {
+                let first = self.within(world, boxes, children[0], region);
+                children[1..].iter().fold(first, |sum, &child| {
+                    let next = self.within(world, boxes, child, region);
+                    self.by_rule(world, *op, parameters, [sum, next])
+                })
+            }
+            // The scale makes up for what the matrix stretches; see `ShapeKind::Frame`.
+            ShapeKind::Frame { child, matrix, .. } => {
+                let inner = self.framed(world, matrix, region);
+                self.within(world, boxes, *child, &inner)
+            }
+            ShapeKind::Repeat { child, .. } => {
+                let inner = boxes.cell_of(world, id).common(region);
+                let inner = if inner.is_empty() { *region } else { inner };
+                self.within(world, boxes, *child, &inner)
+            }
+            ShapeKind::Polar { child, .. } => {
+                let inner = turned(region, world.shapes[id.0 as usize].plane);
+                self.within(world, boxes, *child, &inner)
+            }
+            ShapeKind::Domain {
+                op,
+                child,
+                parameters,
+            } => {
+                let (stretch, inner) = self.mapped(world, *op, parameters, region);
+                stretch * self.within(world, boxes, *child, &inner)
+            }
+            ShapeKind::Warp { child, point } => {
+                let stretch = self.written(world, point, region);
+                let mut inner = *region;
+                for (axis, &number) in point.iter().enumerate() {
+                    let range = range_over(world.expressions, number, region, &self.ranges);
+                    (inner.min[axis], inner.max[axis]) = (range.lo, range.hi);
+                }
+                stretch * self.within(world, boxes, *child, &inner)
+            }
+            ShapeKind::Distance {
+                op,
+                child,
+                parameters,
+            } => {
+                let inner = self.within(world, boxes, *child, region);
+                self.by_rule(world, *op, parameters, [inner])
+            }
+            ShapeKind::Displace { child, amount } => {
+                let amount = self.written(world, &[*amount], region);
+                amount + self.within(world, boxes, *child, region)
+            }
+            ShapeKind::Painted { child, .. } => self.within(world, boxes, *child, region),
+        }
+    }
+
+    /// The bound that a row's rule gives for operands with these bounds, for all values of its parameters.
+    fn by_rule<const N: usize>(
+        &mut self,
+        world: World<'_>,
+        op: Op,
+        parameters: &[ExprId],
+        operands: [f64; N],
+    ) -> f64 {
+        let largest = operands.iter().copied().fold(0.0, f64::max);
+        let ends = || self.ends(world, parameters);
+        match op.row().meta.slope {
+            Slope::Constant(slope) => slope,
+            Slope::Of(slope) => greatest(&ends(), slope),
+            Slope::Largest(factor) => largest * factor,
+            Slope::LargestOrOne => largest.max(1.0),
+            Slope::Sum => operands.iter().sum(),
+            Slope::Norm => operands.iter().map(|v| v * v).sum::<f64>().sqrt(),
+            Slope::Plus(more) => largest + greatest(&ends(), more),
+            Slope::Times(factor) => largest * greatest(&ends(), factor),
+            Slope::Stretch(_) | Slope::Unknown => f64::INFINITY,
+        }
+    }
+
+    /// How much a row that moves points stretches a region, and where its points come to lie.
+    fn mapped(
+        &mut self,
+        world: World<'_>,
+        op: Op,
+        parameters: &[ExprId],
+        region: &Bounds,
+    ) -> (f64, Bounds) {
+        let Slope::Stretch(stretch) = op.row().meta.slope else {
+            return (f64::INFINITY, Bounds::EVERYTHING);
+        };
+        let most = greatest(&self.ends(world, parameters), |numbers| {
+            stretch(numbers, region)
+        });
+        let inner = match op {
+            Op::Twist => volumes::polar(&[], region),
+            Op::Bend => volumes::polar_plane(&[], region),
+            _ => self.image(world, op, parameters, region),
+        };
+        (most.max(1.0), inner)
+    }
+
+    /// The box that a row maps a region into, by interval arithmetic.
+    fn image(
+        &mut self,
+        world: World<'_>,
+        op: Op,
+        parameters: &[ExprId],
+        region: &Bounds,
+    ) -> Bounds {
+        let numbers: Vec<Interval> = parameters
+            .iter()
+            .map(|&id| self.range(world, id))
+            .collect();
+        if numbers.iter().any(|range| range.lo != range.hi) {
+            return Bounds::EVERYTHING;
+        }
+        let numbers: Vec<f64> = numbers.iter().map(|range| range.lo).collect();
+        let [x, y, z] = [0, 1, 2].map(|axis| Interval {
+            lo: region.min[axis],
+            hi: region.max[axis],
+        });
+        let none = [Interval::point(0.0); 3];
+        match apply(op, V3::of(x, y, z), none, &laid_out(op, &numbers)) {
+            Applied::Point(p) => Bounds {
+                min: [p.x.lo, p.y.lo, p.z.lo],
+                max: [p.x.hi, p.y.hi, p.z.hi],
+            },
+            Applied::Value(_) => Bounds::EVERYTHING,
+        }
+    }
+
+    /// A region in a frame of its own; all of space where the frame follows a parameter.
+    fn framed(&mut self, world: World<'_>, matrix: &[ExprId; 12], region: &Bounds) -> Bounds {
+        let rows = matrix.map(|id| self.range(world, id));
+        if rows.iter().any(|range| range.lo != range.hi) {
+            return Bounds::EVERYTHING;
+        }
+        let rows = rows.map(|range| range.lo);
+        if inverse(&rows).is_none() {
+            return Bounds::EVERYTHING;
+        }
+        region.mapped(&std::array::from_fn(|row| {
+            std::array::from_fn(|column| rows[4 * row + column])
+        }))
+    }
+
+    /// A bound of the slope of numbers of point stage, searched once for each region.
+    fn written(&mut self, world: World<'_>, numbers: &[ExprId], region: &Bounds) -> f64 {
+        let corners: Vec<u64> = region
+            .min
+            .iter()
+            .chain(&region.max)
+            .map(|v| v.to_bits())
+            .collect();
+        let key = (
+            numbers.to_vec(),
+            std::array::from_fn(|corner| corners[corner]),
+        );
+        if let Some(&known) = self.searched.get(&key) {
+            return known;
+        }
+        let (graph, ranges, budget) = (world.expressions, &self.ranges, &mut self.budget);
+        let found = bound(graph, numbers, region, ranges, budget)
+            .or_else(|| self.is_guessing.then(|| tried(graph, numbers, region, ranges)));
+        let found = found.map_or(f64::INFINITY, |slope| slope.max(MIN_SLOPE));
+        self.searched.insert(key, found);
+        found
+    }
+
+    /// All values that a number which no point changes may have.
+    fn range(&self, world: World<'_>, id: ExprId) -> Interval {
+        self.ranges.of_number(world.expressions, id)
+    }
+
+    /// The least and the greatest of each parameter: rules grow with their magnitudes, so the ends decide.
+    fn ends(&self, world: World<'_>, parameters: &[ExprId]) -> [Vec<f64>; 2] {
+        let ranges: Vec<_> = parameters
+            .iter()
+            .map(|&id| self.range(world, id))
+            .collect();
+        [
+            ranges.iter().map(|range| range.lo).collect(),
+            ranges.iter().map(|range| range.hi).collect(),
+        ]
+    }
+}
+
+/// The least slope that a value is divided by.
+const MIN_SLOPE: f64 = 1e-30;
+
+/// The greater of a rule's results at both ends of its parameters.
+fn greatest(ends: &[Vec<f64>; 2], rule: impl Fn(&[f64]) -> f64) -> f64 {
+    ends.iter()
+        .map(|numbers| rule(numbers))
+        .fold(0.0, |most, slope| {
+            // What is not a number is no bound.
+            if slope >= 0.0 { most.max(slope) } else { f64::INFINITY }
+        })
+}
+
+/// A region turned by any angle about the axis of copies around it.
+fn turned(region: &Bounds, plane: bool) -> Bounds {
+    if plane {
+        volumes::polar_plane(&[], region)
+    } else {
+        volumes::polar(&[], region)
+    }
+}
