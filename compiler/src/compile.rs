@@ -367,7 +367,6 @@ fn settings_of(
         reach,
         found,
         time: 0.0,
-        slope: 1.0,
         material,
         material_id: fallback.0,
         materials: scene

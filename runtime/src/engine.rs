@@ -223,7 +223,7 @@ pub trait Engine {
 /// The plane that a figure's picture shows.
 fn plane(settings: &RenderSettings) -> Option<Plane> {
     let nothing_known = FieldFacts {
-        slope: 1.0,
+        raw: false,
         bounds: Bounds::EVERYTHING,
         material: None,
     };

@@ -220,8 +220,8 @@ impl RenderSettings {
 /// What is known of a field besides its values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldFacts {
-    /// A bound on how fast it changes per unit of distance.
-    pub slope: f32,
+    /// Whether the length of its gradient is not known to be about one: it holds raw fields.
+    pub raw: bool,
     /// The box that holds the solid.
     pub bounds: sdfc_vm::bounds::Bounds,
     /// The material, where there is only one and it is the same everywhere.

@@ -9,6 +9,9 @@
 //! - [`Outcome::Miss`]: there is none;
 //! - [`Outcome::Undecided`]: there is none before `t0`, and what happens behind is not known.
 //!
+//! A root is a place where the field gets below zero by more than rounding alone can do in `f32`
+//! ([`sdfc_shaders::marching::noise`]), the same as in all engines. What is thinner is passed.
+//!
 //! Trusted are the interval arithmetic of `sdfc_vm` ([`sdfc_vm::interval`], outward rounded after
 //! every operation), that the standard library's sine, cosine, arctangent, exponential and
 //! logarithm are right to 1e-15, and the constant bounds of noise and its slope. The bounds, the
@@ -21,9 +24,11 @@
 //!   surface for a ray that marches, and a hit here. A jump that stays on one side is passed.
 //! - **Inside.** A ray that starts inside the solid, where the field is below zero, sees the surface
 //!   from behind: its first root is where it comes out, and its normal is turned towards it. This
-//!   is what all engines do. One that starts on the surface is undecided ([`Why::Start`]).
-//! - **Touching.** Where a ray touches a surface, or passes it by less than `f64` can tell, it is
-//!   undecided ([`Why::Touching`]).
+//!   is what all engines do. One that starts on a surface starts behind it. One that runs along the surface
+//!   from there is undecided ([`Why::Start`]).
+//! - **Touching.** Where the field touches zero and is above zero again behind, as in a flush cut or at a
+//!   silhouette, there is no surface. Where a ray runs along a surface, so that its sign stays unknown for a
+//!   thousandth of the way, it is undecided ([`Why::Touching`]), and drawn as a miss.
 //! - **Figures.** Plane figures are drawn from their field and have no rays; [`trace`] takes them
 //!   for what they are in space.
 
@@ -211,13 +216,10 @@ impl<'a> Tracer<'a> {
                 why: Why::Budget,
                 ..
             } => {
-                ended.depth = isolate::guess(&mut self.asker, ray, t0, far);
+                ended.depth = isolate::guess(&mut self.asker, ray, t0, far, inside);
                 return ended;
             }
-            Outcome::Undecided { t0, t1, .. } => {
-                ended.depth = Some(t0 + (t1 - t0) / 2.0);
-                return ended;
-            }
+            Outcome::Undecided { .. } => return ended,
             Outcome::Hit { t0, t1 } => (t0, t1),
         };
         let middle = t0 + (t1 - t0) / 2.0;

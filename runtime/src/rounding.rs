@@ -87,7 +87,7 @@ pub fn here(module: &Module, outputs: &[f64], settings: &RenderSettings, point: 
     let pixel = camera.pixel[0] + camera.pixel[1] * ahead;
     Here {
         field: bound.error,
-        pixels: bound.error * camera.inverse_slope / pixel.max(f64::MIN_POSITIVE),
+        pixels: bound.error / pixel.max(f64::MIN_POSITIVE),
         torn: bound.torn,
     }
 }
@@ -165,7 +165,6 @@ struct Camera {
     pixel: [f64; 2],
     /// What the start of a ray is off by.
     rounding: f64,
-    inverse_slope: f64,
     far: f64,
 }
 
@@ -190,7 +189,6 @@ impl Camera {
             growth: [length(right[1]), length(up[1])],
             pixel: [u.footprint, u.footprint_growth].map(|half| 2.0 * samples * f64::from(half)),
             rounding: u.rounding.into(),
-            inverse_slope: u.inverse_slope.into(),
             far: u.far.into(),
         }
     }
@@ -223,7 +221,7 @@ impl Camera {
         let place = |t: f64| std::array::from_fn(|i| from[i] + to[i] / length * t);
         let mut t = 0.0;
         for _ in 0..STEPS {
-            let field = (evaluate_f64(program, place(t)) * self.inverse_slope).abs();
+            let field = evaluate_f64(program, place(t)).abs();
             if field <= 0.25 * (self.pixel[0] + self.pixel[1] * t) {
                 return Some(place(t));
             }
@@ -273,7 +271,7 @@ impl Camera {
         let size = self.start[1] + self.growth[1] * nearest;
         Some(Gauge {
             off: [off; 3],
-            unit: pixel / self.inverse_slope,
+            unit: pixel,
             coarse: size / 2.0,
         })
     }

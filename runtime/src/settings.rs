@@ -177,7 +177,7 @@ pub fn resolve(
 /// What is known of a module's field besides its values.
 pub fn facts(module: &Module, outputs: &[f64]) -> FieldFacts {
     FieldFacts {
-        slope: module.settings.slope as f32,
+        raw: module.distance.is_raw(),
         bounds: *module.settings.space(),
         material: module.surface.is_none().then(|| unpainted(module, outputs)),
     }

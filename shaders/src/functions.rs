@@ -63,8 +63,8 @@ functions! {
     beam_goes_on = beam::goes_on(way, half_pixel);
 
     march_step = marching::march_step(
-        t, radius, step, trend, t_before, radius_before, field, threshold, half_pixel, relaxation,
-        rounding, leave
+        t, radius, step, trend, t_before, radius_before, field, count, threshold, half_pixel,
+        relaxation, rounding, raw, leave
     ) -> MarchStep { t, radius, step, trend, t_before, radius_before, arrived };
     threshold = marching::threshold(t, half_pixel, cone, rounding);
     rounding_at = marching::rounding_at(t, rounding);
@@ -72,10 +72,9 @@ functions! {
         t, radius, trend, t_before, radius_before, half_pixel, far
     );
     settled = marching::settled(field, rounding);
-    secant_guess = marching::secant_guess(t, field, t_other, field_other, reach);
+    secant_guess = marching::secant_guess(t, field, t_other, field_other);
     secant_step = marching::secant_step(t, field, t_other, field_other, guess, field_at_guess)
         -> Bracket { t, field, t_other, field_other };
-    secant_reach = marching::secant_reach(t, t_other, half_pixel, rounding, capped);
 
     tap_distance = normals::tap_distance(p, half_pixel, spread);
     facing = normals::facing(gradient, direction, side);

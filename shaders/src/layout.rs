@@ -50,8 +50,8 @@ shared! {
         far: f32,
         /// How the start moves to the right edge.
         origin_right: vec3f,
-        /// One over the field's slope bound.
-        inverse_slope: f32,
+        /// 1 where the length of the field's gradient is not known to be about one, else 0.
+        raw: f32,
         /// How the start moves to the upper edge.
         origin_up: vec3f,
         /// The part of the field's largest rounding error that does not grow with the way.
@@ -184,8 +184,6 @@ shared! {
         digit: u32,
         /// Where rays start.
         eye: vec3f,
-        /// One over the field's slope bound.
-        inverse_slope: f32,
         /// A pixel's height at the start of its ray.
         footprint: f32,
         /// How much that grows per unit of the way.
@@ -286,7 +284,7 @@ shared! {
     Ray {
         /// How far it came.
         t: f32,
-        /// The field there, times the inverse slope, positive on the side the ray started on.
+        /// The field there, positive on the side the ray started on.
         radius: f32,
         /// The step that is tried next.
         step: f32,

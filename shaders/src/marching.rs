@@ -8,23 +8,24 @@
 //! exactly the old radius (B. Keinert and others, *Enhanced Sphere Tracing*, 2014, there with a
 //! shorter step back).
 //!
-//! Where the field has come near to zero and falls evenly, as towards a plane, the root is guessed by a
-//! line through the last two points, and that is where the ray goes next: near is ten thresholds, which
-//! are shares of half a pixel, and twenty where the field falls steadily, as it does above a plane that a ray
-//! all but runs along; but no more than half a pixel. A ray stops if next to nothing is left of the
-//! field there, or its sign has changed; else it passes by, or goes on in plain steps and guesses again. So
-//! it stops where there is a root, and not wherever a field is small: beside a rim, before something far
-//! thinner than a pixel, or above a field that is much flatter than its slope bound. A ray that
-//! all but touches something would creep past it: where less than an eighth of a pixel is left of the
-//! field it goes on by at least as much, or to where a line says that the root is, and passes what is
-//! shorter along the ray.
-//! [`secant_step`] then finds the root to rounding.
+//! # Hits
+//! A surface is where the field changes its sign, and nothing else: [`noise`] is how far it must get below
+//! zero, so that what is positive on both sides but for rounding (a flush cut, two faces that coincide, a
+//! sheet without thickness) is passed. Neither a bound of the slope nor a factor on the field moves a hit.
+//!
+//! Where the field has come near to zero and falls evenly, as towards a plane, the root is estimated by a
+//! line through the last two points, and the ray goes a little beyond it, to where the sign should have
+//! changed. Estimates begin at 10 thresholds (20 where the field falls steadily, as it does above a plane at
+//! grazing angles), capped at half a pixel. A ray that all but touches something would creep past it: where
+//! less than an eighth of a pixel is left of the field it goes on by at least as much, or to where a line
+//! says that the root is, and passes what is shorter along the ray. After [`PATIENT_STEPS`] it goes on ever
+//! faster, so that a field that stays close to zero ends, too.
 //!
 //! A field may fall faster than its slope says, or jump: a slope that a scene claims is not checked. A
-//! step that ends deep inside is halved until the place where the sign changes is known to a share of
-//! half a pixel.
+//! step that ends deep inside is halved until the place where the sign changes is known to a fraction of
+//! half a pixel. The two sides of the change then close in on the root ([`secant_step`]).
 //!
-//! The field is given divided by its slope bound, and negated for rays that start inside: these
+//! The field is given with a slope of at most one, and negated for rays that start inside: these
 //! see the surface from behind.
 
 use sdfc_vm::real::{Real, lit};
@@ -78,10 +79,17 @@ pub const UNDECIDED: u32 = 32;
 pub const RELAXATION: f64 = 0.3;
 /// The largest mean that is used: steps are at most 2 / (1 − this) radii.
 const STEEPEST: f64 = 0.9;
-/// What may be left of the field where a root was guessed, as a share of the field before, or of the
-/// threshold if that is less.
-pub const LEFT: f64 = 0.02;
-/// From how many thresholds on roots are guessed where the field falls steadily, and from half as many on
+/// How far beyond an estimated root a ray goes, as a fraction of the field before.
+const OVERSHOOT: f64 = 0.02;
+/// How far the field must get below zero, in units of what rounding alone can cause.
+const NOISE: f64 = 4.0;
+/// The same per slope along the ray, for fields whose gradient's length is not known.
+const NOISE_PER_SLOPE: f64 = 64.0;
+/// The steps after which a ray that stays close to zero begins to go on faster.
+pub const PATIENT_STEPS: f64 = 256.0;
+/// The further steps after which it goes on twice as fast.
+const HURRY_STEPS: f64 = 64.0;
+/// From how many thresholds on roots are estimated where the field falls steadily, and from half as many on
 /// where it falls evenly.
 const NEAR: f64 = 20.0;
 /// How far a ray goes at least where no more than that is left of the field, in halves of a pixel.
@@ -119,11 +127,12 @@ pub struct Step<R> {
     pub arrived: R,
 }
 
-/// One step: `field` is the value at `t + step`. A ray begins with `radius = step = 0` and a
-/// `trend` of −1. `relaxation`, from 0 to 1, is the weight of the newest slope in the running mean;
-/// with 0 the trend stays −1 and each step is exactly the radius: plain sphere tracing.
-/// Near `threshold`, a share of `half_pixel`, roots are guessed, up to `leave` along the ray; below
-/// `rounding` the field is as good as zero.
+/// One step: `field` is the value at `t + step`, and the ray's `count` of steps includes it. A ray begins
+/// with `radius = step = 0` and a `trend` of −1. `relaxation`, from 0 to 1, is the weight of the newest slope
+/// in the running mean; with 0 the trend stays −1 and each step is exactly the radius: plain sphere tracing.
+/// Near `threshold`, a fraction of `half_pixel`, roots are estimated, up to `leave` along the ray;
+/// `rounding` is what rounding alone can make of the field, and `raw` is 1 where the length of the field's
+/// gradient is not known, else 0.
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
@@ -137,40 +146,47 @@ pub fn march_step<R: Real>(
     t_before: R,
     radius_before: R,
     field: R,
+    count: R,
     threshold: R,
     half_pixel: R,
     relaxation: R,
     rounding: R,
+    raw: R,
     leave: R,
 ) -> Step<R> {
+    let zero = lit::<R>(0.0);
+    let slope = ((field - radius) / step.max(lit(1e-30))).named("slope");
+    let depth = noise(rounding, slope, raw).named("depth");
     let plain = R::not(radius.less(step));
     let overlapping = R::not((radius + field).less(step));
     let guessed = R::or(plain, radius.less(radius_before));
     let near = near(threshold, half_pixel).named("near");
-    let creep = (half_pixel * lit(CREEP)).max(threshold).named("creep");
+    let creep = ((half_pixel * lit(CREEP)).max(threshold) * hurry(count)).named("creep");
     let below = radius.less(creep);
     let short = R::and(below, R::not(creep.less(step)));
-    let least = radius.min(threshold) * lit(LEFT);
-    let vanished = R::and(radius.less(near), field.less(least));
+    let crossed = field.less(-depth);
     // A line followed far must lead to the root itself, or there was something in between.
     let ahead = (half_pixel.max(threshold) * lit(AHEAD)).named("ahead");
     let far = R::and(R::not(plain), ahead.less(step));
-    let astray = R::and(far, field.less(-least));
-    let landed = R::and(R::and(R::or(guessed, short), vanished), R::not(astray));
+    let beyond = (radius * lit(2.0 * OVERSHOOT)).max(depth * lit(4.0));
+    let astray = R::and(far, field.less(-beyond));
+    let inside = R::and(crossed, R::and(radius.less(near), R::not(astray)));
+    let landed = R::and(inside, R::or(guessed, short));
+    let found = R::and(crossed, R::or(plain, landed));
     let deep = R::and(field.less(-threshold), threshold.less(step));
-    let jumped = R::and(R::or(plain, landed), deep);
+    let jumped = R::and(found, deep);
     let passable = R::or(plain, R::or(overlapping, R::or(landed, short)));
     let safe = R::and(passable, R::not(jumped));
-    let slope = ((field - radius) / step.max(lit(1e-30))).named("slope");
     let mean = trend + (slope - trend) * relaxation;
-    let known = R::and(safe, lit::<R>(0.0).less(step));
+    let known = R::and(safe, zero.less(step));
     let trend =
         R::select(known, mean.clamp(lit(-1.0), lit(STEEPEST)), lit(-1.0)).named("new_trend");
     let new_t = R::select(safe, t + step, t).named("new_t");
     let new_radius = R::select(safe, field, radius).named("new_radius");
-    let relaxed = new_radius * lit(2.0) / (lit::<R>(1.0) - trend);
-    let falling = R::and(known, slope.less(lit(0.0)));
-    let to_root = (new_radius / (-slope).max(lit(1e-30))).named("to_root");
+    let relaxed = new_radius.max(zero) * lit(2.0) / (lit::<R>(1.0) - trend);
+    let falling = R::and(known, slope.less(zero));
+    let goal = (new_radius.max(zero) * lit(1.0 + OVERSHOOT) + depth * lit(2.0)).named("goal");
+    let to_root = (goal / (-slope).max(lit(1e-30))).named("to_root");
     let at_least = R::select(falling, to_root.min(creep), creep);
     let creeping = R::and(known, new_radius.less(creep));
     let onward = R::select(creeping, relaxed.max(at_least), relaxed).named("onward");
@@ -181,7 +197,6 @@ pub fn march_step<R: Real>(
     let within = R::and(new_radius.less(enough), to_root.less(leave - new_t));
     let guess = R::and(falling, R::and(R::and(evenly, leads), within));
     let next = R::select(guess, to_root, onward);
-    let touching = new_radius.less(rounding);
     Step {
         t: new_t,
         radius: new_radius,
@@ -189,8 +204,23 @@ pub fn march_step<R: Real>(
         trend,
         t_before: R::select(safe, t, t_before),
         radius_before: R::select(safe, radius, radius_before),
-        arrived: R::select(R::and(safe, R::or(touching, landed)), lit(1.0), lit(0.0)),
+        arrived: R::select(R::and(safe, found), lit(1.0), lit(0.0)),
     }
+}
+
+/// How far a field must get below zero to be inside: some times what rounding alone can make of it. Where the
+/// gradient's length is not known (`raw` is 1), its slope along the ray stands for it.
+#[inline(always)]
+pub fn noise<R: Real>(rounding: R, slope: R, raw: R) -> R {
+    let known = (lit::<R>(1.0) - raw) * lit(NOISE);
+    rounding * (slope.abs() * lit(NOISE_PER_SLOPE) + known).min(lit(NOISE))
+}
+
+/// How many times as far as usual a ray goes on close to zero after so many steps.
+#[inline(always)]
+fn hurry<R: Real>(count: R) -> R {
+    let late = ((count - lit(PATIENT_STEPS)).max(lit(0.0)) * lit(1.0 / HURRY_STEPS)).named("late");
+    late * late * late + lit(1.0)
 }
 
 /// The field near which a ray looks for a root: a share of half a pixel, but no less than what
@@ -207,10 +237,13 @@ pub fn near<R: Real>(threshold: R, half_pixel: R) -> R {
     (threshold * lit(NEAR)).min(half_pixel).max(threshold)
 }
 
+/// What rounding alone can make of a field per unit of its coordinates: about three roundings of `f32`.
+pub const ROUNDING: f64 = 2e-7;
+
 /// The field that rounding alone can cause at `t` along a ray.
 #[inline(always)]
 pub fn rounding_at<R: Real>(t: R, rounding: R) -> R {
-    rounding + t * lit(2e-7)
+    rounding + t * lit(ROUNDING)
 }
 
 /// Whether, as 1 or 0, a ray that ran out of steps is drawn as one that hit: where it is within a pixel of
@@ -242,35 +275,34 @@ pub fn settled<R: Real>(field: R, rounding: R) -> R {
     R::select(field.abs().less(rounding * lit(0.1)), lit(1.0), lit(0.0))
 }
 
-/// Where a straight line through two values of the field meets zero: (`t`, `field`) is the better
-/// one. It goes at most `reach` from there. Where the two make no line, it is a plain step.
+/// Where a straight line through two values of the field, of which one is below zero, meets zero. It is never
+/// outside of the two.
 #[inline(always)]
-pub fn secant_guess<R: Real>(t: R, field: R, t_other: R, field_other: R, reach: R) -> R {
-    let between = (t - t_other).named("between");
+pub fn secant_guess<R: Real>(t: R, field: R, t_other: R, field_other: R) -> R {
     let change = (field_other - field).named("change");
-    let tiny = lit::<R>(1e-30);
-    let line = R::and(tiny.less(change.abs()), tiny.less(between.abs()));
-    let way = between * field / R::select(line, change, lit(1.0));
-    t + R::select(line, way, field).clamp(-reach, reach)
+    let line = lit::<R>(1e-37).less(change.abs());
+    let share = (field / R::select(line, change, lit(-1.0))).named("share");
+    // What is no number is the end where the ray is.
+    t + (t - t_other) * share.max(lit(-1.0)).min(lit(0.0))
 }
 
-/// The two best of three points on a ray.
+/// The two sides of a change of sign along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Bracket<R> {
-    /// Where the field is nearest to zero.
+    /// The place that was found last.
     pub t: R,
     /// The field there.
     pub field: R,
-    /// The other point.
+    /// A place with the other sign.
     pub t_other: R,
-    /// The field there.
+    /// The field there, or less of it: see [`secant_step`].
     pub field_other: R,
 }
 
-/// Takes the field at a guess into account: the guess becomes the better point if it is, and the
-/// other one if it is not, since it lies nearer than what the line went through before. Where the field
-/// has different signs at both points, and the guess is no better, it takes the place of the one with
-/// its sign: so a jump across zero is closed in on.
+/// Takes the field at an estimate into account, which becomes one of the two sides. Where it is twice the
+/// same side, the field at the other one is scaled down, so that the next line ends nearer to that one
+/// (N. Anderson and Å. Björck, *A New High Order Method of Regula Falsi Type for Computing a Root of an
+/// Equation*, 1973).
 #[inline(always)]
 pub fn secant_step<R: Real>(
     t: R,
@@ -280,31 +312,13 @@ pub fn secant_step<R: Real>(
     guess: R,
     field_at_guess: R,
 ) -> Bracket<R> {
-    let zero = lit::<R>(0.0);
-    let better = field_at_guess.abs().less(field.abs());
-    let astride = (field * field_other).less(zero);
-    let alike = zero.less(field * field_at_guess);
-    let closer = R::and(R::not(better), R::and(astride, alike));
-    let taken = R::or(better, closer);
+    let alike = lit::<R>(0.0).less(field * field_at_guess);
+    let left = lit::<R>(1.0) - field_at_guess / R::select(alike, field, lit(1.0));
+    let scale = R::select(lit::<R>(0.0).less(left), left, lit(0.5)).named("scale");
     Bracket {
-        t: R::select(taken, guess, t),
-        field: R::select(taken, field_at_guess, field),
-        t_other: R::select(better, t, R::select(closer, t_other, guess)),
-        field_other: R::select(
-            better,
-            field,
-            R::select(closer, field_other, field_at_guess),
-        ),
+        t: guess,
+        field: field_at_guess,
+        t_other: R::select(alike, t_other, t),
+        field_other: R::select(alike, field_other * scale, field),
     }
-}
-
-/// How far a secant step may go: sixteen pixels, or as far as the last step; as far as the line says
-/// for a ray that ran out of steps (`capped` is 1, else 0), which nothing else brings to its root.
-#[inline(always)]
-pub fn secant_reach<R: Real>(t: R, t_other: R, half_pixel: R, rounding: R, capped: R) -> R {
-    let usual = (t - t_other)
-        .abs()
-        .max(half_pixel * lit(32.0))
-        .max(rounding * lit(64.0));
-    R::select(lit::<R>(0.0).less(capped), lit(1e18), usual)
 }

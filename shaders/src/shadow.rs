@@ -11,10 +11,10 @@ pub const DONE: u32 = 1 << 31;
 /// The most steps of a shadow ray.
 pub const STEPS: u32 = 256;
 
-/// Visibility after a step, for a sharp shadow.
+/// Visibility after a step, for a sharp shadow: none where the ray is inside by more than `noise`.
 #[inline(always)]
-pub fn hard<R: Real>(visibility: R, h: R, threshold: R) -> R {
-    R::select(h.less(threshold), lit(0.0), visibility)
+pub fn hard<R: Real>(visibility: R, h: R, noise: R) -> R {
+    R::select(h.less(-noise), lit(0.0), visibility)
 }
 
 /// Visibility after a step, from the ball at `t` itself.

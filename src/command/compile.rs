@@ -164,11 +164,6 @@ fn stats(compiled: &Compiled) -> String {
         };
     }
     let module = &compiled.module;
-    let _ = writeln!(
-        text,
-        "{:<9} the distance changes by {} per unit at most",
-        "steepness", module.settings.slope
-    );
     let programs = [Some(&module.distance), module.surface.as_ref()];
     for (name, program) in ["distance", "surface"].into_iter().zip(programs) {
         if let Some(program) = program {

@@ -9,7 +9,9 @@ use sdfc_compiler::compile::operation_counts;
 use sdfc_runtime::rounding::Rounding;
 use sdfc_shaders::tone;
 use sdfc_vm::bounds::Bounds;
+use sdfc_vm::program::{Code, Module};
 use sdfc_vm::settings::{Param, ParamKind};
+use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -59,7 +61,7 @@ fn page(opened: &scene::Opened, off: Option<&Rounding>) -> String {
         },
     );
     fact("bounds", &corners(&settings.bounds));
-    fact("slope", &format!("at most {}", rounded(settings.slope)));
+    fact("slope", &slope(module));
     let lines = off.map(rounding::lines).unwrap_or_default();
     for (i, line) in lines.iter().enumerate() {
         fact(if i == 0 { "rounding" } else { "" }, line);
@@ -218,7 +220,7 @@ fn as_json(opened: &scene::Opened, off: Option<&Rounding>) -> Value {
     json!({
         "plane": settings.plane,
         "bounds": { "min": corner(settings.bounds.min), "max": corner(settings.bounds.max) },
-        "slope": settings.slope,
+        "divisor": divisor(module),
         "rounding": off.map(rounding::as_json),
         "instructions": module.distance.code.len(),
         "surface_instructions": module.surface.as_ref().map(|surface| surface.code.len()),
@@ -249,4 +251,27 @@ fn param_json(param: &Param) -> Value {
         "step": param.step,
         "structural": param.structural,
     })
+}
+
+/// The largest number that a raw field is divided by near the scene.
+fn divisor(module: &Module) -> f64 {
+    let divisors = module.distance.code.iter().filter_map(|i| {
+        let pool = &module.distance.pool[i.parameters as usize..];
+        match i.code {
+            Code::Op(Op::FieldDistance) => Some(1.0 / f64::from(pool[0][0])),
+            // One over the bound within the innermost cube.
+            Code::Op(Op::FieldShells) => Some(1.0 / f64::from(pool[1][0])),
+            _ => None,
+        }
+    });
+    divisors.fold(1.0, f64::max)
+}
+
+/// How steps are kept safe.
+fn slope(module: &Module) -> String {
+    let divisor = divisor(module);
+    if divisor <= 1.0 {
+        return "at most 1".to_owned();
+    }
+    format!("at most 1, after division by up to {}", rounded(divisor))
 }

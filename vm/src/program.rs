@@ -34,6 +34,7 @@
 use crate::kernel::Kernel;
 use crate::row::Output;
 use crate::settings::Settings;
+use crate::tape::steep::is_raw;
 use crate::table::{Op, ROWS};
 use crate::uniform::UniformProgram;
 
@@ -285,6 +286,13 @@ impl Program {
         for patch in &self.patches {
             pool[patch.at as usize] = outputs[patch.output as usize];
         }
+    }
+
+    /// Whether it makes steps of raw fields, whose gradients may be of any length.
+    pub fn is_raw(&self) -> bool {
+        self.code
+            .iter()
+            .any(|i| matches!(i.code, Code::Op(op) if is_raw(op)))
     }
 
     /// What a kernel has to provide to run this program.

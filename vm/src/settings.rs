@@ -58,8 +58,6 @@ pub struct Settings {
     pub found: FoundBounds,
     /// The time of the present values.
     pub time: f64,
-    /// A bound on the distance's slope.
-    pub slope: f64,
     /// The material of everything: albedo, roughness, emission, metallic; used where there is no
     /// program of surfaces, and for what that program leaves unpainted.
     pub material: [Setting; 8],

@@ -144,13 +144,12 @@ impl Painter {
     ) -> Result<(), Problem> {
         let held = self.held(task.engine)?;
         let samples = held.engine.query(&asked.points)?;
-        let bound = held.now()?.module.settings.slope as f32;
         fade(picture.pixels());
-        let slopes = slopes::slopes(asked, &samples, picture.size[0], bound);
+        let slopes = slopes::slopes(asked, &samples, picture.size[0]);
         slopes.draw(picture.pixels(), asked);
         let count = slopes.count;
         let kinds = [
-            (Slope::Steep, count.steep, format!("steeper than {bound}")),
+            (Slope::Steep, count.steep, "steeper than 1".to_owned()),
             (Slope::Jump, count.jumps, "beside a jump".to_owned()),
             (
                 Slope::Slow,

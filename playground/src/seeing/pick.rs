@@ -99,8 +99,6 @@ pub struct Pick {
     pub material: String,
     /// How fast the field changes there, per unit of the way.
     pub slope: f32,
-    /// How fast it may change at most, as far as the compiler knows.
-    pub bound: f64,
     /// How far off rounding may be there.
     pub rounding: Here,
     /// The text that made it, and what stands around that, from the inside out; empty where nothing is
@@ -161,7 +159,6 @@ pub fn describe(spot: &Spot, scene: &Scene<'_>, sample: &Sample, leaf: u32) -> O
         surface: sample.surface,
         material: material.cloned().unwrap_or_default(),
         slope: super::slopes::steepness(sample),
-        bound: scene.module.settings.slope,
         rounding: here(scene.module, scene.outputs, scene.settings, point),
         leaf: if origins.is_some() { leaf } else { 0 },
         origins: origins.unwrap_or_default(),
@@ -236,8 +233,8 @@ impl fmt::Display for Pick {
         writeln!(f, "field      {:.3e}", self.field)?;
         writeln!(
             f,
-            "slope      {:.4} of at most {:.4}",
-            self.slope, self.bound
+            "slope      {:.4} of at most 1",
+            self.slope
         )?;
         let Here {
             field,

@@ -174,7 +174,7 @@ fn spacing(settings: &RenderSettings) -> f32 {
         ..settings.clone()
     };
     let nothing_known = FieldFacts {
-        slope: 1.0,
+        raw: false,
         bounds: Bounds::EVERYTHING,
         material: None,
     };

@@ -1,8 +1,7 @@
 //! Slopes: where the field breaks its promise, and where it makes rays slow.
 //!
-//! A march is safe if the field changes no faster than its bound says
-//! ([`FieldFacts::slope`](sdfc_runtime::frame::FieldFacts), nearly always 1: fields that could be
-//! steeper are divided by a bound where they stand). Where it does all the same, the scene states a
+//! A march is safe if the field changes no faster than the point moves ([`MAX_SLOPE`]): what could be
+//! steeper is divided by a bound. Where it does all the same, the scene states a
 //! bound that does not hold (`lipschitz:`), or none could be found, and rays may step over a surface.
 //! There are two tests of that: how long the gradient is at a point, and how far the values of
 //! neighbouring points are apart, which also tells of jumps, as at the seam of a repetition.
@@ -14,6 +13,8 @@ use super::Asked;
 use super::ink::{Color, bytes, hex, lay};
 use sdfc_runtime::engine::Sample;
 
+/// The bound of every field's slope.
+const MAX_SLOPE: f32 = 1.0;
 /// A gradient in `f32` is off by less than this share of the bound: it is made of sums of slopes none
 /// of which is much larger than the bound.
 const ROUNDING: f32 = 1e-3;
@@ -39,13 +40,13 @@ pub enum Slope {
 
 impl Slope {
     /// What the slope at a point is by its gradient.
-    fn of(sample: &Sample, bound: f32) -> Self {
+    fn of(sample: &Sample) -> Self {
         let steepness = steepness(sample);
         if !steepness.is_finite() || !sample.distance.is_finite() {
             Self::Unknown
-        } else if steepness > bound * (1.0 + ROUNDING) {
+        } else if steepness > MAX_SLOPE * (1.0 + ROUNDING) {
             Self::Steep
-        } else if steepness < bound * SLOW {
+        } else if steepness < MAX_SLOPE * SLOW {
             Self::Slow
         } else {
             Self::Good
@@ -87,18 +88,18 @@ pub struct Count {
     pub place: [f32; 3],
 }
 
-/// Compares slopes with the bound (`module.settings.slope`). `samples` are what an engine gave for the
+/// Compares slopes with the bound. `samples` are what an engine gave for the
 /// points; a row of the picture has `width` pixels.
-pub fn slopes(asked: &Asked, samples: &[Sample], width: usize, bound: f32) -> Slopes {
+pub fn slopes(asked: &Asked, samples: &[Sample], width: usize) -> Slopes {
     let mut slopes: Vec<Slope> = samples
         .iter()
         .take(asked.points.len())
-        .map(|sample| Slope::of(sample, bound))
+        .map(|sample| Slope::of(sample))
         .collect();
     for i in 0..slopes.len() {
         for neighbour in neighbours(asked, i, width).into_iter().flatten() {
             let known = neighbour < slopes.len();
-            if known && jumps([i, neighbour].map(|i| (asked.points[i], samples[i])), bound) {
+            if known && jumps([i, neighbour].map(|i| (asked.points[i], samples[i]))) {
                 for end in [i, neighbour] {
                     if matches!(slopes[end], Slope::Good | Slope::Slow) {
                         slopes[end] = Slope::Jump;
@@ -141,7 +142,7 @@ fn neighbours(asked: &Asked, i: usize, width: usize) -> [Option<usize>; 2] {
 }
 
 /// Whether the values at two points are farther apart than the bound allows.
-fn jumps([a, b]: [([f32; 3], Sample); 2], bound: f32) -> bool {
+fn jumps([a, b]: [([f32; 3], Sample); 2]) -> bool {
     let way = (0..3)
         .map(|i| (a.0[i] - b.0[i]).powi(2))
         .sum::<f32>()
@@ -149,7 +150,7 @@ fn jumps([a, b]: [([f32; 3], Sample); 2], bound: f32) -> bool {
     let apart = (a.1.distance - b.1.distance).abs();
     let numbers = a.0.iter().chain(&b.0).chain([&a.1.distance, &b.1.distance]);
     let largest = numbers.fold(0.0_f32, |most, v| most.max(v.abs()));
-    apart > bound * way * (1.0 + ROUNDING) + largest * ROUNDING_OF_VALUES
+    apart > MAX_SLOPE * way * (1.0 + ROUNDING) + largest * ROUNDING_OF_VALUES
 }
 
 /// How much a mark hides.

@@ -69,10 +69,6 @@ impl Stage {
     fn ask(&mut self, asked: &Asked) -> Vec<Sample> {
         self.engine.query(&asked.points).expect("the CPU answers")
     }
-
-    fn bound(&self) -> f32 {
-        self.compiled.module.settings.slope as f32
-    }
 }
 
 fn loaded(compiled: &Compiled, outputs: &[f64]) -> Box<dyn Engine> {

@@ -137,7 +137,7 @@ fn about(ui: &mut Ui, pick: &Pick) {
         row("field", format!("{:.2e}", pick.field));
         row(
             "slope",
-            format!("{:.4} of at most {:.4}", pick.slope, pick.bound),
+            format!("{:.4} of at most 1", pick.slope),
         );
         let torn = if pick.rounding.torn {
             ", at a seam"

@@ -7,7 +7,6 @@ use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::FloatInterval;
 use sdfc_vm::lanes::{Column, LANES};
 use sdfc_vm::program::{Code, Instruction, Program};
-use sdfc_vm::table::Op;
 use sdfc_vm::tape::choose::Chooser;
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::prune::Pruner;
@@ -129,7 +128,7 @@ pub(super) fn deepen(
 
 /// Whether an instruction divides a raw field by a bound of its slope.
 fn is_raw(i: &Instruction) -> bool {
-    i.code == Code::Op(Op::FieldDistance)
+    matches!(i.code, Code::Op(op) if sdfc_vm::tape::steep::is_raw(op))
 }
 
 /// How many of these cells are cut before clauses are counted again: so few that, even if nothing could be

@@ -79,7 +79,7 @@ impl Walk for Beams<'_> {
             let t = b.t.0[i];
             let half = camera::half_pixel(t, f.footprint, f.footprint_growth);
             let enough = marching::threshold(t, half, f.cone, f.rounding);
-            let field = values.0[i] * f.inverse_slope;
+            let field = values.0[i];
             let way = beam::advance(t, field, b.spread.0[i], b.widening.0[i], enough);
             let goes_on = beam::goes_on(way, half) > 0.0;
             let t = t + if goes_on { way } else { 0.0 };

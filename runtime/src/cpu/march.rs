@@ -50,18 +50,18 @@ pub(super) fn side_from(steps: f32, t: f32, distance: f32, side: f32) -> f32 {
 
 /// Takes the step of the ray in a lane of a block with the columns of a march: `$distance` is what the
 /// field says where it is, and times `$factor` it has a slope of one. `$decide` says what became of
-/// the ray, from the next state, the distance that is near enough, and whether it may go on.
+/// the ray, from the next state and whether it may go on.
 macro_rules! step_lane {
     (
         $frame:expr, $b:ident, $i:ident, $distance:expr, $factor:expr,
-        |$next:ident, $enough:ident, $out:ident| $decide:expr
+        |$next:ident, $out:ident| $decide:expr
     ) => {{
         let distance: f32 = $distance;
         let t = $b.t.0[$i] + $b.step.0[$i];
         let steps = $b.steps.0[$i] + 1.0;
         let side = $crate::cpu::march::side_from($b.steps.0[$i], t, distance, $b.side.0[$i]);
         let half = camera::half_pixel(t, $frame.footprint, $frame.footprint_growth);
-        let $enough = marching::threshold(t, half, $frame.cone, $frame.rounding);
+        let enough = marching::threshold(t, half, $frame.cone, $frame.rounding);
         let $next = marching::march_step(
             $b.t.0[$i],
             $b.radius.0[$i],
@@ -70,10 +70,12 @@ macro_rules! step_lane {
             $b.t_before.0[$i],
             $b.radius_before.0[$i],
             distance * side * $factor,
-            $enough,
+            steps,
+            enough,
             half,
             $frame.relaxation,
             marching::rounding_at(t, $frame.rounding),
+            $frame.raw,
             $b.leave.0[$i],
         );
         let near = marching::nearly_arrived(
@@ -82,7 +84,7 @@ macro_rules! step_lane {
             $next.trend,
             $next.t_before,
             $next.radius_before,
-            half.max($enough),
+            half.max(enough),
             $frame.far,
         ) > 0.0;
         let capped = if near {
@@ -188,8 +190,8 @@ impl Walk for March<'_> {
                 b,
                 i,
                 values.0[i],
-                f.inverse_slope,
-                |next, _enough, out| {
+                1.0,
+                |next, out| {
                     let out = if next.arrived > 0.0 {
                         outcome::HIT
                     } else {
@@ -227,7 +229,7 @@ lanes! {
     /// Ends of rays on their way to the root.
     PolishLanes {
         origin_x, origin_y, origin_z, direction_x, direction_y, direction_z,
-        t, field, t_other, field_other, guess, reach, factor, steps,
+        t, field, t_other, field_other, guess, side, steps,
     }
 }
 
@@ -244,19 +246,15 @@ impl Walk for Polish<'_> {
     fn begin(&mut self, item: u32, b: &mut PolishLanes, lane: usize) -> bool {
         let f = self.frame;
         let ray = &self.rays[item as usize];
-        if marching::settled(ray.radius, marching::rounding_at(ray.t, f.rounding)) > 0.0 {
+        // What ran out of steps has no change of sign to close in on.
+        let is_hit = matches!(Status::of(ray.status), Status::Hit | Status::Inside);
+        let rounding = marching::rounding_at(ray.t, f.rounding);
+        if !is_hit || marching::settled(ray.radius, rounding) > 0.0 {
             return false;
         }
         let Camera {
             origin, direction, ..
         } = camera_ray(f, self.pixels[item as usize]);
-        let half = camera::half_pixel(ray.t, f.footprint, f.footprint_growth);
-        let capped = if Status::of(ray.status) == Status::StepCap {
-            1.0
-        } else {
-            0.0
-        };
-        let reach = marching::secant_reach(ray.t, ray.t_before, half, f.rounding, capped);
         b.origin_x.0[lane] = origin.x;
         b.origin_y.0[lane] = origin.y;
         b.origin_z.0[lane] = origin.z;
@@ -268,14 +266,12 @@ impl Walk for Polish<'_> {
         b.t_other.0[lane] = ray.t_before;
         b.field_other.0[lane] = ray.radius_before;
         b.guess.0[lane] =
-            marching::secant_guess(ray.t, ray.radius, ray.t_before, ray.radius_before, reach);
-        b.reach.0[lane] = reach;
-        let side = if ray.status & FROM_INSIDE != 0 {
+            marching::secant_guess(ray.t, ray.radius, ray.t_before, ray.radius_before);
+        b.side.0[lane] = if ray.status & FROM_INSIDE != 0 {
             -1.0
         } else {
             1.0
         };
-        b.factor.0[lane] = side * f.inverse_slope;
         b.steps.0[lane] = 0.0;
         true
     }
@@ -296,32 +292,28 @@ impl Walk for Polish<'_> {
     fn advance(&self, b: &mut PolishLanes, values: &Column, ended: &mut [bool; LANES]) {
         for (i, ended) in ended.iter_mut().enumerate() {
             let distance = values.0[i];
-            // Comparing with NaN is false, so that a guess without a value is not taken.
-            let field = distance * b.factor.0[i];
-            let best = marching::secant_step(
+            let nan = is_nan(distance);
+            let next = marching::secant_step(
                 b.t.0[i],
                 b.field.0[i],
                 b.t_other.0[i],
                 b.field_other.0[i],
                 b.guess.0[i],
-                field,
+                distance * b.side.0[i],
             );
-            let rounding = marching::rounding_at(best.t, self.frame.rounding);
+            let rounding = marching::rounding_at(next.t, self.frame.rounding);
             let steps = b.steps.0[i] + 1.0;
             *ended = (steps >= SECANT_STEPS as f32)
-                | is_nan(distance)
-                | (marching::settled(best.field, rounding) > 0.0);
-            b.guess.0[i] = marching::secant_guess(
-                best.t,
-                best.field,
-                best.t_other,
-                best.field_other,
-                b.reach.0[i],
-            );
-            b.t.0[i] = best.t;
-            b.field.0[i] = best.field;
-            b.t_other.0[i] = best.t_other;
-            b.field_other.0[i] = best.field_other;
+                | nan
+                | (marching::settled(next.field, rounding) > 0.0);
+            b.guess.0[i] =
+                marching::secant_guess(next.t, next.field, next.t_other, next.field_other);
+            // An estimate without a value is not taken.
+            let select = |new: f32, old: f32| if nan { old } else { new };
+            b.t.0[i] = select(next.t, b.t.0[i]);
+            b.field.0[i] = select(next.field, b.field.0[i]);
+            b.t_other.0[i] = select(next.t_other, b.t_other.0[i]);
+            b.field_other.0[i] = select(next.field_other, b.field_other.0[i]);
             b.steps.0[i] = steps;
         }
     }

@@ -24,7 +24,7 @@ use super::{Boxes, Column, Evaluator, LANES, Points, Range};
 use crate::cells::{Cell, Cells};
 use first::{bound_slopes, enter, entries, pass, passes, start};
 use look::{rule_out, spans};
-use roots::{begin_roots, place_roots, step_roots};
+use roots::{place_roots, step_roots};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::{Frame, Ray};
 use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, SHOWN, Status};
@@ -53,7 +53,7 @@ lanes! {
     /// Rays that hit in a leaf, on their way to the root.
     Roots {
         lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, low, high,
-        t, field, t_other, field_other, reach, side, slope,
+        t, field, t_other, field_other, side, slope,
     }
 }
 
@@ -90,7 +90,7 @@ const FEW_STEPS: u32 = 4;
 const FIRST_LOOK: u32 = 16;
 
 /// A field that falls no faster in one place of a leaf than this many times as fast as in another is
-/// near enough to a line for secant steps to go to its root from anywhere in the leaf.
+/// near enough to a line for secant steps to find its root from anywhere in the leaf.
 const UNEVEN: f32 = 4.0;
 
 impl Marcher {
@@ -126,7 +126,7 @@ impl Marcher {
         self.ended_in.resize(LANES, NO_LEAF);
         let mut evaluations = 0;
         if !meetings.is_empty() && evaluator.is_raw() && along_an_axis(frame) {
-            evaluations += self.look_along(frame, cells.cell(0), items.len(), evaluator);
+            evaluations += self.look_along(cells.cell(0), items.len(), evaluator);
         }
         for meeting in meetings {
             let cell = cells.cell(meeting.cell);
@@ -176,7 +176,6 @@ impl Marcher {
     /// often run along all of its way.
     fn look_along(
         &mut self,
-        frame: &Frame,
         whole: &Cell,
         lanes: usize,
         evaluator: &mut dyn Evaluator,
@@ -188,7 +187,7 @@ impl Marcher {
         let met = crossing.fold(0, |met, lane| met | 1 << lane);
         let count = self.collect(met);
         bound_slopes(whole, &mut self.inside);
-        let evaluations = self.look(frame, 0, count, evaluator);
+        let evaluations = self.look(0, count, evaluator);
         for place in 0..count {
             let lane = self.inside.lane.0[place] as usize;
             if self.inside.outcome.0[place] == outcome::THROUGH {
@@ -278,7 +277,7 @@ impl Marcher {
             }
             if steps == next_look && under_way != 0 {
                 next_look *= FEW_STEPS;
-                evaluations += self.look(frame, number, count, evaluator);
+                evaluations += self.look(number, count, evaluator);
                 let left = under_way & open_lanes(&self.inside);
                 self.end_those(under_way & !left, number, items, rays);
                 (under_way, count) = self.close_ranks(left, count);
@@ -295,20 +294,14 @@ impl Marcher {
 
     /// Lets those of the collected rays through that bounds of the field keep from meeting anything in
     /// the cell.
-    fn look(
-        &mut self,
-        frame: &Frame,
-        cell: u32,
-        count: usize,
-        evaluator: &mut dyn Evaluator,
-    ) -> u64 {
+    fn look(&mut self, cell: u32, count: usize, evaluator: &mut dyn Evaluator) -> u64 {
         spans(&self.inside, count, &mut self.boxes);
         let known = evaluator.ranges_in(cell, &self.boxes, count, &mut self.range);
         if !known {
             self.inside.outcome = Column([outcome::UNDER_WAY; LANES]);
             return 0;
         }
-        rule_out(frame, &self.range, count, &mut self.inside);
+        rule_out(&self.range, count, &mut self.inside);
         count as u64
     }
 
@@ -352,7 +345,6 @@ impl Marcher {
             return 0;
         }
         let mut evaluations = 0;
-        begin_roots(frame, &mut self.roots);
         for _ in 0..SECANT_STEPS {
             let open = place_roots(frame, &self.roots, count, &mut self.points);
             if !open {
@@ -487,11 +479,10 @@ widest! {
 fn advance_body(f: &Frame, values: &Column, count: usize, b: &mut Inside) -> u64 {
     for i in 0..whole_chunks(count) {
         let slope = b.slope.0[i];
-        let factor = f.inverse_slope / slope;
-        step_lane!(f, b, i, values.0[i], factor, |next, enough, out| {
+        step_lane!(f, b, i, values.0[i], 1.0 / slope, |next, out| {
             let left = b.leave.0[i] - next.t;
             let fall = b.fall.0[i] / slope;
-            let through = passes(next.radius, next.step, fall, left, enough);
+            let through = passes(next.radius, next.step, fall, left);
             let out = if through { outcome::THROUGH } else { out };
             if next.arrived > 0.0 {
                 outcome::HIT
@@ -508,23 +499,14 @@ fn advance_body(f: &Frame, values: &Column, count: usize, b: &mut Inside) -> u64
         let under_way = b.outcome.0[i] == outcome::UNDER_WAY;
         let even = most < least * UNEVEN;
         let (radius, falls) = (b.radius.0[i], least * left);
-        let certain = under_way & even & (radius > 0.0) & (radius < falls);
-        let before = radius + (least + most) * 0.5 * left;
-        b.outcome.0[i] = if certain {
-            outcome::HIT
-        } else {
-            b.outcome.0[i]
-        };
-        b.t_before.0[i] = if certain {
-            b.t.0[i] - left
-        } else {
-            b.t_before.0[i]
-        };
-        b.radius_before.0[i] = if certain {
-            before
-        } else {
-            b.radius_before.0[i]
-        };
+        let rounding = marching::rounding_at(b.leave.0[i], f.rounding);
+        let depth = marching::noise(rounding, least, f.raw);
+        let certain = under_way & even & (radius > 0.0) & (radius + depth < falls);
+        let select = |new: f32, old: f32| if certain { new } else { old };
+        b.outcome.0[i] = select(outcome::HIT, b.outcome.0[i]);
+        b.t_before.0[i] = select(b.leave.0[i], b.t_before.0[i]);
+        let last = radius - (least + most) * 0.5 * left;
+        b.radius_before.0[i] = select(Real::min(last, -depth), b.radius_before.0[i]);
     }
     open_lanes_body(b)
 }

@@ -130,7 +130,7 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         let most = self.frame.shadow_steps as f32;
         for (i, ended) in ended.iter_mut().enumerate() {
             let (t, least) = (b.t.0[i], b.least.0[i]);
-            let h = values.0[i] * b.factor.0[i] * self.frame.inverse_slope;
+            let h = values.0[i] * b.factor.0[i];
             let v = b.visibility.0[i];
             let new = match FORM {
                 HARD => shadow::hard(v, h, least),

@@ -188,7 +188,7 @@ pub(super) fn plane(
                 continue;
             }
             let pixel = 2.0 * camera::half_pixel(t, frame.footprint, frame.footprint_growth);
-            let covered = views::coverage(distance * frame.inverse_slope, pixel);
+            let covered = views::coverage(distance, pixel);
             let (color, coverage) = if bands {
                 (views::distance_color(distance, frame.spacing, pixel), 1.0)
             } else if painted {

@@ -457,7 +457,7 @@ pub(super) fn face_on(frame: &layout::Frame, picture: &Picture) -> Option<(Plane
     let band = picture.band.unwrap_or(match picture.features.mode {
         Mode::Distance => f32::INFINITY,
         // A pixel is wholly inside or outside where the surface is more than its size away.
-        _ => 4.0 * frame.footprint * (frame.samples as f32).sqrt() / frame.inverse_slope,
+        _ => 4.0 * frame.footprint * (frame.samples as f32).sqrt(),
     });
     Some((plane, band))
 }

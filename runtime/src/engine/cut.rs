@@ -145,7 +145,6 @@ pub(super) struct Space {
     split: Split,
     band: f32,
     pixels: Pixels,
-    inverse_slope: f32,
 }
 
 impl Space {
@@ -161,7 +160,6 @@ impl Space {
                 split,
                 band,
                 pixels: Pixels::of(frame),
-                inverse_slope: frame.inverse_slope,
             });
         }
         // Taps of occlusion and of normals reach out of the bounds.
@@ -178,7 +176,6 @@ impl Space {
             split: Split::Cube,
             band: f32::INFINITY,
             pixels: Pixels::of(frame),
-            inverse_slope: frame.inverse_slope,
         })
     }
 
@@ -231,7 +228,6 @@ impl Space {
             size,
             digit: self.split.digit(),
             eye: self.pixels.eye,
-            inverse_slope: self.inverse_slope,
             footprint: self.pixels.footprint,
             growth: self.pixels.growth,
             leaf: self.pixels.leaf,
@@ -265,7 +261,7 @@ impl Refine for Space {
         // A ray's step is about as long as the way to the surface: it asks few times in a cell that
         // is smaller than that.
         clauses > SHORT
-            && away * self.inverse_slope < 2.0 * region.side()
+            && away < 2.0 * region.side()
             && self.pixels.cut(region, clauses, away)
     }
 }

@@ -337,7 +337,7 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
         self.scene = Some(Scene {
             on_device,
             facts: FieldFacts {
-                slope: 1.0,
+                raw: false,
                 bounds: Bounds::EVERYTHING,
                 material: None,
             },

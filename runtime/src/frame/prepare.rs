@@ -6,7 +6,7 @@ use super::{
 };
 use sdfc_shaders::assemble::shows_light;
 use sdfc_shaders::features::{self, Features, Mode, Occlusion};
-use sdfc_shaders::{layout, normals, occlusion, shadow};
+use sdfc_shaders::{layout, marching, normals, occlusion, shadow};
 
 /// A picture ready to be computed.
 #[derive(Clone, Debug)]
@@ -183,9 +183,9 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         origin: single(axes.origin),
         far: (settings.far - approach) as f32,
         origin_right: single(axes.origin_right),
-        inverse_slope: 1.0 / facts.slope.max(f32::MIN_POSITIVE),
+        raw: if facts.raw { 1.0 } else { 0.0 },
         origin_up: single(axes.origin_up),
-        rounding: (2e-7 * (largest + start)) as f32,
+        rounding: (marching::ROUNDING * (largest + start)) as f32,
         forward: single(axes.forward),
         footprint: (start / height / f64::from(aa)) as f32,
         forward_right: single(axes.forward_right),

@@ -17,23 +17,22 @@ use std::ops::Range;
 pub struct Field {
     program: Program,
     tape: Tape,
-    slope: f64,
+    raw: bool,
 }
 
 impl Field {
     /// That of a module, as [`Module::update`] left it.
     pub fn of(module: &Module) -> Self {
         Self {
+            raw: module.distance.is_raw(),
             tape: Tape::of(&module.distance),
             program: module.distance.clone(),
-            slope: module.settings.slope,
         }
     }
 
-    /// What the compiler takes for a bound of its slope. Nothing that is called proved depends on
-    /// it.
-    pub(super) fn slope(&self) -> f64 {
-        self.slope
+    /// Whether the length of its gradient is not known to be about one.
+    pub(super) fn is_raw(&self) -> bool {
+        self.raw
     }
 
     /// The distance at a point.

@@ -6,7 +6,11 @@
 //! values there cannot reach, and where it only falls, values of both signs at the ends prove one
 //! root, which interval Newton steps close in on. What is left is halved, and the nearer half comes
 //! first. At the finest width a value of the other sign behind the segment proves a change of sign,
-//! be it a root or a jump; without one, the ray is undecided.
+//! be it a root or a jump.
+//!
+//! A change of sign is a hit if the field gets below zero behind it by more than rounding alone can do
+//! ([`marching::noise`]). If it is above zero again before that, the ray has passed a sheet without
+//! thickness, or touched a surface, and the search goes on behind.
 //!
 //! The program is pruned for each segment by what its intervals decide, so the work near a surface
 //! is that of the shapes that are near.
@@ -14,6 +18,7 @@
 use super::camera::Ray;
 use super::field::{Asker, Part};
 use super::{Options, Outcome, Why};
+use sdfc_shaders::marching;
 use sdfc_vm::interval::Interval;
 
 /// The share of a segment that is not trimmed although it could be, against rounding of the trim
@@ -25,7 +30,7 @@ const STEEPEST: f64 = 1e9;
 const FINEST: f64 = 1.0 / (1_u64 << 44) as f64;
 /// The width that a proved hit may have near the camera, as a share of the coordinates.
 const NEAR: f64 = 1.0 / (1_u64 << 40) as f64;
-/// How far behind a place where the sign of the field is not known it is looked for, as a share of
+/// How far behind a place where the sign of the field is not known it is looked for, as a fraction of
 /// the coordinates.
 const VAGUEST: f64 = 1e-3;
 /// A bracket goes on being narrowed as long as it becomes less wide than this share of itself.
@@ -56,24 +61,45 @@ pub(super) fn first_root(
 ) -> (Outcome, bool) {
     let whole = asker.whole();
     asker.forget_after(&whole);
-    let start = asker.value(ray, 0.0, &whole);
-    if start.contains(0.0) {
-        let here = Outcome::Undecided {
-            t0: 0.0,
-            t1: 0.0,
-            why: Why::Start,
-        };
-        return (here, false);
-    }
-    let inside = start.hi < 0.0;
     let mut search = Search {
         asker,
         ray,
         far,
         options,
-        side: if inside { -1.0 } else { 1.0 },
+        side: 1.0,
     };
-    (search.run(whole), inside)
+    // What is so near to zero where the ray starts that it has no sign is left behind.
+    let mut start = 0.0;
+    let mut width = search.finest(0.0);
+    let sign = loop {
+        let value = search.value(start, &whole);
+        if value.lo > 0.0 || value.hi < -search.depth(start, 1.0) {
+            break value;
+        }
+        start = width;
+        width *= 2.0;
+        if width > search.size(0.0).max(f64::MIN_POSITIVE) * VAGUEST {
+            let here = Outcome::Undecided {
+                t0: 0.0,
+                t1: start,
+                why: Why::Start,
+            };
+            return (here, false);
+        }
+    };
+    let inside = sign.hi < 0.0;
+    search.side = if inside { -1.0 } else { 1.0 };
+    (search.run(whole, start), inside)
+}
+
+/// What lies behind a place where the sign of the field may change.
+enum Behind {
+    /// A solid: the field is below zero by more than rounding, and is so from here on at the latest.
+    Solid(f64),
+    /// Nothing: here the field is above zero again.
+    Clear(f64),
+    /// It could not be decided.
+    Unknown(f64),
 }
 
 /// What a segment turned out to be.
@@ -85,10 +111,10 @@ enum Verdict {
 }
 
 impl Search<'_, '_> {
-    fn run(&mut self, whole: Part) -> Outcome {
+    fn run(&mut self, whole: Part, start: f64) -> Outcome {
         let budget = self.asker.evaluations + u64::from(self.options.evaluations);
         let mut stack = vec![Segment {
-            t: Interval::between(0.0, self.far),
+            t: Interval::between(start, self.far),
             part: whole,
         }];
         while let Some(Segment { t, part }) = stack.pop() {
@@ -105,31 +131,47 @@ impl Search<'_, '_> {
                 continue;
             }
             let part = self.asker.prune(&part);
-            let open = if whole {
+            let (found, open) = if whole {
                 match self.trimmed(t, &part) {
                     Verdict::Empty => continue,
-                    Verdict::Root(root) if root.hi - root.lo <= self.widest(root.lo) => {
-                        return Outcome::Hit {
-                            t0: root.lo,
-                            t1: root.hi,
-                        };
-                    }
-                    Verdict::Root(root) => return touching(root),
-                    Verdict::Open(open) => open,
+                    Verdict::Root(root) => (Some(root), root),
+                    Verdict::Open(open) => (None, open),
                 }
             } else if self.asker.explored(self.ray, t, &part).contains(0.0) {
-                t
+                (None, t)
             } else {
                 continue;
             };
-            let middle = open.lo + (open.hi - open.lo) / 2.0;
-            if open.hi - open.lo <= self.finest(open.hi) {
-                return self.at_the_finest(open);
+            let is_finest = open.hi - open.lo <= self.finest(open.hi);
+            if found.is_some() || is_finest {
+                match self.behind(open) {
+                    Behind::Solid(t1) if t1 - open.lo <= self.widest(open.lo) => {
+                        return Outcome::Hit { t0: open.lo, t1 };
+                    }
+                    Behind::Solid(t1) | Behind::Unknown(t1) => {
+                        return touching(Interval {
+                            lo: open.lo,
+                            hi: t1,
+                        });
+                    }
+                    Behind::Clear(from) => {
+                        stack.push(Segment { t, part });
+                        while let Some(mut segment) = stack.pop() {
+                            if segment.t.hi > from {
+                                segment.t.lo = segment.t.lo.max(from);
+                                stack.push(segment);
+                                break;
+                            }
+                        }
+                        continue;
+                    }
+                }
             }
             if open.hi - open.lo < (t.hi - t.lo) / 2.0 {
                 stack.push(Segment { t: open, part });
                 continue;
             }
+            let middle = open.lo + (open.hi - open.lo) / 2.0;
             for (lo, hi) in [(middle, open.hi), (open.lo, middle)] {
                 let t = Interval { lo, hi };
                 let part = part.clone();
@@ -137,6 +179,41 @@ impl Search<'_, '_> {
             }
         }
         Outcome::Miss
+    }
+
+    /// How far below zero the field must get at `t` to be inside, where it changes by `slope` per unit.
+    fn depth(&self, t: f64, slope: f64) -> f64 {
+        let origin = self.ray.origin.iter();
+        let largest = origin.fold(0.0_f64, |most, v| most.max(v.abs()));
+        let rounding = marching::rounding_at(t, marching::ROUNDING * largest);
+        let raw = if self.asker.field().is_raw() { 1.0 } else { 0.0 };
+        marching::noise(rounding, slope, raw)
+    }
+
+    /// What lies behind a piece in which the sign of the field may change.
+    fn behind(&mut self, piece: Interval) -> Behind {
+        let whole = self.asker.whole();
+        let mut width = self.finest(piece.hi);
+        let mut at = piece.hi;
+        let mut below = None;
+        loop {
+            let value = self.value(at, &whole);
+            let slope = -value.hi / (at - piece.lo).max(f64::MIN_POSITIVE);
+            if value.hi < 0.0 {
+                let first = *below.get_or_insert(at);
+                if value.hi < -self.depth(at, slope) {
+                    return Behind::Solid(first);
+                }
+            }
+            if value.lo > 0.0 && at > piece.lo {
+                return Behind::Clear(at);
+            }
+            if at >= self.far || width > self.size(piece.hi) * VAGUEST {
+                return Behind::Unknown(at);
+            }
+            at = (piece.hi + width).min(self.far);
+            width *= 2.0;
+        }
     }
 
     /// How large numbers along the ray are at `t`.
@@ -243,28 +320,6 @@ impl Search<'_, '_> {
             }
         }
     }
-
-    /// What a segment is that cannot be halved: a hit if the field has the other sign close behind
-    /// it.
-    fn at_the_finest(&mut self, t: Interval) -> Outcome {
-        let whole = self.asker.whole();
-        let mut width = self.finest(t.hi);
-        while width < self.size(t.hi) * VAGUEST {
-            let t1 = (t.lo + width).min(self.far);
-            let value = self.value(t1, &whole);
-            let is_narrow = width <= self.widest(t.lo);
-            if value.hi < 0.0 && is_narrow {
-                return Outcome::Hit { t0: t.lo, t1 };
-            }
-            // Up to here the sign is not known, and behind it is. Where it is still the first one so
-            // near, it may well change a little farther on.
-            if !value.contains(0.0) && t1 > t.hi && !is_narrow {
-                return touching(Interval { lo: t.lo, hi: t1 });
-            }
-            width *= 2.0;
-        }
-        touching(t)
-    }
 }
 
 /// The outcome of a ray that comes too near to a surface to tell whether it meets it.
@@ -276,23 +331,23 @@ fn touching(t: Interval) -> Outcome {
     }
 }
 
-/// A guess where a ray ends that spent its budget at `t`: plain steps in `f64`.
-pub(super) fn guess(asker: &mut Asker<'_>, ray: &Ray, from: f64, far: f64) -> Option<f64> {
+/// A guess where a ray ends that spent its budget at `t`: plain steps in `f64` until the sign changes.
+pub(super) fn guess(asker: &mut Asker<'_>, ray: &Ray, from: f64, far: f64, inside: bool) -> Option<f64> {
     let field = asker.field();
-    let step = 1.0 / field.slope().max(f64::MIN_POSITIVE);
+    let side = if inside { -1.0 } else { 1.0 };
     let mut t = from;
     for _ in 0..GUESS_STEPS {
-        let distance = field.distance(ray.at(t)).abs();
+        let distance = field.distance(ray.at(t)) * side;
         asker.evaluations += 1;
         if distance.is_nan() || t > far {
             return None;
         }
-        if distance <= 1e-9 * t {
+        if distance < 0.0 {
             return Some(t);
         }
-        t += distance * step;
+        t += distance.max(1e-7 * t);
     }
-    Some(t)
+    None
 }
 
 /// The most steps of a guess.

@@ -75,7 +75,6 @@ pub(super) fn compare(
     samples: &[Sample],
 ) -> FieldDifferences {
     let program = &module.distance;
-    let slope = module.settings.slope.max(1.0);
     let shown = crate::settings::shown(&module.settings.bounds);
     let extent = shown
         .min
@@ -87,7 +86,7 @@ pub(super) fn compare(
     } else {
         1.0
     };
-    let roundings = ROUNDINGS * slope * functions;
+    let roundings = ROUNDINGS * functions;
 
     let (mut ulps, mut shares, mut gradients) = (Vec::new(), Vec::new(), Vec::new());
     let (mut jumps, mut gradients_differ) = (0, 0);
@@ -111,8 +110,8 @@ pub(super) fn compare(
         }
         let both = a.gradient.iter().zip(b.gradient);
         let apart: f64 = both.map(|(&a, b)| difference(a, b)).sum();
-        gradients.push(apart / slope);
-        if apart > GRADIENT * slope && around.gradients(program) < apart / 2.0 {
+        gradients.push(apart);
+        if apart > GRADIENT && around.gradients(program) < apart / 2.0 {
             gradients_differ += 1;
         }
     }

@@ -139,7 +139,6 @@ fn settings() -> Settings {
             time: 0.0,
         },
         time: 0.0,
-        slope: 1.0,
         material: constants([0.7, 0.4, 0.3, 0.5, 0.0, 0.0, 0.0, 0.0]),
         material_id: 3,
         materials: vec![],

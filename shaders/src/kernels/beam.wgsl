@@ -32,7 +32,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         beam.steps += 1u;
         let half = half_pixel(beam.t, frame.footprint, frame.footprint_growth);
         let enough = threshold(beam.t, half, frame.cone, frame.rounding);
-        let way = beam_advance(beam.t, distance * frame.inverse_slope, spread, widening, enough);
+        let way = beam_advance(beam.t, distance, spread, widening, enough);
         let goes_on = beam_goes_on(way, half) > 0.0;
         beam.t += select(0.0, way, goes_on);
         done = !goes_on || beam.t > frame.far || beam.steps >= BEAM_STEPS;

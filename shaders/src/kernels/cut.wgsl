@@ -273,7 +273,7 @@ fn is_wanted(low: vec3f, side: vec3f, clauses: u32, away: f32) -> bool {
     let distance = max(sqrt(squares.x + squares.y + squares.z), longest * 0.25);
     let pixel = work.cut.footprint + work.cut.growth * distance;
     return clauses > work.cut.few
-        && away * work.cut.inverse_slope < 2.0 * longest
+        && away < 2.0 * longest
         && longest > work.cut.leaf * pixel;
 }
 

@@ -37,12 +37,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         // A camera inside a solid sees the solid's surface from behind.
         if ray.steps == 1u && t == 0.0 && distance < 0.0 { ray.status |= FROM_INSIDE; }
         let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
-        let field = distance * side * frame.inverse_slope;
+        let field = distance * side;
         let half = half_pixel(t, frame.footprint, frame.footprint_growth);
         let enough = threshold(t, half, frame.cone, frame.rounding);
         let next = march_step(
-            ray.t, ray.radius, ray.step, ray.trend, ray.t_before, ray.radius_before, field, enough,
-            half, frame.relaxation, rounding_at(t, frame.rounding), bounds.y
+            ray.t, ray.radius, ray.step, ray.trend, ray.t_before, ray.radius_before, field,
+            f32(ray.steps), enough, half, frame.relaxation, rounding_at(t, frame.rounding), frame.raw,
+            bounds.y
         );
         ray.t = next.t;
         ray.radius = next.radius;

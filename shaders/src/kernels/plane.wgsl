@@ -27,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #if distance
     var color = vec4f(distance_color(distance, frame.spacing, pixel), 1.0);
 #else
-    let covered = coverage(distance * frame.inverse_slope, pixel);
+    let covered = coverage(distance, pixel);
 #if painted
 #if materials
     let surface = scene_surface(p, -frame.forward);

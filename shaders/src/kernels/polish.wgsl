@@ -1,4 +1,4 @@
-// polish: moves the end of each ray onto the surface, by a few guarded secant steps.
+// polish: closes in on the change of sign where each ray ended, by a few secant steps within it.
 
 @group(0) @binding(2) var<storage, read_write> rays: array<Ray>;
 
@@ -7,21 +7,19 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let item = block_item(line_index(id, groups));
     if !item.exists { return; }
     var ray = rays[item.index];
-    if (ray.status & SHOWN) == 0u { return; }
+    // What ran out of steps has no change of sign to close in on.
+    if (ray.status & ENDING) != HIT { return; }
     let camera = camera_ray(item.pixel);
-    let factor = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u) * frame.inverse_slope;
+    let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
     var best = Bracket(ray.t, ray.radius, ray.t_before, ray.radius_before);
-    let half = half_pixel(ray.t, frame.footprint, frame.footprint_growth);
-    let capped = select(0.0, 1.0, (ray.status & ENDING) == STEP_CAP);
-    let reach = secant_reach(ray.t, ray.t_before, half, frame.rounding, capped);
     for (var n = 0u; n < SECANT_STEPS; n++) {
         if settled(best.field, rounding_at(best.t, frame.rounding)) > 0.0 { break; }
-        let guess = secant_guess(best.t, best.field, best.t_other, best.field_other, reach);
+        let guess = secant_guess(best.t, best.field, best.t_other, best.field_other);
         let distance = scene_distance(along(camera.origin, camera.direction, guess));
         ray.steps += 1u;
         if is_nan(distance) { break; }
         best = secant_step(
-            best.t, best.field, best.t_other, best.field_other, guess, distance * factor
+            best.t, best.field, best.t_other, best.field_other, guess, distance * side
         );
     }
     ray.t = best.t;

@@ -75,7 +75,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let budget = evaluations_left();
     for (var n = 0u; n < budget; n++) {
         if ray.steps >= DONE { break; }
-        let h = scene_distance(along(start, direction, ray.t)) * side * frame.inverse_slope;
+        let h = scene_distance(along(start, direction, ray.t)) * side;
         ray.steps += 1u;
         if is_nan(h) {
             ray.steps |= DONE;

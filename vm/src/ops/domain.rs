@@ -142,5 +142,5 @@ pub fn twist<R: Real>(p: R::Vec3, rate: R) -> R::Vec3 {
 pub fn bend<R: Real>(p: R::Vec3, rate: R) -> R::Vec3 {
     let turn = (p.x() * rate).named("turn");
     let (c, s) = (turn.cos().named("c"), turn.sin().named("s"));
-    R::Vec3::new(p.x() * c - p.y() * s, p.x() * s + p.y() * c, p.z())
+    R::Vec3::new(p.x() * c + p.y() * s, p.y() * c - p.x() * s, p.z())
 }

@@ -193,7 +193,7 @@ fn nothing_panics_where_lists_are_too_short() {
     let cut = level(Front::Hides).cut(&frame, &stage.settings);
     let mut picture = vec![0; 101];
     cut.draw(&mut picture, &[Sample::default(); 4]);
-    let few = slopes::slopes(&cut.asked, &[Sample::default(); 4], 0, 1.0);
+    let few = slopes::slopes(&cut.asked, &[Sample::default(); 4], 0);
     few.draw(&mut picture, &cut.asked);
     cells::draw(&mut picture, 0, &cut.asked, &[None; 5], 0, true);
     objects::outline(&mut picture, &frame, 1);

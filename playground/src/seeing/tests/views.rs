@@ -32,7 +32,7 @@ fn a_stated_slope_that_does_not_hold_is_marked_where_it_does_not() {
     let asked = upright().cut(&frame, &stage.settings).asked;
     let samples = stage.ask(&asked);
     let bound = stage.bound();
-    let found = slopes(&asked, &samples, 96, bound);
+    let found = slopes(&asked, &samples, 96);
     let (mut right, mut left) = (0, 0);
     for (&[x, y, _], &slope) in asked.points.iter().zip(&found.slopes) {
         let within = x.hypot(y) < 1.4 && x.hypot(y) > 0.05;
@@ -68,7 +68,7 @@ fn slopes_that_hold_are_marked_nowhere_and_slow_ones_told() {
         let surface = Asked::on_surface(&frame, &stage.settings);
         assert!(surface.points.len() > 200, "{steep}");
         let samples = stage.ask(&surface);
-        let count = slopes(&surface, &samples, 64, bound).count;
+        let count = slopes(&surface, &samples, 64).count;
         let expected = if slow { count.points } else { 0 };
         assert_eq!(
             (count.steep, count.jumps, count.slow),

@@ -189,12 +189,12 @@ fn entries_body(p: &Packet, points: &mut Points) {
 /// Whether a ray meets nothing in the `left` of its way through a leaf, at a point with this field where it
 /// would take a `step`; the field falls no faster than `fall`.
 #[inline(always)]
-pub(super) fn passes(radius: f32, step: f32, fall: f32, left: f32, enough: f32) -> bool {
+pub(super) fn passes(radius: f32, step: f32, fall: f32, left: f32) -> bool {
     // What is left lies in the ball around the point: there is nothing there.
     let covered = (radius >= left) | (left <= 0.0);
-    // Nor is there where the field does not fall fast enough.
+    // Nor is there where the field does not fall fast enough to change its sign.
     let last = radius - fall * left;
-    covered | (last > enough * marching::LEFT as f32) & (step > 0.0)
+    covered | (last > 0.0) & (step > 0.0)
 }
 
 widest! {
@@ -213,11 +213,9 @@ fn pass_body(f: &Frame, cell: &Cell, values: &Column, p: &mut Packet) -> u64 {
         let change = change(cell, way, p.side.0[i]);
         let (t, distance) = (p.enter.0[i], values.0[i]);
         let side = side_from(p.steps.0[i], t, distance, p.side.0[i]);
-        let radius = distance * side * (f.inverse_slope / change.slope);
-        let half = camera::half_pixel(t, f.footprint, f.footprint_growth);
-        let enough = marching::threshold(t, half, f.cone, f.rounding);
+        let radius = distance * side / change.slope;
         let left = p.exit.0[i] - t;
-        let through = passes(radius, radius, change.fall / change.slope, left, enough);
+        let through = passes(radius, radius, change.fall / change.slope, left);
         // Comparing with NaN is false.
         let apart = radius >= marching::rounding_at(t, f.rounding);
         let crosses = p.enter.0[i] <= p.exit.0[i];

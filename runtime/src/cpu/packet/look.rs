@@ -4,8 +4,6 @@ use super::{Inside, whole_chunks};
 use crate::cpu::march::outcome;
 use crate::cpu::{Boxes, Range};
 use sdfc_shaders::camera;
-use sdfc_shaders::layout::Frame;
-use sdfc_shaders::marching;
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
 use sdfc_vm::widest;
@@ -31,22 +29,17 @@ fn spans_body(b: &Inside, count: usize, boxes: &mut Boxes) {
 }
 
 widest! {
-    /// Lets those rays through that stay farther from the surface than where they would stop.
-    pub(super) fn rule_out(
-        frame: &Frame, range: &Range, count: usize, inside: &mut Inside,
-    ) = rule_out_body;
+    /// Lets those rays through along which the field cannot change its sign.
+    pub(super) fn rule_out(range: &Range, count: usize, inside: &mut Inside) = rule_out_body;
 }
 
 #[inline(always)]
-fn rule_out_body(f: &Frame, [low, high]: &Range, count: usize, b: &mut Inside) {
+fn rule_out_body([low, high]: &Range, count: usize, b: &mut Inside) {
     for i in 0..whole_chunks(count) {
         let slope = b.slope.0[i];
-        let factor = f.inverse_slope / slope;
-        let half = camera::half_pixel(b.leave.0[i], f.footprint, f.footprint_growth);
-        let enough = marching::threshold(b.leave.0[i], half, f.cone, f.rounding);
         let outside = b.side.0[i] > 0.0;
         let nearest = if outside { low.0[i] } else { -high.0[i] };
-        let clear = nearest * factor > enough * marching::LEFT as f32;
+        let clear = nearest > 0.0;
         b.outcome.0[i] = if clear {
             outcome::THROUGH
         } else {

@@ -1,7 +1,8 @@
 //! Rays that hit in a leaf, on their way to the root.
 
 use super::{Roots, whole_chunks};
-use crate::cpu::{Column, LANES, Points};
+use crate::cpu::lanes::is_nan;
+use crate::cpu::{Column, Points};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::Frame;
 use sdfc_shaders::marching;
@@ -10,25 +11,12 @@ use sdfc_vm::vector::V3;
 use sdfc_vm::widest;
 
 widest! {
-    /// How far the steps to the root may go.
-    pub(super) fn begin_roots(frame: &Frame, roots: &mut Roots) = begin_roots_body;
-}
-
-#[inline(always)]
-fn begin_roots_body(f: &Frame, b: &mut Roots) {
-    for i in 0..LANES {
-        let half = camera::half_pixel(b.t.0[i], f.footprint, f.footprint_growth);
-        b.reach.0[i] = marching::secant_reach(b.t.0[i], b.t_other.0[i], half, f.rounding, 0.0);
-    }
-}
-
-widest! {
-    /// Where the roots are guessed to be; whether any of them is still to be found.
+    /// Where the roots are estimated to be; whether any of them is still to be found.
     pub(super) fn place_roots(frame: &Frame, roots: &Roots, count: usize, points: &mut Points) -> bool =
         place_roots_body;
 }
 
-/// The guess for a root, kept within its leaf.
+/// The estimate of a root, kept within its leaf.
 #[inline(always)]
 fn guess(b: &Roots, i: usize) -> f32 {
     let guess = marching::secant_guess(
@@ -36,7 +24,6 @@ fn guess(b: &Roots, i: usize) -> f32 {
         b.field.0[i],
         b.t_other.0[i],
         b.field_other.0[i],
-        b.reach.0[i],
     );
     Real::max(Real::min(guess, b.high.0[i]), b.low.0[i])
 }
@@ -67,7 +54,7 @@ widest! {
 #[inline(always)]
 fn step_roots_body(f: &Frame, values: &Column, count: usize, b: &mut Roots) {
     for i in 0..whole_chunks(count) {
-        let factor = f.inverse_slope / b.slope.0[i];
+        let factor = 1.0 / b.slope.0[i];
         let field = values.0[i] * b.side.0[i] * factor;
         let best = marching::secant_step(
             b.t.0[i],
@@ -78,9 +65,8 @@ fn step_roots_body(f: &Frame, values: &Column, count: usize, b: &mut Roots) {
             field,
         );
         let rounding = marching::rounding_at(b.t.0[i], f.rounding);
-        // What is settled stays; comparing with NaN is false, so a guess without a value is not
-        // taken.
-        let keep = marching::settled(b.field.0[i], rounding) > 0.0;
+        // What is settled stays, and an estimate without a value is not taken.
+        let keep = (marching::settled(b.field.0[i], rounding) > 0.0) | is_nan(field);
         b.t_other.0[i] = if keep { b.t_other.0[i] } else { best.t_other };
         b.field_other.0[i] = if keep {
             b.field_other.0[i]
