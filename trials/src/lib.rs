@@ -5,10 +5,14 @@
 //! spoils texts and files. A check of [`checks`] takes an input and panics where a promise is broken.
 //! [`campaign`] runs a check on many seeds. The tests of this crate run a share of each; the targets
 //! in `fuzz/` run the same checks on what libFuzzer makes.
+//!
+//! An [`oracle`] tells the surface that a ray through a scene really meets. It shares the language
+//! with the engines and nothing else.
 
 pub mod campaign;
 pub mod checks;
 pub mod damage;
+pub mod oracle;
 pub mod programs;
 pub mod random;
 pub mod scenes;

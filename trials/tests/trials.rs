@@ -6,6 +6,8 @@ mod damage;
 mod found;
 #[path = "trials/limits.rs"]
 mod limits;
+#[path = "trials/oracle.rs"]
+mod oracle;
 #[path = "trials/programs.rs"]
 mod programs;
 #[path = "trials/scenes.rs"]

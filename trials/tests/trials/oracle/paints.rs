@@ -1,0 +1,238 @@
+//! Paints that surfaces show.
+
+use super::{Point, beyond, compiled, files, norm, oracle, point, read, scene};
+use sdfc_compiler::scene::Scene;
+use sdfc_trials::oracle::{Oracle, Trace};
+use sdfc_trials::random::Random;
+use sdfc_vm::dual::Dual;
+use sdfc_vm::lanes::{Points, seeded};
+use sdfc_vm::surface::{ID, Surfaces};
+use sdfc_vm::tape::Tape;
+use sdfc_vm::tape::machine::Machine;
+
+/// Scenes whose paints meet in blends, in which engines mix them.
+const BLENDED: &[&str] = &["blends"];
+/// Rays per scene.
+const DEFAULT_RAYS_PER_SCENE: usize = 400;
+
+/// The name of the material at a point, which is empty for none.
+fn name(scene: &Scene, p: Point) -> String {
+    let material = oracle(scene).material(p);
+    material.map_or(String::new(), |id| {
+        scene.materials[id.0 as usize].name.clone()
+    })
+}
+
+fn demand(text: &str, expected: &[(Point, &str)]) {
+    let paints = "material red { color: #ff0000 }\nmaterial blue { color: #0000ff }\n";
+    let scene = scene(&format!("{paints}{text}"));
+    for &(p, material) in expected {
+        assert_eq!(name(&scene, p), material, "{text} at {p:?}");
+    }
+}
+
+#[test]
+fn of_a_union_the_nearer_operand_shows_and_of_equal_ones_the_first() {
+    let right = [1.5, 0.0, 0.0];
+    let left = [-1.5, 0.0, 0.0];
+    demand(
+        "sphere(1).translate(0.5, 0, 0).material(red) | sphere(1).translate(-0.5, 0, 0).material(blue)",
+        &[
+            (right, "red"),
+            (left, "blue"),
+            ([0.0, 0.5_f64.sqrt(), 0.5], "red"),
+        ],
+    );
+    demand(
+        "box(3).material(red) | box(3).material(blue)",
+        &[(right, "red")],
+    );
+    demand("box(3) | box(3).material(blue)", &[(right, "")]);
+    demand("box(3).material(blue) | box(3)", &[(right, "blue")]);
+}
+
+#[test]
+fn of_paints_within_each_other_the_outermost_shows() {
+    let top = [0.0, 0.5, 0.0];
+    demand(
+        "box(1).material(red).translate(0, 0, 0).material(blue)",
+        &[(top, "blue")],
+    );
+    demand(
+        "(box(1).material(red) | sphere(0.4)).material(blue)",
+        &[(top, "blue")],
+    );
+}
+
+#[test]
+fn what_has_no_paint_only_cuts() {
+    let (face, wall) = ([1.0, 0.9, 0.0], [0.5, 0.0, 0.0]);
+    let hole = "cylinder(r: 0.5, h: 4)";
+    demand(
+        &format!("box(2).material(red) - {hole}"),
+        &[(face, "red"), (wall, "red")],
+    );
+    demand(
+        &format!("box(2).material(red) - {hole}.material(blue)"),
+        &[(face, "red"), (wall, "blue")],
+    );
+    demand(
+        &format!("box(2) - {hole}.material(blue)"),
+        &[(face, "blue"), (wall, "blue")],
+    );
+    demand(
+        "box(2).material(red) & sphere(1.2).material(blue)",
+        &[
+            ([1.0, 0.3, 0.2], "red"),
+            ([0.0, 0.9, 0.63_f64.sqrt()], "blue"),
+        ],
+    );
+    // Where both surfaces are, the first shows.
+    demand(
+        "box(2).material(red) & box(2).material(blue)",
+        &[(face, "red")],
+    );
+}
+
+#[test]
+fn copies_and_frames_show_the_paint_of_their_own_points() {
+    demand(
+        "(sphere(0.2).material(red) | sphere(0.2).translate(0.4, 0, 0).material(blue)).repeat([2, 0, 0])",
+        &[
+            ([4.0, 0.2, 0.0], "red"),
+            ([4.4, 0.2, 0.0], "blue"),
+            ([-1.6, 0.2, 0.0], "blue"),
+        ],
+    );
+    demand(
+        "(box(1).material(red) | box(1).translate(1, 0, 0).material(blue)).scale(0.1).rotate(90deg, Z)",
+        &[([0.05, 0.0, 0.0], "red"), ([0.05, 0.1, 0.0], "blue")],
+    );
+}
+
+/// The materials that engines show, by their numbers.
+struct Engine<'m> {
+    program: &'m sdfc_vm::program::Program,
+    tape: Tape,
+    machine: Machine<Dual<f32>, Surfaces>,
+}
+
+impl<'m> Engine<'m> {
+    fn new(program: &'m sdfc_vm::program::Program) -> Self {
+        let tape = Tape::of(program);
+        let machine = Machine::new(tape.values, tape.points);
+        Self {
+            program,
+            tape,
+            machine,
+        }
+    }
+
+    fn material(&mut self, p: Point) -> u32 {
+        let mut points = Points::default();
+        for axis in 0..3 {
+            points[axis].0.fill(p[axis] as f32);
+        }
+        *self.machine.seed() = seeded(&points);
+        self.machine.run(self.program, &self.tape.clauses, 1);
+        self.machine.attachment().surface()[ID].0[0] as u32
+    }
+}
+
+/// Tells if a point of the surface is on no border of paints.
+fn is_plain(oracle: &Oracle, p: Point) -> bool {
+    let here = oracle.material(p);
+    let mut r = Random::new(8);
+    (0..12).all(|_| {
+        let by = point(&mut r, 1e-3);
+        oracle.material([0, 1, 2].map(|i| p[i] + by[i])) == here
+    })
+}
+
+/// A place at which an engine shows another paint than the oracle, if rays meet one.
+fn difference(scene: Scene) -> Option<String> {
+    let oracle = oracle(&scene);
+    let materials = scene.materials.clone();
+    let is_plane = scene.plane;
+    let compiled = compiled(scene);
+    let program = compiled.module.surface.as_ref().filter(|_| !is_plane)?;
+    let mut engine = Engine::new(program);
+    let mut r = Random::new(9);
+    let (mut count, mut first) = (0, None);
+    for _ in 0..DEFAULT_RAYS_PER_SCENE {
+        let (origin, target) = (point(&mut r, 6.0), point(&mut r, 2.0));
+        let way = [0, 1, 2].map(|i| target[i] - origin[i]);
+        let length = norm(way);
+        let direction = way.map(|v| v / length);
+        let Trace::Hit { t, .. } = oracle.trace(origin, direction, [0.0, 20.0]) else {
+            continue;
+        };
+        let p = beyond(origin, direction, t);
+        if !is_plain(&oracle, p) {
+            continue;
+        }
+        let (truth, shown) = (oracle.material(p).map_or(0, |id| id.0), engine.material(p));
+        if truth != shown {
+            count += 1;
+            first.get_or_insert((p, truth, shown));
+        }
+    }
+    let (p, truth, shown) = first?;
+    let [truth, shown] = [truth, shown].map(|id| &materials[id as usize].name);
+    Some(format!(
+        "{count} points, as {p:?}: `{shown}` and not `{truth}`"
+    ))
+}
+
+#[test]
+fn engines_show_the_paints_of_all_scenes() {
+    let mut wrong = Vec::new();
+    for path in files() {
+        let (scene, name) = read(&path);
+        if BLENDED.contains(&name.as_str()) || !oracle(&scene).is_definite() {
+            continue;
+        }
+        wrong.extend(difference(scene).map(|what| format!("{name}: {what}")));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Paints in combinations of two and three, and behind changes. An operand without paint cuts no
+/// more than one material here.
+const PAINTED: &[&str] = &[
+    "RED - CUT",
+    "RED - CUT - BLUE.translate(0, 1, 0)",
+    "RED - (CUT | BLUE.translate(0, 1, 0))",
+    "CUT - RED",
+    "RED & BLUE.translate(0.5, 0, 0)",
+    "RED | CUT",
+    "CUT | RED",
+    "xor(RED, BLUE.translate(0.5, 0, 0))",
+    "RED - CUT.translate(0.2, 0, 0).scale(1.2)",
+    "(RED - CUT) | BLUE.translate(1.5, 0, 0)",
+    "(RED | BLUE.translate(1, 0, 0)).offset(0.1)",
+    "(RED | BLUE.translate(1, 0, 0)).twist(30deg)",
+    "(RED | BLUE.translate(1, 0, 0)).mirror(X)",
+    "(RED | BLUE.translate(1, 0, 0)).translate(2, 0, 0).polar(3)",
+    "(RED | BLUE.translate(1, 0, 0)).repeat([3, 3, 3])",
+    "(RED | BLUE.translate(1, 0, 0)).displace(fn(p) => 0.02 * sin(9 * p.y))",
+    "(CUT | BLUE.translate(1, 0, 0)).material(red)",
+    "((RED - CUT) & sphere(0.8)) - BLUE.translate(0, 0.4, 0)",
+    "RED - (sphere(0.7) - BLUE.translate(0, 0.6, 0))",
+    "field(fn(p) => length(p) - 1, within: 3).material(red) - CUT",
+    "complement(BLUE) & RED.scale(1.3)",
+];
+
+#[test]
+fn engines_show_the_paints_of_combinations() {
+    let paints = "material red { color: #ff0000 }\nmaterial blue { color: #0000ff }\n";
+    let mut wrong = Vec::new();
+    for text in PAINTED {
+        let text = text.replace("RED", "box(1).material(red)");
+        let text = text.replace("BLUE", "box(0.9).material(blue)");
+        let text = text.replace("CUT", "cylinder(r: 0.4, h: 3)");
+        let found = difference(scene(&format!("{paints}{text}")));
+        wrong.extend(found.map(|what| format!("{text}: {what}")));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
