@@ -97,7 +97,6 @@ fn the_distance_is_that_of_the_scene() {
     let plain = plain.expect("compiles");
     let module = &origins.compiled.module;
     assert_eq!(module.distance, plain.module.distance);
-    assert_eq!(module.settings.slope, plain.module.settings.slope);
     assert_eq!(module.settings.params, plain.module.settings.params);
 }
 

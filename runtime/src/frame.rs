@@ -222,6 +222,8 @@ impl RenderSettings {
 pub struct FieldFacts {
     /// Whether the length of its gradient is not known to be about one: it holds raw fields.
     pub raw: bool,
+    /// Whether its values may be less than the distance, so that light has to check them.
+    pub checked: bool,
     /// The box that holds the solid.
     pub bounds: sdfc_vm::bounds::Bounds,
     /// The material, where there is only one and it is the same everywhere.

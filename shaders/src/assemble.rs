@@ -29,8 +29,8 @@
 //! The `edges` stage compares neighbours within a tile: tiles for it overlap by one pixel.
 
 use crate::features::{Features, MOST_LIGHTS, Mode, Normals, Occlusion, Shadow};
-use crate::layout::{self, Beam, Frame, Light, Ray, ShadowRay, Surface};
-use crate::{beam, functions, marching, normals, shadow};
+use crate::layout::{self, Beam, Frame, Light, OcclusionRay, Ray, ShadowRay, Surface};
+use crate::{beam, claim, functions, marching, normals, shadow};
 use sdfc_vm::prelude;
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -109,13 +109,13 @@ pub enum Slot {
     Rays = 2,
     /// What is left to do: the words of [`queue_front`], and two lists of indices.
     Queue = 3,
-    /// Four numbers per pixel: the normal, and one unused.
+    /// Four numbers per pixel: the normal, and the length of the gradient.
     Normals = 4,
     /// A [`Surface`] per pixel.
     Surfaces = 5,
     /// A [`ShadowRay`] per light and pixel, the pixels of one light together.
     Shadows = 6,
-    /// Two numbers per pixel: what is hidden, and how many taps were taken.
+    /// An [`OcclusionRay`] per pixel.
     Occlusion = 7,
     /// Four numbers per pixel: the sum of all samples.
     Colors = 8,
@@ -148,7 +148,7 @@ impl Slot {
             Self::Normals | Self::Colors => 16 * pixels,
             Self::Surfaces => size_of::<Surface>() as u64 * pixels,
             Self::Shadows => size_of::<ShadowRay>() as u64 * pixels * lights,
-            Self::Occlusion => 8 * pixels,
+            Self::Occlusion => size_of::<OcclusionRay>() as u64 * pixels,
             // A strip one pixel wide has a block for each eight of them.
             Self::Beams => size_of::<Beam>() as u64 * (pixels / 8 + 1),
         }
@@ -342,6 +342,8 @@ fn conditions(features: &Features) -> BTreeSet<&'static str> {
         ("occlusion", general || features.occlusion != Occlusion::Off),
         ("materials", features.materials),
         ("fog", features.fog),
+        ("checked", general || features.checked),
+        ("raw", general || features.raw),
         ("steps", mode == Mode::Steps),
         ("albedo", mode == Mode::Albedo),
         ("normal", mode == Mode::Normal),
@@ -470,6 +472,7 @@ const STRUCTS: &[(&str, &str)] = &[
     ("Beam", Beam::WGSL),
     ("Ray", Ray::WGSL),
     ("ShadowRay", ShadowRay::WGSL),
+    ("OcclusionRay", OcclusionRay::WGSL),
     ("Surface", Surface::WGSL),
 ];
 
@@ -522,6 +525,8 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("FOG", word(layout::FOG)),
         ("HEMISPHERE", word(layout::HEMISPHERE)),
         ("DONE", word(shadow::DONE)),
+        ("CHECKED", word(layout::CHECKED)),
+        ("NOTHING", format!("{:?}", claim::NOTHING)),
         ("SHADOW_NONE", word(Shadow::None as u32)),
         ("SHADOW_HARD", word(Shadow::Hard as u32)),
         ("SHADOW_PLAIN", word(Shadow::Plain as u32)),

@@ -1,6 +1,6 @@
 //! The bodies of this crate as WGSL: each is recorded under the name that kernels call it by.
 
-use crate::{beam, camera, marching, normals, occlusion, reflectance, shadow, sky, views};
+use crate::{beam, camera, claim, marching, normals, occlusion, reflectance, shadow, sky, views};
 use sdfc_vm::record::{Function, Recorded, Scalar, Type, record, record_struct};
 
 /// A function that kernels can call: its name, and how to record it.
@@ -80,8 +80,18 @@ functions! {
     facing = normals::facing(gradient, direction, side);
     bumped = normals::bumped(normal, bump);
     lift = normals::lift(p, half_pixel, rounding);
+    outside = normals::outside(rounding);
 
-    shadow_hard = shadow::hard(visibility, h, threshold);
+    claim_apart = claim::apart(value, rounding);
+    claim_place = claim::place(at, phase, value, gradient, apart);
+    claim_gradient = claim::gradient(gradient, phase, change, apart);
+    claim_decided = claim::decided(phase, field);
+    claim_distance = claim::distance(value, gradient, phase, last, before);
+
+    march_noise = marching::noise(rounding, slope, raw);
+    shadow_hard = shadow::hard(visibility, h, noise);
+    shadow_hurry = shadow::hurry(count);
+    shadow_claims = shadow::claims(visibility, h, t, size, noise);
     shadow_plain = shadow::plain(visibility, h, t, size);
     shadow_improved = shadow::improved(visibility, h, before, stride, t, size);
     shadow_sized = shadow::sized(visibility, h, t, size);
@@ -96,6 +106,7 @@ functions! {
     many_distance = occlusion::many_distance(index, place, reach);
     many_cosine = occlusion::many_cosine(index, count);
     occlusion_hidden = occlusion::hidden(field, height, distance, weight);
+    occlusion_claims = occlusion::claims(field, height, slope);
     occlusion_open = occlusion::open(hidden, weight);
 
     cosine_between = reflectance::cosine(a, b);

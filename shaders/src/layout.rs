@@ -148,6 +148,8 @@ shared! {
 pub const FOG: u32 = 1;
 /// Set in [`Frame::choices`] where occlusion looks all over the hemisphere.
 pub const HEMISPHERE: u32 = 2;
+/// Set in [`Frame::choices`] where values near surfaces are checked before they are taken for distances.
+pub const CHECKED: u32 = 4;
 
 shared! {
     /// Where cells are, and which are the first: see [`crate::interpreter::tape`].
@@ -304,16 +306,44 @@ shared! {
 shared! {
     /// A shadow ray under way, or its result.
     ShadowRay {
+        /// What is known of the gradient while a claim is checked; see [`crate::claim`].
+        gradient: vec3f,
+        /// The phase of that check.
+        phase: f32,
         /// How far it came.
         t: f32,
-        /// The radius of the ball at the point before.
+        /// The field at the point before.
         radius_before: f32,
         /// How far it went from there.
         stride: f32,
         /// What arrives of the light so far: 0 to 1, for a sized light -1 to 1.
         visibility: f32,
-        /// How many steps it took; [`crate::shadow::DONE`] is set when it has ended.
+        /// The field where a claim is checked.
+        value: f32,
+        /// The field beyond the surface that is claimed.
+        beyond: f32,
+        /// How many evaluations it took; [`crate::shadow::DONE`] is set when it has ended.
         steps: u32,
+        /// Unused.
+        reserved: u32,
+    }
+}
+
+shared! {
+    /// A look around from a surface under way, or its result.
+    OcclusionRay {
+        /// What is known of the gradient while a claim is checked; see [`crate::claim`].
+        gradient: vec3f,
+        /// The phase of that check.
+        phase: f32,
+        /// What is hidden so far.
+        hidden: f32,
+        /// The tap that is looked at.
+        tap: f32,
+        /// The field where a claim is checked.
+        value: f32,
+        /// The field beyond the surface that is claimed.
+        beyond: f32,
     }
 }
 

@@ -10,6 +10,7 @@
 pub mod assemble;
 pub mod beam;
 pub mod camera;
+pub mod claim;
 pub mod features;
 pub mod functions;
 pub mod interpreter;

@@ -93,16 +93,32 @@ pub fn tap_distance<R: Real>(p: R::Vec3, half_pixel: R, spread: R) -> R {
         .max(lit(1e-12))
 }
 
+/// How far before its end a ray takes the exact gradient, in units of what rounding can make of the field.
+const OUTSIDE_ROUNDINGS: f64 = 8.0;
+
+/// How far before its end a ray takes the exact gradient. Where two faces meet or coincide, the one that is
+/// seen decides the field just outside.
+#[inline(always)]
+pub fn outside<R: Real>(rounding: R) -> R {
+    rounding * lit(OUTSIDE_ROUNDINGS)
+}
+
 /// The direction of a gradient; where there is none (on an edge of the field, or beyond numbers),
-/// the direction back along the ray. `side` is −1 for rays that started inside.
+/// the direction back along the ray. A gradient that points along the ray, as that of a field without a sign
+/// may, is turned round. `side` is −1 for rays that started inside.
 #[inline(always)]
 pub fn facing<R: Real>(gradient: R::Vec3, direction: R::Vec3, side: R) -> R::Vec3 {
     // Scaled first: squares of the small differences between taps can vanish.
     let largest = gradient.abs().max_component().named("largest");
     let known = R::and(lit::<R>(1e-30).less(largest), largest.less(lit(1e30)));
     let scale = side / R::select(known, largest, lit(1.0));
-    R::Vec3::select(known, gradient * scale, -direction).normalize()
+    let normal = R::Vec3::select(known, gradient * scale, -direction).normalize();
+    let away = lit::<R>(MOST_AWAY).less(normal.dot(direction));
+    normal * R::select(away, lit(-1.0), lit(1.0))
 }
+
+/// The largest cosine between a normal and its ray that rounding and bent surfaces may cause.
+const MOST_AWAY: f64 = 0.05;
 
 /// The normal of a surface that seems displaced by a height with the gradient `bump`.
 #[inline(always)]

@@ -32,7 +32,7 @@
 //! that a kernel need not look them up.
 
 use crate::kernel::Kernel;
-use crate::row::Output;
+use crate::row::{Category, Exactness, Output};
 use crate::settings::Settings;
 use crate::tape::steep::is_raw;
 use crate::table::{Op, ROWS};
@@ -257,6 +257,25 @@ impl Instruction {
     }
 }
 
+/// Whether an operation's value may be less than the distance to what it makes: intersections and what
+/// [`Exactness`] says so of. Unions and soft blends of them fall short by no more than the blend is thick.
+fn falls_short(op: Op) -> bool {
+    let meta = &op.row().meta;
+    let is_union = meta.category == Category::Combine
+        && match meta.blend {
+            Some(blend) => blend.sign > 0.0,
+            None => matches!(
+                meta.bounds,
+                crate::row::BoundsRule::Hull | crate::row::BoundsRule::HullGrown(_)
+            ),
+        };
+    match meta.category {
+        Category::Combine => !is_union || op == Op::Xor,
+        Category::Math => false,
+        _ => matches!(meta.exactness, Exactness::Bound | Exactness::Field),
+    }
+}
+
 /// A number of the pool that follows the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Patch {
@@ -293,6 +312,39 @@ impl Program {
         self.code
             .iter()
             .any(|i| matches!(i.code, Code::Op(op) if is_raw(op)))
+    }
+
+    /// Whether its value may be less than the distance to the surface, as those of cuts are.
+    pub fn is_bound(&self) -> bool {
+        let cuts = |place: Place| match place {
+            Place::Push => false,
+            Place::Blend { index, .. } => self.pool[index as usize][0] < 0.0,
+        };
+        let stretches = |frame: Frame| match frame {
+            Frame::Same | Frame::Moved(_) => false,
+            Frame::Mapped(index) => !self.is_even(index as usize),
+        };
+        self.code.iter().any(|i| {
+            let falls_short = match i.code {
+                Code::Op(op) => falls_short(op),
+                _ => false,
+            };
+            falls_short || cuts(i.place) || stretches(i.frame)
+        })
+    }
+
+    /// Whether a frame stretches all directions alike.
+    fn is_even(&self, index: usize) -> bool {
+        let column = |c: usize| [0, 1, 2].map(|r| f64::from(self.pool[index + r][c]));
+        let dot = |a: usize, b: usize| -> f64 {
+            column(a).iter().zip(column(b)).map(|(a, b)| a * b).sum()
+        };
+        let size = dot(0, 0);
+        let near = |value: f64, wanted: f64| (value - wanted).abs() <= 1e-4 * size;
+        (1..3).all(|c| near(dot(c, c), size))
+            && near(dot(0, 1), 0.0)
+            && near(dot(0, 2), 0.0)
+            && near(dot(1, 2), 0.0)
     }
 
     /// What a kernel has to provide to run this program.

@@ -175,6 +175,7 @@ fn spacing(settings: &RenderSettings) -> f32 {
     };
     let nothing_known = FieldFacts {
         raw: false,
+        checked: false,
         bounds: Bounds::EVERYTHING,
         material: None,
     };

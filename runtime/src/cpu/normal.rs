@@ -8,8 +8,9 @@ use super::{Asked, Column, Evaluator, LANES, Points};
 use crate::cells::Region;
 use sdfc_shaders::features::Normals;
 use sdfc_shaders::layout::{Frame, Surface};
-use sdfc_shaders::marching::FROM_INSIDE;
+use sdfc_shaders::marching::{self, FROM_INSIDE};
 use sdfc_shaders::{camera, normals};
+use sdfc_vm::real::Vector3;
 use sdfc_vm::surface::{NUMBERS, SurfaceBlock};
 use sdfc_vm::vector::V3;
 use sdfc_vm::widest;
@@ -43,7 +44,11 @@ pub(super) fn find(
         evaluator.focus(announced.then_some(region));
         for (lane, &item) in items.iter().enumerate() {
             apart.0[lane] = tap_distance(frame, method, tile, item);
-            set(&mut points, lane, tile.points[item as usize]);
+            let at = match method {
+                Normals::Exact => outside(frame, tile, item),
+                _ => tile.points[item as usize],
+            };
+            set(&mut points, lane, at);
         }
         repeat_first(&mut points, items.len());
         if method == Normals::Exact {
@@ -60,7 +65,7 @@ pub(super) fn find(
                 }
             }
         }
-        keep(frame, items, &mut gradients, tile);
+        keep(frame, items, method, &mut gradients, tile);
     }
     tile.shown = shown;
     evaluator.focus(None);
@@ -74,12 +79,20 @@ fn tap_distance(frame: &Frame, method: Normals, tile: &Tile, item: u32) -> f32 {
     normals::tap_distance::<f32>(p, half, normals::spread(method))
 }
 
+/// The point just outside of a pixel's surface at which its exact gradient is taken.
+fn outside(frame: &Frame, tile: &Tile, item: u32) -> V3<f32> {
+    let t = tile.rays[item as usize].t;
+    let before = t - normals::outside(marching::rounding_at(t, frame.rounding));
+    let camera = camera_ray(frame, tile.pixels[item as usize]);
+    camera::along::<f32>(camera.origin, camera.direction, before)
+}
+
 /// Finds exact normals by the tapes of the leaves in which rays ended: those whose tape is the same are
 /// done together.
 fn by_leaf(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator) {
     let leaf_of = |&item: &u32| {
         let leaf = tile.leaves[item as usize];
-        let held = leaf != NO_LEAF && evaluator.holds(leaf, tile.points[item as usize].to_array());
+        let held = leaf != NO_LEAF && evaluator.holds(leaf, outside(frame, tile, item).to_array());
         let tape = held.then(|| evaluator.tape_of(leaf));
         (tape, leaf, item)
     };
@@ -93,7 +106,7 @@ fn by_leaf(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator) {
             let (tape, leaf, _) = group[0];
             for (lane, &(.., item)) in group.iter().enumerate() {
                 together[lane] = item;
-                set(&mut points, lane, tile.points[item as usize]);
+                set(&mut points, lane, outside(frame, tile, item));
             }
             repeat_first(&mut points, group.len());
             if tape.is_none() {
@@ -101,13 +114,27 @@ fn by_leaf(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator) {
             } else {
                 evaluator.gradients_in(leaf, &points, group.len(), &mut gradients);
             }
-            keep(frame, &together[..group.len()], &mut gradients, tile);
+            let items = &together[..group.len()];
+            keep(frame, items, Normals::Exact, &mut gradients, tile);
         }
     }
 }
 
-/// Keeps the normals of pixels with these gradients.
-fn keep(frame: &Frame, items: &[u32], gradients: &mut [Column; 4], tile: &mut Tile) {
+/// Keeps the normals of pixels with these gradients, and the lengths of those that are exact.
+fn keep(
+    frame: &Frame,
+    items: &[u32],
+    method: Normals,
+    gradients: &mut [Column; 4],
+    tile: &mut Tile,
+) {
+    if method == Normals::Exact {
+        for (lane, &item) in items.iter().enumerate() {
+            let [x, y, z, _] = &*gradients;
+            let gradient = V3::of(x.0[lane], y.0[lane], z.0[lane]);
+            tile.slopes[item as usize] = gradient.length();
+        }
+    }
     let mut pixels = Points::default();
     for (lane, &item) in items.iter().enumerate() {
         pixels[0].0[lane] = tile.pixels[item as usize][0];

@@ -5,27 +5,33 @@ use super::march::vector;
 use super::{Column, LANES, Points};
 use sdfc_shaders::layout::{Frame, Ray};
 use sdfc_shaders::marching::{self, FROM_INSIDE};
-use sdfc_shaders::{camera, occlusion};
+use sdfc_shaders::{camera, claim, occlusion};
 use sdfc_vm::vector::V3;
 
 lanes! {
     /// Surfaces that are looked around from.
-    OcclusionLanes { x, y, z, normal_x, normal_y, normal_z, place_x, place_y, hidden, index, side, unsure }
+    OcclusionLanes {
+        x, y, z, normal_x, normal_y, normal_z, place_x, place_y, hidden, index, side, unsure, slope,
+        phase, value, beyond, gradient_x, gradient_y, gradient_z,
+    }
 }
 
 /// Surfaces that are looked around from: over the hemisphere, or (`MANY` is false) along the
-/// normal. Items are places in the tile.
-pub(super) struct Look<'a, const MANY: bool> {
+/// normal; with values of raw fields checked before they are taken for distances (`RAW`), or not. Items are
+/// places in the tile.
+pub(super) struct Look<'a, const MANY: bool, const RAW: bool> {
     pub(super) frame: &'a Frame,
     pub(super) taps: u32,
     pub(super) pixels: &'a [[f32; 2]],
     pub(super) points: &'a [V3<f32>],
     pub(super) rays: &'a [Ray],
     pub(super) normals: &'a [[f32; 3]],
+    /// The lengths of the gradients there.
+    pub(super) slopes: &'a [f32],
     pub(super) open: &'a mut [f32],
 }
 
-impl<const MANY: bool> Walk for Look<'_, MANY> {
+impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
     type Block = OcclusionLanes;
 
     fn begin(&mut self, item: u32, b: &mut OcclusionLanes, lane: usize) -> bool {
@@ -38,6 +44,9 @@ impl<const MANY: bool> Walk for Look<'_, MANY> {
         b.normal_y.0[lane] = normal.y;
         b.normal_z.0[lane] = normal.z;
         [b.place_x.0[lane], b.place_y.0[lane]] = self.pixels[item];
+        b.slope.0[lane] = self.slopes[item];
+        b.phase.0[lane] = 0.0;
+        b.value.0[lane] = 0.0;
         b.hidden.0[lane] = 0.0;
         b.index.0[lane] = 0.0;
         // What rounding may take from the field counts as open.
@@ -69,7 +78,14 @@ impl<const MANY: bool> Walk for Look<'_, MANY> {
                     occlusion::five_distance(index, self.frame.occlusion_reach),
                 )
             };
-            let q = camera::along::<f32>(p, direction, distance);
+            let at = camera::along::<f32>(p, direction, distance);
+            let q = if RAW {
+                let value = b.value.0[i];
+                let apart = claim::apart(value, b.unsure.0[i]);
+                claim::place::<f32>(at, b.phase.0[i], value, gradient_of(b, i), apart)
+            } else {
+                at
+            };
             points[0].0[i] = q.x;
             points[1].0[i] = q.y;
             points[2].0[i] = q.z;
@@ -81,17 +97,28 @@ impl<const MANY: bool> Walk for Look<'_, MANY> {
         let (count, pass) = (self.taps as f32, self.frame.sample as f32);
         for (i, ended) in ended.iter_mut().enumerate() {
             let index = b.index.0[i];
-            let field = values.0[i] * b.side.0[i] + b.unsure.0[i];
-            let hidden = if MANY {
+            let mut field = values.0[i] * b.side.0[i];
+            let (distance, height, weight) = if MANY {
                 let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
                 let distance = occlusion::many_distance(index, place, self.frame.occlusion_reach);
-                let height = distance * occlusion::many_cosine(index, count);
-                occlusion::hidden(field, height, distance, 1.0)
+                (distance, distance * occlusion::many_cosine(index, count), 1.0)
             } else {
                 let distance = occlusion::five_distance(index, self.frame.occlusion_reach);
-                occlusion::hidden(field, distance, distance, occlusion::five_weight(index))
+                (distance, distance, occlusion::five_weight(index))
             };
-            b.hidden.0[i] += if is_nan(field) { 0.0 } else { hidden };
+            let nan = is_nan(field);
+            if RAW & !nan {
+                match check(b, i, field, height) {
+                    Some(found) => field = found,
+                    None => {
+                        *ended = false;
+                        continue;
+                    }
+                }
+            }
+            let hidden = occlusion::hidden(field + b.unsure.0[i], height, distance, weight);
+            b.hidden.0[i] += if nan { 0.0 } else { hidden };
+            b.phase.0[i] = 0.0;
             b.index.0[i] = index + 1.0;
             *ended = index + 1.0 >= count;
         }
@@ -100,4 +127,46 @@ impl<const MANY: bool> Walk for Look<'_, MANY> {
     fn end(&mut self, item: u32, b: &OcclusionLanes, lane: usize) {
         self.open[item as usize] = occlusion::open(b.hidden.0[lane], self.frame.occlusion_weight);
     }
+}
+
+/// What is known of the gradient in a lane.
+#[inline(always)]
+fn gradient_of(b: &OcclusionLanes, i: usize) -> V3<f32> {
+    V3::of(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
+}
+
+/// Takes an evaluation at a tap of this height into account; the phases are those of [`claim`]. Gives how far
+/// a surface is, once that is known.
+#[inline(always)]
+fn check(b: &mut OcclusionLanes, i: usize, field: f32, height: f32) -> Option<f32> {
+    let phase = b.phase.0[i];
+    if phase == 0.0 {
+        if occlusion::claims(field, height, b.slope.0[i]) == 0.0 {
+            return Some(if field > 0.0 { height } else { field });
+        }
+        b.value.0[i] = field;
+        b.phase.0[i] = 1.0;
+        b.gradient_x.0[i] = 0.0;
+        b.gradient_y.0[i] = 0.0;
+        b.gradient_z.0[i] = 0.0;
+        return None;
+    }
+    let value = b.value.0[i];
+    if phase < 3.5 {
+        let apart = claim::apart(value, b.unsure.0[i]);
+        let gradient = claim::gradient::<f32>(gradient_of(b, i), phase, field - value, apart);
+        b.gradient_x.0[i] = gradient.x;
+        b.gradient_y.0[i] = gradient.y;
+        b.gradient_z.0[i] = gradient.z;
+        b.phase.0[i] = phase + 1.0;
+        return None;
+    }
+    if claim::decided(phase, field) == 0.0 {
+        b.beyond.0[i] = field;
+        b.phase.0[i] = claim::LAST_PHASE;
+        return None;
+    }
+    b.phase.0[i] = 0.0;
+    let gradient = gradient_of(b, i);
+    Some(claim::distance::<f32>(value, gradient, phase, field, b.beyond.0[i]))
 }

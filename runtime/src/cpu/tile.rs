@@ -61,6 +61,8 @@ pub(super) struct Tile {
     /// Where the surfaces are.
     pub(super) points: Vec<V3<f32>>,
     pub(super) normals: Vec<[f32; 3]>,
+    /// The lengths of the field's gradients there.
+    pub(super) slopes: Vec<f32>,
     pub(super) surfaces: Vec<Surface>,
     /// What arrives of each light.
     pub(super) arriving: Vec<Vec<f32>>,
@@ -147,6 +149,8 @@ impl Tile {
         self.rays.resize(count, Ray::default());
         self.points.resize(count, V3::default());
         self.normals.resize(count, [0.0; 3]);
+        self.slopes.clear();
+        self.slopes.resize(count, 1.0);
         self.surfaces.resize(count, Surface::default());
         self.open.resize(count, 1.0);
         self.arriving.resize(picture.lights.len(), Vec::new());
@@ -179,7 +183,10 @@ impl Tile {
                 Stage::Shadow => {
                     let forms = features.lights.iter().zip(&picture.lights).enumerate();
                     forms
-                        .map(|(i, (&form, light))| shadow::cast(f, light, i, form, self, evaluator))
+                        .map(|(i, (&form, light))| {
+                            let form = (form, features.checked);
+                            shadow::cast(f, light, i, form, self, evaluator)
+                        })
                         .sum()
                 }
                 Stage::Occlusion => self.look_around(f, features, evaluator),
@@ -337,18 +344,21 @@ impl Tile {
         }
         let together = evaluator.blocks(Asked::Distances) > 1;
         if !together {
-            let regions = self.regions_of(&self.shown, frame.occlusion_reach);
+            // Claims are checked beyond the taps.
+            let beyond = if features.raw { 1.6 } else { 1.0 };
+            let regions = self.regions_of(&self.shown, frame.occlusion_reach * beyond);
             evaluator.announce(Asked::Distances, &regions);
         }
         macro_rules! look {
-            ($many:literal) => {{
-                let mut walk = Look::<$many> {
+            ($many:literal, $raw:literal) => {{
+                let mut walk = Look::<$many, $raw> {
                     frame,
                     taps: features.occlusion.taps(),
                     pixels: &self.pixels,
                     points: &self.points,
                     rays: &self.rays,
                     normals: &self.normals,
+                    slopes: &self.slopes,
                     open: &mut self.open,
                 };
                 if together {
@@ -363,8 +373,10 @@ impl Tile {
             }};
         }
         let evaluations = match features.occlusion {
-            Occlusion::Multi(_) => look!(true),
-            _ => look!(false),
+            Occlusion::Multi(_) if features.raw => look!(true, true),
+            Occlusion::Multi(_) => look!(true, false),
+            _ if features.raw => look!(false, true),
+            _ => look!(false, false),
         };
         evaluator.focus(None);
         evaluations

@@ -226,7 +226,9 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         occlusion_taps: settings.occlusion.taps() as f32,
         normal_spread: normals::spread(settings.normals),
         normal_taps: normals::first_in_table(settings.normals) as u32,
-        choices: choice(foggy, layout::FOG) | choice(hemisphere, layout::HEMISPHERE),
+        choices: choice(foggy, layout::FOG)
+            | choice(hemisphere, layout::HEMISPHERE)
+            | choice(facts.checked, layout::CHECKED),
         ..layout::Frame::default()
     };
     let features = Features {
@@ -240,6 +242,8 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         normals: settings.normals,
         materials: facts.material.is_none(),
         fog: foggy,
+        checked: facts.checked,
+        raw: facts.raw,
         plane: settings.plane,
         general: false,
     };

@@ -303,12 +303,12 @@ fn long_program(count: usize) -> String {
 fn a_march_longer_than_any_loop_may_be() {
     // 1,500 instructions and rays of up to some hundred steps: a single loop over all steps would
     // pass the 65,535 rounds after which software devices stop it.
-    let mut scene = module(&long_program(1500), None);
+    // Steps half as long as they may be.
+    let halved = format!("{}\nscale_distance [0.5]", long_program(1500));
+    let mut scene = module(&halved, None);
     scene.settings.lights.truncate(0);
     scene.settings.render.occlusion = sdfc_vm::settings::Occlusion::Off;
     scene.settings.render.size = [24, 16];
-    // Steps half as long.
-    scene.settings.slope = 2.0;
     let Some(interp) = interp() else { return };
     let settings = drawn(&scene, &[]);
     let mut engines = [cpu(), interp];

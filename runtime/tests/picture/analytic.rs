@@ -16,10 +16,6 @@ pub(crate) trait Formula: Sync {
     fn surface(&self, _p: [f32; 3], _normal: [f32; 3]) -> Option<Surface> {
         None
     }
-    /// A bound on the slope.
-    fn slope(&self) -> f32 {
-        1.0
-    }
     /// The box around the solid.
     fn bounds(&self) -> Bounds {
         Bounds::EVERYTHING
@@ -35,7 +31,8 @@ impl<F: Formula> Field for Analytic<F> {
     fn facts(&self) -> FieldFacts {
         let uniform = self.0.surface([0.0; 3], [0.0, 1.0, 0.0]).is_none();
         FieldFacts {
-            slope: self.0.slope(),
+            raw: false,
+            checked: false,
             bounds: self.0.bounds(),
             material: uniform.then_some(CLAY),
         }

@@ -13,10 +13,14 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         return;
     }
     let camera = camera_ray(item.pixel);
-    let p = along(camera.origin, camera.direction, ray.t);
 #if exact
-    let gradient = scene_gradient(p).xyz;
+    // Just outside, where of two faces that meet the visible one counts.
+    let before = ray.t - outside(rounding_at(ray.t, frame.rounding));
+    let gradient = scene_gradient(along(camera.origin, camera.direction, before)).xyz;
+    let slope = length3(gradient);
 #else
+    let p = along(camera.origin, camera.direction, ray.t);
+    let slope = 1.0;
     let half = half_pixel(ray.t, frame.footprint, frame.footprint_growth);
 #if general
     let apart = tap_distance(p, half, frame.normal_spread);
@@ -35,5 +39,5 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     }
 #end
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
-    normals[item.index] = vec4f(facing(gradient, camera.direction, side), 0.0);
+    normals[item.index] = vec4f(facing(gradient, camera.direction, side), slope);
 }

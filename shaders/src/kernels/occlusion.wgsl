@@ -1,11 +1,10 @@
-// occlusion: asks the field around each surface how much of the sky is hidden; a bounded number
-// of taps at a time.
+// occlusion: samples the field around each surface for how much of the sky is hidden; a bounded number
+// of evaluations at a time.
 
 @group(0) @binding(2) var<storage, read> rays: array<Ray>;
 @group(0) @binding(3) var<storage, read_write> queue: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read> normals: array<vec4f>;
-// What is hidden so far, and how many taps were taken.
-@group(0) @binding(7) var<storage, read_write> occlusion: array<vec2f>;
+@group(0) @binding(7) var<storage, read_write> occlusion: array<OcclusionRay>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
@@ -22,11 +21,14 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let camera = camera_ray(item.pixel);
     let p = along(camera.origin, camera.direction, ray.t);
     let normal = normals[item.index].xyz;
+#if raw
+    let slope = normals[item.index].w;
+#end
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
     // What rounding may take from the field counts as open.
     let unsure = rounding_at(ray.t, frame.rounding);
-    var state = vec2f(0.0);
-    if listed > 0u { state = occlusion[item.index]; }
+    var around = OcclusionRay(vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);
+    if listed > 0u { around = occlusion[item.index]; }
 #if general
     let taps = frame.occlusion_taps;
     let hemisphere = (frame.choices & HEMISPHERE) != 0u;
@@ -39,34 +41,67 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
     let budget = evaluations_left();
     for (var n = 0u; n < budget; n++) {
-        if state.y >= taps { break; }
+        if around.tap >= taps { break; }
 #if general
         // Both, since a branch by a uniform would be compiled for each of its values.
-        let far = many_distance(state.y, place, frame.occlusion_reach);
-        let aside = many_direction(normal, state.y, taps, place);
-        let near = five_distance(state.y, frame.occlusion_reach);
+        let far = many_distance(around.tap, place, frame.occlusion_reach);
+        let aside = many_direction(normal, around.tap, taps, place);
+        let near = five_distance(around.tap, frame.occlusion_reach);
         let distance = select(near, far, hemisphere);
         let direction = select(normal, aside, hemisphere);
-        let height = select(near, far * many_cosine(state.y, taps), hemisphere);
-        let weight = select(five_weight(state.y), 1.0, hemisphere);
+        let height = select(near, far * many_cosine(around.tap, taps), hemisphere);
+        let weight = select(five_weight(around.tap), 1.0, hemisphere);
 #else
 #if many
-        let distance = many_distance(state.y, place, frame.occlusion_reach);
-        let direction = many_direction(normal, state.y, taps, place);
-        let height = distance * many_cosine(state.y, taps);
+        let distance = many_distance(around.tap, place, frame.occlusion_reach);
+        let direction = many_direction(normal, around.tap, taps, place);
+        let height = distance * many_cosine(around.tap, taps);
         let weight = 1.0;
 #else
-        let distance = five_distance(state.y, frame.occlusion_reach);
+        let distance = five_distance(around.tap, frame.occlusion_reach);
         let direction = normal;
         let height = distance;
-        let weight = five_weight(state.y);
+        let weight = five_weight(around.tap);
 #end
 #end
-        let field = scene_distance(along(p, direction, distance)) * side;
-        let hidden = occlusion_hidden(field + unsure, height, distance, weight);
-        if !is_nan(field) { state.x += hidden; }
-        state.y += 1.0;
+        let at = along(p, direction, distance);
+#if raw
+        let apart = claim_apart(around.value, unsure);
+        let sampled = claim_place(at, around.phase, around.value, around.gradient, apart);
+#else
+        let sampled = at;
+#end
+        let field = scene_distance(sampled) * side;
+        var clear = field;
+#if raw
+        if frame.raw > 0.0 && !is_nan(field) {
+            if around.phase == 0.0 {
+                if occlusion_claims(field, height, slope) > 0.0 {
+                    around.value = field;
+                    around.gradient = vec3f(0.0);
+                    around.phase = 1.0;
+                    continue;
+                }
+                if field > 0.0 { clear = height; }
+            } else if around.phase < 3.5 {
+                around.gradient = claim_gradient(around.gradient, around.phase, field - around.value, apart);
+                around.phase += 1.0;
+                continue;
+            } else if claim_decided(around.phase, field) == 0.0 {
+                around.beyond = field;
+                around.phase = 5.0;
+                continue;
+            } else {
+                clear = claim_distance(around.value, around.gradient, around.phase, field, around.beyond);
+                around.phase = 0.0;
+            }
+        }
+#end
+        let hidden = occlusion_hidden(clear + unsure, height, distance, weight);
+        if !is_nan(field) { around.hidden += hidden; }
+        around.phase = 0.0;
+        around.tap += 1.0;
     }
-    occlusion[item.index] = state;
-    if state.y < taps { enqueue(item.index); }
+    occlusion[item.index] = around;
+    if around.tap < taps { enqueue(item.index); }
 }

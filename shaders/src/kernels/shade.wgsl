@@ -16,7 +16,7 @@
 @group(0) @binding(6) var<storage, read> shadows: array<ShadowRay>;
 #end
 #if occlusion
-@group(0) @binding(7) var<storage, read> occlusion: array<vec2f>;
+@group(0) @binding(7) var<storage, read> occlusion: array<OcclusionRay>;
 #end
 @group(0) @binding(8) var<storage, read_write> colors: array<vec4f>;
 
@@ -71,10 +71,10 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         );
 #if occlusion
 #if general
-        let open = occlusion_open(occlusion[item.index].x, frame.occlusion_weight);
+        let open = occlusion_open(occlusion[item.index].hidden, frame.occlusion_weight);
         let seen = select(1.0, open, frame.occlusion_taps > 0.0);
 #else
-        let seen = occlusion_open(occlusion[item.index].x, frame.occlusion_weight);
+        let seen = occlusion_open(occlusion[item.index].hidden, frame.occlusion_weight);
 #end
 #else
         let seen = 1.0;

@@ -13,7 +13,6 @@ use super::space::{Grid, Ring, Wedge};
 use super::tree::{Kind, Node, NodeId, Tree};
 use sdfc_compiler::scene::{Scene, Shape, ShapeId, ShapeKind};
 use sdfc_vm::table::Op;
-use std::collections::HashMap;
 
 /// The solid or figure of a row, if it is one.
 pub(super) fn leaf(op: Op, numbers: &[f64]) -> Option<Leaf> {
@@ -28,13 +27,12 @@ pub(super) fn change(op: Op, child: NodeId, k: &[f64], is_plane: bool) -> Option
     let triple = |at: usize| [k[at], k[at + 1], k[at + 2]];
     Some(match op {
         Op::Mirror => Kind::Mirror(child, triple(0).map(|v| v != 0.0)),
-        // The neighbours alone are no shape: with the point's own cell they are all copies again.
-        Op::Repeat | Op::RepeatNeighbour => Kind::Grid(child, Grid::new(triple(0), None)),
-        Op::RepeatLimited | Op::RepeatLimitedNeighbour => {
+        Op::Repeat => Kind::Grid(child, Grid::new(triple(0), None)),
+        Op::RepeatLimited => {
             Kind::Grid(child, Grid::new(triple(0), Some(triple(6))))
         }
-        Op::Polar | Op::PolarNeighbour => Kind::Ring(child, Ring::new(k[0], 2)),
-        Op::PolarPlane | Op::PolarPlaneNeighbour => Kind::Ring(child, Ring::new(k[0], 1)),
+        Op::Polar => Kind::Ring(child, Ring::new(k[0], 2)),
+        Op::PolarPlane => Kind::Ring(child, Ring::new(k[0], 1)),
         Op::Elongate => Kind::Elongate(child, triple(0)),
         Op::Twist => Kind::Twist(child, k[0]),
         Op::Bend => Kind::Bend(child, k[0]),
@@ -52,8 +50,7 @@ pub(super) fn change(op: Op, child: NodeId, k: &[f64], is_plane: bool) -> Option
             half: triple(0),
             axes: if is_plane { 2 } else { 3 },
         },
-        Op::ScaleDistance | Op::FieldDistance => Kind::Scale(child, k[0]),
-        Op::Bounded | Op::RepeatGuard | Op::RepeatLimitedGuard => Kind::Guarded(child),
+        Op::ScaleDistance => Kind::Scale(child, k[0]),
         _ => return None,
     })
 }
@@ -65,8 +62,6 @@ pub(super) struct Builder<'s> {
     nodes: Vec<Node>,
     /// The node of each shape that the root uses.
     places: Vec<Option<NodeId>>,
-    /// The nodes that are copies, by all that makes them.
-    copies: HashMap<String, NodeId>,
 }
 
 /// The tree of a shape of the scene at a time.
@@ -76,7 +71,6 @@ pub(super) fn build(scene: &Scene, root: ShapeId, time: f64) -> Tree {
         numbers: Numbers::new(scene, time),
         nodes: Vec::new(),
         places: vec![None; scene.shapes.len()],
-        copies: HashMap::new(),
     };
     let mut is_used = vec![false; scene.shapes.len()];
     is_used[root.0 as usize] = true;
@@ -107,6 +101,8 @@ fn children(kind: &ShapeKind) -> &[ShapeId] {
     match kind {
         ShapeKind::Combine { children, .. } => children,
         ShapeKind::Frame { child, .. }
+        | ShapeKind::Repeat { child, .. }
+        | ShapeKind::Polar { child, .. }
         | ShapeKind::Domain { child, .. }
         | ShapeKind::Warp { child, .. }
         | ShapeKind::Distance { child, .. }
@@ -165,7 +161,19 @@ impl Builder<'_> {
                     stretch: stretches(&matrix)[1],
                 }
             }
-            ShapeKind::Domain {
+            ShapeKind::Repeat {
+                op,
+                child,
+                parameters,
+                ..
+            }
+            | ShapeKind::Polar {
+                op,
+                child,
+                parameters,
+                ..
+            }
+            | ShapeKind::Domain {
                 op,
                 child,
                 parameters,
@@ -214,15 +222,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds a node. Variants that look at neighbouring copies are one node.
     fn add(&mut self, kind: Kind) -> NodeId {
-        if let Kind::Grid(..) | Kind::Ring(..) = kind {
-            let next = self.nodes.len() as NodeId;
-            let known = *self.copies.entry(format!("{kind:?}")).or_insert(next);
-            if known != next {
-                return known;
-            }
-        }
         self.nodes.push(facts::node(&self.nodes, kind));
         self.nodes.len() as NodeId - 1
     }

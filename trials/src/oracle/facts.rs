@@ -32,16 +32,10 @@ impl Facts<'_> {
         &self.nodes[id as usize]
     }
 
-    /// Tells if rows promise the values of a kind, which none only bounds and none only guards.
+    /// Tells if rows promise the values of a kind, which none only bounds.
     fn has_promised_values(&self, kind: &Kind) -> bool {
         match kind {
             Kind::Leaf(leaf) => !leaf.is_bound,
-            Kind::Field(_)
-            | Kind::Guarded(_)
-            | Kind::Twist(..)
-            | Kind::Bend(..)
-            | Kind::Warp(..)
-            | Kind::Displace(..) => false,
             _ => operands(kind)
                 .iter()
                 .all(|&id| self.node(id).has_promised_values),
@@ -117,9 +111,7 @@ impl Facts<'_> {
                 let extent = inner(*child);
                 extent.with_rate(extent.rate * factor)
             }
-            Kind::Elongated { child, .. } | Kind::Painted(child, _) | Kind::Guarded(child) => {
-                inner(*child)
-            }
+            Kind::Elongated { child, .. } | Kind::Painted(child, _) => inner(*child),
             Kind::Displace(child, amount) => {
                 let [amount, ..] = amount.range([0.0; 3], f64::INFINITY);
                 match amount.low.is_finite() {
@@ -168,7 +160,6 @@ impl Facts<'_> {
             | Kind::Complement(child)
             | Kind::Offset(child, _)
             | Kind::Shell(child, _)
-            | Kind::Guarded(child)
             | Kind::Painted(child, _) => inner(*child),
             Kind::Field(_)
             | Kind::Twist(..)
@@ -202,7 +193,6 @@ fn operands(kind: &Kind) -> &[NodeId] {
         | Kind::Offset(child, _)
         | Kind::Shell(child, _)
         | Kind::Scale(child, _)
-        | Kind::Guarded(child)
         | Kind::Warp(child, _)
         | Kind::Displace(child, _)
         | Kind::Painted(child, _) => std::slice::from_ref(child),

@@ -57,7 +57,6 @@ impl Tree {
             | Kind::Offset(child, _)
             | Kind::Shell(child, _)
             | Kind::Scale(child, _)
-            | Kind::Guarded(child)
             | Kind::Warp(child, _)
             | Kind::Displace(child, _) => self.paint(*child, self.seen(node, p), tolerance),
             Kind::Leaf(_) | Kind::Field(_) | Kind::Nothing => None,

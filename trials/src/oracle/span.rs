@@ -80,7 +80,7 @@ impl Tree {
             | Kind::Revolve(child, _)
             | Kind::RevolvePart(child, _, _)
             | Kind::Slice(child) => seen(*child, radius),
-            Kind::Painted(child, _) | Kind::Guarded(child) => same(*child),
+            Kind::Painted(child, _) => same(*child),
             Kind::Leaf(_)
             | Kind::Grid(..)
             | Kind::Ring(..)

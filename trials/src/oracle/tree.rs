@@ -80,7 +80,7 @@ pub(super) enum Kind {
     Mirror(NodeId, [bool; 3]),
     /// A child turned about the y axis by a rate.
     Twist(NodeId, f64),
-    /// A child turned about the z axis by a rate along x, clockwise for positive rates.
+    /// A child turned about the z axis by a rate along x.
     Bend(NodeId, f64),
     /// A child pulled apart by these half lengths.
     Elongate(NodeId, Point),
@@ -113,8 +113,6 @@ pub(super) enum Kind {
     Shell(NodeId, f64),
     /// A child's value times a factor.
     Scale(NodeId, f64),
-    /// A child whose value is only cut to guide steps.
-    Guarded(NodeId),
     /// A child at the point of a formula.
     Warp(NodeId, Formula),
     /// A child whose value a formula is added to.
@@ -180,7 +178,7 @@ impl Tree {
                 before_turned(inner, *rate, norm2(p[0], p[2]))
             }
             Kind::Bend(child, rate) => {
-                let inner = self.probe(*child, turned(p, 2, -rate * p[0]), reach);
+                let inner = self.probe(*child, turned(p, 2, rate * p[0]), reach);
                 before_turned(inner, *rate, norm2(p[0], p[1]))
             }
             Kind::Grid(child, grid) => {
@@ -212,7 +210,7 @@ impl Tree {
                 let inner = self.probe(*child, p, reach);
                 inner.with_value(inner.value * factor)
             }
-            Kind::Painted(child, _) | Kind::Guarded(child) => self.probe(*child, p, reach),
+            Kind::Painted(child, _) => self.probe(*child, p, reach),
             Kind::Mirror(child, _)
             | Kind::Elongate(child, _)
             | Kind::Revolve(child, _)
@@ -233,7 +231,7 @@ impl Tree {
         match &node.kind {
             Kind::Frame { matrix, .. } => mapped(matrix, p),
             Kind::Twist(_, rate) => turned(p, 1, rate * p[1]),
-            Kind::Bend(_, rate) => turned(p, 2, -rate * p[0]),
+            Kind::Bend(_, rate) => turned(p, 2, rate * p[0]),
             Kind::Mirror(_, axes) => [0, 1, 2].map(|i| if axes[i] { p[i].abs() } else { p[i] }),
             Kind::Elongate(_, half) => [0, 1, 2].map(|i| p[i] - p[i].clamp(-half[i], half[i])),
             Kind::Revolve(_, offset) => [norm2(p[0], p[2]) - offset, p[1], 0.0],

@@ -31,7 +31,6 @@ fn a_stated_slope_that_does_not_hold_is_marked_where_it_does_not() {
     let frame = stage.frame();
     let asked = upright().cut(&frame, &stage.settings).asked;
     let samples = stage.ask(&asked);
-    let bound = stage.bound();
     let found = slopes(&asked, &samples, 96);
     let (mut right, mut left) = (0, 0);
     for (&[x, y, _], &slope) in asked.points.iter().zip(&found.slopes) {
@@ -64,7 +63,6 @@ fn slopes_that_hold_are_marked_nowhere_and_slow_ones_told() {
     for (steep, slow) in [("2", false), ("1.01", false), ("0.9", true)] {
         let mut stage = Stage::of(&stating(steep), [64, 64]);
         let frame = stage.frame();
-        let bound = stage.bound();
         let surface = Asked::on_surface(&frame, &stage.settings);
         assert!(surface.points.len() > 200, "{steep}");
         let samples = stage.ask(&surface);
