@@ -156,9 +156,18 @@ impl Boxes {
                 && numbers_of(&shape.kind)
                     .iter()
                     .any(|&n| self.is_live(world, n));
-            let bounds = match moves {
-                true => Bounds::EVERYTHING,
-                false => {
+            let bounds = match (moves, &shape.kind) {
+                // By whatever rate, what is turned about an axis stays as far from it.
+                (
+                    true,
+                    ShapeKind::Domain {
+                        op: op @ (Op::Twist | Op::Bend),
+                        child,
+                        ..
+                    },
+                ) => self.ruled(world, *op, &[1.0], &[*child]),
+                (true, _) => Bounds::EVERYTHING,
+                (false, _) => {
                     let ruled = self.bounds_of(world, &shape.kind);
                     self.searched(world, ShapeId(at as u32), &ruled)
                 }

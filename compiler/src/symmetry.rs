@@ -52,11 +52,38 @@ impl Symmetries<'_> {
                 },
                 _ => false,
             },
-            ShapeKind::Polar { .. }
-            | ShapeKind::Field { .. }
-            | ShapeKind::Warp { .. }
-            | ShapeKind::Displace { .. } => false,
+            ShapeKind::Polar {
+                child, parameters, ..
+            } => {
+                let (along, across) = (0, if shape.plane { 1 } else { 2 });
+                match axis {
+                    _ if axis == across || axis == along => {
+                        at == 0.0 && self.is_even_ring(*child, parameters[0], axis, along, across)
+                    }
+                    _ => own(*child),
+                }
+            }
+            ShapeKind::Field { .. } | ShapeKind::Warp { .. } | ShapeKind::Displace { .. } => false,
         }
+    }
+
+    /// Whether copies about an axis, of this angle each, are their own mirror image across `axis`. The image
+    /// of a copy that is even across the other axis is that copy on the far side.
+    fn is_even_ring(
+        &self,
+        child: ShapeId,
+        sector: ExprId,
+        axis: usize,
+        along: usize,
+        across: usize,
+    ) -> bool {
+        let other = along + across - axis;
+        self.mirrored(child, axis, 0.0)
+            || self.mirrored(child, other, 0.0)
+                && self.constant(sector).is_some_and(|sector| {
+                    let half = std::f64::consts::PI / sector;
+                    (half - half.round()).abs() < 1e-9
+                })
     }
 
     /// Whether a shape is round about the y axis, or for figures about the origin.

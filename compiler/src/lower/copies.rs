@@ -11,7 +11,7 @@ use sdfc_vm::table::Op;
 
 /// The gap that a copy must leave to the walls of its cell, as a fraction of the cell, for its neighbours to
 /// be told by their boxes: in a smaller one rays would take many short steps along the walls.
-const MIN_GAP: f64 = 0.125;
+const MIN_GAP: f64 = 1.0 / 64.0;
 
 impl Lowering<'_> {
     /// The copies of a repetition.

@@ -5,7 +5,7 @@
 //! for all values of the parameters.
 
 use super::{Budget, Ranges, bound, tried};
-use crate::bounds::{Boxes, World, inverse};
+use crate::bounds::{Boxes, World};
 use crate::expression::ExprId;
 use crate::range::range_over;
 use crate::scene::{ShapeId, ShapeKind};
@@ -255,19 +255,31 @@ impl ShapeSlopes {
         }
     }
 
-    /// A region in a frame of its own; all of space where the frame follows a parameter.
+    /// A region as a frame of its own sees it.
     fn framed(&mut self, world: World<'_>, matrix: &[ExprId; 12], region: &Bounds) -> Bounds {
         let rows = matrix.map(|id| self.range(world, id));
-        if rows.iter().any(|range| range.lo != range.hi) {
-            return Bounds::EVERYTHING;
+        if rows.iter().all(|range| range.lo == range.hi) {
+            let rows = rows.map(|range| range.lo);
+            return region.mapped(&std::array::from_fn(|row| {
+                std::array::from_fn(|column| rows[4 * row + column])
+            }));
         }
-        let rows = rows.map(|range| range.lo);
-        if inverse(&rows).is_none() {
-            return Bounds::EVERYTHING;
+        let side = |axis: usize| Interval {
+            lo: region.min[axis],
+            hi: region.max[axis],
+        };
+        let place = |row: usize| {
+            let of = |axis: usize| match rows[4 * row + axis] {
+                Interval { lo: 0.0, hi: 0.0 } => Interval::point(0.0),
+                factor => factor * side(axis),
+            };
+            of(0) + of(1) + of(2) + rows[4 * row + 3]
+        };
+        let places = [0, 1, 2].map(place);
+        Bounds {
+            min: places.map(|range| range.lo),
+            max: places.map(|range| range.hi),
         }
-        region.mapped(&std::array::from_fn(|row| {
-            std::array::from_fn(|column| rows[4 * row + column])
-        }))
     }
 
     /// A bound of the slope of numbers of point stage, searched once for each region.
