@@ -527,6 +527,7 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("DONE", word(shadow::DONE)),
         ("CHECKED", word(layout::CHECKED)),
         ("NOTHING", format!("{:?}", claim::NOTHING)),
+        ("NO_CLAIM", format!("{:?}", shadow::NO_CLAIM)),
         ("SHADOW_NONE", word(Shadow::None as u32)),
         ("SHADOW_HARD", word(Shadow::Hard as u32)),
         ("SHADOW_PLAIN", word(Shadow::Plain as u32)),

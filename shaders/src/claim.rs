@@ -34,7 +34,7 @@ pub const LAST_PHASE: f32 = 5.0;
 /// How far apart the points are by which the gradient is found.
 #[inline(always)]
 pub fn apart<R: Real>(value: R, rounding: R) -> R {
-    (value * lit(APART)).max(rounding * lit(APART_ROUNDINGS))
+    (value.abs() * lit(APART)).max(rounding * lit(APART_ROUNDINGS))
 }
 
 /// Where a phase evaluates the field: `at` is the point of the claim, `value` the field there, and `gradient`
@@ -65,10 +65,11 @@ pub fn gradient<R: Real>(gradient: R::Vec3, phase: R, change: R, apart: R) -> R:
     gradient + R::Vec3::new(along(1.0), along(2.0), along(3.0))
 }
 
-/// Whether the claim is decided, as 1 or 0: after phase 4 where the field got below zero, and after phase 5.
+/// Whether the claim is decided, as 1 or 0: after phase 4 where the field got below zero or was so before, and
+/// after phase 5.
 #[inline(always)]
-pub fn decided<R: Real>(phase: R, field: R) -> R {
-    let below = R::and(lit::<R>(3.5).less(phase), field.less(lit(0.0)));
+pub fn decided<R: Real>(phase: R, value: R, field: R) -> R {
+    let below = R::and(lit::<R>(3.5).less(phase), value.min(field).less(lit(0.0)));
     R::select(R::or(below, lit::<R>(4.5).less(phase)), lit(1.0), lit(0.0))
 }
 

@@ -85,13 +85,13 @@ functions! {
     claim_apart = claim::apart(value, rounding);
     claim_place = claim::place(at, phase, value, gradient, apart);
     claim_gradient = claim::gradient(gradient, phase, change, apart);
-    claim_decided = claim::decided(phase, field);
+    claim_decided = claim::decided(phase, value, field);
     claim_distance = claim::distance(value, gradient, phase, last, before);
 
     march_noise = marching::noise(rounding, slope, raw);
     shadow_hard = shadow::hard(visibility, h, noise);
     shadow_hurry = shadow::hurry(count);
-    shadow_claims = shadow::claims(visibility, h, t, size, noise);
+    shadow_claims = shadow::claims(visible, last, visibility, h, noise);
     shadow_plain = shadow::plain(visibility, h, t, size);
     shadow_improved = shadow::improved(visibility, h, before, stride, t, size);
     shadow_sized = shadow::sized(visibility, h, t, size);

@@ -314,18 +314,26 @@ shared! {
         t: f32,
         /// The field at the point before.
         radius_before: f32,
-        /// How far it went from there.
+        /// How far it went from there; negative once it has come to its end.
         stride: f32,
         /// What arrives of the light so far: 0 to 1, for a sized light -1 to 1.
         visibility: f32,
-        /// The field where a claim is checked.
+        /// What would arrive by the point before alone, its field taken for a distance.
+        last: f32,
+        /// The same by the claim that is not checked yet; [`crate::shadow::NO_CLAIM`] without one.
+        claimed: f32,
+        /// Where the claim is.
+        claim_t: f32,
+        /// The field there.
         value: f32,
+        /// The field at the point before it.
+        claim_before: f32,
+        /// How far the ray went from there to the claim.
+        claim_stride: f32,
         /// The field beyond the surface that is claimed.
         beyond: f32,
         /// How many evaluations it took; [`crate::shadow::DONE`] is set when it has ended.
         steps: u32,
-        /// Unused.
-        reserved: u32,
     }
 }
 

@@ -22,13 +22,15 @@ pub fn hurry<R: Real>(count: R) -> R {
     late * late * late + lit(1.0)
 }
 
-/// Whether a field of `h` at `t`, taken for a distance, would hide some of the light that arrives so far, as 1
-/// or 0: a claim that has to be checked. What rounding can make of the field claims nothing.
+/// What stands for the visibility by a claim where there is none.
+pub const NO_CLAIM: f32 = 2.0;
+
+/// Whether a point by which `visible` would be seen of a light claims a part of what arrives so far, as 1 or 0:
+/// where that falls along the ray. What rounding can make of the field claims nothing.
 #[inline(always)]
-pub fn claims<R: Real>(visibility: R, h: R, t: R, size: R, noise: R) -> R {
-    let most = visibility.min(lit(1.0)) * (size * t).max(lit(1e-20));
-    let small = R::and(h.less(most), noise.less(h));
-    R::select(small, lit(1.0), lit(0.0))
+pub fn claims<R: Real>(visible: R, last: R, visibility: R, h: R, noise: R) -> R {
+    let falls = R::and(visible.less(last), visible.less(visibility));
+    R::select(R::and(falls, noise.less(h.abs())), lit(1.0), lit(0.0))
 }
 
 /// Visibility after a step, for a sharp shadow: none where the ray is inside by more than `noise`.

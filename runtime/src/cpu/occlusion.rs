@@ -161,7 +161,7 @@ fn check(b: &mut OcclusionLanes, i: usize, field: f32, height: f32) -> Option<f3
         b.phase.0[i] = phase + 1.0;
         return None;
     }
-    if claim::decided(phase, field) == 0.0 {
+    if claim::decided(phase, value, field) == 0.0 {
         b.beyond.0[i] = field;
         b.phase.0[i] = claim::LAST_PHASE;
         return None;

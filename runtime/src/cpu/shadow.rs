@@ -16,7 +16,8 @@ lanes! {
     ShadowLanes {
         start_x, start_y, start_z, direction_x, direction_y, direction_z, leave,
         t, radius_before, stride, visibility, steps, least, side, rounding,
-        phase, value, beyond, gradient_x, gradient_y, gradient_z,
+        last, claimed, claim_t, value, claim_before, claim_stride,
+        phase, beyond, gradient_x, gradient_y, gradient_z,
     }
 }
 
@@ -118,6 +119,9 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
         b.rounding.0[lane] = rounding;
         b.phase.0[lane] = 0.0;
         b.value.0[lane] = 0.0;
+        b.last.0[lane] = 1.0;
+        b.claimed.0[lane] = shadow::NO_CLAIM;
+        b.claim_t.0[lane] = 0.0;
         true
     }
 
@@ -126,13 +130,14 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
         for i in 0..LANES {
             let start = V3::of(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
             let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let at = camera::along::<f32>(start, direction, b.t.0[i]);
             let p = if CHECKED {
-                let value = b.value.0[i];
+                let (phase, value) = (b.phase.0[i], b.value.0[i]);
+                let t = if phase > 0.0 { b.claim_t.0[i] } else { b.t.0[i] };
+                let at = camera::along::<f32>(start, direction, t);
                 let apart = claim::apart(value, b.rounding.0[i]);
-                claim::place::<f32>(at, b.phase.0[i], value, gradient_of(b, i), apart)
+                claim::place::<f32>(at, phase, value, gradient_of(b, i), apart)
             } else {
-                at
+                camera::along::<f32>(start, direction, b.t.0[i])
             };
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
@@ -148,17 +153,12 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
             b.steps.0[i] = steps;
             let nan = is_nan(field);
             let noise = marching::noise(b.rounding.0[i], 1.0, self.frame.raw);
-            let (mut h, mut distance) = (field, field);
-            if CHECKED {
-                let size = self.light.size;
-                let check = self.check(b, i, field, noise, size);
-                if check.goes_on & !nan {
-                    *ended = steps >= self.frame.shadow_steps as f32;
-                    continue;
-                }
-                (h, distance) = (check.value, check.distance);
-            }
-            *ended = self.step(b, i, h, distance, noise) | nan;
+            let out_of_steps = steps >= self.frame.shadow_steps as f32;
+            *ended = if CHECKED && b.phase.0[i] > 0.0 {
+                self.check(b, i, field, noise) | out_of_steps
+            } else {
+                self.step(b, i, field, noise, out_of_steps)
+            } | nan;
         }
     }
 
@@ -169,16 +169,6 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
             _ => shadow::arriving(visibility),
         };
     }
-}
-
-/// What came of an evaluation where values are checked.
-struct Check {
-    /// Whether another evaluation is needed.
-    goes_on: bool,
-    /// The field on the ray.
-    value: f32,
-    /// How far a surface is.
-    distance: f32,
 }
 
 /// What is known of the gradient in a lane.
@@ -195,84 +185,95 @@ fn set_gradient(b: &mut ShadowLanes, i: usize, gradient: V3<f32>) {
 }
 
 impl<const FORM: u32, const CHECKED: bool> ShadowRays<'_, FORM, CHECKED> {
-    /// Takes an evaluation into account where values are checked; the phases are those of [`claim`].
+    /// What is seen of the light by a point of the ray at `t`, if a surface is at a distance `h` there.
     #[inline(always)]
-    fn check(&self, b: &mut ShadowLanes, i: usize, field: f32, noise: f32, size: f32) -> Check {
-        let phase = b.phase.0[i];
-        let goes_on = |value: f32| Check {
-            goes_on: true,
-            value,
-            distance: value,
-        };
-        if phase == 0.0 {
-            let claims = shadow::claims(b.visibility.0[i], field, b.t.0[i], size, noise);
-            if claims > 0.0 {
-                b.value.0[i] = field;
-                b.phase.0[i] = 1.0;
-                set_gradient(b, i, V3::of(0.0, 0.0, 0.0));
-                return goes_on(field);
-            }
-            // What rounding can make of the field is no surface.
-            return Check {
-                goes_on: false,
-                value: field,
-                distance: if field > -noise { claim::NOTHING } else { field },
-            };
+    fn visible(&self, visibility: f32, h: f32, before: f32, stride: f32, t: f32, noise: f32) -> f32 {
+        let size = self.light.size;
+        match FORM {
+            HARD => shadow::hard(visibility, h, noise),
+            PLAIN => shadow::plain(visibility, h, t, size),
+            IMPROVED => shadow::improved(visibility, h, before, stride, t, size),
+            _ => shadow::sized(visibility, h, t, size),
         }
-        let value = b.value.0[i];
+    }
+
+    /// Takes the evaluation of a point on the ray into account; tells whether the ray has ended.
+    ///
+    /// A claim is checked once the ray has passed the point where it is greatest.
+    #[inline(always)]
+    fn step(&self, b: &mut ShadowLanes, i: usize, h: f32, noise: f32, out_of_steps: bool) -> bool {
+        let (t, v, stride) = (b.t.0[i], b.visibility.0[i], b.stride.0[i]);
+        let before = b.radius_before.0[i];
+        let start = if CHECKED { 1.0 } else { v };
+        let new = self.visible(start, h, before, stride, t, noise);
+        let dark = if FORM == SIZED { -1.0 } else { 0.0 };
+        let is_inside = if FORM == SIZED { new <= dark } else { h < -noise };
+        let shortest = b.least.0[i] * shadow::hurry(b.steps.0[i]);
+        let next = match FORM {
+            PLAIN | SIZED => shadow::short_stride(h, t, shortest, self.light.size),
+            _ => shadow::stride(h, t, shortest, self.light.size),
+        };
+        // The last point is the end of the ray itself, wherever the steps before it were.
+        let left = b.leave.0[i] - t;
+        let left = if left > 0.0 { left } else { 0.0 };
+        let next = if next < left { next } else { left };
+        b.radius_before.0[i] = h;
+        b.stride.0[i] = next;
+        b.t.0[i] = t + next;
+        let at_end = (t >= b.leave.0[i]) | out_of_steps;
+        if !CHECKED {
+            b.visibility.0[i] = new;
+            return at_end | (new <= dark);
+        }
+        if is_inside {
+            b.visibility.0[i] = dark;
+            return true;
+        }
+        let claims = shadow::claims(new, b.last.0[i], v, h, noise) > 0.0;
+        b.last.0[i] = new;
+        if claims {
+            b.claimed.0[i] = new;
+            b.claim_t.0[i] = t;
+            b.value.0[i] = h;
+            b.claim_before.0[i] = before;
+            b.claim_stride.0[i] = stride;
+        }
+        let is_passed = !claims | at_end;
+        if is_passed & (b.claimed.0[i] < shadow::NO_CLAIM) & !out_of_steps {
+            b.phase.0[i] = 1.0;
+            set_gradient(b, i, V3::of(0.0, 0.0, 0.0));
+            b.stride.0[i] = if at_end { -1.0 } else { next };
+            return false;
+        }
+        at_end
+    }
+
+    /// Takes an evaluation for the check of a claim into account; tells whether the ray has ended. The phases
+    /// are those of [`claim`].
+    #[inline(always)]
+    fn check(&self, b: &mut ShadowLanes, i: usize, field: f32, noise: f32) -> bool {
+        let (phase, value) = (b.phase.0[i], b.value.0[i]);
         if phase < 3.5 {
             let apart = claim::apart(value, b.rounding.0[i]);
             let gradient = claim::gradient::<f32>(gradient_of(b, i), phase, field - value, apart);
             set_gradient(b, i, gradient);
             b.phase.0[i] = phase + 1.0;
-            return goes_on(value);
+            return false;
         }
-        if claim::decided(phase, field) == 0.0 {
+        if claim::decided(phase, value, field) == 0.0 {
             b.beyond.0[i] = field;
             b.phase.0[i] = claim::LAST_PHASE;
-            return goes_on(value);
+            return false;
+        }
+        let gradient = gradient_of(b, i);
+        let distance = claim::distance::<f32>(value, gradient, phase, field, b.beyond.0[i]);
+        if distance < claim::NOTHING {
+            let before = b.claim_before.0[i] * (distance / value);
+            let (t, stride, v) = (b.claim_t.0[i], b.claim_stride.0[i], b.visibility.0[i]);
+            b.visibility.0[i] = self.visible(v, distance, before, stride, t, noise);
         }
         b.phase.0[i] = 0.0;
-        let distance =
-            claim::distance::<f32>(value, gradient_of(b, i), phase, field, b.beyond.0[i]);
-        Check {
-            goes_on: false,
-            value,
-            distance,
-        }
-    }
-
-    /// Goes on from a point of the ray with the field `h`, where a surface is at a `distance`; tells whether
-    /// the ray has ended.
-    #[inline(always)]
-    fn step(&self, b: &mut ShadowLanes, i: usize, h: f32, distance: f32, noise: f32) -> bool {
-        let size = self.light.size;
-        let (t, least, steps) = (b.t.0[i], b.least.0[i], b.steps.0[i]);
-        let v = b.visibility.0[i];
-        let scale = if h > noise { distance / h } else { 1.0 };
-        let before = b.radius_before.0[i] * scale;
-        let new = match FORM {
-            HARD => shadow::hard(v, distance, noise),
-            PLAIN => shadow::plain(v, distance, t, size),
-            IMPROVED => shadow::improved(v, distance, before, b.stride.0[i], t, size),
-            _ => shadow::sized(v, distance, t, size),
-        };
-        let is_surface = (distance < claim::NOTHING) & !is_nan(distance);
-        let new = if is_surface { new } else { v };
-        let shortest = least * shadow::hurry(steps);
-        let stride = match FORM {
-            PLAIN | SIZED => shadow::short_stride(h, t, shortest, size),
-            _ => shadow::stride(h, t, shortest, size),
-        };
-        // The last point is the end of the ray itself, wherever the steps before it were.
-        let left = b.leave.0[i] - t;
-        let left = if left > 0.0 { left } else { 0.0 };
-        let stride = if stride < left { stride } else { left };
-        let dark = if FORM == SIZED { -1.0 } else { 0.0 };
-        b.visibility.0[i] = new;
-        b.radius_before.0[i] = h;
-        b.stride.0[i] = stride;
-        b.t.0[i] = t + stride;
-        (t >= b.leave.0[i]) | (new <= dark) | (steps >= self.frame.shadow_steps as f32)
+        b.claimed.0[i] = shadow::NO_CLAIM;
+        b.stride.0[i] < 0.0
     }
 }

@@ -87,7 +87,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 around.gradient = claim_gradient(around.gradient, around.phase, field - around.value, apart);
                 around.phase += 1.0;
                 continue;
-            } else if claim_decided(around.phase, field) == 0.0 {
+            } else if claim_decided(around.phase, around.value, field) == 0.0 {
                 around.beyond = field;
                 around.phase = 5.0;
                 continue;

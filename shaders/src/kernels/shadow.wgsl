@@ -6,24 +6,24 @@
 @group(0) @binding(4) var<storage, read> normals: array<vec4f>;
 @group(0) @binding(6) var<storage, read_write> shadows: array<ShadowRay>;
 
-// What is visible of a light after one more point of the ray, at `t` with a ball of radius `h` that is free
-// of surfaces; the ball before had the radius `before`.
-fn visible(light: Light, ray: ShadowRay, h: f32, before: f32, noise: f32) -> f32 {
+// What is seen of a light by a point of the ray at `t`, if a surface is at a distance `h` there: no more than
+// `visibility`. The ball before it had the radius `before`, and was a `stride` behind.
+fn visible(light: Light, visibility: f32, h: f32, before: f32, stride: f32, t: f32, noise: f32) -> f32 {
 #if hard
-    if light.shadow == SHADOW_HARD { return shadow_hard(ray.visibility, h, noise); }
+    if light.shadow == SHADOW_HARD { return shadow_hard(visibility, h, noise); }
 #end
 #if plain
-    if light.shadow == SHADOW_PLAIN { return shadow_plain(ray.visibility, h, ray.t, light.size); }
+    if light.shadow == SHADOW_PLAIN { return shadow_plain(visibility, h, t, light.size); }
 #end
 #if improved
     if light.shadow == SHADOW_IMPROVED {
-        return shadow_improved(ray.visibility, h, before, ray.stride, ray.t, light.size);
+        return shadow_improved(visibility, h, before, stride, t, light.size);
     }
 #end
 #if sized
-    if light.shadow == SHADOW_SIZED { return shadow_sized(ray.visibility, h, ray.t, light.size); }
+    if light.shadow == SHADOW_SIZED { return shadow_sized(visibility, h, t, light.size); }
 #end
-    return ray.visibility;
+    return visibility;
 }
 
 fn stride_of(light: Light, h: f32, t: f32, least: f32) -> f32 {
@@ -65,7 +65,11 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let bounds = crossing(start, direction, frame.bounds_min, frame.bounds_max, reach);
     let least = above * 0.25;
     let side = select(1.0, -1.0, (seen.status & FROM_INSIDE) != 0u);
-    var ray = ShadowRay(vec3f(0.0), 0.0, least, 0.0, 0.0, 1.0, 0.0, 0.0, 0u, 0u);
+    var ray: ShadowRay;
+    ray.t = least;
+    ray.visibility = 1.0;
+    ray.last = 1.0;
+    ray.claimed = NO_CLAIM;
     if listed > 0u {
         ray = shadows[slot];
     } else if (seen.status & SHOWN) == 0u || light.shadow == SHADOW_NONE {
@@ -77,12 +81,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let budget = evaluations_left();
     for (var n = 0u; n < budget; n++) {
         if ray.steps >= DONE { break; }
-        let at = along(start, direction, ray.t);
 #if checked
+        let checking = ray.phase > 0.0;
+        let at = along(start, direction, select(ray.t, ray.claim_t, checking));
         let apart = claim_apart(ray.value, rounding);
         let place = claim_place(at, ray.phase, ray.value, ray.gradient, apart);
 #else
-        let place = at;
+        let place = along(start, direction, ray.t);
 #end
         let field = scene_distance(place) * side;
         ray.steps += 1u;
@@ -90,50 +95,75 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             ray.steps |= DONE;
             break;
         }
-        var h = field;
-        var distance = field;
         let noise = march_noise(rounding, 1.0, frame.raw);
+        let out_of_steps = ray.steps >= frame.shadow_steps;
 #if checked
-        if (frame.choices & CHECKED) != 0u && light.shadow != SHADOW_HARD {
-            let claimed = shadow_claims(ray.visibility, field, ray.t, light.size, noise) > 0.0;
-            if ray.phase == 0.0 {
-                if claimed {
-                    ray.value = field;
-                    ray.gradient = vec3f(0.0);
-                    ray.phase = 1.0;
-                    continue;
-                }
-                // What rounding can make of the field is no surface.
-                if field > -noise { distance = NOTHING; }
-            } else if ray.phase < 3.5 {
+        if checking {
+            if ray.phase < 3.5 {
                 ray.gradient = claim_gradient(ray.gradient, ray.phase, field - ray.value, apart);
                 ray.phase += 1.0;
-                continue;
-            } else if claim_decided(ray.phase, field) == 0.0 {
+            } else if claim_decided(ray.phase, ray.value, field) == 0.0 {
                 ray.beyond = field;
                 ray.phase = 5.0;
-                continue;
             } else {
-                distance = claim_distance(ray.value, ray.gradient, ray.phase, field, ray.beyond);
-                h = ray.value;
+                let found = claim_distance(ray.value, ray.gradient, ray.phase, field, ray.beyond);
+                if found < NOTHING {
+                    let before = ray.claim_before * (found / ray.value);
+                    ray.visibility =
+                        visible(light, ray.visibility, found, before, ray.claim_stride, ray.claim_t, noise);
+                }
                 ray.phase = 0.0;
+                ray.claimed = NO_CLAIM;
+                if ray.stride < 0.0 { ray.steps |= DONE; }
             }
+            if out_of_steps { ray.steps |= DONE; }
+            continue;
         }
+        let is_checked = (frame.choices & CHECKED) != 0u && light.shadow != SHADOW_HARD;
+        let start_from = select(ray.visibility, 1.0, is_checked);
+#else
+        let start_from = ray.visibility;
 #end
-        if distance < NOTHING {
-            let scale = select(1.0, distance / h, h > noise);
-            ray.visibility = visible(light, ray, distance, ray.radius_before * scale, noise);
-        }
-        ray.radius_before = h;
+        let t = ray.t;
+        let before = ray.radius_before;
+        let stride = ray.stride;
+        let new_visibility = visible(light, start_from, field, before, stride, t, noise);
         // The last point is the end of the ray itself, wherever the steps before it were.
-        let ended = ray.t >= bounds.y;
+        let at_end = t >= bounds.y || out_of_steps;
         let shortest = least * shadow_hurry(f32(ray.steps));
-        ray.stride = min(stride_of(light, h, ray.t, shortest), max(bounds.y - ray.t, 0.0));
+        ray.radius_before = field;
+        ray.stride = min(stride_of(light, field, t, shortest), max(bounds.y - t, 0.0));
         ray.t += ray.stride;
         let dark = select(0.0, -1.0, light.shadow == SHADOW_SIZED);
-        if ended || ray.visibility <= dark || ray.steps >= frame.shadow_steps {
-            ray.steps |= DONE;
+#if checked
+        if is_checked {
+            if select(field < -noise, new_visibility <= dark, light.shadow == SHADOW_SIZED) {
+                ray.visibility = dark;
+                ray.steps |= DONE;
+                break;
+            }
+            // A claim is checked once the ray has passed the point where it is greatest.
+            let claims = shadow_claims(new_visibility, ray.last, ray.visibility, field, noise) > 0.0;
+            ray.last = new_visibility;
+            if claims {
+                ray.claimed = new_visibility;
+                ray.claim_t = t;
+                ray.value = field;
+                ray.claim_before = before;
+                ray.claim_stride = stride;
+            }
+            if (!claims || at_end) && ray.claimed < NO_CLAIM && !out_of_steps {
+                ray.phase = 1.0;
+                ray.gradient = vec3f(0.0);
+                if at_end { ray.stride = -1.0; }
+            } else if at_end {
+                ray.steps |= DONE;
+            }
+            continue;
         }
+#end
+        ray.visibility = new_visibility;
+        if at_end || ray.visibility <= dark { ray.steps |= DONE; }
     }
     shadows[slot] = ray;
     if ray.steps < DONE { enqueue(slot); }
