@@ -79,25 +79,46 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
                 )
             };
             let at = camera::along::<f32>(p, direction, distance);
-            let q = if RAW {
+            points[0].0[i] = at.x;
+            points[1].0[i] = at.y;
+            points[2].0[i] = at.z;
+        }
+        if RAW {
+            for i in (0..LANES).filter(|&i| b.phase.0[i] > 0.0) {
                 let value = b.value.0[i];
+                let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
                 let apart = claim::apart(value, b.unsure.0[i]);
-                claim::place::<f32>(at, b.phase.0[i], value, gradient_of(b, i), apart)
-            } else {
-                at
-            };
-            points[0].0[i] = q.x;
-            points[1].0[i] = q.y;
-            points[2].0[i] = q.z;
+                let p = claim::place::<f32>(at, b.phase.0[i], value, gradient_of(b, i), apart);
+                points[0].0[i] = p.x;
+                points[1].0[i] = p.y;
+                points[2].0[i] = p.z;
+            }
         }
     }
 
     #[inline(always)]
     fn advance(&self, b: &mut OcclusionLanes, values: &Column, ended: &mut [bool; LANES]) {
         let (count, pass) = (self.taps as f32, self.frame.sample as f32);
+        let mut fields = Column([0.0; LANES]);
+        for i in 0..LANES {
+            fields.0[i] = values.0[i] * b.side.0[i];
+        }
+        let mut checking = [false; LANES];
+        if RAW {
+            for i in 0..LANES {
+                let field = fields.0[i];
+                if (b.phase.0[i] == 0.0) | is_nan(field) {
+                    continue;
+                }
+                match check(b, i, field) {
+                    Some(distance) => fields.0[i] = distance,
+                    None => checking[i] = true,
+                }
+            }
+        }
         for (i, ended) in ended.iter_mut().enumerate() {
             let index = b.index.0[i];
-            let mut field = values.0[i] * b.side.0[i];
+            let field = fields.0[i];
             let (distance, height, weight) = if MANY {
                 let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
                 let distance = occlusion::many_distance(index, place, self.frame.occlusion_reach);
@@ -107,20 +128,24 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
                 (distance, distance, occlusion::five_weight(index))
             };
             let nan = is_nan(field);
-            if RAW & !nan {
-                match check(b, i, field, height) {
-                    Some(found) => field = found,
-                    None => {
-                        *ended = false;
-                        continue;
-                    }
-                }
-            }
+            let fresh = RAW & !checking[i] & (b.phase.0[i] == 0.0);
+            let claims = fresh & (occlusion::claims(field, height, b.slope.0[i]) > 0.0);
+            // What claims nothing hides nothing.
+            let clear = fresh & !claims & (field > 0.0);
+            let goes_on = claims | checking[i];
+            let field = if clear { height } else { field };
             let hidden = occlusion::hidden(field + b.unsure.0[i], height, distance, weight);
-            b.hidden.0[i] += if nan { 0.0 } else { hidden };
-            b.phase.0[i] = 0.0;
-            b.index.0[i] = index + 1.0;
-            *ended = index + 1.0 >= count;
+            b.value.0[i] = if claims { fields.0[i] } else { b.value.0[i] };
+            b.hidden.0[i] += if nan | goes_on { 0.0 } else { hidden };
+            let phase = if checking[i] { b.phase.0[i] } else { 0.0 };
+            b.phase.0[i] = if claims { 1.0 } else { phase };
+            let gradient = |old: f32| if claims { 0.0 } else { old };
+            b.gradient_x.0[i] = gradient(b.gradient_x.0[i]);
+            b.gradient_y.0[i] = gradient(b.gradient_y.0[i]);
+            b.gradient_z.0[i] = gradient(b.gradient_z.0[i]);
+            let next = if goes_on { index } else { index + 1.0 };
+            b.index.0[i] = next;
+            *ended = next >= count;
         }
     }
 
@@ -135,23 +160,10 @@ fn gradient_of(b: &OcclusionLanes, i: usize) -> V3<f32> {
     V3::of(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
 }
 
-/// Takes an evaluation at a tap of this height into account; the phases are those of [`claim`]. Gives how far
+/// Takes an evaluation for the check of a claim into account; the phases are those of [`claim`]. Gives how far
 /// a surface is, once that is known.
-#[inline(always)]
-fn check(b: &mut OcclusionLanes, i: usize, field: f32, height: f32) -> Option<f32> {
-    let phase = b.phase.0[i];
-    if phase == 0.0 {
-        if occlusion::claims(field, height, b.slope.0[i]) == 0.0 {
-            return Some(if field > 0.0 { height } else { field });
-        }
-        b.value.0[i] = field;
-        b.phase.0[i] = 1.0;
-        b.gradient_x.0[i] = 0.0;
-        b.gradient_y.0[i] = 0.0;
-        b.gradient_z.0[i] = 0.0;
-        return None;
-    }
-    let value = b.value.0[i];
+fn check(b: &mut OcclusionLanes, i: usize, field: f32) -> Option<f32> {
+    let (phase, value) = (b.phase.0[i], b.value.0[i]);
     if phase < 3.5 {
         let apart = claim::apart(value, b.unsure.0[i]);
         let gradient = claim::gradient::<f32>(gradient_of(b, i), phase, field - value, apart);
@@ -166,7 +178,6 @@ fn check(b: &mut OcclusionLanes, i: usize, field: f32, height: f32) -> Option<f3
         b.phase.0[i] = claim::LAST_PHASE;
         return None;
     }
-    b.phase.0[i] = 0.0;
     let gradient = gradient_of(b, i);
     Some(claim::distance::<f32>(value, gradient, phase, field, b.beyond.0[i]))
 }

@@ -130,35 +130,42 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
         for i in 0..LANES {
             let start = V3::of(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
             let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let p = if CHECKED {
-                let (phase, value) = (b.phase.0[i], b.value.0[i]);
-                let t = if phase > 0.0 { b.claim_t.0[i] } else { b.t.0[i] };
-                let at = camera::along::<f32>(start, direction, t);
-                let apart = claim::apart(value, b.rounding.0[i]);
-                claim::place::<f32>(at, phase, value, gradient_of(b, i), apart)
-            } else {
-                camera::along::<f32>(start, direction, b.t.0[i])
-            };
+            let checking = CHECKED & (b.phase.0[i] > 0.0);
+            let t = if checking { b.claim_t.0[i] } else { b.t.0[i] };
+            let p = camera::along::<f32>(start, direction, t);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
+        }
+        if CHECKED {
+            for i in (0..LANES).filter(|&i| b.phase.0[i] > 0.0) {
+                let (phase, value) = (b.phase.0[i], b.value.0[i]);
+                let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
+                let apart = claim::apart(value, b.rounding.0[i]);
+                let p = claim::place::<f32>(at, phase, value, gradient_of(b, i), apart);
+                points[0].0[i] = p.x;
+                points[1].0[i] = p.y;
+                points[2].0[i] = p.z;
+            }
         }
     }
 
     #[inline(always)]
     fn advance(&self, b: &mut ShadowLanes, values: &Column, ended: &mut [bool; LANES]) {
+        let mut checking = [false; LANES];
+        if CHECKED {
+            checking = std::array::from_fn(|i| b.phase.0[i] > 0.0);
+        }
         for (i, ended) in ended.iter_mut().enumerate() {
+            b.steps.0[i] += 1.0;
             let field = values.0[i] * b.side.0[i];
-            let steps = b.steps.0[i] + 1.0;
-            b.steps.0[i] = steps;
-            let nan = is_nan(field);
-            let noise = marching::noise(b.rounding.0[i], 1.0, self.frame.raw);
-            let out_of_steps = steps >= self.frame.shadow_steps as f32;
-            *ended = if CHECKED && b.phase.0[i] > 0.0 {
-                self.check(b, i, field, noise) | out_of_steps
-            } else {
-                self.step(b, i, field, noise, out_of_steps)
-            } | nan;
+            *ended = self.step(b, i, field, checking[i]);
+        }
+        if CHECKED && checking.contains(&true) {
+            for i in (0..LANES).filter(|&i| checking[i]) {
+                let field = values.0[i] * b.side.0[i];
+                ended[i] = self.check(b, i, field) | is_nan(field);
+            }
         }
     }
 
@@ -197,17 +204,19 @@ impl<const FORM: u32, const CHECKED: bool> ShadowRays<'_, FORM, CHECKED> {
         }
     }
 
-    /// Takes the evaluation of a point on the ray into account; tells whether the ray has ended.
+    /// Takes the evaluation of a point on the ray into account, but for lanes that check a claim; tells whether
+    /// the ray has ended.
     ///
     /// A claim is checked once the ray has passed the point where it is greatest.
     #[inline(always)]
-    fn step(&self, b: &mut ShadowLanes, i: usize, h: f32, noise: f32, out_of_steps: bool) -> bool {
+    fn step(&self, b: &mut ShadowLanes, i: usize, h: f32, checking: bool) -> bool {
+        let keep = |old: f32, new: f32| if checking { old } else { new };
         let (t, v, stride) = (b.t.0[i], b.visibility.0[i], b.stride.0[i]);
         let before = b.radius_before.0[i];
+        let noise = marching::noise(b.rounding.0[i], 1.0, self.frame.raw);
         let start = if CHECKED { 1.0 } else { v };
         let new = self.visible(start, h, before, stride, t, noise);
         let dark = if FORM == SIZED { -1.0 } else { 0.0 };
-        let is_inside = if FORM == SIZED { new <= dark } else { h < -noise };
         let shortest = b.least.0[i] * shadow::hurry(b.steps.0[i]);
         let next = match FORM {
             PLAIN | SIZED => shadow::short_stride(h, t, shortest, self.light.size),
@@ -217,63 +226,67 @@ impl<const FORM: u32, const CHECKED: bool> ShadowRays<'_, FORM, CHECKED> {
         let left = b.leave.0[i] - t;
         let left = if left > 0.0 { left } else { 0.0 };
         let next = if next < left { next } else { left };
-        b.radius_before.0[i] = h;
-        b.stride.0[i] = next;
-        b.t.0[i] = t + next;
+        let out_of_steps = b.steps.0[i] >= self.frame.shadow_steps as f32;
         let at_end = (t >= b.leave.0[i]) | out_of_steps;
+        let nan = is_nan(h);
+        b.radius_before.0[i] = keep(before, h);
+        b.t.0[i] = keep(t, t + next);
         if !CHECKED {
+            b.stride.0[i] = next;
             b.visibility.0[i] = new;
-            return at_end | (new <= dark);
+            return at_end | (new <= dark) | nan;
         }
-        if is_inside {
-            b.visibility.0[i] = dark;
-            return true;
-        }
-        let claims = shadow::claims(new, b.last.0[i], v, h, noise) > 0.0;
-        b.last.0[i] = new;
-        if claims {
-            b.claimed.0[i] = new;
-            b.claim_t.0[i] = t;
-            b.value.0[i] = h;
-            b.claim_before.0[i] = before;
-            b.claim_stride.0[i] = stride;
-        }
+        let is_inside = if FORM == SIZED { new <= dark } else { h < -noise };
+        let claims = (shadow::claims(new, b.last.0[i], v, h, noise) > 0.0) & !checking;
+        let claim = |old: f32, new: f32| if claims { new } else { old };
+        b.claimed.0[i] = claim(b.claimed.0[i], new);
+        b.claim_t.0[i] = claim(b.claim_t.0[i], t);
+        b.value.0[i] = claim(b.value.0[i], h);
+        b.claim_before.0[i] = claim(b.claim_before.0[i], before);
+        b.claim_stride.0[i] = claim(b.claim_stride.0[i], stride);
+        b.last.0[i] = keep(b.last.0[i], new);
         let is_passed = !claims | at_end;
-        if is_passed & (b.claimed.0[i] < shadow::NO_CLAIM) & !out_of_steps {
-            b.phase.0[i] = 1.0;
-            set_gradient(b, i, V3::of(0.0, 0.0, 0.0));
-            b.stride.0[i] = if at_end { -1.0 } else { next };
-            return false;
-        }
-        at_end
+        let has_claim = b.claimed.0[i] < shadow::NO_CLAIM;
+        let begins = is_passed & has_claim & !out_of_steps & !is_inside & !checking;
+        b.phase.0[i] = if begins { 1.0 } else { b.phase.0[i] };
+        let zeroed = |old: f32| if begins { 0.0 } else { old };
+        b.gradient_x.0[i] = zeroed(b.gradient_x.0[i]);
+        b.gradient_y.0[i] = zeroed(b.gradient_y.0[i]);
+        b.gradient_z.0[i] = zeroed(b.gradient_z.0[i]);
+        // What comes to its end with a claim ends after the check of it.
+        b.stride.0[i] = keep(stride, if begins & at_end { -1.0 } else { next });
+        b.visibility.0[i] = if is_inside & !checking { dark } else { v };
+        is_inside | (at_end & !begins) | nan
     }
 
     /// Takes an evaluation for the check of a claim into account; tells whether the ray has ended. The phases
     /// are those of [`claim`].
     #[inline(always)]
-    fn check(&self, b: &mut ShadowLanes, i: usize, field: f32, noise: f32) -> bool {
+    fn check(&self, b: &mut ShadowLanes, i: usize, field: f32) -> bool {
         let (phase, value) = (b.phase.0[i], b.value.0[i]);
+        let out_of_steps = b.steps.0[i] >= self.frame.shadow_steps as f32;
         if phase < 3.5 {
             let apart = claim::apart(value, b.rounding.0[i]);
             let gradient = claim::gradient::<f32>(gradient_of(b, i), phase, field - value, apart);
             set_gradient(b, i, gradient);
             b.phase.0[i] = phase + 1.0;
-            return false;
+            return out_of_steps;
         }
         if claim::decided(phase, value, field) == 0.0 {
             b.beyond.0[i] = field;
             b.phase.0[i] = claim::LAST_PHASE;
-            return false;
+            return out_of_steps;
         }
         let gradient = gradient_of(b, i);
         let distance = claim::distance::<f32>(value, gradient, phase, field, b.beyond.0[i]);
         if distance < claim::NOTHING {
+            let noise = marching::noise(b.rounding.0[i], 1.0, self.frame.raw);
             let before = b.claim_before.0[i] * (distance / value);
             let (t, stride, v) = (b.claim_t.0[i], b.claim_stride.0[i], b.visibility.0[i]);
             b.visibility.0[i] = self.visible(v, distance, before, stride, t, noise);
         }
         b.phase.0[i] = 0.0;
         b.claimed.0[i] = shadow::NO_CLAIM;
-        b.stride.0[i] < 0.0
+        out_of_steps | (b.stride.0[i] < 0.0)
     }
 }
