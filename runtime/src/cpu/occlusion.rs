@@ -99,6 +99,7 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
     #[inline(always)]
     fn advance(&self, b: &mut OcclusionLanes, values: &Column, ended: &mut [bool; LANES]) {
         let (count, pass) = (self.taps as f32, self.frame.sample as f32);
+        let reach = self.frame.occlusion_reach;
         let mut fields = Column([0.0; LANES]);
         for i in 0..LANES {
             fields.0[i] = values.0[i] * b.side.0[i];
@@ -121,10 +122,10 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
             let field = fields.0[i];
             let (distance, height, weight) = if MANY {
                 let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
-                let distance = occlusion::many_distance(index, place, self.frame.occlusion_reach);
+                let distance = occlusion::many_distance(index, place, reach);
                 (distance, distance * occlusion::many_cosine(index, count), 1.0)
             } else {
-                let distance = occlusion::five_distance(index, self.frame.occlusion_reach);
+                let distance = occlusion::five_distance(index, reach);
                 (distance, distance, occlusion::five_weight(index))
             };
             let nan = is_nan(field);

@@ -152,6 +152,12 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
 
     #[inline(always)]
     fn advance(&self, b: &mut ShadowLanes, values: &Column, ended: &mut [bool; LANES]) {
+        // Held here, since a pointer could lead to what is written in the loop.
+        let shared = Shared::<FORM, CHECKED> {
+            size: self.light.size,
+            raw: self.frame.raw,
+            most_steps: self.frame.shadow_steps as f32,
+        };
         let mut checking = [false; LANES];
         if CHECKED {
             checking = std::array::from_fn(|i| b.phase.0[i] > 0.0);
@@ -159,12 +165,12 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
         for (i, ended) in ended.iter_mut().enumerate() {
             b.steps.0[i] += 1.0;
             let field = values.0[i] * b.side.0[i];
-            *ended = self.step(b, i, field, checking[i]);
+            *ended = shared.step(b, i, field, checking[i]);
         }
         if CHECKED && checking.contains(&true) {
             for i in (0..LANES).filter(|&i| checking[i]) {
                 let field = values.0[i] * b.side.0[i];
-                ended[i] = self.check(b, i, field) | is_nan(field);
+                ended[i] = shared.check(b, i, field) | is_nan(field);
             }
         }
     }
@@ -191,16 +197,26 @@ fn set_gradient(b: &mut ShadowLanes, i: usize, gradient: V3<f32>) {
     b.gradient_z.0[i] = gradient.z;
 }
 
-impl<const FORM: u32, const CHECKED: bool> ShadowRays<'_, FORM, CHECKED> {
+/// What all rays towards a light share.
+#[derive(Clone, Copy)]
+struct Shared<const FORM: u32, const CHECKED: bool> {
+    /// The light's size.
+    size: f32,
+    /// 1 where the length of the field's gradient is not known, else 0.
+    raw: f32,
+    /// The most evaluations of a ray.
+    most_steps: f32,
+}
+
+impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
     /// What is seen of the light by a point of the ray at `t`, if a surface is at a distance `h` there.
     #[inline(always)]
-    fn visible(&self, visibility: f32, h: f32, before: f32, stride: f32, t: f32, noise: f32) -> f32 {
-        let size = self.light.size;
+    fn visible(self, visibility: f32, h: f32, before: f32, stride: f32, t: f32, noise: f32) -> f32 {
         match FORM {
             HARD => shadow::hard(visibility, h, noise),
-            PLAIN => shadow::plain(visibility, h, t, size),
-            IMPROVED => shadow::improved(visibility, h, before, stride, t, size),
-            _ => shadow::sized(visibility, h, t, size),
+            PLAIN => shadow::plain(visibility, h, t, self.size),
+            IMPROVED => shadow::improved(visibility, h, before, stride, t, self.size),
+            _ => shadow::sized(visibility, h, t, self.size),
         }
     }
 
@@ -209,24 +225,24 @@ impl<const FORM: u32, const CHECKED: bool> ShadowRays<'_, FORM, CHECKED> {
     ///
     /// A claim is checked once the ray has passed the point where it is greatest.
     #[inline(always)]
-    fn step(&self, b: &mut ShadowLanes, i: usize, h: f32, checking: bool) -> bool {
+    fn step(self, b: &mut ShadowLanes, i: usize, h: f32, checking: bool) -> bool {
         let keep = |old: f32, new: f32| if checking { old } else { new };
         let (t, v, stride) = (b.t.0[i], b.visibility.0[i], b.stride.0[i]);
         let before = b.radius_before.0[i];
-        let noise = marching::noise(b.rounding.0[i], 1.0, self.frame.raw);
+        let noise = marching::noise(b.rounding.0[i], 1.0, self.raw);
         let start = if CHECKED { 1.0 } else { v };
         let new = self.visible(start, h, before, stride, t, noise);
         let dark = if FORM == SIZED { -1.0 } else { 0.0 };
         let shortest = b.least.0[i] * shadow::hurry(b.steps.0[i]);
         let next = match FORM {
-            PLAIN | SIZED => shadow::short_stride(h, t, shortest, self.light.size),
-            _ => shadow::stride(h, t, shortest, self.light.size),
+            PLAIN | SIZED => shadow::short_stride(h, t, shortest, self.size),
+            _ => shadow::stride(h, t, shortest, self.size),
         };
         // The last point is the end of the ray itself, wherever the steps before it were.
         let left = b.leave.0[i] - t;
         let left = if left > 0.0 { left } else { 0.0 };
         let next = if next < left { next } else { left };
-        let out_of_steps = b.steps.0[i] >= self.frame.shadow_steps as f32;
+        let out_of_steps = b.steps.0[i] >= self.most_steps;
         let at_end = (t >= b.leave.0[i]) | out_of_steps;
         let nan = is_nan(h);
         b.radius_before.0[i] = keep(before, h);
@@ -262,9 +278,9 @@ impl<const FORM: u32, const CHECKED: bool> ShadowRays<'_, FORM, CHECKED> {
     /// Takes an evaluation for the check of a claim into account; tells whether the ray has ended. The phases
     /// are those of [`claim`].
     #[inline(always)]
-    fn check(&self, b: &mut ShadowLanes, i: usize, field: f32) -> bool {
+    fn check(self, b: &mut ShadowLanes, i: usize, field: f32) -> bool {
         let (phase, value) = (b.phase.0[i], b.value.0[i]);
-        let out_of_steps = b.steps.0[i] >= self.frame.shadow_steps as f32;
+        let out_of_steps = b.steps.0[i] >= self.most_steps;
         if phase < 3.5 {
             let apart = claim::apart(value, b.rounding.0[i]);
             let gradient = claim::gradient::<f32>(gradient_of(b, i), phase, field - value, apart);
@@ -280,7 +296,7 @@ impl<const FORM: u32, const CHECKED: bool> ShadowRays<'_, FORM, CHECKED> {
         let gradient = gradient_of(b, i);
         let distance = claim::distance::<f32>(value, gradient, phase, field, b.beyond.0[i]);
         if distance < claim::NOTHING {
-            let noise = marching::noise(b.rounding.0[i], 1.0, self.frame.raw);
+            let noise = marching::noise(b.rounding.0[i], 1.0, self.raw);
             let before = b.claim_before.0[i] * (distance / value);
             let (t, stride, v) = (b.claim_t.0[i], b.claim_stride.0[i], b.visibility.0[i]);
             b.visibility.0[i] = self.visible(v, distance, before, stride, t, noise);
