@@ -22,6 +22,9 @@ pub(super) fn find(
     tile: &mut Tile,
     evaluator: &mut dyn Evaluator,
 ) -> u64 {
+    if method == Normals::Exact {
+        step_outside(frame, tile);
+    }
     if method == Normals::Exact && !tile.leaves.is_empty() {
         by_leaf(frame, tile, evaluator);
         return tile.shown.len() as u64;
@@ -45,7 +48,7 @@ pub(super) fn find(
         for (lane, &item) in items.iter().enumerate() {
             apart.0[lane] = tap_distance(frame, method, tile, item);
             let at = match method {
-                Normals::Exact => outside(frame, tile, item),
+                Normals::Exact => tile.outside[item as usize],
                 _ => tile.points[item as usize],
             };
             set(&mut points, lane, at);
@@ -79,12 +82,21 @@ fn tap_distance(frame: &Frame, method: Normals, tile: &Tile, item: u32) -> f32 {
     normals::tap_distance::<f32>(p, half, normals::spread(method))
 }
 
-/// The point just outside of a pixel's surface at which its exact gradient is taken.
-fn outside(frame: &Frame, tile: &Tile, item: u32) -> V3<f32> {
-    let t = tile.rays[item as usize].t;
-    let before = t - normals::outside(marching::rounding_at(t, frame.rounding));
-    let camera = camera_ray(frame, tile.pixels[item as usize]);
-    camera::along::<f32>(camera.origin, camera.direction, before)
+/// Finds the points just outside of the shown pixels' surfaces, at which exact gradients are taken.
+fn step_outside(frame: &Frame, tile: &mut Tile) {
+    let mut pixels = Points::default();
+    let mut outside = Points::default();
+    for items in tile.shown.chunks(LANES) {
+        for (lane, &item) in items.iter().enumerate() {
+            let [x, y] = tile.pixels[item as usize];
+            set(&mut pixels, lane, V3::of(x, y, tile.rays[item as usize].t));
+        }
+        points_outside(frame, &pixels, &mut outside);
+        for (lane, &item) in items.iter().enumerate() {
+            let p = [0, 1, 2].map(|axis| outside[axis].0[lane]);
+            tile.outside[item as usize] = vector(p);
+        }
+    }
 }
 
 /// Finds exact normals by the tapes of the leaves in which rays ended: those whose tape is the same are
@@ -92,7 +104,7 @@ fn outside(frame: &Frame, tile: &Tile, item: u32) -> V3<f32> {
 fn by_leaf(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator) {
     let leaf_of = |&item: &u32| {
         let leaf = tile.leaves[item as usize];
-        let held = leaf != NO_LEAF && evaluator.holds(leaf, outside(frame, tile, item).to_array());
+        let held = leaf != NO_LEAF && evaluator.holds(leaf, tile.outside[item as usize].to_array());
         let tape = held.then(|| evaluator.tape_of(leaf));
         (tape, leaf, item)
     };
@@ -106,7 +118,7 @@ fn by_leaf(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator) {
             let (tape, leaf, _) = group[0];
             for (lane, &(.., item)) in group.iter().enumerate() {
                 together[lane] = item;
-                set(&mut points, lane, outside(frame, tile, item));
+                set(&mut points, lane, tile.outside[item as usize]);
             }
             repeat_first(&mut points, group.len());
             if tape.is_none() {
@@ -128,7 +140,7 @@ fn keep(
     gradients: &mut [Column; 4],
     tile: &mut Tile,
 ) {
-    if method == Normals::Exact {
+    if method == Normals::Exact && !tile.slopes.is_empty() {
         for (lane, &item) in items.iter().enumerate() {
             let [x, y, z, _] = &*gradients;
             let gradient = V3::of(x.0[lane], y.0[lane], z.0[lane]);
@@ -227,8 +239,9 @@ widest! {
 
 #[inline(always)]
 fn face_body(frame: &Frame, pixels: &Points, gradients: &mut [Column; 4]) {
+    let f = *frame;
     for lane in 0..LANES {
-        let direction = camera_ray(frame, [pixels[0].0[lane], pixels[1].0[lane]]).direction;
+        let direction = camera_ray(&f, [pixels[0].0[lane], pixels[1].0[lane]]).direction;
         let gradient = V3::of(
             gradients[0].0[lane],
             gradients[1].0[lane],
@@ -238,6 +251,26 @@ fn face_body(frame: &Frame, pixels: &Points, gradients: &mut [Column; 4]) {
         gradients[0].0[lane] = normal.x;
         gradients[1].0[lane] = normal.y;
         gradients[2].0[lane] = normal.z;
+    }
+}
+
+widest! {
+    /// The points that rays through pixels reach just before they end; the third number of those is how far
+    /// they came.
+    fn points_outside(frame: &Frame, pixels: &Points, outside: &mut Points) = points_outside_body;
+}
+
+#[inline(always)]
+fn points_outside_body(frame: &Frame, pixels: &Points, outside: &mut Points) {
+    let f = *frame;
+    for lane in 0..LANES {
+        let t = pixels[2].0[lane];
+        let ray = camera_ray(&f, [pixels[0].0[lane], pixels[1].0[lane]]);
+        let before = t - normals::outside(marching::rounding_at(t, f.rounding));
+        let p = camera::along::<f32>(ray.origin, ray.direction, before);
+        outside[0].0[lane] = p.x;
+        outside[1].0[lane] = p.y;
+        outside[2].0[lane] = p.z;
     }
 }
 

@@ -44,7 +44,7 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
         b.normal_y.0[lane] = normal.y;
         b.normal_z.0[lane] = normal.z;
         [b.place_x.0[lane], b.place_y.0[lane]] = self.pixels[item];
-        b.slope.0[lane] = self.slopes[item];
+        b.slope.0[lane] = if RAW { self.slopes[item] } else { 1.0 };
         b.phase.0[lane] = 0.0;
         b.value.0[lane] = 0.0;
         b.hidden.0[lane] = 0.0;

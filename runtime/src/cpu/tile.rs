@@ -61,7 +61,9 @@ pub(super) struct Tile {
     /// Where the surfaces are.
     pub(super) points: Vec<V3<f32>>,
     pub(super) normals: Vec<[f32; 3]>,
-    /// The lengths of the field's gradients there.
+    /// The points just outside of them, where gradients are taken.
+    pub(super) outside: Vec<V3<f32>>,
+    /// The lengths of those gradients, where they are asked for.
     pub(super) slopes: Vec<f32>,
     pub(super) surfaces: Vec<Surface>,
     /// What arrives of each light.
@@ -149,8 +151,9 @@ impl Tile {
         self.rays.resize(count, Ray::default());
         self.points.resize(count, V3::default());
         self.normals.resize(count, [0.0; 3]);
+        self.outside.resize(count, V3::default());
         self.slopes.clear();
-        self.slopes.resize(count, 1.0);
+        self.slopes.resize(if picture.features.raw { count } else { 0 }, 1.0);
         self.surfaces.resize(count, Surface::default());
         self.open.resize(count, 1.0);
         self.arriving.resize(picture.lights.len(), Vec::new());
