@@ -133,6 +133,12 @@ pub(super) fn repeat_first(points: &mut Points, count: usize) {
     }
 }
 
+/// Whether any lane of a column is not zero.
+#[inline(always)]
+pub(super) fn any(column: &Column) -> bool {
+    column.0.iter().fold(0, |bits, v| bits | v.to_bits()) != 0
+}
+
 /// Whether a value is not a number, by its bits: the same test as in the kernels.
 #[inline(always)]
 pub(super) fn is_nan(x: f32) -> bool {

@@ -1,6 +1,6 @@
 //! The stage `occlusion`: how much of the sky surfaces see.
 
-use super::lanes::{Walk, is_nan, lanes};
+use super::lanes::{Walk, any, is_nan, lanes};
 use super::march::vector;
 use super::{Column, LANES, Points};
 use sdfc_shaders::layout::{Frame, Ray};
@@ -83,7 +83,7 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
             points[1].0[i] = at.y;
             points[2].0[i] = at.z;
         }
-        if RAW {
+        if RAW && any(&b.phase) {
             for i in (0..LANES).filter(|&i| b.phase.0[i] > 0.0) {
                 let value = b.value.0[i];
                 let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
@@ -105,7 +105,7 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
             fields.0[i] = values.0[i] * b.side.0[i];
         }
         let mut checking = [false; LANES];
-        if RAW {
+        if RAW && any(&b.phase) {
             for i in 0..LANES {
                 let field = fields.0[i];
                 if (b.phase.0[i] == 0.0) | is_nan(field) {

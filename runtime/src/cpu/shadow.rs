@@ -1,6 +1,6 @@
 //! The stage `shadow`: what lies between surfaces and a light.
 
-use super::lanes::{Walk, is_nan, lanes, stream};
+use super::lanes::{Walk, any, is_nan, lanes, stream};
 use super::march::vector;
 use super::tile::Tile;
 use super::{Column, Evaluator, LANES, Points};
@@ -137,7 +137,7 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
         }
-        if CHECKED {
+        if CHECKED && any(&b.phase) {
             for i in (0..LANES).filter(|&i| b.phase.0[i] > 0.0) {
                 let (phase, value) = (b.phase.0[i], b.value.0[i]);
                 let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
@@ -159,7 +159,8 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
             most_steps: self.frame.shadow_steps as f32,
         };
         let mut checking = [false; LANES];
-        if CHECKED {
+        let any_checking = CHECKED && any(&b.phase);
+        if any_checking {
             checking = std::array::from_fn(|i| b.phase.0[i] > 0.0);
         }
         for (i, ended) in ended.iter_mut().enumerate() {
@@ -167,7 +168,7 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
             let field = values.0[i] * b.side.0[i];
             *ended = shared.step(b, i, field, checking[i]);
         }
-        if CHECKED && checking.contains(&true) {
+        if any_checking {
             for i in (0..LANES).filter(|&i| checking[i]) {
                 let field = values.0[i] * b.side.0[i];
                 ended[i] = shared.check(b, i, field) | is_nan(field);
