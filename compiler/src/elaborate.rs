@@ -55,6 +55,7 @@ use params::Override;
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
 use std::collections::{BTreeSet, HashMap, HashSet};
 
+pub(crate) use bound::short;
 pub use modules::{Loader, NoFiles};
 pub use reference::{Entry, reference};
 

@@ -104,8 +104,8 @@ fn walk(
     let paints = paints(scene);
     let mut graph = Graph::default();
     let world = graph.add(Node::World);
-    let slopes = ShapeSlopes::new(World::from(&*scene));
     let size = step::size(scene, shape);
+    let slopes = ShapeSlopes::new(World::from(&*scene), size);
     let mut lowering = Lowering {
         slopes,
         size,
@@ -121,6 +121,7 @@ fn walk(
     };
     let root = lowering.shape(shape, At::new(world, 1.0), Wanted::Step);
     lowering.graph.root = root;
+    lowering.report_refuted();
     (lowering.graph, lowering.trail, lowering.diagnostics)
 }
 

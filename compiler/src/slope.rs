@@ -20,7 +20,7 @@ use sdfc_vm::interval::Interval;
 use search::Search;
 use std::collections::BinaryHeap;
 
-pub(crate) use shapes::ShapeSlopes;
+pub(crate) use shapes::{Refuted, ShapeSlopes};
 
 /// How many operations are spent on all of a scene before bounds are left as they are; none gets more
 /// than half of what is left.
@@ -132,28 +132,51 @@ pub(crate) fn bound(
 /// The number of points at which a slope is tried.
 const TRIED_POINTS: usize = 400;
 
-/// Twice the slope that nine tenths of the points tried in a region do not exceed; the points lie near the
-/// region's middle and far out alike.
+/// Twice the slope that nine tenths of the points tried in a region do not exceed.
 pub(crate) fn tried(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
     ranges: &Ranges,
 ) -> f64 {
+    let tried = slopes_in(expressions, numbers, region, ranges);
+    let mut found: Vec<f64> = tried.into_iter().map(|(slope, _)| slope).collect();
+    found.sort_by(f64::total_cmp);
+    found.get(found.len() * 9 / 10).map_or(1.0, |slope| 2.0 * slope)
+}
+
+/// The steepest of the points tried in a region, and the slope there.
+pub(crate) fn steepest(
+    expressions: &Expressions,
+    numbers: &[ExprId],
+    region: &Bounds,
+    ranges: &Ranges,
+) -> Option<(f64, [f64; 3])> {
+    let tried = slopes_in(expressions, numbers, region, ranges);
+    tried.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// The slopes at points of a region, near its middle and far out alike.
+fn slopes_in(
+    expressions: &Expressions,
+    numbers: &[ExprId],
+    region: &Bounds,
+    ranges: &Ranges,
+) -> Vec<(f64, [f64; 3])> {
     let mut search = Search::new(expressions, numbers, ranges);
     let region = region.common(&Bounds::centred([1e6; 3]));
-    let (centre, half) = (region.centre(), [0, 1, 2].map(|i| (region.max[i] - region.min[i]) / 2.0));
-    let mut found: Vec<f64> = (0..TRIED_POINTS)
+    let centre = region.centre();
+    let half = [0, 1, 2].map(|i| (region.max[i] - region.min[i]) / 2.0);
+    (0..TRIED_POINTS)
         .map(|number| {
             let n = number as f64 + 1.0;
             let steps = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_97];
             let size = 0.25_f64.powi(number as i32 % 4);
-            search.slope_at(std::array::from_fn(|axis| {
+            let point = std::array::from_fn(|axis| {
                 centre[axis] + half[axis] * size * (((n * steps[axis]).fract() - 0.5) * 2.0)
-            }))
+            });
+            (search.slope_at(point), point)
         })
-        .filter(|slope| slope.is_finite())
-        .collect();
-    found.sort_by(f64::total_cmp);
-    found.get(found.len() * 9 / 10).map_or(1.0, |slope| 2.0 * slope)
+        .filter(|(slope, _)| slope.is_finite())
+        .collect()
 }

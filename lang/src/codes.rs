@@ -638,6 +638,14 @@ no bound, and rays may step over the surface.
     field(fn(p) => 1 / p.x - 1)
     field(fn(p) => 1 / max(p.x, 0.1) - 1)
     field(fn(p) => 1 / p.x - 1, lipschitz: 4)";
+
+W0502 "a stated slope that does not hold" "\
+A field was tried at some points, and rises faster at one of them than `lipschitz` says. By that bound rays
+would step over surfaces, so it is left aside and one is found instead. Without `lipschitz` that is done
+always; state a bound only where none is found.
+
+    field(fn(p) => dot(p, p) - 1, lipschitz: 1)
+    field(fn(p) => dot(p, p) - 1)";
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ mod pack;
 
 pub use again::{again, changed};
 pub use build::{Cut, Refine, build};
-pub use find::Part;
+pub use find::{Held, Part};
 pub use lazy::{BLOCKS, Key, Lazy};
 pub use pack::{Left, Packed, registers};
 

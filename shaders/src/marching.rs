@@ -173,7 +173,8 @@ pub fn march_step<R: Real>(
     let inside = R::and(crossed, R::and(radius.less(near), R::not(astray)));
     let landed = R::and(inside, R::or(guessed, short));
     let found = R::and(crossed, R::or(plain, landed));
-    let deep = R::and(field.less(-threshold), threshold.less(step));
+    let sure = threshold.max(depth * lit(2.0)).named("sure");
+    let deep = R::and(field.less(-sure), sure.less(step));
     let jumped = R::and(found, deep);
     let passable = R::or(plain, R::or(overlapping, R::or(landed, short)));
     let safe = R::and(passable, R::not(jumped));
@@ -187,8 +188,9 @@ pub fn march_step<R: Real>(
     let falling = R::and(known, slope.less(zero));
     let goal = (new_radius.max(zero) * lit(1.0 + OVERSHOOT) + depth * lit(2.0)).named("goal");
     let to_root = (goal / (-slope).max(lit(1e-30))).named("to_root");
-    let at_least = R::select(falling, to_root.min(creep), creep);
-    let creeping = R::and(known, new_radius.less(creep));
+    let stuck = (depth * lit(2.0)).min(creep).named("stuck");
+    let at_least = R::select(falling, to_root.min(creep), R::select(known, creep, stuck));
+    let creeping = new_radius.less(creep);
     let onward = R::select(creeping, relaxed.max(at_least), relaxed).named("onward");
     let evenly = (slope - mean).abs().less(slope * lit(-EVENLY));
     let steadily = (slope - mean).abs().less(slope * lit(-STEADILY));

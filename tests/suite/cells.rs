@@ -5,7 +5,7 @@ use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::Sources;
-use sdfc_runtime::cells::{Cells, Cut, Refine, Region, Split, again, build};
+use sdfc_runtime::cells::{Cells, Cut, Held, Refine, Region, Split, again, build};
 use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open};
 use sdfc_runtime::frame::{CellUse, Frame, Mode, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
@@ -256,7 +256,7 @@ fn where_nothing_is_kept_the_field_has_the_sign_that_is_claimed() {
                 continue;
             }
             let value = evaluate_f64(program, point.map(f64::from));
-            let inside = cells.full_at(point);
+            let inside = cells.held_at(point) == Held::Solid;
             *(if inside { &mut full } else { &mut empty }) += 1;
             // What jumps has, at a jump, either value.
             if (value < 0.0) != inside && value.abs() > 1e-6 {

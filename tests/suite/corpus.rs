@@ -82,6 +82,12 @@ pub(crate) fn compiled_text(text: &str, passes: PassOptions) -> Compiled {
     compiled.unwrap_or_else(|| panic!("{found:?}"))
 }
 
+/// A scene, compiled with all passes.
+pub(crate) fn compiled_scene(scene: Scene) -> Compiled {
+    let (compiled, found) = compile::compile(scene, &compile::Options::default());
+    compiled.unwrap_or_else(|| panic!("{found:?}"))
+}
+
 /// The scene of a file, compiled with some passes.
 pub(crate) fn compiled(path: &Path, passes: PassOptions) -> Compiled {
     let options = compile::Options {

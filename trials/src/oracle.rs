@@ -92,6 +92,11 @@ impl Oracle {
         trace::Ray::new(&self.tree, origin, direction, range).trace()
     }
 
+    /// The number of steps of formulas that this thread has run for oracles, as a measure of effort.
+    pub fn effort() -> u64 {
+        number::effort()
+    }
+
     /// The material of the surface at a point of it, if it has a paint there.
     pub fn material(&self, p: Point) -> Option<MaterialId> {
         let tolerance = MAX_PAINT_DIFFERENCE_PER_SIZE * self.size_at(p);

@@ -7,7 +7,9 @@
 use super::{At, Lowering};
 use crate::bounds::{Boxes, World};
 use crate::graph::{NodeId, Number};
+use crate::elaborate::short;
 use crate::scene::{Scene, ShapeId};
+use crate::slope::Refuted;
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
@@ -24,6 +26,9 @@ const CUBES: [f64; 3] = [4.0, 32.0, 256.0];
 /// The half side of the cube that holds all that rays reach, in sizes of the scene.
 const REACH: f64 = 1e6;
 
+/// The least size that an endless scene is taken to have: cameras that are left open stand so far away.
+const LEAST_SIZE: f64 = 1.0;
+
 /// About half the size of what is seen of a shape: its farthest finite corner from the origin, or how far
 /// cameras are.
 pub(super) fn size(scene: &Scene, root: ShapeId) -> f64 {
@@ -38,8 +43,7 @@ pub(super) fn size(scene: &Scene, root: ShapeId) -> f64 {
     let cameras = scene.cameras.iter().filter(|camera| !camera.automatic);
     let places = cameras.flat_map(|camera| camera.from.into_iter().chain(camera.look));
     let places = farthest(&mut places.filter_map(|id| scene.expressions.as_constant(id)));
-    let size = corners.max(places);
-    if size > 0.0 { size } else { 1.0 }
+    corners.max(places).max(LEAST_SIZE)
 }
 
 impl Lowering<'_> {
@@ -71,9 +75,16 @@ impl Lowering<'_> {
         if first * WORTH_WHILE > everywhere {
             return self.divided(node, everywhere, at);
         }
-        let mut slope = |half: f64| self.slope(id, &Bounds::centred([half; 3])).max(first);
-        let [second, third, beyond] =
-            [cubes[1], cubes[2], REACH * unit].map(|half| slope(half).min(everywhere));
+        let is_guessed = self.unbounded.contains(&id);
+        let mut slope = |half: f64| {
+            let region = Bounds::centred([half; 3]);
+            let found = match is_guessed {
+                true => self.known_slope(id, &region),
+                false => self.slope(id, &region),
+            };
+            found.max(first).min(everywhere)
+        };
+        let [second, third, beyond] = [cubes[1], cubes[2], REACH * unit].map(&mut slope);
         if first * WORTH_WHILE > beyond {
             return self.divided(node, beyond, at);
         }
@@ -112,6 +123,29 @@ impl Lowering<'_> {
         }
         let world = World::from(&*self.scene);
         self.slopes.guess(world, self.boxes, id, region).max(TIDY)
+    }
+
+    /// Reports the slopes that the scene states and that do not hold.
+    pub(super) fn report_refuted(&mut self) {
+        for (id, refuted) in self.slopes.all_refuted() {
+            let Refuted {
+                stated,
+                slope,
+                place: [x, y, z],
+            } = refuted;
+            let round = |v: f64| short((v * 1e3).round() / 1e3);
+            let (span, slope) = (self.scene.shapes[id.0 as usize].span, round(slope));
+            let place = format!("[{}, {}, {}]", round(x), round(y), round(z));
+            self.diagnostics.push(
+                Diagnostic::warning(
+                    codes::W0502,
+                    span,
+                    format!("this field is steeper than the {} that is stated", short(stated)),
+                )
+                .primary(format!("its slope is {slope} at {place}, so another bound is used"))
+                .help("leave `lipschitz` out: a bound is found where there is one"),
+            );
+        }
     }
 
     /// A value divided by a bound of its slope.

@@ -4,7 +4,7 @@
 //! what a scene writes itself (fields, displacements, warps). It holds for all points of the region and
 //! for all values of the parameters.
 
-use super::{Budget, Ranges, bound, tried};
+use super::{Budget, Ranges, bound, steepest, tried};
 use crate::bounds::{Boxes, World};
 use crate::expression::ExprId;
 use crate::range::range_over;
@@ -30,10 +30,30 @@ pub(crate) struct ShapeSlopes {
     varies: Vec<bool>,
     /// Whether numbers are found by trying points instead of bounds.
     is_guessing: bool,
+    /// About half the size of what is seen.
+    size: f64,
+    /// The fields whose stated bound was tried; with where it does not hold, if it does not.
+    stated: HashMap<ShapeId, Option<Refuted>>,
 }
 
+/// A place at which a field is steeper than the scene states.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Refuted {
+    /// The bound that is stated.
+    pub(crate) stated: f64,
+    /// The slope there.
+    pub(crate) slope: f64,
+    /// The place, in the frame of the field.
+    pub(crate) place: [f64; 3],
+}
+
+/// How much steeper than stated a field must be, so that it is not rounding.
+const REFUTES: f64 = 1.0 + 1e-6;
+/// The half side of the cube in which an endless field is tried, in sizes of the scene.
+const TRIED_CUBE: f64 = 4.0;
+
 impl ShapeSlopes {
-    pub(crate) fn new(world: World<'_>) -> Self {
+    pub(crate) fn new(world: World<'_>, size: f64) -> Self {
         Self {
             ranges: Ranges::of(world),
             budget: Budget::default(),
@@ -41,6 +61,8 @@ impl ShapeSlopes {
             searched: HashMap::new(),
             varies: Vec::new(),
             is_guessing: false,
+            size,
+            stated: HashMap::new(),
         }
     }
 
@@ -118,9 +140,13 @@ impl ShapeSlopes {
             ShapeKind::Nothing => 0.0,
             ShapeKind::Field { value, slope, .. } => {
                 let found = self.written(world, &[*value], region);
-                let stated = slope.map(|slope| self.range(world, slope).hi);
-                // Either of two bounds holds.
-                found.min(stated.unwrap_or(f64::INFINITY))
+                let Some(slope) = slope else { return found };
+                match self.refuted(world, boxes, id, *value, *slope) {
+                    Some(refuted) if self.is_guessing => found.max(refuted.slope),
+                    Some(_) => found,
+                    // Either of two bounds holds.
+                    None => found.min(self.range(world, *slope).hi),
+                }
             }
             ShapeKind::Combine {
                 op,
@@ -178,6 +204,41 @@ impl ShapeSlopes {
             }
             ShapeKind::Painted { child, .. } => self.within(world, boxes, *child, region),
         }
+    }
+
+    /// Where a field is steeper than the scene states, as far as points that are tried show.
+    fn refuted(
+        &mut self,
+        world: World<'_>,
+        boxes: &mut Boxes,
+        id: ShapeId,
+        value: ExprId,
+        slope: ExprId,
+    ) -> Option<Refuted> {
+        if let Some(known) = self.stated.get(&id) {
+            return *known;
+        }
+        let stated = self.range(world, slope).hi;
+        let seen = Bounds::centred([self.size * TRIED_CUBE; 3]);
+        let found = boxes.of(world, id);
+        let region = if found.is_finite() { found } else { found.common(&seen) };
+        let refuted = steepest(world.expressions, &[value], &region, &self.ranges)
+            .filter(|(slope, _)| *slope > stated * REFUTES)
+            .map(|(slope, place)| Refuted {
+                stated,
+                slope,
+                place,
+            });
+        self.stated.insert(id, refuted);
+        refuted
+    }
+
+    /// The fields whose stated bounds do not hold, in order.
+    pub(crate) fn all_refuted(&self) -> Vec<(ShapeId, Refuted)> {
+        let refuted = self.stated.iter().filter_map(|(&id, refuted)| Some((id, (*refuted)?)));
+        let mut refuted: Vec<_> = refuted.collect();
+        refuted.sort_by_key(|(id, _)| *id);
+        refuted
     }
 
     /// The bound that a row's rule gives for operands with these bounds, for all values of its parameters.

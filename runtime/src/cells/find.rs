@@ -63,6 +63,17 @@ impl Grid {
     }
 }
 
+/// What a part of space holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Held {
+    /// Nothing of the solid.
+    Nothing,
+    /// The solid alone.
+    Solid,
+    /// Perhaps some of the surface: the cell whose tape tells.
+    Leaf(u32),
+}
+
 /// A part of space, as cells divide it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
@@ -74,9 +85,14 @@ pub struct Part {
 }
 
 impl Cells {
-    /// Whether a point lies where all of a cell is inside the solid.
-    pub fn full_at(&self, p: [f32; 3]) -> bool {
-        matches!(self.child_at(p), Some((_, _, FULL)))
+    /// What is known of the solid where a point lies.
+    pub fn held_at(&self, p: [f32; 3]) -> Held {
+        match self.child_at(p) {
+            Some((_, _, EMPTY)) => Held::Nothing,
+            Some((_, _, FULL)) => Held::Solid,
+            Some((_, _, entry)) => Held::Leaf(entry - CELL),
+            None => Held::Leaf(0),
+        }
     }
 
     /// The part of space that a point lies in; `None` outside of all cells.

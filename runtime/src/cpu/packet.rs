@@ -21,7 +21,7 @@ use super::lanes::{Lanes, is_nan, lanes};
 use super::march::{outcome, step_lane};
 use super::meet::Meeting;
 use super::{Boxes, Column, Evaluator, LANES, Points, Range};
-use crate::cells::{Cell, Cells};
+use crate::cells::{Cell, Cells, Held};
 use first::{bound_slopes, enter, entries, pass, passes, start};
 use look::{rule_out, spans};
 use roots::{place_roots, step_roots};
@@ -116,9 +116,7 @@ impl Marcher {
             };
         }
         if within {
-            for lane in 0..items.len() {
-                self.packet.side.0[lane] = self.first_side(cells, lane);
-            }
+            self.find_sides(cells, items.len(), evaluator);
         } else if meetings.is_empty() {
             return 0;
         }
@@ -161,15 +159,38 @@ impl Marcher {
         evaluations
     }
 
-    /// −1 for a ray that starts where all of a cell is inside; a ray that starts in a leaf finds out
-    /// there.
-    fn first_side(&self, cells: &Cells, lane: usize) -> f32 {
-        let p = &self.packet;
-        if p.begin.0[lane] > 0.0 {
-            return 1.0;
+    /// Finds on which side of the surface the rays start, before any goes through a leaf: where they start may
+    /// lie in the wall between two.
+    fn find_sides(&mut self, cells: &Cells, lanes: usize, evaluator: &mut dyn Evaluator) {
+        let mut known: Option<([f32; 3], f32)> = None;
+        for lane in 0..lanes {
+            let p = &self.packet;
+            if p.begin.0[lane] > 0.0 {
+                continue;
+            }
+            let origin = [p.origin_x.0[lane], p.origin_y.0[lane], p.origin_z.0[lane]];
+            let side = match known {
+                Some((place, side)) if place == origin => side,
+                _ => self.side_at(cells, origin, evaluator),
+            };
+            known = Some((origin, side));
+            self.packet.side.0[lane] = side;
         }
-        let origin = [p.origin_x.0[lane], p.origin_y.0[lane], p.origin_z.0[lane]];
-        if cells.full_at(origin) { -1.0 } else { 1.0 }
+    }
+
+    /// −1 for a point inside the solid, else 1.
+    fn side_at(&mut self, cells: &Cells, at: [f32; 3], evaluator: &mut dyn Evaluator) -> f32 {
+        match cells.held_at(at) {
+            Held::Solid => -1.0,
+            Held::Nothing => 1.0,
+            Held::Leaf(cell) => {
+                for (column, v) in self.points.iter_mut().zip(at) {
+                    column.0.fill(v);
+                }
+                evaluator.distances_in(cell, &self.points, 1, &mut self.values);
+                if self.values.0[0] < 0.0 { -1.0 } else { 1.0 }
+            }
+        }
     }
 
     /// Ends rays that meet nothing at all. The box around a ray along an axis is the ray itself, and walls
@@ -482,7 +503,7 @@ fn advance_body(f: &Frame, values: &Column, count: usize, b: &mut Inside) -> u64
         step_lane!(f, b, i, values.0[i], 1.0 / slope, |next, out| {
             let left = b.leave.0[i] - next.t;
             let fall = b.fall.0[i] / slope;
-            let through = passes(next.radius, next.step, fall, left);
+            let through = passes(next.t, next.radius, next.step, fall, left);
             let out = if through { outcome::THROUGH } else { out };
             if next.arrived > 0.0 {
                 outcome::HIT

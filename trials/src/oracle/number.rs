@@ -1,5 +1,6 @@
 //! Numbers of a scene: the arithmetic of rows, and formulas of the point.
 
+use std::cell::Cell;
 use super::point::{Point, beyond};
 use super::range::{self, Range};
 use sdfc_compiler::expression::{ExprId, Expression, Expressions, ParamId, Stage};
@@ -199,6 +200,16 @@ enum Step {
     },
 }
 
+thread_local! {
+    /// The number of steps of formulas that this thread has run.
+    static EFFORT: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The number of steps of formulas that this thread has run.
+pub(super) fn effort() -> u64 {
+    EFFORT.get()
+}
+
 /// Numbers of point stage as steps that run on each point, all uniform ones computed before.
 #[derive(Clone, Debug)]
 pub(super) struct Formula {
@@ -286,6 +297,7 @@ impl Formula {
     }
 
     fn run(&self, p: Point, done: &mut [f64]) -> [f64; 3] {
+        EFFORT.set(EFFORT.get() + self.steps.len() as u64);
         let read = |operand: Operand, done: &[f64]| match operand {
             Operand::Number(value) => value,
             Operand::Coordinate(axis) => p[usize::from(axis)],
@@ -321,6 +333,7 @@ impl Formula {
     }
 
     fn run_range(&self, p: Point, radius: f64, done: &mut [Range]) -> [Range; 3] {
+        EFFORT.set(EFFORT.get() + self.steps.len() as u64);
         let read = |operand: Operand, done: &[Range]| match operand {
             Operand::Number(value) => Range::around(value, 0.0),
             Operand::Coordinate(axis) => Range::around(p[usize::from(axis)], radius),

@@ -135,7 +135,7 @@ impl<'a> Elaborator<'a> {
         Render {
             size: [960, 540],
             aa: 2,
-            steps: 512,
+            steps: 2048,
             far: None,
             occlusion: Occlusion::FiveTap,
             occlusion_reach: None,

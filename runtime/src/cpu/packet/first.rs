@@ -186,12 +186,13 @@ fn entries_body(p: &Packet, points: &mut Points) {
     }
 }
 
-/// Whether a ray meets nothing in the `left` of its way through a leaf, at a point with this field where it
-/// would take a `step`; the field falls no faster than `fall`.
+/// Whether a ray meets nothing in the `left` of its way through a leaf, at a point at `t` with this field where
+/// it would take a `step`; the field falls no faster than `fall`.
 #[inline(always)]
-pub(super) fn passes(radius: f32, step: f32, fall: f32, left: f32) -> bool {
-    // What is left lies in the ball around the point: there is nothing there.
-    let covered = (radius >= left) | (left <= 0.0);
+pub(super) fn passes(t: f32, radius: f32, step: f32, fall: f32, left: f32) -> bool {
+    // What is left lies in the ball around the point: there is nothing there. Or it is less than `t` can grow
+    // by: whether there is a surface in the wall to the next leaf is seen there.
+    let covered = (radius >= left) | (left <= t.abs() * f32::EPSILON);
     // Nor is there where the field does not fall fast enough to change its sign.
     let last = radius - fall * left;
     covered | (last > 0.0) & (step > 0.0)
@@ -215,7 +216,7 @@ fn pass_body(f: &Frame, cell: &Cell, values: &Column, p: &mut Packet) -> u64 {
         let side = side_from(p.steps.0[i], t, distance, p.side.0[i]);
         let radius = distance * side / change.slope;
         let left = p.exit.0[i] - t;
-        let through = passes(radius, radius, change.fall / change.slope, left);
+        let through = passes(t, radius, radius, change.fall / change.slope, left);
         // Comparing with NaN is false.
         let apart = radius >= marching::rounding_at(t, f.rounding);
         let crosses = p.enter.0[i] <= p.exit.0[i];
