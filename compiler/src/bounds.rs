@@ -372,7 +372,15 @@ impl Boxes {
             _ => false,
         };
         let plane = world.shapes[id.0 as usize].plane;
-        if !is_vague || matches!(kind, ShapeKind::Distance { op: Op::Complement, .. }) {
+        if !is_vague
+            || matches!(
+                kind,
+                ShapeKind::Distance {
+                    op: Op::Complement,
+                    ..
+                }
+            )
+        {
             return *ruled;
         }
         let (graph, params, time) = (world.expressions, world.params, self.time);
@@ -391,7 +399,11 @@ impl Boxes {
         } else {
             search([false, false, plane], evaluations, &mut over)
         };
-        if found.is_empty() { *ruled } else { ruled.common(&found) }
+        if found.is_empty() {
+            *ruled
+        } else {
+            ruled.common(&found)
+        }
     }
 
     /// The box by the rule of a row.

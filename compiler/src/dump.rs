@@ -4,9 +4,9 @@
 //! A formula that is used more than once, or is very deep, is written once in the list of numbers.
 
 use crate::expression::{ExprId, Expression, Expressions};
-use crate::scene::{Others, 
-    Camera, Lens, Light, LightSource, Material, Param, ParamKind, Scene, Shadow, Shape, ShapeId,
-    ShapeKind, Triple,
+use crate::scene::{
+    Camera, Lens, Light, LightSource, Material, Others, Param, ParamKind, Scene, Shadow, Shape,
+    ShapeId, ShapeKind, Triple,
 };
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::Row;

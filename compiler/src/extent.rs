@@ -29,9 +29,8 @@ pub(crate) fn extent(
     id: ExprId,
     uniform: &mut dyn FnMut(ExprId) -> Interval,
 ) -> Bounds {
-    let mut number = BoxNumber::<Interval>::new(expressions, id, &mut |id| {
-        UniformValue::Known(uniform(id))
-    });
+    let mut number =
+        BoxNumber::<Interval>::new(expressions, id, &mut |id| UniformValue::Known(uniform(id)));
     let unused = number.along().map(|along| along == Along::Nothing);
     let evaluations = MAX_OPERATIONS / number.cost();
     search(unused, evaluations, &mut |bounds| number.over(bounds, &[]))
@@ -48,12 +47,12 @@ pub(crate) fn extent_of_preimage(
         return Bounds::EMPTY;
     }
     let mut numbers = map.map(|id| {
-        BoxNumber::<Interval>::new(expressions, id, &mut |id| {
-            UniformValue::Known(uniform(id))
-        })
+        BoxNumber::<Interval>::new(expressions, id, &mut |id| UniformValue::Known(uniform(id)))
     });
     let unused = std::array::from_fn(|axis| {
-        numbers.iter().all(|number| number.along()[axis] == Along::Nothing)
+        numbers
+            .iter()
+            .all(|number| number.along()[axis] == Along::Nothing)
     });
     let cost: usize = numbers.iter().map(BoxNumber::cost).sum();
     search(unused, MAX_OPERATIONS / cost, &mut |bounds| {
@@ -176,7 +175,11 @@ impl Search<'_> {
             .filter(|&axis| !self.unused[axis])
             .flat_map(|axis| [(axis, false), (axis, true)])
             .filter(|&(axis, upper)| {
-                let side = if upper { found.max[axis] } else { found.min[axis] };
+                let side = if upper {
+                    found.max[axis]
+                } else {
+                    found.min[axis]
+                };
                 side.is_infinite()
             })
             .collect();
@@ -223,8 +226,8 @@ impl Search<'_> {
             }
             for (side, endless) in open.iter().zip(&mut endless) {
                 let outermost = next.iter().find(|b| reaches(b, *side, ENDLESS));
-                *endless = *endless
-                    || outermost.is_some_and(|b| self.number_at(far_end(b, *side)) <= 0.0);
+                *endless =
+                    *endless || outermost.is_some_and(|b| self.number_at(far_end(b, *side)) <= 0.0);
             }
             boxes = next;
         }
@@ -247,7 +250,10 @@ impl Search<'_> {
         (0..3)
             .filter(|&axis| !self.unused[axis])
             .map(|axis| (axis, b.max[axis] - b.min[axis]))
-            .fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best })
+            .fold(
+                (0, 0.0),
+                |best, next| if next.1 > best.1 { next } else { best },
+            )
     }
 }
 

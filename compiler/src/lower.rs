@@ -179,7 +179,8 @@ impl Lowering<'_> {
             Some(outer) => compose(&mut self.scene.expressions, &matrix, &outer),
             None => matrix,
         };
-        let linear = [0, 1, 2, 4, 5, 6, 8, 9, 10].map(|i| self.scene.expressions.as_constant(matrix[i]));
+        let linear =
+            [0, 1, 2, 4, 5, 6, 8, 9, 10].map(|i| self.scene.expressions.as_constant(matrix[i]));
         let stretch = linear.iter().flatten().map(|v| v * v).sum::<f64>() / 3.0;
         At {
             base: at.base,

@@ -3,10 +3,10 @@
 //! Values are those that the scene writes. Bounds hold for all values of the uniform numbers that are given
 //! as ranges.
 
+use crate::bounds::World;
 use crate::boxes::{BoxNumber, UniformValue};
 use crate::expression::ExprId;
 use crate::scene::{ShapeId, ShapeKind};
-use crate::bounds::World;
 use sdfc_vm::apply::{Applied, apply, laid_out};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -86,7 +86,10 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
             } => {
                 let rows = matrix.map(|id| self.uniform(id));
                 let row = |r: usize| {
-                    rows[4 * r] * p.x + rows[4 * r + 1] * p.y + rows[4 * r + 2] * p.z + rows[4 * r + 3]
+                    rows[4 * r] * p.x
+                        + rows[4 * r + 1] * p.y
+                        + rows[4 * r + 2] * p.z
+                        + rows[4 * r + 3]
                 };
                 let inner = V3::of(row(0), row(1), row(2));
                 let value = self.at(*child, inner);
@@ -131,7 +134,10 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
                         self.at(*child, q)
                     })
                     .collect();
-                copies.into_iter().reduce(Interval::min).unwrap_or(Interval::ALL)
+                copies
+                    .into_iter()
+                    .reduce(Interval::min)
+                    .unwrap_or(Interval::ALL)
             }
             ShapeKind::Domain {
                 op,

@@ -142,7 +142,9 @@ pub(crate) fn tried(
     let tried = slopes_in(expressions, numbers, region, ranges);
     let mut found: Vec<f64> = tried.into_iter().map(|(slope, _)| slope).collect();
     found.sort_by(f64::total_cmp);
-    found.get(found.len() * 9 / 10).map_or(1.0, |slope| 2.0 * slope)
+    found
+        .get(found.len() * 9 / 10)
+        .map_or(1.0, |slope| 2.0 * slope)
 }
 
 /// The steepest of the points tried in a region, and the slope there.
@@ -170,7 +172,11 @@ fn slopes_in(
     (0..TRIED_POINTS)
         .map(|number| {
             let n = number as f64 + 1.0;
-            let steps = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_97];
+            let steps = [
+                0.819_172_513_396_164_4,
+                0.671_043_606_703_789_2,
+                0.549_700_477_901_97,
+            ];
             let size = 0.25_f64.powi(number as i32 % 4);
             let point = std::array::from_fn(|axis| {
                 centre[axis] + half[axis] * size * (((n * steps[axis]).fract() - 0.5) * 2.0)

@@ -43,7 +43,9 @@ impl Symmetries<'_> {
                 child,
                 parameters,
             } => match op {
-                Op::Mirror => at == 0.0 && (self.constant(parameters[axis]) == Some(1.0) || own(*child)),
+                Op::Mirror => {
+                    at == 0.0 && (self.constant(parameters[axis]) == Some(1.0) || own(*child))
+                }
                 Op::Elongate | Op::ElongateCorrect => at == 0.0 && own(*child),
                 Op::Slice => axis == 2 || own(*child),
                 Op::Revolve => match axis {
@@ -108,13 +110,17 @@ impl Symmetries<'_> {
             ShapeKind::Painted { child, .. } => self.is_round(*child),
             ShapeKind::Frame { child, matrix, .. } => {
                 let along = if shape.plane { 2 } else { 1 };
-                let decoupled = self.through(matrix, along, 0.0).is_some_and(|(axis, _)| axis == along);
+                let decoupled = self
+                    .through(matrix, along, 0.0)
+                    .is_some_and(|(axis, _)| axis == along);
                 let still = (0..3)
                     .filter(|&row| row != along)
                     .all(|row| self.constant(matrix[4 * row + 3]) == Some(0.0));
                 decoupled && still && self.is_round(*child)
             }
-            ShapeKind::Domain { op: Op::Revolve, .. } => true,
+            ShapeKind::Domain {
+                op: Op::Revolve, ..
+            } => true,
             ShapeKind::Distance { op, child, .. } => match op {
                 Op::Extrude | Op::RoundedExtrude | Op::RevolveClose => false,
                 _ => self.is_round(*child),
@@ -164,7 +170,8 @@ impl Symmetries<'_> {
                 let p = point(number);
                 let mut q = p;
                 q[axis] = -q[axis];
-                let at = |[x, y, z]: [f64; 3]| match apply(op, V3::of(x, y, z), [0.0; 3], &numbers) {
+                let at = |[x, y, z]: [f64; 3]| match apply(op, V3::of(x, y, z), [0.0; 3], &numbers)
+                {
                     Applied::Value(value) => value,
                     Applied::Point(_) => f64::NAN,
                 };
@@ -200,6 +207,10 @@ const TRIED_POINTS: u32 = 48;
 fn point(number: u32) -> [f64; 3] {
     let n = f64::from(number) + 1.0;
     let scale = [0.5, 2.0, 8.0][number as usize % 3];
-    [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_97]
-        .map(|step| ((n * step).fract() - 0.5) * 2.0 * scale)
+    [
+        0.819_172_513_396_164_4,
+        0.671_043_606_703_789_2,
+        0.549_700_477_901_97,
+    ]
+    .map(|step| ((n * step).fract() - 0.5) * 2.0 * scale)
 }

@@ -106,7 +106,7 @@ const BESIDE: f64 = 2.0;
 /// From how many on it is if the field falls to zero before it: four pixels.
 const WITHIN: f64 = 8.0;
 /// How many secant steps are taken at most.
-pub const SECANT_STEPS: u32 = 6;
+pub const SECANT_STEPS: u32 = 12;
 
 /// What a step makes of a ray.
 #[derive(Clone, Copy, Debug)]
@@ -188,7 +188,7 @@ pub fn march_step<R: Real>(
     let falling = R::and(known, slope.less(zero));
     let goal = (new_radius.max(zero) * lit(1.0 + OVERSHOOT) + depth * lit(2.0)).named("goal");
     let to_root = (goal / (-slope).max(lit(1e-30))).named("to_root");
-    let stuck = (depth * lit(2.0)).min(creep).named("stuck");
+    let stuck = (rounding * lit(2.0 * NOISE)).min(creep).named("stuck");
     let at_least = R::select(falling, to_root.min(creep), R::select(known, creep, stuck));
     let creeping = new_radius.less(creep);
     let onward = R::select(creeping, relaxed.max(at_least), relaxed).named("onward");
@@ -271,10 +271,13 @@ pub fn nearly_arrived<R: Real>(
     R::select(R::or(beside, falls_soon), lit(1.0), lit(0.0))
 }
 
-/// Whether, as 1 or 0, the field is so small that no further secant step would tell more.
+/// Whether, as 1 or 0, the field is so small, or the other side of the change of sign so near, that no further
+/// secant step would tell more.
 #[inline(always)]
-pub fn settled<R: Real>(field: R, rounding: R) -> R {
-    R::select(field.abs().less(rounding * lit(0.1)), lit(1.0), lit(0.0))
+pub fn settled<R: Real>(t: R, field: R, t_other: R, rounding: R) -> R {
+    let small = field.abs().less(rounding * lit(0.1));
+    let close = (t - t_other).abs().less(rounding);
+    R::select(R::or(small, close), lit(1.0), lit(0.0))
 }
 
 /// Where a straight line through two values of the field, of which one is below zero, meets zero. It is never

@@ -4,7 +4,6 @@ mod agreement;
 mod cells;
 mod cli;
 mod corpus;
-mod debugray;
 mod general;
 mod gpu_cells;
 mod hard;

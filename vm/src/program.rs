@@ -34,8 +34,8 @@
 use crate::kernel::Kernel;
 use crate::row::{Category, Exactness, Output};
 use crate::settings::Settings;
-use crate::tape::steep::is_raw;
 use crate::table::{Op, ROWS};
+use crate::tape::steep::is_raw;
 use crate::uniform::UniformProgram;
 
 /// The most values on the stack at once.

@@ -127,7 +127,11 @@ impl<'a> Elaborator<'a> {
         let whole = boxes.fold(Bounds::EMPTY, |whole, b| whole.hull(&b));
         let middle: [f64; 3] = std::array::from_fn(|axis| {
             let middle = whole.centre()[axis];
-            if steps[axis] != 0.0 && middle.is_finite() { middle } else { 0.0 }
+            if steps[axis] != 0.0 && middle.is_finite() {
+                middle
+            } else {
+                0.0
+            }
         });
         let centred = self.moved(child, middle.map(|v| -v), span);
         let mut others = [Others::default(); 3];
@@ -284,7 +288,9 @@ impl<'a> Elaborator<'a> {
         };
         let sector = std::f64::consts::TAU / count.max(1.0);
         match other_cells(reach / sector, is_even) {
-            Some(others) if u32::from(others.near) + u32::from(others.far) < u32::from(all.near) => {
+            Some(others)
+                if u32::from(others.near) + u32::from(others.far) < u32::from(all.near) =>
+            {
                 others
             }
             _ => all,

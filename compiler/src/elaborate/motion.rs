@@ -3,10 +3,10 @@
 
 use super::Elaborator;
 use super::measure::numbers;
-use crate::scene::children;
 use crate::bounds::Boxes;
 use crate::expression::{ExprId, Expression, ParamId};
 use crate::scene::ShapeId;
+use crate::scene::children;
 use sdfc_vm::bounds::Bounds;
 use std::collections::{BTreeSet, HashSet};
 

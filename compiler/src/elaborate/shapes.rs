@@ -3,10 +3,10 @@
 use super::Elaborator;
 use super::bound::Bound;
 use super::evaluate::Outcome;
-use crate::scene::children;
 use super::symbolic::{Symbolic, with_graph};
 use super::value::Value;
 use crate::expression::ExprId;
+use crate::scene::children;
 use crate::scene::{Material, MaterialId, Shape, ShapeId, ShapeKind};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::row::{ArgumentKind, Category};

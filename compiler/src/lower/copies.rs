@@ -30,7 +30,11 @@ impl Lowering<'_> {
                 };
                 let axes = guarded.map_or([false; 3], |(_, axes)| axes);
                 let cells = std::array::from_fn(|axis| {
-                    let others = if axes[axis] { Others::default() } else { others[axis] };
+                    let others = if axes[axis] {
+                        Others::default()
+                    } else {
+                        others[axis]
+                    };
                     others.cells().collect::<Vec<_>>()
                 });
                 let union = self.grid(op, child, &numbers, cells, at, wanted, guarded);
@@ -63,7 +67,10 @@ impl Lowering<'_> {
     }
 
     /// The union of the copies in these cells along each axis.
-    #[expect(clippy::too_many_arguments, reason = "a repetition and how it is wanted")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a repetition and how it is wanted"
+    )]
     fn grid(
         &mut self,
         op: Op,
@@ -181,5 +188,8 @@ fn guard_parameters(
     };
     arguments.extend(axes.map(|axis| f64::from(u8::from(axis))));
     let prepared = sdfc_vm::table::prepare::<f64>(row, &arguments);
-    prepared.into_iter().map(|v| Number::Constant(v as f32)).collect()
+    prepared
+        .into_iter()
+        .map(|v| Number::Constant(v as f32))
+        .collect()
 }

@@ -6,8 +6,8 @@
 
 use super::{At, Lowering};
 use crate::bounds::{Boxes, World};
-use crate::graph::{NodeId, Number};
 use crate::elaborate::short;
+use crate::graph::{NodeId, Number};
 use crate::scene::{Scene, ShapeId};
 use crate::slope::Refuted;
 use sdfc_lang::{Diagnostic, codes};
@@ -140,9 +140,14 @@ impl Lowering<'_> {
                 Diagnostic::warning(
                     codes::W0502,
                     span,
-                    format!("this field is steeper than the {} that is stated", short(stated)),
+                    format!(
+                        "this field is steeper than the {} that is stated",
+                        short(stated)
+                    ),
                 )
-                .primary(format!("its slope is {slope} at {place}, so another bound is used"))
+                .primary(format!(
+                    "its slope is {slope} at {place}, so another bound is used"
+                ))
                 .help("leave `lipschitz` out: a bound is found where there is one"),
             );
         }

@@ -125,13 +125,7 @@ impl ShapeSlopes {
         self.varies[id.0 as usize]
     }
 
-    fn find(
-        &mut self,
-        world: World<'_>,
-        boxes: &mut Boxes,
-        id: ShapeId,
-        region: &Bounds,
-    ) -> f64 {
+    fn find(&mut self, world: World<'_>, boxes: &mut Boxes, id: ShapeId, region: &Bounds) -> f64 {
         match &world.shapes[id.0 as usize].kind {
             ShapeKind::Primitive { op, parameters } => {
                 self.by_rule(world, *op, parameters, [0.0; 0])
@@ -221,7 +215,11 @@ impl ShapeSlopes {
         let stated = self.range(world, slope).hi;
         let seen = Bounds::centred([self.size * TRIED_CUBE; 3]);
         let found = boxes.of(world, id);
-        let region = if found.is_finite() { found } else { found.common(&seen) };
+        let region = if found.is_finite() {
+            found
+        } else {
+            found.common(&seen)
+        };
         let refuted = steepest(world.expressions, &[value], &region, &self.ranges)
             .filter(|(slope, _)| *slope > stated * REFUTES)
             .map(|(slope, place)| Refuted {
@@ -235,7 +233,10 @@ impl ShapeSlopes {
 
     /// The fields whose stated bounds do not hold, in order.
     pub(crate) fn all_refuted(&self) -> Vec<(ShapeId, Refuted)> {
-        let refuted = self.stated.iter().filter_map(|(&id, refuted)| Some((id, (*refuted)?)));
+        let refuted = self
+            .stated
+            .iter()
+            .filter_map(|(&id, refuted)| Some((id, (*refuted)?)));
         let mut refuted: Vec<_> = refuted.collect();
         refuted.sort_by_key(|(id, _)| *id);
         refuted
@@ -294,10 +295,7 @@ impl ShapeSlopes {
         parameters: &[ExprId],
         region: &Bounds,
     ) -> Bounds {
-        let numbers: Vec<Interval> = parameters
-            .iter()
-            .map(|&id| self.range(world, id))
-            .collect();
+        let numbers: Vec<Interval> = parameters.iter().map(|&id| self.range(world, id)).collect();
         if numbers.iter().any(|range| range.lo != range.hi) {
             return Bounds::EVERYTHING;
         }
@@ -359,8 +357,10 @@ impl ShapeSlopes {
             return known;
         }
         let (graph, ranges, budget) = (world.expressions, &self.ranges, &mut self.budget);
-        let found = bound(graph, numbers, region, ranges, budget)
-            .or_else(|| self.is_guessing.then(|| tried(graph, numbers, region, ranges)));
+        let found = bound(graph, numbers, region, ranges, budget).or_else(|| {
+            self.is_guessing
+                .then(|| tried(graph, numbers, region, ranges))
+        });
         let found = found.map_or(f64::INFINITY, |slope| slope.max(MIN_SLOPE));
         self.searched.insert(key, found);
         found
@@ -373,10 +373,7 @@ impl ShapeSlopes {
 
     /// The least and the greatest of each parameter: rules grow with their magnitudes, so the ends decide.
     fn ends(&self, world: World<'_>, parameters: &[ExprId]) -> [Vec<f64>; 2] {
-        let ranges: Vec<_> = parameters
-            .iter()
-            .map(|&id| self.range(world, id))
-            .collect();
+        let ranges: Vec<_> = parameters.iter().map(|&id| self.range(world, id)).collect();
         [
             ranges.iter().map(|range| range.lo).collect(),
             ranges.iter().map(|range| range.hi).collect(),
@@ -393,7 +390,11 @@ fn greatest(ends: &[Vec<f64>; 2], rule: impl Fn(&[f64]) -> f64) -> f64 {
         .map(|numbers| rule(numbers))
         .fold(0.0, |most, slope| {
             // What is not a number is no bound.
-            if slope >= 0.0 { most.max(slope) } else { f64::INFINITY }
+            if slope >= 0.0 {
+                most.max(slope)
+            } else {
+                f64::INFINITY
+            }
         })
 }
 

@@ -231,11 +231,7 @@ impl fmt::Display for Pick {
         }
         writeln!(f)?;
         writeln!(f, "field      {:.3e}", self.field)?;
-        writeln!(
-            f,
-            "slope      {:.4} of at most 1",
-            self.slope
-        )?;
+        writeln!(f, "slope      {:.4} of at most 1", self.slope)?;
         let Here {
             field,
             pixels,

@@ -135,10 +135,7 @@ fn about(ui: &mut Ui, pick: &Pick) {
             format!("{:.2}, {:.2}", surface.roughness, surface.metallic),
         );
         row("field", format!("{:.2e}", pick.field));
-        row(
-            "slope",
-            format!("{:.4} of at most 1", pick.slope),
-        );
+        row("slope", format!("{:.4} of at most 1", pick.slope));
         let torn = if pick.rounding.torn {
             ", at a seam"
         } else {

@@ -185,25 +185,18 @@ impl Walk for March<'_> {
     fn advance(&self, b: &mut MarchLanes, values: &Column, ended: &mut [bool; LANES]) {
         let f = self.frame;
         for i in 0..LANES {
-            step_lane!(
-                f,
-                b,
-                i,
-                values.0[i],
-                1.0,
-                |next, out| {
-                    let out = if next.arrived > 0.0 {
-                        outcome::HIT
-                    } else {
-                        out
-                    };
-                    if next.t > b.leave.0[i] {
-                        outcome::THROUGH
-                    } else {
-                        out
-                    }
+            step_lane!(f, b, i, values.0[i], 1.0, |next, out| {
+                let out = if next.arrived > 0.0 {
+                    outcome::HIT
+                } else {
+                    out
+                };
+                if next.t > b.leave.0[i] {
+                    outcome::THROUGH
+                } else {
+                    out
                 }
-            );
+            });
         }
         for (ended, &out) in ended.iter_mut().zip(&b.outcome.0) {
             *ended = out != outcome::UNDER_WAY;
@@ -249,7 +242,7 @@ impl Walk for Polish<'_> {
         // What ran out of steps has no change of sign to close in on.
         let is_hit = matches!(Status::of(ray.status), Status::Hit | Status::Inside);
         let rounding = marching::rounding_at(ray.t, f.rounding);
-        if !is_hit || marching::settled(ray.radius, rounding) > 0.0 {
+        if !is_hit || marching::settled(ray.t, ray.radius, ray.t_before, rounding) > 0.0 {
             return false;
         }
         let Camera {
@@ -305,7 +298,7 @@ impl Walk for Polish<'_> {
             let steps = b.steps.0[i] + 1.0;
             *ended = (steps >= SECANT_STEPS as f32)
                 | nan
-                | (marching::settled(next.field, rounding) > 0.0);
+                | (marching::settled(next.t, next.field, next.t_other, rounding) > 0.0);
             b.guess.0[i] =
                 marching::secant_guess(next.t, next.field, next.t_other, next.field_other);
             // An estimate without a value is not taken.

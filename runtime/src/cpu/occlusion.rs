@@ -123,7 +123,11 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
             let (distance, height, weight) = if MANY {
                 let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
                 let distance = occlusion::many_distance(index, place, reach);
-                (distance, distance * occlusion::many_cosine(index, count), 1.0)
+                (
+                    distance,
+                    distance * occlusion::many_cosine(index, count),
+                    1.0,
+                )
             } else {
                 let distance = occlusion::five_distance(index, reach);
                 (distance, distance, occlusion::five_weight(index))
@@ -180,5 +184,11 @@ fn check(b: &mut OcclusionLanes, i: usize, field: f32) -> Option<f32> {
         return None;
     }
     let gradient = gradient_of(b, i);
-    Some(claim::distance::<f32>(value, gradient, phase, field, b.beyond.0[i]))
+    Some(claim::distance::<f32>(
+        value,
+        gradient,
+        phase,
+        field,
+        b.beyond.0[i],
+    ))
 }

@@ -195,12 +195,7 @@ impl Marcher {
 
     /// Ends rays that meet nothing at all. The box around a ray along an axis is the ray itself, and walls
     /// often run along all of its way.
-    fn look_along(
-        &mut self,
-        whole: &Cell,
-        lanes: usize,
-        evaluator: &mut dyn Evaluator,
-    ) -> u64 {
+    fn look_along(&mut self, whole: &Cell, lanes: usize, evaluator: &mut dyn Evaluator) -> u64 {
         let p = &mut self.packet;
         p.enter = p.begin;
         p.exit = p.leave;

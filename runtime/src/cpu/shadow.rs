@@ -253,7 +253,11 @@ impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
             b.visibility.0[i] = new;
             return at_end | (new <= dark) | nan;
         }
-        let is_inside = if FORM == SIZED { new <= dark } else { h < -noise };
+        let is_inside = if FORM == SIZED {
+            new <= dark
+        } else {
+            h < -noise
+        };
         let claims = (shadow::claims(new, b.last.0[i], v, h, noise) > 0.0) & !checking;
         let claim = |old: f32, new: f32| if claims { new } else { old };
         b.claimed.0[i] = claim(b.claimed.0[i], new);

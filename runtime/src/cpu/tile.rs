@@ -153,7 +153,8 @@ impl Tile {
         self.normals.resize(count, [0.0; 3]);
         self.outside.resize(count, V3::default());
         self.slopes.clear();
-        self.slopes.resize(if picture.features.raw { count } else { 0 }, 1.0);
+        self.slopes
+            .resize(if picture.features.raw { count } else { 0 }, 1.0);
         self.surfaces.resize(count, Surface::default());
         self.open.resize(count, 1.0);
         self.arriving.resize(picture.lights.len(), Vec::new());
@@ -302,7 +303,12 @@ impl Tile {
     fn polish(&mut self, frame: &layout::Frame, evaluator: &mut dyn Evaluator) -> u64 {
         let open = |&item: &u32| {
             let ray = &self.rays[item as usize];
-            marching::settled(ray.radius, marching::rounding_at(ray.t, frame.rounding)) <= 0.0
+            marching::settled(
+                ray.t,
+                ray.radius,
+                ray.t_before,
+                marching::rounding_at(ray.t, frame.rounding),
+            ) <= 0.0
         };
         let items: Vec<u32> = self.shown.iter().copied().filter(open).collect();
         let mut walk = Polish {

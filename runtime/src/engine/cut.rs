@@ -260,9 +260,7 @@ impl Refine for Space {
     fn cut(&self, region: &Region, clauses: usize, away: f32) -> bool {
         // A ray's step is about as long as the way to the surface: it asks few times in a cell that
         // is smaller than that.
-        clauses > SHORT
-            && away < 2.0 * region.side()
-            && self.pixels.cut(region, clauses, away)
+        clauses > SHORT && away < 2.0 * region.side() && self.pixels.cut(region, clauses, away)
     }
 }
 

@@ -186,7 +186,11 @@ impl Search<'_, '_> {
         let origin = self.ray.origin.iter();
         let largest = origin.fold(0.0_f64, |most, v| most.max(v.abs()));
         let rounding = marching::rounding_at(t, marching::ROUNDING * largest);
-        let raw = if self.asker.field().is_raw() { 1.0 } else { 0.0 };
+        let raw = if self.asker.field().is_raw() {
+            1.0
+        } else {
+            0.0
+        };
         marching::noise(rounding, slope, raw)
     }
 
@@ -332,7 +336,13 @@ fn touching(t: Interval) -> Outcome {
 }
 
 /// A guess where a ray ends that spent its budget at `t`: plain steps in `f64` until the sign changes.
-pub(super) fn guess(asker: &mut Asker<'_>, ray: &Ray, from: f64, far: f64, inside: bool) -> Option<f64> {
+pub(super) fn guess(
+    asker: &mut Asker<'_>,
+    ray: &Ray,
+    from: f64,
+    far: f64,
+    inside: bool,
+) -> Option<f64> {
     let field = asker.field();
     let side = if inside { -1.0 } else { 1.0 };
     let mut t = from;

@@ -28,9 +28,7 @@ pub(super) fn change(op: Op, child: NodeId, k: &[f64], is_plane: bool) -> Option
     Some(match op {
         Op::Mirror => Kind::Mirror(child, triple(0).map(|v| v != 0.0)),
         Op::Repeat => Kind::Grid(child, Grid::new(triple(0), None)),
-        Op::RepeatLimited => {
-            Kind::Grid(child, Grid::new(triple(0), Some(triple(6))))
-        }
+        Op::RepeatLimited => Kind::Grid(child, Grid::new(triple(0), Some(triple(6)))),
         Op::Polar => Kind::Ring(child, Ring::new(k[0], 2)),
         Op::PolarPlane => Kind::Ring(child, Ring::new(k[0], 1)),
         Op::Elongate => Kind::Elongate(child, triple(0)),

@@ -1,6 +1,5 @@
 //! Numbers of a scene: the arithmetic of rows, and formulas of the point.
 
-use std::cell::Cell;
 use super::point::{Point, beyond};
 use super::range::{self, Range};
 use sdfc_compiler::expression::{ExprId, Expression, Expressions, ParamId, Stage};
@@ -8,6 +7,7 @@ use sdfc_compiler::scene::Scene;
 use sdfc_vm::real::Real;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
+use std::cell::Cell;
 
 /// The smallest divisor, for which smaller ones count.
 const MIN_DIVISOR: f64 = 1e-18;

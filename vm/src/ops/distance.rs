@@ -38,24 +38,14 @@ pub fn field_distance<R: Real>(v: R, inverse_slope: R) -> R {
 /// far as it stays inside; the longest of the safe steps counts. It is no steeper than one, and has the
 /// field's sign.
 #[inline(always)]
-pub fn field_shells<R: Real>(
-    v: R,
-    p: R::Vec3,
-    sides: R::Vec3,
-    beyond: R,
-    inverse: R::Vec3,
-) -> R {
+pub fn field_shells<R: Real>(v: R, p: R::Vec3, sides: R::Vec3, beyond: R, inverse: R::Vec3) -> R {
     let zero = R::Vec3::splat(lit(0.0));
     let far = p.abs().max_component();
     let within = (sides - R::Vec3::splat(far)).max(zero).named("within");
     let step = (inverse * v).max(zero - within).min(within).named("step");
     let outermost = v * beyond;
     let least = step.x().min(step.y()).min(step.z()).min(outermost);
-    R::select(
-        v.less(lit(0.0)),
-        least,
-        step.max_component().max(outermost),
-    )
+    R::select(v.less(lit(0.0)), least, step.max_component().max(outermost))
 }
 
 /// What the elongated shape lacks inside the gap: there the point maps to the middle for all

@@ -90,13 +90,7 @@ pub fn polar<R: Real>(p: R::Vec3, sector: R, inverse: R, phase: R) -> R::Vec3 {
 
 /// The point as the sector about the y axis sees it that is `which` farther on the nearer side.
 #[inline(always)]
-pub fn polar_neighbour<R: Real>(
-    p: R::Vec3,
-    sector: R,
-    inverse: R,
-    phase: R,
-    which: R,
-) -> R::Vec3 {
+pub fn polar_neighbour<R: Real>(p: R::Vec3, sector: R, inverse: R, phase: R, which: R) -> R::Vec3 {
     let q = turned::<R>(p.xz(), sector, inverse, phase, Some(which));
     R::Vec3::new(q.x(), p.y(), q.y())
 }

@@ -123,9 +123,7 @@ fn of_operation(
             _ => f64::INFINITY,
         },
         // Repeated and raw fields: see the head of this file.
-        _ if is_raw(op) || row.meta.category == Category::Math && !coordinate(op) => {
-            f64::INFINITY
-        }
+        _ if is_raw(op) || row.meta.category == Category::Math && !coordinate(op) => f64::INFINITY,
         Slope::Constant(slope) => slope * stretch,
         Slope::Of(slope) => slope(&numbers()) * stretch,
         Slope::Largest(factor) => largest * factor,

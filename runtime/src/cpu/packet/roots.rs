@@ -19,13 +19,14 @@ widest! {
 /// The estimate of a root, kept within its leaf.
 #[inline(always)]
 fn guess(b: &Roots, i: usize) -> f32 {
-    let guess = marching::secant_guess(
-        b.t.0[i],
-        b.field.0[i],
-        b.t_other.0[i],
-        b.field_other.0[i],
-    );
+    let guess = marching::secant_guess(b.t.0[i], b.field.0[i], b.t_other.0[i], b.field_other.0[i]);
     Real::max(Real::min(guess, b.high.0[i]), b.low.0[i])
+}
+
+/// Whether a root is known as well as it can be.
+#[inline(always)]
+fn settled(b: &Roots, i: usize, rounding: f32) -> bool {
+    marching::settled(b.t.0[i], b.field.0[i], b.t_other.0[i], rounding) > 0.0
 }
 
 #[inline(always)]
@@ -33,7 +34,7 @@ fn place_roots_body(f: &Frame, b: &Roots, count: usize, points: &mut Points) -> 
     let mut open = 0;
     for i in 0..whole_chunks(count) {
         let rounding = marching::rounding_at(b.t.0[i], f.rounding);
-        let settled = marching::settled(b.field.0[i], rounding) > 0.0;
+        let settled = settled(b, i, rounding);
         open |= u32::from(!settled & (i < count));
         let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
         let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
@@ -66,7 +67,7 @@ fn step_roots_body(f: &Frame, values: &Column, count: usize, b: &mut Roots) {
         );
         let rounding = marching::rounding_at(b.t.0[i], f.rounding);
         // What is settled stays, and an estimate without a value is not taken.
-        let keep = (marching::settled(b.field.0[i], rounding) > 0.0) | is_nan(field);
+        let keep = settled(b, i, rounding) | is_nan(field);
         b.t_other.0[i] = if keep { b.t_other.0[i] } else { best.t_other };
         b.field_other.0[i] = if keep {
             b.field_other.0[i]
