@@ -79,19 +79,36 @@ fn march_with(relaxation: f32, field: impl Fn(f32) -> f32, eps: f32, steps: usiz
             t_before,
             radius_before,
             field(t + step),
+            n as f32,
             eps,
             4.0 * eps,
             relaxation,
             1e-6,
+            0.0,
             1e9,
         );
         (t, radius, step, trend) = (next.t, next.radius, next.step, next.trend);
         (t_before, radius_before) = (next.t_before, next.radius_before);
         if next.arrived > 0.0 {
-            return (t, n);
+            let ends = [(t, radius), (t_before, radius_before)];
+            return (root_between(&field, ends), n);
         }
     }
     (t, steps)
+}
+
+/// The root between two places of which one is inside, as engines look for it.
+fn root_between(field: impl Fn(f32) -> f32, ends: [(f32, f32); 2]) -> f32 {
+    let [(mut t, mut value), (mut other, mut value_other)] = ends;
+    for _ in 0..marching::SECANT_STEPS {
+        if value >= 0.0 && value_other >= 0.0 || value < 0.0 && value_other < 0.0 {
+            break;
+        }
+        let guess = marching::secant_guess(t, value, other, value_other);
+        let best = marching::secant_step(t, value, other, value_other, guess, field(guess));
+        (t, value, other, value_other) = (best.t, best.field, best.t_other, best.field_other);
+    }
+    t
 }
 
 #[test]
@@ -190,13 +207,8 @@ fn jumps_are_closed_in_on() {
     assert!((t - 2.3).abs() <= threshold, "stopped at {t}");
     assert!(steps < 60, "{steps} steps");
     // And on: of two points with different signs, those between which it lies are kept.
-    let (mut t, mut other) = (2.300_5_f32, 2.299_5_f32);
-    let (mut value, mut value_other) = (jump(t), jump(other));
-    for _ in 0..marching::SECANT_STEPS {
-        let guess = marching::secant_guess(t, value, other, value_other, 1.0);
-        let best = marching::secant_step(t, value, other, value_other, guess, jump(guess));
-        (t, value, other, value_other) = (best.t, best.field, best.t_other, best.field_other);
-    }
+    let ends = [2.300_5_f32, 2.299_5].map(|t| (t, jump(t)));
+    let t = root_between(jump, ends);
     assert!((t - 2.3).abs() < 3e-5, "{t}");
 }
 
@@ -204,18 +216,20 @@ fn jumps_are_closed_in_on() {
 fn secant_steps_find_the_root() {
     let field = |t: f32| 5.0 - (t * t + 1.0).sqrt();
     let root = 24.0_f32.sqrt();
-    let (mut t, mut other) = (4.8_f32, 4.0_f32);
-    let (mut value, mut value_other) = (field(t), field(other));
-    for _ in 0..marching::SECANT_STEPS {
-        let guess = marching::secant_guess(t, value, other, value_other, 1.0);
-        let best = marching::secant_step(t, value, other, value_other, guess, field(guess));
-        (t, value, other, value_other) = (best.t, best.field, best.t_other, best.field_other);
-    }
+    let t = root_between(field, [5.0_f32, 4.0].map(|t| (t, field(t))));
     assert!((t - root).abs() < 1e-6, "{t} for {root}");
-    // No slope, a plain step; a wild slope, no more than the reach.
-    assert_eq!(marching::secant_guess(1.0, 0.25, 0.5, 0.25, 1.0), 1.25);
-    assert_eq!(marching::secant_guess(1.0, 0.25, 1.0, 0.0, 1.0), 1.25);
-    assert_eq!(marching::secant_guess(1.0, 0.1, 0.5, 0.100_001, 0.25), 1.25);
+    // Whatever the values, it stays between the two places.
+    for (field, other) in [
+        (0.25, 0.25),
+        (0.0, 0.0),
+        (0.1, 0.100_001),
+        (f32::NAN, -1.0),
+        (1e30, -1e-30),
+        (f32::INFINITY, -1.0),
+    ] {
+        let guess = marching::secant_guess(1.0, field, 0.5, other);
+        assert!((0.5..=1.0).contains(&guess), "{field}, {other}: {guess}");
+    }
 }
 
 #[test]

@@ -89,6 +89,8 @@ fn variants() -> Vec<Features> {
         normals: Normals::Exact,
         materials: true,
         fog: true,
+        checked: true,
+        raw: true,
         plane: false,
         general: false,
     };
@@ -117,6 +119,13 @@ fn variants() -> Vec<Features> {
         all.push(Features {
             occlusion,
             ..Features::default()
+        });
+    }
+    for raw in [false, true] {
+        all.push(Features {
+            checked: false,
+            raw,
+            ..everything.clone()
         });
     }
     all
@@ -298,6 +307,8 @@ fn kernels_contain_what_is_used() {
         normals: Normals::Tetrahedron,
         materials: true,
         fog: true,
+        checked: true,
+        raw: true,
         ..Features::default()
     };
     let mut text = String::new();

@@ -224,7 +224,9 @@ impl<R: Real> Real for Dual<R> {
     }
     #[inline(always)]
     fn log2(self) -> Self {
-        let slope = lit::<R>(std::f64::consts::LOG2_E) / self.value.max(lit(1e-30));
+        let least = lit::<R>(1e-30);
+        let slope = lit::<R>(std::f64::consts::LOG2_E) / self.value.max(least);
+        let slope = R::select(least.less(self.value), slope, lit(0.0));
         self.chain(self.value.log2(), slope)
     }
     #[inline(always)]

@@ -191,7 +191,7 @@ impl<'a> Elaborator<'a> {
         let message = match reach.is_finite() {
             true => format!(
                 "the shape is {} times as long along {letter} as its cell, and {MAX_REACH} times is the most",
-                short(2.0 * reach)
+                short((200.0 * reach).round() / 100.0)
             ),
             false => format!("the shape is endless along {letter}, so it has no copies there"),
         };

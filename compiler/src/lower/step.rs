@@ -58,6 +58,10 @@ impl Lowering<'_> {
             return node;
         }
         let bounds = self.boxes.of(World::from(&*self.scene), id);
+        if bounds.is_empty() {
+            // No surface to step over.
+            return self.divided(node, everywhere.min(f64::from(f32::MAX)), at);
+        }
         if bounds.is_finite() {
             let margin = bounds.half_diagonal() * MARGIN;
             let near = self.known_slope(id, &bounds.grown(margin));

@@ -40,24 +40,21 @@ const MISTAKES: &[(&str, &str)] = &[
         "let n = 3;\nbox(1).rotate(n * 30, X)",
     ),
     (
-        "copies that come to be larger than their cells",
-        "param r = 0.3 in 0.1..=0.8;\nsphere(r).repeat([1, 0, 1])",
+        "copies that come to be many times as long as their cells",
+        "param r = 0.3 in 0.1..=8;\nsphere(r).repeat([1, 0, 0])",
     ),
     (
-        "cells that come to be smaller than their copies",
-        "param gap = 2 in 0.5..=3;\nbox(1).repeat([gap, 0, 0], count: [4, 1, 1])",
+        "cells that come to be far smaller than their copies",
+        "param gap = 2 in 0.1..=3;\nbox(1).repeat([gap, 0, 0], count: [4, 1, 1])",
+    ),
+    ("copies that overlap along three axes", "box(7).repeat(1)"),
+    (
+        "copies without end",
+        "gyroid(cell: 1, thickness: 0.1).repeat(4)",
     ),
     (
         "copies that leave their cells",
-        "animate { duration: 4s }\nsphere(0.2).translate(sin(time), 0, 0).repeat(1, count: 3)",
-    ),
-    (
-        "copies wider than their sector",
-        "(cylinder(r: 0.3, h: 0.2) | box(4, 0.2, 0.2)).polar(3)",
-    ),
-    (
-        "copies that are not in their sector",
-        "sphere(0.2).translate(1, 0, 0).polar(6, phase: 90deg) | rect(1, 0.2).translate(0.4, 0.5).polar(8).extrude(1)",
+        "animate { duration: 4s }\nsphere(0.2).translate(9 * sin(time), 0, 0).repeat(1, count: 3)",
     ),
     (
         "behind a mirror",
@@ -182,7 +179,6 @@ const MISTAKES: &[(&str, &str)] = &[
         "union(sphere(1), box(1), smooth: 0.2, kernel: qubic)",
     ),
     ("blend of an angle", "sphere(1) |[30deg] box(1)"),
-    ("larger than its cell", "box(2).repeat(1)"),
     ("polygon of two", "polygon([[0, 0], [1, 0]]).extrude(1)"),
     ("list too short", "sphere(at([1, 2, 3], 3))"),
     (

@@ -9,8 +9,9 @@ use sdfc_vm::table::Op;
 const FIELDS: &[(&str, f64, f64)] = &[
     ("field(fn(p) => p.x, within: 2)", 1.0, 1.001),
     // Along one axis alone: the others are not searched.
-    ("field(fn(p) => exp(p.x), within: 4)", 7.3891, 1.11),
-    ("field(fn(p) => p.x * p.x - p.y, within: 2)", 2.2361, 1.11),
+    // Within the box and a margin of a tenth of its half diagonal.
+    ("field(fn(p) => exp(p.x) - 1, within: 4)", 10.448, 1.11),
+    ("field(fn(p) => p.x * p.x - p.y, within: 2)", 2.5079, 1.11),
     // Many periods: one is searched.
     (
         "field(fn(p) => 0.1 * sin(20 * p.x) * sin(20 * p.y) * sin(20 * p.z), within: 8)",

@@ -108,17 +108,21 @@ impl Random {
             ]
             .concat(),
             Op::PolarNeighbour | Op::PolarPlaneNeighbour => {
-                list(&[("n", A::Count), ("phase", A::Angle)])
+                [list(&[("n", A::Count), ("phase", A::Angle)]), vec![1.0]].concat()
             }
+            // The operands of these tests have slope one.
+            Op::FieldShells => vec![0.5, 1.0, 2.0, 1.0, 1.5, 2.0, 3.0],
             Op::ElongateCorrect => list(&[("by", A::Lengths3)]),
             Op::RepeatGuard => [
                 vec![-0.25, -0.125, 0.0, 0.125, 0.25, 0.375],
                 list(&[("spacing", A::Lengths3)]),
+                vec![1.0, 1.0, 0.0],
             ]
             .concat(),
             Op::RepeatLimitedGuard => [
                 vec![-0.25, -0.125, 0.0, 0.125, 0.25, 0.375],
                 list(&[("spacing", A::Lengths3), ("n", A::Counts3)]),
+                vec![0.0, 1.0, 1.0],
             ]
             .concat(),
             Op::Bounded => vec![-0.5, -1.0, -0.75, 0.5, 0.25, 1.0, 0.5],

@@ -26,7 +26,10 @@ fn an_endless_grid_is_all_its_copies() {
     let mut random = Random::new(40);
     let spacing = [1.0, 0.75, 0.0];
     let own = Case::new(Op::Repeat, &spacing);
-    let guard = Case::new(Op::RepeatGuard, &[corners(), spacing.to_vec()].concat());
+    let guard = Case::new(
+        Op::RepeatGuard,
+        &[corners(), spacing.to_vec(), vec![1.0, 1.0, 0.0]].concat(),
+    );
     for _ in 0..1000 {
         let p = random.point(2.0);
         let mut nearest = f64::INFINITY;
@@ -58,7 +61,10 @@ fn a_limited_grid_is_all_its_copies() {
     let (spacing, counts) = ([1.0, 0.75, 0.5], [3.0, 2.0, 1.0]);
     let grid = [spacing, counts].concat();
     let own = Case::new(Op::RepeatLimited, &grid);
-    let guard = Case::new(Op::RepeatLimitedGuard, &[corners(), grid.clone()].concat());
+    let guard = Case::new(
+        Op::RepeatLimitedGuard,
+        &[corners(), grid.clone(), vec![1.0; 3]].concat(),
+    );
     for _ in 0..1000 {
         let p = random.point(3.0);
         let mut nearest = f64::INFINITY;
@@ -101,7 +107,7 @@ fn sectors_are_all_their_copies() {
             let ball = |p: Point| distance(p, centre) - 0.125;
             let maps = [
                 Case::new(own, &[n, phase]),
-                Case::new(neighbour, &[n, phase]),
+                Case::new(neighbour, &[n, phase, 1.0]),
             ];
             for _ in 0..400 {
                 let p = random.point(2.0);
@@ -143,7 +149,7 @@ fn twist_and_bend_turn_by_their_rate() {
     near(twist.map([0.5, 0.0, 0.0]), [0.5, 0.0, 0.0]);
     near(twist.map([0.5, 1.0, 0.0]), [0.0, 1.0, 0.5]);
     near(bend.map([0.0, 0.5, 0.25]), [0.0, 0.5, 0.25]);
-    near(bend.map([1.0, 0.5, 0.25]), [-0.5, 1.0, 0.25]);
+    near(bend.map([1.0, 0.5, 0.25]), [0.5, -1.0, 0.25]);
     // And on every level a twist is a rotation: it moves nothing closer.
     let mut random = Random::new(44);
     for _ in 0..200 {
