@@ -218,6 +218,8 @@ shared! {
         budget: u32,
         /// The most workgroups along an axis.
         per_axis: u32,
+        /// Nothing: it fills the last 16 bytes.
+        filler: u32,
     }
 }
 

@@ -192,6 +192,7 @@ impl Cutter {
                 // A clause has four words of choices; some room is left for longer tapes.
                 budget: BUDGET.min(choices / 4 * 3 / 4) as u32,
                 per_axis: info.limits.workgroups_per_axis,
+                filler: 0,
                 ..part.cut
             };
             let load: u64 = jobs.iter().map(|job| choice_clauses(job.length)).sum();

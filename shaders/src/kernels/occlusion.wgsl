@@ -66,8 +66,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
         let at = along(p, direction, distance);
 #if raw
-        let apart = claim_apart(around.value, unsure);
-        let sampled = claim_place(at, around.phase, around.value, around.gradient, apart);
+        let sideways = claim_apart(around.value, unsure);
+        let sampled = claim_place(at, around.phase, around.value, around.gradient, sideways);
 #else
         let sampled = at;
 #end
@@ -84,7 +84,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 }
                 if field > 0.0 { clear = height; }
             } else if around.phase < 3.5 {
-                around.gradient = claim_gradient(around.gradient, around.phase, field - around.value, apart);
+                around.gradient = claim_gradient(around.gradient, around.phase, field - around.value, sideways);
                 around.phase += 1.0;
                 continue;
             } else if claim_decided(around.phase, around.value, field) == 0.0 {

@@ -8,9 +8,9 @@
 
 // What is seen of a light by a point of the ray at `t`, if a surface is at a distance `h` there: no more than
 // `visibility`. The ball before it had the radius `before`, and was a `stride` behind.
-fn visible(light: Light, visibility: f32, h: f32, before: f32, stride: f32, t: f32, noise: f32) -> f32 {
+fn visible(light: Light, visibility: f32, h: f32, before: f32, stride: f32, t: f32, depth: f32) -> f32 {
 #if hard
-    if light.shadow == SHADOW_HARD { return shadow_hard(visibility, h, noise); }
+    if light.shadow == SHADOW_HARD { return shadow_hard(visibility, h, depth); }
 #end
 #if plain
     if light.shadow == SHADOW_PLAIN { return shadow_plain(visibility, h, t, light.size); }
@@ -84,8 +84,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #if checked
         let checking = ray.phase > 0.0;
         let at = along(start, direction, select(ray.t, ray.claim_t, checking));
-        let apart = claim_apart(ray.value, rounding);
-        let place = claim_place(at, ray.phase, ray.value, ray.gradient, apart);
+        let sideways = claim_apart(ray.value, rounding);
+        let place = claim_place(at, ray.phase, ray.value, ray.gradient, sideways);
 #else
         let place = along(start, direction, ray.t);
 #end
@@ -95,12 +95,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             ray.steps |= DONE;
             break;
         }
-        let noise = march_noise(rounding, 1.0, frame.raw);
+        let depth = march_noise(rounding, 1.0, frame.raw);
         let out_of_steps = ray.steps >= frame.shadow_steps;
 #if checked
         if checking {
             if ray.phase < 3.5 {
-                ray.gradient = claim_gradient(ray.gradient, ray.phase, field - ray.value, apart);
+                ray.gradient = claim_gradient(ray.gradient, ray.phase, field - ray.value, sideways);
                 ray.phase += 1.0;
             } else if claim_decided(ray.phase, ray.value, field) == 0.0 {
                 ray.beyond = field;
@@ -110,7 +110,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 if found < NOTHING {
                     let before = ray.claim_before * (found / ray.value);
                     ray.visibility =
-                        visible(light, ray.visibility, found, before, ray.claim_stride, ray.claim_t, noise);
+                        visible(light, ray.visibility, found, before, ray.claim_stride, ray.claim_t, depth);
                 }
                 ray.phase = 0.0;
                 ray.claimed = NO_CLAIM;
@@ -127,7 +127,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let t = ray.t;
         let before = ray.radius_before;
         let stride = ray.stride;
-        let new_visibility = visible(light, start_from, field, before, stride, t, noise);
+        let new_visibility = visible(light, start_from, field, before, stride, t, depth);
         // The last point is the end of the ray itself, wherever the steps before it were.
         let at_end = t >= bounds.y || out_of_steps;
         let shortest = least * shadow_hurry(f32(ray.steps));
@@ -137,13 +137,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let dark = select(0.0, -1.0, light.shadow == SHADOW_SIZED);
 #if checked
         if is_checked {
-            if select(field < -noise, new_visibility <= dark, light.shadow == SHADOW_SIZED) {
+            if select(field < -depth, new_visibility <= dark, light.shadow == SHADOW_SIZED) {
                 ray.visibility = dark;
                 ray.steps |= DONE;
                 break;
             }
             // A claim is checked once the ray has passed the point where it is greatest.
-            let claims = shadow_claims(new_visibility, ray.last, ray.visibility, field, noise) > 0.0;
+            let claims = shadow_claims(new_visibility, ray.last, ray.visibility, field, depth) > 0.0;
             ray.last = new_visibility;
             if claims {
                 ray.claimed = new_visibility;
