@@ -9,6 +9,7 @@ use crate::passes::lod::Sight;
 use crate::passes::{Context, Done, PassOptions, optimize};
 use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
 use crate::schedule::schedule;
+use crate::subject::{outline, subject};
 use crate::uniforms::Uniforms;
 use crate::wgsl;
 use sdfc_lang::{Diagnostic, Span, codes};
@@ -177,6 +178,11 @@ pub(crate) fn compile_with(
         }
         optimize(&graph, &context(purpose), &passes).0
     });
+    let is_framed = scene.cameras.iter().any(|camera| camera.automatic);
+    let subject = match is_framed {
+        true => lowered_subject(&mut scene, root, &mut uniforms, &mut boxes),
+        false => None,
+    };
     let world = World::from(&scene);
     let found = FoundBounds {
         bounds: Boxes::at(options.time, HashMap::new()).of(world, root),
@@ -198,6 +204,15 @@ pub(crate) fn compile_with(
         settings,
     };
     let outputs = module.update(0.0);
+    module.settings.subject = subject.map(|(graph, bounds)| match graph {
+        Some(graph) => {
+            let mut program = schedule(&graph);
+            let narrow: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
+            program.patch(&narrow);
+            outline(&program, &bounds)
+        }
+        None => outline(&module.distance, &bounds),
+    });
     let span = scene.shapes[root.0 as usize].span;
     diagnostics.extend(unverified(&module, span));
     diagnostics.extend(violated(&scene, &module, &outputs));
@@ -215,6 +230,24 @@ pub(crate) fn compile_with(
         }),
         diagnostics,
     )
+}
+
+/// What cameras frame, as a graph of its own where that is not the whole solid, and its box.
+fn lowered_subject(
+    scene: &mut Scene,
+    root: ShapeId,
+    uniforms: &mut Uniforms,
+    lasting: &mut Boxes,
+) -> Option<(Option<Graph>, Bounds)> {
+    let mut boxes = Boxes::at(0.0, HashMap::new());
+    let subject = subject(scene, &mut boxes, root)?;
+    let bounds = boxes.of(World::from(&*scene), subject);
+    if subject == root {
+        return Some((None, bounds));
+    }
+    // What there is to say was said of the whole.
+    let (graph, _) = lower(scene, subject, Purpose::Distance, uniforms, lasting);
+    Some((Some(graph), bounds))
 }
 
 /// The shape that the options ask for.
@@ -364,6 +397,7 @@ fn settings_of(
         plane: scene.plane,
         z_up: scene.z_up,
         bounds,
+        subject: None,
         reach,
         found,
         time: 0.0,

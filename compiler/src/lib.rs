@@ -22,6 +22,7 @@ pub mod schedule;
 mod shape_range;
 pub mod slope;
 mod spread;
+mod subject;
 mod symmetry;
 pub mod uniforms;
 pub mod wgsl;

@@ -7,15 +7,18 @@
 //! the scene's own conditions on its numbers are checked.
 
 mod framing;
+mod standpoint;
 
 use crate::frame::{
     CellUse, FieldFacts, Lens, Light, Lighting, Mode, Normals, Occlusion, RenderSettings, Shadow,
     Source, Surface, Tonemap, View,
 };
-use framing::{Target, face_on, framed};
+use framing::{Target, face_on, framed, open};
 use sdfc_vm::bounds::Bounds;
+use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Module;
 use sdfc_vm::settings::{self as scene, Setting, Settings, Triple};
+use standpoint::Standpoint;
 
 /// The largest width or height of a picture.
 pub const LARGEST_SIDE: u32 = 16_384;
@@ -140,7 +143,7 @@ pub fn resolve(
     let camera = camera(settings, overrides.camera.as_deref())?;
     let view = match overrides.view {
         Some(view) => view,
-        None => view(settings, camera, &read, &target, size)?,
+        None => view(module, camera, &read, &target, size)?,
     };
     let far = overrides
         .far
@@ -213,7 +216,7 @@ pub fn fit(view: View, bounds: &Bounds, aspect: f64, plane: bool) -> View {
     if plane {
         face_on(&target, aspect)
     } else {
-        framed(Some(view), &target, aspect)
+        framed(&view, &Outline::of_box(&target.shown), aspect)
     }
 }
 
@@ -264,18 +267,25 @@ fn camera<'a>(
 }
 
 fn view(
-    settings: &Settings,
+    module: &Module,
     camera: Option<&scene::Camera>,
     read: &Reader<'_>,
     target: &Target,
     size: [u32; 2],
 ) -> Result<View, SettingsError> {
+    let settings = &module.settings;
     let aspect = f64::from(size[0]) / f64::from(size[1]);
+    let standpoint = Standpoint {
+        field: &module.distance,
+        subject: settings.subject.as_ref(),
+        shown: &target.shown,
+        aspect,
+    };
     let Some(camera) = camera else {
         return Ok(if settings.plane {
             face_on(target, aspect)
         } else {
-            framed(None, target, aspect)
+            standpoint.find(&open(settings.z_up))
         });
     };
     let of = |what: &str| format!("{what} of the camera{}", named(&camera.name));
@@ -317,7 +327,7 @@ fn view(
         lens,
     };
     if camera.automatic {
-        return Ok(framed(Some(view), target, aspect));
+        return Ok(standpoint.find(&view));
     }
     if from == look {
         return Err(SettingsError::NoDirection(camera.name.clone()));

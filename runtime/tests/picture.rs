@@ -263,7 +263,7 @@ fn a_telescope_sees_a_ball_as_round_as_it_is() {
         }
         assert!(hits > 40, "{lens:?}: {hits} hits");
         assert!(
-            worst < 0.001,
+            worst < 0.002,
             "{lens:?}: a normal is off by {worst} degrees"
         );
     }
@@ -455,7 +455,12 @@ fn bounds_change_nothing_but_the_work() {
         let slanted = -dot(free.normal[at].map(f64::from), way) < 0.1;
         if free.status[at] == Status::Hit && !slanted {
             let (a, b) = (free.depth[at], bound.depth[at]);
-            assert!((a - b).abs() < 1e-5 * a, "{a} {b}, {:?}", free.normal[at]);
+            assert!(
+                (a - b).abs() < 1e-5 * a,
+                "{a} {b}, {:?} {}",
+                free.normal[at],
+                dot(free.normal[at].map(f64::from), way)
+            );
         }
     }
     assert!(differences <= 4, "{differences} pixels at the edge");

@@ -79,7 +79,8 @@ pub const UNDECIDED: u32 = 32;
 pub const RELAXATION: f64 = 0.3;
 /// The largest mean that is used: steps are at most 2 / (1 − this) radii.
 const STEEPEST: f64 = 0.9;
-/// How far beyond an estimated root a ray goes, as a fraction of the field before.
+/// How far beyond an estimated root a ray goes, as a fraction of the field before or of the threshold. A sheet
+/// that is thinner may be passed.
 const OVERSHOOT: f64 = 0.02;
 /// How far the field must get below zero, in units of what rounding alone can cause.
 const NOISE: f64 = 4.0;
@@ -119,7 +120,7 @@ pub struct Step<R> {
     pub step: R,
     /// The running mean of the field's slope along the ray.
     pub trend: R,
-    /// How far it was one step before.
+    /// How far it was where the field was above zero last, one step before or earlier.
     pub t_before: R,
     /// The field there.
     pub radius_before: R,
@@ -186,7 +187,8 @@ pub fn march_step<R: Real>(
     let new_radius = R::select(safe, field, radius).named("new_radius");
     let relaxed = new_radius.max(zero) * lit(2.0) / (lit::<R>(1.0) - trend);
     let falling = R::and(known, slope.less(zero));
-    let goal = (new_radius.max(zero) * lit(1.0 + OVERSHOOT) + depth * lit(2.0)).named("goal");
+    let left = new_radius.max(zero);
+    let goal = (left + left.min(threshold) * lit(OVERSHOOT) + depth * lit(2.0)).named("goal");
     let to_root = (goal / (-slope).max(lit(1e-30))).named("to_root");
     let stuck = (rounding * lit(2.0 * NOISE)).min(creep).named("stuck");
     let at_least = R::select(falling, to_root.min(creep), R::select(known, creep, stuck));
@@ -199,13 +201,15 @@ pub fn march_step<R: Real>(
     let within = R::and(new_radius.less(enough), to_root.less(leave - new_t));
     let guess = R::and(falling, R::and(R::and(evenly, leads), within));
     let next = R::select(guess, to_root, onward);
+    // A root lies between where the field was above zero last and where it has crossed.
+    let leaves = R::and(safe, R::not(radius.less(zero)));
     Step {
         t: new_t,
         radius: new_radius,
         step: R::select(jumped, step * lit(0.5), next),
         trend,
-        t_before: R::select(safe, t, t_before),
-        radius_before: R::select(safe, radius, radius_before),
+        t_before: R::select(leaves, t, t_before),
+        radius_before: R::select(leaves, radius, radius_before),
         arrived: R::select(R::and(safe, found), lit(1.0), lit(0.0)),
     }
 }
@@ -271,13 +275,14 @@ pub fn nearly_arrived<R: Real>(
     R::select(R::or(beside, falls_soon), lit(1.0), lit(0.0))
 }
 
-/// Whether, as 1 or 0, the field is so small, or the other side of the change of sign so near, that no further
-/// secant step would tell more.
+/// Whether, as 1 or 0, no further secant step would tell more: the root on the line through both sides of a
+/// change of sign is at hand, or the field hardly changes between them.
 #[inline(always)]
-pub fn settled<R: Real>(t: R, field: R, t_other: R, rounding: R) -> R {
-    let small = field.abs().less(rounding * lit(0.1));
-    let close = (t - t_other).abs().less(rounding);
-    R::select(R::or(small, close), lit(1.0), lit(0.0))
+pub fn settled<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R) -> R {
+    let change = (field_other - field).abs().named("change");
+    let fine = (rounding * lit(0.1)).named("fine");
+    let at_hand = (field.abs() * (t - t_other).abs()).less(change * fine);
+    R::select(R::or(at_hand, change.less(fine)), lit(1.0), lit(0.0))
 }
 
 /// Where a straight line through two values of the field, of which one is below zero, meets zero. It is never

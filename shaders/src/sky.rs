@@ -2,8 +2,11 @@
 
 use sdfc_vm::real::{Real, Vector3, lit};
 
-/// The colour of the sky in a direction of length one. The horizon is as soft as `blur` says: 0
-/// for what the eye sees, the roughness for what a surface mirrors.
+/// How far below the horizon the ground is hazy: the sine of the angle.
+const HAZE: f64 = 0.35;
+
+/// The colour of the sky in a direction of length one. Below the horizon it turns into that of the ground, as
+/// softly as haze and `blur` make it: 0 for what the eye sees, the roughness for what a surface mirrors.
 #[inline(always)]
 pub fn sky<R: Real>(
     direction: R::Vec3,
@@ -16,7 +19,7 @@ pub fn sky<R: Real>(
     let height = direction.dot(up).named("height");
     let above = height.max(lit(0.0)).sqrt();
     let heaven = horizon.mix(top, above);
-    let edge = (blur + lit(0.02)).named("edge");
+    let edge = (blur + lit(HAZE)).named("edge");
     heaven.mix(ground, (-height).smoothstep(lit(0.0), edge))
 }
 

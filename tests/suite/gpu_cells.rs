@@ -425,17 +425,35 @@ fn coloured(count: usize) -> (Module, Vec<f64>) {
 
 #[test]
 fn after_an_edit_the_device_cuts_what_it_touches() {
-    edit("boxes", on_large_stack(|| boxes(300)), Mode::Depth, 4);
-    edit("coloured", on_large_stack(|| coloured(60)), Mode::Shaded, 2);
-    edit("repeated", on_large_stack(|| repeated(20)), Mode::Depth, 1);
+    let (large, small) = (3 << 20, 3 << 19);
+    edit(
+        "boxes",
+        on_large_stack(|| boxes(300)),
+        Mode::Depth,
+        4,
+        large,
+    );
+    edit(
+        "coloured",
+        on_large_stack(|| coloured(60)),
+        Mode::Shaded,
+        2,
+        large,
+    );
+    edit(
+        "repeated",
+        on_large_stack(|| repeated(20)),
+        Mode::Depth,
+        1,
+        small,
+    );
 }
 
 /// Edits a scene's parameter again and again, and compares its pictures with those without cells. Fewer than
-/// one in `share` cells is made anew.
-fn edit(scene: &str, (mut module, outputs): (Module, Vec<f64>), mode: Mode, share: u64) {
+/// one in `share` cells is made anew. In `most` bytes there is room for what some edits leave behind, until
+/// all is cut anew.
+fn edit(scene: &str, (mut module, outputs): (Module, Vec<f64>), mode: Mode, share: u64, most: u64) {
     let ample = interp(|limits| limits);
-    // Room for what some edits leave behind, until all is cut anew.
-    let most = 3 << 20;
     let tight = interp(|limits| Limits {
         buffer: most.min(limits.buffer),
         storage_binding: most.min(limits.storage_binding),

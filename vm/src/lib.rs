@@ -19,6 +19,7 @@ pub mod lanes;
 pub mod library;
 pub mod listing;
 pub mod ops;
+pub mod outline;
 pub mod outward;
 pub mod pool;
 pub mod prelude;

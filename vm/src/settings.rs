@@ -5,6 +5,7 @@
 //! expressions; so they are generic over what a number is, and `map` leads from one to the other.
 
 use crate::bounds::Bounds;
+use crate::outline::Outline;
 use serde::{Deserialize, Serialize};
 
 /// A number of the settings.
@@ -50,8 +51,11 @@ pub struct Settings {
     pub plane: bool,
     /// Whether z points up.
     pub z_up: bool,
-    /// A box around the solid at the present parameters, at time 0: what a camera frames.
+    /// A box around the solid at the present parameters, at time 0.
     pub bounds: Bounds,
+    /// What cameras frame that the scene leaves open, at the parameters that it was compiled with: all
+    /// of the solid that has an end. None where no camera needs it, or nothing has an end.
+    pub subject: Option<Outline>,
     /// A box around the solid for all parameters and times.
     pub reach: Bounds,
     /// A box around the solid that was found for some values of the parameters.

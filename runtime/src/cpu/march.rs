@@ -242,7 +242,9 @@ impl Walk for Polish<'_> {
         // What ran out of steps has no change of sign to close in on.
         let is_hit = matches!(Status::of(ray.status), Status::Hit | Status::Inside);
         let rounding = marching::rounding_at(ray.t, f.rounding);
-        if !is_hit || marching::settled(ray.t, ray.radius, ray.t_before, rounding) > 0.0 {
+        if !is_hit
+            || marching::settled(ray.t, ray.radius, ray.t_before, ray.radius_before, rounding) > 0.0
+        {
             return false;
         }
         let Camera {
@@ -298,7 +300,8 @@ impl Walk for Polish<'_> {
             let steps = b.steps.0[i] + 1.0;
             *ended = (steps >= SECANT_STEPS as f32)
                 | nan
-                | (marching::settled(next.t, next.field, next.t_other, rounding) > 0.0);
+                | (marching::settled(next.t, next.field, next.t_other, next.field_other, rounding)
+                    > 0.0);
             b.guess.0[i] =
                 marching::secant_guess(next.t, next.field, next.t_other, next.field_other);
             // An estimate without a value is not taken.

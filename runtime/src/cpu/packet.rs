@@ -288,14 +288,14 @@ impl Marcher {
         for steps in 1.. {
             let left = under_way & advance(frame, &self.values, count, &mut self.inside);
             if left != under_way {
-                self.end_those(under_way & !left, number, items, rays);
+                self.end_those(frame, under_way & !left, number, items, rays);
                 (under_way, count) = self.close_ranks(left, count);
             }
             if steps == next_look && under_way != 0 {
                 next_look *= FEW_STEPS;
                 evaluations += self.look(number, count, evaluator);
                 let left = under_way & open_lanes(&self.inside);
-                self.end_those(under_way & !left, number, items, rays);
+                self.end_those(frame, under_way & !left, number, items, rays);
                 (under_way, count) = self.close_ranks(left, count);
             }
             if under_way == 0 {
@@ -322,9 +322,9 @@ impl Marcher {
     }
 
     /// Keeps how these rays left the leaf.
-    fn end_those(&mut self, ended: u64, cell: u32, items: &[u32], rays: &mut [Ray]) {
+    fn end_those(&mut self, frame: &Frame, ended: u64, cell: u32, items: &[u32], rays: &mut [Ray]) {
         for place in ones(ended) {
-            self.end(place, cell, items, rays);
+            self.end(frame, place, cell, items, rays);
         }
     }
 
@@ -384,7 +384,7 @@ impl Marcher {
     }
 
     /// Keeps how a ray left the leaf.
-    fn end(&mut self, place: usize, cell: u32, items: &[u32], rays: &mut [Ray]) {
+    fn end(&mut self, frame: &Frame, place: usize, cell: u32, items: &[u32], rays: &mut [Ray]) {
         let b = &self.inside;
         let lane = b.lane.0[place] as usize;
         self.packet.steps.0[lane] = b.steps.0[place];
@@ -409,11 +409,16 @@ impl Marcher {
             r.direction_x.0[at] = b.direction_x.0[place];
             r.direction_y.0[at] = b.direction_y.0[place];
             r.direction_z.0[at] = b.direction_z.0[place];
-            r.low.0[at] = self.packet.enter.0[lane];
+            // Below zero from where it enters on: rounding hid the root, which lies a little before the leaf.
+            let is_before = radius < 0.0 && b.radius_before.0[place] == 0.0;
+            let rounding = marching::rounding_at(b.t.0[place], frame.rounding);
+            let hidden = marching::noise(rounding, 1.0, frame.raw) * 2.0;
+            let back = if is_before { hidden } else { 0.0 };
+            r.low.0[at] = self.packet.enter.0[lane] - back;
             r.high.0[at] = b.leave.0[place];
             r.t.0[at] = b.t.0[place];
             r.field.0[at] = b.radius.0[place];
-            r.t_other.0[at] = b.t_before.0[place];
+            r.t_other.0[at] = b.t_before.0[place] - back;
             r.field_other.0[at] = b.radius_before.0[place];
             r.side.0[at] = b.side.0[place];
             r.slope.0[at] = slope;

@@ -307,6 +307,7 @@ impl Tile {
                 ray.t,
                 ray.radius,
                 ray.t_before,
+                ray.radius_before,
                 marching::rounding_at(ray.t, frame.rounding),
             ) <= 0.0
         };

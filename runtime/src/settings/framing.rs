@@ -7,6 +7,7 @@
 
 use crate::frame::{Lens, View};
 use sdfc_vm::bounds::Bounds;
+use sdfc_vm::outline::Outline;
 
 /// The box that a picture is about.
 pub(super) struct Target {
@@ -16,12 +17,16 @@ pub(super) struct Target {
     bounds: Bounds,
 }
 
-/// What is left free around a scene that is framed.
+/// What is left free around a figure that is framed.
 const MARGIN: f64 = 1.08;
+/// The share of the picture's width or height that an outline fills.
+const FILLED: f64 = 0.85;
+/// How far a camera is from what it frames at least, in sizes of that.
+const LEAST_WAY: f64 = 0.1;
+/// The largest angle over the horizon that a camera is raised to.
+const MOST_RAISED: f64 = 1.5;
 /// The field of view where no camera says one.
 const FIELD_OF_VIEW: f64 = 35.0 * std::f64::consts::PI / 180.0;
-/// Where such a camera stands, as seen from what it looks at.
-const DIRECTION: [f64; 3] = [0.45, 0.35, 1.0];
 /// How far rays go in an endless scene, in distances of the camera from what it looks at.
 const ENDLESS_WAYS: f64 = 200.0;
 
@@ -102,53 +107,112 @@ pub(super) fn face_on(target: &Target, aspect: f64) -> View {
     View::plane([x, y], if height > 0.0 { height } else { 1.0 })
 }
 
-/// The given view, moved along its direction so that the whole target is in the picture.
-pub(super) fn framed(given: Option<View>, target: &Target, aspect: f64) -> View {
-    let given = given.unwrap_or(View {
-        from: DIRECTION,
-        look: [0.0; 3],
-        up: [0.0, 1.0, 0.0],
-        lens: Lens::Perspective(FIELD_OF_VIEW),
-    });
-    let back = Vector(given.from).minus(Vector(given.look));
-    let back = back
-        .unit()
-        .or(Vector(DIRECTION).unit())
-        .unwrap_or(Vector([0.0, 0.0, 1.0]));
-    // Any direction across will do where up lies along the view.
-    let right = Vector(given.up).cross(back).unit();
-    let right = right
-        .or(Vector([0.0, 0.0, -1.0]).cross(back).unit())
-        .unwrap_or(Vector([1.0, 0.0, 0.0]));
-    let up = back.cross(right);
-    let centre = Vector(target.shown.centre());
-    let corners = target.shown.corners().map(|corner| {
-        let v = Vector(corner).minus(centre);
-        [v.dot(right).abs(), v.dot(up).abs(), v.dot(back)]
-    });
-    let (way, lens) = match given.lens {
-        Lens::Perspective(fov) => {
-            let tangent = (fov / 2.0).tan();
-            let needs = corners.map(|[x, y, near]| near + (x / aspect).max(y) / tangent);
-            (needs.into_iter().fold(0.0, f64::max) * MARGIN, given.lens)
-        }
-        Lens::Orthographic(_) => {
-            let half = corners
-                .map(|[x, y, _]| (x / aspect).max(y))
-                .into_iter()
-                .fold(0.0, f64::max);
-            let height = if half > 0.0 { 2.0 * half * MARGIN } else { 1.0 };
-            (
-                2.0 * target.shown.half_diagonal(),
-                Lens::Orthographic(height),
-            )
-        }
+/// The view that an open camera has, before it is moved.
+pub(super) fn open(z_up: bool) -> View {
+    let (from, up) = match z_up {
+        true => ([3.0, -4.0, 2.5], [0.0, 0.0, 1.0]),
+        false => ([3.0, 2.5, 4.0], [0.0, 1.0, 0.0]),
     };
     View {
-        from: centre.plus(back, way).0,
-        look: centre.0,
+        from,
+        look: [0.0; 3],
+        up,
+        lens: Lens::Perspective(FIELD_OF_VIEW),
+    }
+}
+
+/// The given view, moved so that the whole outline is in the middle of the picture, in the same direction.
+///
+/// The planes through the picture's edges touch the outline, but for the margin, on both sides of the picture
+/// or above and below.
+pub(super) fn framed(given: &View, outline: &Outline, aspect: f64) -> View {
+    let Axes { right, up, back } = Axes::of(given);
+    let reach = |v: Vector| outline.reach(v.0);
+    let (front, rear) = (reach(back), -reach(back.times(-1.0)));
+    let size = outline.bounds().half_diagonal();
+    // Along one axis of the picture: the middle of the view, and how far from it the camera stands.
+    let along = |axis: Vector, tangent: f64| {
+        let [plus, minus] = [1.0, -1.0].map(|sign| reach(axis.times(sign).plus(back, tangent)));
+        let way = (plus + minus) / (2.0 * tangent);
+        ((plus - minus) / 2.0, way)
+    };
+    let (x, y, way, lens) = match given.lens {
+        Lens::Perspective(fov) => {
+            let tangent = (fov / 2.0).tan() * FILLED;
+            let (x, needs_x) = along(right, tangent * aspect);
+            let (y, needs_y) = along(up, tangent);
+            let way = needs_x.max(needs_y).max(front + size * LEAST_WAY);
+            (x, y, way, given.lens)
+        }
+        Lens::Orthographic(_) => {
+            let [width, height] = [right, up].map(|axis| reach(axis) + reach(axis.times(-1.0)));
+            let [x, y] = [right, up].map(|axis| (reach(axis) - reach(axis.times(-1.0))) / 2.0);
+            let height = height.max(width / aspect) / FILLED;
+            let height = if height > 0.0 { height } else { 1.0 };
+            (x, y, front + 2.0 * size, Lens::Orthographic(height))
+        }
+    };
+    let middle = Vector([0.0; 3]).plus(right, x).plus(up, y);
+    View {
+        from: middle.plus(back, way).0,
+        look: middle.plus(back, (front + rear) / 2.0).0,
         up: given.up,
         lens,
+    }
+}
+
+/// How far a view's camera is from the side of the outline that it sees.
+pub(super) fn way_to(view: &View, outline: &Outline) -> f64 {
+    let back = Axes::of(view).back;
+    (back.dot(Vector(view.from)) - outline.reach(back.0)).max(0.0)
+}
+
+/// A view's direction turned about the axis that points up, and raised, by angles in radians.
+pub(super) fn turned(view: &View, turn: f64, raise: f64) -> View {
+    let up = Vector(view.up).unit().unwrap_or(Vector([0.0, 1.0, 0.0]));
+    let back = Axes::of(view).back;
+    let height = back.dot(up);
+    let level = back.plus(up, -height);
+    let Some(ahead) = level.unit() else {
+        return view.clone();
+    };
+    let aside = up.cross(ahead);
+    let elevation = (height.asin() + raise).clamp(-MOST_RAISED, MOST_RAISED);
+    let ahead = Vector([0.0; 3])
+        .plus(ahead, turn.cos())
+        .plus(aside, turn.sin());
+    let back = Vector([0.0; 3])
+        .plus(ahead, elevation.cos())
+        .plus(up, elevation.sin());
+    View {
+        from: Vector(view.look).plus(back, 1.0).0,
+        ..view.clone()
+    }
+}
+
+/// A point on the way from a view's camera, so far along its direction.
+pub(super) fn ahead(view: &View, way: f64) -> [f64; 3] {
+    Vector(view.from).plus(Axes::of(view).back, -way).0
+}
+
+/// The directions of a picture: to its right, to its upper edge, and out of it.
+struct Axes {
+    right: Vector,
+    up: Vector,
+    back: Vector,
+}
+
+impl Axes {
+    fn of(view: &View) -> Self {
+        let back = Vector(view.from).minus(Vector(view.look)).unit();
+        let back = back.unwrap_or(Vector([0.0, 0.0, 1.0]));
+        // Any direction across will do where up lies along the view.
+        let right = Vector(view.up).cross(back).unit();
+        let right = right
+            .or(Vector([0.0, 0.0, -1.0]).cross(back).unit())
+            .unwrap_or(Vector([1.0, 0.0, 0.0]));
+        let up = back.cross(right);
+        Self { right, up, back }
     }
 }
 
@@ -161,6 +225,9 @@ impl Vector {
     }
     fn plus(self, other: Self, times: f64) -> Self {
         Self(std::array::from_fn(|i| self.0[i] + other.0[i] * times))
+    }
+    fn times(self, factor: f64) -> Self {
+        Self(self.0.map(|v| v * factor))
     }
     fn dot(self, other: Self) -> f64 {
         (0..3).map(|i| self.0[i] * other.0[i]).sum()
@@ -229,14 +296,14 @@ mod tests {
                         up: [0.0, 1.0, 0.0],
                         lens,
                     };
-                    let view = framed(Some(given), &Target::of(&bounds), aspect);
+                    let view = framed(&given, &Outline::of_box(&bounds), aspect);
                     let mut edge = 0.0_f64;
                     for corner in bounds.corners() {
                         let [x, y] = place_in_view(&view, corner, aspect);
                         edge = edge.max(x.abs()).max(y.abs());
                     }
                     assert!(
-                        (0.6..=1.0).contains(&edge),
+                        (0.6..=0.9).contains(&edge),
                         "{bounds:?} {lens:?} {aspect}: {edge}"
                     );
                     let far = Target::of(&bounds).far(&view);
@@ -263,7 +330,7 @@ mod tests {
         );
         for bounds in [Bounds::EVERYTHING, Bounds::EMPTY, Bounds::ball(0.0)] {
             let target = Target::of(&bounds);
-            let view = framed(None, &target, 1.5);
+            let view = framed(&open(false), &Outline::of_box(&target.shown), 1.5);
             assert!(view.from.iter().all(|v| v.is_finite()), "{bounds:?}");
             assert!(target.far(&view) > 0.0 && target.far(&view).is_finite());
             assert!(target.occlusion_reach() > 0.0);

@@ -131,6 +131,7 @@ fn settings() -> Settings {
         animation: None,
         plane: false,
         z_up: false,
+        subject: None,
         bounds: Bounds::centred([2.0; 3]),
         reach: Bounds::centred([2.0; 3]),
         found: FoundBounds {

@@ -26,7 +26,13 @@ fn guess(b: &Roots, i: usize) -> f32 {
 /// Whether a root is known as well as it can be.
 #[inline(always)]
 fn settled(b: &Roots, i: usize, rounding: f32) -> bool {
-    marching::settled(b.t.0[i], b.field.0[i], b.t_other.0[i], rounding) > 0.0
+    marching::settled(
+        b.t.0[i],
+        b.field.0[i],
+        b.t_other.0[i],
+        b.field_other.0[i],
+        rounding,
+    ) > 0.0
 }
 
 #[inline(always)]

@@ -25,7 +25,6 @@ fn every_row_of_shapes_has_a_meaning() {
                 | Category::Domain
                 | Category::Distance
                 | Category::Dimension
-                | Category::Internal
         )
     };
     for row in ROWS.iter().filter(|row| is_shape(row.meta.category)) {

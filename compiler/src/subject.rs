@@ -1,0 +1,172 @@
+//! What a camera frames that the scene leaves open: the solid without floors, skies and endless fields.
+//!
+//! How far it reaches is found by intervals: boxes that reach farthest are asked first whether the field can
+//! be below zero there, so that thin and nested shapes are framed as closely as plain ones.
+
+use crate::bounds::{Boxes, World};
+use crate::scene::{Scene, Shape, ShapeId, ShapeKind};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::evaluate::evaluate;
+use sdfc_vm::interval::Interval;
+use sdfc_vm::outline::Outline;
+use sdfc_vm::program::Program;
+use sdfc_vm::row::Category;
+use sdfc_vm::table::Op;
+use sdfc_vm::vector::V3;
+use std::cmp::Ordering;
+use std::collections::{BinaryHeap, HashMap};
+
+/// How often a box is halved along each axis, at most.
+const LEVELS: u32 = 6;
+/// How many boxes are asked for one direction, at most.
+const MOST_BOXES: usize = 300;
+
+/// The shape without its operands that have no end; none where nothing is left.
+pub(crate) fn subject(scene: &mut Scene, boxes: &mut Boxes, id: ShapeId) -> Option<ShapeId> {
+    let bounds = boxes.of(World::from(&*scene), id);
+    if bounds.is_finite() {
+        return (!bounds.is_empty()).then_some(id);
+    }
+    let shape = scene.shapes[id.0 as usize].clone();
+    let mut kind = shape.kind.clone();
+    match &mut kind {
+        ShapeKind::Combine { op, children, .. } if is_union(*op) => {
+            let all = std::mem::take(children);
+            let left = all
+                .into_iter()
+                .filter_map(|child| subject(scene, boxes, child));
+            *children = left.collect();
+            if let [only] = **children {
+                return Some(only);
+            }
+            if children.is_empty() {
+                return None;
+            }
+        }
+        // What is cut away has no end of its own.
+        ShapeKind::Combine { op, children, .. } if op.row().name.ends_with("subtraction") => {
+            children[0] = subject(scene, boxes, children[0])?;
+        }
+        ShapeKind::Frame { child, .. }
+        | ShapeKind::Displace { child, .. }
+        | ShapeKind::Painted { child, .. } => *child = subject(scene, boxes, *child)?,
+        ShapeKind::Distance { op, child, .. } if *op != Op::Complement => {
+            *child = subject(scene, boxes, *child)?;
+        }
+        _ => return None,
+    }
+    scene.shapes.push(Shape { kind, ..shape });
+    let id = ShapeId(scene.shapes.len() as u32 - 1);
+    boxes.of(World::from(&*scene), id).is_finite().then_some(id)
+}
+
+/// Whether a row joins its operands, with a blend or without.
+fn is_union(op: Op) -> bool {
+    let row = op.row();
+    row.meta.category == Category::Combine && row.name.ends_with("union")
+}
+
+/// How far a solid within a box reaches.
+pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Outline {
+    let mut search = Search {
+        program,
+        bounds,
+        known: HashMap::new(),
+    };
+    Outline::by(|direction| search.reach(direction))
+}
+
+/// A box of the octree: its level, and its number along each axis.
+type Cell = (u32, [u32; 3]);
+
+struct Search<'a> {
+    program: &'a Program,
+    bounds: &'a Bounds,
+    /// Whether the field can be below zero in a box.
+    known: HashMap<Cell, bool>,
+}
+
+/// A box on the list of those that may reach farthest.
+struct Candidate {
+    reach: f64,
+    cell: Cell,
+}
+
+impl Ord for Candidate {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.reach
+            .total_cmp(&other.reach)
+            .then_with(|| self.cell.cmp(&other.cell))
+    }
+}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Candidate {}
+
+impl Search<'_> {
+    fn reach(&mut self, direction: [f64; 3]) -> f64 {
+        let candidate = |search: &Self, cell: Cell| Candidate {
+            reach: search.farthest(cell, direction),
+            cell,
+        };
+        let whole = (0, [0; 3]);
+        let mut open = BinaryHeap::from([candidate(self, whole)]);
+        let mut asked = 0;
+        while let Some(Candidate { reach, cell }) = open.pop() {
+            asked += 1;
+            if asked > MOST_BOXES {
+                return reach;
+            }
+            if !self.may_be_inside(cell) {
+                continue;
+            }
+            let (level, at) = cell;
+            if level == LEVELS {
+                return reach;
+            }
+            for corner in 0..8 {
+                let part = [0, 1, 2].map(|axis| at[axis] * 2 + (corner >> axis & 1));
+                open.push(candidate(self, (level + 1, part)));
+            }
+        }
+        // Nothing is inside: the box stands for it.
+        self.farthest(whole, direction)
+    }
+
+    fn range(&self, (level, at): Cell, axis: usize) -> Interval {
+        let (low, high) = (self.bounds.min[axis], self.bounds.max[axis]);
+        let side = (high - low) / f64::from(1 << level);
+        let lo = low + f64::from(at[axis]) * side;
+        Interval { lo, hi: lo + side }
+    }
+
+    fn farthest(&self, cell: Cell, direction: [f64; 3]) -> f64 {
+        let along = |axis: usize| {
+            let range = self.range(cell, axis);
+            (direction[axis] * range.lo).max(direction[axis] * range.hi)
+        };
+        (0..3).map(along).sum()
+    }
+
+    fn may_be_inside(&mut self, cell: Cell) -> bool {
+        if let Some(&known) = self.known.get(&cell) {
+            return known;
+        }
+        let [x, y, z] = [0, 1, 2].map(|axis| self.range(cell, axis));
+        let value = evaluate::<Interval>(self.program, V3 { x, y, z });
+        let is_outside = value.lo > 0.0;
+        self.known.insert(cell, !is_outside);
+        !is_outside
+    }
+}
