@@ -6,7 +6,7 @@
 //! A shape has the value that the scene writes wherever that value matters: under offsets, shells, blends
 //! and displacements. Set operations without a blend compare signs alone. There, and at the root, a shape
 //! whose value could change faster than the point moves (a raw field, a twist, a displacement) is turned
-//! into a safe step to its surface ([`step`]), so that only this shape is slowed down. Bounds and slopes
+//! into a safe step to its surface (`step`), so that only this shape is slowed down. Bounds and slopes
 //! therefore never move a surface.
 //!
 //! The same scene is lowered twice: once for its distance, once for its surface, where paints stay

@@ -174,7 +174,8 @@ impl Wrong {
 /// The pixels in an order that soon has some of everywhere.
 fn spread(count: usize) -> impl Iterator<Item = usize> {
     // Of two numbers without a common divisor, the multiples of one meet all remainders of the other.
-    let step = (count * 5 / 8..).find(|&step| (2..=step).all(|d| count % d > 0 || step % d > 0));
+    let step = (count * 5 / 8..)
+        .find(|&step| (2..=step).all(|d| !count.is_multiple_of(d) || !step.is_multiple_of(d)));
     let step = step.expect("there is a prime");
     (0..count).map(move |i| i * step % count)
 }

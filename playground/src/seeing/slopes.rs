@@ -1,6 +1,6 @@
 //! Slopes: where the field breaks its promise, and where it makes rays slow.
 //!
-//! A march is safe if the field changes no faster than the point moves ([`MAX_SLOPE`]): what could be
+//! A march is safe if the field changes no faster than the point moves (`MAX_SLOPE`): what could be
 //! steeper is divided by a bound. Where it does all the same, the scene states a
 //! bound that does not hold (`lipschitz:`), or none could be found, and rays may step over a surface.
 //! There are two tests of that: how long the gradient is at a point, and how far the values of
@@ -94,7 +94,7 @@ pub fn slopes(asked: &Asked, samples: &[Sample], width: usize) -> Slopes {
     let mut slopes: Vec<Slope> = samples
         .iter()
         .take(asked.points.len())
-        .map(|sample| Slope::of(sample))
+        .map(Slope::of)
         .collect();
     for i in 0..slopes.len() {
         for neighbour in neighbours(asked, i, width).into_iter().flatten() {

@@ -106,14 +106,14 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
         }
         let mut checking = [false; LANES];
         if RAW && any(&b.phase) {
-            for i in 0..LANES {
+            for (i, checking) in checking.iter_mut().enumerate() {
                 let field = fields.0[i];
                 if (b.phase.0[i] == 0.0) | is_nan(field) {
                     continue;
                 }
                 match check(b, i, field) {
                     Some(distance) => fields.0[i] = distance,
-                    None => checking[i] = true,
+                    None => *checking = true,
                 }
             }
         }

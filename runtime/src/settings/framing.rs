@@ -174,7 +174,7 @@ pub(super) fn turned(view: &View, turn: f64, raise: f64) -> View {
     let height = back.dot(up);
     let level = back.plus(up, -height);
     let Some(ahead) = level.unit() else {
-        return view.clone();
+        return *view;
     };
     let aside = up.cross(ahead);
     let elevation = (height.asin() + raise).clamp(-MOST_RAISED, MOST_RAISED);
@@ -186,7 +186,7 @@ pub(super) fn turned(view: &View, turn: f64, raise: f64) -> View {
         .plus(up, elevation.sin());
     View {
         from: Vector(view.look).plus(back, 1.0).0,
-        ..view.clone()
+        ..*view
     }
 }
 

@@ -60,7 +60,7 @@ impl Standpoint<'_> {
                 }
             }
         }
-        best.map_or_else(|| given.clone(), |(_, view)| view)
+        best.map_or(*given, |(_, view)| view)
     }
 
     /// How many points of the way to the subject are outside of solids, counted from the subject.

@@ -100,6 +100,7 @@ fn colours_are_those_of_the_mode_distance() {
         up: [0.0, 1.0, 0.0],
         lens: Lens::Orthographic(2.4),
     };
+    stage.settings.far = 20.0;
     let frame = stage.frame();
     let slice = Slice {
         point: [0.0; 3],

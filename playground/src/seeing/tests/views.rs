@@ -27,7 +27,7 @@ fn stating(steep: &str) -> String {
 #[test]
 fn a_stated_slope_that_does_not_hold_is_marked_where_it_does_not() {
     // In so thin a slice no point is tried when the scene is compiled.
-    let steep_on_the_right = stating("2 + step(0, p.x) * step(abs(p.z), 1e-4)");
+    let steep_on_the_right = stating("2 + step(0, p.x) * step(abs(p.z), 1e-7)");
     let mut stage = Stage::of(&steep_on_the_right, [96, 96]);
     let frame = stage.frame();
     let asked = upright().cut(&frame, &stage.settings).asked;
