@@ -312,23 +312,26 @@ impl Lowering<'_> {
         let mut left = self.shape(first, at, wanted);
         let mut paints = self.paints[first.0 as usize];
         for &child in &children[1..] {
-            let mut right = self.shape(child, at, wanted);
+            let right = self.shape(child, at, wanted);
             let other = self.paints[child.0 as usize];
-            if self.purpose == Purpose::Surface && cuts(op) {
-                // What only cuts leaves no paint of its own: the face it makes has the
-                // material of what is cut.
-                match (paints, other) {
-                    (Paints::One(material), Paints::None) => {
-                        right = self.paint(right, material, at);
-                    }
-                    (Paints::None, Paints::One(material)) => {
-                        left = self.paint(left, material, at);
-                    }
-                    _ => {}
-                }
-            }
+            let cut = self.apply(op, at, vec![left, right], parameters.clone());
+            // What only cuts leaves no paint of its own: the face it makes shows what is cut there.
+            let shown = match (paints, other) {
+                _ if self.purpose != Purpose::Surface || !cuts(op) => None,
+                (Paints::None, Paints::None) => None,
+                (_, Paints::None) => Some(left),
+                (Paints::None, _) => Some(match op.row().name.ends_with("subtraction") {
+                    true => self.apply(Op::Neg, at, vec![right], Vec::new()),
+                    false => right,
+                }),
+                _ => None,
+            };
+            // The cut is never less than either operand, and arithmetic hands on the first one's paint.
+            left = match shown {
+                Some(shown) => self.apply(Op::Max, at, vec![shown, cut], Vec::new()),
+                None => cut,
+            };
             paints = paints.join(other);
-            left = self.apply(op, at, vec![left, right], parameters.clone());
         }
         left
     }

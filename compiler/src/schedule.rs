@@ -21,6 +21,9 @@ pub fn schedule(graph: &Graph) -> Program {
         graph,
         uses: graph.uses(),
         needs: needs(graph),
+        painted: graph
+            .nodes()
+            .any(|(_, node)| matches!(node, Node::Paint { .. })),
         code: Vec::new(),
         pool: PoolBuilder::default(),
         points: vec![World::NODE],
@@ -81,10 +84,16 @@ struct Slots {
     count: u32,
 }
 
+/// How many stack entries an operand of a program of surfaces needs before it comes first, so that the stack
+/// holds.
+const DEEP: u32 = 32;
+
 struct Scheduler<'a> {
     graph: &'a Graph,
     uses: Vec<u32>,
     needs: Vec<u32>,
+    /// Whether values carry materials, of which the first operand's shows where both are alike.
+    painted: bool,
     code: Vec<Instruction>,
     pool: PoolBuilder,
     /// The points on the machine's stack, the current one last.
@@ -200,8 +209,9 @@ impl Scheduler<'_> {
             Node::Apply { op, values, .. } => {
                 let (op, mut values) = (*op, values.clone());
                 if let [a, b] = values[..] {
-                    let heavier = self.needs[b.0 as usize] > self.needs[a.0 as usize];
-                    if is_commutative(op) && heavier {
+                    let need = self.needs[b.0 as usize];
+                    let heavier = need > self.needs[a.0 as usize];
+                    if is_commutative(op) && heavier && (!self.painted || need > DEEP) {
                         values.swap(0, 1);
                     }
                 }

@@ -14,6 +14,7 @@ use sdfc_vm::apply::wgsl_name;
 use sdfc_vm::library::{GUARD_NAME, Library};
 use sdfc_vm::record::scalar_literal;
 use sdfc_vm::row::{Category, Input, ParameterType};
+use sdfc_vm::surface::{precedence, tie_line};
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
@@ -59,11 +60,25 @@ pub fn write(graph: &Graph, function: Function, library: &mut Library) -> String
         }
         Function::Surface => {
             library.use_points();
+            // Only where something is mixed.
+            let tie = match body.contains(" tie)") {
+                true => format!("    {}\n", tie_line("p")),
+                false => String::new(),
+            };
             format!(
-                "fn scene_surface(p: vec3f, n: vec3f) -> Surface {{\n{SEED}{body}    \
+                "fn scene_surface(p: vec3f, n: vec3f) -> Surface {{\n{SEED}{tie}{body}    \
                  return {result}_surface;\n}}\n"
             )
         }
+    }
+}
+
+/// What is taken from the value of an operation's first operand, so that it shows where both are alike.
+fn tie_taken(op: Op) -> &'static str {
+    match precedence(op) {
+        sign if sign > 0.0 => " - tie",
+        sign if sign < 0.0 => " + tie",
+        _ => "",
     }
 }
 
@@ -321,7 +336,7 @@ impl Writer<'_> {
         // The point stays: only the operands' shares are asked for.
         let still = point.map(|q| format!("DualPoint({q}.p, vec3f(), vec3f(), vec3f())"));
         let seeds = vec![
-            format!("vec4f(1.0, 0.0, 0.0, {a}.w)"),
+            format!("vec4f(1.0, 0.0, 0.0, {a}.w{})", tie_taken(op)),
             format!("vec4f(0.0, 1.0, 0.0, {b}.w)"),
         ];
         let mut arguments = inputs(op, still, seeds);

@@ -14,4 +14,5 @@ pub mod perceptual;
 pub mod reference;
 pub mod rounding;
 pub mod settings;
+pub mod unseen;
 pub mod verify;

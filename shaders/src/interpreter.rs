@@ -20,6 +20,7 @@ use operation::{
 };
 use sdfc_vm::library::Library;
 use sdfc_vm::program::Needs;
+use sdfc_vm::surface::tie_line;
 use std::fmt::Write;
 
 /// The binding of the instructions.
@@ -166,6 +167,7 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     }
     if surface {
         line(1, "var material = unpainted_surface();");
+        line(1, &tie_line("origin"));
         line(1, "var channels: array<vec4f, 9>;");
         if stack {
             line(1, &format!("var materials: array<Surface, {size}>;"));

@@ -12,6 +12,7 @@ use sdfc_playground::picture::png;
 use sdfc_runtime::engine::Engine;
 use sdfc_runtime::frame::{CellUse, Frame, Mode, Normals, Occlusion, Stats, Tonemap};
 use sdfc_runtime::settings::{LARGEST_SIDE, Overrides, resolve};
+use sdfc_runtime::unseen;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -193,8 +194,10 @@ pub(super) fn draw(
     let detail = detail.told(&scene);
     terminal.write(&summary(to, &frame, engine, took, &detail));
     let rounding = rounding::warning_in(&scene, &settings);
+    let unseen = unseen::notes(scene.module(), &settings, &frame.stats);
     for warning in troubles(&frame.stats, settings.steps)
         .into_iter()
+        .chain(unseen)
         .chain(rounding)
     {
         terminal.warning(&warning);

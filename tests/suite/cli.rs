@@ -15,4 +15,5 @@ mod params;
 mod pictures;
 mod reference;
 mod sandbox;
+mod unseen;
 mod watch;

@@ -63,8 +63,8 @@ impl Held {
 /// Materials attached to dual values.
 #[derive(Default)]
 pub struct Surfaces {
-    /// The unit normals in the world, set before a run.
-    pub normals: Points,
+    normals: Points,
+    ties: Column,
     /// What a shape has that nothing painted, set before a run.
     pub unpainted: [f32; NUMBERS],
     result: Held,
@@ -74,18 +74,48 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
+    /// Takes the points in the world, and the unit normals there, before a run.
+    pub fn place(&mut self, points: &Points, normals: &Points) {
+        self.normals.clone_from(normals);
+        for (lane, tie) in self.ties.0.iter_mut().enumerate() {
+            let largest = [0, 1, 2].map(|axis| points[axis].0[lane].abs());
+            *tie = largest.into_iter().fold(0.0, f32::max) * TIE as f32;
+        }
+    }
+
     /// The scene's surface, after a run.
     pub fn surface(&mut self) -> &SurfaceBlock {
         self.registers[0].lanes()
     }
 }
 
-/// Two values whose gradients tell them apart.
+/// How near to each other two values are that faces in the same place have, per unit of the point's largest
+/// coordinate.
+pub const TIE: f64 = 4e-6;
+
+/// The line of WGSL that tells how near values are to each other that faces at a point have.
+pub fn tie_line(point: &str) -> String {
+    format!("let tie = max(max(abs({point}.x), abs({point}.y)), abs({point}.z)) * {TIE};")
+}
+
+/// The sign of what is taken from the first value, so that of two faces in the same place the first one shows:
+/// 1 for unions, −1 for intersections and differences, 0 for all others.
+pub fn precedence(op: Op) -> f64 {
+    let name = op.row().name;
+    let ends = |words: &[&str]| words.iter().any(|word| name.ends_with(word));
+    match op.row().meta.category {
+        Category::Combine if ends(&["union"]) => 1.0,
+        Category::Combine if ends(&["intersection", "subtraction"]) => -1.0,
+        _ => 0.0,
+    }
+}
+
+/// Two values whose gradients tell them apart; the first one is less by `tie`.
 #[inline(always)]
-fn seeds(a: f32, b: f32) -> [Dual<f32>; 2] {
+fn seeds(a: f32, b: f32, tie: f32) -> [Dual<f32>; 2] {
     [
         Dual {
-            value: a,
+            value: a - tie,
             gradient: V3::of(1.0, 0.0, 0.0),
         },
         Dual {
@@ -123,17 +153,25 @@ fn mix_body(a: &mut SurfaceBlock, b: &SurfaceBlock, shares: &Column) {
 
 widest! {
     /// The share of the second operand of a blend, in every lane.
-    fn shares_of(kernel: Kernel, constants: [f32; 4], a: &Column, b: &Column, shares: &mut Column)
-        = shares_body;
+    fn shares_of(
+        kernel: Kernel, constants: [f32; 4], values: [&Column; 2], ties: &Column, shares: &mut Column
+    ) = shares_body;
 }
 
 #[inline(always)]
-fn shares_body(kernel: Kernel, constants: [f32; 4], a: &Column, b: &Column, shares: &mut Column) {
+fn shares_body(
+    kernel: Kernel,
+    constants: [f32; 4],
+    [a, b]: [&Column; 2],
+    ties: &Column,
+    shares: &mut Column,
+) {
+    let sign = constants[0];
     let [s, sb, width, coefficient] = constants.map(Dual::fixed);
     macro_rules! each {
         ($kernel:expr) => {
             for lane in 0..LANES {
-                let [x, y] = seeds(a.0[lane], b.0[lane]);
+                let [x, y] = seeds(a.0[lane], b.0[lane], sign * ties.0[lane]);
                 let v = $kernel.blend(x, y, s, sb, width, coefficient);
                 shares.0[lane] = share(v.gradient.x, v.gradient.y);
             }
@@ -171,8 +209,10 @@ impl Attachment<Dual<f32>> for Surfaces {
                     return;
                 }
                 let mut shares = Column::default();
+                let sign = precedence(op) as f32;
                 for lane in 0..LANES {
-                    let [x, y] = seeds(a[3].0[lane], b[3].0[lane]);
+                    let tie = sign * self.ties.0[lane];
+                    let [x, y] = seeds(a[3].0[lane], b[3].0[lane], tie);
                     let values = [x, y, Dual::fixed(0.0)];
                     // The point stays: only the operands' shares are asked for.
                     let p = DualVec3::fixed(Dual::<f32>::load_point(q, lane).value);
@@ -243,7 +283,7 @@ impl Attachment<Dual<f32>> for Surfaces {
             return;
         }
         let mut shares = Column::default();
-        shares_of(kernel, constants, &a[3], &b[3], &mut shares);
+        shares_of(kernel, constants, [&a[3], &b[3]], &self.ties, &mut shares);
         std::mem::swap(&mut self.blended, &mut self.result);
         self.result.become_like(first);
         self.result.mix(&mut self.blended, &shares);

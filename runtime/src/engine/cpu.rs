@@ -550,7 +550,7 @@ impl Evaluator for Asker<'_> {
             return;
         };
         let machine = surface_machine(&mut self.surface, tape, unpainted);
-        machine.attachment().normals.clone_from(normals);
+        machine.attachment().place(points, normals);
         *machine.seed() = seeded(points);
         let clauses = self.surface_tapes.get(self.focus).unwrap_or(&tape.clauses);
         machine.run(program, clauses, count);
@@ -573,11 +573,12 @@ impl Evaluator for Asker<'_> {
             return;
         };
         let machine = surface_machine(&mut self.surface, tape, &self.scene.unpainted);
-        let mut own = Points::default();
+        let (mut own, mut facing) = (Points::default(), Points::default());
         lazy.each(program, points, count, |keys, clauses| {
             gather(points, keys, &mut own);
+            gather(normals, keys, &mut facing);
             *machine.seed() = seeded(&own);
-            gather(normals, keys, &mut machine.attachment().normals);
+            machine.attachment().place(&own, &facing);
             machine.run(program, clauses, keys.len());
             let surface = machine.attachment().surface();
             for (number, values) in surface.iter().enumerate() {

@@ -24,6 +24,7 @@ use super::{Function, Record, code_bindings};
 use crate::layout::Grid;
 use sdfc_vm::library::Library;
 use sdfc_vm::program::{Code, Needs};
+use sdfc_vm::surface::tie_line;
 use sdfc_vm::tape::{Clause, Form};
 use std::fmt::Write;
 
@@ -195,6 +196,7 @@ pub fn interpreter(
     if surface {
         line(1, &format!("var materials: array<Surface, {values}>;"));
         line(1, "materials[0] = unpainted_surface();");
+        line(1, &tie_line("origin"));
         line(1, "var channels: array<vec4f, 9>;");
     }
     line(1, "let end = cell + tapes[cell].x;");

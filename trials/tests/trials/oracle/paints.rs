@@ -134,6 +134,7 @@ impl<'m> Engine<'m> {
             points[axis].0.fill(p[axis] as f32);
         }
         *self.machine.seed() = seeded(&points);
+        self.machine.attachment().place(&points, &Points::default());
         self.machine.run(self.program, &self.tape.clauses, 1);
         self.machine.attachment().surface()[ID].0[0] as u32
     }
@@ -221,6 +222,17 @@ const PAINTED: &[&str] = &[
     "RED - (sphere(0.7) - BLUE.translate(0, 0.6, 0))",
     "field(fn(p) => length(p) - 1, within: 3).material(red) - CUT",
     "complement(BLUE) & RED.scale(1.3)",
+    // A hole through several paints shows those of what it goes through.
+    "(RED | BLUE.translate(0.7, 0, 0)) - CUT.rotate(90deg, Z)",
+    "(RED | BLUE.translate(0.7, 0, 0)) & sphere(0.8)",
+    "sphere(0.8) & (RED | BLUE.translate(0.7, 0, 0))",
+    "(RED | BLUE.translate(0.7, 0, 0)) -[0.1] CUT.rotate(90deg, Z)",
+    "(RED | BLUE.translate(0.7, 0, 0)) - CUT - sphere(0.6)",
+    // Of faces in the same place the first in the text shows, whatever the brackets.
+    "RED | BLUE.scale(10 / 9)",
+    "RED | (BLUE.scale(10 / 9) | sphere(0.2).translate(0, 2, 0) | sphere(0.1).translate(0, 3, 0))",
+    "BLUE.translate(0, 0.05, 0).translate(3, 3, 3).translate(-3, -3, -3) | RED",
+    "RED.translate(0, 0.5, 0).rotate(30deg, Y) | BLUE.translate(0, 0.45, 0).rotate(30deg, Y).scale(10 / 9)",
 ];
 
 #[test]

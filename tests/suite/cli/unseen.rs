@@ -1,0 +1,95 @@
+//! Pictures that show nothing, or less than the scene has, and what is said of them.
+
+use super::sandbox::Sandbox;
+
+/// Scenes, and a part of what is said when they are drawn; where it is empty nothing may be said.
+const SCENES: &[(&str, &str, &str)] = &[
+    ("a scene that is seen", "sphere(1) | plane(Y, at: -1)", ""),
+    (
+        "a union of nothing",
+        "union([])",
+        "nothing is seen: the scene has no solid",
+    ),
+    (
+        "all cut away",
+        "box(1) - box(2)",
+        "Perhaps all of it is cut away",
+    ),
+    (
+        "a field without a sign",
+        "field(fn(p) => abs(length(p) - 1), within: 3)",
+        "nothing is seen: the field is nowhere below zero",
+    ),
+    (
+        "a field that only touches zero",
+        "field(fn(p) => dot(p, p), within: 3)",
+        "such as `.offset(0.01)`",
+    ),
+    (
+        "a camera that looks away",
+        "camera { from: [0, 0, 5], look: [0, 0, 9] }\nsphere(1)",
+        "nothing is seen: the camera at [0, 0, 5] looks away, towards [0, 0, 9]",
+    ),
+    (
+        "a camera that looks past",
+        "camera { from: [0, 0, 9], look: [9, 0, 0] }\nsphere(1)",
+        "looks past it, towards [9, 0, 0], and the scene lies between [-1, -1, -1] and [1, 1, 1]: `look: [0, 0, 0]` shows it",
+    ),
+    (
+        "a scene too far away",
+        "camera { from: [0, 0, 9000], look: [0, 0, 0] }\nsphere(1)",
+        "pixels high from [0, 0, 9000]",
+    ),
+    (
+        "rays that end before",
+        "camera { from: [0, 0, 9], look: [0, 0, 0] }\nrender { far: 5 }\nsphere(1)",
+        "rays go no farther than 5 (`far`)",
+    ),
+    (
+        "a camera within a solid",
+        "camera { from: [0, 0, 0.5], look: [0, 0, 0] }\nsphere(1)",
+        "the camera is inside a solid: at [0, 0, 0.5] the field is -0.5",
+    ),
+    (
+        "everything but a ball",
+        "!sphere(1)",
+        "the camera is inside a solid",
+    ),
+    (
+        "a light within a solid",
+        "light { at: [0, 0.2, 0] }\nsphere(1)",
+        "the light at [0, 0.2, 0] is inside a solid",
+    ),
+    (
+        "a light within a solid that casts no shadow",
+        "light { at: [0, 0.2, 0], shadow: none }\nsphere(1)",
+        "",
+    ),
+    (
+        "a figure that is nowhere",
+        "circle(1) - circle(2)",
+        "Perhaps all of it is cut away",
+    ),
+];
+
+#[test]
+fn what_is_not_seen_is_said_with_its_reason() {
+    for (title, scene, said) in SCENES {
+        let sandbox = Sandbox::with_scene(scene);
+        let run = sandbox.run("render scene.sdf -o out.png --size 48x36 --aa 1");
+        let run = run.ok();
+        let warnings: Vec<&str> = run
+            .stderr
+            .lines()
+            .filter(|line| line.starts_with("warning:"))
+            .collect();
+        match said.is_empty() {
+            true => assert!(warnings.is_empty(), "{title}: {}", run.stderr),
+            false => assert!(
+                warnings.iter().any(|line| line.contains(said)),
+                "{title}: {}",
+                run.stderr
+            ),
+        }
+    }
+}
