@@ -320,15 +320,16 @@ impl Lowering<'_> {
                 _ if self.purpose != Purpose::Surface || !cuts(op) => None,
                 (Paints::None, Paints::None) => None,
                 (_, Paints::None) => Some(left),
-                (Paints::None, _) => Some(match op.row().name.ends_with("subtraction") {
-                    true => self.apply(Op::Neg, at, vec![right], Vec::new()),
-                    false => right,
-                }),
+                // A body without a paint is no cutter.
+                (Paints::None, _) if !op.row().name.ends_with("subtraction") => Some(right),
                 _ => None,
             };
-            // The cut is never less than either operand, and arithmetic hands on the first one's paint.
+            // Arithmetic hands on the paint of its first operand.
             left = match shown {
-                Some(shown) => self.apply(Op::Max, at, vec![shown, cut], Vec::new()),
+                Some(shown) => {
+                    let difference = self.apply(Op::Sub, at, vec![shown, cut], Vec::new());
+                    self.apply(Op::Sub, at, vec![shown, difference], Vec::new())
+                }
                 None => cut,
             };
             paints = paints.join(other);

@@ -6,7 +6,7 @@
 use crate::bounds::{Boxes, World};
 use crate::scene::{Scene, Shape, ShapeId, ShapeKind};
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::evaluate::evaluate;
+use sdfc_vm::evaluate::{evaluate, gradient};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Program;
@@ -164,9 +164,27 @@ impl Search<'_> {
             return known;
         }
         let [x, y, z] = [0, 1, 2].map(|axis| self.range(cell, axis));
-        let value = evaluate::<Interval>(self.program, V3 { x, y, z });
-        let is_outside = value.lo > 0.0;
+        let region = V3 { x, y, z };
+        let value = evaluate::<Interval>(self.program, region);
+        let is_outside = value.lo > 0.0 || self.falls_short(region);
         self.known.insert(cell, !is_outside);
         !is_outside
+    }
+
+    /// Whether the field, from its value in the middle of a box, cannot fall to zero within the box.
+    fn falls_short(&self, region: V3<Interval>) -> bool {
+        let sides = [region.x, region.y, region.z];
+        let [x, y, z] = sides.map(|side| Interval::point(side.lo + (side.hi - side.lo) / 2.0));
+        let middle = evaluate::<Interval>(self.program, V3 { x, y, z });
+        if middle.lo <= 0.0 {
+            return false;
+        }
+        let V3 { x, y, z } = gradient::<Interval>(self.program, region).gradient;
+        let fall = [x, y, z].into_iter().zip(sides);
+        let fall: f64 = fall
+            .map(|(slope, side)| slope.magnitude() * (side.hi - side.lo) / 2.0)
+            .sum();
+        // What is not a number does not fall short.
+        fall < middle.lo
     }
 }

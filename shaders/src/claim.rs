@@ -23,7 +23,7 @@ const BEYOND: f64 = 0.02;
 /// How far apart the points are by which the gradient is found, as a fraction of the value.
 const APART: f64 = 0.02;
 /// The same at least, in units of what rounding can make of the field.
-const APART_ROUNDINGS: f64 = 16.0;
+const APART_ROUNDINGS: f64 = 64.0;
 /// How fast the field may rise behind the expected surface, in units of its slope before, if there is one.
 const RISING: f64 = 0.7;
 /// The distance of a surface that is not there.
@@ -47,7 +47,7 @@ pub fn place<R: Real>(at: R::Vec3, phase: R, value: R, gradient: R::Vec3, apart:
         R::select(here, apart, zero)
     };
     let beside = R::Vec3::new(along(1.0), along(2.0), along(3.0));
-    let square = gradient.dot(gradient).max(lit(1e-20)).named("square");
+    let square = gradient.dot(gradient).max(lit(1e-30)).named("square");
     let beyond = (phase - lit(3.0)) * lit(BEYOND) + lit(1.0);
     let way = R::select(phase.less(lit(3.5)), zero, value * beyond / square).named("way");
     at + beside - gradient * way
@@ -74,18 +74,22 @@ pub fn decided<R: Real>(phase: R, value: R, field: R) -> R {
 }
 
 /// How far the surface is, once the claim is decided: `last` is the field of the last phase, and `before` that
-/// of phase 4.
+/// of phase 4. Where the field is above zero there, it turns a corner; or, where raw fields were divided by
+/// bounds (`raw` is 1), it may go on falling more slowly, as within the box of such a field, and is followed.
 #[inline(always)]
-pub fn distance<R: Real>(value: R, gradient: R::Vec3, phase: R, last: R, before: R) -> R {
+pub fn distance<R: Real>(value: R, gradient: R::Vec3, phase: R, last: R, before: R, raw: R) -> R {
     let length = gradient.length().max(lit(1e-10)).named("length");
     let way = (value / length).named("way");
     // Over the last piece, in units of the slope.
     let rise = ((last - before) / (value * lit(BEYOND)).max(lit(1e-30))).named("rise");
     let aside = (before.max(lit(0.0)) / length).named("aside");
     let corner = (way * way + aside * aside).sqrt();
+    let followed = way * lit(1.0 + BEYOND) + aside / (-rise).max(lit(1e-9));
+    let is_raw = lit::<R>(0.5).less(raw);
     let late = lit::<R>(4.5).less(phase);
-    let found = R::select(late, corner, way);
-    let flat = length.less(lit(1e-4));
-    let gone = R::or(flat, R::and(late, lit::<R>(RISING).less(rise)));
+    let found = R::select(late, R::select(is_raw, followed, corner), way);
+    let flat = length.less(R::select(is_raw, lit(1e-9), lit(1e-4)));
+    let behind = R::select(is_raw, lit(-1e-8), lit(RISING)).less(rise);
+    let gone = R::or(flat, R::and(late, behind));
     R::select(gone, lit(f64::from(NOTHING)), found)
 }

@@ -81,12 +81,13 @@ functions! {
     bumped = normals::bumped(normal, bump);
     lift = normals::lift(p, half_pixel, rounding);
     outside = normals::outside(rounding);
+    inside = normals::inside(rounding);
 
     claim_apart = claim::apart(value, rounding);
     claim_place = claim::place(at, phase, value, gradient, apart);
     claim_gradient = claim::gradient(gradient, phase, change, apart);
     claim_decided = claim::decided(phase, value, field);
-    claim_distance = claim::distance(value, gradient, phase, last, before);
+    claim_distance = claim::distance(value, gradient, phase, last, before, raw);
 
     march_noise = marching::noise(rounding, slope, raw);
     shadow_hard = shadow::hard(visibility, h, noise);

@@ -103,6 +103,16 @@ pub fn outside<R: Real>(rounding: R) -> R {
     rounding * lit(OUTSIDE_ROUNDINGS)
 }
 
+/// How far below a surface its material is asked for, in units of what rounding can make of the field.
+const INSIDE_ROUNDINGS: f64 = 32.0;
+
+/// How far below a surface its material is asked for. A skin of no thickness, as a flush cut leaves, is nothing
+/// there, and what lies behind it shows.
+#[inline(always)]
+pub fn inside<R: Real>(rounding: R) -> R {
+    rounding * lit(INSIDE_ROUNDINGS)
+}
+
 /// The direction of a gradient; where there is none (on an edge of the field, or beyond numbers),
 /// the direction back along the ray. A gradient that points along the ray, as that of a field without a sign
 /// may, is turned round. `side` is −1 for rays that started inside.

@@ -45,6 +45,9 @@ pub fn plain<R: Real>(visibility: R, h: R, t: R, size: R) -> R {
     visibility.min(h.max(lit(0.0)) / (size * t).max(lit(1e-20)))
 }
 
+/// How many times as far as a step a surface may be for the place between two steps to be looked for.
+const LONG_STEPS: f64 = 4.0;
+
 /// Visibility after a step, from the nearest place between this ball and the one `stride` before:
 /// where the two meet, the surface may touch both. The published form takes the stride to be
 /// `before`; this one allows any.
@@ -54,8 +57,10 @@ pub fn improved<R: Real>(visibility: R, h: R, before: R, stride: R, t: R, size: 
     let y = ((stride * stride + h * h - before * before) / (stride * lit(2.0)).max(lit(1e-20)))
         .max(lit(0.0))
         .named("y");
-    // One ball may hold the other; then the nearest place is the middle of this one.
-    let meet = R::and(y.less(h), lit::<R>(0.0).less(before));
+    // One ball may hold the other; then the nearest place is the middle of this one. So it is where steps are
+    // short, of which the difference of the balls tells nothing but rounding.
+    let close = before.less(stride * lit(LONG_STEPS));
+    let meet = R::and(R::and(y.less(h), lit::<R>(0.0).less(before)), close);
     let distance = R::select(meet, (h * h - y * y).max(lit(0.0)).sqrt(), h);
     let at = R::select(meet, t - y, t);
     visibility.min(distance / (size * at).max(lit(1e-20)))

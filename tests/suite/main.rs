@@ -4,6 +4,7 @@ mod agreement;
 mod cells;
 mod cli;
 mod corpus;
+mod framing;
 mod general;
 mod gpu_cells;
 mod hard;

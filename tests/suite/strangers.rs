@@ -2,7 +2,8 @@
 //!
 //! A pixel is wrong if nothing within two pixels of it looks like what an engine drew there: neither silhouettes
 //! nor edges excuse more. Scenes are in `tests/strangers`; the first line of each says its class. A line
-//! `// excused: 12 pixels, since …` says how many pixels may be wrong, and why that is right.
+//! `// excused: 12 pixels, since …` says how many pixels may be wrong, and why that is right; one that begins
+//! with `// fault:` says what is to be mended.
 
 use crate::corpus::{compiled_scene, name, scene, scenes};
 use sdfc_compiler::scene::Scene;
@@ -275,7 +276,9 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn excused(path: &Path) -> usize {
     let text = std::fs::read_to_string(path).expect("the scene can be read");
     let heads = text.lines().take_while(|line| line.starts_with("//"));
-    let mut excuses = heads.filter_map(|line| line.strip_prefix("// excused: "));
+    let words = ["// excused: ", "// fault: "];
+    let said = |line| words.iter().find_map(|word| str::strip_prefix(line, word));
+    let mut excuses = heads.filter_map(said);
     excuses.next().map_or(0, |excuse| {
         let count = excuse
             .split_whitespace()

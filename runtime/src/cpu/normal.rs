@@ -161,7 +161,7 @@ fn keep(
 }
 
 /// Asks what the shown pixels' surfaces are made of.
-pub(super) fn surfaces(tile: &mut Tile, evaluator: &mut dyn Evaluator) -> u64 {
+pub(super) fn surfaces(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator) -> u64 {
     let blocks = evaluator.blocks(Asked::Surfaces);
     let mut points = vec![Points::default(); blocks];
     let mut facing = vec![Points::default(); blocks];
@@ -175,8 +175,20 @@ pub(super) fn surfaces(tile: &mut Tile, evaluator: &mut dyn Evaluator) -> u64 {
         for (items, (points, facing)) in items.chunks(LANES).zip(points.iter_mut().zip(&mut facing))
         {
             for (lane, &item) in items.iter().enumerate() {
-                set(points, lane, tile.points[item as usize]);
-                set(facing, lane, vector(tile.normals[item as usize]));
+                let (ray, normal) = (
+                    &tile.rays[item as usize],
+                    vector(tile.normals[item as usize]),
+                );
+                let side = if ray.status & FROM_INSIDE != 0 {
+                    -1.0
+                } else {
+                    1.0
+                };
+                let rounding = marching::rounding_at(ray.t, frame.rounding);
+                let below = normals::inside(rounding) * side;
+                let p = tile.points[item as usize];
+                set(points, lane, camera::along::<f32>(p, normal, -below));
+                set(facing, lane, normal);
             }
             repeat_first(points, items.len());
             repeat_first(facing, items.len());

@@ -190,5 +190,6 @@ fn check(b: &mut OcclusionLanes, i: usize, field: f32) -> Option<f32> {
         phase,
         field,
         b.beyond.0[i],
+        1.0,
     ))
 }

@@ -299,7 +299,8 @@ impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
             return out_of_steps;
         }
         let gradient = gradient_of(b, i);
-        let distance = claim::distance::<f32>(value, gradient, phase, field, b.beyond.0[i]);
+        let distance =
+            claim::distance::<f32>(value, gradient, phase, field, b.beyond.0[i], self.raw);
         if distance < claim::NOTHING {
             let noise = marching::noise(b.rounding.0[i], 1.0, self.raw);
             let before = b.claim_before.0[i] * (distance / value);

@@ -183,7 +183,7 @@ impl Tile {
                 Stage::Polish | Stage::Normal if self.known => 0,
                 Stage::Polish => self.polish(f, evaluator),
                 Stage::Normal => normal::find(f, features.normals, self, evaluator),
-                Stage::Surface => normal::surfaces(self, evaluator),
+                Stage::Surface => normal::surfaces(f, self, evaluator),
                 Stage::Shadow => {
                     let forms = features.lights.iter().zip(&picture.lights).enumerate();
                     forms

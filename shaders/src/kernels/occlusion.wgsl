@@ -92,7 +92,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 around.phase = 5.0;
                 continue;
             } else {
-                clear = claim_distance(around.value, around.gradient, around.phase, field, around.beyond);
+                clear = claim_distance(
+                    around.value, around.gradient, around.phase, field, around.beyond, frame.raw
+                );
                 around.phase = 0.0;
             }
         }

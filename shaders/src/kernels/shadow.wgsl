@@ -106,7 +106,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.beyond = field;
                 ray.phase = 5.0;
             } else {
-                let found = claim_distance(ray.value, ray.gradient, ray.phase, field, ray.beyond);
+                let found = claim_distance(
+                    ray.value, ray.gradient, ray.phase, field, ray.beyond, frame.raw
+                );
                 if found < NOTHING {
                     let before = ray.claim_before * (found / ray.value);
                     ray.visibility =

@@ -12,5 +12,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     if (ray.status & SHOWN) == 0u { return; }
     let camera = camera_ray(item.pixel);
     let p = along(camera.origin, camera.direction, ray.t);
-    surfaces[item.index] = scene_surface(p, normals[item.index].xyz);
+    let normal = normals[item.index].xyz;
+    let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
+    let below = inside(rounding_at(ray.t, frame.rounding)) * side;
+    surfaces[item.index] = scene_surface(along(p, normal, -below), normal);
 }

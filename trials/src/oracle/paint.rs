@@ -103,9 +103,9 @@ impl Tree {
                         1.0
                     }
                 }
-                Set::Intersection(_) | Set::Subtraction(_) if !self.node(child).is_painted => {
-                    continue;
-                }
+                // The body that something is taken from is no cutter, painted or not.
+                Set::Intersection(_) if !self.node(child).is_painted => continue,
+                Set::Subtraction(_) if at > 0 && !self.node(child).is_painted => continue,
                 Set::Intersection(_) => -value,
                 Set::Subtraction(_) => {
                     if at == 0 {

@@ -1,0 +1,99 @@
+//! Cameras that scenes leave open: what has an end fills most of the picture, and nothing of it is cut off.
+
+use crate::corpus::{compiled, name, on_large_stack, scenes};
+use sdfc_compiler::passes::PassOptions;
+use sdfc_runtime::engine::{EngineKind, Loaded, open};
+use sdfc_runtime::frame::{Frame, Status};
+use sdfc_runtime::settings::{Overrides, resolve};
+use sdfc_shaders::assemble::SceneSource;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+const SIZE: [u32; 2] = [96, 72];
+/// The share of the picture's width or height, whichever is larger, that a scene fills.
+const FILLED: RangeInclusive<f64> = 0.6..=0.9;
+
+/// Scenes that fill less, by what: the outline of a field is as loose as its intervals are, and ends that are
+/// thinner than a pixel are not seen.
+const LOOSE: [(&str, f64); 3] = [
+    ("kaleido_snowflake", 0.55),
+    ("torus_quartic", 0.45),
+    ("shelf_rail_two_metres", 0.4),
+];
+
+/// The scenes without a place for their camera.
+fn left_open() -> Vec<PathBuf> {
+    let folders = ["examples", "tests/scenes"].map(str::to_owned);
+    let strangers =
+        std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/strangers"));
+    let strangers = strangers.expect("the folder can be read").map(|entry| {
+        let name = entry.expect("its entries too").file_name();
+        format!("tests/strangers/{}", name.to_string_lossy())
+    });
+    let paths = folders
+        .into_iter()
+        .chain(strangers)
+        .flat_map(|f| scenes(&f));
+    let is_open = |path: &PathBuf| {
+        let text = std::fs::read_to_string(path).expect("the scene can be read");
+        !text.contains("from:")
+    };
+    paths.filter(is_open).collect()
+}
+
+/// What share of the picture's sides the hits span, and whether they touch its edges.
+fn spanned(frame: &Frame) -> Option<(f64, bool)> {
+    let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
+    for (at, status) in frame.status.iter().enumerate() {
+        if *status == Status::Hit {
+            let at = at as u32;
+            let place = [at % SIZE[0], at / SIZE[0]];
+            for axis in 0..2 {
+                low[axis] = low[axis].min(place[axis]);
+                high[axis] = high[axis].max(place[axis]);
+            }
+        }
+    }
+    let is_cut = (0..2).any(|axis| low[axis] == 0 || high[axis] == SIZE[axis] - 1);
+    let share = |axis: usize| f64::from(high[axis] + 1 - low[axis]) / f64::from(SIZE[axis]);
+    (low[0] <= high[0]).then(|| (share(0).max(share(1)), is_cut))
+}
+
+#[test]
+fn open_cameras_frame_what_has_an_end() {
+    let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
+    let (mut tried, mut wrong) = (0, Vec::new());
+    for path in left_open() {
+        let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        let outputs = compiled.module.update(0.0);
+        let module = &compiled.module;
+        // Of floors and endless fields the picture may be full.
+        if module.settings.plane || !module.settings.bounds.is_finite() {
+            continue;
+        }
+        let overrides = Overrides {
+            size: Some(SIZE),
+            aa: Some(1),
+            ..Overrides::default()
+        };
+        let settings = resolve(module, &outputs, &overrides).expect("it has settings");
+        let scene = Loaded {
+            module,
+            outputs: &outputs,
+            generated: SceneSource::default(),
+        };
+        engine.load(&scene).expect("it loads");
+        let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
+        let Some((share, is_cut)) = spanned(&frame) else {
+            continue;
+        };
+        tried += 1;
+        let loose = LOOSE.iter().find(|(scene, _)| *scene == name(&path));
+        let least = loose.map_or(*FILLED.start(), |&(_, least)| least);
+        if is_cut || !(least..=*FILLED.end()).contains(&share) {
+            wrong.push(format!("{}: {share:.2} filled, cut: {is_cut}", name(&path)));
+        }
+    }
+    assert!(tried >= 40, "{tried}");
+    assert!(wrong.is_empty(), "of {tried}:\n{}", wrong.join("\n"));
+}
