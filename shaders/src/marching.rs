@@ -94,7 +94,7 @@ const HURRY_STEPS: f64 = 64.0;
 /// where it falls evenly.
 const NEAR: f64 = 20.0;
 /// How far a ray goes at least where no more than that is left of the field, in halves of a pixel.
-const CREEP: f64 = 0.25;
+const CREEP: f64 = 0.0625;
 /// How far ahead roots are guessed, in halves of a pixel: four pixels. A line farther on may lead through a
 /// wall; only where the field falls steadily is it followed.
 const AHEAD: f64 = 8.0;
