@@ -212,14 +212,12 @@ impl<'a> Tracer<'a> {
         let (t0, t1) = match outcome {
             Outcome::Miss => return ended,
             Outcome::Undecided {
-                t0,
-                why: Why::Budget,
-                ..
-            } => {
+                why: Why::Start, ..
+            } => return ended,
+            Outcome::Undecided { t0, .. } => {
                 ended.depth = isolate::guess(&mut self.asker, ray, t0, far, inside);
                 return ended;
             }
-            Outcome::Undecided { .. } => return ended,
             Outcome::Hit { t0, t1 } => (t0, t1),
         };
         let middle = t0 + (t1 - t0) / 2.0;

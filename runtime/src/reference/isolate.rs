@@ -335,7 +335,7 @@ fn touching(t: Interval) -> Outcome {
     }
 }
 
-/// A guess where a ray ends that spent its budget at `t`: plain steps in `f64` until the sign changes.
+/// A guess where a ray ends that is undecided from `from` on: plain steps in `f64` until the sign changes.
 pub(super) fn guess(
     asker: &mut Asker<'_>,
     ray: &Ray,
