@@ -196,7 +196,9 @@ pub fn march_step<R: Real>(
     let onward = R::select(creeping, relaxed.max(at_least), relaxed).named("onward");
     let evenly = (slope - mean).abs().less(slope * lit(-EVENLY));
     let steadily = (slope - mean).abs().less(slope * lit(-STEADILY));
-    let leads = R::or(to_root.less(ahead), steadily);
+    // What was divided by a bound may be far above its surface, and a wall in between.
+    let straight = R::and(steadily, raw.less(lit(0.5)));
+    let leads = R::or(to_root.less(ahead), straight);
     let enough = R::select(steadily, near, (near * lit(0.5)).max(threshold));
     let within = R::and(new_radius.less(enough), to_root.less(leave - new_t));
     let guess = R::and(falling, R::and(R::and(evenly, leads), within));
