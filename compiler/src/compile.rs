@@ -232,7 +232,7 @@ pub(crate) fn compile_with(
     )
 }
 
-/// What cameras frame, as a graph of its own where that is not the whole solid, and its box.
+/// The subject of open cameras, as a graph of its own where it is not the whole solid, and its box.
 fn lowered_subject(
     scene: &mut Scene,
     root: ShapeId,

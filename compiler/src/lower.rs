@@ -23,6 +23,7 @@ use crate::scene::{Material, MaterialId, Scene, ShapeId, ShapeKind};
 use crate::slope::ShapeSlopes;
 use crate::uniforms::{Uniforms, operands_first};
 use sdfc_lang::Diagnostic;
+use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 
@@ -315,13 +316,18 @@ impl Lowering<'_> {
             let right = self.shape(child, at, wanted);
             let other = self.paints[child.0 as usize];
             let cut = self.apply(op, at, vec![left, right], parameters.clone());
-            // What only cuts leaves no paint of its own: the face it makes shows what is cut there.
-            let shown = match (paints, other) {
-                _ if self.purpose != Purpose::Surface || !cuts(op) => None,
-                (Paints::None, Paints::None) => None,
-                (_, Paints::None) => Some(left),
-                // A body without a paint is no cutter.
-                (Paints::None, _) if !op.row().name.ends_with("subtraction") => Some(right),
+            // What only cuts leaves no paint of its own: the face it makes shows what is cut there. The body
+            // that something is taken from is no cutter.
+            use SetOperation::{Intersection, Subtraction};
+            let set = op
+                .row()
+                .meta
+                .set
+                .filter(|_| self.purpose == Purpose::Surface);
+            let shown = match (set, paints, other) {
+                (_, Paints::None, Paints::None) => None,
+                (Some(Intersection | Subtraction), _, Paints::None) => Some(left),
+                (Some(Intersection), Paints::None, _) => Some(right),
                 _ => None,
             };
             // Arithmetic hands on the paint of its first operand.
@@ -535,22 +541,6 @@ fn paints(scene: &Scene) -> Vec<Paints> {
         });
     }
     all
-}
-
-/// Whether an operation takes away from its operands: an intersection or a difference.
-fn cuts(op: Op) -> bool {
-    match op.row().meta.blend {
-        Some(blend) => blend.sign < 0.0,
-        None => matches!(
-            op,
-            Op::ChamferIntersection
-                | Op::ChamferSubtraction
-                | Op::RoundIntersection
-                | Op::RoundSubtraction
-                | Op::StairsIntersection
-                | Op::StairsSubtraction
-        ),
-    }
 }
 
 /// A material's numbers in the order of the channels.

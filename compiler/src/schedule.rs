@@ -84,15 +84,14 @@ struct Slots {
     count: u32,
 }
 
-/// How many stack entries an operand of a program of surfaces needs before it comes first, so that the stack
-/// holds.
+/// The number of stack entries from which on an operand comes first in a program of surfaces, too.
 const DEEP: u32 = 32;
 
 struct Scheduler<'a> {
     graph: &'a Graph,
     uses: Vec<u32>,
     needs: Vec<u32>,
-    /// Whether values carry materials, of which the first operand's shows where both are alike.
+    /// Tells if values carry materials, of which the first operand's shows where both are alike.
     painted: bool,
     code: Vec<Instruction>,
     pool: PoolBuilder,

@@ -168,19 +168,17 @@ fn slopes_in(
     let mut search = Search::new(expressions, numbers, ranges);
     let region = region.common(&Bounds::centred([1e6; 3]));
     let centre = region.centre();
-    let half = [0, 1, 2].map(|i| (region.max[i] - region.min[i]) / 2.0);
-    (0..TRIED_POINTS)
+    (0..TRIED_POINTS as u32)
         .map(|number| {
-            let n = number as f64 + 1.0;
-            let steps = [
-                0.819_172_513_396_164_4,
-                0.671_043_606_703_789_2,
-                0.549_700_477_901_97,
-            ];
             let size = 0.25_f64.powi(number as i32 % 4);
-            let point = std::array::from_fn(|axis| {
-                centre[axis] + half[axis] * size * (((n * steps[axis]).fract() - 0.5) * 2.0)
-            });
+            let near = |corner: [f64; 3]| {
+                std::array::from_fn(|i| centre[i] + (corner[i] - centre[i]) * size)
+            };
+            let part = Bounds {
+                min: near(region.min),
+                max: near(region.max),
+            };
+            let point = part.spread(number + 1);
             (search.slope_at(point), point)
         })
         .filter(|(slope, _)| slope.is_finite())

@@ -1,7 +1,7 @@
-//! What a camera frames that the scene leaves open: the solid without floors, skies and endless fields.
+//! The subject of open cameras: the solid without floors, skies and endless fields.
 //!
-//! How far it reaches is found by intervals: boxes that reach farthest are asked first whether the field can
-//! be below zero there, so that thin and nested shapes are framed as closely as plain ones.
+//! Intervals find its reach: boxes that reach farthest are asked first whether the field can be below zero
+//! there, so that thin and nested shapes are framed as closely as plain ones.
 
 use crate::bounds::{Boxes, World};
 use crate::scene::{Scene, Shape, ShapeId, ShapeKind};
@@ -10,15 +10,15 @@ use sdfc_vm::evaluate::{evaluate, gradient};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Program;
-use sdfc_vm::row::Category;
+use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
 
-/// How often a box is halved along each axis, at most.
+/// The most halvings of a box along each axis.
 const LEVELS: u32 = 6;
-/// How many boxes are asked for one direction, at most.
+/// The most boxes that are asked for one direction.
 const MOST_BOXES: usize = 300;
 
 /// The shape without its operands that have no end; none where nothing is left.
@@ -30,7 +30,7 @@ pub(crate) fn subject(scene: &mut Scene, boxes: &mut Boxes, id: ShapeId) -> Opti
     let shape = scene.shapes[id.0 as usize].clone();
     let mut kind = shape.kind.clone();
     match &mut kind {
-        ShapeKind::Combine { op, children, .. } if is_union(*op) => {
+        ShapeKind::Combine { op, children, .. } if set(*op) == Some(SetOperation::Union) => {
             let all = std::mem::take(children);
             let left = all
                 .into_iter()
@@ -44,7 +44,7 @@ pub(crate) fn subject(scene: &mut Scene, boxes: &mut Boxes, id: ShapeId) -> Opti
             }
         }
         // What is cut away has no end of its own.
-        ShapeKind::Combine { op, children, .. } if op.row().name.ends_with("subtraction") => {
+        ShapeKind::Combine { op, children, .. } if set(*op) == Some(SetOperation::Subtraction) => {
             children[0] = subject(scene, boxes, children[0])?;
         }
         ShapeKind::Frame { child, .. }
@@ -60,13 +60,12 @@ pub(crate) fn subject(scene: &mut Scene, boxes: &mut Boxes, id: ShapeId) -> Opti
     boxes.of(World::from(&*scene), id).is_finite().then_some(id)
 }
 
-/// Whether a row joins its operands, with a blend or without.
-fn is_union(op: Op) -> bool {
-    let row = op.row();
-    row.meta.category == Category::Combine && row.name.ends_with("union")
+/// The set operation of a row.
+fn set(op: Op) -> Option<SetOperation> {
+    op.row().meta.set
 }
 
-/// How far a solid within a box reaches.
+/// The outline of a solid within a box.
 pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Outline {
     let mut search = Search {
         program,
@@ -82,7 +81,7 @@ type Cell = (u32, [u32; 3]);
 struct Search<'a> {
     program: &'a Program,
     bounds: &'a Bounds,
-    /// Whether the field can be below zero in a box.
+    /// The boxes that were asked, and if the field can be below zero there.
     known: HashMap<Cell, bool>,
 }
 
@@ -171,7 +170,7 @@ impl Search<'_> {
         !is_outside
     }
 
-    /// Whether the field, from its value in the middle of a box, cannot fall to zero within the box.
+    /// Tells if the field, from its value in the middle of a box, cannot fall to zero within the box.
     fn falls_short(&self, region: V3<Interval>) -> bool {
         let sides = [region.x, region.y, region.z];
         let [x, y, z] = sides.map(|side| Interval::point(side.lo + (side.hi - side.lo) / 2.0));

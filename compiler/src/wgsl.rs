@@ -73,7 +73,7 @@ pub fn write(graph: &Graph, function: Function, library: &mut Library) -> String
     }
 }
 
-/// What is taken from the value of an operation's first operand, so that it shows where both are alike.
+/// The text that takes a tie from the first operand's value, so that it shows where both are alike.
 fn tie_taken(op: Op) -> &'static str {
     match precedence(op) {
         sign if sign > 0.0 => " - tie",

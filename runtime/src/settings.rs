@@ -13,7 +13,7 @@ use crate::frame::{
     CellUse, FieldFacts, Lens, Light, Lighting, Mode, Normals, Occlusion, RenderSettings, Shadow,
     Source, Surface, Tonemap, View,
 };
-use framing::{Target, face_on, framed, open};
+use framing::{Target, face_on, framed};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Module;
@@ -278,15 +278,17 @@ fn view(
     let standpoint = Standpoint {
         field: &module.distance,
         subject: settings.subject.as_ref(),
+        is_whole: settings.bounds.is_finite(),
         shown: &target.shown,
         aspect,
     };
-    let Some(camera) = camera else {
-        return Ok(if settings.plane {
-            face_on(target, aspect)
-        } else {
-            standpoint.find(&open(settings.z_up))
-        });
+    let open;
+    let camera = match camera {
+        Some(camera) => camera,
+        None => {
+            open = scene::Camera::open(settings.z_up).map(Setting::Constant);
+            &open
+        }
     };
     let of = |what: &str| format!("{what} of the camera{}", named(&camera.name));
     let from = read.triple(&of("the place"), camera.from)?;

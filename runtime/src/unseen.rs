@@ -7,10 +7,10 @@ use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::program::Module;
 use sdfc_vm::vector::V3;
 
-/// How many points of a scene are asked whether they are inside.
+/// The number of points of a scene that are asked.
 const POINTS: u32 = 8192;
 
-/// What there is to say of a picture that was drawn; nothing of most.
+/// Tells what a picture that was drawn does not show, and why; nothing of most.
 pub fn notes(module: &Module, settings: &RenderSettings, stats: &Stats) -> Vec<String> {
     if settings.mode == Mode::Distance {
         return Vec::new();
@@ -129,20 +129,9 @@ fn reason(module: &Module, settings: &RenderSettings) -> String {
 /// The least value of the field at points spread over what is seen, and where it is.
 fn least_of(module: &Module, bounds: &Bounds, plane: bool) -> (f32, [f64; 3]) {
     let shown = shown(bounds);
-    // Powers of the number whose fourth power is one more than it: low discrepancy in three dimensions.
-    let steps = [
-        0.819_172_513_396_164_4,
-        0.671_043_606_703_789_2,
-        0.549_700_477_901_97,
-    ];
-    let points = (1..=POINTS).map(|number| -> [f64; 3] {
-        std::array::from_fn(|axis| {
-            let share = (f64::from(number) * steps[axis]).fract();
-            match plane && axis == 2 {
-                true => 0.0,
-                false => shown.min[axis] + (shown.max[axis] - shown.min[axis]) * share,
-            }
-        })
+    let points = (1..=POINTS).map(|number| {
+        let [x, y, z] = shown.spread(number);
+        [x, y, if plane { 0.0 } else { z }]
     });
     let values = points.map(|p| (field(module, p), p));
     values

@@ -79,8 +79,8 @@ pub const UNDECIDED: u32 = 32;
 pub const RELAXATION: f64 = 0.3;
 /// The largest mean that is used: steps are at most 2 / (1 − this) radii.
 const STEEPEST: f64 = 0.9;
-/// How far beyond an estimated root a ray goes, as a fraction of the field before or of the threshold. A sheet
-/// that is thinner may be passed.
+/// The share of the field or of the threshold by which a ray goes beyond an estimated root. A sheet that is
+/// thinner may be passed.
 const OVERSHOOT: f64 = 0.02;
 /// How far the field must get below zero, in units of what rounding alone can cause.
 const NOISE: f64 = 4.0;
@@ -120,7 +120,7 @@ pub struct Step<R> {
     pub step: R,
     /// The running mean of the field's slope along the ray.
     pub trend: R,
-    /// How far it was where the field was above zero last, one step before or earlier.
+    /// The way to the last place with the field above zero, one step before or earlier.
     pub t_before: R,
     /// The field there.
     pub radius_before: R,

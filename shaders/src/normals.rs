@@ -103,10 +103,10 @@ pub fn outside<R: Real>(rounding: R) -> R {
     rounding * lit(OUTSIDE_ROUNDINGS)
 }
 
-/// How far below a surface its material is asked for, in units of what rounding can make of the field.
+/// The depth below a surface at which its material is asked for, in units of rounding.
 const INSIDE_ROUNDINGS: f64 = 32.0;
 
-/// How far below a surface its material is asked for. A skin of no thickness, as a flush cut leaves, is nothing
+/// The depth below a surface at which its material is asked for. A skin of no thickness, as a flush cut leaves, is nothing
 /// there, and what lies behind it shows.
 #[inline(always)]
 pub fn inside<R: Real>(rounding: R) -> R {

@@ -45,7 +45,7 @@ pub fn plain<R: Real>(visibility: R, h: R, t: R, size: R) -> R {
     visibility.min(h.max(lit(0.0)) / (size * t).max(lit(1e-20)))
 }
 
-/// How many times as far as a step a surface may be for the place between two steps to be looked for.
+/// The largest distance of a surface, in steps, for which the place between two steps is looked for.
 const LONG_STEPS: f64 = 4.0;
 
 /// Visibility after a step, from the nearest place between this ball and the one `stride` before:

@@ -2,7 +2,7 @@
 
 use sdfc_vm::real::{Real, Vector3, lit};
 
-/// How far below the horizon the ground is hazy: the sine of the angle.
+/// The sine of the angle below the horizon up to which the ground is hazy.
 const HAZE: f64 = 0.35;
 
 /// The colour of the sky in a direction of length one. Below the horizon it turns into that of the ground, as

@@ -1,13 +1,14 @@
 //! Cameras that scenes leave open: what has an end fills most of the picture, and nothing of it is cut off.
 
 use crate::corpus::{compiled, name, on_large_stack, scenes};
+use crate::strangers::folders;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, Loaded, open};
 use sdfc_runtime::frame::{Frame, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const SIZE: [u32; 2] = [96, 72];
 /// The share of the picture's width or height, whichever is larger, that a scene fills.
@@ -23,17 +24,9 @@ const LOOSE: [(&str, f64); 3] = [
 
 /// The scenes without a place for their camera.
 fn left_open() -> Vec<PathBuf> {
-    let folders = ["examples", "tests/scenes"].map(str::to_owned);
-    let strangers =
-        std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/strangers"));
-    let strangers = strangers.expect("the folder can be read").map(|entry| {
-        let name = entry.expect("its entries too").file_name();
-        format!("tests/strangers/{}", name.to_string_lossy())
-    });
-    let paths = folders
-        .into_iter()
-        .chain(strangers)
-        .flat_map(|f| scenes(&f));
+    let ours = ["examples", "tests/scenes"].map(PathBuf::from);
+    let folders = folders().into_iter().chain(ours);
+    let paths = folders.flat_map(|folder| scenes(&folder.to_string_lossy()));
     let is_open = |path: &PathBuf| {
         let text = std::fs::read_to_string(path).expect("the scene can be read");
         !text.contains("from:")
@@ -41,7 +34,7 @@ fn left_open() -> Vec<PathBuf> {
     paths.filter(is_open).collect()
 }
 
-/// What share of the picture's sides the hits span, and whether they touch its edges.
+/// The share of the picture's sides that the hits span, and if they touch its edges.
 fn spanned(frame: &Frame) -> Option<(f64, bool)> {
     let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
     for (at, status) in frame.status.iter().enumerate() {

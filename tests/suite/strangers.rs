@@ -1,4 +1,4 @@
-//! What strangers wrote, on every engine, against an oracle that shares no definition of a hit with them.
+//! Scenes of strangers on the CPU, against an oracle that shares no definition of a hit with it.
 //!
 //! A pixel is wrong if nothing within two pixels of it looks like what an engine drew there: neither silhouettes
 //! nor edges excuse more. Scenes are in `tests/strangers`; the first line of each says its class. A line
@@ -19,18 +19,18 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// The size of the pictures.
 const SIZE: [u32; 2] = [96, 72];
-/// How far from a pixel what it shows may be, in pixels.
+/// The largest distance of a pixel from what it shows, in pixels.
 const AROUND: isize = 2;
-/// How far is looked, in distances of the camera from what it looks at.
+/// The length of rays, in distances of the camera from what it looks at.
 const SEEN: f64 = 40.0;
 /// The most steps of formulas that the oracle runs for a picture.
 const EFFORT: u64 = 300_000_000;
-/// How deep a ray may pass through a solid, in halves of a pixel, and how many points of it are looked at.
+/// The largest depth of a sliver, in halves of a pixel, and the number of points of it that are looked at.
 const SLIVER: f64 = 0.5;
 const SLICES: usize = 64;
-/// How far a depth may be off, as a share of it and of the largest coordinate.
+/// The largest error of a depth, as a share of it and of the largest coordinate.
 const DEPTH: f64 = 2e-5;
-/// How far a normal may be off, in degrees.
+/// The largest error of a normal, in degrees.
 const NORMAL: f64 = 3.0;
 
 /// The folders of `tests/strangers`.
@@ -45,21 +45,36 @@ pub(crate) fn folders() -> Vec<PathBuf> {
     folders
 }
 
-/// All scenes of strangers.
-pub(crate) fn strangers() -> Vec<PathBuf> {
+/// The author of a scene.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Author {
+    /// Someone who says what takes values from bounds, of which there are several truths.
+    Stranger,
+    /// The project, whose scenes are compared where the oracle is definite.
+    Ourselves,
+}
+
+/// All scenes that are compared, by their authors.
+fn cases() -> Vec<(Author, PathBuf)> {
+    let of = |author: Author| {
+        move |folder: PathBuf| {
+            let paths = scenes(&folder.to_string_lossy());
+            paths.into_iter().map(move |path| (author, path))
+        }
+    };
     let ours = ["examples", "tests/scenes", "tests/hard"].map(PathBuf::from);
-    let folders = folders().into_iter().chain(ours);
-    folders
-        .flat_map(|folder| scenes(&folder.to_string_lossy()))
+    let theirs = folders().into_iter().flat_map(of(Author::Stranger));
+    theirs
+        .chain(ours.into_iter().flat_map(of(Author::Ourselves)))
         .collect()
 }
 
-/// What rays through pixels really meet, found when it is asked for.
+/// The truth of rays through pixels, found when it is asked for.
 struct Truth {
     oracle: Oracle,
     camera: Camera,
     size: [u32; 2],
-    /// How far is looked.
+    /// The length of rays.
     far: f64,
     met: Vec<Option<Trace>>,
 }
@@ -85,7 +100,7 @@ impl Truth {
             .ray([at % width, at / width].map(|v| v as f64), [0.0; 2])
     }
 
-    /// What the ray through the centre of a pixel meets.
+    /// Traces the ray through the centre of a pixel.
     fn at(&mut self, at: usize) -> Trace {
         if let Some(known) = self.met[at] {
             return known;
@@ -98,7 +113,7 @@ impl Truth {
         found
     }
 
-    /// What is met through the pixels around one, and between them.
+    /// Traces rays through the pixels around one, and between them.
     fn around(&mut self, at: usize) -> Vec<Trace> {
         let [width, height] = self.size.map(|side| side as isize);
         let (x, y) = (at as isize % width, at as isize / width);
@@ -124,7 +139,7 @@ impl Truth {
 }
 
 impl Truth {
-    /// Which way is out of the solid just before a place on a ray.
+    /// The direction out of the solid just before a place on a ray.
     fn outward(&self, at: usize, t: f64) -> [f64; 3] {
         let before = t - 1e-2 * self.camera.half_pixel(t);
         let gradient = self.oracle.gradient(self.ray(at).at(before));
@@ -132,7 +147,7 @@ impl Truth {
         gradient.map(|v| v / length)
     }
 
-    /// Whether a ray that went on from a surface at `from` to `to` met no more of the solid than a sliver: less
+    /// Tells if a ray that went on from a surface at `from` to `to` met no more of the solid than a sliver: less
     /// than a fraction of a pixel, as along a silhouette.
     fn is_sliver(&self, at: usize, from: f64, to: f64) -> bool {
         let ray = self.ray(at);
@@ -158,7 +173,7 @@ impl Truth {
     }
 }
 
-/// What is wrong with a picture.
+/// The wrong pixels of a picture.
 #[derive(Default)]
 struct Wrong {
     hits: Vec<usize>,
@@ -272,7 +287,7 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     dot.clamp(-1.0, 1.0).acos().to_degrees()
 }
 
-/// How many pixels a scene's head excuses.
+/// The number of pixels that a scene's head excuses.
 fn excused(path: &Path) -> usize {
     let text = std::fs::read_to_string(path).expect("the scene can be read");
     let heads = text.lines().take_while(|line| line.starts_with("//"));
@@ -288,8 +303,8 @@ fn excused(path: &Path) -> usize {
     })
 }
 
-/// What is wrong with a scene on these engines, line by line.
-fn examine(path: &Path, engines: &mut [Box<dyn Engine>]) -> String {
+/// Tells what is wrong with a scene on these engines, line by line.
+fn examine(author: Author, path: &Path, engines: &mut [Box<dyn Engine>]) -> String {
     let mut report = String::new();
     let scene = scene(path);
     if scene.root.is_none() {
@@ -309,9 +324,7 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>]) -> String {
         return report;
     }
     let mut truth = Truth::new(&scene, &settings);
-    // Of what takes values from bounds there are several truths; strangers who do so say it.
-    let is_stranger = path.to_string_lossy().contains("strangers");
-    if !is_stranger && !truth.oracle.is_definite() {
+    if author == Author::Ourselves && !truth.oracle.is_definite() {
         return report;
     }
     let loaded = Loaded {
@@ -363,17 +376,17 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>]) -> String {
 
 #[test]
 fn strangers_see_what_is_there() {
-    let mut paths = strangers();
+    let mut cases = cases();
     if let Ok(wanted) = std::env::var("SDFC_ONLY") {
-        paths.retain(|path| path.to_string_lossy().contains(&wanted));
+        cases.retain(|(_, path)| path.to_string_lossy().contains(&wanted));
     }
     let next = AtomicUsize::new(0);
     let reports: Vec<String> = std::thread::scope(|threads| {
         let work = || {
             let mut engines = vec![open(EngineKind::Cpu).expect("there is always a CPU")];
             let mut report = String::new();
-            while let Some(path) = paths.get(next.fetch_add(1, Relaxed)) {
-                report += &examine(path, &mut engines);
+            while let Some((author, path)) = cases.get(next.fetch_add(1, Relaxed)) {
+                report += &examine(*author, path, &mut engines);
             }
             report
         };

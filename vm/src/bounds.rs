@@ -81,6 +81,21 @@ impl Bounds {
     pub fn including(&self, p: [f64; 3]) -> Self {
         self.hull(&Self { min: p, max: p })
     }
+    /// A point of the box, by its number in a sequence of low discrepancy; of a finite box only.
+    ///
+    /// Its steps are powers of the number whose fourth power is one more than it (M. Roberts, *The Unreasonable
+    /// Effectiveness of Quasirandom Sequences*, 2018).
+    pub fn spread(&self, number: u32) -> [f64; 3] {
+        let steps = [
+            0.819_172_513_396_164_4,
+            0.671_043_606_703_789_2,
+            0.549_700_477_901_97,
+        ];
+        std::array::from_fn(|axis| {
+            let share = (f64::from(number) * steps[axis]).fract();
+            self.min[axis] + (self.max[axis] - self.min[axis]) * share
+        })
+    }
     /// The eight corners.
     pub fn corners(&self) -> [[f64; 3]; 8] {
         std::array::from_fn(|i| {

@@ -1,4 +1,4 @@
-//! How far a solid reaches along fixed directions: the polytope that cameras frame.
+//! The reach of a solid along fixed directions: the polytope that cameras frame.
 
 use crate::bounds::Bounds;
 use serde::{Deserialize, Serialize};
@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 /// The number of directions.
 pub const DIRECTIONS: usize = 26;
 
-/// How far a solid reaches in the directions from a cube's centre to its faces, edges and corners.
+/// The reaches of a solid in the directions from a cube's centre to its faces, edges and corners.
 ///
 /// A reach is the largest `d · p` of its points, for `d` with components −1, 0 and 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outline {
     /// The reaches, in the order of [`directions`].
-    pub reaches: Vec<f64>,
+    pub reaches: [f64; DIRECTIONS],
 }
 
 /// The directions, not of length one.
@@ -40,7 +40,7 @@ impl Outline {
     /// The outline of a solid whose reach along a direction is known.
     pub fn by(reach: impl FnMut([f64; 3]) -> f64) -> Self {
         Self {
-            reaches: directions().map(reach).to_vec(),
+            reaches: directions().map(reach),
         }
     }
 
@@ -72,7 +72,7 @@ impl Outline {
             let next = axes.get(i + 1).map_or(0.0, |&next| n[next].abs());
             let factor = n[axis].abs() - next;
             if factor > 0.0 {
-                sum += factor * self.reaches.get(place(direction)).copied().unwrap_or(0.0);
+                sum += factor * self.reaches[place(direction)];
             }
         }
         sum

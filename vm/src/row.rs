@@ -224,6 +224,17 @@ pub struct Language {
     pub arguments: &'static [Argument],
 }
 
+/// A set operation of two solids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SetOperation {
+    /// All that is in either.
+    Union,
+    /// All that is in both.
+    Intersection,
+    /// The first without the second.
+    Subtraction,
+}
+
 /// The part of a row that is written as data.
 #[derive(Clone, Copy, Debug)]
 pub struct Meta {
@@ -237,6 +248,8 @@ pub struct Meta {
     pub slope: Slope,
     /// How its bounding volume follows.
     pub bounds: BoundsRule,
+    /// The set operation that it is, with a blend or without.
+    pub set: Option<SetOperation>,
     /// The blend that it is, if it is one.
     pub blend: Option<Blend>,
     /// Whether operands are compared by sign and order alone: dividing each by a slope of its own

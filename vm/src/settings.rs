@@ -53,8 +53,8 @@ pub struct Settings {
     pub z_up: bool,
     /// A box around the solid at the present parameters, at time 0.
     pub bounds: Bounds,
-    /// What cameras frame that the scene leaves open, at the parameters that it was compiled with: all
-    /// of the solid that has an end. None where no camera needs it, or nothing has an end.
+    /// The subject of open cameras, at the parameters that the scene was compiled with: all of the solid
+    /// that has an end. None where no camera needs it, or nothing has an end.
     pub subject: Option<Outline>,
     /// A box around the solid for all parameters and times.
     pub reach: Bounds,
@@ -174,6 +174,24 @@ pub struct Camera<N = Setting> {
     pub lens: Lens<N>,
     /// Whether the scene says no place for it: it is to be moved so that it frames the bounds.
     pub automatic: bool,
+}
+
+impl Camera<f64> {
+    /// The camera of a scene that says nothing of it, before it is moved.
+    pub fn open(z_up: bool) -> Self {
+        let (from, up) = match z_up {
+            true => ([3.0, -4.0, 2.5], [0.0, 0.0, 1.0]),
+            false => ([3.0, 2.5, 4.0], [0.0, 1.0, 0.0]),
+        };
+        Self {
+            name: String::new(),
+            from,
+            look: [0.0; 3],
+            up,
+            lens: Lens::Perspective(35.0_f64.to_radians()),
+            automatic: true,
+        }
+    }
 }
 
 impl<N: Copy> Camera<N> {

@@ -10,7 +10,7 @@ use crate::dual::{Dual, DualVec3};
 use crate::kernel::Kernel;
 use crate::lanes::{Column, LANES, Lane, Points};
 use crate::real::{Real, Vector3};
-use crate::row::Category;
+use crate::row::{Category, SetOperation};
 use crate::table::Op;
 use crate::tape::NONE;
 use crate::tape::machine::Attachment;
@@ -89,8 +89,7 @@ impl Surfaces {
     }
 }
 
-/// How near to each other two values are that faces in the same place have, per unit of the point's largest
-/// coordinate.
+/// The most by which values of faces in the same place differ, per unit of the point's largest coordinate.
 pub const TIE: f64 = 4e-6;
 
 /// The line of WGSL that tells how near values are to each other that faces at a point have.
@@ -101,12 +100,10 @@ pub fn tie_line(point: &str) -> String {
 /// The sign of what is taken from the first value, so that of two faces in the same place the first one shows:
 /// 1 for unions, −1 for intersections and differences, 0 for all others.
 pub fn precedence(op: Op) -> f64 {
-    let name = op.row().name;
-    let ends = |words: &[&str]| words.iter().any(|word| name.ends_with(word));
-    match op.row().meta.category {
-        Category::Combine if ends(&["union"]) => 1.0,
-        Category::Combine if ends(&["intersection", "subtraction"]) => -1.0,
-        _ => 0.0,
+    match op.row().meta.set {
+        Some(SetOperation::Union) => 1.0,
+        Some(SetOperation::Intersection | SetOperation::Subtraction) => -1.0,
+        None => 0.0,
     }
 }
 

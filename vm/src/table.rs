@@ -14,7 +14,7 @@ use crate::program::MACHINE;
 use crate::real::Real;
 use crate::row::{
     ArgumentKind as A, BoundsRule, Category, Exactness, Input, Language, Meta, Output, Parameter,
-    ParameterType, Row, Slope, optional, required,
+    ParameterType, Row, SetOperation, Slope, optional, required,
 };
 
 /// Hands the rows to a macro: `callback! { rows… }`.
@@ -317,23 +317,21 @@ macro_rules! for_each_operation {
                 blend: Some(Blend { kernel: Kernel::Hard, sign: 1.0, negate_second: false }),
                 only_signs: true,
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
-                ..COMBINE
+                ..UNION
             };
             /// Whatever is in both operands.
             Intersection "intersection" = combine::intersection(a: Value, b: Value;) -> Value, prepare::same, Meta {
-                bounds: BoundsRule::Common,
                 blend: Some(Blend { kernel: Kernel::Hard, sign: -1.0, negate_second: false }),
                 only_signs: true,
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
-                ..COMBINE
+                ..INTERSECTION
             };
             /// The first operand without the second.
             Subtraction "subtraction" = combine::subtraction(a: Value, b: Value;) -> Value, prepare::same, Meta {
-                bounds: BoundsRule::First,
                 blend: Some(Blend { kernel: Kernel::Hard, sign: -1.0, negate_second: true }),
                 only_signs: true,
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
-                ..COMBINE
+                ..SUBTRACTION
             };
             /// Whatever is in exactly one operand.
             Xor "xor" = combine::xor(a: Value, b: Value;) -> Value, prepare::same, Meta {
@@ -347,154 +345,140 @@ macro_rules! for_each_operation {
                 bounds: BoundsRule::HullGrown(|a| Kernel::Quadratic.thickness(a[0])),
                 blend: Some(Blend { kernel: Kernel::Quadratic, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: quadratic",
-                ..COMBINE
+                ..UNION
             };
             /// Whatever is in both operands, less a parabolic blend of `thickness` along their edge.
             SmoothIntersection "smooth_intersection" = combine::smooth_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, Meta {
-                bounds: BoundsRule::Common,
                 blend: Some(Blend { kernel: Kernel::Quadratic, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: quadratic",
-                ..COMBINE
+                ..INTERSECTION
             };
             /// The first operand without the second, less a parabolic blend of `thickness` along their edge.
             SmoothSubtraction "smooth_subtraction" = combine::smooth_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, Meta {
-                bounds: BoundsRule::First,
                 blend: Some(Blend { kernel: Kernel::Quadratic, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: quadratic",
-                ..COMBINE
+                ..SUBTRACTION
             };
             /// Whatever is in either operand, with a cubic blend between them: `thickness` thick where both are equally near, that ends where the distances differ by six times as much.
             CubicUnion "cubic_union" = combine::cubic_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, Meta {
                 bounds: BoundsRule::HullGrown(|a| Kernel::Cubic.thickness(a[0])),
                 blend: Some(Blend { kernel: Kernel::Cubic, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: cubic",
-                ..COMBINE
+                ..UNION
             };
             /// Whatever is in both operands, less a cubic blend of `thickness` along their edge.
             CubicIntersection "cubic_intersection" = combine::cubic_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, Meta {
-                bounds: BoundsRule::Common,
                 blend: Some(Blend { kernel: Kernel::Cubic, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: cubic",
-                ..COMBINE
+                ..INTERSECTION
             };
             /// The first operand without the second, less a cubic blend of `thickness` along their edge.
             CubicSubtraction "cubic_subtraction" = combine::cubic_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, Meta {
-                bounds: BoundsRule::First,
                 blend: Some(Blend { kernel: Kernel::Cubic, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: cubic",
-                ..COMBINE
+                ..SUBTRACTION
             };
             /// Whatever is in either operand, with a circular blend between them: `thickness` thick where both are equally near, that ends where the distances differ by 3.41 times as much.
             CircularUnion "circular_union" = combine::circular_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, Meta {
                 bounds: BoundsRule::HullGrown(|a| Kernel::Circular.thickness(a[0])),
                 blend: Some(Blend { kernel: Kernel::Circular, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: circular",
-                ..COMBINE
+                ..UNION
             };
             /// Whatever is in both operands, less a circular blend of `thickness` along their edge.
             CircularIntersection "circular_intersection" = combine::circular_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, Meta {
-                bounds: BoundsRule::Common,
                 blend: Some(Blend { kernel: Kernel::Circular, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: circular",
-                ..COMBINE
+                ..INTERSECTION
             };
             /// The first operand without the second, less a circular blend of `thickness` along their edge.
             CircularSubtraction "circular_subtraction" = combine::circular_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, Meta {
-                bounds: BoundsRule::First,
                 blend: Some(Blend { kernel: Kernel::Circular, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: circular",
-                ..COMBINE
+                ..SUBTRACTION
             };
             /// Whatever is in either operand, with an exponential blend between them: `thickness` thick where both are equally near, that never quite ends; alone of all blends it is associative.
             ExponentialUnion "exponential_union" = combine::exponential_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, Meta {
                 bounds: BoundsRule::HullGrown(|a| Kernel::Exponential.thickness(a[0])),
                 blend: Some(Blend { kernel: Kernel::Exponential, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: exponential",
-                ..COMBINE
+                ..UNION
             };
             /// Whatever is in both operands, less an exponential blend of `thickness` along their edge.
             ExponentialIntersection "exponential_intersection" = combine::exponential_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, Meta {
-                bounds: BoundsRule::Common,
                 blend: Some(Blend { kernel: Kernel::Exponential, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: exponential",
-                ..COMBINE
+                ..INTERSECTION
             };
             /// The first operand without the second, less an exponential blend of `thickness` along their edge.
             ExponentialSubtraction "exponential_subtraction" = combine::exponential_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, Meta {
-                bounds: BoundsRule::First,
                 blend: Some(Blend { kernel: Kernel::Exponential, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: exponential",
-                ..COMBINE
+                ..SUBTRACTION
             };
             /// Whatever is in either operand, with a parabolic blend that is `thickness` thick at `focus` and grows by `growth` per unit of length away from it, up to `most`.
             DistanceUnion "distance_union" = combine::distance_union(a: Value, b: Value, p: Point; focus: Vec3, thickness: Scalar, growth: Scalar, most: Scalar) -> Value, prepare::same, Meta {
                 slope: Slope::Plus(|a| a[4].abs()),
                 bounds: BoundsRule::HullGrown(|a| a[5]),
                 source: "I. Quilez, Smooth Minimum: quadratic, with a thickness that grows",
-                ..COMBINE
+                ..UNION
             };
             /// Whatever is in either operand, the edge between them filled by a flat piece at 45 degrees that starts `size` from the edge on both sides.
             ChamferUnion "chamfer_union" = combine::chamfer_union(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
                 slope: Slope::Norm,
                 bounds: BoundsRule::HullGrown(|a| a[0] / 2.0),
                 source: "hg_sdf by Mercury, 2015",
-                ..COMBINE
+                ..UNION
             };
             /// Whatever is in both operands, its edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
             ChamferIntersection "chamfer_intersection" = combine::chamfer_intersection(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
                 slope: Slope::Norm,
-                bounds: BoundsRule::Common,
                 source: "hg_sdf by Mercury, 2015",
-                ..COMBINE
+                ..INTERSECTION
             };
             /// The first operand without the second, the edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
             ChamferSubtraction "chamfer_subtraction" = combine::chamfer_subtraction(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
                 slope: Slope::Norm,
-                bounds: BoundsRule::First,
                 source: "hg_sdf by Mercury, 2015",
-                ..COMBINE
+                ..SUBTRACTION
             };
             /// Whatever is in either operand, the edge between them filled by a quarter circle of the radius `r`.
             RoundUnion "round_union" = combine::round_union(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
                 slope: Slope::Norm,
                 bounds: BoundsRule::HullGrown(|a| a[0] * (1.0 - std::f64::consts::FRAC_1_SQRT_2)),
                 source: "hg_sdf by Mercury, 2015",
-                ..COMBINE
+                ..UNION
             };
             /// Whatever is in both operands, its edge cut by a quarter circle of the radius `r`.
             RoundIntersection "round_intersection" = combine::round_intersection(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
                 slope: Slope::Norm,
-                bounds: BoundsRule::Common,
                 source: "hg_sdf by Mercury, 2015",
-                ..COMBINE
+                ..INTERSECTION
             };
             /// The first operand without the second, the edge cut by a quarter circle of the radius `r`.
             RoundSubtraction "round_subtraction" = combine::round_subtraction(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
                 slope: Slope::Norm,
-                bounds: BoundsRule::First,
                 source: "hg_sdf by Mercury, 2015",
-                ..COMBINE
+                ..SUBTRACTION
             };
             /// Whatever is in either operand, the edge between them filled by `n` stairs, `size` wide in all.
             StairsUnion "stairs_union" = combine::stairs_union(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, Meta {
                 slope: Slope::Largest(1.0),
                 bounds: BoundsRule::HullGrown(|a| a[0] / 2.0),
                 source: "hg_sdf by Mercury, 2015",
-                ..COMBINE
+                ..UNION
             };
             /// Whatever is in both operands, its edge cut by `n` stairs, `size` wide in all.
             StairsIntersection "stairs_intersection" = combine::stairs_intersection(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, Meta {
                 slope: Slope::Largest(1.0),
-                bounds: BoundsRule::Common,
                 source: "hg_sdf by Mercury, 2015",
-                ..COMBINE
+                ..INTERSECTION
             };
             /// The first operand without the second, the edge cut by `n` stairs, `size` wide in all.
             StairsSubtraction "stairs_subtraction" = combine::stairs_subtraction(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, Meta {
                 slope: Slope::Largest(1.0),
-                bounds: BoundsRule::First,
                 source: "hg_sdf by Mercury, 2015",
-                ..COMBINE
+                ..SUBTRACTION
             };
             /// A shape between two: the first at `t` = 0, the second at 1; `t` is kept within.
             Morph "morph" = combine::morph(a: Value, b: Value; t: Scalar) -> Value, prepare::share, Meta {
@@ -849,6 +833,7 @@ const SOLID: Meta = Meta {
     exactness: Exactness::Exact,
     slope: Slope::Constant(1.0),
     bounds: BoundsRule::Everything,
+    set: None,
     blend: None,
     only_signs: false,
     source: "",
@@ -870,6 +855,23 @@ const COMBINE: Meta = Meta {
     exactness: Exactness::Bound,
     slope: Slope::Largest(1.0),
     ..SOLID
+};
+/// The unions' common part.
+const UNION: Meta = Meta {
+    set: Some(SetOperation::Union),
+    ..COMBINE
+};
+/// The intersections' common part.
+const INTERSECTION: Meta = Meta {
+    set: Some(SetOperation::Intersection),
+    bounds: BoundsRule::Common,
+    ..COMBINE
+};
+/// The differences' common part.
+const SUBTRACTION: Meta = Meta {
+    set: Some(SetOperation::Subtraction),
+    bounds: BoundsRule::First,
+    ..COMBINE
 };
 /// What the changes of the point have in common: most only fold or move space.
 const DOMAIN: Meta = Meta {

@@ -47,7 +47,7 @@ pub(crate) struct Refuted {
     pub(crate) place: [f64; 3],
 }
 
-/// How much steeper than stated a field must be, so that it is not rounding.
+/// The least excess over a stated slope that is no rounding, as a factor.
 const REFUTES: f64 = 1.0 + 1e-6;
 /// The half side of the cube in which an endless field is tried, in sizes of the scene.
 const TRIED_CUBE: f64 = 4.0;
@@ -200,7 +200,7 @@ impl ShapeSlopes {
         }
     }
 
-    /// Where a field is steeper than the scene states, as far as points that are tried show.
+    /// The place of a field that is steeper than the scene states, as far as points that are tried show.
     fn refuted(
         &mut self,
         world: World<'_>,

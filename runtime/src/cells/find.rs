@@ -63,7 +63,7 @@ impl Grid {
     }
 }
 
-/// What a part of space holds.
+/// The content of a part of space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Held {
     /// Nothing of the solid.
@@ -85,7 +85,7 @@ pub struct Part {
 }
 
 impl Cells {
-    /// What is known of the solid where a point lies.
+    /// Tells what is known of the solid where a point lies.
     pub fn held_at(&self, p: [f32; 3]) -> Held {
         match self.child_at(p) {
             Some((_, _, EMPTY)) => Held::Nothing,

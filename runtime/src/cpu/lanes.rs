@@ -133,7 +133,7 @@ pub(super) fn repeat_first(points: &mut Points, count: usize) {
     }
 }
 
-/// Whether any lane of a column is not zero.
+/// Tells if any lane of a column is not zero.
 #[inline(always)]
 pub(super) fn any(column: &Column) -> bool {
     column.0.iter().fold(0, |bits, v| bits | v.to_bits()) != 0

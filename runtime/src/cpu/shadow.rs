@@ -198,7 +198,7 @@ fn set_gradient(b: &mut ShadowLanes, i: usize, gradient: V3<f32>) {
     b.gradient_z.0[i] = gradient.z;
 }
 
-/// What all rays towards a light share.
+/// The common part of all rays towards a light.
 #[derive(Clone, Copy)]
 struct Shared<const FORM: u32, const CHECKED: bool> {
     /// The light's size.

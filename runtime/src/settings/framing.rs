@@ -17,16 +17,14 @@ pub(super) struct Target {
     bounds: Bounds,
 }
 
-/// What is left free around a figure that is framed.
+/// The factor by which a picture is larger than a figure that it frames.
 const MARGIN: f64 = 1.08;
 /// The share of the picture's width or height that an outline fills.
 const FILLED: f64 = 0.85;
-/// How far a camera is from what it frames at least, in sizes of that.
+/// The least distance of a camera from what it frames, in sizes of that.
 const LEAST_WAY: f64 = 0.1;
 /// The largest angle over the horizon that a camera is raised to.
 const MOST_RAISED: f64 = 1.5;
-/// The field of view where no camera says one.
-const FIELD_OF_VIEW: f64 = 35.0 * std::f64::consts::PI / 180.0;
 /// How far rays go in an endless scene, in distances of the camera from what it looks at.
 const ENDLESS_WAYS: f64 = 200.0;
 
@@ -107,20 +105,6 @@ pub(super) fn face_on(target: &Target, aspect: f64) -> View {
     View::plane([x, y], if height > 0.0 { height } else { 1.0 })
 }
 
-/// The view that an open camera has, before it is moved.
-pub(super) fn open(z_up: bool) -> View {
-    let (from, up) = match z_up {
-        true => ([3.0, -4.0, 2.5], [0.0, 0.0, 1.0]),
-        false => ([3.0, 2.5, 4.0], [0.0, 1.0, 0.0]),
-    };
-    View {
-        from,
-        look: [0.0; 3],
-        up,
-        lens: Lens::Perspective(FIELD_OF_VIEW),
-    }
-}
-
 /// The given view, moved so that the whole outline is in the middle of the picture, in the same direction.
 ///
 /// The planes through the picture's edges touch the outline, but for the margin, on both sides of the picture
@@ -161,7 +145,7 @@ pub(super) fn framed(given: &View, outline: &Outline, aspect: f64) -> View {
     }
 }
 
-/// How far a view's camera is from the side of the outline that it sees.
+/// The distance of a view's camera from the side of the outline that it sees.
 pub(super) fn way_to(view: &View, outline: &Outline) -> f64 {
     let back = Axes::of(view).back;
     (back.dot(Vector(view.from)) - outline.reach(back.0)).max(0.0)
@@ -328,9 +312,15 @@ mod tests {
                 max: [2.0, 2.0, 2.0]
             }
         );
+        let given = View {
+            from: [3.0, 4.0, 5.0],
+            look: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            lens: Lens::Perspective(0.6),
+        };
         for bounds in [Bounds::EVERYTHING, Bounds::EMPTY, Bounds::ball(0.0)] {
             let target = Target::of(&bounds);
-            let view = framed(&open(false), &Outline::of_box(&target.shown), 1.5);
+            let view = framed(&given, &Outline::of_box(&target.shown), 1.5);
             assert!(view.from.iter().all(|v| v.is_finite()), "{bounds:?}");
             assert!(target.far(&view) > 0.0 && target.far(&view).is_finite());
             assert!(target.occlusion_reach() > 0.0);

@@ -1,4 +1,4 @@
-//! Where an open camera stands: outside of all solids, with nothing in between.
+//! The standpoint of an open camera: outside of all solids, with nothing in between.
 
 use super::framing::{ahead, framed, turned, way_to};
 use crate::frame::View;
@@ -12,20 +12,22 @@ use sdfc_vm::vector::V3;
 const RAISED: [f64; 4] = [0.0, 15.0, 30.0, 50.0];
 /// The angles by which it is turned about the axis that points up.
 const TURNED: [f64; 8] = [0.0, -45.0, 45.0, -90.0, 90.0, -135.0, 135.0, 180.0];
-/// How many times as large as the box that stands for an endless scene its outline may become.
+/// The factors by which the box that stands for an endless scene is made larger, in the order of trying.
 const SIZES: [f64; 7] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
-/// How many points of the way are looked at.
+/// The number of points of the way that are looked at.
 const POINTS: u32 = 64;
 
-/// What decides where a camera stands.
+/// The facts that decide where a camera stands.
 pub(super) struct Standpoint<'a> {
     /// The distance at the present values.
     pub(super) field: &'a Program,
-    /// What is to be seen, where something has an end.
+    /// The outline of all that has an end.
     pub(super) subject: Option<&'a Outline>,
+    /// Tells if that is all there is, so that nothing can be in between.
+    pub(super) is_whole: bool,
     /// The box that stands for it elsewhere.
     pub(super) shown: &'a Bounds,
-    /// How many times as wide as high the picture is.
+    /// The picture's width over its height.
     pub(super) aspect: f64,
 }
 
@@ -37,6 +39,7 @@ impl Standpoint<'_> {
             Outline::of_box(&self.shown.grown(grown))
         };
         let outlines = match self.subject {
+            Some(subject) if self.is_whole => return framed(given, subject, self.aspect),
             Some(subject) => vec![subject.clone()],
             None => SIZES.iter().map(size).collect(),
         };
@@ -63,7 +66,7 @@ impl Standpoint<'_> {
         best.map_or(*given, |(_, view)| view)
     }
 
-    /// How many points of the way to the subject are outside of solids, counted from the subject.
+    /// Counts the points of the way to the subject that are outside of solids, from the subject on.
     fn clear(&self, view: &View, way: f64) -> u32 {
         let is_outside = |&number: &u32| {
             let share = f64::from(number) / f64::from(POINTS);

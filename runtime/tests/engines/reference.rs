@@ -158,7 +158,7 @@ fn is_hit_at(ended: &Ended, t: f64) -> bool {
     matches!(ended.outcome, Outcome::Hit { t0, t1 } if t0 <= t && t <= t1 && t1 - t0 <= 1e-9 * t)
 }
 
-/// What touches zero, or gets below it by less than single precision tells, is no surface.
+/// A field that touches zero, or gets below it by less than single precision tells, has no surface there.
 #[test]
 fn rays_that_touch_are_no_hits_and_those_beside_are_decided() {
     let ball = |height: f64| one("sphere [0.5]", [-3.0, height, 0.0], [1.0, 0.0, 0.0], 10.0);

@@ -64,7 +64,7 @@ fn demand(what: &str, text: &str, [a, b]: [&[f32]; 2], rounding: f32) {
     }
 }
 
-/// Whether a program's value is a safe step rather than the value that was written.
+/// Tells if a program's value is a safe step rather than the value that was written.
 fn guides(program: &Program) -> bool {
     use Op::{Bounded, FieldDistance, FieldShells};
     let steps = [Bounded, FieldDistance, FieldShells].map(Code::Op);

@@ -1,7 +1,7 @@
 //! Rules that every row keeps.
 
 use crate::fixture::{Random, is_math};
-use sdfc_vm::row::{ArgumentKind, BoundsRule, Category, Output, Slope, align};
+use sdfc_vm::row::{ArgumentKind, BoundsRule, Category, Output, SetOperation, Slope, align};
 use sdfc_vm::table::{Op, ROWS, prepare, table_hash};
 use std::collections::HashSet;
 
@@ -149,10 +149,19 @@ fn facts_fit_the_kind_of_row() {
         }
         if let Some(blend) = meta.blend {
             assert_eq!(meta.category, Category::Combine, "{name}");
-            let union = name.ends_with("union");
+            let union = meta.set == Some(SetOperation::Union);
+            let subtraction = meta.set == Some(SetOperation::Subtraction);
             assert_eq!(blend.sign, if union { 1.0 } else { -1.0 }, "{name}");
-            assert_eq!(blend.negate_second, name.ends_with("subtraction"), "{name}");
+            assert_eq!(blend.negate_second, subtraction, "{name}");
         }
+        let word = meta.set.map(|set| match set {
+            SetOperation::Union => "union",
+            SetOperation::Intersection => "intersection",
+            SetOperation::Subtraction => "subtraction",
+        });
+        let words = ["union", "intersection", "subtraction"];
+        let said = words.into_iter().find(|word| name.ends_with(word));
+        assert_eq!(word, said, "{name}");
         assert!(row.arity() <= 3, "{name}");
     }
 }

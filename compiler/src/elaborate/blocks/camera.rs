@@ -7,6 +7,7 @@ use crate::expression::Stage;
 use crate::scene::{Camera, Lens, Triple};
 use sdfc_lang::ast::Block;
 use sdfc_lang::{Diagnostic, codes};
+use sdfc_vm::settings;
 
 impl<'a> Elaborator<'a> {
     pub(super) fn camera(&mut self, here: &Here<'a>, block: &'a Block) -> Result<(), Halt> {
@@ -106,24 +107,6 @@ impl<'a> Elaborator<'a> {
 
     /// The camera of a scene without one.
     pub(crate) fn automatic_camera(&mut self) -> Camera {
-        let mut c = |v: f64| self.graph.constant(v);
-        let from = if self.z_up {
-            [3.0, -4.0, 2.5]
-        } else {
-            [3.0, 2.5, 4.0]
-        };
-        let up = if self.z_up {
-            [0.0, 0.0, 1.0]
-        } else {
-            [0.0, 1.0, 0.0]
-        };
-        Camera {
-            name: String::new(),
-            from: from.map(&mut c),
-            look: [0.0; 3].map(&mut c),
-            up: up.map(&mut c),
-            lens: Lens::Perspective(c(35.0_f64.to_radians())),
-            automatic: true,
-        }
+        settings::Camera::open(self.z_up).map(|v| self.graph.constant(v))
     }
 }

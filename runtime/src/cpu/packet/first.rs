@@ -186,7 +186,7 @@ fn entries_body(p: &Packet, points: &mut Points) {
     }
 }
 
-/// Whether a ray meets nothing in the `left` of its way through a leaf, at a point at `t` with this field where
+/// Tells if a ray meets nothing in the `left` of its way through a leaf, at a point at `t` with this field where
 /// it would take a `step`; the field falls no faster than `fall`.
 #[inline(always)]
 pub(super) fn passes(t: f32, radius: f32, step: f32, fall: f32, left: f32) -> bool {

@@ -23,7 +23,7 @@ fn guess(b: &Roots, i: usize) -> f32 {
     Real::max(Real::min(guess, b.high.0[i]), b.low.0[i])
 }
 
-/// Whether a root is known as well as it can be.
+/// Tells if a root is known as well as it can be.
 #[inline(always)]
 fn settled(b: &Roots, i: usize, rounding: f32) -> bool {
     marching::settled(
