@@ -1,6 +1,7 @@
 //! Scene → module: the pipeline behind the language.
 
 use crate::bounds::{Boxes, World};
+use crate::cutters::lengthened_within;
 use crate::expression::{ExprId, ParamId, Stage};
 use crate::graph::{Graph, Node, Number};
 use crate::lower::{Purpose, channel_numbers, lower, lower_origins};
@@ -144,6 +145,7 @@ pub(crate) fn compile_with(
     };
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
     let mut boxes = Boxes::lasting();
+    let root = lengthened_within(&mut scene, &mut boxes, root);
     let (graph, mut diagnostics) = lower(
         &mut scene,
         root,

@@ -5,6 +5,7 @@ pub mod bounds;
 mod boxes;
 pub mod clauses;
 pub mod compile;
+pub mod cutters;
 pub mod dump;
 pub mod elaborate;
 pub mod export;

@@ -245,6 +245,25 @@ pub(crate) fn children(kind: &ShapeKind) -> &[ShapeId] {
     }
 }
 
+/// The same, to be changed.
+pub(crate) fn children_mut(kind: &mut ShapeKind) -> &mut [ShapeId] {
+    match kind {
+        ShapeKind::Primitive { .. }
+        | ShapeKind::Field { .. }
+        | ShapeKind::Polygon { .. }
+        | ShapeKind::Nothing => &mut [],
+        ShapeKind::Combine { children, .. } => children,
+        ShapeKind::Frame { child, .. }
+        | ShapeKind::Repeat { child, .. }
+        | ShapeKind::Polar { child, .. }
+        | ShapeKind::Domain { child, .. }
+        | ShapeKind::Warp { child, .. }
+        | ShapeKind::Distance { child, .. }
+        | ShapeKind::Displace { child, .. }
+        | ShapeKind::Painted { child, .. } => std::slice::from_mut(child),
+    }
+}
+
 /// A material. Its numbers may be of normal stage: they then read the local point and the normal
 /// in the frame of the shape that was painted.
 #[derive(Clone, Debug)]

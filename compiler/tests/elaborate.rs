@@ -2,6 +2,8 @@
 
 #[path = "elaborate/boxes.rs"]
 mod boxes;
+#[path = "elaborate/cutters.rs"]
+mod cutters;
 #[path = "elaborate/errors.rs"]
 mod errors;
 #[path = "elaborate/meaning.rs"]

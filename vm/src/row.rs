@@ -255,8 +255,19 @@ pub struct Meta {
     /// Whether operands are compared by sign and order alone: dividing each by a slope of its own
     /// leaves the surface where it is.
     pub only_signs: bool,
+    /// The flat faces that it has whatever its parameters.
+    pub flats: &'static [Flat],
     /// Who published the formula, and where.
     pub source: &'static str,
+}
+
+/// Two flat faces across a coordinate axis, as far from the origin on both sides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Flat {
+    /// The axis.
+    pub axis: usize,
+    /// The position of their distance from the origin among the prepared numbers; nothing else follows from it.
+    pub half: usize,
 }
 
 /// A row of the table.

@@ -13,8 +13,8 @@ use crate::ops::{prepare, volumes};
 use crate::program::MACHINE;
 use crate::real::Real;
 use crate::row::{
-    ArgumentKind as A, BoundsRule, Category, Exactness, Input, Language, Meta, Output, Parameter,
-    ParameterType, Row, SetOperation, Slope, optional, required,
+    ArgumentKind as A, BoundsRule, Category, Exactness, Flat, Input, Language, Meta, Output,
+    Parameter, ParameterType, Row, SetOperation, Slope, optional, required,
 };
 
 /// Hands the rows to a macro: `callback! { rows… }`.
@@ -33,6 +33,7 @@ macro_rules! for_each_operation {
             Cuboid "cuboid" = shapes::cuboid(p: Point; half: Vec3) -> Value, prepare::half_size, Meta {
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3)] }),
                 bounds: BoundsRule::Shape(volumes::cuboid),
+                flats: &[flat(0, 0), flat(1, 1), flat(2, 2)],
                 source: "I. Quilez, Distance Functions: box",
                 ..SOLID
             };
@@ -83,6 +84,7 @@ macro_rules! for_each_operation {
             Cylinder "cylinder" = shapes::cylinder(p: Point; r: Scalar, half: Scalar) -> Value, prepare::half_last, Meta {
                 language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::cylinder),
+                flats: &[flat(1, 1)],
                 source: "I. Quilez, Distance Functions: capped cylinder",
                 ..SOLID
             };
@@ -154,6 +156,7 @@ macro_rules! for_each_operation {
             Prism "prism" = shapes::prism(p: Point; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar, half: Scalar) -> Value, prepare::prism, Meta {
                 language: Some(Language { name: "prism", arguments: &[required("n", A::Count), required("r", A::Radius), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::prism),
+                flats: &[flat(1, 4)],
                 source: "a regular polygon, extruded",
                 ..SOLID
             };
@@ -222,6 +225,7 @@ macro_rules! for_each_operation {
             Rect "rect" = shapes2::rect(p: Plane; half: Vec2) -> Value, prepare::half_size, Meta {
                 language: Some(Language { name: "rect", arguments: &[required("size", A::Size2)] }),
                 bounds: BoundsRule::Shape(volumes::rect),
+                flats: &[flat(0, 0), flat(1, 1)],
                 source: "I. Quilez, 2D Distance Functions: box",
                 ..PLANE
             };
@@ -266,6 +270,7 @@ macro_rules! for_each_operation {
             Extrude "extrude" = dimension::extrude(d: Value, p: Point; half: Scalar) -> Value, prepare::half_first, Meta {
                 language: Some(Language { name: "extrude", arguments: &[required("h", A::Length)] }),
                 bounds: BoundsRule::Map(volumes::extrude),
+                flats: &[flat(2, 0)],
                 source: "I. Quilez, Distance Functions: extrusion",
                 ..DIMENSION
             };
@@ -277,7 +282,7 @@ macro_rules! for_each_operation {
                 source: "a smaller extrusion, grown again",
                 ..DIMENSION
             };
-            /// The plane shape, moved by `offset` along x, turned once around the y axis.
+            /// The plane shape, moved by `offset` along x, turned once around the y axis. Of a shape that crosses the axis, the distance may be too small.
             Revolve "revolve" = dimension::revolve(p: Point; offset: Scalar) -> Point, prepare::same, Meta {
                 language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0])] }),
                 slope: Slope::Stretch(|_, _| 1.0),
@@ -285,7 +290,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: revolution",
                 ..DIMENSION
             };
-            /// The plane shape, moved by `offset` along x, turned around the y axis by `angle` only, symmetric about the +x axis. [`Op::RevolveClose`] has to follow.
+            /// The plane shape, moved by `offset` along x, turned around the y axis by `angle` only, symmetric about the +x axis. [`Op::RevolveClose`] has to follow. Of a shape that crosses the axis, the distance may be too small.
             RevolvePart "revolve_part" = dimension::revolve_part(p: Point; offset: Scalar, end: Vec2) -> Point, prepare::revolve_part, Meta {
                 language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0]), required("angle", A::Angle)] }),
                 slope: Slope::Stretch(|_, _| 1.0),
@@ -418,6 +423,7 @@ macro_rules! for_each_operation {
             };
             /// Whatever is in either operand, with a parabolic blend that is `thickness` thick at `focus` and grows by `growth` per unit of length away from it, up to `most`.
             DistanceUnion "distance_union" = combine::distance_union(a: Value, b: Value, p: Point; focus: Vec3, thickness: Scalar, growth: Scalar, most: Scalar) -> Value, prepare::same, Meta {
+                exactness: Exactness::Field,
                 slope: Slope::Plus(|a| a[4].abs()),
                 bounds: BoundsRule::HullGrown(|a| a[5]),
                 source: "I. Quilez, Smooth Minimum: quadratic, with a thickness that grows",
@@ -425,6 +431,7 @@ macro_rules! for_each_operation {
             };
             /// Whatever is in either operand, the edge between them filled by a flat piece at 45 degrees that starts `size` from the edge on both sides.
             ChamferUnion "chamfer_union" = combine::chamfer_union(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
+                exactness: Exactness::Field,
                 slope: Slope::Norm,
                 bounds: BoundsRule::HullGrown(|a| a[0] / 2.0),
                 source: "hg_sdf by Mercury, 2015",
@@ -432,18 +439,21 @@ macro_rules! for_each_operation {
             };
             /// Whatever is in both operands, its edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
             ChamferIntersection "chamfer_intersection" = combine::chamfer_intersection(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
+                exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..INTERSECTION
             };
             /// The first operand without the second, the edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
             ChamferSubtraction "chamfer_subtraction" = combine::chamfer_subtraction(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
+                exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..SUBTRACTION
             };
             /// Whatever is in either operand, the edge between them filled by a quarter circle of the radius `r`.
             RoundUnion "round_union" = combine::round_union(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
+                exactness: Exactness::Field,
                 slope: Slope::Norm,
                 bounds: BoundsRule::HullGrown(|a| a[0] * (1.0 - std::f64::consts::FRAC_1_SQRT_2)),
                 source: "hg_sdf by Mercury, 2015",
@@ -451,12 +461,14 @@ macro_rules! for_each_operation {
             };
             /// Whatever is in both operands, its edge cut by a quarter circle of the radius `r`.
             RoundIntersection "round_intersection" = combine::round_intersection(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
+                exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..INTERSECTION
             };
             /// The first operand without the second, the edge cut by a quarter circle of the radius `r`.
             RoundSubtraction "round_subtraction" = combine::round_subtraction(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
+                exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..SUBTRACTION
@@ -488,9 +500,10 @@ macro_rules! for_each_operation {
                 ..COMBINE
             };
             // ---------------------------------------------------------------- changes of the point
-            /// What lies on the positive side of the mirrored axes, on both sides; an axis is mirrored if its component in `axes` is not zero.
+            /// What lies on the positive side of the mirrored axes, on both sides; an axis is mirrored if its component in `axes` is not zero. Of a shape that crosses a plane, the distance may be too small.
             Mirror "mirror" = domain::mirror(p: Point; axes: Vec3) -> Point, prepare::axes, Meta {
                 language: Some(Language { name: "mirror", arguments: &[required("axes", A::Vec3)] }),
+                exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Map(volumes::mirror),
                 source: "I. Quilez, Distance Functions: symmetry",
                 ..DOMAIN
@@ -498,6 +511,7 @@ macro_rules! for_each_operation {
             /// A copy every `spacing` along each axis, without end; none along axes where it is zero. The opcode evaluates the copy of the point's own cell.
             Repeat "repeat" = domain::repeat(p: Point; spacing: Vec3, inverse: Vec3) -> Point, prepare::spacing, Meta {
                 language: Some(Language { name: "repeat", arguments: &[required("spacing", A::Lengths3)] }),
+                exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Map(volumes::repeat),
                 source: "I. Quilez, Distance Functions: repetition",
                 ..DOMAIN
@@ -512,6 +526,7 @@ macro_rules! for_each_operation {
             /// `count` copies along each axis, `spacing` apart, centred at the origin. The opcode evaluates the copy of the point's own cell.
             RepeatLimited "repeat_limited" = domain::repeat_limited(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3) -> Point, prepare::limited_spacing, Meta {
                 language: Some(Language { name: "repeat", arguments: &[required("spacing", A::Lengths3), required("count", A::Counts3)] }),
+                exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Map(volumes::repeat_limited),
                 source: "I. Quilez, Distance Functions: limited repetition",
                 ..DOMAIN
@@ -526,6 +541,7 @@ macro_rules! for_each_operation {
             /// `n` copies around the y axis; `phase` is the direction of the first one, as an angle from the x axis towards z. The opcode evaluates the copy of the point's own sector.
             Polar "polar" = domain::polar(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
+                exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Map(volumes::polar),
                 source: "hg_sdf by Mercury, 2015: modulo polar",
                 ..DOMAIN
@@ -540,6 +556,7 @@ macro_rules! for_each_operation {
             /// `n` copies of a plane shape around the origin; `phase` is the direction of the first one, as an angle from the x axis towards y. The opcode evaluates the copy of the point's own sector.
             PolarPlane "polar_plane" = domain::polar_plane(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
+                exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Map(volumes::polar_plane),
                 source: "hg_sdf by Mercury, 2015: modulo polar",
                 ..DOMAIN
@@ -586,9 +603,10 @@ macro_rules! for_each_operation {
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..DISTANCE
             };
-            /// The surface moved outwards by `by`, which rounds edges that stand out, or inwards.
+            /// The surface moved outwards by `by`, which rounds edges that stand out, or inwards. The distance is exact outside where it moves outwards, and inside where it moves inwards.
             Offset "offset" = distance::offset(d: Value; by: Scalar) -> Value, prepare::same, Meta {
                 language: Some(Language { name: "offset", arguments: &[required("by", A::Offset)] }),
+                exactness: Exactness::Bound,
                 bounds: BoundsRule::HullGrown(|a| a[0]),
                 source: "J. C. Hart, Sphere Tracing, 1996",
                 ..DISTANCE
@@ -596,6 +614,7 @@ macro_rules! for_each_operation {
             /// The surface as a wall of the full thickness `thickness`, half of it on each side.
             Shell "shell" = distance::shell(d: Value; half: Scalar) -> Value, prepare::half_last, Meta {
                 language: Some(Language { name: "shell", arguments: &[required("thickness", A::Length)] }),
+                exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::HullGrown(|a| a[0]),
                 source: "I. Quilez, Distance Functions: onion",
                 ..DISTANCE
@@ -836,8 +855,13 @@ const SOLID: Meta = Meta {
     set: None,
     blend: None,
     only_signs: false,
+    flats: &[],
     source: "",
 };
+/// A pair of flat faces across an axis, and the position of its half distance.
+const fn flat(axis: usize, half: usize) -> Flat {
+    Flat { axis, half }
+}
 /// What the plane shapes have in common.
 const PLANE: Meta = Meta {
     category: Category::Shape2,

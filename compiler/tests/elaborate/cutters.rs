@@ -1,0 +1,163 @@
+//! Cutters that end in a face of what they cut, or just beyond it.
+//!
+//! The distance at the mouth of a cut tells if its cutter was made longer: then it is as far to the nearest wall,
+//! else the field is about zero, with nothing there.
+
+use crate::scene;
+use sdfc_compiler::compile::{Options, compile};
+use sdfc_vm::evaluate::evaluate_f64;
+
+/// The value of a scene's program at a point.
+fn value(text: &str, point: [f64; 3]) -> f64 {
+    let (compiled, _) = compile(scene(text), &Options::default());
+    let module = compiled.expect("it compiles").module;
+    evaluate_f64(&module.distance, point)
+}
+
+/// A scene, a point, and the distance from it to the nearest wall of a cut.
+type Case = (&'static str, [f64; 3], f64);
+
+/// Cutters with room above them.
+const LONGER: &[Case] = &[
+    // Flush, on both sides, and a little beyond.
+    (
+        "box([4, 1, 4]) - cylinder(r: 0.5, h: 1)",
+        [0.0, 0.5, 0.0],
+        0.5,
+    ),
+    (
+        "box([4, 1, 4]) - cylinder(r: 0.5, h: 1)",
+        [0.0, -0.5, 0.0],
+        0.5,
+    ),
+    (
+        "box([4, 1, 4]) - cylinder(r: 0.5, h: 1.02)",
+        [0.0, 0.51, 0.0],
+        0.5,
+    ),
+    (
+        "box([4, 1, 4]) - prism(n: 6, r: 1, h: 1)",
+        [0.0, 0.5, 0.0],
+        0.866_025,
+    ),
+    // Along each axis of a box, through its end and into its side.
+    (
+        "box([4, 1, 4]) - box([2, 1, 2]).translate(1, 0, 1)",
+        [2.0, 0.0, 1.0],
+        1.0,
+    ),
+    (
+        "box([4, 1, 4]) - box([2, 1, 2]).translate(1, 0, 1)",
+        [2.0, 0.5, 2.0],
+        2.0,
+    ),
+    // From the plane.
+    (
+        "(rect([4, 4]) - rect([1, 2]).translate(0, 1)).extrude(1)",
+        [0.0, 2.0, 0.0],
+        0.5,
+    ),
+    (
+        "rect([4, 4]).extrude(1) - circle(0.5).extrude(1)",
+        [0.0, 0.0, 0.5],
+        0.5,
+    ),
+    (
+        "rect([4, 4]).extrude(1) - rect([1, 2]).extrude(2).translate(0, 1, 0)",
+        [0.0, 2.0, 0.0],
+        0.5,
+    ),
+    // In frames: turned together, turned alone, scaled.
+    (
+        "(box([4, 1, 4]) - cylinder(r: 0.5, h: 1)).rotate(30deg, Z)",
+        [-0.25, 0.433_013, 0.0],
+        0.5,
+    ),
+    (
+        "box([4, 1, 4]) - cylinder(r: 0.5, h: 4).rotate(90deg, X)",
+        [0.0, 0.0, 2.0],
+        0.5,
+    ),
+    (
+        "box([4, 1, 4]) - cylinder(r: 1, h: 2).scale(0.5)",
+        [0.0, 0.5, 0.0],
+        0.5,
+    ),
+    // Many cutters: in a union, in copies, one after the other, painted.
+    (
+        "box([4, 1, 4]) - (cylinder(r: 0.5, h: 1) | sphere(0.1).translate(1, 0, 1))",
+        [0.0, 0.5, 0.0],
+        0.5,
+    ),
+    (
+        "box([9, 1, 9]) - cylinder(r: 0.5, h: 1).translate(2, 0, 0).polar(6)",
+        [2.0, 0.5, 0.0],
+        0.5,
+    ),
+    (
+        "box([9, 1, 9]) - cylinder(r: 0.5, h: 1).repeat([2, 0, 2], [3, 1, 3])",
+        [2.0, 0.5, 2.0],
+        0.5,
+    ),
+    (
+        "box([9, 1, 9]) - cylinder(r: 0.5, h: 1).translate(2, 0, 0).mirror(X)",
+        [-2.0, 0.5, 0.0],
+        0.5,
+    ),
+    (
+        "box([4, 1, 4]) - sphere(0.1) - cylinder(r: 0.5, h: 1).color(#ff0000)",
+        [0.0, 0.5, 0.0],
+        0.5,
+    ),
+    // A hole that ends at the floor of a wider one.
+    (
+        "box([4, 1, 4]) - box([2, 1, 2]).translate(0, 0.5, 0) - cylinder(r: 0.5, h: 0.5).translate(0, -0.25, 0)",
+        [0.0, 0.0, 0.0],
+        0.5,
+    ),
+    // Beside a part that stands higher, and below one that leaves a gap.
+    (
+        "(box([4, 1, 4]) | box([1, 3, 1]).translate(1.5, 1, 1.5)) - cylinder(r: 0.5, h: 1)",
+        [0.0, 0.5, 0.0],
+        0.5,
+    ),
+    (
+        "(box([4, 1, 4]) | box([4, 1, 4]).translate(0, 3, 0)) - cylinder(r: 0.5, h: 1)",
+        [0.0, 0.5, 0.0],
+        0.5,
+    ),
+];
+
+/// Cutters that have to stay as they are; the field is zero where they end.
+const KEPT: &[Case] = &[
+    // Blind, and with no gap to what is above.
+    (
+        "box([4, 2, 4]) - cylinder(r: 0.5, h: 1)",
+        [0.0, 0.5, 0.0],
+        0.0,
+    ),
+    (
+        "(box([4, 1, 4]) | box([4, 1, 4]).translate(0, 1, 0)) - cylinder(r: 0.5, h: 1)",
+        [0.0, 0.5, 0.0],
+        0.0,
+    ),
+    // Along copies, and with a live height.
+    (
+        "box([9, 1, 9]) - box([1, 1, 9]).repeat([1.5, 0, 0], [3, 1, 1])",
+        [2.0, 0.0, 4.0],
+        0.0,
+    ),
+    (
+        "param h = 1 in 0.5..=2; box([4, h, 4]) - cylinder(r: 0.5, h: h)",
+        [0.0, 0.5, 0.0],
+        0.0,
+    ),
+];
+
+#[test]
+fn flat_faces_of_cutters_are_moved_out_of_the_body() {
+    for (text, at, expected) in LONGER.iter().chain(KEPT) {
+        let found = value(text, *at);
+        assert!((found - expected).abs() < 1e-5, "{text}\n{found} at {at:?}");
+    }
+}
