@@ -526,6 +526,7 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("HEMISPHERE", word(layout::HEMISPHERE)),
         ("DONE", word(shadow::DONE)),
         ("CHECKED", word(layout::CHECKED)),
+        ("LAST_ROUND", format!("{:?}", claim::LAST_ROUND)),
         ("NOTHING", format!("{:?}", claim::NOTHING)),
         ("NO_CLAIM", format!("{:?}", shadow::NO_CLAIM)),
         ("SHADOW_NONE", word(Shadow::None as u32)),

@@ -84,10 +84,13 @@ functions! {
     inside = normals::inside(rounding);
 
     claim_apart = claim::apart(value, rounding);
-    claim_place = claim::place(at, phase, value, gradient, apart);
+    claim_offset = claim::offset(offset, value, gradient);
+    claim_place = claim::place(at, offset, phase, value, gradient, apart);
     claim_gradient = claim::gradient(gradient, phase, change, apart);
-    claim_decided = claim::decided(phase, value, field);
-    claim_distance = claim::distance(value, gradient, phase, last, before, raw);
+    claim_decided = claim::decided(phase, round, value, field, before, raw);
+    claim_looks_again = claim::looks_again(phase, raw);
+    claim_distance = claim::distance(value, gradient, offset, phase, last, before, raw);
+    claim_before = claim::before(share, found, round);
 
     march_noise = marching::noise(rounding, slope, raw);
     shadow_hard = shadow::hard(visibility, h, noise);

@@ -312,6 +312,10 @@ shared! {
         gradient: vec3f,
         /// The phase of that check.
         phase: f32,
+        /// The way from the claim to the place of the present round.
+        offset: vec3f,
+        /// The number of rounds before it.
+        round: f32,
         /// How far it came.
         t: f32,
         /// The field at the point before.
@@ -326,9 +330,9 @@ shared! {
         claimed: f32,
         /// Where the claim is.
         claim_t: f32,
-        /// The field there.
+        /// The field at the place of the present round.
         value: f32,
-        /// The field at the point before it.
+        /// The field at the point before the claim, as a share of that of the claim.
         claim_before: f32,
         /// How far the ray went from there to the claim.
         claim_stride: f32,

@@ -6,6 +6,7 @@ use super::{Column, LANES, Points};
 use sdfc_shaders::layout::{Frame, Ray};
 use sdfc_shaders::marching::{self, FROM_INSIDE};
 use sdfc_shaders::{camera, claim, occlusion};
+use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::V3;
 
 lanes! {
@@ -88,7 +89,14 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
                 let value = b.value.0[i];
                 let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
                 let apart = claim::apart(value, b.unsure.0[i]);
-                let p = claim::place::<f32>(at, b.phase.0[i], value, gradient_of(b, i), apart);
+                let p = claim::place::<f32>(
+                    at,
+                    V3::splat(0.0),
+                    b.phase.0[i],
+                    value,
+                    gradient_of(b, i),
+                    apart,
+                );
                 points[0].0[i] = p.x;
                 points[1].0[i] = p.y;
                 points[2].0[i] = p.z;
@@ -178,7 +186,7 @@ fn check(b: &mut OcclusionLanes, i: usize, field: f32) -> Option<f32> {
         b.phase.0[i] = phase + 1.0;
         return None;
     }
-    if claim::decided(phase, value, field) == 0.0 {
+    if claim::decided(phase, claim::LAST_ROUND, value, field, b.beyond.0[i], 1.0) == 0.0 {
         b.beyond.0[i] = field;
         b.phase.0[i] = claim::LAST_PHASE;
         return None;
@@ -187,6 +195,7 @@ fn check(b: &mut OcclusionLanes, i: usize, field: f32) -> Option<f32> {
     Some(claim::distance::<f32>(
         value,
         gradient,
+        V3::splat(0.0),
         phase,
         field,
         b.beyond.0[i],

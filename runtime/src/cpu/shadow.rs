@@ -17,7 +17,7 @@ lanes! {
         start_x, start_y, start_z, direction_x, direction_y, direction_z, leave,
         t, radius_before, stride, visibility, steps, least, side, rounding,
         last, claimed, claim_t, value, claim_before, claim_stride,
-        phase, beyond, gradient_x, gradient_y, gradient_z,
+        phase, round, beyond, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
     }
 }
 
@@ -140,9 +140,11 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
         if CHECKED && any(&b.phase) {
             for i in (0..LANES).filter(|&i| b.phase.0[i] > 0.0) {
                 let (phase, value) = (b.phase.0[i], b.value.0[i]);
-                let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
+                let offset = offset_of(b, i);
+                let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]) + offset;
                 let apart = claim::apart(value, b.rounding.0[i]);
-                let p = claim::place::<f32>(at, phase, value, gradient_of(b, i), apart);
+                let gradient = gradient_of(b, i);
+                let p = claim::place::<f32>(at, offset, phase, value, gradient, apart);
                 points[0].0[i] = p.x;
                 points[1].0[i] = p.y;
                 points[2].0[i] = p.z;
@@ -189,6 +191,19 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
 #[inline(always)]
 fn gradient_of(b: &ShadowLanes, i: usize) -> V3<f32> {
     V3::of(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
+}
+
+/// The way from the claim in a lane to the place of its round.
+#[inline(always)]
+fn offset_of(b: &ShadowLanes, i: usize) -> V3<f32> {
+    V3::of(b.offset_x.0[i], b.offset_y.0[i], b.offset_z.0[i])
+}
+
+#[inline(always)]
+fn set_offset(b: &mut ShadowLanes, i: usize, offset: V3<f32>) {
+    b.offset_x.0[i] = offset.x;
+    b.offset_y.0[i] = offset.y;
+    b.offset_z.0[i] = offset.z;
 }
 
 #[inline(always)]
@@ -263,7 +278,7 @@ impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
         b.claimed.0[i] = claim(b.claimed.0[i], new);
         b.claim_t.0[i] = claim(b.claim_t.0[i], t);
         b.value.0[i] = claim(b.value.0[i], h);
-        b.claim_before.0[i] = claim(b.claim_before.0[i], before);
+        b.claim_before.0[i] = claim(b.claim_before.0[i], before / h);
         b.claim_stride.0[i] = claim(b.claim_stride.0[i], stride);
         b.last.0[i] = keep(b.last.0[i], new);
         let is_passed = !claims | at_end;
@@ -271,6 +286,10 @@ impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
         let begins = is_passed & has_claim & !out_of_steps & !is_inside & !checking;
         b.phase.0[i] = if begins { 1.0 } else { b.phase.0[i] };
         let zeroed = |old: f32| if begins { 0.0 } else { old };
+        b.round.0[i] = zeroed(b.round.0[i]);
+        b.offset_x.0[i] = zeroed(b.offset_x.0[i]);
+        b.offset_y.0[i] = zeroed(b.offset_y.0[i]);
+        b.offset_z.0[i] = zeroed(b.offset_z.0[i]);
         b.gradient_x.0[i] = zeroed(b.gradient_x.0[i]);
         b.gradient_y.0[i] = zeroed(b.gradient_y.0[i]);
         b.gradient_z.0[i] = zeroed(b.gradient_z.0[i]);
@@ -293,17 +312,25 @@ impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
             b.phase.0[i] = phase + 1.0;
             return out_of_steps;
         }
-        if claim::decided(phase, value, field) == 0.0 {
+        let (gradient, offset, raw) = (gradient_of(b, i), offset_of(b, i), self.raw);
+        let beyond = b.beyond.0[i];
+        if claim::decided(phase, b.round.0[i], value, field, beyond, raw) == 0.0 {
+            if claim::looks_again(phase, raw) > 0.0 {
+                b.phase.0[i] = claim::LAST_PHASE;
+            } else {
+                set_offset(b, i, claim::offset::<f32>(offset, value, gradient));
+                set_gradient(b, i, V3::splat(0.0));
+                b.value.0[i] = if phase > 4.5 { beyond } else { field };
+                b.round.0[i] += 1.0;
+                b.phase.0[i] = 1.0;
+            }
             b.beyond.0[i] = field;
-            b.phase.0[i] = claim::LAST_PHASE;
             return out_of_steps;
         }
-        let gradient = gradient_of(b, i);
-        let distance =
-            claim::distance::<f32>(value, gradient, phase, field, b.beyond.0[i], self.raw);
+        let distance = claim::distance::<f32>(value, gradient, offset, phase, field, beyond, raw);
         if distance < claim::NOTHING {
             let noise = marching::noise(b.rounding.0[i], 1.0, self.raw);
-            let before = b.claim_before.0[i] * (distance / value);
+            let before = claim::before(b.claim_before.0[i], distance, b.round.0[i]);
             let (t, stride, v) = (b.claim_t.0[i], b.claim_stride.0[i], b.visibility.0[i]);
             b.visibility.0[i] = self.visible(v, distance, before, stride, t, noise);
         }

@@ -97,7 +97,7 @@ fn a_device_with_tiny_limits() {
         on(EngineKind::Interp, gpu)
     };
     let scene = large();
-    let frame = picture(&mut *within(4096), &scene).expect("4096 bytes do for 64 rays");
+    let frame = picture(&mut *within(8192), &scene).expect("8192 bytes do for 64 rays");
     let expected = picture(&mut *cpu(), &scene).expect("the CPU does not fail");
     let (_, failures) = compare(&expected, &frame);
     assert!(failures.is_empty(), "{failures:?}");

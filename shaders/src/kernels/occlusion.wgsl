@@ -67,7 +67,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let at = along(p, direction, distance);
 #if raw
         let sideways = claim_apart(around.value, unsure);
-        let sampled = claim_place(at, around.phase, around.value, around.gradient, sideways);
+        let sampled = claim_place(at, vec3f(0.0), around.phase, around.value, around.gradient, sideways);
 #else
         let sampled = at;
 #end
@@ -87,13 +87,15 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 around.gradient = claim_gradient(around.gradient, around.phase, field - around.value, sideways);
                 around.phase += 1.0;
                 continue;
-            } else if claim_decided(around.phase, around.value, field) == 0.0 {
+            } else if claim_decided(
+                around.phase, LAST_ROUND, around.value, field, around.beyond, 1.0
+            ) == 0.0 {
                 around.beyond = field;
                 around.phase = 5.0;
                 continue;
             } else {
                 clear = claim_distance(
-                    around.value, around.gradient, around.phase, field, around.beyond, frame.raw
+                    around.value, around.gradient, vec3f(0.0), around.phase, field, around.beyond, frame.raw
                 );
                 around.phase = 0.0;
             }

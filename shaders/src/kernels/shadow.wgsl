@@ -83,9 +83,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         if ray.steps >= DONE { break; }
 #if checked
         let checking = ray.phase > 0.0;
-        let at = along(start, direction, select(ray.t, ray.claim_t, checking));
+        let at = along(start, direction, select(ray.t, ray.claim_t, checking)) + ray.offset;
         let sideways = claim_apart(ray.value, rounding);
-        let place = claim_place(at, ray.phase, ray.value, ray.gradient, sideways);
+        let place = claim_place(at, ray.offset, ray.phase, ray.value, ray.gradient, sideways);
 #else
         let place = along(start, direction, ray.t);
 #end
@@ -102,19 +102,29 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             if ray.phase < 3.5 {
                 ray.gradient = claim_gradient(ray.gradient, ray.phase, field - ray.value, sideways);
                 ray.phase += 1.0;
-            } else if claim_decided(ray.phase, ray.value, field) == 0.0 {
+            } else if claim_decided(
+                ray.phase, ray.round, ray.value, field, ray.beyond, frame.raw
+            ) == 0.0 {
+                let again = claim_looks_again(ray.phase, frame.raw) > 0.0;
+                let there = select(field, ray.beyond, ray.phase > 4.5);
+                let offset = claim_offset(ray.offset, ray.value, ray.gradient);
+                ray.offset = select(offset, ray.offset, again);
+                ray.round += select(1.0, 0.0, again);
+                ray.phase = select(1.0, 5.0, again);
+                ray.value = select(there, ray.value, again);
+                ray.gradient = select(vec3f(0.0), ray.gradient, again);
                 ray.beyond = field;
-                ray.phase = 5.0;
             } else {
                 let found = claim_distance(
-                    ray.value, ray.gradient, ray.phase, field, ray.beyond, frame.raw
+                    ray.value, ray.gradient, ray.offset, ray.phase, field, ray.beyond, frame.raw
                 );
                 if found < NOTHING {
-                    let before = ray.claim_before * (found / ray.value);
+                    let before = claim_before(ray.claim_before, found, ray.round);
                     ray.visibility =
                         visible(light, ray.visibility, found, before, ray.claim_stride, ray.claim_t, depth);
                 }
                 ray.phase = 0.0;
+                ray.offset = vec3f(0.0);
                 ray.claimed = NO_CLAIM;
                 if ray.stride < 0.0 { ray.steps |= DONE; }
             }
@@ -151,11 +161,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.claimed = new_visibility;
                 ray.claim_t = t;
                 ray.value = field;
-                ray.claim_before = before;
+                ray.claim_before = before / field;
                 ray.claim_stride = stride;
             }
             if (!claims || at_end) && ray.claimed < NO_CLAIM && !out_of_steps {
                 ray.phase = 1.0;
+                ray.round = 0.0;
                 ray.gradient = vec3f(0.0);
                 if at_end { ray.stride = -1.0; }
             } else if at_end {
