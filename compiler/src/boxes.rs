@@ -7,7 +7,7 @@ mod period;
 
 pub(crate) use period::Along;
 
-use crate::expression::{ExprId, Expression, Expressions};
+use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::uniforms::operands_first;
 use sdfc_vm::apply::{Applied, Apply, apply, laid_out};
 use sdfc_vm::bounds::Bounds;
@@ -107,6 +107,8 @@ enum Step<R> {
     Coordinate(usize),
     /// It is the length of a vector of two or three numbers, whose slope is bounded at zero, too.
     Length(Vec<usize>),
+    /// It is the first number times the square of the second, which is written as two products.
+    TimesSquare([usize; 2]),
     /// It is what a row gives.
     Apply {
         op: Op,
@@ -151,6 +153,13 @@ impl<R: OverBox> BoxNumber<R> {
                     Step::Length(vector.iter().map(place).collect())
                 }
                 Expression::Apply {
+                    op: Op::Mul,
+                    values,
+                    ..
+                } if let Some(pair) = times_square(expressions, values) => {
+                    Step::TimesSquare(pair.map(|id| place(&id)))
+                }
+                Expression::Apply {
                     op,
                     point,
                     values,
@@ -184,6 +193,7 @@ impl<R: OverBox> BoxNumber<R> {
             Step::Known(_) => true,
             Step::Ranged(_) | Step::Coordinate(_) => false,
             Step::Length(values) => values.iter().all(known),
+            Step::TimesSquare(pair) => pair.iter().all(known),
             Step::Apply { point, values, .. } => point.iter().flatten().chain(values).all(known),
         };
         self.values.push(value);
@@ -214,7 +224,7 @@ impl<R: OverBox> BoxNumber<R> {
     pub(crate) fn cost(&self) -> usize {
         let costs = self.steps.iter().map(|step| match step {
             Step::Known(_) | Step::Ranged(_) | Step::Coordinate(_) => 0,
-            Step::Length(_) => 2,
+            Step::Length(_) | Step::TimesSquare(_) => 2,
             Step::Apply { op, .. } => cost(*op),
         });
         costs.sum::<usize>().max(1)
@@ -240,6 +250,27 @@ fn squared(expressions: &Expressions, sum: ExprId) -> Option<Vec<ExprId>> {
         }
         _ => None,
     }
+}
+
+/// The number and the factor of a product in which a factor occurs twice. By itself each product of ranges may
+/// change its sign; a square may not, so that even powers are bounded below.
+fn times_square(expressions: &Expressions, factors: &[ExprId]) -> Option<[ExprId; 2]> {
+    let &[a, b] = factors else { return None };
+    let varies = |id: ExprId| expressions.stage(id) > Stage::Uniform;
+    [(a, b), (b, a)].into_iter().find_map(|(product, factor)| {
+        let Expression::Apply {
+            op: Op::Mul,
+            values,
+            ..
+        } = expressions.get(product)
+        else {
+            return None;
+        };
+        let at = values
+            .iter()
+            .position(|&value| value == factor && varies(value))?;
+        Some([values[1 - at], factor])
+    })
 }
 
 /// How many products of ranges with their gradients take as long as an operation on them: measured, and
@@ -271,6 +302,7 @@ impl<R: OverBox> Step<R> {
                 };
                 R::Vec3::new(component(0), component(1), component(2)).length()
             }
+            Self::TimesSquare([number, factor]) => before[*number] * before[*factor].square(),
             Self::Apply {
                 op,
                 point,

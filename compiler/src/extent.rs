@@ -329,6 +329,24 @@ mod tests {
     }
 
     #[test]
+    fn a_power_in_several_products_ends_wherever_it_stands() {
+        let found = of(|e, p| {
+            let offset = e.constant(0.437);
+            let mut terms = p.map(|v| {
+                let moved = e.call(Op::Sub, &[v, offset]);
+                let square = e.call(Op::Mul, &[moved, moved]);
+                let cube = e.call(Op::Mul, &[square, moved]);
+                e.call(Op::Mul, &[cube, moved])
+            });
+            let limit = e.constant(-0.5);
+            let most = e.call(Op::Add, &[terms[0], terms[1]]);
+            terms[2] = e.call(Op::Add, &[terms[2], limit]);
+            sum(e, &[most, terms[2]])
+        });
+        assert!(found.is_finite(), "{found:?}");
+    }
+
+    #[test]
     fn a_ball_ends_at_its_radius() {
         let found = of(|e, p| {
             let squares = p.map(|c| e.call(Op::Square, &[c]));

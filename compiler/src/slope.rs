@@ -20,7 +20,7 @@ use sdfc_vm::interval::Interval;
 use search::Search;
 use std::collections::BinaryHeap;
 
-pub(crate) use shapes::{Refuted, ShapeSlopes};
+pub(crate) use shapes::{Refuted, ShapeSlopes, margin, near};
 
 /// How many operations are spent on all of a scene before bounds are left as they are; none gets more
 /// than half of what is left.

@@ -120,6 +120,9 @@ impl End for f32 {
     }
 }
 
+/// A bound within all formats of what is too large for a number.
+const LARGE: f64 = 3e38;
+
 /// Whether a number is one, and not NaN.
 #[inline(always)]
 #[expect(clippy::eq_op, reason = "NaN alone is not equal to itself")]
@@ -250,7 +253,8 @@ impl<E: End> IntervalOf<E> {
     /// A monotonically increasing elementary function, widened by its error.
     #[inline(always)]
     fn increasing(self, f: impl Fn(E) -> E) -> Self {
-        let (lo, hi) = (f(self.lo), f(self.hi));
+        // What overflows is large: without a limit its error would be as large.
+        let (lo, hi) = (f(self.lo).min(lit(LARGE)), f(self.hi).max(lit(-LARGE)));
         Self::widened(lo - E::exponential_error(lo), hi + E::exponential_error(hi))
     }
     /// The range of a wave over this interval of radians: a sine or cosine `f` whose crests are

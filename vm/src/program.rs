@@ -326,11 +326,20 @@ impl Program {
         };
         self.code.iter().any(|i| {
             let falls_short = match i.code {
+                Code::Op(Op::Offset) => self.may_move_inwards(i.parameters),
                 Code::Op(op) => falls_short(op),
                 _ => false,
             };
             falls_short || cuts(i.place) || stretches(i.frame)
         })
+    }
+
+    /// Reports whether an offset with these parameters is negative, or may become so.
+    ///
+    /// Outside of what moved outwards, a distance stays one.
+    fn may_move_inwards(&self, parameters: u32) -> bool {
+        let is_live = self.patches.iter().any(|patch| patch.at == parameters * 4);
+        is_live || self.pool[parameters as usize][0] < 0.0
     }
 
     /// Whether a frame stretches all directions alike.

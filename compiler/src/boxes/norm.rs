@@ -31,6 +31,10 @@ impl BoxNumber<Dual<Interval>> {
         let size = |at: usize| self.values[at].value.magnitude();
         match step {
             Step::Length(vector) => self.stretch(vector),
+            Step::TimesSquare([a, b]) => {
+                let (number, factor) = (size(*a), size(*b));
+                norms[*a] * factor * factor + 2.0 * number * factor * norms[*b]
+            }
             Step::Apply { op, values, .. } => match (op, values.as_slice()) {
                 (Op::Neg | Op::Abs, &[a]) => norms[a],
                 (Op::Add | Op::Sub, &[a, b]) => norms[a] + norms[b],

@@ -109,6 +109,7 @@ impl<R: OverBox> BoxNumber<R> {
             Step::Coordinate(of) if *of == axis => Along::Linear(1.0),
             Step::Coordinate(_) => Along::Nothing,
             Step::Length(values) => together(values, axis, found),
+            Step::TimesSquare(pair) => together(pair, axis, found),
             Step::Apply {
                 op, point, values, ..
             } => {

@@ -295,6 +295,15 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0405, span, message));
             return Value::Poison;
         }
+        // A complement has no end, but what it is made of may have one.
+        if let ShapeKind::Distance {
+            op: Op::Complement,
+            child: inner,
+            ..
+        } = self.shapes[child.0 as usize].kind
+        {
+            return Value::Shape(inner);
+        }
         let kind = ShapeKind::Distance {
             op: Op::Complement,
             child,

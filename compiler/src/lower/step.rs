@@ -7,9 +7,9 @@
 use super::{At, Lowering};
 use crate::bounds::{Boxes, World};
 use crate::elaborate::short;
-use crate::graph::{NodeId, Number};
+use crate::graph::{Node, NodeId, Number};
 use crate::scene::{Scene, ShapeId};
-use crate::slope::Refuted;
+use crate::slope::{Refuted, margin, near};
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
@@ -17,8 +17,10 @@ use std::collections::HashMap;
 
 /// A bound of one but for rounding is one.
 const TIDY: f64 = 1.0 + 1e-9;
-/// How far around its box a shape's own value is used, as a fraction of the box's half diagonal.
-const MARGIN: f64 = 0.1;
+/// A distance longer than any way of a ray, and short enough to be scaled.
+const FAR_AWAY: f32 = 1e9;
+/// A flatter shape has no surface that `f32` could find.
+const MIN_SLOPE: f64 = 1e-18;
 /// A closer bound is used where it is less by this factor.
 const WORTH_WHILE: f64 = 1.25;
 /// The half sides of the cubes in which an endless shape's slope is bounded, in sizes of the scene.
@@ -54,17 +56,17 @@ impl Lowering<'_> {
             return node;
         }
         let everywhere = self.slope(id, &Bounds::EVERYTHING);
-        if everywhere <= TIDY {
+        if is_tidy(everywhere) || everywhere < MIN_SLOPE {
             return node;
         }
         let bounds = self.boxes.of(World::from(&*self.scene), id);
         if bounds.is_empty() {
-            // No surface to step over.
-            return self.divided(node, everywhere.min(f64::from(f32::MAX)), at);
+            // No surface to step over, and no value that could be taken for one.
+            return self.graph.add(Node::Constant(Number::Constant(FAR_AWAY)));
         }
         if bounds.is_finite() {
-            let margin = bounds.half_diagonal() * MARGIN;
-            let near = self.known_slope(id, &bounds.grown(margin));
+            let margin = margin(&bounds);
+            let near = self.known_slope(id, &near(&bounds));
             if near * WORTH_WHILE > everywhere {
                 return self.divided(node, everywhere, at);
             }
@@ -108,7 +110,7 @@ impl Lowering<'_> {
     fn known_slope(&mut self, id: ShapeId, region: &Bounds) -> f64 {
         let slope = self.slope(id, region);
         if slope.is_finite() {
-            return slope.max(TIDY);
+            return slope.max(MIN_SLOPE);
         }
         let shape = &self.scene.shapes[id.0 as usize];
         if self.unbounded.insert(id) {
@@ -126,7 +128,9 @@ impl Lowering<'_> {
             );
         }
         let world = World::from(&*self.scene);
-        self.slopes.guess(world, self.boxes, id, region).max(TIDY)
+        self.slopes
+            .guess(world, self.boxes, id, region)
+            .max(MIN_SLOPE)
     }
 
     /// Reports the slopes that the scene states and that do not hold.
@@ -157,9 +161,10 @@ impl Lowering<'_> {
         }
     }
 
-    /// A value divided by a bound of its slope.
+    /// A value divided by a bound of its slope: a flat one becomes larger, so that light takes it for the
+    /// distance that it is.
     fn divided(&mut self, node: NodeId, slope: f64, at: At) -> NodeId {
-        if slope <= TIDY {
+        if is_tidy(slope) {
             return node;
         }
         self.row(Op::FieldDistance, at, node, &[slope])
@@ -171,4 +176,9 @@ impl Lowering<'_> {
         let parameters = parameters.into_iter().map(|v| Number::Constant(v as f32));
         self.apply(op, at, vec![value], parameters.collect())
     }
+}
+
+/// Reports whether a bound is one but for rounding.
+fn is_tidy(slope: f64) -> bool {
+    (1.0 / TIDY..=TIDY).contains(&slope)
 }

@@ -139,7 +139,10 @@ impl ShapeSlopes {
                     Some(refuted) if self.is_guessing => found.max(refuted.slope),
                     Some(_) => found,
                     // Either of two bounds holds.
-                    None => found.min(self.range(world, *slope).hi),
+                    None if self.is_stated_for(world, boxes, id, region) => {
+                        found.min(self.range(world, *slope).hi)
+                    }
+                    None => found,
                 }
             }
             ShapeKind::Combine {
@@ -214,7 +217,7 @@ impl ShapeSlopes {
         }
         let stated = self.range(world, slope).hi;
         let seen = Bounds::centred([self.size * TRIED_CUBE; 3]);
-        let found = boxes.of(world, id);
+        let found = near(&boxes.of(world, id));
         let region = if found.is_finite() {
             found
         } else {
@@ -229,6 +232,27 @@ impl ShapeSlopes {
             });
         self.stated.insert(id, refuted);
         refuted
+    }
+
+    /// Tells if a stated bound may be used in a region of a field's frame.
+    ///
+    /// A field that ends may rise ever faster farther out, where nobody thought of its bound: there the bound
+    /// is not used. Of an endless field it is taken to hold everywhere.
+    fn is_stated_for(
+        &self,
+        world: World<'_>,
+        boxes: &mut Boxes,
+        id: ShapeId,
+        region: &Bounds,
+    ) -> bool {
+        let bounds = boxes.of(world, id);
+        if !bounds.is_finite() {
+            return true;
+        }
+        let around = bounds.grown(bounds.half_diagonal());
+        (0..3).all(|axis| {
+            around.min[axis] <= region.min[axis] && region.max[axis] <= around.max[axis]
+        })
     }
 
     /// The fields whose stated bounds do not hold, in order.
@@ -379,6 +403,22 @@ impl ShapeSlopes {
             ranges.iter().map(|range| range.hi).collect(),
         ]
     }
+}
+
+/// The distance around its box in which a shape's own value is used, as a fraction of the box's half diagonal.
+const MARGIN: f64 = 0.1;
+
+/// The region around a shape's box in which its own value is used.
+pub(crate) fn near(bounds: &Bounds) -> Bounds {
+    match bounds.is_finite() {
+        true => bounds.grown(margin(bounds)),
+        false => *bounds,
+    }
+}
+
+/// The distance around a shape's box in which its own value is used.
+pub(crate) fn margin(bounds: &Bounds) -> f64 {
+    bounds.half_diagonal() * MARGIN
 }
 
 /// The least slope that a value is divided by.

@@ -114,9 +114,9 @@ pub fn pyramid<R: Real>(p: R::Vec3, base: R, half: R, across: R::Vec2, slope: R,
     let zero = lit::<R>(0.0);
     let (ax, az) = (p.x().abs(), p.z().abs());
     // Symmetry leaves half of one side: the one towards +x, seen from 0 ≤ z ≤ x. `x` and `z` are
-    // counted from the corner of the base, `y` from its plane.
+    // counted from the corner of the base, `y` from its plane. Of two equals each takes its second operand.
     let x = (ax.max(az) - base).named("x");
-    let z = (ax.min(az) - base).named("z");
+    let z = (az.min(ax) - base).named("z");
     let y = (p.y() + half).named("y");
     // In the plane of the side: z along its lower edge, v up the slope, w away from it.
     let w = (x * across.x() + y * across.y()).named("w");
