@@ -8,6 +8,8 @@ use serde_json::{Value, json};
 
 /// From how many pixels on an error is worth a warning.
 const VISIBLE: f64 = 1.0;
+/// The number of pixels from which on an error says nothing about its size.
+const SENSELESS: f64 = 1e6;
 
 /// How far off a scene is by rounding; `None` where its settings make no picture.
 pub(crate) fn of(opened: &Opened) -> Option<Rounding> {
@@ -65,6 +67,13 @@ pub(crate) fn warning_in(opened: &Opened, settings: &RenderSettings) -> Option<S
 
 fn told(seen: Option<Worst>) -> Option<String> {
     let worst = seen.filter(|worst| worst.found > VISIBLE)?;
+    if worst.found > SENSELESS {
+        return Some(
+            "rounding decides what is seen: the camera touches a surface, or the field is no number \
+             where it looks. Move the camera away from there"
+                .to_owned(),
+        );
+    }
     Some(format!(
         "rounding may move what is seen by {} pixels: f32 has 7 digits, so move the scene and the \
          camera nearer to the origin, or make all of it larger but for its distance from there",
