@@ -1,4 +1,5 @@
-//! Scenes of strangers on the CPU, against an oracle that shares no definition of a hit with it.
+//! Scenes of strangers, against an oracle that shares no definition of a hit with the engines: all on the CPU,
+//! every twelfth on all engines, and with `SDFC_LONG=1` all on all.
 //!
 //! A pixel is wrong if nothing within two pixels of it looks like what an engine drew there: neither silhouettes
 //! nor edges excuse more. Scenes are in `tests/strangers`; the first line of each says its class. A line
@@ -21,6 +22,8 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 const SIZE: [u32; 2] = [96, 72];
 /// The largest distance of a pixel from what it shows, in pixels.
 const AROUND: isize = 2;
+/// Of how many scenes one is drawn by all engines.
+const EVERY: usize = 12;
 /// The length of rays, in distances of the camera from what it looks at.
 const SEEN: f64 = 40.0;
 /// The most steps of formulas that the oracle runs for a picture.
@@ -380,15 +383,29 @@ fn strangers_see_what_is_there() {
     if let Ok(wanted) = std::env::var("SDFC_ONLY") {
         cases.retain(|(_, path)| path.to_string_lossy().contains(&wanted));
     }
+    let is_long = std::env::var_os("SDFC_LONG").is_some();
+    let has_gpu = std::env::var_os("SDFC_SKIP_GPU").is_none();
+    if !has_gpu {
+        eprintln!("skipped: strangers on devices, as SDFC_SKIP_GPU asks");
+    }
     let next = AtomicUsize::new(0);
     let reports: Vec<String> = std::thread::scope(|threads| {
         let work = || {
             let mut engines = vec![open(EngineKind::Cpu).expect("there is always a CPU")];
             let mut report = String::new();
-            while let Some((author, path)) = cases.get(next.fetch_add(1, Relaxed)) {
-                report += &examine(*author, path, &mut engines);
+            loop {
+                let at = next.fetch_add(1, Relaxed);
+                let Some((author, path)) = cases.get(at) else {
+                    return report;
+                };
+                let on_all = has_gpu && (is_long || at.is_multiple_of(EVERY));
+                if on_all && engines.len() == 1 {
+                    let others = EngineKind::FAST.into_iter().skip(1);
+                    engines.extend(others.map(|kind| open(kind).expect("there is an adapter")));
+                }
+                let count = if on_all { engines.len() } else { 1 };
+                report += &examine(*author, path, &mut engines[..count]);
             }
-            report
         };
         let start = |_| {
             let thread = std::thread::Builder::new().stack_size(64 << 20);
