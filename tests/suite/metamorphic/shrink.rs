@@ -1,0 +1,121 @@
+//! The smallest part of a scene that still fails.
+
+use super::scene::{Body, Head, Shape};
+
+impl Shape {
+    /// Shapes that have one thing less.
+    fn simpler(&self) -> Vec<Self> {
+        let with = |children: &[Self], make: &dyn Fn(Vec<Self>) -> Self| {
+            let mut found = children.to_vec();
+            for (index, child) in children.iter().enumerate() {
+                found.extend(child.simpler().into_iter().map(|simple| {
+                    let mut children = children.to_vec();
+                    children[index] = simple;
+                    make(children)
+                }));
+            }
+            found
+        };
+        match self {
+            Self::Solid(_) | Self::Field { .. } => Vec::new(),
+            Self::Union(parts) => {
+                let mut found = with(parts, &Self::Union);
+                for index in 0..parts.len() {
+                    let mut fewer = parts.clone();
+                    fewer.remove(index);
+                    found.push(Self::Union(fewer));
+                }
+                found.retain(|shape| !matches!(shape, Self::Union(parts) if parts.is_empty()));
+                found
+            }
+            Self::Pair {
+                pair,
+                operator,
+                reads_values,
+            } => with(&pair[..], &|children| {
+                let pair = children.try_into().expect("a pair stays one");
+                Self::Pair {
+                    pair: Box::new(pair),
+                    operator: operator.clone(),
+                    reads_values: *reads_values,
+                }
+            }),
+            Self::Call {
+                child,
+                method,
+                reads_values,
+            } => with(std::slice::from_ref(child), &|mut children| Self::Call {
+                child: Box::new(children.remove(0)),
+                method: method.clone(),
+                reads_values: *reads_values,
+            }),
+        }
+    }
+}
+
+/// Scenes that have one thing less.
+fn simpler(head: &Head, body: &Body) -> Vec<(Head, Body)> {
+    let mut found = Vec::new();
+    for (index, part) in body.parts.iter().enumerate() {
+        if body.parts.len() > 1 {
+            let mut fewer = body.clone();
+            fewer.parts.remove(index);
+            found.push((head.clone(), fewer));
+        }
+        for simple in part.simpler() {
+            let mut body = body.clone();
+            body.parts[index] = simple;
+            found.push((head.clone(), body));
+        }
+    }
+    for index in 0..head.lamps.len() {
+        let mut head = head.clone();
+        head.lamps.remove(index);
+        found.push((head, body.clone()));
+    }
+    if head.fog.is_some() {
+        let fog = None;
+        found.push((
+            Head {
+                fog,
+                ..head.clone()
+            },
+            body.clone(),
+        ));
+    }
+    if head.occlusion != "off" {
+        let occlusion = "off";
+        found.push((
+            Head {
+                occlusion,
+                ..head.clone()
+            },
+            body.clone(),
+        ));
+    }
+    found
+}
+
+/// The most scenes that are tried; a campaign takes what is drawn for much longer for a hang.
+const MAX_TRIALS: usize = 150;
+
+/// The scene without whatever can be taken from it so that it still fails.
+pub(super) fn shrink(
+    head: &Head,
+    body: &Body,
+    mut fails: impl FnMut(&Head, &Body) -> bool,
+) -> (Head, Body) {
+    let mut smallest = (head.clone(), body.clone());
+    let mut trials = 0;
+    let mut still_fails = |(head, body): &(Head, Body)| {
+        trials += 1;
+        trials <= MAX_TRIALS && fails(head, body)
+    };
+    while let Some(found) = simpler(&smallest.0, &smallest.1)
+        .into_iter()
+        .find(&mut still_fails)
+    {
+        smallest = found;
+    }
+    smallest
+}
