@@ -17,3 +17,4 @@ pub mod programs;
 pub mod random;
 pub mod scenes;
 pub mod seeds;
+pub mod shapes;

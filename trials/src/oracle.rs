@@ -68,6 +68,13 @@ impl Oracle {
         self.tree.node(self.tree.root).has_promised_surface
     }
 
+    /// Tells if rows promise the values too, and not only the surface.
+    ///
+    /// Rows of bounds promise no value: engines may be nearer to the surface than they say.
+    pub fn has_promised_values(&self) -> bool {
+        self.tree.node(self.tree.root).has_promised_values
+    }
+
     /// The value at a point, which is negative inside. NaN counts as outside.
     pub fn value(&self, p: Point) -> f64 {
         self.tree.value(self.tree.root, p)

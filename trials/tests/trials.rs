@@ -1,5 +1,7 @@
 //! A share of all campaigns; `SDFC_FUZZ=1000000` runs the long form.
 
+#[path = "trials/claims.rs"]
+mod claims;
 #[path = "trials/damage.rs"]
 mod damage;
 #[path = "trials/found.rs"]

@@ -20,7 +20,7 @@ use sdfc_trials::random::Random;
 use std::path::{Path, PathBuf};
 
 /// A point or a vector.
-type Point = [f64; 3];
+pub(super) type Point = [f64; 3];
 
 /// Files that are imported from a folder.
 struct Folder<'f>(&'f Path);
@@ -32,7 +32,7 @@ impl Loader for Folder<'_> {
 }
 
 /// The scene of a text that may import files of a folder, and what there is to say about it.
-fn elaborated(folder: &Path, text: &str) -> (Scene, Vec<String>) {
+pub(super) fn elaborated(folder: &Path, text: &str) -> (Scene, Vec<String>) {
     let mut sources = Sources::new();
     let file = sources.add("scene", text);
     let options = Options {
@@ -45,23 +45,34 @@ fn elaborated(folder: &Path, text: &str) -> (Scene, Vec<String>) {
     (scene, messages.collect())
 }
 
+/// The scene of a text that may import files of a folder, unless something is wrong with it.
+pub(super) fn elaborated_if_right(folder: &Path, text: &str) -> Option<Scene> {
+    let mut sources = Sources::new();
+    let file = sources.add("scene", text);
+    let options = Options {
+        loader: &Folder(folder),
+        ..Options::default()
+    };
+    elaborate(&mut sources, file, &options).0
+}
+
 /// The scene of a text.
-fn scene(text: &str) -> Scene {
+pub(super) fn scene(text: &str) -> Scene {
     elaborated(Path::new("."), text).0
 }
 
 /// The oracle of a scene's whole.
-fn oracle(scene: &Scene) -> Oracle {
+pub(super) fn oracle(scene: &Scene) -> Oracle {
     Oracle::new(scene, scene.root.expect("the scene has a shape"), 0.0)
 }
 
 /// The oracle of a text.
-fn oracle_of(text: &str) -> Oracle {
+pub(super) fn oracle_of(text: &str) -> Oracle {
     oracle(&scene(text))
 }
 
 /// A scene for the engines.
-fn compiled(scene: Scene) -> Compiled {
+pub(super) fn compiled(scene: Scene) -> Compiled {
     let (compiled, found) = compile(scene, &sdfc_compiler::compile::Options::default());
     let mut compiled = compiled.unwrap_or_else(|| panic!("{found:?}"));
     compiled.module.update(0.0);
@@ -69,7 +80,7 @@ fn compiled(scene: Scene) -> Compiled {
 }
 
 /// The scenes of the examples and of the tests.
-fn files() -> Vec<PathBuf> {
+pub(super) fn files() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut found = Vec::new();
     for folder in ["examples", "tests/scenes", "tests/hard"] {
@@ -81,8 +92,23 @@ fn files() -> Vec<PathBuf> {
     found
 }
 
+/// The scenes that strangers write.
+pub(super) fn strangers() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/strangers");
+    let folders = std::fs::read_dir(root).expect("the folder is there");
+    let folders = folders.map(|entry| entry.expect("an entry").path());
+    let mut found = Vec::new();
+    for folder in folders.filter(|path| path.is_dir()) {
+        let entries = std::fs::read_dir(folder).expect("the folder is there");
+        found.extend(entries.map(|entry| entry.expect("an entry").path()));
+    }
+    found.retain(|path| path.extension().is_some_and(|e| e == "sdf"));
+    found.sort();
+    found
+}
+
 /// A file's scene and its name.
-fn read(path: &Path) -> (Scene, String) {
+pub(super) fn read(path: &Path) -> (Scene, String) {
     let text = std::fs::read_to_string(path).expect("a scene");
     let scene = elaborated(path.parent().expect("a folder"), &text).0;
     let name = path.file_stem().expect("a name").to_string_lossy();
@@ -90,17 +116,17 @@ fn read(path: &Path) -> (Scene, String) {
 }
 
 /// A number from 0 to 1.
-fn unit(r: &mut Random) -> f64 {
+pub(super) fn unit(r: &mut Random) -> f64 {
     r.below(1 << 30) as f64 / f64::from(1 << 30)
 }
 
 /// A point of the cube of this half size.
-fn point(r: &mut Random, half: f64) -> Point {
+pub(super) fn point(r: &mut Random, half: f64) -> Point {
     [0; 3].map(|_| half * (2.0 * unit(r) - 1.0))
 }
 
 /// A direction.
-fn direction(r: &mut Random) -> Point {
+pub(super) fn direction(r: &mut Random) -> Point {
     loop {
         let v = point(r, 1.0);
         let length = norm(v);
@@ -110,12 +136,12 @@ fn direction(r: &mut Random) -> Point {
     }
 }
 
-fn norm(v: Point) -> f64 {
+pub(super) fn norm(v: Point) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// The point `by` times the vector away.
-fn beyond(p: Point, vector: Point, by: f64) -> Point {
+pub(super) fn beyond(p: Point, vector: Point, by: f64) -> Point {
     [0, 1, 2].map(|i| p[i] + by * vector[i])
 }
 

@@ -1,0 +1,377 @@
+//! Random shapes as texts: every primitive, combination and change of the language.
+//!
+//! Lengths are multiples of 1/64, which `f32` holds exactly, and about as large as a unit. Some are
+//! degenerate on purpose: zero where that is allowed, as large as fits, or equal to each other.
+
+use crate::random::Random;
+
+/// The denominator of all lengths.
+const LENGTH_STEPS_PER_UNIT: f64 = 64.0;
+/// The chance of a degenerate number, in percent.
+const DEGENERATE_PERCENT: usize = 12;
+
+/// A multiple of 1/64 between two lengths.
+pub fn length(r: &mut Random, least: f64, most: f64) -> f64 {
+    let steps = ((most - least) * LENGTH_STEPS_PER_UNIT) as usize;
+    least + r.below(steps + 1) as f64 / LENGTH_STEPS_PER_UNIT
+}
+
+/// A length that may be zero.
+fn length_or_zero(r: &mut Random, most: f64) -> f64 {
+    if r.chance(DEGENERATE_PERCENT) {
+        return 0.0;
+    }
+    length(r, 1.0 / LENGTH_STEPS_PER_UNIT, most)
+}
+
+/// A rounding between zero and the most that fits, either end included.
+fn rounding(r: &mut Random, most: f64) -> f64 {
+    match r.below(6) {
+        0 => most,
+        1 => 0.0,
+        _ => most * r.below(64) as f64 / 64.0,
+    }
+}
+
+/// A vector whose components have a sign.
+fn vector(r: &mut Random, most: f64) -> [f64; 3] {
+    [0; 3].map(|_| length(r, -most, most))
+}
+
+/// A vector that is not zero.
+fn direction(r: &mut Random) -> [f64; 3] {
+    let v = vector(r, 1.0);
+    if v == [0.0; 3] { [0.0, 1.0, 0.0] } else { v }
+}
+
+/// A whole number of degrees.
+fn degrees(r: &mut Random, least: usize, most: usize) -> usize {
+    least + r.below(most - least + 1)
+}
+
+/// A solid whose row promises exact distances everywhere, centred near the origin.
+pub fn exact_solid(r: &mut Random) -> String {
+    let [a, b, c] = [0; 3].map(|_| length(r, 0.125, 0.875));
+    match r.below(17) {
+        0 => format!("sphere({a})"),
+        1 => format!("box({a}, {b}, {c})"),
+        2 => {
+            let round = rounding(r, a.min(b).min(c) / 2.0);
+            format!("box({a}, {b}, {c}, round: {round})")
+        }
+        3 => format!("capsule(h: {}, r: {b})", length_or_zero(r, 0.875)),
+        4 => {
+            let from = vector(r, 0.5);
+            let to = vector(r, 0.5);
+            format!("capsule(from: {from:?}, to: {to:?}, r: {})", a / 2.0)
+        }
+        5 => format!("torus(r1: {a}, r2: {})", a.min(b)),
+        6 => format!(
+            "torus(r1: {a}, r2: {}, angle: {}deg)",
+            a.min(b) / 2.0,
+            degrees(r, 1, 359)
+        ),
+        7 => format!("cylinder(r: {a}, h: {b})"),
+        8 => format!(
+            "cylinder(r: {a}, h: {b}, round: {})",
+            rounding(r, a.min(b / 2.0))
+        ),
+        9 => {
+            let (from, to) = (vector(r, 0.5), vector(r, 0.5));
+            format!("cylinder(from: {from:?}, to: {to:?}, r: {})", a / 2.0)
+        }
+        10 => format!("cone(r1: {a}, r2: {}, h: {c})", length_or_zero(r, 0.75)),
+        11 => {
+            let (top, round) = (length_or_zero(r, 0.75), rounding(r, a.min(c) / 8.0));
+            format!("cone(r1: {a}, r2: {top}, h: {c}, round: {round})")
+        }
+        12 => format!("round_cone(r1: {a}, r2: {b}, h: {c})"),
+        13 => format!("prism({}, {a}, {b})", 2 + r.below(7)),
+        14 => format!("octahedron({a})"),
+        15 => format!("pyramid({a}, {b})"),
+        _ => {
+            let tube = b.min(c) / 4.0;
+            format!(
+                "link({}, {}, {tube})",
+                length_or_zero(r, 0.5),
+                tube + a / 2.0
+            )
+        }
+    }
+}
+
+/// A figure whose row promises exact distances everywhere.
+pub fn exact_figure(r: &mut Random) -> String {
+    let [a, b] = [0; 2].map(|_| length(r, 0.125, 0.875));
+    match r.below(7) {
+        0 => format!("circle({a})"),
+        1 => format!("rect({a}, {b})"),
+        2 => format!("rect([{a}, {b}], round: {})", rounding(r, a.min(b) / 2.0)),
+        3 => {
+            let ([x, y, _], [u, v, _]) = (vector(r, 0.5), vector(r, 0.5));
+            format!("segment([{x}, {y}], [{u}, {v}], r: {})", a / 2.0)
+        }
+        4 => format!("ngon({}, {a})", 2 + r.below(7)),
+        5 => format!("star({}, {a}, {b})", 2 + r.below(6)),
+        _ => {
+            let count = 3 + r.below(4);
+            let corner = |at: usize| {
+                let (sine, cosine) = (std::f64::consts::TAU * at as f64 / count as f64).sin_cos();
+                let away = length(r, 0.25, 0.75);
+                [cosine * away, sine * away]
+            };
+            polygon((0..count).map(corner).collect())
+        }
+    }
+}
+
+/// A polygon whose sides may cross each other.
+pub fn crossing_polygon(r: &mut Random) -> String {
+    let count = 3 + r.below(4);
+    let corners = (0..count).map(|_| [length(r, -0.75, 0.75), length(r, -0.75, 0.75)]);
+    polygon(corners.collect())
+}
+
+/// The polygon of these corners, on multiples of 1/64.
+fn polygon(corners: Vec<[f64; 2]>) -> String {
+    let rounded = |v: f64| (v * LENGTH_STEPS_PER_UNIT).round() / LENGTH_STEPS_PER_UNIT;
+    let corners: Vec<_> = corners
+        .into_iter()
+        .map(|corner| corner.map(rounded))
+        .collect();
+    format!("polygon({corners:?})")
+}
+
+/// A solid whose row promises a bound, or exact distances outside only.
+fn bound_solid(r: &mut Random) -> String {
+    let [a, b, c] = [0; 3].map(|_| length(r, 0.25, 0.875));
+    match r.below(8) {
+        0 => format!("box_frame([{a}, {b}, {c}], {})", a.min(b).min(c) / 4.0),
+        1 => format!("torus(r1: {}, r2: {})", a.min(b) / 2.0, a.max(b)),
+        2 => format!("ellipsoid([{a}, {b}, {c}])"),
+        3 => format!("tetrahedron({a})"),
+        4 => format!("(gyroid({a}, {}) & box({b}))", a / 8.0),
+        5 => format!("(schwarz_p({a}, {}) & sphere({b}))", a / 8.0),
+        6 => format!("(diamond({a}, {}) & box({b}, {c}, 1))", a / 8.0),
+        _ => format!(
+            "{}.extrude({a}, round: {})",
+            exact_figure(r),
+            rounding(r, a / 2.0)
+        ),
+    }
+}
+
+/// A solid without an end, cut or not.
+fn endless_solid(r: &mut Random) -> String {
+    let solid = match r.below(3) {
+        0 => format!("plane({:?}, at: {})", direction(r), length(r, -0.5, 0.5)),
+        1 => format!("slab({:?}, {})", direction(r), length(r, 0.125, 0.75)),
+        _ => format!("infinite_cone({}deg)", degrees(r, 2, 180)),
+    };
+    match r.chance(50) {
+        true => format!("({solid} & sphere({}))", length(r, 0.5, 1.0)),
+        false => solid,
+    }
+}
+
+/// A field that someone writes: no slope is stated, or one that holds.
+fn field(r: &mut Random) -> String {
+    let (a, b) = (length(r, 0.25, 1.0), length(r, 0.25, 2.0));
+    let w = length(r, 1.0, 9.0);
+    let formula = match r.below(14) {
+        0 => format!("length(p) - {a}"),
+        1 => format!("dot(p, p) - {a}"),
+        2 => format!("{b} * (length(p.xz) - {a}) + 0.25 * sin({w} * p.y)"),
+        3 => format!("p.y - {a} * sin({b} * p.x) * cos({b} * p.z)"),
+        4 => format!("p.y - {b} * fbm(p * 0.5, octaves: 3)"),
+        5 => format!("p.x * p.x * p.x + p.y * p.y + p.z * p.z * {b} - {a}"),
+        6 => format!("{a} - 1 / (1 + {b} * dot(p, p))"),
+        7 => format!("max(abs(p.x), max(abs(p.y), abs(p.z))) - {a}"),
+        8 => format!("0.5 - exp(-{b} * dot(p, p)) - exp(-dot(p - [1, 0, 0], p - [1, 0, 0]))"),
+        9 => format!("sqrt(p.x * p.x + {b} * p.z * p.z + 0.125) - {a}"),
+        10 => format!("length(p) - {a} + 0.125 * noise({w} * p)"),
+        11 => format!("sin({w} * p.x) * cos({w} * p.y) + sin({w} * p.y) * cos({w} * p.z) - {a}"),
+        12 => format!("tanh({b} * (p.y + {a})) + 0.25 * atan2(p.x, 2 + p.z * p.z) / 1rad"),
+        _ => format!(
+            "if p.y > 0 {{ length(p) - {a} }} else {{ max(length(p.xz) - {a}, -p.y - {b}) }}"
+        ),
+    };
+    let ends = match r.below(4) {
+        0 => "",
+        1 => ", within: 2.5",
+        _ => ", within: 4",
+    };
+    format!("field(fn(p) => {formula}{ends})")
+}
+
+/// A random shape, nested at most `depth` deep.
+pub fn solid(r: &mut Random, depth: usize) -> String {
+    if depth == 0 || r.chance(15) {
+        let shape = match r.below(10) {
+            0..=5 => exact_solid(r),
+            6 | 7 => bound_solid(r),
+            8 => field(r),
+            _ => endless_solid(r),
+        };
+        return match r.chance(50) {
+            true => format!("{shape}.translate({})", listed(vector(r, 0.75))),
+            false => shape,
+        };
+    }
+    if r.chance(35) {
+        let (a, b) = (solid(r, depth - 1), solid(r, depth - 1));
+        let operator = operator(r);
+        return match r.below(12) {
+            0 => format!("xor({a}, {b})"),
+            1 => format!("{a}.morph({b}, {})", length_or_zero(r, 1.0)),
+            2 => format!("union([{a}, {b}, {}])", exact_solid(r)),
+            _ => format!("({a} {operator} {b})"),
+        };
+    }
+    let child = match r.below(12) {
+        0 => return from_figure(r),
+        _ => solid(r, depth - 1),
+    };
+    format!("{child}.{}", change(r))
+}
+
+/// An operator between two shapes.
+fn operator(r: &mut Random) -> String {
+    let k = length_or_zero(r, 0.4);
+    let set = r.pick(&["|", "&", "-"]);
+    match r.below(10) {
+        0..=2 => set.to_owned(),
+        3 => format!("{set}[{k}]"),
+        4 => format!("{set}[cubic, {k}]"),
+        5 => format!("{set}[circular, {k}]"),
+        6 => format!("{set}[exponential, {k}]"),
+        7 => format!("{set}[chamfer, {k}]"),
+        8 => format!("{set}[fillet, {k}]"),
+        _ if set == "|" && r.chance(50) => format!("|[distance, {k}]"),
+        _ => format!("{set}[stairs, {k}, n: {}]", 1 + r.below(4)),
+    }
+}
+
+/// A solid made of a figure.
+fn from_figure(r: &mut Random) -> String {
+    let mut figure = exact_figure(r);
+    if r.chance(40) {
+        let other = exact_figure(r);
+        figure = format!(
+            "({figure} {} {other})",
+            r.pick(&["|", "&", "-", "|[0.125]"])
+        );
+    }
+    let a = length(r, 0.125, 1.0);
+    match r.below(5) {
+        0 | 1 => format!("{figure}.extrude({a})"),
+        2 => format!("{figure}.extrude({a}, round: {})", rounding(r, a / 2.0)),
+        3 => format!("{figure}.revolve(offset: {})", length(r, 0.0, 1.0)),
+        _ => format!(
+            "{figure}.revolve(offset: {a}, angle: {}deg)",
+            degrees(r, 1, 360)
+        ),
+    }
+}
+
+/// A method that changes a shape.
+fn change(r: &mut Random) -> String {
+    let (a, b) = (length(r, 0.0625, 1.0), length(r, 0.5, 2.0));
+    let axes = r.pick(&["[1, 0, 0]", "[0, 1, 0]", "[1, 0, 1]", "[1, 1, 1]"]);
+    match r.below(27) {
+        0 | 1 => format!("translate({})", listed(vector(r, 1.0))),
+        2 | 3 => format!("rotate({}deg, {:?})", degrees(r, 0, 360), direction(r)),
+        4 => format!("scale({b})"),
+        5 => format!(
+            "scale([{b}, {}, {}])",
+            length(r, 0.5, 2.0),
+            length(r, 0.5, 2.0)
+        ),
+        6 => format!(
+            "shear(xy: {}, yz: {})",
+            length(r, -0.5, 0.5),
+            length(r, -0.5, 0.5)
+        ),
+        7 => format!("reflect({:?}, at: {a})", direction(r)),
+        8 => format!("mirror({axes})"),
+        9 => format!("mirror({:?}, at: {})", direction(r), length(r, -0.5, 0.5)),
+        10 => format!(
+            "repeat([{}, 0, {}])",
+            length(r, 0.5, 3.0),
+            length(r, 0.5, 3.0)
+        ),
+        11 => {
+            let spacing = [0; 3].map(|_| length(r, 0.5, 3.0));
+            let counts = [0; 3].map(|_| 1 + r.below(3));
+            format!("repeat({spacing:?}, count: {counts:?})")
+        }
+        12 => format!("polar({})", 1 + r.below(9)),
+        13 => format!("translate({b}, 0, {a}).polar({})", 1 + r.below(9)),
+        14 => format!(
+            "elongate([{}, {}, {}])",
+            length_or_zero(r, 1.0),
+            a,
+            length_or_zero(r, 0.5)
+        ),
+        15 => format!("twist({}deg)", degrees(r, 0, 120)),
+        16 => format!("bend({}deg)", degrees(r, 0, 90)),
+        17 => format!("offset({})", length(r, -0.25, 0.25)),
+        18 => format!("shell({})", a / 4.0),
+        19 => format!(
+            "displace(fn(p) => {} * sin({} * p.x) * sin(5 * p.y))",
+            a / 8.0,
+            length(r, 1.0, 9.0)
+        ),
+        20 => format!(
+            "displace(fn(p) => {} * noise({} * p))",
+            a / 4.0,
+            length(r, 1.0, 6.0)
+        ),
+        21 => format!("displace(fn(p) => {} * p.y * p.y)", a / 4.0),
+        22 | 23 => format!("warp(fn(p) => {})", warp(r)),
+        24 => format!("slice({:?}, at: {})", direction(r), length(r, -0.25, 0.25)),
+        25 => format!(
+            "section({:?}, at: {}).extrude({a})",
+            direction(r),
+            length(r, -0.25, 0.25)
+        ),
+        _ => format!("complement() & box({b})"),
+    }
+}
+
+/// A change of space.
+fn warp(r: &mut Random) -> String {
+    let (a, b, w) = (
+        length(r, 0.0625, 0.5),
+        length(r, 0.5, 2.0),
+        length(r, 1.0, 6.0),
+    );
+    match r.below(12) {
+        0 => format!(
+            "p + {} * [sin({w} * p.y), sin({w} * p.z), sin({w} * p.x)]",
+            a / 2.0
+        ),
+        1 => format!("p * dot(p, p) * {b}"),
+        2 => format!("[p.x, p.y + {a} * p.x * p.x, p.z]"),
+        3 => format!("p / ({a} + length(p))"),
+        4 => format!(
+            "[p.x * cos({a} * p.z * 1rad) - p.y * sin({a} * p.z * 1rad), \
+             p.x * sin({a} * p.z * 1rad) + p.y * cos({a} * p.z * 1rad), p.z]"
+        ),
+        5 => format!("[abs(p.x) - {a}, p.y, abs(p.z) - {a}]"),
+        6 => format!("p * {b} + [{a}, 0, 0]"),
+        7 => format!("[p.x * (1 + {a} * p.y), p.y, p.z * (1 + {a} * p.y)]"),
+        8 => format!(
+            "p + {} * [noise({w} * p), 0, noise({w} * p + [9, 0, 0])]",
+            a / 2.0
+        ),
+        9 => format!("[p.x, p.y, p.z + {a} * sqrt(0.25 + p.x * p.x)]"),
+        10 => "[p.z, p.x, p.y]".to_owned(),
+        _ => format!("[p.x * exp({a} * p.y), p.y, p.z]"),
+    }
+}
+
+/// Numbers as arguments of a call.
+fn listed(v: [f64; 3]) -> String {
+    format!("{}, {}, {}", v[0], v[1], v[2])
+}
