@@ -18,5 +18,6 @@ mod precise;
 mod published;
 mod recorded;
 mod rounding;
+mod slack;
 mod slopes;
 mod table;

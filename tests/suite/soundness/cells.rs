@@ -1,0 +1,289 @@
+//! What is claimed of cells holds in them.
+
+use super::samples::{Field, all, is_long, point_at, points_of, put, zeros};
+use sdfc_runtime::cells::{Cell, Held, Region};
+use sdfc_trials::random::Random;
+use sdfc_vm::evaluate::{evaluate_f64, gradient};
+use sdfc_vm::lanes::{Column, LANES, Points};
+use sdfc_vm::real::Vector3;
+use sdfc_vm::tape::Clause;
+use sdfc_vm::tape::choose::Chooser;
+use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::tape::single::{Registers, run};
+use sdfc_vm::vector::V3;
+
+/// The number of leaves of a field that are looked at.
+const LEAVES: usize = 40;
+
+fn leaves_looked_at() -> usize {
+    if is_long() { LEAVES * 20 } else { LEAVES }
+}
+
+/// The largest coordinate of a box.
+fn largest(region: &Region) -> f32 {
+    let ends = region.low.iter().chain(&region.high);
+    ends.fold(0.0, |most, v| most.max(v.abs()))
+}
+
+fn is_same(a: f32, b: f32) -> bool {
+    a.to_bits() == b.to_bits() || a == b || (a.is_nan() && b.is_nan())
+}
+
+/// Looks at points of leaves in turn: `check` is given a leaf, its points and the values of the whole there.
+fn in_leaves(
+    field: &Field,
+    band: f32,
+    mut check: impl FnMut(&Cell, &[Clause], &Points, &Column, &mut Machine<f32>),
+) -> usize {
+    let cells = field.cells(band);
+    let leaves: Vec<u32> = cells.leaves().collect();
+    let mut machine = field.machine();
+    let mut random = Random::new(leaves.len() as u64);
+    let step = leaves.len().div_ceil(leaves_looked_at()).max(1);
+    let mut looked = 0;
+    for &leaf in leaves.iter().skip(random.below(step)).step_by(step) {
+        let (cell, tape) = (cells.cell(leaf), cells.tape(leaf));
+        let points = points_of(&cell.region, &mut random);
+        let values = field.values(&mut machine, &field.tape.clauses, &points);
+        check(cell, tape, &points, &values, &mut machine);
+        if let Some(points) = zeros(field, &mut machine, &points, &values, &mut random) {
+            let values = field.values(&mut machine, &field.tape.clauses, &points);
+            check(cell, tape, &points, &values, &mut machine);
+        }
+        looked += 1;
+    }
+    looked
+}
+
+#[test]
+fn tapes_of_cells_give_the_values_of_the_whole() {
+    let (mut leaves, mut shorter, mut failures) = (0, 0, Vec::new());
+    for field in all() {
+        for band in [0.0, f32::INFINITY] {
+            let origin = V3::of(0.0, 0.0, 0.0);
+            let mut registers = Registers::<f64>::new(field.tape.values, field.tape.points, origin);
+            let looked = in_leaves(&field, band, |cell, tape, points, values, machine| {
+                shorter += usize::from(tape.len() < field.tape.clauses.len());
+                let kept = field.values(machine, tape, points);
+                let size = f64::from(largest(&cell.region));
+                for lane in 0..LANES {
+                    let (a, b) = (values.0[lane], kept.0[lane]);
+                    let p = point_at(points, lane);
+                    if !is_same(a, b) {
+                        failures.push(format!(
+                            "{} at {p:?}: {a} by all, {b} in the cell",
+                            field.name
+                        ));
+                    }
+                    // What f32 decides is decided for real numbers, too, but for what it rounds.
+                    let [x, y, z] = p.map(f64::from);
+                    let mut wide = |tape| {
+                        run::<f64>(
+                            &field.program,
+                            tape,
+                            &mut registers,
+                            V3::of(x, y, z),
+                            |_, _, _, _| {},
+                        )
+                    };
+                    let (a, b) = (wide(&field.tape.clauses), wide(tape));
+                    let rounding = (f64::from(values.0[lane]) - a).abs() + 1e-6 * size;
+                    if (a - b).abs() > 2.0 * rounding {
+                        failures.push(format!(
+                            "{} at {p:?}: {a} by all, {b} in the cell, in f64",
+                            field.name
+                        ));
+                    }
+                }
+            });
+            leaves += looked;
+        }
+    }
+    report(&failures);
+    assert!(
+        shorter > 1000,
+        "only {shorter} of {leaves} tapes were shorter"
+    );
+}
+
+#[test]
+fn bounds_of_boxes_hold_the_values_in_them() {
+    let (mut bounded, mut failures) = (0, Vec::new());
+    for field in all() {
+        let mut chooser = Chooser::new(&field.tape);
+        in_leaves(&field, 0.0, |cell, tape, points, values, _| {
+            cell.region.put(chooser.boxes(), 0);
+            let [low, high] = *chooser.run(&field.program, tape, 1);
+            let (low, high) = (low.0[0], high.0[0]);
+            bounded += usize::from(low > f32::NEG_INFINITY && high < f32::INFINITY);
+            for lane in 0..LANES {
+                let value = values.0[lane];
+                // Comparing with NaN is false, and what is not a number is bounded by nothing.
+                if value < low || value > high {
+                    let p = point_at(points, lane);
+                    failures.push(format!(
+                        "{} at {p:?}: {value} outside of {low} to {high}",
+                        field.name
+                    ));
+                }
+            }
+        });
+    }
+    report(&failures);
+    assert!(bounded > 1000, "only {bounded} boxes had bounds");
+}
+
+#[test]
+fn slopes_and_gradients_of_cells_bound_those_in_them() {
+    let (mut gradients, mut slopes, mut failures) = (0, 0, Vec::new());
+    for field in all() {
+        in_leaves(&field, 0.0, |cell, _, points, values, _| {
+            let Some(bounds) = cell.gradient else { return };
+            gradients += 1;
+            slopes += usize::from(cell.slope < 1.0);
+            for lane in 0..LANES {
+                let p = point_at(points, lane);
+                let [x, y, z] = p.map(f64::from);
+                let found = gradient::<f64>(&field.program, V3::of(x, y, z)).gradient;
+                let is_within = [found.x, found.y, found.z]
+                    .into_iter()
+                    .zip(bounds)
+                    .all(|(v, [low, high])| f64::from(low) <= v && v <= f64::from(high));
+                let is_flat = cell.slope == 1.0 || found.length() <= f64::from(cell.slope);
+                if !(is_within && is_flat) {
+                    failures.push(format!(
+                        "{} at {p:?}: {found:?} outside of {bounds:?}, {}",
+                        field.name, cell.slope
+                    ));
+                }
+                // From point to point the field changes by no more than that, jumps included.
+                let other = (lane + 1) % LANES;
+                let q = point_at(points, other);
+                let change = f64::from(values.0[other]) - f64::from(values.0[lane]);
+                let most: f64 = (0..3)
+                    .map(|axis| {
+                        let [low, high] = bounds[axis].map(f64::from);
+                        let way = f64::from(q[axis]) - f64::from(p[axis]);
+                        (low * way).max(high * way)
+                    })
+                    .sum();
+                if change > most + 2e-6 * f64::from(largest(&cell.region)) {
+                    failures.push(format!(
+                        "{} from {p:?} to {q:?}: {change} is more than {most}",
+                        field.name
+                    ));
+                }
+            }
+        });
+    }
+    report(&failures);
+    assert!(
+        gradients > 300 && slopes > 100,
+        "{gradients} gradients, {slopes} slopes"
+    );
+}
+
+/// At no zero of a field does a cell say that there is nothing, or nothing but the solid.
+#[test]
+fn no_surface_lies_where_nothing_is_kept() {
+    let (mut found, mut failures) = (0, Vec::new());
+    for field in all() {
+        let cells = field.cells(0.0);
+        let mut machine = field.machine();
+        let mut random = Random::new(7);
+        for _ in 0..if is_long() { 400 } else { 24 } {
+            let points = points_of(&field.region, &mut random);
+            let values = field.values(&mut machine, &field.tape.clauses, &points);
+            let Some(points) = zeros(&field, &mut machine, &points, &values, &mut random) else {
+                continue;
+            };
+            for lane in 0..LANES {
+                let p = point_at(&points, lane);
+                let value = evaluate_f64(&field.program, p.map(f64::from));
+                let noise = 1e-6 * f64::from(largest(&field.region));
+                let is_wrong = match cells.held_at(p) {
+                    Held::Nothing => value < -noise,
+                    Held::Solid => value > noise,
+                    Held::Leaf(_) => false,
+                };
+                found += 1;
+                if is_wrong {
+                    failures.push(format!(
+                        "{} at {p:?}: {value}, {:?}",
+                        field.name,
+                        cells.held_at(p)
+                    ));
+                }
+            }
+        }
+    }
+    report(&failures);
+    assert!(found > 10_000, "only {found} points near zeros");
+}
+
+/// Points that rounding puts beyond a face find a tape that holds there, too.
+#[test]
+fn points_beside_faces_find_tapes_that_hold() {
+    let (mut found, mut failures) = (0, Vec::new());
+    for field in all() {
+        let cells = field.cells(f32::INFINITY);
+        let leaves: Vec<u32> = cells.leaves().collect();
+        let mut machine = field.machine();
+        let mut random = Random::new(11);
+        for _ in 0..leaves_looked_at() {
+            let leaf = random.pick(&leaves);
+            let Region { low, high } = cells.cell(leaf).region;
+            let mut points = points_of(&cells.cell(leaf).region, &mut random);
+            for lane in 0..32 {
+                let mut p = point_at(&points, lane);
+                for axis in 0..3 {
+                    if p[axis] == low[axis] || p[axis] == high[axis] {
+                        p[axis] = beside(p[axis], random.below(9) as i32 - 4);
+                    }
+                }
+                put(&mut points, lane, p);
+            }
+            let whole = field.values(&mut machine, &field.tape.clauses, &points);
+            for lane in 0..32 {
+                let p = point_at(&points, lane);
+                let Held::Leaf(leaf) = cells.held_at(p) else {
+                    continue;
+                };
+                if !cells.region().holds(p) {
+                    continue;
+                }
+                let kept = field.values(&mut machine, cells.tape(leaf), &points).0[lane];
+                found += 1;
+                if !is_same(whole.0[lane], kept) {
+                    failures.push(format!(
+                        "{} at {p:?}: {} by all, {kept} in the cell",
+                        field.name, whole.0[lane]
+                    ));
+                }
+            }
+        }
+    }
+    report(&failures);
+    assert!(found > 10_000, "only {found} points were looked up");
+}
+
+/// The number so many steps of `f32` above another.
+pub(super) fn beside(v: f32, steps: i32) -> f32 {
+    (0..steps.abs()).fold(v, |v, _| {
+        if steps > 0 {
+            v.next_up()
+        } else {
+            v.next_down()
+        }
+    })
+}
+
+fn report(failures: &[String]) {
+    let first = failures
+        .iter()
+        .take(20)
+        .cloned()
+        .collect::<Vec<_>>()
+        .join("\n");
+    assert!(failures.is_empty(), "{} failures\n{first}", failures.len());
+}

@@ -1,0 +1,190 @@
+//! What intervals of `f32` allow for errors of elementary functions: the smallest intervals that need it.
+
+use crate::fixture::Random;
+use sdfc_vm::elementary::{arctangent, cosine, exponential, logarithm, perlin, sine};
+use sdfc_vm::interval::{FloatInterval, NOISE_STEEPNESS};
+use sdfc_vm::outward::{self, Ends};
+use sdfc_vm::real::{Real, Vector3};
+use sdfc_vm::vector::V3;
+
+/// The most neighbours from a number on.
+const RUN: usize = 12;
+
+/// Demands that intervals of a few neighbours hold the function of each, and that for some its ends alone would not.
+fn check(
+    name: &str,
+    arguments: impl Fn(&mut Random) -> f32,
+    function: fn(f32) -> f32,
+    over: fn(FloatInterval) -> FloatInterval,
+) {
+    let needed = check_held(name, arguments, function, over);
+    assert!(needed > 0, "{name}: no interval needs its slack");
+}
+
+/// Demands that intervals hold the function; gives the number of values that their ends alone would not.
+fn check_held(
+    name: &str,
+    arguments: impl Fn(&mut Random) -> f32,
+    function: fn(f32) -> f32,
+    over: fn(FloatInterval) -> FloatInterval,
+) -> usize {
+    let mut random = Random::new(91);
+    let mut needed = 0;
+    for _ in 0..20_000 {
+        let first = arguments(&mut random);
+        let length = 2 + (random.unit() * (RUN - 1) as f64) as usize;
+        let mut run = vec![first];
+        run.extend((1..length).scan(first, |v, _| {
+            *v = v.next_up();
+            Some(*v)
+        }));
+        let hull = over(FloatInterval {
+            lo: first,
+            hi: run[length - 1],
+        });
+        let [a, b] = [first, run[length - 1]].map(function);
+        for x in run {
+            let v = function(x);
+            assert!(
+                hull.contains(v),
+                "{name} of {x}: {v} outside {hull:?} from {first}"
+            );
+            needed += usize::from(v < a || v > b);
+        }
+    }
+    needed
+}
+
+/// A number behind which the power of two falls by a step.
+const FALLING_POWER: f64 = -0.360_671_07;
+
+/// One of two numbers, the second at or a little below a place where a function goes over into another piece.
+fn one_of(random: &mut Random, any: f64, seam: f64) -> f32 {
+    match random.unit() < 0.5 {
+        true => any as f32,
+        false => {
+            let steps = (random.unit() * RUN as f64 / 2.0) as usize;
+            (0..steps).fold(seam as f32, |v, _| v.next_down())
+        }
+    }
+}
+
+#[test]
+fn elementary_functions_leave_the_ends_of_their_intervals_by_rounding() {
+    let power = |r: &mut Random| {
+        let x = r.range(-20.0, 20.0);
+        one_of(r, x, FALLING_POWER)
+    };
+    check("exp2", power, exponential, Real::exp2);
+    let logarithm_of = |r: &mut Random| {
+        let x = r.range(-8.0, 8.0);
+        one_of(r, x.exp2(), ((x * 2.0).round() / 2.0).exp2())
+    };
+    // It rises everywhere, so that its ends hold all; the power and it share their slack.
+    check_held("log2", logarithm_of, logarithm, Real::log2);
+    // Nor do sines and angles fall where they should rise, wherever it was tried.
+    let angle = |r: &mut Random| {
+        let x = r.range(-30.0, 30.0);
+        let quarter = std::f64::consts::FRAC_PI_4;
+        one_of(r, x, (x / quarter).round() * quarter)
+    };
+    check_held("sin", angle, sine, Real::sin);
+    check_held("cos", angle, cosine, Real::cos);
+    let side = |r: &mut Random| {
+        let x = r.range(-2.0, 2.0);
+        one_of(r, x, x)
+    };
+    check_held(
+        "atan2",
+        side,
+        |y| arctangent(y, 0.7),
+        |y| y.atan2(FloatInterval::point(0.7)),
+    );
+}
+
+/// Crests that lie beyond the end of an interval by less than what the sine is off are in it.
+#[test]
+fn crests_beside_the_ends_of_an_interval_are_seen() {
+    let mut random = Random::new(92);
+    for _ in 0..2_000 {
+        let turns = random.range(-30.0, 30.0).round();
+        let crest = ((turns + 0.25) * std::f64::consts::TAU) as f32;
+        let side = random.range(1e-4, 1.0) as f32;
+        for (lo, hi) in [
+            (crest - side, crest.next_down()),
+            (crest.next_up(), crest + side),
+            (crest, crest + side),
+        ] {
+            let hull = FloatInterval { lo, hi }.sin();
+            for x in [lo, hi, lo.next_up(), hi.next_down()] {
+                assert!(hull.contains(sine(x)), "{x} of {lo} to {hi}: {hull:?}");
+            }
+        }
+    }
+}
+
+/// Of noise, a box of no size has its value, and small boxes hold that of their corners.
+#[test]
+fn noise_leaves_its_middle_by_rounding() {
+    let mut random = Random::new(93);
+    for scale in [1.0, 100.0, 10_000.0] {
+        for _ in 0..2_000 {
+            let corner = random.point(scale).map(|v| v as f32);
+            let steps = (random.unit() * 4.0) as u32;
+            let end = corner.map(|v| (0..steps).fold(v, |v, _| v.next_up()));
+            let side = |axis: usize| FloatInterval {
+                lo: corner[axis],
+                hi: end[axis],
+            };
+            let seed = FloatInterval::point(3.0);
+            let hull = FloatInterval::noise(V3::of(side(0), side(1), side(2)), seed);
+            for number in 0..8 {
+                let p = [0, 1, 2].map(|axis| {
+                    if number >> axis & 1 == 0 {
+                        corner[axis]
+                    } else {
+                        end[axis]
+                    }
+                });
+                let v = f32::noise(V3::of(p[0], p[1], p[2]), 3.0);
+                assert!(hull.contains(v), "noise at {p:?}: {v} outside {hull:?}");
+            }
+        }
+    }
+}
+
+/// Boxes around the steepest places that are found, as long as they are wide along the gradient.
+#[test]
+fn noise_leaves_its_middle_as_steeply_as_it_can() {
+    let mut random = Random::new(94);
+    let mut steepest = ([0.0; 3], V3::of(0.0, 0.0, 0.0), 0.0);
+    for _ in 0..100_000 {
+        let (cell, inner) = (random.point(500.0), random.point(0.15));
+        let p = [0, 1, 2].map(|i| cell[i].floor() + 0.5 + inner[i]);
+        let (_, slope) = perlin::<f64>(V3::of(p[0], p[1], p[2]), 3.0);
+        if slope.length() > steepest.2 {
+            steepest = (p, slope, slope.length());
+        }
+    }
+    let (p, slope, length) = steepest;
+    assert!(length > 0.78 * NOISE_STEEPNESS, "{length}");
+    let way = 0.02 / length;
+    let [a, b] = [-way, way]
+        .map(|way| [0, 1, 2].map(|i| (p[i] + [slope.x, slope.y, slope.z][i] * way) as f32));
+    let side = |axis: usize| FloatInterval::between(a[axis], b[axis]);
+    let hull = FloatInterval::noise(V3::of(side(0), side(1), side(2)), FloatInterval::point(3.0));
+    let sides = [0, 1, 2].map(|axis| Ends {
+        low: a[axis].min(b[axis]),
+        high: a[axis].max(b[axis]),
+    });
+    let of_devices = outward::noise(sides, 3.0);
+    for p in [a, b] {
+        let v = f32::noise(V3::of(p[0], p[1], p[2]), 3.0);
+        assert!(hull.contains(v), "noise at {p:?}: {v} outside {hull:?}");
+        let Ends { low, high } = of_devices;
+        assert!(
+            low <= v && v <= high,
+            "noise at {p:?}: {v} outside {low} to {high}"
+        );
+    }
+}
