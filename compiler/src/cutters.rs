@@ -78,7 +78,7 @@ enum Step {
     Within(Bounds),
 }
 
-/// What a cutter cuts: the body, its size, and the other cutters.
+/// The body that a cutter cuts, its size, and the other cutters.
 struct Cut {
     body: ShapeId,
     size: f64,

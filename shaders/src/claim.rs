@@ -13,17 +13,17 @@
 //! | 4 | a little beyond the place where the gradient says that the surface is |
 //! | 5 | twice as far beyond, where a raw field did not get below zero |
 //!
-//! Where the field is above zero in phase 4, and a raw one does not go on falling, another face begins there: the
-//! look goes on from that place, along the edge between the faces, in at most three rounds of these phases. A
+//! Another face begins where the field is above zero in phase 4, and a raw one does not go on falling: the look
+//! goes on from that place, along the edge between the faces, in at most three rounds of these phases. A
 //! surface is there once the field is below zero, and nowhere else: a cutter leaves faces in the field that
 //! nothing is behind. So light depends on surfaces alone: not on how far a cutter reaches out of what it cuts, nor
 //! on a factor on a field or a bound of its slope.
 
 use sdfc_vm::real::{Real, Vector3, lit};
 
-/// How far beyond the expected surface is looked, as a fraction of the way to it.
+/// The way of the look beyond the expected surface, as a fraction of the way to it.
 const BEYOND: f64 = 0.02;
-/// How far apart the points are by which the gradient is found, as a fraction of the value.
+/// The distance of the points by which the gradient is found, as a fraction of the value.
 const APART: f64 = 0.02;
 /// The same at least, in units of what rounding can make of the field.
 const APART_ROUNDINGS: f64 = 64.0;
@@ -37,7 +37,7 @@ pub const NOTHING: f32 = 1e18;
 /// The last phase.
 pub const LAST_PHASE: f32 = 5.0;
 
-/// How far apart the points are by which the gradient is found.
+/// The distance of the points by which the gradient is found.
 #[inline(always)]
 pub fn apart<R: Real>(value: R, rounding: R) -> R {
     (value.abs() * lit(APART)).max(rounding * lit(APART_ROUNDINGS))
@@ -67,8 +67,8 @@ pub fn offset<R: Real>(offset: R::Vec3, value: R, gradient: R::Vec3) -> R::Vec3 
     offset + toward::<R>(value, gradient, offset) * lit::<R>(1.0 + BEYOND)
 }
 
-/// Where a phase evaluates the field: `at` is the place of the round, `offset` away from the claim, `value` the
-/// field there, and `gradient` what is known of its gradient.
+/// The point at which a phase evaluates the field. `at` is the place of the round, `offset` away from the claim.
+/// `value` is the field there, and `gradient` its gradient as far as phases 1 to 3 found it.
 #[inline(always)]
 pub fn place<R: Real>(
     at: R::Vec3,
@@ -104,8 +104,9 @@ pub fn gradient<R: Real>(gradient: R::Vec3, phase: R, change: R, apart: R) -> R:
 /// The number of a round that is the last one.
 pub const LAST_ROUND: f32 = ROUNDS as f32 - 1.0;
 
-/// Whether the claim is decided, as 1 or 0: where the field got below zero or was so before, in the last of the
-/// rounds, which are counted from 0, and where a raw field goes on falling after phase 4, in which it was `before`.
+/// 1 if the claim is decided, else 0. It is where the field got below zero or was so before, and in the last of the
+/// rounds, which are counted from 0. Of a raw field it is where that goes on falling after phase 4, in which it was
+/// `before`.
 #[inline(always)]
 pub fn decided<R: Real>(phase: R, round: R, value: R, field: R, before: R, raw: R) -> R {
     let below = value.min(field).less(lit(0.0));
@@ -117,7 +118,7 @@ pub fn decided<R: Real>(phase: R, round: R, value: R, field: R, before: R, raw: 
     R::select(R::or(looked, followed), lit(1.0), lit(0.0))
 }
 
-/// Whether the next phase of a claim that is not decided is the last one of its round, as 1 or 0.
+/// 1 if the next phase of a claim that is not decided is the last one of its round, else 0.
 #[inline(always)]
 pub fn looks_again<R: Real>(phase: R, raw: R) -> R {
     let again = R::and(phase.less(lit(4.5)), lit::<R>(0.5).less(raw));

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 pub struct Fault {
     /// Its name on the command line and in the table.
     pub name: String,
-    /// What it breaks.
+    /// The behaviour that it breaks.
     pub summary: String,
     /// Every text that it changes.
     pub edits: Vec<Edit>,

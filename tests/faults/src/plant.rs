@@ -13,7 +13,7 @@ use std::{fs, io};
 
 /// The module that chooses, in the lowest crate.
 const MODULE: &str = "vm/src/fault.rs";
-/// Where kernels are compiled, and the line that reads their text.
+/// The file that compiles kernels, and the line of it that reads their text.
 const COMPILER: [&str; 3] = [
     "runtime/src/gpu/kernel.rs",
     "let module = naga::front::wgsl::parse_str(source.wgsl)",

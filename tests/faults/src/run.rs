@@ -12,7 +12,7 @@ use std::{env, fs};
 /// The longest that tests may take with a fault, beyond ten times what they take without.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// What became of a fault.
+/// The outcome of a fault.
 #[derive(Debug, PartialEq)]
 pub enum Outcome {
     /// A test failed, or its binary ended otherwise than it should.
@@ -25,7 +25,7 @@ pub enum Outcome {
 pub struct Binaries {
     root: PathBuf,
     paths: BTreeMap<String, PathBuf>,
-    /// How long tests take without a fault.
+    /// The time that tests take without a fault.
     times: Vec<(Tests, Duration)>,
 }
 
