@@ -23,6 +23,7 @@ use crate::scene::{Material, MaterialId, Scene, ShapeId, ShapeKind};
 use crate::slope::ShapeSlopes;
 use crate::uniforms::{Uniforms, operands_first};
 use sdfc_lang::Diagnostic;
+use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
@@ -37,6 +38,8 @@ struct At {
     frame: Option<[ExprId; 12]>,
     /// Units of the local frame per unit of the world, as far as that is known.
     unit: f64,
+    /// A box in the local frame; outside of it the sign of a step may be any.
+    region: Bounds,
 }
 
 impl At {
@@ -46,6 +49,7 @@ impl At {
             base,
             frame: None,
             unit,
+            region: Bounds::EVERYTHING,
         }
     }
 }
@@ -183,10 +187,19 @@ impl Lowering<'_> {
         let linear =
             [0, 1, 2, 4, 5, 6, 8, 9, 10].map(|i| self.scene.expressions.as_constant(matrix[i]));
         let stretch = linear.iter().flatten().map(|v| v * v).sum::<f64>() / 3.0;
+        let map: Option<Vec<f64>> = matrix
+            .iter()
+            .map(|&id| self.scene.expressions.as_constant(id))
+            .collect();
+        let region = map.map_or(Bounds::EVERYTHING, |map| {
+            let row = |r: usize| std::array::from_fn(|column| map[4 * r + column]);
+            at.region.mapped(&[row(0), row(1), row(2)])
+        });
         At {
             base: at.base,
             frame: Some(frame),
             unit: at.unit * stretch.sqrt(),
+            region,
         }
     }
 
@@ -310,6 +323,10 @@ impl Lowering<'_> {
     ) -> NodeId {
         let parameters = self.numbers(parameters);
         let first = children[0];
+        let at = At {
+            region: self.region(op, children, at, wanted),
+            ..at
+        };
         let mut left = self.shape(first, at, wanted);
         let mut paints = self.paints[first.0 as usize];
         for &child in &children[1..] {
@@ -341,6 +358,21 @@ impl Lowering<'_> {
             paints = paints.join(other);
         }
         left
+    }
+
+    /// The box outside of which the signs of an operation's operands may be any: what the others leave of space.
+    fn region(&mut self, op: Op, children: &[ShapeId], at: At, wanted: Wanted) -> Bounds {
+        use SetOperation::{Intersection, Subtraction};
+        let bodies = match op.row().meta.set.filter(|_| wanted == Wanted::Step) {
+            Some(Intersection) => children,
+            Some(Subtraction) => &children[..1],
+            _ => return at.region,
+        };
+        let scene = &*self.scene;
+        bodies
+            .iter()
+            .map(|&body| self.boxes.of(World::from(scene), body))
+            .fold(at.region, |common, bounds| common.common(&bounds))
     }
 
     /// A value made by an operation of operands as they were wanted for it, as it is wanted itself.

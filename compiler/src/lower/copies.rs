@@ -5,9 +5,11 @@
 
 use super::{At, Lowering, Wanted};
 use crate::bounds::World;
+use crate::expression::ExprId;
 use crate::graph::{NodeId, Number};
 use crate::scene::{Others, ShapeId, ShapeKind};
 use sdfc_vm::table::Op;
+use std::f64::consts::TAU;
 
 /// The gap that a copy must leave to the walls of its cell, as a fraction of the cell, for its neighbours to
 /// be told by their boxes: in a smaller one rays would take many short steps along the walls.
@@ -55,11 +57,31 @@ impl Lowering<'_> {
             } => {
                 let numbers = self.numbers(&parameters);
                 let sectors: Vec<f64> = others.cells().collect();
-                let copies = sectors.into_iter().map(|sector| {
-                    let point = self.sector(op, &numbers, sector, at);
-                    self.shape(child, At::new(point, at.unit), wanted)
-                });
-                let copies: Vec<NodeId> = copies.collect();
+                let count = match numbers[0] {
+                    Number::Constant(sector) => Some((TAU / f64::from(sector)).round()),
+                    Number::Uniform(_) => None,
+                };
+                let copies: Vec<NodeId> = match count {
+                    // Where every sector's copy is evaluated, none has to be found by folding space.
+                    Some(count) if sectors.len() as f64 >= count => (0..count as u32)
+                        .map(|sector| {
+                            let turn = self.turn(op, TAU * f64::from(sector) / count);
+                            let inner = if sector == 0 {
+                                at
+                            } else {
+                                self.framed(at, turn)
+                            };
+                            self.shape(child, inner, wanted)
+                        })
+                        .collect(),
+                    _ => sectors
+                        .into_iter()
+                        .map(|sector| {
+                            let point = self.sector(op, &numbers, sector, at);
+                            self.shape(child, At::new(point, at.unit), wanted)
+                        })
+                        .collect(),
+                };
                 self.union(copies, at)
             }
             _ => unreachable!("only repetitions have copies"),
@@ -112,6 +134,23 @@ impl Lowering<'_> {
             }
         }
         self.union(copies, at)
+    }
+
+    /// The map of a point to the frame of a shape that is turned about the axis of a polar repetition.
+    fn turn(&mut self, op: Op, angle: f64) -> [ExprId; 12] {
+        let (second, other) = match op {
+            Op::Polar => (2, 1),
+            _ => (1, 2),
+        };
+        let (sin, cos) = angle.sin_cos();
+        let mut rows = [[0.0; 4]; 3];
+        rows[0][0] = cos;
+        rows[0][second] = sin;
+        rows[second][0] = -sin;
+        rows[second][second] = cos;
+        rows[other][other] = 1.0;
+        let rows = rows.as_flattened();
+        std::array::from_fn(|i| self.scene.expressions.constant(rows[i]))
     }
 
     /// The point in a sector so many farther than its own.

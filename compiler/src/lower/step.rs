@@ -10,6 +10,7 @@ use crate::elaborate::short;
 use crate::graph::{Node, NodeId, Number};
 use crate::scene::{Scene, ShapeId};
 use crate::slope::{Refuted, margin, near};
+use crate::subject::subject;
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
@@ -25,27 +26,40 @@ const MIN_SLOPE: f64 = 1e-18;
 const WORTH_WHILE: f64 = 1.25;
 /// The half sides of the cubes in which an endless shape's slope is bounded, in sizes of the scene.
 const CUBES: [f64; 3] = [4.0, 32.0, 256.0];
+/// How far a shape is drawn beyond the region that others leave it, in half diagonals of that.
+const BEYOND: f64 = 0.01;
 /// The half side of the cube that holds all that rays reach, in sizes of the scene.
 const REACH: f64 = 1e6;
 
 /// The least size that an endless scene is taken to have: cameras that are left open stand so far away.
 const LEAST_SIZE: f64 = 1.0;
 
-/// About half the size of what is seen of a shape: its farthest finite corner from the origin, or how far
-/// cameras are.
-pub(super) fn size(scene: &Scene, root: ShapeId) -> f64 {
+/// About half the size of what is seen of a scene: the farthest corner of its subject from the origin, or how
+/// far cameras are.
+///
+/// Of a scene without a subject the axis along which it ends nearest counts: a hill falls away for ever.
+pub(super) fn size(scene: &mut Scene, root: ShapeId) -> f64 {
     let mut boxes = Boxes::at(0.0, HashMap::new());
-    let bounds = boxes.of(World::from(scene), root);
-    let farthest = |numbers: &mut dyn Iterator<Item = f64>| {
-        numbers
-            .filter(|v| v.is_finite())
-            .fold(0.0_f64, |most, v| most.max(v.abs()))
+    let subject = subject(scene, &mut boxes, root);
+    let Bounds { min, max } = boxes.of(World::from(&*scene), subject.unwrap_or(root));
+    let ends = (0..3).filter_map(|axis| farthest([min[axis], max[axis]]));
+    let ends = match subject {
+        Some(_) => ends.reduce(f64::max),
+        None => ends.reduce(f64::min),
     };
-    let corners = farthest(&mut bounds.min.into_iter().chain(bounds.max));
     let cameras = scene.cameras.iter().filter(|camera| !camera.automatic);
     let places = cameras.flat_map(|camera| camera.from.into_iter().chain(camera.look));
-    let places = farthest(&mut places.filter_map(|id| scene.expressions.as_constant(id)));
-    corners.max(places).max(LEAST_SIZE)
+    let places = farthest(places.filter_map(|id| scene.expressions.as_constant(id)));
+    [ends, places]
+        .into_iter()
+        .flatten()
+        .fold(LEAST_SIZE, f64::max)
+}
+
+/// The largest magnitude of the finite ones among some numbers.
+fn farthest(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let finite = numbers.into_iter().filter(|v| v.is_finite());
+    finite.map(f64::abs).reduce(f64::max)
 }
 
 impl Lowering<'_> {
@@ -59,7 +73,13 @@ impl Lowering<'_> {
         if is_tidy(everywhere) || everywhere < MIN_SLOPE {
             return node;
         }
-        let bounds = self.boxes.of(World::from(&*self.scene), id);
+        let own = self.boxes.of(World::from(&*self.scene), id);
+        let mut bounds = own.common(&at.region);
+        if bounds.is_finite() && !bounds.is_empty() {
+            // Where a region ends with another operand, no surface of both is made.
+            let beyond = bounds.half_diagonal() * BEYOND;
+            bounds = bounds.grown(beyond).common(&own);
+        }
         if bounds.is_empty() {
             // No surface to step over, and no value that could be taken for one.
             return self.graph.add(Node::Constant(Number::Constant(FAR_AWAY)));
