@@ -71,7 +71,8 @@ functions! {
     nearly_arrived = marching::nearly_arrived(
         t, radius, trend, t_before, radius_before, half_pixel, far
     );
-    settled = marching::settled(t, field, t_other, field_other, rounding);
+    settled = marching::settled(t, field, t_other, field_other, rounding, raw);
+    next_guess = marching::next_guess(t, field, t_other, field_other, rounding, raw);
     secant_guess = marching::secant_guess(t, field, t_other, field_other);
     secant_step = marching::secant_step(t, field, t_other, field_other, guess, field_at_guess)
         -> Bracket { t, field, t_other, field_other };

@@ -87,7 +87,7 @@ const NOISE: f64 = 4.0;
 /// The same per slope along the ray, for fields whose gradient's length is not known.
 const NOISE_PER_SLOPE: f64 = 64.0;
 /// The steps after which a ray that stays close to zero begins to go on faster.
-pub const PATIENT_STEPS: f64 = 256.0;
+pub const PATIENT_STEPS: f64 = 1024.0;
 /// The further steps after which it goes on twice as fast.
 const HURRY_STEPS: f64 = 64.0;
 /// From how many thresholds on roots are estimated where the field falls steadily, and from half as many on
@@ -98,6 +98,8 @@ const CREEP: f64 = 0.0625;
 /// How far ahead roots are guessed, in halves of a pixel: four pixels. A line farther on may lead through a
 /// wall; only where the field falls steadily is it followed.
 const AHEAD: f64 = 8.0;
+/// How far a root of a field with unknown slopes may be guessed without a look halfway, in halves of a pixel.
+const UNPROVEN: f64 = 4.0;
 /// A field falls evenly if its last slope differs from the mean by no more than this share of it.
 const EVENLY: f64 = 0.3;
 /// It falls steadily, as towards a plane and nothing else, if they differ by no more than this share.
@@ -106,6 +108,8 @@ const STEADILY: f64 = 0.01;
 const BESIDE: f64 = 2.0;
 /// From how many on it is if the field falls to zero before it: four pixels.
 const WITHIN: f64 = 8.0;
+/// How far from a root the nearer side of a change of sign must be looked at, in units of rounding.
+const BOTH_SIDES: f64 = 2.0;
 /// How many secant steps are taken at most.
 pub const SECANT_STEPS: u32 = 12;
 
@@ -176,7 +180,12 @@ pub fn march_step<R: Real>(
     let found = R::and(crossed, R::or(plain, landed));
     let sure = threshold.max(depth * lit(2.0)).named("sure");
     let deep = R::and(field.less(-sure), sure.less(step));
-    let jumped = R::and(found, deep);
+    // A sheet may lie on a longer way, or a wall before what was divided by a bound, and the value off the line.
+    let is_raw = lit::<R>(0.5).less(raw);
+    let long = (half_pixel * lit(UNPROVEN)).max(sure).less(step);
+    let off = R::and(field.less(-beyond), sure.less(step));
+    let unproven = R::and(is_raw, R::or(long, off));
+    let jumped = R::and(found, R::or(deep, unproven));
     let passable = R::or(plain, R::or(overlapping, R::or(landed, short)));
     let safe = R::and(passable, R::not(jumped));
     let mean = trend + (slope - trend) * relaxation;
@@ -197,7 +206,7 @@ pub fn march_step<R: Real>(
     let evenly = (slope - mean).abs().less(slope * lit(-EVENLY));
     let steadily = (slope - mean).abs().less(slope * lit(-STEADILY));
     // What was divided by a bound may be far above its surface, and a wall in between.
-    let straight = R::and(steadily, raw.less(lit(0.5)));
+    let straight = R::and(steadily, R::not(is_raw));
     let leads = R::or(to_root.less(ahead), straight);
     let enough = R::select(steadily, near, (near * lit(0.5)).max(threshold));
     let within = R::and(new_radius.less(enough), to_root.less(leave - new_t));
@@ -277,14 +286,29 @@ pub fn nearly_arrived<R: Real>(
     R::select(R::or(beside, falls_soon), lit(1.0), lit(0.0))
 }
 
-/// Whether, as 1 or 0, no further secant step would tell more: the root on the line through both sides of a
-/// change of sign is at hand, or the field hardly changes between them.
+/// Whether, as 1 or 0, no further secant step would tell more than [`secant_guess`] does: the root on the line
+/// through both sides of a change of sign is at hand, or the field is the same on both. Of a field whose slopes
+/// are not known (`raw` is 1) both sides must be at hand: it may be far flatter on one of them.
 #[inline(always)]
-pub fn settled<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R) -> R {
+pub fn settled<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R, raw: R) -> R {
     let change = (field_other - field).abs().named("change");
-    let fine = (rounding * lit(0.1)).named("fine");
-    let at_hand = (field.abs() * (t - t_other).abs()).less(change * fine);
-    R::select(R::or(at_hand, change.less(fine)), lit(1.0), lit(0.0))
+    let width = (t - t_other).abs().named("width");
+    let off = (change * rounding).less(field.abs() * width);
+    let wide = (rounding * lit(2.0 * BOTH_SIDES)).less(width * raw);
+    let is_open = R::and(R::or(off, wide), lit::<R>(0.0).less(change));
+    R::select(is_open, lit(0.0), lit(1.0))
+}
+
+/// The next place to look at between both sides of a change of sign: [`secant_guess`], but of a field whose
+/// slopes are not known (`raw` is 1) far enough from the last one to tell on which side of that the root is.
+#[inline(always)]
+pub fn next_guess<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R, raw: R) -> R {
+    let guess = secant_guess::<R>(t, field, t_other, field_other).named("guess");
+    let least = (rounding * raw * lit(BOTH_SIDES)).named("least");
+    let width = (t_other - t).named("width");
+    let short = (guess - t).abs().less(least);
+    let share = (least / width.abs().max(lit(1e-30))).min(lit(0.5));
+    R::select(short, t + width * share, guess)
 }
 
 /// Where a straight line through two values of the field, of which one is below zero, meets zero. It is never

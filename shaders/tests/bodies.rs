@@ -97,18 +97,19 @@ fn march_with(relaxation: f32, field: impl Fn(f32) -> f32, eps: f32, steps: usiz
     (t, steps)
 }
 
-/// The root between two places of which one is inside, as engines look for it.
+/// The root between two places of which one is inside, as engines look for it where slopes are not known.
 fn root_between(field: impl Fn(f32) -> f32, ends: [(f32, f32); 2]) -> f32 {
     let [(mut t, mut value), (mut other, mut value_other)] = ends;
     for _ in 0..marching::SECANT_STEPS {
-        if value >= 0.0 && value_other >= 0.0 || value < 0.0 && value_other < 0.0 {
+        let rounding = marching::rounding_at(t, 2e-7);
+        if marching::settled(t, value, other, value_other, rounding, 1.0) > 0.0 {
             break;
         }
-        let guess = marching::secant_guess(t, value, other, value_other);
+        let guess = marching::next_guess(t, value, other, value_other, rounding, 1.0);
         let best = marching::secant_step(t, value, other, value_other, guess, field(guess));
         (t, value, other, value_other) = (best.t, best.field, best.t_other, best.field_other);
     }
-    t
+    marching::secant_guess(t, value, other, value_other)
 }
 
 #[test]
@@ -218,6 +219,15 @@ fn secant_steps_find_the_root() {
     let root = 24.0_f32.sqrt();
     let t = root_between(field, [5.0_f32, 4.0].map(|t| (t, field(t))));
     assert!((t - root).abs() < 1e-6, "{t} for {root}");
+    // Inside of a fold the field may be so flat that a value there tells nothing.
+    for flat in [1e-1, 1e-3, 1e-5] {
+        let fold = |t: f32| (2.3 - t) * if t < 2.3 { 1.0 } else { flat };
+        let t = root_between(fold, [2.300_1_f32, 2.29].map(|t| (t, fold(t))));
+        assert!(
+            (t - 2.3).abs() < 3e-6,
+            "{t} where it falls {flat} times as fast"
+        );
+    }
     // Whatever the values, it stays between the two places.
     for (field, other) in [
         (0.25, 0.25),
@@ -229,6 +239,8 @@ fn secant_steps_find_the_root() {
     ] {
         let guess = marching::secant_guess(1.0, field, 0.5, other);
         assert!((0.5..=1.0).contains(&guess), "{field}, {other}: {guess}");
+        let next = marching::next_guess(1.0, field, 0.5, other, 1e-6, 1.0);
+        assert!((0.5..=1.0).contains(&next), "{field}, {other}: {next}");
     }
 }
 

@@ -33,6 +33,8 @@ const SLIVER: f64 = 0.5;
 const SLICES: usize = 64;
 /// The largest error of a depth, as a share of it and of the largest coordinate.
 const DEPTH: f64 = 2e-5;
+/// The most wrong pixels that are told one by one.
+const SHOWN: usize = 8;
 /// The largest error of a normal, in degrees.
 const NORMAL: f64 = 3.0;
 
@@ -352,20 +354,18 @@ fn examine(author: Author, path: &Path, engines: &mut [Box<dyn Engine>]) -> Stri
             if wrong.count() > excused || stats.step_caps > 0 {
                 let (hits, depths, normals) =
                     (wrong.hits.len(), wrong.depths.len(), wrong.normals.len());
-                let first = wrong
-                    .hits
-                    .iter()
-                    .chain(&wrong.depths)
-                    .chain(&wrong.normals)
-                    .next();
-                let first = first.map(|at| [at % frame.width, at / frame.width]);
-                let at = first.map(|[x, y]| {
-                    let at = y * frame.width + x;
-                    (truth.met[at], frame.depth[at], frame.normal[at])
-                });
+                let all = [&wrong.hits, &wrong.depths, &wrong.normals];
+                let some = all.into_iter().flatten().take(SHOWN);
+                let some: String = some
+                    .map(|&at| {
+                        let place = [at % frame.width, at / frame.width];
+                        let drawn = (frame.depth[at], frame.normal[at]);
+                        format!("\n  {place:?}: {:?}, drawn {drawn:?}", truth.met[at])
+                    })
+                    .collect();
                 _ = writeln!(
                     report,
-                    "{}: {} cells {cells:?}: {hits} hits, {depths} depths, {normals} normals, of {looked}, {} out of steps, {} NaN; {first:?} {at:?}",
+                    "{}: {} cells {cells:?}: {hits} hits, {depths} depths, {normals} normals, of {looked}, {} out of steps, {} NaN{some}",
                     name(path),
                     engine.kind(),
                     stats.step_caps,

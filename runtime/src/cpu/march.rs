@@ -238,13 +238,15 @@ impl Walk for Polish<'_> {
 
     fn begin(&mut self, item: u32, b: &mut PolishLanes, lane: usize) -> bool {
         let f = self.frame;
-        let ray = &self.rays[item as usize];
+        let ray = &mut self.rays[item as usize];
         // What ran out of steps has no change of sign to close in on.
-        let is_hit = matches!(Status::of(ray.status), Status::Hit | Status::Inside);
+        if !matches!(Status::of(ray.status), Status::Hit | Status::Inside) {
+            return false;
+        }
         let rounding = marching::rounding_at(ray.t, f.rounding);
-        if !is_hit
-            || marching::settled(ray.t, ray.radius, ray.t_before, ray.radius_before, rounding) > 0.0
-        {
+        let (t, field, other, field_other) = (ray.t, ray.radius, ray.t_before, ray.radius_before);
+        if marching::settled(t, field, other, field_other, rounding, f.raw) > 0.0 {
+            ray.t = marching::secant_guess(t, field, other, field_other);
             return false;
         }
         let Camera {
@@ -260,8 +262,7 @@ impl Walk for Polish<'_> {
         b.field.0[lane] = ray.radius;
         b.t_other.0[lane] = ray.t_before;
         b.field_other.0[lane] = ray.radius_before;
-        b.guess.0[lane] =
-            marching::secant_guess(ray.t, ray.radius, ray.t_before, ray.radius_before);
+        b.guess.0[lane] = marching::next_guess(t, field, other, field_other, rounding, f.raw);
         b.side.0[lane] = if ray.status & FROM_INSIDE != 0 {
             -1.0
         } else {
@@ -296,28 +297,32 @@ impl Walk for Polish<'_> {
                 b.guess.0[i],
                 distance * b.side.0[i],
             );
-            let rounding = marching::rounding_at(next.t, self.frame.rounding);
-            let steps = b.steps.0[i] + 1.0;
-            *ended = (steps >= SECANT_STEPS as f32)
-                | nan
-                | (marching::settled(next.t, next.field, next.t_other, next.field_other, rounding)
-                    > 0.0);
-            b.guess.0[i] =
-                marching::secant_guess(next.t, next.field, next.t_other, next.field_other);
             // An estimate without a value is not taken.
             let select = |new: f32, old: f32| if nan { old } else { new };
             b.t.0[i] = select(next.t, b.t.0[i]);
             b.field.0[i] = select(next.field, b.field.0[i]);
             b.t_other.0[i] = select(next.t_other, b.t_other.0[i]);
             b.field_other.0[i] = select(next.field_other, b.field_other.0[i]);
+            let (t, field) = (b.t.0[i], b.field.0[i]);
+            let (other, field_other) = (b.t_other.0[i], b.field_other.0[i]);
+            let raw = self.frame.raw;
+            let rounding = marching::rounding_at(t, self.frame.rounding);
+            let steps = b.steps.0[i] + 1.0;
+            *ended = (steps >= SECANT_STEPS as f32)
+                | nan
+                | (marching::settled(t, field, other, field_other, rounding, raw) > 0.0);
+            b.guess.0[i] = if *ended {
+                marching::secant_guess(t, field, other, field_other)
+            } else {
+                marching::next_guess(t, field, other, field_other, rounding, raw)
+            };
             b.steps.0[i] = steps;
         }
     }
 
     fn end(&mut self, item: u32, b: &PolishLanes, lane: usize) {
         let ray = &mut self.rays[item as usize];
-        ray.t = b.t.0[lane];
-        ray.radius = b.field.0[lane];
+        ray.t = b.guess.0[lane];
         ray.steps += b.steps.0[lane] as u32;
     }
 }

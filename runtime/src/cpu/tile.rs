@@ -14,7 +14,7 @@ use crate::frame::{Frame, Picture, Progress, Samples, Status};
 use sdfc_shaders::assemble::{Stage, stages};
 use sdfc_shaders::features::{Features, Mode, Occlusion};
 use sdfc_shaders::layout::{self, Ray, Surface};
-use sdfc_shaders::marching::{self, SHOWN, UNDECIDED};
+use sdfc_shaders::marching::{SHOWN, UNDECIDED};
 use sdfc_shaders::{beam, camera};
 use sdfc_vm::vector::{V2, V3};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -301,17 +301,7 @@ impl Tile {
     }
 
     fn polish(&mut self, frame: &layout::Frame, evaluator: &mut dyn Evaluator) -> u64 {
-        let open = |&item: &u32| {
-            let ray = &self.rays[item as usize];
-            marching::settled(
-                ray.t,
-                ray.radius,
-                ray.t_before,
-                ray.radius_before,
-                marching::rounding_at(ray.t, frame.rounding),
-            ) <= 0.0
-        };
-        let items: Vec<u32> = self.shown.iter().copied().filter(open).collect();
+        let items = std::mem::take(&mut self.shown);
         let mut walk = Polish {
             frame,
             pixels: &self.pixels,
@@ -319,6 +309,7 @@ impl Tile {
         };
         let evaluations = stream(&mut walk, evaluator, &items);
         self.find_points(frame, &items);
+        self.shown = items;
         evaluations
     }
 

@@ -14,8 +14,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     var best = Bracket(ray.t, ray.radius, ray.t_before, ray.radius_before);
     for (var n = 0u; n < SECANT_STEPS; n++) {
         let rounding = rounding_at(best.t, frame.rounding);
-        if settled(best.t, best.field, best.t_other, best.field_other, rounding) > 0.0 { break; }
-        let guess = secant_guess(best.t, best.field, best.t_other, best.field_other);
+        let raw = frame.raw;
+        if settled(best.t, best.field, best.t_other, best.field_other, rounding, raw) > 0.0 { break; }
+        let guess = next_guess(best.t, best.field, best.t_other, best.field_other, rounding, raw);
         let distance = scene_distance(along(camera.origin, camera.direction, guess));
         ray.steps += 1u;
         if is_nan(distance) { break; }
@@ -23,7 +24,6 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             best.t, best.field, best.t_other, best.field_other, guess, distance * side
         );
     }
-    ray.t = best.t;
-    ray.radius = best.field;
+    ray.t = secant_guess(best.t, best.field, best.t_other, best.field_other);
     rays[item.index] = ray;
 }

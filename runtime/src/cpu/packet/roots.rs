@@ -18,20 +18,30 @@ widest! {
 
 /// The estimate of a root, kept within its leaf.
 #[inline(always)]
-fn guess(b: &Roots, i: usize) -> f32 {
-    let guess = marching::secant_guess(b.t.0[i], b.field.0[i], b.t_other.0[i], b.field_other.0[i]);
+fn guess(f: &Frame, b: &Roots, i: usize) -> f32 {
+    let rounding = marching::rounding_at(b.t.0[i], f.rounding);
+    let guess = marching::next_guess(
+        b.t.0[i],
+        b.field.0[i],
+        b.t_other.0[i],
+        b.field_other.0[i],
+        rounding,
+        f.raw,
+    );
     Real::max(Real::min(guess, b.high.0[i]), b.low.0[i])
 }
 
 /// Tells if a root is known as well as it can be.
 #[inline(always)]
-fn settled(b: &Roots, i: usize, rounding: f32) -> bool {
+fn settled(f: &Frame, b: &Roots, i: usize) -> bool {
+    let rounding = marching::rounding_at(b.t.0[i], f.rounding);
     marching::settled(
         b.t.0[i],
         b.field.0[i],
         b.t_other.0[i],
         b.field_other.0[i],
         rounding,
+        f.raw,
     ) > 0.0
 }
 
@@ -39,12 +49,11 @@ fn settled(b: &Roots, i: usize, rounding: f32) -> bool {
 fn place_roots_body(f: &Frame, b: &Roots, count: usize, points: &mut Points) -> bool {
     let mut open = 0;
     for i in 0..whole_chunks(count) {
-        let rounding = marching::rounding_at(b.t.0[i], f.rounding);
-        let settled = settled(b, i, rounding);
+        let settled = settled(f, b, i);
         open |= u32::from(!settled & (i < count));
         let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
         let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-        let p = camera::along::<f32>(origin, direction, guess(b, i));
+        let p = camera::along::<f32>(origin, direction, guess(f, b, i));
         points[0].0[i] = p.x;
         points[1].0[i] = p.y;
         points[2].0[i] = p.z;
@@ -68,12 +77,11 @@ fn step_roots_body(f: &Frame, values: &Column, count: usize, b: &mut Roots) {
             b.field.0[i],
             b.t_other.0[i],
             b.field_other.0[i],
-            guess(b, i),
+            guess(f, b, i),
             field,
         );
-        let rounding = marching::rounding_at(b.t.0[i], f.rounding);
         // What is settled stays, and an estimate without a value is not taken.
-        let keep = settled(b, i, rounding) | is_nan(field);
+        let keep = settled(f, b, i) | is_nan(field);
         b.t_other.0[i] = if keep { b.t_other.0[i] } else { best.t_other };
         b.field_other.0[i] = if keep {
             b.field_other.0[i]
