@@ -38,7 +38,7 @@ struct At {
     frame: Option<[ExprId; 12]>,
     /// Units of the local frame per unit of the world, as far as that is known.
     unit: f64,
-    /// A box in the local frame; outside of it the sign of a step may be any.
+    /// A box in the local frame, outside of which others decide what is solid.
     region: Bounds,
 }
 
@@ -284,7 +284,11 @@ impl Lowering<'_> {
                 child,
                 parameters,
             } => {
-                let node = self.shape(child, at, inner(op, wanted));
+                let anywhere = At {
+                    region: Bounds::EVERYTHING,
+                    ..at
+                };
+                let node = self.shape(child, anywhere, inner(op, wanted));
                 let parameters = self.numbers(&parameters);
                 let node = self.apply(op, at, vec![node], parameters);
                 self.changed(node, op, id, at, wanted)
@@ -323,14 +327,11 @@ impl Lowering<'_> {
     ) -> NodeId {
         let parameters = self.numbers(parameters);
         let first = children[0];
-        let at = At {
-            region: self.region(op, children, at, wanted),
-            ..at
-        };
-        let mut left = self.shape(first, at, wanted);
+        let [at_first, at_others] = self.within(op, children, at, wanted);
+        let mut left = self.shape(first, at_first, wanted);
         let mut paints = self.paints[first.0 as usize];
         for &child in &children[1..] {
-            let right = self.shape(child, at, wanted);
+            let right = self.shape(child, at_others, wanted);
             let other = self.paints[child.0 as usize];
             let cut = self.apply(op, at, vec![left, right], parameters.clone());
             // What only cuts leaves no paint of its own: the face it makes shows what is cut there. The body
@@ -360,19 +361,28 @@ impl Lowering<'_> {
         left
     }
 
-    /// The box outside of which the signs of an operation's operands may be any: what the others leave of space.
-    fn region(&mut self, op: Op, children: &[ShapeId], at: At, wanted: Wanted) -> Bounds {
-        use SetOperation::{Intersection, Subtraction};
-        let bodies = match op.row().meta.set.filter(|_| wanted == Wanted::Step) {
-            Some(Intersection) => children,
-            Some(Subtraction) => &children[..1],
-            _ => return at.region,
+    /// Where an operation evaluates its first operand and the others: the body of a cut, or what all operands of
+    /// an intersection leave of space, bounds what is seen of them. A cutter is left whole: where it ended, it
+    /// would have a face that light sees.
+    fn within(&mut self, op: Op, children: &[ShapeId], at: At, wanted: Wanted) -> [At; 2] {
+        use SetOperation::{Intersection, Subtraction, Union};
+        let anywhere = At {
+            region: Bounds::EVERYTHING,
+            ..at
         };
-        let scene = &*self.scene;
-        bodies
-            .iter()
-            .map(|&body| self.boxes.of(World::from(scene), body))
-            .fold(at.region, |common, bounds| common.common(&bounds))
+        match op.row().meta.set.filter(|_| wanted == Wanted::Step) {
+            Some(Union) => [at; 2],
+            Some(Subtraction) => [at, anywhere],
+            Some(Intersection) => {
+                let scene = &*self.scene;
+                let boxes = children
+                    .iter()
+                    .map(|&child| self.boxes.of(World::from(scene), child));
+                let region = boxes.fold(at.region, |common, bounds| common.common(&bounds));
+                [At { region, ..at }; 2]
+            }
+            None => [anywhere; 2],
+        }
     }
 
     /// A value made by an operation of operands as they were wanted for it, as it is wanted itself.
