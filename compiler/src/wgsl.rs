@@ -61,7 +61,7 @@ pub fn write(graph: &Graph, function: Function, library: &mut Library) -> String
         Function::Surface => {
             library.use_points();
             // Only where something is mixed.
-            let tie = match body.contains(" tie)") {
+            let tie = match body.contains("tie)") {
                 true => format!("    {}\n", tie_line("p")),
                 false => String::new(),
             };
@@ -73,12 +73,12 @@ pub fn write(graph: &Graph, function: Function, library: &mut Library) -> String
     }
 }
 
-/// The text that takes a tie from the first operand's value, so that it shows where both are alike.
-fn tie_taken(op: Op) -> &'static str {
+/// The seed of the first operand, which shows where both are alike.
+fn first_seed(op: Op, a: &str, b: &str) -> String {
     match precedence(op) {
-        sign if sign > 0.0 => " - tie",
-        sign if sign < 0.0 => " + tie",
-        _ => "",
+        sign if sign > 0.0 => format!("first_seed({a}, {b}, tie)"),
+        sign if sign < 0.0 => format!("first_seed({a}, {b}, -tie)"),
+        _ => format!("vec4f(1.0, 0.0, 0.0, {a}.w)"),
     }
 }
 
@@ -335,10 +335,7 @@ impl Writer<'_> {
     ) -> String {
         // The point stays: only the operands' shares are asked for.
         let still = point.map(|q| format!("DualPoint({q}.p, vec3f(), vec3f(), vec3f())"));
-        let seeds = vec![
-            format!("vec4f(1.0, 0.0, 0.0, {a}.w{})", tie_taken(op)),
-            format!("vec4f(0.0, 1.0, 0.0, {b}.w)"),
-        ];
+        let seeds = vec![first_seed(op, a, b), format!("vec4f(0.0, 1.0, 0.0, {b}.w)")];
         let mut arguments = inputs(op, still, seeds);
         arguments.extend(constants.iter().cloned());
         self.library.use_mixed_surface();

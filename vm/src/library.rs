@@ -245,7 +245,12 @@ const LOCAL_NORMAL: &str = "fn local_normal(dx: vec3f, dy: vec3f, dz: vec3f, n: 
 ";
 
 /// `weights` is a blend's value with the derivatives by its two operands in x and y.
-const MIXED_SURFACE: &str = "fn mixed_surface(a: Surface, b: Surface, weights: vec4f) -> Surface {
+const MIXED_SURFACE: &str = "fn first_seed(a: vec4f, b: vec4f, tie: f32) -> vec4f {
+    let slopes = max(abs(a.xyz), abs(b.xyz));
+    return vec4f(1.0, 0.0, 0.0, a.w - tie * max(max(slopes.x, slopes.y), slopes.z));
+}
+
+fn mixed_surface(a: Surface, b: Surface, weights: vec4f) -> Surface {
     let t = abs(weights.y) / max(abs(weights.x) + abs(weights.y), 1e-20);
     return Surface(
         a.albedo + (b.albedo - a.albedo) * t,

@@ -89,10 +89,10 @@ impl Surfaces {
     }
 }
 
-/// The most by which values of faces in the same place differ, per unit of the point's largest coordinate.
-pub const TIE: f64 = 4e-6;
+/// The most by which distances of faces in the same place differ, per unit of the point's largest coordinate.
+pub const TIE: f64 = 6e-6;
 
-/// The line of WGSL that tells how near values are to each other that faces at a point have.
+/// The line of WGSL that tells how near distances are to each other that faces at a point have.
 pub fn tie_line(point: &str) -> String {
     format!("let tie = max(max(abs({point}.x), abs({point}.y)), abs({point}.z)) * {TIE};")
 }
@@ -107,12 +107,16 @@ pub fn precedence(op: Op) -> f64 {
     }
 }
 
-/// Two values whose gradients tell them apart; the first one is less by `tie`.
+/// Two values whose gradients tell them apart; the first one is less by what `tie`, a distance, is in the units
+/// of the steeper one.
 #[inline(always)]
-fn seeds(a: f32, b: f32, tie: f32) -> [Dual<f32>; 2] {
+fn seeds(a: [&Column; 4], b: [&Column; 4], lane: usize, tie: f32) -> [Dual<f32>; 2] {
+    let slope = |axis: usize| a[axis].0[lane].abs().max(b[axis].0[lane].abs());
+    let steepest = slope(0).max(slope(1)).max(slope(2));
+    let (a, b) = (a[3].0[lane], b[3].0[lane]);
     [
         Dual {
-            value: a - tie,
+            value: a - tie * steepest,
             gradient: V3::of(1.0, 0.0, 0.0),
         },
         Dual {
@@ -151,7 +155,8 @@ fn mix_body(a: &mut SurfaceBlock, b: &SurfaceBlock, shares: &Column) {
 widest! {
     /// The share of the second operand of a blend, in every lane.
     fn shares_of(
-        kernel: Kernel, constants: [f32; 4], values: [&Column; 2], ties: &Column, shares: &mut Column
+        kernel: Kernel, constants: [f32; 4], values: [[&Column; 4]; 2], ties: &Column,
+        shares: &mut Column
     ) = shares_body;
 }
 
@@ -159,7 +164,7 @@ widest! {
 fn shares_body(
     kernel: Kernel,
     constants: [f32; 4],
-    [a, b]: [&Column; 2],
+    [a, b]: [[&Column; 4]; 2],
     ties: &Column,
     shares: &mut Column,
 ) {
@@ -168,7 +173,7 @@ fn shares_body(
     macro_rules! each {
         ($kernel:expr) => {
             for lane in 0..LANES {
-                let [x, y] = seeds(a.0[lane], b.0[lane], sign * ties.0[lane]);
+                let [x, y] = seeds(a, b, lane, sign * ties.0[lane]);
                 let v = $kernel.blend(x, y, s, sb, width, coefficient);
                 shares.0[lane] = share(v.gradient.x, v.gradient.y);
             }
@@ -209,7 +214,7 @@ impl Attachment<Dual<f32>> for Surfaces {
                 let sign = precedence(op) as f32;
                 for lane in 0..LANES {
                     let tie = sign * self.ties.0[lane];
-                    let [x, y] = seeds(a[3].0[lane], b[3].0[lane], tie);
+                    let [x, y] = seeds(a.each_ref(), b.each_ref(), lane, tie);
                     let values = [x, y, Dual::fixed(0.0)];
                     // The point stays: only the operands' shares are asked for.
                     let p = DualVec3::fixed(Dual::<f32>::load_point(q, lane).value);
@@ -280,7 +285,8 @@ impl Attachment<Dual<f32>> for Surfaces {
             return;
         }
         let mut shares = Column::default();
-        shares_of(kernel, constants, [&a[3], &b[3]], &self.ties, &mut shares);
+        let values = [a.each_ref(), b.each_ref()];
+        shares_of(kernel, constants, values, &self.ties, &mut shares);
         std::mem::swap(&mut self.blended, &mut self.result);
         self.result.become_like(first);
         self.result.mix(&mut self.blended, &shares);

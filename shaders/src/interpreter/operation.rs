@@ -250,7 +250,7 @@ pub(super) fn case(
                 if paint == Paint::Mixed {
                     // The point stays: only the operands' shares are asked for.
                     let still = "DualPoint(q.p, vec3f(), vec3f(), vec3f())";
-                    let first = format!("vec4f(1.0, 0.0, 0.0, a.w - tie * {:.1})", precedence(op));
+                    let first = format!("first_seed(a, b, tie * {:.1})", precedence(op));
                     let seeds = [&*first, "vec4f(0.0, 1.0, 0.0, b.w)", ""];
                     let _ = write!(body, " weights = {};", call(still, seeds));
                 }
@@ -415,7 +415,7 @@ pub(super) fn surface_blend(
     }
     library.use_mixed_surface();
     line(2, "if kernel != 0u {");
-    line(3, "let seed_a = vec4f(1.0, 0.0, 0.0, below.w - tie * c.x);");
+    line(3, "let seed_a = first_seed(below, result, tie * c.x);");
     line(3, "let seed_b = vec4f(0.0, 1.0, 0.0, result.w);");
     line(3, "var weights = vec4f();");
     for &kernel in &needs.kernels {
