@@ -8,14 +8,14 @@
 //!
 //! Numbers that follow live parameters are not looked at: a face that moves stays where it is.
 
+mod copies;
+mod room;
+
 use crate::bounds::{Boxes, World, inverse};
 use crate::expression::ExprId;
 use crate::scene::{Scene, Shape, ShapeId, ShapeKind, children_mut};
-use crate::shape_range::ShapeRange;
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Vector3;
-use sdfc_vm::row::BoundsRule;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
@@ -26,8 +26,8 @@ const FRACTIONS: [f64; 4] = [1.0, 0.25, 0.0625, 0.015625];
 const TOUCHING: f64 = 1e-9;
 /// The most boxes that are compared for a scene.
 const MOST_BOXES: usize = 2_000_000;
-/// The largest component of a direction that counts as none.
-const ACROSS: f64 = 1e-9;
+/// The most operations on intervals that are run for a scene.
+const MOST_OPERATIONS: usize = 6_000_000;
 
 /// Rows of a map of points: three factors and a shift.
 type Rows = [[f64; 4]; 3];
@@ -50,6 +50,7 @@ pub(crate) fn lengthened_within(scene: &mut Scene, boxes: &mut Boxes, root: Shap
         boxes,
         known: HashMap::new(),
         left: MOST_BOXES,
+        operations: MOST_OPERATIONS,
     };
     lengthening.all(root)
 }
@@ -61,6 +62,8 @@ struct Lengthening<'s> {
     known: HashMap<ShapeId, ShapeId>,
     /// The boxes that may still be compared.
     left: usize,
+    /// The operations on intervals that may still be run.
+    operations: usize,
 }
 
 /// A step from a part of a cutter outwards.
@@ -68,21 +71,19 @@ struct Lengthening<'s> {
 enum Step {
     /// A map of points.
     Map(Rows),
-    /// Copies by a row, and the axes along which a part may not grow.
-    Copies {
-        op: Op,
-        numbers: Vec<f64>,
-        fixed: [bool; 3],
-    },
+    /// Copies by a row.
+    Copies { op: Op, numbers: Vec<f64> },
     /// A cut to a box.
     Within(Bounds),
 }
 
-/// The body that a cutter cuts, its size, and the other cutters.
+/// The body that a cutter cuts, its size, and the other cutters with the maps from their frames to that of the
+/// body.
+#[derive(Clone)]
 struct Cut {
     body: ShapeId,
     size: f64,
-    others: Vec<ShapeId>,
+    others: Vec<(ShapeId, Rows)>,
 }
 
 impl Lengthening<'_> {
@@ -108,10 +109,11 @@ impl Lengthening<'_> {
             for (at, child) in children.iter_mut().enumerate().skip(1) {
                 let beside = (1..original.len()).filter(|&other| other != at);
                 let beside = beside.map(|other| original[other]);
+                let others = beside.chain(cutters.iter().copied());
                 let cut = Cut {
                     body: original[0],
                     size,
-                    others: beside.chain(cutters.iter().copied()).collect(),
+                    others: others.map(|other| (other, SAME)).collect(),
                 };
                 *child = self.cutter(*child, &mut Vec::new(), &cut);
             }
@@ -169,8 +171,32 @@ impl Lengthening<'_> {
                 children,
                 ..
             } => {
-                for child in children {
-                    *child = self.cutter(*child, path, cut);
+                let original = children.clone();
+                for (at, child) in children.iter_mut().enumerate() {
+                    let mut cut = cut.clone();
+                    if let Some(rows) = rows_of(path) {
+                        let beside = (0..original.len()).filter(|&other| other != at);
+                        cut.others
+                            .extend(beside.map(|other| (original[other], rows)));
+                    }
+                    *child = self.cutter(*child, path, &cut);
+                }
+                return self.with(id, kind);
+            }
+            ShapeKind::Combine {
+                op: Op::Intersection,
+                children,
+                ..
+            } => {
+                // One after the other: what is added to one is cut to what the others are by then.
+                for at in 0..children.len() {
+                    let others = (0..children.len()).filter(|&other| other != at);
+                    let within = others
+                        .map(|other| self.bounds(children[other]))
+                        .fold(Bounds::EVERYTHING, |common, own| common.common(&own));
+                    path.push(Step::Within(within));
+                    children[at] = self.cutter(children[at], path, cut);
+                    path.pop();
                 }
                 return self.with(id, kind);
             }
@@ -201,19 +227,7 @@ impl Lengthening<'_> {
                 let Some(numbers) = self.constants(parameters) else {
                     return id;
                 };
-                let fixed = match op {
-                    Op::Repeat | Op::RepeatLimited => {
-                        std::array::from_fn(|axis| numbers[axis] != 0.0)
-                    }
-                    Op::Polar => [true, false, true],
-                    Op::PolarPlane => [true, true, false],
-                    _ => [false; 3],
-                };
-                Some(Step::Copies {
-                    op: *op,
-                    numbers,
-                    fixed,
-                })
+                Some(Step::Copies { op: *op, numbers })
             }
             ShapeKind::Distance {
                 op: Op::Extrude | Op::RoundedExtrude,
@@ -274,7 +288,7 @@ impl Lengthening<'_> {
             }
             let before = own;
             for upper in [true, false] {
-                let by = self.room(&own, (flat.axis, upper), out, path, cut);
+                let by = self.room(id, &own, (flat.axis, upper), out, path, cut);
                 let side = match upper {
                     true => &mut own.max[flat.axis],
                     false => &mut own.min[flat.axis],
@@ -308,6 +322,7 @@ impl Lengthening<'_> {
     /// The length by which a face of a box can be moved out, at most `out`; none where it stands out as much.
     fn room(
         &mut self,
+        id: ShapeId,
         own: &Bounds,
         (axis, upper): (usize, bool),
         out: f64,
@@ -322,107 +337,29 @@ impl Lengthening<'_> {
         };
         let way = if upper { out } else { -out };
         let is_long = own.max[axis] - own.min[axis] > out;
-        if is_long && self.is_free(&between(at - way, at), axis, path, cut) {
+        let part = Part { id, axis };
+        if is_long && self.is_free(&part, &between(at - way, at), path, cut) {
             return 0.0;
         }
         let possible = FRACTIONS
             .into_iter()
-            .find(|fraction| self.is_free(&between(at, at + way * fraction), axis, path, cut));
+            .find(|fraction| self.is_free(&part, &between(at, at + way * fraction), path, cut));
         possible.map_or(0.0, |fraction| out * fraction)
     }
+}
 
-    /// Tells if nothing is left in a box of a part's frame, by which the part grew along an axis.
-    fn is_free(&mut self, added: &Bounds, axis: usize, path: &[Step], cut: &Cut) -> bool {
-        let (mut rows, mut added) = (SAME, *added);
-        let mut along = [0.0; 3];
-        along[axis] = 1.0;
-        for step in path.iter().rev() {
-            match step {
-                Step::Map(map) => {
-                    rows = composed(map, &rows);
-                    along = std::array::from_fn(|row| {
-                        (0..3).map(|column| map[row][column] * along[column]).sum()
-                    });
-                }
-                Step::Copies { op, numbers, fixed } => {
-                    if (0..3).any(|axis| fixed[axis] && along[axis].abs() > ACROSS) {
-                        return false;
-                    }
-                    let BoundsRule::Map(rule) = op.row().meta.bounds else {
-                        return false;
-                    };
-                    added = rule(numbers, &added.mapped(&rows));
-                    rows = SAME;
-                }
-                Step::Within(within) => {
-                    added = added.mapped(&rows).common(within);
-                    rows = SAME;
-                }
-            }
-        }
-        let Some(back) = inverse(rows.as_flattened()) else {
-            return false;
-        };
-        if self.is_clear(cut.body, &back, &added) {
-            return true;
-        }
-        let outside = added.mapped(&rows);
-        cut.others
-            .iter()
-            .any(|&other| self.is_filled(other, &outside))
-    }
+/// A part of a cutter, as it was written, that grows along an axis across flat faces.
+struct Part {
+    id: ShapeId,
+    axis: usize,
+}
 
-    /// Tells if boxes prove that nothing of a shape is in a box; `rows` lead from its frame to that of the box.
-    fn is_clear(&mut self, id: ShapeId, rows: &Rows, region: &Bounds) -> bool {
-        let Some(left) = self.left.checked_sub(1) else {
-            return false;
-        };
-        self.left = left;
-        let own = self.bounds(id);
-        if own.is_empty() || are_apart(&own.mapped(rows), region) {
-            return true;
-        }
-        match self.kind(id).clone() {
-            ShapeKind::Painted { child, .. } => self.is_clear(child, rows, region),
-            ShapeKind::Frame { child, matrix, .. } => {
-                let rows_of_child = self.constants(&matrix).and_then(|matrix| inverse(&matrix));
-                rows_of_child
-                    .is_some_and(|inner| self.is_clear(child, &composed(rows, &inner), region))
-            }
-            ShapeKind::Combine { op, children, .. } => {
-                let mut clear = |child: ShapeId| self.is_clear(child, rows, region);
-                match op {
-                    Op::Union => children.into_iter().all(clear),
-                    Op::Intersection => children.into_iter().any(clear),
-                    Op::Subtraction => clear(children[0]),
-                    _ => false,
-                }
-            }
-            _ => false,
-        }
-    }
-
-    /// Tells if intervals prove that a shape fills a box.
-    fn is_filled(&mut self, id: ShapeId, region: &Bounds) -> bool {
-        let own = self.bounds(id);
-        let holds = (0..3).all(|axis| {
-            let slack = slack(&own, region, axis);
-            own.min[axis] <= region.min[axis] + slack && own.max[axis] >= region.max[axis] - slack
-        });
-        if !holds || self.left == 0 {
-            return false;
-        }
-        self.left -= 1;
-        let largest = (0..3).fold(0.0, |most: f64, axis| most.max(slack(&own, region, axis)));
-        let expressions = &self.scene.expressions;
-        let mut uniform = |id| {
-            expressions
-                .as_constant(id)
-                .map_or(Interval::ALL, Interval::point)
-        };
-        let mut range = ShapeRange::new(World::from(&*self.scene), &mut uniform);
-        range.over(id, region).hi <= largest
-    }
+/// The map from the frame in which a path begins to that where it ends, if it is one map.
+fn rows_of(path: &[Step]) -> Option<Rows> {
+    path.iter().rev().try_fold(SAME, |rows, step| match step {
+        Step::Map(map) => Some(composed(map, &rows)),
+        Step::Copies { .. } | Step::Within(_) => None,
+    })
 }
 
 /// The map of points that is one after the other.
@@ -454,19 +391,4 @@ fn scale(path: &[Step]) -> f64 {
         Step::Copies { .. } | Step::Within(_) => 1.0,
     };
     path.iter().map(volume).product::<f64>().cbrt()
-}
-
-/// The overlap of two boxes along an axis that counts as none.
-fn slack(a: &Bounds, b: &Bounds, axis: usize) -> f64 {
-    let ends = [a.min[axis], a.max[axis], b.min[axis], b.max[axis]];
-    let finite = ends.into_iter().filter(|end| end.is_finite());
-    TOUCHING * finite.fold(0.0, |most: f64, end| most.max(end.abs()))
-}
-
-/// Tells if two boxes have no more than faces in common.
-fn are_apart(a: &Bounds, b: &Bounds) -> bool {
-    (0..3).any(|axis| {
-        let slack = slack(a, b, axis);
-        a.min[axis] + slack >= b.max[axis] || a.max[axis] - slack <= b.min[axis]
-    })
 }

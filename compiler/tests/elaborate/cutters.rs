@@ -51,6 +51,28 @@ const LONGER: &[Case] = &[
         [2.0, 0.5, 2.0],
         2.0,
     ),
+    // Up to another cutter, wider or of the same profile.
+    (
+        "box([4, 1, 4]) - (cylinder(r: 0.5, h: 0.5).translate(0, -0.25, 0) | cylinder(r: 1, h: 0.5).translate(0, 0.25, 0))",
+        [0.0, 0.0, 0.0],
+        0.5,
+    ),
+    (
+        "box([4, 1, 4]) - cylinder(r: 0.5, h: 0.5).translate(0, -0.25, 0) - cylinder(r: 0.5, h: 0.5).translate(0, 0.25, 0)",
+        [0.0, 0.0, 0.0],
+        0.5,
+    ),
+    // In an intersection, and around what boxes alone would find in the way.
+    (
+        "box([4, 1, 4]) - (cylinder(r: 0.5, h: 1) & box([2, 1, 2]))",
+        [0.0, 0.5, 0.0],
+        0.5,
+    ),
+    (
+        "(box([4, 1, 4]) | cylinder(r: 1, h: 2)) - cylinder(r: 0.25, h: 1).translate(1.3, 0, 0).polar(8)",
+        [0.919_238_8, 0.5, 0.919_238_8],
+        0.25,
+    ),
     // From the plane.
     (
         "(rect([4, 4]) - rect([1, 2]).translate(0, 1)).extrude(1)",
