@@ -6,9 +6,11 @@
 //! the body, if boxes prove that nothing of what is cut lies in what that adds, or intervals that another cutter
 //! takes it away. The solid is the same set of points; its field is nearer to the distance.
 //!
-//! Numbers that follow live parameters are not looked at: a face that moves stays where it is.
+//! A face that follows live parameters is moved where the body's outermost face follows them in the same way.
 
 mod copies;
+mod linear;
+mod live;
 mod room;
 
 use crate::bounds::{Boxes, World, inverse};
@@ -116,6 +118,7 @@ impl Lengthening<'_> {
                     others: others.map(|other| (other, SAME)).collect(),
                 };
                 *child = self.cutter(*child, &mut Vec::new(), &cut);
+                *child = self.following(*child, original[0]);
             }
         }
         let new = self.with(id, kind);
@@ -305,9 +308,14 @@ impl Lengthening<'_> {
             return id;
         }
         let child = self.pushed(id, kind);
+        self.moved(id, child, centre)
+    }
+
+    /// A shape moved, with the name and the text of another one.
+    fn moved(&mut self, like: ShapeId, child: ShapeId, by: [f64; 3]) -> ShapeId {
         let mut number = |value: f64| self.scene.expressions.constant(value);
         let matrix = std::array::from_fn(|at| match (at / 4, at % 4) {
-            (row, 3) => number(-centre[row]),
+            (row, 3) => number(-by[row]),
             (row, column) => number(f64::from(u8::from(row == column))),
         });
         let scale = number(1.0);
@@ -316,7 +324,7 @@ impl Lengthening<'_> {
             matrix,
             scale,
         };
-        self.pushed(id, kind)
+        self.pushed(like, kind)
     }
 
     /// The length by which a face of a box can be moved out, at most `out`; none where it stands out as much.

@@ -73,6 +73,27 @@ const LONGER: &[Case] = &[
         [0.919_238_8, 0.5, 0.919_238_8],
         0.25,
     ),
+    // With a live height, standing in the middle or on the floor, and with a little more.
+    (
+        "param h = 1 in 0.5..=2; box([4, h, 4]) - cylinder(r: 0.5, h: h)",
+        [0.0, 0.5, 0.0],
+        0.5,
+    ),
+    (
+        "param h = 1 in 0.5..=2; param d = 0.5 in 0.1..=0.9; box([4, h, 4]).translate(0, h / 2, 0) - cylinder(r: 0.5, h: d).translate(0, h - d / 2, 0)",
+        [0.0, 1.0, 0.0],
+        0.5,
+    ),
+    (
+        "param h = 1 in 0.5..=2; rect(4, 4).extrude(h).rotate(90deg, X) - cylinder(r: 0.5, h: h + 0.02)",
+        [0.0, 0.51, 0.0],
+        0.5,
+    ),
+    (
+        "param h = 1 in 0.5..=2; (box([4, h, 4]) | box([1, h / 2, 1]).translate(2, 0, 0)) - cylinder(r: 0.25, h: h).translate(1, 0, 0).polar(4)",
+        [0.0, 0.5, 1.0],
+        0.25,
+    ),
     // From the plane.
     (
         "(rect([4, 4]) - rect([1, 2]).translate(0, 1)).extrude(1)",
@@ -169,8 +190,14 @@ const KEPT: &[Case] = &[
         [2.0, 0.0, 4.0],
         0.0,
     ),
+    // Following another number, or one that may be less.
     (
-        "param h = 1 in 0.5..=2; box([4, h, 4]) - cylinder(r: 0.5, h: h)",
+        "param h = 1 in 0.5..=2; param g = 1 in 0.5..=2; box([4, h, 4]) - cylinder(r: 0.5, h: g)",
+        [0.0, 0.5, 0.0],
+        0.0,
+    ),
+    (
+        "param h = 1 in 0.5..=2; box([4, h, 4]) - cylinder(r: 0.5, h: 2 * h - 1)",
         [0.0, 0.5, 0.0],
         0.0,
     ),
