@@ -242,8 +242,7 @@ fn lowered_subject(
     lasting: &mut Boxes,
 ) -> Option<(Option<Graph>, Bounds)> {
     let mut boxes = Boxes::at(0.0, HashMap::new());
-    let subject = subject(scene, &mut boxes, root)?;
-    let bounds = boxes.of(World::from(&*scene), subject);
+    let (subject, bounds) = subject(scene, &mut boxes, root)?;
     if subject == root {
         return Some((None, bounds));
     }

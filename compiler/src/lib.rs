@@ -4,6 +4,7 @@
 pub mod bounds;
 mod boxes;
 pub mod clauses;
+mod climb;
 pub mod compile;
 pub mod cutters;
 pub mod dump;
@@ -20,6 +21,7 @@ pub mod raise;
 pub mod range;
 pub mod scene;
 pub mod schedule;
+mod seen;
 mod shape_range;
 pub mod slope;
 mod spread;

@@ -3,8 +3,10 @@
 //! Intervals find its reach: boxes that reach farthest are asked first whether the field can be below zero
 //! there, so that thin and nested shapes are framed as closely as plain ones.
 
-use crate::bounds::{Boxes, World};
+use crate::bounds::{Boxes, Present, World};
+use crate::climb::Climb;
 use crate::scene::{Scene, Shape, ShapeId, ShapeKind};
+use crate::seen::radius;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::{evaluate, gradient};
 use sdfc_vm::interval::Interval;
@@ -20,44 +22,97 @@ use std::collections::{BinaryHeap, HashMap};
 const LEVELS: u32 = 6;
 /// The most boxes that are asked for one direction.
 const MOST_BOXES: usize = 300;
+/// The gap between what intervals allow and what points show, in half diagonals of those, from which on points
+/// count.
+const LOOSE: f64 = 0.1;
+/// What is added to the reach of points, in half diagonals of them.
+const MARGIN: f64 = 0.02;
 
-/// The shape without its operands that have no end; none where nothing is left.
-pub(crate) fn subject(scene: &mut Scene, boxes: &mut Boxes, id: ShapeId) -> Option<ShapeId> {
+/// The shape without its operands that have no end, and a box around it; none where nothing is left.
+pub(crate) fn subject(
+    scene: &mut Scene,
+    boxes: &mut Boxes,
+    id: ShapeId,
+) -> Option<(ShapeId, Bounds)> {
     let bounds = boxes.of(World::from(&*scene), id);
+    if bounds.is_empty() {
+        return None;
+    }
     if bounds.is_finite() {
-        return (!bounds.is_empty()).then_some(id);
+        return Some((id, bounds));
     }
     let shape = scene.shapes[id.0 as usize].clone();
     let mut kind = shape.kind.clone();
     match &mut kind {
         ShapeKind::Combine { op, children, .. } if set(*op) == Some(SetOperation::Union) => {
             let all = std::mem::take(children);
-            let left = all
+            let left: Vec<_> = all
                 .into_iter()
-                .filter_map(|child| subject(scene, boxes, child));
-            *children = left.collect();
-            if let [only] = **children {
+                .filter_map(|child| subject(scene, boxes, child))
+                .collect();
+            if let [only] = *left {
                 return Some(only);
             }
-            if children.is_empty() {
+            if left.is_empty() {
                 return None;
             }
+            *children = left.iter().map(|(child, _)| *child).collect();
+            let hull = left
+                .iter()
+                .fold(Bounds::EMPTY, |hull, (_, bounds)| hull.hull(bounds));
+            let (id, bounds) = made(scene, boxes, shape, kind);
+            return Some((id, bounds.common(&hull)));
         }
         // What is cut away has no end of its own.
         ShapeKind::Combine { op, children, .. } if set(*op) == Some(SetOperation::Subtraction) => {
-            children[0] = subject(scene, boxes, children[0])?;
+            let (body, within) = subject(scene, boxes, children[0])?;
+            children[0] = body;
+            let (id, bounds) = made(scene, boxes, shape, kind);
+            return Some((id, bounds.common(&within)));
         }
         ShapeKind::Frame { child, .. }
         | ShapeKind::Displace { child, .. }
-        | ShapeKind::Painted { child, .. } => *child = subject(scene, boxes, *child)?,
-        ShapeKind::Distance { op, child, .. } if *op != Op::Complement => {
-            *child = subject(scene, boxes, *child)?;
+        | ShapeKind::Painted { child, .. }
+        | ShapeKind::Distance { child, .. }
+            if !is_complement(&shape.kind) =>
+        {
+            *child = subject(scene, boxes, *child)?.0;
+            let (id, bounds) = made(scene, boxes, shape, kind);
+            return found(scene, id, &bounds).map(|bounds| (id, bounds));
         }
-        _ => return None,
+        _ => {}
     }
-    scene.shapes.push(Shape { kind, ..shape });
+    found(scene, id, &bounds).map(|bounds| (id, bounds))
+}
+
+/// Tells if a kind is a complement, which has no end.
+fn is_complement(kind: &ShapeKind) -> bool {
+    matches!(
+        kind,
+        ShapeKind::Distance {
+            op: Op::Complement,
+            ..
+        }
+    )
+}
+
+/// A new shape of a kind, and its box.
+fn made(scene: &mut Scene, boxes: &mut Boxes, like: Shape, kind: ShapeKind) -> (ShapeId, Bounds) {
+    scene.shapes.push(Shape { kind, ..like });
     let id = ShapeId(scene.shapes.len() as u32 - 1);
-    boxes.of(World::from(&*scene), id).is_finite().then_some(id)
+    (id, boxes.of(World::from(&*scene), id))
+}
+
+/// What is left of a box around the origin, where points of a shape are found; none if that has no end.
+pub(crate) fn found(scene: &Scene, id: ShapeId, bounds: &Bounds) -> Option<Bounds> {
+    let mut present = Present::default();
+    let mut uniform =
+        |id| Interval::point(present.value(&scene.expressions, &scene.params, 0.0, id));
+    let radius = radius(World::from(scene), id, &mut uniform);
+    let within = radius.map_or(*bounds, |radius| {
+        bounds.common(&Bounds::centred([radius; 3]))
+    });
+    within.is_finite().then_some(within)
 }
 
 /// The set operation of a row.
@@ -66,13 +121,30 @@ fn set(op: Op) -> Option<SetOperation> {
 }
 
 /// The outline of a solid within a box.
+///
+/// Where intervals bound it far too widely, points of the solid tell how far it reaches.
 pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Outline {
     let mut search = Search {
         program,
         bounds,
         known: HashMap::new(),
+        is_cut_short: false,
     };
-    Outline::by(|direction| search.reach(direction))
+    let widest = Outline::by(|direction| search.reach(direction));
+    if !search.is_cut_short {
+        return widest;
+    }
+    let Some(climb) = Climb::new(program, bounds) else {
+        return widest;
+    };
+    Outline::by(|direction| {
+        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let (most, least) = (widest.reach(direction), climb.reach(direction));
+        match most - least > LOOSE * length * climb.size {
+            true => least + MARGIN * length * climb.size,
+            false => most,
+        }
+    })
 }
 
 /// A box of the octree: its level, and its number along each axis.
@@ -83,6 +155,8 @@ struct Search<'a> {
     bounds: &'a Bounds,
     /// The boxes that were asked, and if the field can be below zero there.
     known: HashMap<Cell, bool>,
+    /// A direction was given up, and its reach may be far less.
+    is_cut_short: bool,
 }
 
 /// A box on the list of those that may reach farthest.
@@ -125,6 +199,7 @@ impl Search<'_> {
         while let Some(Candidate { reach, cell }) = open.pop() {
             asked += 1;
             if asked > MOST_BOXES {
+                self.is_cut_short = true;
                 return reach;
             }
             if !self.may_be_inside(cell) {

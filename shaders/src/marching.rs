@@ -108,6 +108,8 @@ const STEADILY: f64 = 0.01;
 const BESIDE: f64 = 2.0;
 /// From how many on it is if the field falls to zero before it: four pixels.
 const WITHIN: f64 = 8.0;
+/// How near to a root a line through both sides of a change of sign must lead, in units of rounding.
+const AT_HAND: f64 = 0.5;
 /// How far from a root the nearer side of a change of sign must be looked at, in units of rounding.
 const BOTH_SIDES: f64 = 2.0;
 /// How many secant steps are taken at most.
@@ -293,7 +295,7 @@ pub fn nearly_arrived<R: Real>(
 pub fn settled<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R, raw: R) -> R {
     let change = (field_other - field).abs().named("change");
     let width = (t - t_other).abs().named("width");
-    let off = (change * rounding).less(field.abs() * width);
+    let off = (change * rounding * lit(AT_HAND)).less(field.abs() * width);
     let wide = (rounding * lit(2.0 * BOTH_SIDES)).less(width * raw);
     let is_open = R::and(R::or(off, wide), lit::<R>(0.0).less(change));
     R::select(is_open, lit(0.0), lit(1.0))

@@ -10,7 +10,7 @@ use crate::elaborate::short;
 use crate::graph::{Node, NodeId, Number};
 use crate::scene::{Scene, ShapeId};
 use crate::slope::{Refuted, margin, near};
-use crate::subject::subject;
+use crate::subject::{found, subject};
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
@@ -31,6 +31,9 @@ const BEYOND: f64 = 0.01;
 /// The half side of the cube that holds all that rays reach, in sizes of the scene.
 const REACH: f64 = 1e6;
 
+/// The size from which on a box may be due to intervals rather than to what is in it.
+const VAGUE: f64 = 64.0;
+
 /// The least size that an endless scene is taken to have: cameras that are left open stand so far away.
 const LEAST_SIZE: f64 = 1.0;
 
@@ -40,12 +43,19 @@ const LEAST_SIZE: f64 = 1.0;
 /// Of a scene without a subject the axis along which it ends nearest counts: a hill falls away for ever.
 pub(super) fn size(scene: &mut Scene, root: ShapeId) -> f64 {
     let mut boxes = Boxes::at(0.0, HashMap::new());
-    let subject = subject(scene, &mut boxes, root);
-    let Bounds { min, max } = boxes.of(World::from(&*scene), subject.unwrap_or(root));
-    let ends = (0..3).filter_map(|axis| farthest([min[axis], max[axis]]));
-    let ends = match subject {
-        Some(_) => ends.reduce(f64::max),
-        None => ends.reduce(f64::min),
+    let ends = match subject(scene, &mut boxes, root) {
+        Some((id, bounds)) => {
+            let end = |bounds: &Bounds| farthest(bounds.min.into_iter().chain(bounds.max));
+            match end(&bounds) {
+                Some(far) if far > VAGUE => found(scene, id, &bounds).as_ref().and_then(end),
+                far => far,
+            }
+        }
+        None => {
+            let Bounds { min, max } = boxes.of(World::from(&*scene), root);
+            let ends = (0..3).filter_map(|axis| farthest([min[axis], max[axis]]));
+            ends.reduce(f64::min)
+        }
     };
     let cameras = scene.cameras.iter().filter(|camera| !camera.automatic);
     let places = cameras.flat_map(|camera| camera.from.into_iter().chain(camera.look));
@@ -84,7 +94,11 @@ impl Lowering<'_> {
             // No surface to step over, and no value that could be taken for one.
             return self.graph.add(Node::Constant(Number::Constant(FAR_AWAY)));
         }
-        if bounds.is_finite() {
+        let unit = self.size * at.unit;
+        let cubes = CUBES.map(|cube| cube * unit);
+        let reach = farthest(bounds.min.into_iter().chain(bounds.max));
+        let is_large = reach.is_some_and(|reach| reach > cubes[0]);
+        if bounds.is_finite() && !is_large {
             let margin = margin(&bounds);
             let near = self.known_slope(id, &near(&bounds));
             if near * WORTH_WHILE > everywhere {
@@ -95,8 +109,6 @@ impl Lowering<'_> {
             let numbers: Vec<f64> = corners.chain([margin]).collect();
             return self.row(Op::Bounded, at, divided, &numbers);
         }
-        let unit = self.size * at.unit;
-        let cubes = CUBES.map(|cube| cube * unit);
         let first = self.known_slope(id, &Bounds::centred([cubes[0]; 3]));
         if first * WORTH_WHILE > everywhere {
             return self.divided(node, everywhere, at);

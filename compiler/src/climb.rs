@@ -1,0 +1,111 @@
+//! Points of a solid, found by going down its field and along its surface.
+//!
+//! Intervals bound the reach of a solid from outside, but of folded and twisted fields far too widely. Points
+//! bound it from inside. They prove nothing of what they do not find: cameras are placed by them, steps are not.
+
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::evaluate::gradient;
+use sdfc_vm::program::Program;
+use sdfc_vm::vector::V3;
+
+type Point = [f64; 3];
+
+/// The points from which the field is gone down, around the middle of the box.
+const STARTS: u32 = 144;
+/// Their distances, as powers of this share of the box's half diagonal.
+const CLOSER: f64 = 1.0 / 6.0;
+/// The number of distances.
+const SHELLS: i32 = 6;
+/// The most steps down.
+const STEPS: usize = 40;
+/// A step that counts as none, as a share of the box's half diagonal.
+const ARRIVED: f64 = 1e-7;
+/// The points from which a direction is followed.
+const CLIMBERS: usize = 3;
+/// The most steps along the surface.
+const CLIMBS: usize = 14;
+
+/// Points of a solid within a box.
+pub(crate) struct Climb<'a> {
+    program: &'a Program,
+    half: f64,
+    points: Vec<Point>,
+    /// The half diagonal of what was found.
+    pub(crate) size: f64,
+}
+
+impl<'a> Climb<'a> {
+    /// Goes down the field from all around; none where nothing is found.
+    pub(crate) fn new(program: &'a Program, bounds: &Bounds) -> Option<Self> {
+        let mut climb = Self {
+            program,
+            half: bounds.half_diagonal(),
+            points: Vec::new(),
+            size: 0.0,
+        };
+        let centre = bounds.centre();
+        for start in 0..STARTS {
+            let direction = around(start);
+            let far = climb.half * CLOSER.powi(start as i32 % SHELLS);
+            let at = [0, 1, 2].map(|axis| centre[axis] + direction[axis] * far);
+            let found = climb.down(at);
+            climb.points.extend(found);
+        }
+        let found = climb.points.iter();
+        let hull = found.fold(Bounds::EMPTY, |hull, &p| hull.including(p));
+        climb.size = hull.half_diagonal();
+        (!climb.points.is_empty()).then_some(climb)
+    }
+
+    /// The largest `direction · p` of the points that were found, and of those on the way from them.
+    pub(crate) fn reach(&self, direction: Point) -> f64 {
+        let along = |p: &Point| (0..3).map(|axis| direction[axis] * p[axis]).sum::<f64>();
+        let mut best: Vec<Point> = self.points.clone();
+        best.sort_by(|a, b| along(b).total_cmp(&along(a)));
+        best.truncate(CLIMBERS);
+        let climbed = best.into_iter().map(|start| {
+            let (mut at, mut stride) = (start, self.size / 4.0);
+            for _ in 0..CLIMBS {
+                let next = [0, 1, 2].map(|axis| at[axis] + direction[axis] * stride);
+                match self.down(next) {
+                    Some(next) if along(&next) > along(&at) => at = next,
+                    _ => stride /= 2.0,
+                }
+            }
+            along(&at)
+        });
+        climbed.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The place where the field falls to zero, from a point on.
+    fn down(&self, mut at: Point) -> Option<Point> {
+        for _ in 0..STEPS {
+            let here = gradient::<f64>(self.program, V3::of(at[0], at[1], at[2]));
+            let V3 { x, y, z } = here.gradient;
+            let square = x * x + y * y + z * z;
+            if here.value <= 0.0 {
+                return Some(at);
+            }
+            let way = here.value / square;
+            if !way.is_finite() {
+                return None;
+            }
+            for (at, slope) in at.iter_mut().zip([x, y, z]) {
+                *at -= way * slope;
+            }
+            if way * square.sqrt() < self.half * ARRIVED {
+                return Some(at);
+            }
+        }
+        None
+    }
+}
+
+/// A direction: they are spread evenly, and those of a shell are, too.
+fn around(number: u32) -> Point {
+    let share = (f64::from(number) + 0.5) / f64::from(STARTS);
+    let height = 1.0 - 2.0 * share;
+    let turn = f64::from(number) * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let across = (1.0 - height * height).sqrt();
+    [across * turn.cos(), height, across * turn.sin()]
+}
