@@ -26,8 +26,6 @@ const FRACTIONS: [f64; 4] = [1.0, 0.25, 0.0625, 0.015625];
 const TOUCHING: f64 = 1e-9;
 /// The most boxes that are compared for a scene.
 const MOST_BOXES: usize = 2_000_000;
-/// The largest component of a direction that counts as none.
-const ACROSS: f64 = 1e-9;
 
 /// Rows of a map of points: three factors and a shift.
 type Rows = [[f64; 4]; 3];
@@ -68,12 +66,8 @@ struct Lengthening<'s> {
 enum Step {
     /// A map of points.
     Map(Rows),
-    /// Copies by a row, and the axes along which a part may not grow.
-    Copies {
-        op: Op,
-        numbers: Vec<f64>,
-        fixed: [bool; 3],
-    },
+    /// Copies by a row.
+    Copies { op: Op, numbers: Vec<f64> },
     /// A cut to a box.
     Within(Bounds),
 }
@@ -201,19 +195,7 @@ impl Lengthening<'_> {
                 let Some(numbers) = self.constants(parameters) else {
                     return id;
                 };
-                let fixed = match op {
-                    Op::Repeat | Op::RepeatLimited => {
-                        std::array::from_fn(|axis| numbers[axis] != 0.0)
-                    }
-                    Op::Polar => [true, false, true],
-                    Op::PolarPlane => [true, true, false],
-                    _ => [false; 3],
-                };
-                Some(Step::Copies {
-                    op: *op,
-                    numbers,
-                    fixed,
-                })
+                Some(Step::Copies { op: *op, numbers })
             }
             ShapeKind::Distance {
                 op: Op::Extrude | Op::RoundedExtrude,
@@ -322,32 +304,23 @@ impl Lengthening<'_> {
         };
         let way = if upper { out } else { -out };
         let is_long = own.max[axis] - own.min[axis] > out;
-        if is_long && self.is_free(&between(at - way, at), axis, path, cut) {
+        if is_long && self.is_free(&between(at - way, at), path, cut) {
             return 0.0;
         }
         let possible = FRACTIONS
             .into_iter()
-            .find(|fraction| self.is_free(&between(at, at + way * fraction), axis, path, cut));
+            .find(|fraction| self.is_free(&between(at, at + way * fraction), path, cut));
         possible.map_or(0.0, |fraction| out * fraction)
     }
 
-    /// Tells if nothing is left in a box of a part's frame, by which the part grew along an axis.
-    fn is_free(&mut self, added: &Bounds, axis: usize, path: &[Step], cut: &Cut) -> bool {
+    /// Tells if nothing is left in a box of a part's frame, by which the part grew.
+    fn is_free(&mut self, added: &Bounds, path: &[Step], cut: &Cut) -> bool {
         let (mut rows, mut added) = (SAME, *added);
-        let mut along = [0.0; 3];
-        along[axis] = 1.0;
         for step in path.iter().rev() {
             match step {
-                Step::Map(map) => {
-                    rows = composed(map, &rows);
-                    along = std::array::from_fn(|row| {
-                        (0..3).map(|column| map[row][column] * along[column]).sum()
-                    });
-                }
-                Step::Copies { op, numbers, fixed } => {
-                    if (0..3).any(|axis| fixed[axis] && along[axis].abs() > ACROSS) {
-                        return false;
-                    }
+                Step::Map(map) => rows = composed(map, &rows),
+                // The box of all copies: one that grew into the others' cells is not clear.
+                Step::Copies { op, numbers } => {
                     let BoundsRule::Map(rule) = op.row().meta.bounds else {
                         return false;
                     };
