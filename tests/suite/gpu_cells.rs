@@ -303,6 +303,54 @@ fn squares_of_figures_are_cut_too() {
     }
 }
 
+/// Slanted strips side by side, about `wide` apart, around a place: from one strip to the next the field changes as
+/// fast as its slopes say, along the diagonals of squares.
+fn strips(count: usize, wide: f64, place: f64) -> (Module, Vec<f64>) {
+    let mut text = String::from("union([\n");
+    for n in 0..count {
+        let aside = wide * (n as f64 - count as f64 / 2.0 + 0.3 * ((n * n) as f64).sin());
+        let _ = writeln!(
+            text,
+            "rect([{}, {}]).rotate(45deg).translate({}, {}),",
+            0.2 * wide,
+            4.0 * wide * count as f64,
+            place + aside,
+            place - aside
+        );
+    }
+    let side = wide * count as f64;
+    let _ = writeln!(
+        text,
+        "]) & rect([{side}, {side}]).translate({place}, {place})"
+    );
+    module(text)
+}
+
+/// Choices are decided as closely as slopes allow, and no closer.
+#[test]
+fn choices_of_the_device_hold_in_the_corners_of_squares() {
+    let Some(mut engine) = interp(|limits| limits) else {
+        return;
+    };
+    for (wide, place) in [(0.1, 0.0), (0.0005, 1000.0)] {
+        let (module, outputs) = on_large_stack(|| strips(60, wide, place));
+        assert!(module.settings.plane);
+        engine.load(&loaded(&module, &outputs)).expect("it loads");
+        let mut draw = |cells| {
+            let overrides = Overrides {
+                size: Some([512, 512]),
+                mode: Mode::Distance,
+                ..small(cells)
+            };
+            drawn(&mut *engine, &module, &outputs, &overrides).expect("it is drawn")
+        };
+        let [without, device] = [CellUse::Never, CellUse::Device].map(&mut draw);
+        assert_eq!(differing(&without, &device), [0; 5], "strips {wide} wide");
+        let cells = device.stats.cells;
+        assert!(cells.made > 1000, "strips {wide} wide: {cells:?}");
+    }
+}
+
 #[test]
 fn without_room_cells_keep_their_parents_tapes_and_the_picture() {
     // Room for some cells, for few, and for less than the first ones.
