@@ -215,7 +215,7 @@ mod tests {
         edges.filter_map(crossing).collect()
     }
 
-    /// Of a corner of a box that a plane cuts off nothing lies beyond the outline.
+    /// The outline holds all of a corner that a plane cuts off a box.
     #[test]
     fn small_corners_are_within_the_outline() {
         let mut state = 3_u64;

@@ -59,7 +59,7 @@ fn walls_are_as_far_as_they_are() {
     }
 }
 
-/// Of a cut or an intersection the field is the distance to the farther face, and the edge is where they meet.
+/// The field of a cut is the distance to the farther face. The edge is where both meet.
 #[test]
 fn edges_are_farther_than_their_faces() {
     for (x, y) in [(0.3_f32, 0.4_f32), (0.4, 0.3), (0.05, 0.2)] {

@@ -186,6 +186,10 @@ fn jumps_are_closed_in_on() {
     let (t, steps) = march(jump, threshold, 100);
     assert!((t - 2.3).abs() <= threshold, "stopped at {t}");
     assert!(steps < 60, "{steps} steps");
+    // From far away: secant steps alone would halve a step of 20 too few times.
+    let (t, steps) = march(|t| if t < 33.0 { 20.0 } else { -20.0 }, threshold, 1000);
+    assert!((t - 33.0).abs() <= threshold, "stopped at {t}");
+    assert!(steps < 200, "{steps} steps");
     // And on: of two points with different signs, those between which it lies are kept.
     let ends = [2.300_5_f32, 2.299_5].map(|t| (t, jump(t)));
     let t = root_between(jump, ends);
@@ -212,8 +216,8 @@ fn secant_steps_find_the_root() {
     }
 }
 
-/// Faces that are flush leave a field about zero with nothing there: rays pass it, as long as it is no more below
-/// zero than rounding takes it.
+/// Faces that are flush leave a field about zero with nothing there. Rays pass it where it is no farther below zero
+/// than rounding takes it.
 #[test]
 fn what_rounding_alone_takes_below_zero_is_passed() {
     let rays = Rays::with_threshold(1e-2);
@@ -228,7 +232,7 @@ fn what_rounding_alone_takes_below_zero_is_passed() {
     assert!((t - 3.0).abs() < 1e-4, "stopped at {t}");
 }
 
-/// Past what it all but touches a ray goes in steps of a share of a pixel, however near it may come to a root.
+/// Rays past what they all but touch take steps of a fraction of a pixel, however close a root they want.
 #[test]
 fn rays_that_want_close_roots_do_not_creep_either() {
     let rays = Rays {

@@ -91,7 +91,7 @@ fn open_cameras_frame_what_has_an_end() {
     assert!(wrong.is_empty(), "of {tried}:\n{}", wrong.join("\n"));
 }
 
-/// What stands in an endless scene is seen, whichever way a wall is in front of it.
+/// Open cameras of endless scenes see what has an end, whichever way a wall stands.
 #[test]
 fn open_cameras_look_past_walls() {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");

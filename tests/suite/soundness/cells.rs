@@ -234,7 +234,7 @@ const PLANES: [(&str, f32); 6] = [
     ("200 * p.x - 198 * p.x - 2 * p.y - 0.1372", 1000.0),
 ];
 
-/// Where a plane cuts a corner off a cell, that cell is kept: the value in the middle and the gradient say just that.
+/// Cells are kept where a plane cuts off a corner. The value in the middle and the gradient say just that.
 #[test]
 fn cells_are_kept_of_which_a_corner_is_cut_off() {
     let (mut kept, mut failures) = (0, Vec::new());

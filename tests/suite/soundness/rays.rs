@@ -1,4 +1,4 @@
-//! Where rays through cells end there is a surface, also where they all but touch one.
+//! Rays through cells end on surfaces, also where they all but touch one.
 //!
 //! Pictures that are compared leave silhouettes out, where an error of a leaf would show.
 

@@ -3,7 +3,7 @@
 use crate::corpus::compiled_text;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, Loaded, open};
-use sdfc_runtime::frame::{CellUse, Lens, Mode, Status, View};
+use sdfc_runtime::frame::{CellUse, Lens, Mode, View};
 use sdfc_runtime::reference::Camera;
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
@@ -62,7 +62,7 @@ fn touching([x, y, z]: [f32; 3]) -> String {
     )
 }
 
-/// Points about which `place` says where they are, at which guards change a value.
+/// Values that guards change, at random points that `place` gives.
 fn changed_by_guards(text: &str, mut place: impl FnMut(&mut Random) -> [f32; 3]) -> Vec<String> {
     let module = compiled_text(text, PassOptions::default()).module;
     let program = &module.distance;
@@ -102,7 +102,7 @@ fn guards_skip_no_box_beside_an_edge() {
     assert!(found.is_empty(), "{} times: {}", found.len(), found[0]);
 }
 
-/// Far away it is the roundings of distances that decide.
+/// Roundings of distances decide far away.
 #[test]
 fn guards_skip_no_box_far_away() {
     let mut round = 0;
@@ -146,8 +146,7 @@ fn of_coincident_faces_the_first_shows_on_every_engine() {
     }
 }
 
-/// A hole filled with something of another colour, flush with the face: of the skin that the hole leaves nothing
-/// shows, neither its colour nor its other side.
+/// A hole is filled with another colour, flush with the face. Nothing shows of the skin that it leaves.
 #[test]
 fn what_fills_a_hole_shows() {
     let text = "param h = 1 in 0.5..=2;\n\
@@ -205,8 +204,8 @@ fn what_fills_a_hole_shows() {
     }
 }
 
-/// Between bricks that touch there is a face that nobody sees. Rays end beside the surface by rounding, perhaps nearer
-/// to that face than to the one that is seen, which decides the normal.
+/// Bricks that touch hide a face between them. Rays end beside the surface by rounding, perhaps nearer to that face.
+/// The face that is seen decides the normal.
 #[test]
 fn no_seams_show_between_bricks() {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");

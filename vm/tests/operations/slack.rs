@@ -102,8 +102,7 @@ fn elementary_functions_leave_the_ends_of_their_intervals_by_rounding() {
     );
 }
 
-/// Crests beside the end of an interval are in it, by as little as they may rise above its ends: more, the farther
-/// away they are.
+/// Crests beside the end of an interval are in it. They rise above its ends the more, the farther away they are.
 #[test]
 fn crests_beside_the_ends_of_an_interval_are_seen() {
     let mut random = Random::new(92);
