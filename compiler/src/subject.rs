@@ -262,3 +262,67 @@ impl Search<'_> {
         fall < middle.lo
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sdfc_vm::evaluate::evaluate_f64;
+    use sdfc_vm::listing::parse;
+    use sdfc_vm::outline::directions;
+    use sdfc_vm::real::Vector3;
+
+    /// The places where a plane crosses the edges of a box.
+    fn crossings(program: &Program, bounds: &Bounds) -> Vec<[f64; 3]> {
+        let corner = |number: usize| {
+            [0, 1, 2].map(|axis| match number >> axis & 1 {
+                0 => bounds.min[axis],
+                _ => bounds.max[axis],
+            })
+        };
+        let edges = (0..8).flat_map(|from| (0..3).map(move |axis| (from, from ^ 1 << axis)));
+        let crossing = |(from, to): (usize, usize)| {
+            let ends = [corner(from), corner(to)];
+            let [a, b] = ends.map(|p| evaluate_f64(program, p));
+            let [from, to] = ends;
+            (a > 0.0 && b < 0.0)
+                .then(|| [0, 1, 2].map(|i| from[i] + (to[i] - from[i]) * a / (a - b)))
+        };
+        edges.filter_map(crossing).collect()
+    }
+
+    /// The outline holds all of a corner that a plane cuts off a box.
+    #[test]
+    fn small_corners_are_within_the_outline() {
+        let mut state = 3_u64;
+        let mut number = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 33) as f64 / f64::from(1 << 30) - 1.0
+        };
+        let mut tried = 0;
+        for _ in 0..200 {
+            let normal = V3::of(number(), number(), number()).normalize();
+            let V3 { x, y, z } = normal;
+            let listing = format!("0000 plane [{x:?}, {y:?}, {z:?}, {:?}]", -number());
+            let program = parse(&listing).expect("a program");
+            let bounds = Bounds {
+                min: [0, 1, 2].map(|_| -number().abs()),
+                max: [0, 1, 2].map(|_| number().abs()),
+            };
+            let outline = outline(&program, &bounds);
+            for p in crossings(&program, &bounds) {
+                tried += 1;
+                for (direction, reach) in directions().into_iter().zip(outline.reaches) {
+                    let along: f64 = (0..3).map(|axis| direction[axis] * p[axis]).sum();
+                    assert!(
+                        along <= reach + 1e-6,
+                        "{listing} in {bounds:?}: {p:?} is {} beyond {direction:?}",
+                        along - reach
+                    );
+                }
+            }
+        }
+        assert!(tried > 300, "only {tried} places");
+    }
+}

@@ -269,6 +269,45 @@ fn a_telescope_sees_a_ball_as_round_as_it_is() {
     }
 }
 
+/// A cube with known bounds.
+struct Cube(f64);
+
+impl Formula for Cube {
+    fn distance<R: Real>(&self, p: R::Vec3) -> R {
+        let q = p.abs() - R::Vec3::splat(R::constant(self.0));
+        q.max(R::Vec3::splat(lit(0.0))).length() + q.max_component().min(lit(0.0))
+    }
+    fn bounds(&self) -> Bounds {
+        Bounds::centred([self.0; 3])
+    }
+}
+
+/// The corner of a cube is as far in front of its middle as anything of a box can be.
+#[test]
+fn a_telescope_sees_the_corner_of_a_cube() {
+    for lens in [Lens::Perspective(1e-5), Lens::Orthographic(2.0)] {
+        let settings = RenderSettings {
+            size: [65, 65],
+            view: View {
+                from: [2e5; 3],
+                look: [0.0; 3],
+                up: [0.0, 1.0, 0.0],
+                lens,
+            },
+            far: 1e7,
+            ..settings()
+        };
+        let frame = picture(&Analytic(Cube(1.0)), &settings);
+        let middle = 32 * 65 + 32;
+        assert_eq!(frame.status[middle], Status::Hit, "{lens:?}");
+        let (depth, corner) = (f64::from(frame.depth[middle]), (2e5 - 1.0) * 3.0_f64.sqrt());
+        assert!(
+            (depth - corner).abs() < 0.1,
+            "{lens:?}: {depth}, not {corner}"
+        );
+    }
+}
+
 /// The ground, or anything else below a height.
 struct Ground(f64);
 

@@ -1,6 +1,6 @@
 //! Cameras that scenes leave open: what has an end fills most of the picture, and nothing of it is cut off.
 
-use crate::corpus::{compiled, name, on_large_stack, scenes};
+use crate::corpus::{compiled, compiled_text, name, on_large_stack, scenes};
 use crate::strangers::folders;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, Loaded, open};
@@ -89,4 +89,45 @@ fn open_cameras_frame_what_has_an_end() {
     }
     assert!(tried >= 40, "{tried}");
     assert!(wrong.is_empty(), "of {tried}:\n{}", wrong.join("\n"));
+}
+
+/// Open cameras of endless scenes see what has an end, whichever way a wall stands.
+#[test]
+fn open_cameras_look_past_walls() {
+    let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
+    for (axis, way) in [
+        ("X", 1),
+        ("X", -1),
+        ("Y", 1),
+        ("Y", -1),
+        ("Z", 1),
+        ("Z", -1),
+    ] {
+        let place = ["X", "Y", "Z"].map(|other| if other == axis { way } else { 0 });
+        let [x, y, z] = place;
+        let text = format!("sphere(0.5) | slab({axis}, 0.2).translate({x}, {y}, {z})\n");
+        let mut compiled = compiled_text(&text, PassOptions::default());
+        let outputs = compiled.module.update(0.0);
+        let module = &compiled.module;
+        let overrides = Overrides {
+            size: Some([33, 33]),
+            aa: Some(1),
+            ..Overrides::default()
+        };
+        let settings = resolve(module, &outputs, &overrides).expect("it has settings");
+        let scene = Loaded {
+            module,
+            outputs: &outputs,
+            generated: SceneSource::default(),
+        };
+        engine.load(&scene).expect("it loads");
+        let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
+        let view = settings.view;
+        let way: [f64; 3] = std::array::from_fn(|axis| view.look[axis] - view.from[axis]);
+        let length = way.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let depth = f64::from(frame.depth[16 * 33 + 16]);
+        let seen: [f64; 3] = std::array::from_fn(|i| view.from[i] + way[i] / length * depth);
+        let radius = seen.iter().map(|v| v * v).sum::<f64>().sqrt();
+        assert!((radius - 0.5).abs() < 0.01, "{text}{view:?} sees {seen:?}");
+    }
 }

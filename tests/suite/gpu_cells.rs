@@ -303,6 +303,67 @@ fn squares_of_figures_are_cut_too() {
     }
 }
 
+/// Plates across the diagonal of a cube: from one to the next the field changes as fast as its slopes say, along
+/// the diagonals of cells.
+fn plates(count: usize) -> (Module, Vec<f64>) {
+    let mut text = String::from("union([\n");
+    for n in 0..count {
+        let at = 0.3 * (n as f64 - count as f64 / 2.0 + 0.3 * ((n * n) as f64).sin());
+        let _ = writeln!(
+            text,
+            "box([1, 0.05, 1.2]).rotate(54.73561deg, [1, 0, -1]).translate({at}, {at}, {at}),"
+        );
+    }
+    text.push_str("])\n");
+    module(text)
+}
+
+/// Strips far from the origin, so narrow that rounding decides which of them is nearer.
+fn narrow_strips(count: usize) -> (Module, Vec<f64>) {
+    let mut text = String::from("union([\n");
+    for n in 0..count {
+        let at = 1000.0 + 1e-4 * (n as f64 - count as f64 / 2.0);
+        let angle = 45.0 + 0.01 * n as f64;
+        let _ = writeln!(
+            text,
+            "rect([2e-5, 0.01]).rotate({angle}deg).translate({at}, {}),",
+            2000.0 - at
+        );
+    }
+    text.push_str("]) & rect([0.0024, 0.0024]).translate(1000, 1000)\n");
+    module(text)
+}
+
+/// The processor, whose choices are tried in every bit, says how much may be left out. Where a device leaves out
+/// more, no ray may ever come to the place where that is wrong.
+#[test]
+fn the_device_leaves_out_no_more_than_the_processor() {
+    let Some(mut engine) = interp(|limits| limits) else {
+        return;
+    };
+    for ((module, outputs), mode) in [
+        (on_large_stack(|| plates(16)), Mode::Depth),
+        (on_large_stack(|| narrow_strips(24)), Mode::Distance),
+    ] {
+        engine.load(&loaded(&module, &outputs)).expect("it loads");
+        let mut draw = |cells| {
+            let overrides = Overrides {
+                mode,
+                ..wide(cells)
+            };
+            drawn(&mut *engine, &module, &outputs, &overrides).expect("it is drawn")
+        };
+        let uses = [CellUse::Never, CellUse::Processor, CellUse::Device];
+        let [without, processor, device] = uses.map(&mut draw);
+        assert_eq!(differing(&without, &device), [0; 5], "{mode:?}");
+        let [processor, device] = [processor, device].map(|frame| frame.stats.cells);
+        assert!(
+            device.made * 100 >= processor.made * 99,
+            "{mode:?}: {processor:?}, {device:?}"
+        );
+    }
+}
+
 #[test]
 fn without_room_cells_keep_their_parents_tapes_and_the_picture() {
     // Room for some cells, for few, and for less than the first ones.

@@ -5,5 +5,6 @@
 
 mod cells;
 mod passes;
+mod rays;
 mod samples;
 mod slack;

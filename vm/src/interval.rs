@@ -265,11 +265,10 @@ impl<E: End> IntervalOf<E> {
         let error = E::trigonometric_error(self.magnitude());
         let (a, b) = (f(self.lo), f(self.hi));
         // A crest (or a trough) lies inside if one more of them is passed at the end than at the
-        // start; the slack errs on the side of a wider range.
+        // start. One that rounding puts on the wrong side of an end is all but reached there.
         let passes = |phase: f64| {
-            let (start, end) = (self.lo - lit(phase), self.hi - lit(phase));
-            let turns = |x: E, slack: E| (x * lit(1.0 / TAU) + slack).floor();
-            turns(start, -error) < turns(end, error)
+            let turns = |x: E| ((x - lit(phase)) * lit(1.0 / TAU)).floor();
+            turns(self.lo) < turns(self.hi)
         };
         let one = lit::<E>(1.0);
         // Comparisons with NaN fail: what is not known to be short is taken to be long.

@@ -144,6 +144,11 @@ fn copies_of_what_moves_are_where_they_would_be_one_by_one() {
             "union(for i in 0..3 { for j in 0..3 { for k in 0..3 {
                 box(r, 0.2, 0.3).translate(1.2 * i - 0.5, 1.2 * j - 1.2, 1.2 * k - 1.2 + 2 * r) } } })",
         ),
+        // Not their own mirror images: the nearest copy may stand beside that of the cell.
+        (
+            "cone(r, 0, 0.8).repeat([0, 1, 0], count: [1, 3, 1])",
+            "union(for j in 0..3 { cone(r, 0, 0.8).translate(0, j - 1, 0) })",
+        ),
         // Within three units of the origin, five copies are as good as all.
         (
             "sphere(r).repeat([1.5, 0, 0])",

@@ -184,6 +184,12 @@ const KEPT: &[Case] = &[
         [0.0, 0.5, 0.0],
         0.0,
     ),
+    // Below a narrower one.
+    (
+        "box([4, 1, 4]) - cylinder(r: 0.5, h: 0.5).translate(0, -0.25, 0) - cylinder(r: 0.3, h: 0.5).translate(0, 0.25, 0)",
+        [0.4, 0.0, 0.0],
+        0.0,
+    ),
     // Along copies, and with a live height.
     (
         "box([9, 1, 9]) - box([1, 1, 9]).repeat([1.5, 0, 0], [3, 1, 1])",

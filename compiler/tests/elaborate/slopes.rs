@@ -52,6 +52,12 @@ const FIELDS: &[(&str, f64, f64)] = &[
         1.0,
         1.001,
     ),
+    // Elsewhere than where it is seen. A warp is taken to stretch by the root of three where it only shifts.
+    (
+        "field(fn(p) => 5 * (exp(p.x) - 1), within: 4).warp(fn(p) => [p.x + 9, p.y, p.z])",
+        6.75,
+        1.75,
+    ),
     // What is known of noise anywhere; no cell is said to be steeper.
     ("field(fn(p) => 0.2 * noise(3 * p), within: 2)", 1.0, 2.7852),
 ];

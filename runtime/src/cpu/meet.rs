@@ -214,3 +214,121 @@ impl Projection {
         near * (1.0 - 1e-5)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::{Cut, Refine, Split, build};
+    use crate::cpu::tile::camera_ray;
+    use crate::frame::{Axes, Lens, View};
+    use sdfc_trials::random::Random;
+    use sdfc_vm::listing::parse;
+    use sdfc_vm::tape::Tape;
+
+    /// Cuts cells of unlike sizes: a quarter of those of the first level.
+    struct Unlike;
+
+    impl Refine for Unlike {
+        fn cut(&self, region: &Region, _: usize, _: f32) -> bool {
+            let mix = |mix: u32, v: &f32| (mix ^ v.to_bits()).wrapping_mul(0x9e37_79b1);
+            let mixed = region.low.iter().fold(0, mix);
+            region.side() > 0.6 || region.side() > 0.2 && mixed >> 30 == 0
+        }
+    }
+
+    /// All cells of a cube around the origin.
+    fn cells() -> Cells {
+        let program = parse("0000 sphere [0.8]\n").expect("a program");
+        let region = Region {
+            low: [-1.0; 3],
+            high: [1.0; 3],
+        };
+        let cut = Cut {
+            region,
+            split: Split::Cube,
+            band: f32::INFINITY,
+            refine: &Unlike,
+        };
+        build(&program, &Tape::of(&program), &cut)
+    }
+
+    fn frame(view: &View, size: [u32; 2]) -> Frame {
+        let [width, height] = size.map(f64::from);
+        let axes = Axes::of_view(view, width / height);
+        let single = |v: [f64; 3]| v.map(|v| v as f32);
+        Frame {
+            origin: single(axes.origin),
+            origin_right: single(axes.origin_right),
+            origin_up: single(axes.origin_up),
+            forward: single(axes.forward),
+            forward_right: single(axes.forward_right),
+            forward_up: single(axes.forward_up),
+            footprint_growth: match view.lens {
+                Lens::Perspective(_) => 1e-3,
+                Lens::Orthographic(_) => 0.0,
+            },
+            far: 1e3,
+            size: size.map(|n| n as f32),
+            ..Frame::default()
+        }
+    }
+
+    /// The way along a ray to a box, if it goes through more of it than a corner.
+    fn way_to(region: &Region, origin: [f32; 3], direction: [f32; 3]) -> Option<f64> {
+        let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+        for axis in 0..3 {
+            let ends = [region.low[axis], region.high[axis]];
+            let [a, b] = ends.map(|end| f64::from(end) - f64::from(origin[axis]));
+            let along = f64::from(direction[axis]);
+            enter = enter.max((a / along).min(b / along));
+            leave = leave.min((a / along).max(b / along));
+        }
+        (leave > enter + 1e-4).then_some(enter)
+    }
+
+    /// Every ray finds all leaves that it goes through on its packet's list, none farther away than it is.
+    #[test]
+    fn packets_list_what_their_rays_go_through() {
+        let cells = cells();
+        let leaves: Vec<u32> = cells.leaves().collect();
+        let mut random = Random::new(17);
+        let mut number = |size: f64| (random.below(2001) as f64 / 1000.0 - 1.0) * size;
+        let mut found = 0;
+        for turn in 0..24 {
+            // From near by, from far away, and from within.
+            let from = [0, 1, 2].map(|_| number([3.0, 40.0, 0.7][turn % 3]));
+            let view = View {
+                from,
+                look: [0, 1, 2].map(|_| number(0.3)),
+                up: [0.0, 1.0, 0.0],
+                lens: match turn % 2 {
+                    0 => Lens::Perspective([0.8, 0.06, 1.2][turn % 3]),
+                    _ => Lens::Orthographic(2.5),
+                },
+            };
+            let size = [37, 29];
+            let mut frame = frame(&view, size);
+            frame.offset = [0, 1].map(|_| number(0.5) as f32);
+            let meetings = Meetings::of(&cells, &frame);
+            for pixel in 0..size[0] * size[1] {
+                let [x, y] = [pixel % size[0], pixel / size[0]];
+                let ray = camera_ray(&frame, [x as f32, y as f32]);
+                let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
+                let listed = meetings.at([x, y]);
+                for &leaf in &leaves {
+                    let Some(enter) = way_to(&cells.cell(leaf).region, origin, direction) else {
+                        continue;
+                    };
+                    found += 1;
+                    let near = listed.iter().find(|meeting| meeting.cell == leaf);
+                    let near = near.map(|meeting| f64::from(meeting.near));
+                    assert!(
+                        near.is_some_and(|near| near <= enter * (1.0 + 1e-6)),
+                        "{view:?}, pixel {x} {y}: leaf {leaf} is {enter} away and listed at {near:?}"
+                    );
+                }
+            }
+        }
+        assert!(found > 10_000, "only {found} leaves were met");
+    }
+}

@@ -5,7 +5,7 @@ use crate::scenes::{
     program, with_params,
 };
 use sdfc_runtime::engine::{Engine, EngineKind, Loaded, on};
-use sdfc_runtime::frame::{CellUse, Mode, Normals, Occlusion, RenderSettings};
+use sdfc_runtime::frame::{CellUse, Lens, Mode, Normals, Occlusion, RenderSettings, View};
 use sdfc_runtime::settings::Overrides;
 use sdfc_runtime::verify::verify;
 use sdfc_shaders::assemble::SceneSource;
@@ -48,6 +48,84 @@ fn agree(module: &mut Module, overrides: &Overrides) {
 #[test]
 fn everything_a_program_can_do() {
     agree(&mut module(EVERYTHING, None), &Overrides::default());
+}
+
+/// Compares the pictures of a module by the CPU and the interpreter; gives the number of pixels that show a surface.
+fn compared(module: &Module, view: View, occlusion: Occlusion) -> u64 {
+    let Some(interp) = interp() else { return 0 };
+    let overrides = Overrides {
+        view: Some(view),
+        occlusion: Some(occlusion),
+        ..Overrides::default()
+    };
+    let settings = drawn_as(module, &[], &overrides);
+    let mut engines = [cpu(), interp];
+    let report = verify(&loaded(module, &[]), &mut engines, &settings).expect("both engines run");
+    assert!(report.passed(), "{report}");
+    let [a, b] = [&report.frames[0], &report.frames[1]];
+    assert_eq!(a.stats.hits, b.stats.hits, "{report}");
+    a.stats.hits + a.stats.inside
+}
+
+fn view(from: [f64; 3], look: [f64; 3], lens: Lens) -> View {
+    View {
+        from,
+        look,
+        up: [0.0, 1.0, 0.0],
+        lens,
+    }
+}
+
+/// Cameras in a ball, in a box, and in the wall of what is hollow.
+#[test]
+fn from_inside_of_solids() {
+    for (listing, from) in [
+        ("sphere [0.8]", [0.1, 0.2, -0.1]),
+        ("cuboid [0.5, 0.4, 0.3]", [0.3, -0.1, 0.1]),
+        ("sphere [0.8]\nabs\nsub  right [0.2]", [0.75, 0.1, 0.0]),
+    ] {
+        let module = module(listing, None);
+        let from_inside = view(from, [0.0; 3], Lens::Perspective(1.2));
+        let hits = compared(&module, from_inside, Occlusion::Off);
+        assert!(hits > 1000 || interp().is_none(), "{listing}: {hits} hits");
+    }
+}
+
+/// A lamp between what it lights and a wall behind it: rays towards it end there.
+#[test]
+fn walls_behind_lamps_cast_no_shadow() {
+    let mut scene = module(
+        "cuboid [1.5, 0.1, 1.5]  moved [0.0, 1.0, 0.0]
+        cuboid [1.5, 1.5, 0.1]  moved [0.0, 0.0, 1.0]  blend hard [1.0, 1.0, 0.0, 0.0]",
+        None,
+    );
+    let size = Setting::Constant(0.3);
+    for shadow in [
+        Shadow::Plain(size),
+        Shadow::Soft(size),
+        Shadow::Sized(size),
+        Shadow::Hard,
+    ] {
+        scene.settings.lights[0].source = LightSource::Point(constants([0.1, 0.2, -0.8]));
+        scene.settings.lights[0].shadow = shadow;
+        let front = view([0.5, 1.5, 4.0], [0.0, -0.5, 0.0], Lens::Perspective(0.7));
+        compared(&scene, front, Occlusion::Off);
+    }
+}
+
+/// A plane so far away that rounding is as large as the reach of occlusion.
+#[test]
+fn far_planes_are_open_on_every_engine() {
+    let mut scene = module("plane [0.0, 1.0, 0.0, 0.0]", None);
+    let endless = Bounds::centred([f64::INFINITY; 3]);
+    (scene.settings.bounds, scene.settings.reach) = (endless, endless);
+    scene.settings.found.bounds = endless;
+    scene.settings.render.occlusion_reach = Some(0.05);
+    scene.settings.lights.clear();
+    let far = view([0.0, 3e4, 3e4], [0.0; 3], Lens::Perspective(1e-4));
+    for occlusion in [Occlusion::FiveTap, Occlusion::Multi(9)] {
+        compared(&scene, far, occlusion);
+    }
 }
 
 #[test]

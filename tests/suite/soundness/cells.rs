@@ -1,6 +1,8 @@
 //! What is claimed of cells holds in them.
 
-use super::samples::{Field, all, is_long, point_at, points_of, put, zeros};
+use super::samples::{Field, LEVELS, all, is_long, point_at, points_of, put, zeros};
+use crate::corpus::compiled_text;
+use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::cells::{Cell, Held, Region};
 use sdfc_trials::random::Random;
 use sdfc_vm::evaluate::{evaluate_f64, gradient};
@@ -219,6 +221,63 @@ fn no_surface_lies_where_nothing_is_kept() {
     }
     report(&failures);
     assert!(found > 10_000, "only {found} points near zeros");
+}
+
+/// Planes as raw fields, and the corner of the cube that is cut: bounds by gradients are as close as bounds can be.
+const PLANES: [(&str, f32); 6] = [
+    ("2 * p.x + 3 * p.y + p.z - 0.31", 0.0),
+    ("2 * p.x - 2 * p.y + 2 * p.z + 0.2", 0.0),
+    ("p.x - p.y - 0.17", 0.0),
+    ("0.3 * p.x + 2 * p.y + 4 * p.z - 1.1", 0.0),
+    ("3 * p.x - 3 * p.y - 3 * p.z + 0.05", 0.0),
+    // Large numbers far away, the difference of which is small.
+    ("200 * p.x - 198 * p.x - 2 * p.y - 0.1372", 1000.0),
+];
+
+/// Cells are kept where a plane cuts off a corner. The value in the middle and the gradient say just that.
+#[test]
+fn cells_are_kept_of_which_a_corner_is_cut_off() {
+    let (mut kept, mut failures) = (0, Vec::new());
+    for (text, first) in PLANES {
+        let scene = format!("field(fn(p) => {text}, within: 4000)\n");
+        let program = compiled_text(&scene, PassOptions::default())
+            .module
+            .distance;
+        let low = [first; 3].map(f64::from);
+        let field = Field::new(text.to_owned(), program, low, low.map(|v| v + 1.0));
+        let cells = field.cells(0.0);
+        let mut machine = field.machine();
+        let mut random = Random::new(5);
+        let count = 4_usize.pow(LEVELS as u32 - 1);
+        let side = field.region.side() / count as f32;
+        for place in 0..count.pow(3) {
+            let place = [place % count, place / count % count, place / count / count];
+            let [low, high] = [0, 1].map(|end| {
+                [0, 1, 2].map(|axis| field.region.low[axis] + side * (place[axis] + end) as f32)
+            });
+            let middle = [0, 1, 2].map(|axis| (low[axis] + high[axis]) * 0.5);
+            let held = cells.held_at(middle);
+            kept += usize::from(matches!(held, Held::Leaf(_)));
+            if matches!(held, Held::Leaf(_)) {
+                continue;
+            }
+            let points = points_of(&Region { low, high }, &mut random);
+            let values = field.values(&mut machine, &field.tape.clauses, &points);
+            let is_wrong = |lane: &usize| match held {
+                Held::Nothing => values.0[*lane] < 0.0,
+                _ => values.0[*lane] > 0.0,
+            };
+            if let Some(lane) = (0..LANES).find(is_wrong) {
+                failures.push(format!(
+                    "{text} at {:?}: {}, {held:?}",
+                    point_at(&points, lane),
+                    values.0[lane]
+                ));
+            }
+        }
+    }
+    report(&failures);
+    assert!(kept > 2_000, "only {kept} cells are kept");
 }
 
 /// Points that rounding puts beyond a face find a tape that holds there, too.

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// The side of the box that is cut where a scene has no end.
 const ENDLESS_SIDE: f32 = 24.0;
 /// The number of levels of cells, of 64 children each.
-const LEVELS: i32 = 3;
+pub(super) const LEVELS: i32 = 3;
 /// One of this many scenes of strangers is taken.
 const STRANGERS_STEP: usize = 6;
 

@@ -102,25 +102,43 @@ fn elementary_functions_leave_the_ends_of_their_intervals_by_rounding() {
     );
 }
 
-/// Crests that lie beyond the end of an interval by less than what the sine is off are in it.
+/// Crests beside the end of an interval are in it. They rise above its ends the more, the farther away they are.
 #[test]
 fn crests_beside_the_ends_of_an_interval_are_seen() {
     let mut random = Random::new(92);
-    for _ in 0..2_000 {
-        let turns = random.range(-30.0, 30.0).round();
+    for round in 0..6_000 {
+        let farthest = [30.0, 1_000.0, 15_000.0][round % 3];
+        let turns = random.range(-farthest, farthest).round();
         let crest = ((turns + 0.25) * std::f64::consts::TAU) as f32;
-        let side = random.range(1e-4, 1.0) as f32;
+        let side = random.range(0.05, 1.0) as f32;
+        let beside: Vec<f32> = (-3..=3).map(|steps| neighbour(crest, steps)).collect();
         for (lo, hi) in [
             (crest - side, crest.next_down()),
             (crest.next_up(), crest + side),
             (crest, crest + side),
+            (beside[1], crest + side),
+            (crest - side, beside[5]),
+            (beside[0], beside[6]),
         ] {
             let hull = FloatInterval { lo, hi }.sin();
-            for x in [lo, hi, lo.next_up(), hi.next_down()] {
+            let inside = beside.iter().copied().filter(|x| (lo..=hi).contains(x));
+            for x in inside.chain([lo, hi]) {
                 assert!(hull.contains(sine(x)), "{x} of {lo} to {hi}: {hull:?}");
+                let (trough, hull) = (-x, FloatInterval { lo: -hi, hi: -lo }.sin());
+                assert!(hull.contains(sine(trough)), "{trough}: {hull:?}");
             }
         }
     }
+}
+
+/// The number so many steps of `f32` above another.
+fn neighbour(v: f32, steps: i32) -> f32 {
+    let step = if steps < 0 {
+        f32::next_down
+    } else {
+        f32::next_up
+    };
+    (0..steps.abs()).fold(v, |v, _| step(v))
 }
 
 /// Of noise, a box of no size has its value, and small boxes hold that of their corners.

@@ -96,9 +96,8 @@ fn enter_body(region: &Region, p: &mut Packet) -> Met {
             // Leaves do not come in the order of each ray.
             let clear = p.clear_from.0[lane] <= enter;
             let enter = Real::max(enter, if clear { p.clear_to.0[lane] } else { enter });
+            // Where faces are common, the same numbers say so: what leaves one box there is in the next.
             let exit = Real::min(Real::min(x1, y1), Real::min(z1, p.leave.0[lane]));
-            // A ray along the common face of two boxes must be in one of them at least.
-            let exit = exit + exit.abs() * 4e-7;
             p.enter.0[lane] = enter;
             p.exit.0[lane] = exit;
             crosses[lane] = enter <= exit;

@@ -1,0 +1,308 @@
+//! Rays along lines through fields that are known: where they end, and after how many steps.
+
+use sdfc_shaders::marching;
+
+/// Numbers in [0, 1) that are the same in every run.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f32 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1_u64 << 24) as f32
+    }
+}
+
+/// The numbers that a frame gives its rays.
+#[derive(Clone, Copy)]
+struct Rays {
+    threshold: f32,
+    half_pixel: f32,
+    relaxation: f32,
+    rounding: f32,
+    raw: f32,
+}
+
+impl Rays {
+    fn with_threshold(threshold: f32) -> Self {
+        Self {
+            threshold,
+            half_pixel: 4.0 * threshold,
+            relaxation: marching::RELAXATION as f32,
+            rounding: 1e-6,
+            raw: 0.0,
+        }
+    }
+
+    /// Marches a field along a line; gives how far it came and how many steps that took.
+    fn march(self, field: impl Fn(f32) -> f32, steps: usize) -> (f32, usize) {
+        let (mut t, mut radius, mut step, mut trend) = (0.0, 0.0, 0.0, -1.0);
+        let (mut t_before, mut radius_before) = (0.0, 0.0);
+        for n in 1..=steps {
+            let next = marching::march_step(
+                t,
+                radius,
+                step,
+                trend,
+                t_before,
+                radius_before,
+                field(t + step),
+                n as f32,
+                self.threshold,
+                self.half_pixel,
+                self.relaxation,
+                self.rounding,
+                self.raw,
+                1e9,
+            );
+            (t, radius, step, trend) = (next.t, next.radius, next.step, next.trend);
+            (t_before, radius_before) = (next.t_before, next.radius_before);
+            if next.arrived > 0.0 {
+                let ends = [(t, radius), (t_before, radius_before)];
+                return (root_between(&field, ends), n);
+            }
+        }
+        (t, steps)
+    }
+}
+
+/// Marches with usual numbers.
+fn march(field: impl Fn(f32) -> f32, threshold: f32, steps: usize) -> (f32, usize) {
+    Rays::with_threshold(threshold).march(field, steps)
+}
+
+/// The root between two places of which one is inside, as engines look for it where slopes are not known.
+fn root_between(field: impl Fn(f32) -> f32, ends: [(f32, f32); 2]) -> f32 {
+    let [(mut t, mut value), (mut other, mut value_other)] = ends;
+    for _ in 0..marching::SECANT_STEPS {
+        let rounding = marching::rounding_at(t, 2e-7);
+        if marching::settled(t, value, other, value_other, rounding, 1.0) > 0.0 {
+            break;
+        }
+        let guess = marching::next_guess(t, value, other, value_other, rounding, 1.0);
+        let best = marching::secant_step(t, value, other, value_other, guess, field(guess));
+        (t, value, other, value_other) = (best.t, best.field, best.t_other, best.field_other);
+    }
+    marching::secant_guess(t, value, other, value_other)
+}
+
+#[test]
+fn relaxed_steps_never_jump_over_a_surface() {
+    let mut numbers = Numbers(7);
+    for _ in 0..20_000 {
+        // A ray past two balls, seen as the field along it: the first hit must not be missed.
+        let ball = |n: &mut Numbers| (2.0 + 20.0 * n.next(), 2.5 * n.next(), 0.2 + n.next());
+        let balls = [ball(&mut numbers), ball(&mut numbers), ball(&mut numbers)];
+        let field = |t: f32| {
+            let to =
+                |(at, aside, r): (f32, f32, f32)| ((t - at).powi(2) + aside * aside).sqrt() - r;
+            balls.map(to).into_iter().fold(30.0 - t, f32::min)
+        };
+        let enter = |&(at, aside, r): &(f32, f32, f32)| {
+            // Rays that only touch a ball may or may not stop at it.
+            (aside < r - 1e-3).then(|| at - (r * r - aside * aside).sqrt())
+        };
+        let first = balls.iter().filter_map(enter).fold(30.0, f32::min);
+        let (t, steps) = march(field, 1e-4, 500);
+        assert!(t <= first + 1e-3, "{balls:?}: came to {t} beyond {first}");
+        assert!(steps < 500, "{balls:?}: {steps} steps");
+    }
+}
+
+#[test]
+fn relaxed_steps_are_fewer() {
+    // Down onto a plane at an angle of 6°: plain steps shrink by a tenth each.
+    let sine = 0.1_f32;
+    let (t, steps) = march(|t| 1.0 - t * sine, 1e-4, 1000);
+    assert!((t - 10.0).abs() < 2e-3, "{t}");
+    assert!(steps < 60, "{steps} steps, 88 without relaxation");
+}
+
+#[test]
+fn without_relaxation_each_step_is_the_radius() {
+    // The field along a ray past a ball towards a wall, as plain sphere tracing sees it.
+    let field = |t: f32| (((t - 3.0).powi(2) + 1.21).sqrt() - 1.0).min(9.0 - t);
+    let (mut plain, mut count) = (0.0_f32, 0);
+    while field(plain) >= 1e-4 {
+        plain += field(plain);
+        count += 1;
+    }
+    let plainly = Rays {
+        relaxation: 0.0,
+        ..Rays::with_threshold(1e-4)
+    };
+    let (t, steps) = plainly.march(field, 1000);
+    // The last steps are guesses at the root.
+    assert!(
+        (t - plain).abs() < 2e-4 && (count..count + 4).contains(&steps),
+        "{t}, {steps} steps"
+    );
+    let (_, relaxed) = march(field, 1e-4, 1000);
+    assert!(relaxed < steps, "{relaxed} steps, {steps} without");
+}
+
+#[test]
+fn rays_stop_at_roots_and_not_beside_them() {
+    let threshold = 1e-2;
+    // Past a wire, nearer to it than the threshold, to a wall.
+    let wire = |t: f32| (t - 3.0).hypot(6e-3) - 1e-3;
+    let (t, steps) = march(|t| wire(t).min(8.0 - t), threshold, 200);
+    assert!((t - 8.0).abs() < 1e-4, "stopped at {t}");
+    assert!(steps < 60, "{steps} steps");
+    // Through the wire.
+    let (t, _) = march(|t| (t - 3.0).abs() - 1e-3, threshold, 200);
+    assert!((t - 2.999).abs() < 1e-5, "stopped at {t}");
+    // Through sheets far thinner than the threshold, from the front and at an angle of 3°.
+    for sine in [1.0_f32, 0.3, 0.05] {
+        let sheet = |t: f32| (t - 3.0).abs() * sine - 1e-4;
+        let (t, steps) = march(|t| sheet(t).min(80.0 - t), threshold, 200);
+        assert!(
+            sheet(t).abs() < 2e-4,
+            "{sine}: stopped at {t} after {steps}"
+        );
+    }
+    // A field a hundred times as flat as its bound.
+    let (t, steps) = march(|t| (3.0 - t) * 0.01, threshold, 600);
+    assert!((t - 3.0).abs() < 1e-4, "stopped at {t} after {steps}");
+}
+
+#[test]
+fn rays_that_all_but_touch_pass_without_creeping() {
+    let threshold = 1e-2;
+    for above in [1e-3_f32, 3e-4, 1e-4, 1e-5] {
+        let ball = |t: f32| (t - 5.0).hypot(1.0 + above) - 1.0;
+        let (t, steps) = march(|t| ball(t).min(12.0 - t), threshold, 200);
+        assert!((t - 12.0).abs() < 1e-4, "{above}: stopped at {t}");
+        assert!(steps < 80, "{above}: {steps} steps");
+    }
+}
+
+#[test]
+fn jumps_are_closed_in_on() {
+    // Half a unit above zero, and half below from 2.3 on: no step of a distance ends in there.
+    let jump = |t: f32| if t < 2.3 { 0.5 } else { -0.5 };
+    let threshold = 1e-3;
+    let (t, steps) = march(jump, threshold, 100);
+    assert!((t - 2.3).abs() <= threshold, "stopped at {t}");
+    assert!(steps < 60, "{steps} steps");
+    // From far away: secant steps alone would halve a step of 20 too few times.
+    let (t, steps) = march(|t| if t < 33.0 { 20.0 } else { -20.0 }, threshold, 1000);
+    assert!((t - 33.0).abs() <= threshold, "stopped at {t}");
+    assert!(steps < 200, "{steps} steps");
+    // And on: of two points with different signs, those between which it lies are kept.
+    let ends = [2.300_5_f32, 2.299_5].map(|t| (t, jump(t)));
+    let t = root_between(jump, ends);
+    assert!((t - 2.3).abs() < 3e-5, "{t}");
+}
+
+#[test]
+fn secant_steps_find_the_root() {
+    let field = |t: f32| 5.0 - (t * t + 1.0).sqrt();
+    let root = 24.0_f32.sqrt();
+    let t = root_between(field, [5.0_f32, 4.0].map(|t| (t, field(t))));
+    assert!((t - root).abs() < 1e-6, "{t} for {root}");
+    // Inside of a fold the field may be so flat that a value there tells nothing.
+    for flat in [1e-1, 1e-3, 1e-5] {
+        let fold = |t: f32| (2.3 - t) * if t < 2.3 { 1.0 } else { flat };
+        let t = root_between(fold, [2.300_1_f32, 2.29].map(|t| (t, fold(t))));
+        assert!(
+            (t - 2.3).abs() < 3e-6,
+            "{t} where it falls {flat} times as fast"
+        );
+    }
+    // Whatever the values, it stays between the two places.
+    for (field, other) in [
+        (0.25, 0.25),
+        (0.0, 0.0),
+        (0.1, 0.100_001),
+        (f32::NAN, -1.0),
+        (1e30, -1e-30),
+        (f32::INFINITY, -1.0),
+    ] {
+        let guess = marching::secant_guess(1.0, field, 0.5, other);
+        assert!((0.5..=1.0).contains(&guess), "{field}, {other}: {guess}");
+        let next = marching::next_guess(1.0, field, 0.5, other, 1e-6, 1.0);
+        assert!((0.5..=1.0).contains(&next), "{field}, {other}: {next}");
+    }
+}
+
+/// Faces that are flush leave a field about zero with nothing there. Rays pass it where it is no farther below zero
+/// than rounding takes it.
+#[test]
+fn what_rounding_alone_takes_below_zero_is_passed() {
+    let rays = Rays::with_threshold(1e-2);
+    for below in [0.0, 1e-7, 1e-6, 3e-6] {
+        let flush = |t: f32| ((t - 4.0).abs() - 1.0).max(-below);
+        let (t, steps) = rays.march(|t| flush(t).min(8.0 - t), 800);
+        assert!((t - 8.0).abs() < 1e-4, "{below}: stopped at {t}");
+        assert!(steps < 400, "{below}: {steps} steps");
+    }
+    // What is farther below zero is a surface.
+    let (t, _) = rays.march(|t| ((t - 4.0).abs() - 1.0).max(-1e-5), 800);
+    assert!((t - 3.0).abs() < 1e-4, "stopped at {t}");
+}
+
+/// Rays past what they all but touch take steps of a fraction of a pixel, however close a root they want.
+#[test]
+fn rays_that_want_close_roots_do_not_creep_either() {
+    let rays = Rays {
+        threshold: 1e-5,
+        half_pixel: 1e-2,
+        rounding: 1e-8,
+        ..Rays::with_threshold(0.0)
+    };
+    for above in [3e-4_f32, 1e-4, 1e-5, 1e-6] {
+        let ball = |t: f32| (t - 5.0).hypot(1.0 + above) - 1.0;
+        let (t, steps) = rays.march(|t| ball(t).min(12.0 - t), 2000);
+        assert!((t - 12.0).abs() < 1e-4, "{above}: stopped at {t}");
+        assert!(steps < 210, "{above}: {steps} steps");
+    }
+}
+
+/// A line that leads many pixels ahead may lead through a wall into what stands behind it.
+#[test]
+fn lines_that_lead_through_walls_are_not_followed() {
+    let mut numbers = Numbers(5);
+    let rays = Rays {
+        threshold: 1e-3,
+        half_pixel: 1e-2,
+        ..Rays::with_threshold(0.0)
+    };
+    let mut wrong = 0;
+    for _ in 0..20_000 {
+        // Down onto a plane, with a wall before the root, and a solid in which the step ends, not deep.
+        let sine = 0.005 + 0.015 * numbers.next();
+        let root = 3.0 + numbers.next();
+        let wall = root - (0.2 + 0.6 * numbers.next()) * 0.01 / sine;
+        let thick = 0.002 + 0.005 * numbers.next();
+        let end = root + 0.028 * rays.threshold / sine;
+        let behind = end - (0.5 + 0.4 * numbers.next()) * rays.threshold;
+        let field = |t: f32| {
+            let floor = (root - t) * sine;
+            floor.min((t - wall).abs() - thick).min(behind - t)
+        };
+        let first = (wall - thick).min(behind).min(root);
+        let (t, _) = rays.march(field, 1000);
+        wrong += usize::from((t - first).abs() > 1e-3);
+    }
+    assert_eq!(wrong, 0, "rays went through walls");
+}
+
+/// Estimates land a little beyond roots, so that rays to curved surfaces end after few steps.
+#[test]
+fn estimated_roots_take_few_steps() {
+    let mut numbers = Numbers(5);
+    let rays = Rays {
+        half_pixel: 2e-2,
+        ..Rays::with_threshold(1e-3)
+    };
+    let steps = (0..20_000).map(|_| {
+        let (at, aside) = (2.0 + numbers.next(), numbers.next());
+        let ball = |t: f32| (t - at).hypot(aside) - 1.0;
+        rays.march(|t| ball(t).min(12.0 - t), 2000).1
+    });
+    let mean = steps.sum::<usize>() as f32 / 20_000.0;
+    assert!(mean < 7.1, "{mean} steps in the mean");
+}
