@@ -15,6 +15,9 @@ use sdfc_vm::interval::Interval;
 const POWERS: std::ops::Range<i32> = -6..14;
 /// The points at each distance.
 const POINTS: u32 = 96;
+/// The share of the largest distance below which a value there is taken for that of something endless: a sheet or a
+/// column may pass between the points.
+const BESIDE: f64 = 0.05;
 /// The most operations that are run.
 const MAX_OPERATIONS: usize = 400_000;
 
@@ -31,13 +34,13 @@ pub(crate) fn radius(
         for number in 0..POINTS {
             let [x, y, z] = around(number);
             let p = [x, y, z].map(|v| v * radius);
-            if range.over(id, &Bounds { min: p, max: p }).hi < 0.0 {
-                let is_endless = power + 1 == POWERS.end;
-                return Some(if is_endless {
-                    f64::INFINITY
-                } else {
-                    radius * 2.0
-                });
+            let value = range.over(id, &Bounds { min: p, max: p });
+            let is_farthest = power + 1 == POWERS.end;
+            if is_farthest && value.lo < radius * BESIDE {
+                return Some(f64::INFINITY);
+            }
+            if value.hi < 0.0 {
+                return Some(radius * 2.0);
             }
         }
         if range.operations > MAX_OPERATIONS {

@@ -78,11 +78,14 @@ pub(crate) fn subject(
         {
             *child = subject(scene, boxes, *child)?.0;
             let (id, bounds) = made(scene, boxes, shape, kind);
-            return found(scene, id, &bounds).map(|bounds| (id, bounds));
+            found(scene, id, &bounds).map(|bounds| (id, bounds))
         }
-        _ => {}
+        // Their boxes follow from intervals.
+        ShapeKind::Field { .. } | ShapeKind::Warp { .. } => {
+            found(scene, id, &bounds).map(|bounds| (id, bounds))
+        }
+        _ => None,
     }
-    found(scene, id, &bounds).map(|bounds| (id, bounds))
 }
 
 /// Tells if a kind is a complement, which has no end.

@@ -205,6 +205,8 @@ impl Lengthening<'_> {
                 Some(reach.plus(&shift, -inner_side).times(1.0 / factor.abs()))
             }
             ShapeKind::Combine { op, children, .. } => match op.row().meta.set {
+                // A blend reaches farther than its operands.
+                Some(SetOperation::Union) if op != Op::Union => by_box(self),
                 Some(SetOperation::Union) => {
                     let reaches: Option<Vec<Linear>> = children
                         .iter()

@@ -184,6 +184,12 @@ const KEPT: &[Case] = &[
         [0.0, 0.5, 0.0],
         0.0,
     ),
+    // Above what a blend adds below its operands.
+    (
+        "(box([4, 1, 4]) |[fillet, 0.4] cylinder(r: 0.5, h: 1)) - box([6, 2, 6]).translate(3, 0.5, 0)",
+        [0.6, -0.5, 0.0],
+        0.0,
+    ),
     // Below a narrower one.
     (
         "box([4, 1, 4]) - cylinder(r: 0.5, h: 0.5).translate(0, -0.25, 0) - cylinder(r: 0.3, h: 0.5).translate(0, 0.25, 0)",
