@@ -444,7 +444,45 @@ impl Boxes {
             return bounds.grown(by);
         }
         let spread = self.joined(world, children);
-        bounds.grown(by * spread.along)
+        if spread.along.is_finite() {
+            return bounds.grown(by * spread.along);
+        }
+        let boxes = children.iter().map(|&id| self.below(world, id, by));
+        boxes.fold(Bounds::EMPTY, |hull, bounds| hull.hull(&bounds))
+    }
+
+    /// A box outside of which a shape's value is no less than `most`. Recursion over shapes within shapes, whose
+    /// depth the elaborator bounds.
+    fn below(&mut self, world: World<'_>, id: ShapeId, most: f64) -> Bounds {
+        let along = self.spread(world, id).along;
+        if along.is_finite() {
+            return self.of(world, id).grown(most * along);
+        }
+        let shape = &world.shapes[id.0 as usize];
+        match &shape.kind {
+            ShapeKind::Painted { child, .. } => return self.below(world, *child, most),
+            ShapeKind::Combine {
+                op: Op::Union,
+                children,
+                ..
+            } => {
+                let boxes = children.iter().map(|&id| self.below(world, id, most));
+                return boxes.fold(Bounds::EMPTY, |hull, bounds| hull.hull(&bounds));
+            }
+            _ => {}
+        }
+        let (graph, params, time) = (world.expressions, world.params, self.time);
+        let (present, is_lasting) = (&mut self.present, self.is_lasting);
+        let ranges = Ranges::of(world);
+        let mut uniform = |id| match is_lasting {
+            true => ranges.of_number(graph, id),
+            false => Interval::point(present.value(graph, params, time, id)),
+        };
+        let mut range = ShapeRange::new(world, &mut uniform);
+        _ = range.over(id, &Bounds::EVERYTHING);
+        let evaluations = MAX_SEARCH_OPERATIONS / range.operations.max(1);
+        let mut over = |bounds: &Bounds| range.over(id, bounds) - Interval::point(most);
+        search([false, false, shape.plane], evaluations, &mut over)
     }
 
     fn joined(&mut self, world: World<'_>, children: &[ShapeId]) -> Spread {
