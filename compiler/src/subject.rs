@@ -61,14 +61,14 @@ pub(crate) fn subject(
                 .iter()
                 .fold(Bounds::EMPTY, |hull, (_, bounds)| hull.hull(bounds));
             let (id, bounds) = made(scene, boxes, shape, kind);
-            return Some((id, bounds.common(&hull)));
+            Some((id, bounds.common(&hull)))
         }
         // What is cut away has no end of its own.
         ShapeKind::Combine { op, children, .. } if set(*op) == Some(SetOperation::Subtraction) => {
             let (body, within) = subject(scene, boxes, children[0])?;
             children[0] = body;
             let (id, bounds) = made(scene, boxes, shape, kind);
-            return Some((id, bounds.common(&within)));
+            Some((id, bounds.common(&within)))
         }
         ShapeKind::Frame { child, .. }
         | ShapeKind::Displace { child, .. }
