@@ -22,11 +22,10 @@ use std::collections::{BinaryHeap, HashMap};
 const LEVELS: u32 = 6;
 /// The most boxes that are asked for one direction.
 const MOST_BOXES: usize = 300;
-/// The gap between what intervals allow and what points show, in half diagonals of those, from which on points
-/// count.
-const LOOSE: f64 = 0.1;
+/// How many times as large as the points that are found a box must be for them to count.
+const LOOSE: f64 = 4.0;
 /// What is added to the reach of points, in half diagonals of them.
-const MARGIN: f64 = 0.02;
+const MARGIN: f64 = 0.1;
 
 /// The shape without its operands that have no end, and a box around it; none where nothing is left.
 pub(crate) fn subject(
@@ -137,17 +136,17 @@ pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Outline {
     if !search.is_cut_short {
         return widest;
     }
-    let Some(climb) = Climb::new(program, bounds) else {
-        return widest;
-    };
-    Outline::by(|direction| {
-        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let (most, least) = (widest.reach(direction), climb.reach(direction));
-        match most - least > LOOSE * length * climb.size {
-            true => least + MARGIN * length * climb.size,
-            false => most,
+    match Climb::new(program, bounds) {
+        Some(climb) if bounds.half_diagonal() > LOOSE * climb.size => {
+            let margin = MARGIN * climb.size;
+            Outline::by(|direction| {
+                let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+                let reach = climb.reach(direction) + margin * length;
+                reach.min(widest.reach(direction))
+            })
         }
-    })
+        _ => widest,
+    }
 }
 
 /// A box of the octree: its level, and its number along each axis.
