@@ -306,3 +306,17 @@ fn estimated_roots_take_few_steps() {
     let mean = steps.sum::<usize>() as f32 / 20_000.0;
     assert!(mean < 7.1, "{mean} steps in the mean");
 }
+
+#[test]
+fn far_guesses_of_raw_fields_are_looked_at_halfway() {
+    let rays = Rays {
+        half_pixel: 0.05,
+        raw: 1.0,
+        ..Rays::with_threshold(0.0025)
+    };
+    // Ground that was divided by fifty, and before it a wall that was not.
+    let ground = |t: f32| (3.1 - t) * 0.02;
+    let wall = |t: f32| ((t - 2.95).abs() - 0.05) * 0.5;
+    let (t, steps) = rays.march(|t| ground(t).min(wall(t)), 600);
+    assert!((t - 2.9).abs() < 1e-4, "stopped at {t} after {steps}");
+}
