@@ -45,7 +45,7 @@ impl<'a> Climb<'a> {
         };
         let centre = bounds.centre();
         for start in 0..STARTS {
-            let direction = around(start);
+            let direction = around(start, STARTS);
             let far = climb.half * CLOSER.powi(start as i32 % SHELLS);
             let at = [0, 1, 2].map(|axis| centre[axis] + direction[axis] * far);
             let found = climb.down(at);
@@ -101,10 +101,9 @@ impl<'a> Climb<'a> {
     }
 }
 
-/// A direction: they are spread evenly, and those of a shell are, too.
-fn around(number: u32) -> Point {
-    let share = (f64::from(number) + 0.5) / f64::from(STARTS);
-    let height = 1.0 - 2.0 * share;
+/// One of so many directions that are spread evenly, those of every few of them, too.
+pub(crate) fn around(number: u32, count: u32) -> Point {
+    let height = 1.0 - (2.0 * f64::from(number) + 1.0) / f64::from(count);
     let turn = f64::from(number) * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let across = (1.0 - height * height).sqrt();
     [across * turn.cos(), height, across * turn.sin()]

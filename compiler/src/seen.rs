@@ -5,6 +5,7 @@
 //! within which slopes are bounded.
 
 use crate::bounds::World;
+use crate::climb::around;
 use crate::expression::ExprId;
 use crate::scene::ShapeId;
 use crate::shape_range::ShapeRange;
@@ -32,7 +33,7 @@ pub(crate) fn radius(
     for power in POWERS.rev() {
         let radius = f64::from(power).exp2();
         for number in 0..POINTS {
-            let [x, y, z] = around(number);
+            let [x, y, z] = around(number, POINTS);
             let p = [x, y, z].map(|v| v * radius);
             let value = range.over(id, &Bounds { min: p, max: p });
             let is_farthest = power + 1 == POWERS.end;
@@ -48,12 +49,4 @@ pub(crate) fn radius(
         }
     }
     None
-}
-
-/// Directions that are spread evenly, the axes' not among them.
-fn around(number: u32) -> [f64; 3] {
-    let height = 1.0 - (2.0 * f64::from(number) + 1.0) / f64::from(POINTS);
-    let turn = f64::from(number) * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let across = (1.0 - height * height).sqrt();
-    [across * turn.cos(), height, across * turn.sin()]
 }
