@@ -14,8 +14,9 @@ mod live;
 mod room;
 
 use crate::bounds::{Boxes, World, inverse};
-use crate::expression::ExprId;
+use crate::expression::{ExprId, Expression};
 use crate::scene::{Scene, Shape, ShapeId, ShapeKind, children_mut};
+use crate::slope::Ranges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::real::Vector3;
 use sdfc_vm::table::Op;
@@ -47,12 +48,17 @@ pub fn lengthened(scene: &mut Scene, root: ShapeId) -> ShapeId {
 
 /// The same with boxes that are known.
 pub(crate) fn lengthened_within(scene: &mut Scene, boxes: &mut Boxes, root: ShapeId) -> ShapeId {
+    let follows = |node: &Expression| matches!(node, Expression::Param(..) | Expression::Time);
+    let is_live = scene.expressions.since(0).any(|(_, node, _)| follows(node));
     let mut lengthening = Lengthening {
-        scene,
         boxes,
         known: HashMap::new(),
         left: MOST_BOXES,
         operations: MOST_OPERATIONS,
+        present: Boxes::at(0.0, HashMap::new()),
+        ranges: Ranges::of(World::from(&*scene)),
+        is_live,
+        scene,
     };
     lengthening.all(root)
 }
@@ -66,6 +72,12 @@ struct Lengthening<'s> {
     left: usize,
     /// The operations on intervals that may still be run.
     operations: usize,
+    /// Boxes at the present values of the parameters.
+    present: Boxes,
+    /// The ranges of the parameters.
+    ranges: Ranges,
+    /// A number of the scene follows a live parameter or the time.
+    is_live: bool,
 }
 
 /// A step from a part of a cutter outwards.
@@ -79,13 +91,23 @@ enum Step {
     Within(Bounds),
 }
 
-/// The body that a cutter cuts, its size, and the other cutters with the maps from their frames to that of the
-/// body.
-#[derive(Clone)]
+/// The body that a cutter cuts, its size, and the other cutters.
 struct Cut {
     body: ShapeId,
     size: f64,
-    others: Vec<(ShapeId, Rows)>,
+    /// The size at the present values of the parameters.
+    present_size: f64,
+    others: Vec<Other>,
+}
+
+/// A cutter beside the one that grows.
+#[derive(Clone, Copy)]
+struct Other {
+    id: ShapeId,
+    /// The map from its frame to that of the body.
+    rows: Rows,
+    /// Its box in the body's frame; empty for the one that grows itself.
+    bounds: Bounds,
 }
 
 impl Lengthening<'_> {
@@ -105,20 +127,19 @@ impl Lengthening<'_> {
             ..
         } = &mut kind
         {
-            let cutters = self.cutters_within(children[0]);
-            let size = size(&self.bounds(children[0]));
-            let original = children.clone();
-            for (at, child) in children.iter_mut().enumerate().skip(1) {
-                let beside = (1..original.len()).filter(|&other| other != at);
-                let beside = beside.map(|other| original[other]);
-                let others = beside.chain(cutters.iter().copied());
-                let cut = Cut {
-                    body: original[0],
-                    size,
-                    others: others.map(|other| (other, SAME)).collect(),
-                };
-                *child = self.cutter(*child, &mut Vec::new(), &cut);
-                *child = self.following(*child, original[0]);
+            let body = children[0];
+            let within = self.cutters_within(body);
+            let mut cut = Cut {
+                body,
+                size: size(&self.bounds(body)),
+                present_size: size(&self.present.of(World::from(&*self.scene), body)),
+                others: Vec::new(),
+            };
+            self.cutters(&mut children[1..], &mut Vec::new(), &mut cut, &within);
+            if self.is_live {
+                for child in &mut children[1..] {
+                    *child = self.followed(*child, &mut Vec::new(), &cut);
+                }
             }
         }
         let new = self.with(id, kind);
@@ -165,8 +186,35 @@ impl Lengthening<'_> {
         }
     }
 
+    /// Cutters with longer parts, each beside all others and those in `more`.
+    fn cutters(
+        &mut self,
+        cutters: &mut [ShapeId],
+        path: &mut Vec<Step>,
+        cut: &mut Cut,
+        more: &[ShapeId],
+    ) {
+        let Some(rows) = rows_of(path) else {
+            for cutter in cutters {
+                *cutter = self.cutter(*cutter, path, cut);
+            }
+            return;
+        };
+        let first = cut.others.len();
+        for &id in cutters.iter().chain(more) {
+            let bounds = self.bounds(id).mapped(&rows);
+            cut.others.push(Other { id, rows, bounds });
+        }
+        for (at, cutter) in cutters.iter_mut().enumerate() {
+            let own = std::mem::replace(&mut cut.others[first + at].bounds, Bounds::EMPTY);
+            *cutter = self.cutter(*cutter, path, cut);
+            cut.others[first + at].bounds = own;
+        }
+        cut.others.truncate(first);
+    }
+
     /// A cutter with longer parts; `path` leads from it to what is cut, the last step first.
-    fn cutter(&mut self, id: ShapeId, path: &mut Vec<Step>, cut: &Cut) -> ShapeId {
+    fn cutter(&mut self, id: ShapeId, path: &mut Vec<Step>, cut: &mut Cut) -> ShapeId {
         let mut kind = self.kind(id).clone();
         let step = match &mut kind {
             ShapeKind::Combine {
@@ -174,16 +222,7 @@ impl Lengthening<'_> {
                 children,
                 ..
             } => {
-                let original = children.clone();
-                for (at, child) in children.iter_mut().enumerate() {
-                    let mut cut = cut.clone();
-                    if let Some(rows) = rows_of(path) {
-                        let beside = (0..original.len()).filter(|&other| other != at);
-                        cut.others
-                            .extend(beside.map(|other| (original[other], rows)));
-                    }
-                    *child = self.cutter(*child, path, &cut);
-                }
+                self.cutters(children, path, cut, &[]);
                 return self.with(id, kind);
             }
             ShapeKind::Combine {

@@ -1,18 +1,15 @@
 //! Cutters that follow live parameters as what they cut does.
 //!
-//! Where a face of a cutter stands no nearer than the outermost face of the body on that side, for all values of
-//! the parameters, it is moved outwards. Both are sums of multiples of the parameters: a plate of the height `h`
+//! A face of a cutter that stands no nearer than the outermost face of the body on that side, for all values of
+//! the parameters, is moved outwards. Both are sums of multiples of the parameters: a plate of the height `h`
 //! and a cutter of that height end in the same plane, whatever `h` is.
 
 use super::linear::Linear;
-use super::{Lengthening, TOUCHING, size};
-use crate::bounds::{Boxes, World};
+use super::{Cut, Lengthening, TOUCHING};
 use crate::expression::ExprId;
-use crate::scene::{ShapeId, ShapeKind};
-use crate::slope::Ranges;
+use crate::scene::{ShapeId, ShapeKind, children_mut};
 use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
-use std::collections::HashMap;
 
 /// A side of a shape: an axis of its frame, and 1 or −1.
 type Side = (usize, f64);
@@ -30,19 +27,9 @@ pub(super) enum Turn {
 }
 
 impl Lengthening<'_> {
-    /// A cutter whose faces that follow those of the body stand farther out.
-    pub(super) fn following(&mut self, id: ShapeId, body: ShapeId) -> ShapeId {
-        let mut present = Boxes::at(0.0, HashMap::new());
-        let bounds = present.of(World::from(&*self.scene), body);
-        let out = size(&bounds);
-        if !out.is_finite() || out <= 0.0 {
-            return id;
-        }
-        self.followed(id, &mut Vec::new(), body, out)
-    }
-
-    /// Recursion over shapes within shapes, whose depth the elaborator bounds; so are those below.
-    fn followed(&mut self, id: ShapeId, path: &mut Vec<Turn>, body: ShapeId, out: f64) -> ShapeId {
+    /// A cutter whose faces that follow those of the body stand farther out. Recursion over shapes within shapes,
+    /// whose depth the elaborator bounds; so are those below.
+    pub(super) fn followed(&mut self, id: ShapeId, path: &mut Vec<Turn>, cut: &Cut) -> ShapeId {
         let mut kind = self.kind(id).clone();
         let turn = match &kind {
             ShapeKind::Combine { op: Op::Union, .. } | ShapeKind::Painted { .. } => None,
@@ -59,20 +46,24 @@ impl Lengthening<'_> {
             ShapeKind::Primitive { .. }
             | ShapeKind::Distance {
                 op: Op::Extrude, ..
-            } => return self.out_of(id, path, body, out),
+            } => return self.out_of(id, path, cut),
             _ => return id,
         };
         let steps = path.len();
         path.extend(turn);
-        for child in crate::scene::children_mut(&mut kind) {
-            *child = self.followed(*child, path, body, out);
+        for child in children_mut(&mut kind) {
+            *child = self.followed(*child, path, cut);
         }
         path.truncate(steps);
         self.with(id, kind)
     }
 
     /// A part whose faces stand farther out where they follow the body's.
-    fn out_of(&mut self, id: ShapeId, path: &[Turn], body: ShapeId, out: f64) -> ShapeId {
+    fn out_of(&mut self, id: ShapeId, path: &[Turn], cut: &Cut) -> ShapeId {
+        let out = cut.present_size;
+        if !out.is_finite() || out <= 0.0 {
+            return id;
+        }
         let mut kind = self.kind(id).clone();
         let (ShapeKind::Primitive { op, parameters } | ShapeKind::Distance { op, parameters, .. }) =
             &mut kind
@@ -86,7 +77,7 @@ impl Lengthening<'_> {
             let mut by = [0.0; 2];
             for (side, by) in [-1.0, 1.0].into_iter().zip(&mut by) {
                 if let Some((face, side, scale)) = self.outside((flat.axis, side), &half, path)
-                    && let Some(reach) = self.reach(body, side)
+                    && let Some(reach) = self.reach(cut.body, side)
                     && self.stands_between(&face.plus(&reach, -1.0), out)
                 {
                     *by = out * scale;
@@ -107,8 +98,8 @@ impl Lengthening<'_> {
         self.moved(id, child, centre)
     }
 
-    /// Where a face stands in the body's frame: how far out on which side, and the units of the part's frame per
-    /// unit there.
+    /// The place of a face in the body's frame: its distance from the origin, its side, and the units of the part's
+    /// frame per unit there.
     fn outside(
         &self,
         (mut axis, mut side): Side,
@@ -161,7 +152,7 @@ impl Lengthening<'_> {
         alone.then_some((outer, factor))
     }
 
-    /// How far a shape reaches at most on a side of its frame.
+    /// The reach of a shape on a side of its frame, or more.
     fn reach(&mut self, id: ShapeId, side: Side) -> Option<Linear> {
         let (axis, sign) = side;
         let by_box = |lengthening: &mut Self| {
@@ -204,42 +195,45 @@ impl Lengthening<'_> {
                 let shift = Linear::of(&self.scene.expressions, matrix[4 * inner + 3]);
                 Some(reach.plus(&shift, -inner_side).times(1.0 / factor.abs()))
             }
-            ShapeKind::Combine { op, children, .. } => match op.row().meta.set {
-                // A blend reaches farther than its operands.
-                Some(SetOperation::Union) if op != Op::Union => by_box(self),
-                Some(SetOperation::Union) => {
-                    let reaches: Option<Vec<Linear>> = children
-                        .iter()
-                        .map(|&child| self.reach(child, side))
-                        .collect();
-                    let reaches = reaches?;
-                    let is_farthest = |one: &&Linear| {
-                        reaches
+            ShapeKind::Combine { op, children, .. } => {
+                match op.row().meta.set {
+                    // A blend reaches farther than its operands.
+                    Some(SetOperation::Union) if op != Op::Union => by_box(self),
+                    Some(SetOperation::Union) => {
+                        let reaches: Option<Vec<Linear>> = children
                             .iter()
-                            .all(|other| self.range((*one).clone().plus(other, -1.0)) >= -TOUCHING)
-                    };
-                    reaches.iter().find(is_farthest).cloned()
+                            .map(|&child| self.reach(child, side))
+                            .collect();
+                        let reaches = reaches?;
+                        let is_farther = |one: &Linear, other: &Linear| {
+                            self.least(&one.clone().plus(other, -1.0)) >= -TOUCHING
+                        };
+                        let farthest = reaches.iter().reduce(|best, next| {
+                            if is_farther(next, best) { next } else { best }
+                        })?;
+                        let is_known = reaches.iter().all(|other| is_farther(farthest, other));
+                        is_known.then(|| farthest.clone())
+                    }
+                    Some(SetOperation::Subtraction) => self.reach(children[0], side),
+                    Some(SetOperation::Intersection) => {
+                        children.iter().find_map(|&child| self.reach(child, side))
+                    }
+                    None => by_box(self),
                 }
-                Some(SetOperation::Subtraction) => self.reach(children[0], side),
-                Some(SetOperation::Intersection) => {
-                    children.iter().find_map(|&child| self.reach(child, side))
-                }
-                None => by_box(self),
-            },
+            }
             _ => by_box(self),
         }
     }
 
     /// The least value of a sum, for all values of the parameters.
-    fn range(&self, sum: Linear) -> f64 {
-        let ranges = Ranges::of(World::from(&*self.scene));
-        sum.range(|id| ranges.of_number(&self.scene.expressions, id))
+    fn least(&self, sum: &Linear) -> f64 {
+        sum.range(|id| self.ranges.of_number(&self.scene.expressions, id))
             .lo
     }
 
     /// Tells if a face stands out by this, but not far.
     fn stands_between(&self, by: &Linear, out: f64) -> bool {
-        let least = self.range(by.clone());
+        let least = self.least(by);
         least >= -TOUCHING * out && least < STANDS_OUT * out
     }
 }

@@ -46,14 +46,20 @@ impl Lengthening<'_> {
         if self.is_clear(cut.body, &back, &region.bounds) {
             return true;
         }
+        let outer = region.bounds.mapped(&region.rows);
+        let near: Vec<(ShapeId, Rows)> = cut
+            .others
+            .iter()
+            .filter(|other| !are_apart(&other.bounds, &outer))
+            .filter_map(|other| {
+                let to_other = inverse(other.rows.as_flattened())?;
+                Some((other.id, composed(&to_other, &region.rows)))
+            })
+            .collect();
         let mut left = region.clone();
         if region.is_own {
-            for (other, rows) in &cut.others {
-                let Some(to_other) = inverse(rows.as_flattened()) else {
-                    continue;
-                };
-                let rows = composed(&to_other, &region.rows);
-                if let Some(span) = self.filled(*other, part, &rows) {
+            for (other, rows) in &near {
+                if let Some(span) = self.filled(*other, part, rows) {
                     left.without(part.axis, span);
                 }
             }
@@ -62,7 +68,7 @@ impl Lengthening<'_> {
             return true;
         }
         left.bounds != region.bounds && self.is_clear(cut.body, &back, &left.bounds)
-            || self.is_outside(part, &left, cut)
+            || self.is_outside(part, &left, cut.body, &near)
     }
 
     /// Tells if boxes prove that nothing of a shape is in a box; `rows` lead from its frame to that of the box.
@@ -151,8 +157,15 @@ impl Lengthening<'_> {
         op == other && child == other_child && rest.into_iter().all(is_one)
     }
 
-    /// Tells if intervals prove that what a part has in a region lies outside of the body or in other cutters.
-    fn is_outside(&mut self, part: &Part, region: &Region, cut: &Cut) -> bool {
+    /// Tells if intervals prove that what a part has in a region lies outside of the body or in other cutters, to
+    /// which the rows lead from the region's frame.
+    fn is_outside(
+        &mut self,
+        part: &Part,
+        region: &Region,
+        body: ShapeId,
+        cutters: &[(ShapeId, Rows)],
+    ) -> bool {
         let (ShapeKind::Primitive { op, .. } | ShapeKind::Distance { op, .. }) = self.kind(part.id)
         else {
             return false;
@@ -165,17 +178,6 @@ impl Lengthening<'_> {
             constant.map_or(Interval::ALL, Interval::point)
         };
         let mut range = ShapeRange::new(World::from(scene), &mut uniform);
-        let cutters: Option<Vec<(ShapeId, Rows)>> = cut
-            .others
-            .iter()
-            .map(|(other, rows)| {
-                let to_other = inverse(rows.as_flattened())?;
-                Some((*other, composed(&to_other, &region.rows)))
-            })
-            .collect();
-        let Some(cutters) = cutters else {
-            return false;
-        };
         let whole = longest(&region.bounds).1;
         let mut open = vec![region.bounds];
         let mut proved = true;
@@ -184,7 +186,7 @@ impl Lengthening<'_> {
             let (axis, side) = longest(&bounds);
             let outer = bounds.mapped(&region.rows);
             let touching = TOUCHING * largest(&outer).max(largest(&bounds));
-            let body = range.over(cut.body, &outer);
+            let body = range.over(body, &outer);
             if body.lo >= -touching {
                 continue;
             }
