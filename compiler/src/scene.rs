@@ -226,42 +226,35 @@ impl Others {
     }
 }
 
+/// The operands of a kind, by reference to it: `$none` of those without any, `$one` makes a slice of one.
+macro_rules! operands {
+    ($kind:expr, $none:expr, $one:path) => {
+        match $kind {
+            ShapeKind::Primitive { .. }
+            | ShapeKind::Field { .. }
+            | ShapeKind::Polygon { .. }
+            | ShapeKind::Nothing => $none,
+            ShapeKind::Combine { children, .. } => children,
+            ShapeKind::Frame { child, .. }
+            | ShapeKind::Repeat { child, .. }
+            | ShapeKind::Polar { child, .. }
+            | ShapeKind::Domain { child, .. }
+            | ShapeKind::Warp { child, .. }
+            | ShapeKind::Distance { child, .. }
+            | ShapeKind::Displace { child, .. }
+            | ShapeKind::Painted { child, .. } => $one(child),
+        }
+    };
+}
+
 /// The shapes that a shape is made of.
 pub(crate) fn children(kind: &ShapeKind) -> &[ShapeId] {
-    match kind {
-        ShapeKind::Primitive { .. }
-        | ShapeKind::Field { .. }
-        | ShapeKind::Polygon { .. }
-        | ShapeKind::Nothing => &[],
-        ShapeKind::Combine { children, .. } => children,
-        ShapeKind::Frame { child, .. }
-        | ShapeKind::Repeat { child, .. }
-        | ShapeKind::Polar { child, .. }
-        | ShapeKind::Domain { child, .. }
-        | ShapeKind::Warp { child, .. }
-        | ShapeKind::Distance { child, .. }
-        | ShapeKind::Displace { child, .. }
-        | ShapeKind::Painted { child, .. } => std::slice::from_ref(child),
-    }
+    operands!(kind, &[], std::slice::from_ref)
 }
 
 /// The same, to be changed.
 pub(crate) fn children_mut(kind: &mut ShapeKind) -> &mut [ShapeId] {
-    match kind {
-        ShapeKind::Primitive { .. }
-        | ShapeKind::Field { .. }
-        | ShapeKind::Polygon { .. }
-        | ShapeKind::Nothing => &mut [],
-        ShapeKind::Combine { children, .. } => children,
-        ShapeKind::Frame { child, .. }
-        | ShapeKind::Repeat { child, .. }
-        | ShapeKind::Polar { child, .. }
-        | ShapeKind::Domain { child, .. }
-        | ShapeKind::Warp { child, .. }
-        | ShapeKind::Distance { child, .. }
-        | ShapeKind::Displace { child, .. }
-        | ShapeKind::Painted { child, .. } => std::slice::from_mut(child),
-    }
+    operands!(kind, &mut [], std::slice::from_mut)
 }
 
 /// A material. Its numbers may be of normal stage: they then read the local point and the normal
