@@ -371,7 +371,6 @@ impl Boxes {
             } => ruled.is_finite(),
             _ => false,
         };
-        let plane = world.shapes[id.0 as usize].plane;
         if !is_vague
             || matches!(
                 kind,
@@ -383,22 +382,7 @@ impl Boxes {
         {
             return *ruled;
         }
-        let (graph, params, time) = (world.expressions, world.params, self.time);
-        let (present, is_lasting) = (&mut self.present, self.is_lasting);
-        let ranges = Ranges::of(world);
-        let mut uniform = |id| match is_lasting {
-            true => ranges.of_number(graph, id),
-            false => Interval::point(present.value(graph, params, time, id)),
-        };
-        let mut range = ShapeRange::new(world, &mut uniform);
-        _ = range.over(id, &Bounds::EVERYTHING);
-        let evaluations = MAX_SEARCH_OPERATIONS / range.operations.max(1);
-        let mut over = |bounds: &Bounds| range.over(id, bounds);
-        let found = if ruled.is_finite() {
-            narrowed(ruled, evaluations, &mut over)
-        } else {
-            search([false, false, plane], evaluations, &mut over)
-        };
+        let found = self.sublevel(world, id, 0.0, ruled);
         if found.is_empty() {
             *ruled
         } else {
@@ -447,7 +431,12 @@ impl Boxes {
         if spread.along.is_finite() {
             return bounds.grown(by * spread.along);
         }
-        let boxes = children.iter().map(|&id| self.below(world, id, by));
+        self.hull_below(world, children, by)
+    }
+
+    /// The hull of boxes outside of which the values of shapes are no less than `most`.
+    fn hull_below(&mut self, world: World<'_>, shapes: &[ShapeId], most: f64) -> Bounds {
+        let boxes = shapes.iter().map(|&id| self.below(world, id, most));
         boxes.fold(Bounds::EMPTY, |hull, bounds| hull.hull(&bounds))
     }
 
@@ -458,19 +447,20 @@ impl Boxes {
         if along.is_finite() {
             return self.of(world, id).grown(most * along);
         }
-        let shape = &world.shapes[id.0 as usize];
-        match &shape.kind {
-            ShapeKind::Painted { child, .. } => return self.below(world, *child, most),
+        match &world.shapes[id.0 as usize].kind {
+            ShapeKind::Painted { child, .. } => self.below(world, *child, most),
             ShapeKind::Combine {
                 op: Op::Union,
                 children,
                 ..
-            } => {
-                let boxes = children.iter().map(|&id| self.below(world, id, most));
-                return boxes.fold(Bounds::EMPTY, |hull, bounds| hull.hull(&bounds));
-            }
-            _ => {}
+            } => self.hull_below(world, children, most),
+            _ => self.sublevel(world, id, most, &Bounds::EVERYTHING),
         }
+    }
+
+    /// A box outside of which intervals prove a shape's value to be more than `most`, as far as that is within
+    /// another one.
+    fn sublevel(&mut self, world: World<'_>, id: ShapeId, most: f64, within: &Bounds) -> Bounds {
         let (graph, params, time) = (world.expressions, world.params, self.time);
         let (present, is_lasting) = (&mut self.present, self.is_lasting);
         let ranges = Ranges::of(world);
@@ -482,7 +472,11 @@ impl Boxes {
         _ = range.over(id, &Bounds::EVERYTHING);
         let evaluations = MAX_SEARCH_OPERATIONS / range.operations.max(1);
         let mut over = |bounds: &Bounds| range.over(id, bounds) - Interval::point(most);
-        search([false, false, shape.plane], evaluations, &mut over)
+        if within.is_finite() {
+            return narrowed(within, evaluations, &mut over);
+        }
+        let plane = world.shapes[id.0 as usize].plane;
+        search([false, false, plane], evaluations, &mut over)
     }
 
     fn joined(&mut self, world: World<'_>, children: &[ShapeId]) -> Spread {
