@@ -10,6 +10,7 @@ use crate::passes::lod::Sight;
 use crate::passes::{Context, Done, PassOptions, optimize};
 use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
 use crate::schedule::schedule;
+use crate::seen::size;
 use crate::subject::{outline, subject};
 use crate::uniforms::Uniforms;
 use crate::wgsl;
@@ -146,10 +147,14 @@ pub(crate) fn compile_with(
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
     let mut boxes = Boxes::lasting();
     let root = lengthened_within(&mut scene, &mut boxes, root);
+    let mut present = Boxes::at(0.0, HashMap::new());
+    let subject = subject(&mut scene, &mut present, root);
+    let size = size(&scene, &mut present, root, subject);
     let (graph, mut diagnostics) = lower(
         &mut scene,
         root,
         Purpose::Distance,
+        size,
         &mut uniforms,
         &mut boxes,
     );
@@ -161,13 +166,13 @@ pub(crate) fn compile_with(
     let (materials, fallback) = materials(&scene, root);
     let surface = match trail {
         Some(trail) => {
-            let (graph, found) = lower_origins(&mut scene, root, &mut uniforms, &mut boxes);
+            let (graph, found) = lower_origins(&mut scene, root, size, &mut uniforms, &mut boxes);
             *trail = found;
             Some((graph, Purpose::Origins))
         }
         None if materials > 1 => {
             let purpose = Purpose::Surface;
-            let (graph, _) = lower(&mut scene, root, purpose, &mut uniforms, &mut boxes);
+            let (graph, _) = lower(&mut scene, root, purpose, size, &mut uniforms, &mut boxes);
             Some((graph, purpose))
         }
         None => None,
@@ -181,17 +186,29 @@ pub(crate) fn compile_with(
         optimize(&graph, &context(purpose), &passes).0
     });
     let is_framed = scene.cameras.iter().any(|camera| camera.automatic);
-    let subject = match is_framed {
-        true => lowered_subject(&mut scene, root, &mut uniforms, &mut boxes),
-        false => None,
-    };
+    let subject = subject.filter(|_| is_framed).map(|(subject, bounds)| {
+        // Of the whole there is a graph, and what there is to say was said of it.
+        let graph = (subject != root).then(|| {
+            let purpose = Purpose::Distance;
+            lower(
+                &mut scene,
+                subject,
+                purpose,
+                size,
+                &mut uniforms,
+                &mut boxes,
+            )
+            .0
+        });
+        (graph, bounds)
+    });
     let world = World::from(&scene);
     let found = FoundBounds {
         bounds: Boxes::at(options.time, HashMap::new()).of(world, root),
         params: params_of(&scene),
         time: options.time,
     };
-    let bounds = Boxes::at(0.0, HashMap::new()).of(world, root);
+    let bounds = present.of(world, root);
     let reach = boxes.of(world, root);
     let settings = settings_of(
         &mut scene,
@@ -232,23 +249,6 @@ pub(crate) fn compile_with(
         }),
         diagnostics,
     )
-}
-
-/// The subject of open cameras, as a graph of its own where it is not the whole solid, and its box.
-fn lowered_subject(
-    scene: &mut Scene,
-    root: ShapeId,
-    uniforms: &mut Uniforms,
-    lasting: &mut Boxes,
-) -> Option<(Option<Graph>, Bounds)> {
-    let mut boxes = Boxes::at(0.0, HashMap::new());
-    let (subject, bounds) = subject(scene, &mut boxes, root)?;
-    if subject == root {
-        return Some((None, bounds));
-    }
-    // What there is to say was said of the whole.
-    let (graph, _) = lower(scene, subject, Purpose::Distance, uniforms, lasting);
-    Some((Some(graph), bounds))
 }
 
 /// The shape that the options ask for.

@@ -75,15 +75,16 @@ pub enum Purpose {
 }
 
 /// Lowers a shape of the scene; the uniform numbers that it reads are collected in `uniforms`.
-/// `boxes` are those that hold for all values of the parameters.
+/// `boxes` are those that hold for all values of the parameters, and `size` is about half that of what is seen.
 pub(crate) fn lower(
     scene: &mut Scene,
     shape: ShapeId,
     purpose: Purpose,
+    size: f64,
     uniforms: &mut Uniforms,
     boxes: &mut Boxes,
 ) -> (Graph, Vec<Diagnostic>) {
-    let (graph, _, diagnostics) = walk(scene, shape, purpose, uniforms, boxes);
+    let (graph, _, diagnostics) = walk(scene, shape, purpose, size, uniforms, boxes);
     (graph, diagnostics)
 }
 
@@ -92,10 +93,11 @@ pub(crate) fn lower(
 pub(crate) fn lower_origins(
     scene: &mut Scene,
     shape: ShapeId,
+    size: f64,
     uniforms: &mut Uniforms,
     boxes: &mut Boxes,
 ) -> (Graph, Trail) {
-    let (graph, trail, _) = walk(scene, shape, Purpose::Origins, uniforms, boxes);
+    let (graph, trail, _) = walk(scene, shape, Purpose::Origins, size, uniforms, boxes);
     (graph, trail)
 }
 
@@ -103,13 +105,13 @@ fn walk(
     scene: &mut Scene,
     shape: ShapeId,
     purpose: Purpose,
+    size: f64,
     uniforms: &mut Uniforms,
     boxes: &mut Boxes,
 ) -> (Graph, Trail, Vec<Diagnostic>) {
     let paints = paints(scene);
     let mut graph = Graph::default();
     let world = graph.add(Node::World);
-    let size = step::size(scene, shape);
     let slopes = ShapeSlopes::new(World::from(&*scene), size);
     let mut lowering = Lowering {
         slopes,
@@ -361,9 +363,8 @@ impl Lowering<'_> {
         left
     }
 
-    /// Where an operation evaluates its first operand and the others: the body of a cut, or what all operands of
-    /// an intersection leave of space, bounds what is seen of them. A cutter is left whole: where it ended, it
-    /// would have a face that light sees.
+    /// The places at which an operation evaluates its first operand and the others. All operands of an intersection
+    /// bound the region of each. A cutter is left whole: where it ended, it would have a face that light sees.
     fn within(&mut self, op: Op, children: &[ShapeId], at: At, wanted: Wanted) -> [At; 2] {
         use SetOperation::{Intersection, Subtraction, Union};
         let anywhere = At {

@@ -1,17 +1,20 @@
-//! How far from the origin a shape is found to reach, by the sign of its values at points.
+//! The size of what is seen of a scene.
 //!
 //! Boxes of written fields follow from intervals, which tell little of turned and folded space: then a box is far
-//! larger than what is in it. Points prove nothing, and are asked only how large the regions are worth making
-//! within which slopes are bounded.
+//! larger than what is in it. The signs of values at points tell more. They prove nothing: sizes say which regions
+//! are worth bounding slopes in, and what an open camera looks at.
 
-use crate::bounds::World;
+use crate::bounds::{Boxes, Present, World};
 use crate::climb::around;
-use crate::expression::ExprId;
-use crate::scene::ShapeId;
+use crate::scene::{Scene, ShapeId};
 use crate::shape_range::ShapeRange;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 
+/// The size from which on a box may be due to intervals rather than to what is in it.
+const VAGUE: f64 = 64.0;
+/// The least size that an endless scene is taken to have: cameras that are left open stand so far away.
+const LEAST_SIZE: f64 = 1.0;
 /// The distances from the origin that are tried: powers of two.
 const POWERS: std::ops::Range<i32> = -6..14;
 /// The points at each distance.
@@ -22,14 +25,60 @@ const BESIDE: f64 = 0.05;
 /// The most operations that are run.
 const MAX_OPERATIONS: usize = 400_000;
 
+/// About half the size of what is seen of a scene: the farthest corner of its subject from the origin, or the
+/// distance of cameras.
+///
+/// Of a scene without a subject the axis along which it ends nearest counts: a hill falls away for ever.
+pub(crate) fn size(
+    scene: &Scene,
+    boxes: &mut Boxes,
+    root: ShapeId,
+    subject: Option<(ShapeId, Bounds)>,
+) -> f64 {
+    let ends = match subject {
+        Some((id, bounds)) => {
+            let end = |bounds: &Bounds| farthest(bounds.min.into_iter().chain(bounds.max));
+            match end(&bounds) {
+                Some(far) if far > VAGUE => found(scene, id, &bounds).as_ref().and_then(end),
+                far => far,
+            }
+        }
+        None => {
+            let Bounds { min, max } = boxes.of(World::from(scene), root);
+            let ends = (0..3).filter_map(|axis| farthest([min[axis], max[axis]]));
+            ends.reduce(f64::min)
+        }
+    };
+    let cameras = scene.cameras.iter().filter(|camera| !camera.automatic);
+    let places = cameras.flat_map(|camera| camera.from.into_iter().chain(camera.look));
+    let places = farthest(places.filter_map(|id| scene.expressions.as_constant(id)));
+    [ends, places]
+        .into_iter()
+        .flatten()
+        .fold(LEAST_SIZE, f64::max)
+}
+
+/// The largest magnitude of the finite ones among some numbers.
+pub(crate) fn farthest(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let finite = numbers.into_iter().filter(|v| v.is_finite());
+    finite.map(f64::abs).reduce(f64::max)
+}
+
+/// The rest of a box around the origin, within which points of a shape are found; none if that has no end.
+pub(crate) fn found(scene: &Scene, id: ShapeId, bounds: &Bounds) -> Option<Bounds> {
+    let within = radius(scene, id).map_or(*bounds, |radius| {
+        bounds.common(&Bounds::centred([radius; 3]))
+    });
+    within.is_finite().then_some(within)
+}
+
 /// The half side of a cube around the origin in which all points of a shape lie that are found; infinite where
 /// there are some everywhere, and none where there are none.
-pub(crate) fn radius(
-    world: World<'_>,
-    id: ShapeId,
-    uniform: &mut dyn FnMut(ExprId) -> Interval,
-) -> Option<f64> {
-    let mut range = ShapeRange::new(world, uniform);
+fn radius(scene: &Scene, id: ShapeId) -> Option<f64> {
+    let mut present = Present::default();
+    let mut uniform =
+        |id| Interval::point(present.value(&scene.expressions, &scene.params, 0.0, id));
+    let mut range = ShapeRange::new(World::from(scene), &mut uniform);
     for power in POWERS.rev() {
         let radius = f64::from(power).exp2();
         for number in 0..POINTS {

@@ -3,10 +3,10 @@
 //! Intervals find its reach: boxes that reach farthest are asked first whether the field can be below zero
 //! there, so that thin and nested shapes are framed as closely as plain ones.
 
-use crate::bounds::{Boxes, Present, World};
+use crate::bounds::{Boxes, World};
 use crate::climb::Climb;
 use crate::scene::{Scene, Shape, ShapeId, ShapeKind};
-use crate::seen::radius;
+use crate::seen::found;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::{evaluate, gradient};
 use sdfc_vm::interval::Interval;
@@ -22,9 +22,9 @@ use std::collections::{BinaryHeap, HashMap};
 const LEVELS: u32 = 6;
 /// The most boxes that are asked for one direction.
 const MOST_BOXES: usize = 300;
-/// How many times as large as the points that are found a box must be for them to count.
+/// The ratio of a box to the points that are found in it from which on these count.
 const LOOSE: f64 = 4.0;
-/// What is added to the reach of points, in half diagonals of them.
+/// The length that is added to the reach of points, in half diagonals of them.
 const MARGIN: f64 = 0.1;
 
 /// The shape without its operands that have no end, and a box around it; none where nothing is left.
@@ -105,18 +105,6 @@ fn made(scene: &mut Scene, boxes: &mut Boxes, like: Shape, kind: ShapeKind) -> (
     (id, boxes.of(World::from(&*scene), id))
 }
 
-/// What is left of a box around the origin, where points of a shape are found; none if that has no end.
-pub(crate) fn found(scene: &Scene, id: ShapeId, bounds: &Bounds) -> Option<Bounds> {
-    let mut present = Present::default();
-    let mut uniform =
-        |id| Interval::point(present.value(&scene.expressions, &scene.params, 0.0, id));
-    let radius = radius(World::from(scene), id, &mut uniform);
-    let within = radius.map_or(*bounds, |radius| {
-        bounds.common(&Bounds::centred([radius; 3]))
-    });
-    within.is_finite().then_some(within)
-}
-
 /// The set operation of a row.
 fn set(op: Op) -> Option<SetOperation> {
     op.row().meta.set
@@ -124,7 +112,7 @@ fn set(op: Op) -> Option<SetOperation> {
 
 /// The outline of a solid within a box.
 ///
-/// Where intervals bound it far too widely, points of the solid tell how far it reaches.
+/// Points of the solid stand for it if intervals bound it far too widely.
 pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Outline {
     let mut search = Search {
         program,

@@ -98,7 +98,7 @@ const CREEP: f64 = 0.0625;
 /// How far ahead roots are guessed, in halves of a pixel: four pixels. A line farther on may lead through a
 /// wall; only where the field falls steadily is it followed.
 const AHEAD: f64 = 8.0;
-/// How far a root of a field with unknown slopes may be guessed without a look halfway, in halves of a pixel.
+/// The longest guess at a root of a field with unknown slopes without a look halfway, in halves of a pixel.
 const UNPROVEN: f64 = 4.0;
 /// A field falls evenly if its last slope differs from the mean by no more than this share of it.
 const EVENLY: f64 = 0.3;
@@ -108,9 +108,9 @@ const STEADILY: f64 = 0.01;
 const BESIDE: f64 = 2.0;
 /// From how many on it is if the field falls to zero before it: four pixels.
 const WITHIN: f64 = 8.0;
-/// How near to a root a line through both sides of a change of sign must lead, in units of rounding.
+/// The largest way along a line through both sides of a change of sign to its root, in units of rounding.
 const AT_HAND: f64 = 0.5;
-/// How far from a root the nearer side of a change of sign must be looked at, in units of rounding.
+/// The distance from a root at which the nearer side of a change of sign is looked at, in units of rounding.
 const BOTH_SIDES: f64 = 2.0;
 /// How many secant steps are taken at most.
 pub const SECANT_STEPS: u32 = 12;
@@ -288,8 +288,8 @@ pub fn nearly_arrived<R: Real>(
     R::select(R::or(beside, falls_soon), lit(1.0), lit(0.0))
 }
 
-/// Whether, as 1 or 0, no further secant step would tell more than [`secant_guess`] does: the root on the line
-/// through both sides of a change of sign is at hand, or the field is the same on both. Of a field whose slopes
+/// 1 if no further secant step would tell more than [`secant_guess`] does, else 0: the root on the line through
+/// both sides of a change of sign is at hand, or the field is the same on both. Of a field whose slopes
 /// are not known (`raw` is 1) both sides must be at hand: it may be far flatter on one of them.
 #[inline(always)]
 pub fn settled<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R, raw: R) -> R {

@@ -500,7 +500,7 @@ macro_rules! for_each_operation {
                 ..COMBINE
             };
             // ---------------------------------------------------------------- changes of the point
-            /// What lies on the positive side of the mirrored axes, on both sides; an axis is mirrored if its component in `axes` is not zero. Of a shape that crosses a plane, the distance may be too small.
+            /// The part on the positive side of the mirrored axes, on both sides; an axis is mirrored if its component in `axes` is not zero. Of a shape that crosses a plane, the distance may be too small.
             Mirror "mirror" = domain::mirror(p: Point; axes: Vec3) -> Point, prepare::axes, Meta {
                 language: Some(Language { name: "mirror", arguments: &[required("axes", A::Vec3)] }),
                 exactness: Exactness::ExactOutside,

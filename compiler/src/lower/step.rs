@@ -5,16 +5,15 @@
 //! no end and its bound grows with the region, bounds within three cubes are used side by side.
 
 use super::{At, Lowering};
-use crate::bounds::{Boxes, World};
+use crate::bounds::World;
 use crate::elaborate::short;
 use crate::graph::{Node, NodeId, Number};
-use crate::scene::{Scene, ShapeId};
+use crate::scene::ShapeId;
+use crate::seen::farthest;
 use crate::slope::{Refuted, margin, near};
-use crate::subject::{found, subject};
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
-use std::collections::HashMap;
 
 /// A bound of one but for rounding is one.
 const TIDY: f64 = 1.0 + 1e-9;
@@ -26,51 +25,10 @@ const MIN_SLOPE: f64 = 1e-18;
 const WORTH_WHILE: f64 = 1.25;
 /// The half sides of the cubes in which an endless shape's slope is bounded, in sizes of the scene.
 const CUBES: [f64; 3] = [4.0, 32.0, 256.0];
-/// How far a shape is drawn beyond the region that others leave it, in half diagonals of that.
+/// The distance to which a shape is drawn beyond the region that others leave it, in half diagonals of that.
 const BEYOND: f64 = 0.01;
 /// The half side of the cube that holds all that rays reach, in sizes of the scene.
 const REACH: f64 = 1e6;
-
-/// The size from which on a box may be due to intervals rather than to what is in it.
-const VAGUE: f64 = 64.0;
-
-/// The least size that an endless scene is taken to have: cameras that are left open stand so far away.
-const LEAST_SIZE: f64 = 1.0;
-
-/// About half the size of what is seen of a scene: the farthest corner of its subject from the origin, or how
-/// far cameras are.
-///
-/// Of a scene without a subject the axis along which it ends nearest counts: a hill falls away for ever.
-pub(super) fn size(scene: &mut Scene, root: ShapeId) -> f64 {
-    let mut boxes = Boxes::at(0.0, HashMap::new());
-    let ends = match subject(scene, &mut boxes, root) {
-        Some((id, bounds)) => {
-            let end = |bounds: &Bounds| farthest(bounds.min.into_iter().chain(bounds.max));
-            match end(&bounds) {
-                Some(far) if far > VAGUE => found(scene, id, &bounds).as_ref().and_then(end),
-                far => far,
-            }
-        }
-        None => {
-            let Bounds { min, max } = boxes.of(World::from(&*scene), root);
-            let ends = (0..3).filter_map(|axis| farthest([min[axis], max[axis]]));
-            ends.reduce(f64::min)
-        }
-    };
-    let cameras = scene.cameras.iter().filter(|camera| !camera.automatic);
-    let places = cameras.flat_map(|camera| camera.from.into_iter().chain(camera.look));
-    let places = farthest(places.filter_map(|id| scene.expressions.as_constant(id)));
-    [ends, places]
-        .into_iter()
-        .flatten()
-        .fold(LEAST_SIZE, f64::max)
-}
-
-/// The largest magnitude of the finite ones among some numbers.
-fn farthest(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
-    let finite = numbers.into_iter().filter(|v| v.is_finite());
-    finite.map(f64::abs).reduce(f64::max)
-}
 
 impl Lowering<'_> {
     /// A value as it is written, as a safe step to the surface of the shape that it is.

@@ -1,4 +1,4 @@
-//! What is claimed of cells holds in them.
+//! Claims of cells, which hold in them.
 
 use super::samples::{Field, LEVELS, all, is_long, point_at, points_of, put, zeros};
 use crate::corpus::compiled_text;

@@ -39,8 +39,8 @@ fn differing(
     })
 }
 
-/// Where two shapes are equally near, each of a thousand roundings counts: far out those of the distance, on faces
-/// those of coordinates.
+/// Ties of two shapes, of which each of a thousand roundings counts: far out those of the distance, on faces those
+/// of coordinates.
 #[test]
 fn guards_skip_nothing_where_two_shapes_are_equally_near() {
     let mut round = 0;

@@ -1,4 +1,4 @@
-//! What intervals of `f32` allow for errors of elementary functions: the smallest intervals that need it.
+//! The errors that intervals of `f32` allow elementary functions: the smallest intervals that need it.
 
 use crate::fixture::Random;
 use sdfc_vm::elementary::{arctangent, cosine, exponential, logarithm, perlin, sine};

@@ -1,6 +1,6 @@
 //! Exactness of all operations: their values against the nearest point of the surface that the oracle tells.
 //!
-//! What is exact has a surface point where the value and its gradient lead to. What is a bound exceeds the
+//! An exact shape has a surface point where the value and its gradient lead to. A bound exceeds the
 //! way to no surface point. Operands are exact solids, as the reference says.
 
 use super::subject::{Subject, subject_of};

@@ -34,7 +34,7 @@ fn graph(path: &Path) -> Graph {
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
     let mut boxes = Boxes::lasting();
     let purpose = Purpose::Distance;
-    lower(&mut scene, root, purpose, &mut uniforms, &mut boxes).0
+    lower(&mut scene, root, purpose, 1.0, &mut uniforms, &mut boxes).0
 }
 
 /// The distance to a box in the world's space.
