@@ -29,6 +29,7 @@ mod measure;
 mod modules;
 mod motion;
 mod names;
+mod normalized;
 mod numbers;
 mod params;
 mod reference;

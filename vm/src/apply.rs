@@ -4,7 +4,7 @@ use crate::branching::Branching;
 use crate::dual::{Dual, DualVec2, DualVec3};
 use crate::interval::{FloatInterval, Interval};
 use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
-use crate::real::{Real, Vector2, Vector3};
+use crate::real::{Real, Vector2, Vector3, lit};
 use crate::record::{Function, Range, Recorded, Scalar, Signature, Vec2, Vec3, record};
 use crate::rounding::Rounded;
 use crate::row::align;
@@ -37,7 +37,7 @@ macro_rules! apply_on {
     ($($number:ty),+) => {
         $(impl Apply for $number {
             fn apply(op: Op, p: Self::Vec3, v: [Self; 3], k: &[f32]) -> Applied<Self> {
-                apply_body(op, p, v, k)
+                apply_body(op, p, v, Parameters::new(k))
             }
         })+
     };
@@ -54,6 +54,53 @@ apply_on!(
     Dual<Interval>,
     Dual<FloatInterval>
 );
+
+/// Runs one operation on numbers that need no constants: `parameters` are those of the row, in order and
+/// without gaps.
+pub fn apply_numbers<R: Real>(op: Op, p: R::Vec3, values: [R; 3], parameters: &[R]) -> Applied<R> {
+    apply_body(op, p, values, parameters)
+}
+
+/// Gives the parameters of an operation, in order.
+trait TakeParameters<R: Real> {
+    /// The next one.
+    fn scalar(&mut self) -> R;
+    /// The next two.
+    fn vec2(&mut self) -> R::Vec2;
+    /// The next three.
+    fn vec3(&mut self) -> R::Vec3;
+}
+
+impl<R: Real> TakeParameters<R> for Parameters<'_> {
+    #[inline(always)]
+    fn scalar(&mut self) -> R {
+        Parameters::scalar(self)
+    }
+    #[inline(always)]
+    fn vec2(&mut self) -> R::Vec2 {
+        Parameters::vec2::<R>(self)
+    }
+    #[inline(always)]
+    fn vec3(&mut self) -> R::Vec3 {
+        Parameters::vec3::<R>(self)
+    }
+}
+
+impl<R: Real> TakeParameters<R> for &[R] {
+    fn scalar(&mut self) -> R {
+        let (&first, rest) = self.split_first().unwrap_or((&lit(0.0), self));
+        *self = rest;
+        first
+    }
+    fn vec2(&mut self) -> R::Vec2 {
+        let (x, y) = (self.scalar(), self.scalar());
+        R::Vec2::new(x, y)
+    }
+    fn vec3(&mut self) -> R::Vec3 {
+        let (x, y, z) = (self.scalar(), self.scalar(), self.scalar());
+        R::Vec3::new(x, y, z)
+    }
+}
 
 /// Reads an operation's parameters from its constants, in order.
 pub(crate) struct Parameters<'a> {
@@ -102,6 +149,19 @@ macro_rules! read_parameter {
 }
 pub(crate) use read_parameter;
 
+/// The next parameter, by its type.
+macro_rules! take_parameter {
+    ($k:ident, Scalar) => {
+        $k.scalar()
+    };
+    ($k:ident, Vec2) => {
+        $k.vec2()
+    };
+    ($k:ident, Vec3) => {
+        $k.vec3()
+    };
+}
+
 macro_rules! read_input {
     ($p:ident, $v:ident, Point) => {
         $p
@@ -123,15 +183,20 @@ macro_rules! define_apply {
             $($input:ident: $kind:ident),* ; $($parameter:ident: $ty:ident),*
         ) -> $output:ident, $prepare:ident::$prepared:ident, $meta:expr;
     )+) => {
-        fn apply_body<R: Real>(op: Op, p: R::Vec3, values: [R; 3], constants: &[f32]) -> Applied<R> {
+        fn apply_body<R: Real>(
+            op: Op,
+            p: R::Vec3,
+            values: [R; 3],
+            mut parameters: impl TakeParameters<R>,
+        ) -> Applied<R> {
             match op {
                 $(Op::$name => {
                     #[allow(unused_mut, unused_variables, unused_assignments, reason = "rows differ in what they read")]
-                    let (mut k, mut v) = (Parameters::new(constants), values);
+                    let (k, mut v) = (&mut parameters, values);
                     #[allow(unused_assignments, reason = "the last operand leaves the rest unread")]
                     Applied::$output($module::$body::<R>(
                         $(read_input!(p, v, $kind),)*
-                        $(read_parameter!(k, R, $ty)),*
+                        $(take_parameter!(k, $ty)),*
                     ))
                 })+
             }

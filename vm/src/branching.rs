@@ -175,6 +175,7 @@ mod how {
     pub(super) const SELECT: u64 = 28;
     pub(super) const AXIS: u64 = 29;
     pub(super) const LATTICE_EDGE: u64 = 30;
+    pub(super) const ELLIPSOID: u64 = 31;
 }
 
 impl Branching {
@@ -368,6 +369,16 @@ impl Real for Branching {
             count_hull();
         }
         Self::parts(random, how::LATTICE_EDGE, cell, seed)
+    }
+    fn ellipsoid_gradient(p: V3<Self>, r: V3<Self>) -> (Self, V3<Self>) {
+        let (value, gradient) = Interval::ellipsoid_gradient(Self::ranges(p), Self::ranges(r));
+        let gradient = Self::parts(gradient, how::ELLIPSOID, p, r.x);
+        let place = made(how::ELLIPSOID, [r.x.identity, r.y.identity, r.z.identity]);
+        let value = Self::of(value, how::ELLIPSOID, [gradient.x.identity, place, 0]);
+        (value, gradient)
+    }
+    fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
+        Self::noise_gradient(p, seed).1
     }
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
         // Noise and its gradient are continuous: there is nothing to ask.

@@ -258,6 +258,25 @@ impl<R: Real> Real for Dual<R> {
         (Self { value, gradient }, DualVec3::fixed(slope))
     }
     #[inline(always)]
+    fn ellipsoid_gradient(p: Self::Vec3, r: Self::Vec3) -> (Self, Self::Vec3) {
+        let (value, slope) = R::ellipsoid_gradient(p.value, r.value);
+        let gradient =
+            p.gradients[0] * slope.x() + p.gradients[1] * slope.y() + p.gradients[2] * slope.z();
+        // As for noise: radii are the same everywhere, and the gradient's own derivatives are never asked for.
+        (Self { value, gradient }, DualVec3::fixed(slope))
+    }
+    #[inline(always)]
+    fn noise_slope(p: Self::Vec3, seed: Self) -> Self::Vec3 {
+        let slope = R::noise_slope(p.value, seed.value);
+        let along = |row: R::Vec3| {
+            p.gradients[0] * row.x() + p.gradients[1] * row.y() + p.gradients[2] * row.z()
+        };
+        DualVec3 {
+            value: slope,
+            gradients: R::noise_curvature(p.value, seed.value).map(along),
+        }
+    }
+    #[inline(always)]
     fn named(self, name: &'static str) -> Self {
         Self {
             value: self.value.named(name),

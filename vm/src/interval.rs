@@ -51,6 +51,9 @@ pub trait End: Real<Bool = bool, Vec3 = V3<Self>> + PartialOrd + std::fmt::Debug
     fn trigonometric_error(magnitude: Self) -> Self;
     /// How far the exponential and the logarithm that gave `result` may be off.
     fn exponential_error(result: Self) -> Self;
+    /// How far a distance may be off that is computed from coordinates and lengths up to `size` in some dozens of
+    /// operations.
+    fn distance_error(size: Self) -> Self;
     /// Gradient noise and its gradient over a box.
     fn noise_gradient(
         p: V3<IntervalOf<Self>>,
@@ -75,6 +78,10 @@ impl End for f64 {
     #[inline(always)]
     fn exponential_error(result: Self) -> Self {
         f64::abs(result) * 1e-15
+    }
+    #[inline(always)]
+    fn distance_error(size: Self) -> Self {
+        size * 4e-15
     }
     fn noise_gradient(p: V3<Interval>, seed: Interval) -> (Interval, V3<Interval>) {
         let single = |i: Interval| i.lo.floor() == i.hi.floor();
@@ -110,6 +117,10 @@ impl End for f32 {
     #[inline(always)]
     fn exponential_error(result: Self) -> Self {
         f32::abs(result) * 2e-6 + 1e-6
+    }
+    #[inline(always)]
+    fn distance_error(size: Self) -> Self {
+        size * 2e-6
     }
     #[inline(always)]
     fn noise_gradient(
@@ -479,6 +490,20 @@ impl<E: End> Real for IntervalOf<E> {
         )
     }
     #[inline(always)]
+    fn ellipsoid_gradient(p: V3<Self>, r: V3<Self>) -> (Self, V3<Self>) {
+        crate::ellipsoid::over(p, r)
+    }
+    fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
+        <E as End>::noise_gradient(p, seed).1
+    }
+    /// Bounds that hold anywhere.
+    fn noise_curvature(_: V3<Self>, _: Self) -> [V3<Self>; 3] {
+        let any = IntervalOf {
+            lo: lit(-NOISE_CURVATURE),
+            hi: lit(NOISE_CURVATURE),
+        };
+        [V3::of(any, any, any); 3]
+    }
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
         <E as End>::noise_gradient(p, seed)
     }
@@ -560,6 +585,10 @@ impl<E: End> Real for IntervalOf<E> {
 
 /// A bound of the noise's slope along an axis, where it can be as steep as in any direction.
 pub const NOISE_SLOPE: f64 = NOISE_STEEPNESS;
+
+/// A bound of each second derivative of the noise. At a corner of a cell the noise is within √2, and its slope
+/// along an axis within √½; the fade between corners has slopes up to 15/8, which change by up to 10/√3.
+const NOISE_CURVATURE: f64 = 26.0;
 
 /// A bound of the length of the noise's gradient, whatever the hash: in the middle of a cell it
 /// could be 2.652, and a test proves that it is nowhere more than this.

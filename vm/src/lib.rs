@@ -8,6 +8,7 @@ pub mod bounds;
 pub mod branching;
 pub mod dual;
 pub mod elementary;
+pub mod ellipsoid;
 pub mod encode;
 pub mod evaluate;
 pub mod file;

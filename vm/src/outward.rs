@@ -21,6 +21,7 @@
 //! What is fused is rounded less often, and lies between the same bounds. Numbers that are not normal
 //! may be taken for zero, which a tiny number allows for.
 
+use crate::ellipsoid::between;
 use crate::interval::NOISE_STEEPNESS;
 use crate::real::{Real, Vector3, lit};
 
@@ -54,6 +55,9 @@ const EXPONENTIAL: [f64; 2] = [2e-6, 4e-6];
 
 /// How far noise may be off.
 const NOISE: f64 = 2e-5;
+
+/// How far the distance to an ellipsoid may be off, as a fraction of coordinates and radii.
+const DISTANCE: f64 = 4e-6;
 
 /// All numbers from `low` to `high`.
 #[derive(Clone, Copy, Debug)]
@@ -361,6 +365,20 @@ pub fn noise<R: Real>(p: [Ends<R>; 3], seed: R) -> Ends<R> {
         low: (value - change).max(-most),
         high: (value + change).min(most),
     }
+}
+
+/// The distance to an ellipsoid with the radii `r` over a box.
+pub fn ellipsoid<R: Real>(p: [Ends<R>; 3], r: R::Vec3) -> Ends<R> {
+    let magnitudes = p.map(abs);
+    let [x, y, z] = magnitudes.map(|axis| axis.low.max(lit(0.0)).min(lit(KNOWN)));
+    let near = R::Vec3::new(x, y, z);
+    let [x, y, z] = magnitudes.map(|axis| axis.high.min(lit(KNOWN)));
+    let far = R::Vec3::new(x, y, z);
+    let error = (far.max_component() + r.max_component()) * lit(DISTANCE);
+    let [low, high] = between::<R>(near, far, r, error);
+    // What is farther than is told apart may be anywhere.
+    let is_known = far.max_component().less(lit(KNOWN));
+    told(low, R::select(is_known, high, lit(ANY)))
 }
 
 /// Whether the first is smaller. Of ends that are not told apart, that is not known.

@@ -4,13 +4,14 @@
 
 use crate::dual::Dual;
 use crate::elementary;
+use crate::ellipsoid::ellipsoid;
 use crate::outward::{self, Ends, Known};
 use crate::real::{Real, Vector2, Vector3};
 use crate::record::{Bool, Function, Range, Scalar, Signature, Vec2, Vec3, record};
 use std::collections::BTreeSet;
 
 /// Every function of the prelude, each after those that it calls.
-pub const NAMES: [&str; 32] = [
+pub const NAMES: [&str; 35] = [
     "length2",
     "length3",
     "power_of_two",
@@ -25,6 +26,8 @@ pub const NAMES: [&str; 32] = [
     "lattice_edge",
     "noise",
     "noise_gradient",
+    "ellipsoid",
+    "ellipsoid_gradient",
     "interval_add",
     "interval_sub",
     "interval_mul",
@@ -42,6 +45,7 @@ pub const NAMES: [&str; 32] = [
     "interval_exponential",
     "interval_logarithm",
     "interval_noise",
+    "interval_ellipsoid",
     "interval_select",
 ];
 
@@ -93,6 +97,13 @@ fn function(name: &'static str) -> Function {
                 elementary::perlin::<Scalar>(s.parameter("p"), s.parameter("seed"));
             Dual { value, gradient }
         }),
+        "ellipsoid" => record(name, |s| {
+            ellipsoid::<Scalar>(s.parameter("p"), s.parameter("r")).0
+        }),
+        "ellipsoid_gradient" => record(name, |s| {
+            let (value, gradient) = ellipsoid::<Scalar>(s.parameter("p"), s.parameter("r"));
+            Dual { value, gradient }
+        }),
         "interval_add" => binary(name, outward::add),
         "interval_sub" => binary(name, outward::sub),
         "interval_mul" => binary(name, outward::mul),
@@ -122,6 +133,10 @@ fn function(name: &'static str) -> Function {
         "interval_noise" => record(name, |s| {
             let p = intervals(s, ["x", "y", "z"]);
             Range::of(outward::noise(p, s.parameter("seed")))
+        }),
+        "interval_ellipsoid" => record(name, |s| {
+            let p = intervals(s, ["x", "y", "z"]);
+            Range::of(outward::ellipsoid(p, s.parameter::<Vec3>("r")))
         }),
         "interval_select" => record(name, |s| {
             let [may, may_not]: [Bool; 2] = ["may", "may_not"].map(|name| s.parameter(name));

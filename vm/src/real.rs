@@ -9,6 +9,7 @@
 //! are written out (`a + (b - a) * t`, the square root of a sum of squares) rather than left to
 //! builtins, whose rounding differs from device to device.
 
+use crate::dual::{Dual, DualVec3};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A real number: what a distance, a coordinate or a parameter is.
@@ -94,6 +95,27 @@ pub trait Real:
     #[inline(always)]
     fn noise(p: Self::Vec3, seed: Self) -> Self {
         Self::noise_gradient(p, seed).0
+    }
+    /// The gradient of gradient noise at `p`.
+    #[inline(always)]
+    fn noise_slope(p: Self::Vec3, seed: Self) -> Self::Vec3 {
+        crate::elementary::perlin::<Self>(p, seed).1
+    }
+    /// The second derivatives of gradient noise at `p`: the gradient of each component of its gradient.
+    #[inline(always)]
+    fn noise_curvature(p: Self::Vec3, seed: Self) -> [Self::Vec3; 3] {
+        let (p, seed) = (DualVec3::<Self>::seed(p), Dual::fixed(seed));
+        crate::elementary::perlin::<Dual<Self>>(p, seed).1.gradients
+    }
+    /// The distance to an ellipsoid with the radii `r`, and its gradient; see [`crate::ellipsoid`].
+    #[inline(always)]
+    fn ellipsoid_gradient(p: Self::Vec3, r: Self::Vec3) -> (Self, Self::Vec3) {
+        crate::ellipsoid::ellipsoid::<Self>(p, r)
+    }
+    /// The distance to an ellipsoid with the radii `r`.
+    #[inline(always)]
+    fn ellipsoid(p: Self::Vec3, r: Self::Vec3) -> Self {
+        Self::ellipsoid_gradient(p, r).0
     }
     /// The same number; a recorder takes the name for its variable.
     #[inline(always)]

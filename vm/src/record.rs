@@ -326,6 +326,20 @@ impl Real for Scalar {
             Vec3(push(Kind::Member(both, "xyz"), Type::Vec3)),
         )
     }
+    fn ellipsoid(p: Vec3, r: Vec3) -> Self {
+        Self(call("ellipsoid", vec![p.0, r.0], Type::Scalar))
+    }
+    fn ellipsoid_gradient(p: Vec3, r: Vec3) -> (Self, Vec3) {
+        let both = call("ellipsoid_gradient", vec![p.0, r.0], Type::DualScalar);
+        let value = push(Kind::Member(both, "w"), Type::Scalar);
+        (
+            Self(value),
+            Vec3(push(Kind::Member(both, "xyz"), Type::Vec3)),
+        )
+    }
+    fn noise_slope(p: Vec3, seed: Self) -> Vec3 {
+        Self::noise_gradient(p, seed).1
+    }
     fn named(self, name: &'static str) -> Self {
         set_name(self.0, name);
         self

@@ -130,12 +130,11 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: round cone",
                 ..SOLID
             };
-            /// An ellipsoid with the radii `r` along the axes; the distance is exact on them far out, and too small by the ratio of the radii at worst.
-            Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; squash: Vec3, least: Scalar, r: Vec3, most: Scalar) -> Value, prepare::ellipsoid, Meta {
+            /// An ellipsoid with the radii `r` along the axes. Of radii that differ by more than 100 to 1 the distance may be too small, by 1 % outside.
+            Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; r: Vec3) -> Value, prepare::ellipsoid, Meta {
                 language: Some(Language { name: "ellipsoid", arguments: &[required("r", A::Radii3)] }),
-                exactness: Exactness::Bound,
                 bounds: BoundsRule::Shape(volumes::ellipsoid),
-                source: "three bounds of slope one: scaled ball, ball around it, box around it",
+                source: "D. Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid, 2013",
                 ..SOLID
             };
             /// The half space below the plane with the normal `normal`, `at` along it from the origin.
@@ -840,6 +839,11 @@ macro_rules! for_each_operation {
             };
             /// The product of a number with itself.
             Square "square" = math::square(a: Value;) -> Value, prepare::same, MATH;
+            /// The slope of gradient noise along a direction: what a field that reads noise is normalized by.
+            NoiseSlope "noise_slope" = math::noise_slope(p: Point; along: Vec3, seed: Scalar) -> Value, prepare::same, Meta {
+                source: "K. Perlin, Improving Noise, 2002",
+                ..MATH
+            };
         }
     };
 }

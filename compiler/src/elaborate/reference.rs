@@ -142,6 +142,14 @@ const DESCRIBED: &[(&str, &str, &str)] = &[
         "A shape between two: the first at `t` = 0, the other at 1.",
     ),
     (
+        "normalized",
+        "",
+        "The same surface with a distance for its value: the value divided by the length of its gradient, which \
+         is right at the surface and nearly so beside it. Offsets, shells and blends then act as on shapes. \
+         Operands of unions, of `min` and of `max` are normalized each by itself. `reach` is the largest \
+         distance, for fields whose gradient vanishes somewhere.",
+    ),
+    (
         "complement",
         "",
         "Whatever is not in the shape; also written `!shape`.",
@@ -258,7 +266,7 @@ const DESCRIBED: &[(&str, &str, &str)] = &[
     (
         "distance",
         "a, b",
-        "The length of the difference of two vectors.",
+        "The length of the difference of two vectors. Of a shape, `distance(shape)` is `normalized(shape)`.",
     ),
     (
         "normalize",

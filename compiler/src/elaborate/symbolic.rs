@@ -1,5 +1,5 @@
-//! A number type whose values are numbers of the scene, so that the table's `prepare` functions and
-//! the affine bodies run on constants and on live parameters alike.
+//! A number type whose values are numbers of the scene, so that the table's `prepare` functions, the
+//! affine bodies and gradients run on constants, on live parameters and on coordinates alike.
 //!
 //! The graph that the numbers belong to is lent to the thread for the length of [`with_graph`].
 //! Sums and products with neutral constants are left out, so that the matrix of a turn about an
@@ -24,6 +24,20 @@ pub(crate) struct Symbolic(pub(crate) ExprId);
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Condition(ExprId);
 
+impl Symbolic {
+    /// A coordinate of the point.
+    pub(crate) fn coordinate(axis: u8) -> Self {
+        Self(GRAPH.with_borrow_mut(|graph| graph.coordinate(axis)))
+    }
+}
+
+/// A row of noise at a point.
+fn noise(op: Op, p: V3<Symbolic>, parameters: &[Symbolic]) -> Symbolic {
+    let parameters: Vec<ExprId> = parameters.iter().map(|number| number.0).collect();
+    let point = Some([p.x.0, p.y.0, p.z.0]);
+    Symbolic(GRAPH.with_borrow_mut(|graph| graph.apply(op, point, &[], &parameters)))
+}
+
 /// Runs `work` while symbolic numbers mean those of `graph`.
 pub(crate) fn with_graph<T>(graph: &mut Expressions, work: impl FnOnce() -> T) -> T {
     GRAPH.with_borrow_mut(|lent| std::mem::swap(lent, graph));
@@ -44,6 +58,7 @@ pub(crate) fn simplified(graph: &mut Expressions, op: Op, values: &[ExprId]) -> 
         Op::Mul | Op::Div if right == Some(1.0) => values[0],
         Op::Mul if left == Some(0.0) => values[0],
         Op::Mul if right == Some(0.0) => values[1],
+        Op::Select if values[1] == values[2] => values[1],
         Op::Mix if known(2) == Some(0.0) => values[0],
         Op::Mix if known(2) == Some(1.0) => values[1],
         _ => graph.call(op, values),
@@ -121,10 +136,22 @@ impl Real for Symbolic {
         self / self.exponent().exp2()
     }
     fn lattice(_cell: V3<Self>, _seed: Self) -> V3<Self> {
-        unreachable!("no parameter is prepared from random numbers")
+        unreachable!("random numbers are no part of a gradient")
     }
     fn lattice_edge(_cell: V3<Self>, _seed: Self) -> V3<Self> {
-        unreachable!("no parameter is prepared from noise")
+        unreachable!("noise is a row of its own")
+    }
+    fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
+        (noise(Op::Noise, p, &[seed]), Self::noise_slope(p, seed))
+    }
+    fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
+        let (zero, one) = (Self::constant(0.0), Self::constant(1.0));
+        let along = |x, y, z| noise(Op::NoiseSlope, p, &[x, y, z, seed]);
+        V3::of(
+            along(one, zero, zero),
+            along(zero, one, zero),
+            along(zero, zero, one),
+        )
     }
     fn less(self, other: Self) -> Condition {
         Condition(call(Op::Less, &[self.0, other.0]))

@@ -169,6 +169,7 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
             super::shapes::shape_value(e.combined(Op::Morph, parameters, shapes, b.span))
         },
     ),
+    ("normalized", NORMALIZED, |e, b| e.normalized(b)),
     ("complement", &[SHAPE], |e, b| {
         Ok(e.complement(&b.value(0).clone(), b.span_of(0), b.span))
     }),
@@ -251,6 +252,7 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
     ),
 ];
 
+const NORMALIZED: &[Formal] = &[SHAPE, left("reach", Kind::Row(A::Length), &[])];
 const REFLECT: &[Formal] = &[
     SHAPE,
     needed("normal", Kind::Row(A::Direction)),
@@ -280,7 +282,12 @@ const FREE: &[(&str, RunFree)] = &[
     ("dot", |e, c| e.dot(c)),
     ("cross", |e, c| e.cross(c)),
     ("length", |e, c| e.length(c)),
-    ("distance", |e, c| e.distance(c)),
+    ("distance", |e, c| {
+        match c.given.first().map(|given| &given.value) {
+            Some(Value::Shape(_)) => e.call_fixed(NORMALIZED, |e, b| e.normalized(b), c),
+            _ => e.distance(c),
+        }
+    }),
     ("normalize", |e, c| e.normalize(c)),
     ("saturate", |e, c| e.saturate(c)),
     ("radians", |e, c| e.radians(c)),

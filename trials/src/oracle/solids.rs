@@ -84,7 +84,7 @@ pub(super) fn solid(op: Op, k: &[f64]) -> Option<Leaf> {
                 rate: 1.0,
             }
         }),
-        Op::Ellipsoid => (ellipsoid, Extent::centred([k[4], k[5], k[6]])),
+        Op::Ellipsoid => (ellipsoid, Extent::centred([k[0], k[1], k[2]])),
         Op::Plane => (|k, p| dot([k[0], k[1], k[2]], p) - k[3], everywhere),
         Op::Slab => (|k, p| dot([k[0], k[1], k[2]], p).abs() - k[3], everywhere),
         Op::Prism => (prism, {
@@ -246,7 +246,7 @@ fn round_cone(k: &[f64], p: Point) -> f64 {
 ///
 /// After D. Eberly, *Distance from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid*, 2013.
 fn ellipsoid(k: &[f64], p: Point) -> f64 {
-    let r = [k[4], k[5], k[6]];
+    let r = [k[0], k[1], k[2]];
     let least = r[0].min(r[1]).min(r[2]).max(f64::MIN_POSITIVE);
     let most = r[0].max(r[1]).max(r[2]);
     let ratio = r.map(|r| (r / least) * (r / least));

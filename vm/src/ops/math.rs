@@ -305,6 +305,12 @@ pub fn noise<R: Real>(p: R::Vec3, seed: R) -> R {
     R::noise(p, seed)
 }
 
+/// The slope of gradient noise along a direction.
+#[inline(always)]
+pub fn noise_slope<R: Real>(p: R::Vec3, along: R::Vec3, seed: R) -> R {
+    R::noise_slope(p, seed).dot(along)
+}
+
 /// One octave of fractal noise on top of those before. The offset keeps the octaves' lattices,
 /// where all noise is zero, apart.
 #[inline(always)]

@@ -179,13 +179,11 @@ pub fn round_cone<R: Real>(a: &[R]) -> Vec<R> {
     ]
 }
 
-/// Radii, to the smallest over each of them, the smallest, themselves, and the largest.
+/// Radii, kept above zero.
 pub fn ellipsoid<R: Real>(a: &[R]) -> Vec<R> {
-    let least = a[0].min(a[1]).min(a[2]);
     let most = a[0].max(a[1]).max(a[2]);
-    let mut v: Vec<R> = a.iter().map(|&r| least / r.max(lit(1e-12))).collect();
-    v.extend([least, a[0], a[1], a[2], most]);
-    v
+    let least = (most * lit(1e-6)).max(lit(1e-12));
+    a.iter().map(|&r| r.max(least)).collect()
 }
 
 /// The number of corners (three at least) and the radius to them, to the angle of a sector, one

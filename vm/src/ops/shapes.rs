@@ -106,16 +106,10 @@ pub fn cylinder_between<R: Real>(p: R::Vec3, middle: R::Vec3, r: R, axis: R::Vec
     corner::<R>(R::Vec2::new((q - axis * t).length() - r, t.abs() - half))
 }
 
-/// An ellipsoid. Three lower bounds, the largest of which is taken: the ball's distance in the
-/// space that is squashed until the ellipsoid is one (of the smallest radius); the distance to the ball
-/// around it; and the box around it. None is steeper than one, so neither is the result, and it
-/// never exceeds the distance, inside or outside. (The usual formula is steeper than two outside
-/// and overestimates the depth inside many times over.)
+/// An ellipsoid with the radii `r`; see [`crate::ellipsoid`].
 #[inline(always)]
-pub fn ellipsoid<R: Real>(p: R::Vec3, squash: R::Vec3, least: R, r: R::Vec3, most: R) -> R {
-    let scaled = (p * squash).length() - least;
-    let ball = p.length() - most;
-    scaled.max(ball).max((p.abs() - r).max_component())
+pub fn ellipsoid<R: Real>(p: R::Vec3, r: R::Vec3) -> R {
+    R::ellipsoid(p, r)
 }
 
 /// The half space below a plane with the unit normal `normal`, `at` along it.

@@ -95,9 +95,9 @@ pub fn round_cone(a: &[f64]) -> Bounds {
     ball(a[0], a[2]).hull(&ball(a[1], a[2] + a[3]))
 }
 
-/// How much each axis is squashed, the smallest radius, and the radii.
+/// The radii.
 pub fn ellipsoid(a: &[f64]) -> Bounds {
-    Bounds::centred([a[4], a[5], a[6]])
+    Bounds::centred([a[0], a[1], a[2]])
 }
 
 /// A half space; bounded along an axis if that is its normal.

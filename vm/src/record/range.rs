@@ -228,6 +228,22 @@ impl Real for Range {
         let slope = Self::literals(-NOISE_SLOPE, NOISE_SLOPE);
         (Self::noise(p, seed), V3::of(slope, slope, slope))
     }
+    fn ellipsoid(p: V3<Self>, r: V3<Self>) -> Self {
+        match [r.x.number(), r.y.number(), r.z.number()] {
+            [Some(x), Some(y), Some(z)] => {
+                let parts = vec![p.x.0, p.y.0, p.z.0, Vec3::new(x, y, z).0];
+                Self(call("interval_ellipsoid", parts, Type::Range))
+            }
+            _ => Self::literals(-ANY, ANY),
+        }
+    }
+    fn ellipsoid_gradient(p: V3<Self>, r: V3<Self>) -> (Self, V3<Self>) {
+        let any = Self::literals(-1.0, 1.0);
+        (Self::ellipsoid(p, r), V3::of(any, any, any))
+    }
+    fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
+        Self::noise_gradient(p, seed).1
+    }
     fn jump_gradient(_: V3<Self>, _: Known<Bool>) -> V3<Self> {
         let any = Self::literals(-ANY, ANY);
         V3::of(any, any, any)

@@ -6,7 +6,9 @@
 //! 2 and 3 together leave only the true distance.
 
 use crate::definitions::{contains, winds};
-use crate::fixture::{Case, Point, Random, add, cases, distance, gradient, is_shape, length};
+use crate::fixture::{
+    Case, Point, Random, add, cases, distance, gradient, is_shape, length, point,
+};
 use sdfc_vm::dual::Dual;
 use sdfc_vm::row::{Category, Exactness};
 use sdfc_vm::table::Op;
@@ -224,14 +226,64 @@ fn on_a_polygon_the_gradient_is_the_normal() {
     }
 }
 
-/// The ellipsoid's bound is exact on the axes far out, and never worse than the ratio of its
-/// radii.
+/// A point of an ellipsoid and the normal there, `height` apart: outside at any height, and inside up to half of
+/// the smallest radius of curvature, the height is the distance.
 #[test]
-fn the_ellipsoid_is_not_needlessly_small() {
-    let case = Case::new(Op::Ellipsoid, &[1.0, 0.5, 0.25]);
-    assert!((case.at([3.0, 0.0, 0.0]) - 2.0).abs() < 1e-9);
-    assert!((case.at([0.0, 3.0, 0.0]) - 2.5).abs() < 1e-9);
-    assert!((case.at([0.0, 0.0, -3.0]) - 2.75).abs() < 1e-9);
-    assert!(case.at([10.0, 10.0, 10.0]) > 0.96 * (300.0_f64.sqrt() - 0.6));
-    assert_eq!(case.at([0.0; 3]), -0.25);
+fn the_ellipsoid_is_as_far_as_it_is() {
+    let mut random = Random::new(7);
+    for ratio in [1.0, 3.0, 30.0, 100.0] {
+        for _ in 0..2000 {
+            let radii = [0; 3].map(|_| 2.0 / random.range(1.0, ratio));
+            // Many lie beside planes of symmetry.
+            let direction = [0; 3].map(|_| random.range(-1.0, 1.0) * random.unit().powi(4) + 1e-9);
+            let direction = direction.map(|v| v / length(direction));
+            let surface = [0, 1, 2].map(|i| direction[i] * radii[i]);
+            let steep = [0, 1, 2].map(|i| direction[i] / radii[i]);
+            let normal = steep.map(|v| v / length(steep));
+            let least = radii.into_iter().fold(f64::INFINITY, f64::min);
+            let most = radii.into_iter().fold(0.0, f64::max);
+            let deepest = 0.5 * least * least / most;
+            let height = match random.unit() < 0.5 {
+                true => random.range(-deepest, deepest),
+                false => random.range(-6.0, 4.0).exp(),
+            };
+            let p = [0, 1, 2].map(|i| surface[i] + normal[i] * height);
+            let case = Case::new(Op::Ellipsoid, &radii);
+            // Parameters are rounded to `f32`.
+            let rounded = 3e-7 * (most + height.abs());
+            let found = case.at(p);
+            assert!(
+                (found - height).abs() < rounded,
+                "{radii:?}: {found} for {height} at {p:?}"
+            );
+            let still = [Dual::fixed(0.0); 3];
+            let slope = case.dual(point::<f64>(p), still).gradient;
+            let along = slope.x * normal[0] + slope.y * normal[1] + slope.z * normal[2];
+            assert!(
+                (along - 1.0).abs() < 1e-5,
+                "{radii:?}: {slope:?} for {normal:?}"
+            );
+            let single: f32 = case.on(point::<f32>(p));
+            assert!((f64::from(single) - height).abs() < 1e-6 * (length(p) + most));
+        }
+    }
+}
+
+/// In the middle the nearest points are across the smallest radius.
+#[test]
+fn the_middle_of_an_ellipsoid_is_as_deep_as_its_smallest_radius() {
+    for radii in [
+        [1.0, 0.5, 0.25],
+        [0.25, 1.0, 1.0],
+        [0.5, 0.5, 0.5],
+        [3.0, 0.125, 0.125],
+    ] {
+        let case = Case::new(Op::Ellipsoid, &radii);
+        let least = radii.into_iter().fold(f64::INFINITY, f64::min);
+        assert!((case.at([0.0; 3]) + least).abs() < 1e-6, "{radii:?}");
+        let slope = case
+            .dual(point::<f64>([0.0; 3]), [Dual::fixed(0.0); 3])
+            .gradient;
+        assert!((length([slope.x, slope.y, slope.z]) - 1.0).abs() < 1e-3);
+    }
 }
