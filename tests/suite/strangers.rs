@@ -50,27 +50,11 @@ pub(crate) fn folders() -> Vec<PathBuf> {
     folders
 }
 
-/// The author of a scene.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Author {
-    /// Someone who says what takes values from bounds, of which there are several truths.
-    Stranger,
-    /// The project, whose scenes are compared where the oracle is definite.
-    Ourselves,
-}
-
-/// All scenes that are compared, by their authors.
-fn cases() -> Vec<(Author, PathBuf)> {
-    let of = |author: Author| {
-        move |folder: PathBuf| {
-            let paths = scenes(&folder.to_string_lossy());
-            paths.into_iter().map(move |path| (author, path))
-        }
-    };
+/// All scenes that are compared: those of strangers, and the project's own.
+fn cases() -> Vec<PathBuf> {
     let ours = ["examples", "tests/scenes", "tests/hard"].map(PathBuf::from);
-    let theirs = folders().into_iter().flat_map(of(Author::Stranger));
-    theirs
-        .chain(ours.into_iter().flat_map(of(Author::Ourselves)))
+    let all = folders().into_iter().chain(ours);
+    all.flat_map(|folder| scenes(&folder.to_string_lossy()))
         .collect()
 }
 
@@ -309,7 +293,7 @@ fn excused(path: &Path) -> usize {
 }
 
 /// Tells what is wrong with a scene on these engines, line by line.
-fn examine(author: Author, path: &Path, engines: &mut [Box<dyn Engine>]) -> String {
+fn examine(path: &Path, engines: &mut [Box<dyn Engine>]) -> String {
     let mut report = String::new();
     let scene = scene(path);
     if scene.root.is_none() {
@@ -329,9 +313,6 @@ fn examine(author: Author, path: &Path, engines: &mut [Box<dyn Engine>]) -> Stri
         return report;
     }
     let mut truth = Truth::new(&scene, &settings);
-    if author == Author::Ourselves && !truth.oracle.is_definite() {
-        return report;
-    }
     let loaded = Loaded {
         module: &compiled.module,
         outputs: &outputs,
@@ -381,7 +362,7 @@ fn examine(author: Author, path: &Path, engines: &mut [Box<dyn Engine>]) -> Stri
 fn strangers_see_what_is_there() {
     let mut cases = cases();
     if let Ok(wanted) = std::env::var("SDFC_ONLY") {
-        cases.retain(|(_, path)| path.to_string_lossy().contains(&wanted));
+        cases.retain(|path| path.to_string_lossy().contains(&wanted));
     }
     let is_long = std::env::var_os("SDFC_LONG").is_some();
     let has_gpu = std::env::var_os("SDFC_SKIP_GPU").is_none();
@@ -395,7 +376,7 @@ fn strangers_see_what_is_there() {
             let mut report = String::new();
             loop {
                 let at = next.fetch_add(1, Relaxed);
-                let Some((author, path)) = cases.get(at) else {
+                let Some(path) = cases.get(at) else {
                     return report;
                 };
                 let on_all = has_gpu && (is_long || at.is_multiple_of(EVERY));
@@ -404,7 +385,7 @@ fn strangers_see_what_is_there() {
                     engines.extend(others.map(|kind| open(kind).expect("there is an adapter")));
                 }
                 let count = if on_all { engines.len() } else { 1 };
-                report += &examine(*author, path, &mut engines[..count]);
+                report += &examine(path, &mut engines[..count]);
             }
         };
         let start = |_| {

@@ -60,21 +60,6 @@ impl Oracle {
             || build::change(op, 0, &numbers, false).is_some()
     }
 
-    /// Tells if the surface follows from promises of the rows alone.
-    ///
-    /// An offset, a shell or a blend takes values away from a surface. Rows of bounds promise none
-    /// there, and engines make those of fields, of stretched and of repeated shapes smaller.
-    pub fn is_definite(&self) -> bool {
-        self.tree.node(self.tree.root).has_promised_surface
-    }
-
-    /// Tells if rows promise the values too, and not only the surface.
-    ///
-    /// Rows of bounds promise no value: engines may be nearer to the surface than they say.
-    pub fn has_promised_values(&self) -> bool {
-        self.tree.node(self.tree.root).has_promised_values
-    }
-
     /// The value at a point, which is negative inside. NaN counts as outside.
     pub fn value(&self, p: Point) -> f64 {
         self.tree.value(self.tree.root, p)

@@ -31,10 +31,16 @@ const STEADY: f64 = 100.0;
 /// The distance and its gradient.
 #[inline(always)]
 pub fn ellipsoid<R: Real>(p: R::Vec3, r: R::Vec3) -> (R, R::Vec3) {
-    let q = p.abs().named("q");
+    let (q, r) = (p.abs().named("q"), lengths::<R>(r));
     let normal = normal::<R>(q, r, multiplier::<R>(q, r)).named("normal");
     let side = R::Vec3::new(p.x().side(), p.y().side(), p.z().side());
     (q.dot(normal) - (r * normal).length(), normal * side)
+}
+
+/// Radii, none of them zero.
+#[inline(always)]
+fn lengths<R: Real>(r: R::Vec3) -> R::Vec3 {
+    r.abs().max(R::Vec3::splat(lit(1e-12))).named("lengths")
 }
 
 /// The components of a vector divided by those of another.
@@ -116,6 +122,7 @@ fn shortage<R: Real>(distance: R, r: R::Vec3) -> R {
 /// Bounds of the value over a box from those at the nearest and the farthest of its corners: the distance to a
 /// convex solid with three planes of symmetry grows with each coordinate's magnitude. `error` is that of rounding.
 pub fn between<R: Real>(near: R::Vec3, far: R::Vec3, r: R::Vec3, error: R) -> [R; 2] {
+    let r = lengths::<R>(r);
     let low = ellipsoid::<R>(near, r).0;
     let high = ellipsoid::<R>(far, r).0;
     [
@@ -134,7 +141,7 @@ pub(crate) fn over<E: End>(
         V3::of(q.x.lo, q.y.lo, q.z.lo),
         V3::of(q.x.hi, q.y.hi, q.z.hi),
     );
-    let radii = V3::of(r.x.lo, r.y.lo, r.z.lo);
+    let radii = lengths::<E>(V3::of(r.x.lo, r.y.lo, r.z.lo));
     let any = IntervalOf {
         lo: lit(-1.0),
         hi: lit(1.0),

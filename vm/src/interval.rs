@@ -586,9 +586,9 @@ impl<E: End> Real for IntervalOf<E> {
 /// A bound of the noise's slope along an axis, where it can be as steep as in any direction.
 pub const NOISE_SLOPE: f64 = NOISE_STEEPNESS;
 
-/// A bound of each second derivative of the noise. At a corner of a cell the noise is within √2, and its slope
-/// along an axis within √½; the fade between corners has slopes up to 15/8, which change by up to 10/√3.
-const NOISE_CURVATURE: f64 = 26.0;
+/// A bound of each second derivative of the noise, whatever the hash: if each corner of a cell had the direction
+/// that is worst for a place, they would reach 8.5.
+pub const NOISE_CURVATURE: f64 = 9.0;
 
 /// A bound of the length of the noise's gradient, whatever the hash: in the middle of a cell it
 /// could be 2.652, and a test proves that it is nowhere more than this.

@@ -131,7 +131,7 @@ macro_rules! for_each_operation {
                 ..SOLID
             };
             /// An ellipsoid with the radii `r` along the axes. Of radii that differ by more than 100 to 1 the distance may be too small, by 1 % outside.
-            Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; r: Vec3) -> Value, prepare::ellipsoid, Meta {
+            Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; r: Vec3) -> Value, prepare::same, Meta {
                 language: Some(Language { name: "ellipsoid", arguments: &[required("r", A::Radii3)] }),
                 bounds: BoundsRule::Shape(volumes::ellipsoid),
                 source: "D. Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid, 2013",
@@ -166,12 +166,11 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: octahedron",
                 ..SOLID
             };
-            /// A tetrahedron with its corners on diagonals of the cube around the origin, `r` from the centre; beyond its edges the distance is too small.
+            /// A tetrahedron with its corners on diagonals of the cube around the origin, `r` from the centre.
             Tetrahedron "tetrahedron" = shapes::tetrahedron(p: Point; inner: Scalar) -> Value, prepare::tetrahedron, Meta {
                 language: Some(Language { name: "tetrahedron", arguments: &[required("r", A::Radius)] }),
-                exactness: Exactness::Bound,
                 bounds: BoundsRule::Shape(volumes::tetrahedron),
-                source: "four planes, and the cube around them",
+                source: "the nearest of a face, an edge and a corner, by symmetry",
                 ..SOLID
             };
             /// A pyramid of the height `h` on a square with sides of the length `size`; its middle is halfway up.

@@ -7,13 +7,15 @@ use super::Elaborator;
 use super::bound::Bound;
 use super::evaluate::Outcome;
 use super::numbers::{Form, parts};
-use super::symbolic::{Symbolic, with_graph};
+use super::symbolic::{Symbolic, simplified, with_graph};
 use super::value::{Number, Quantity, Value};
 use crate::expression::{ExprId, Stage};
-use crate::scene::{ShapeId, ShapeKind};
+use crate::lower::channel_numbers;
+use crate::scene::{MaterialId, ShapeId, ShapeKind};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::ops::affine::{self, Affine};
 use sdfc_vm::real::{Real, lit};
+use sdfc_vm::table::Op;
 
 impl<'a> Elaborator<'a> {
     /// A shape in a frame of its own; nothing and an identity need none.
@@ -93,6 +95,9 @@ impl<'a> Elaborator<'a> {
             ids[0] == ids[1] && ids[1] == ids[2]
         };
         let flat = bound.flat;
+        if !is_even && let Some(id) = self.scaled_ball(bound.shape(0), ids, bound.span) {
+            return Ok(Value::Shape(id));
+        }
         let id = self.framed(bound.shape(0), bound.span, || {
             let [x, y, z] = by;
             let least = if is_even {
@@ -107,6 +112,44 @@ impl<'a> Elaborator<'a> {
             ([x, o, o, o, o, y, o, o, o, o, z, o], least)
         });
         Ok(Value::Shape(id))
+    }
+
+    /// A ball or an ellipsoid stretched along the axes: an ellipsoid, whose value stays a distance. A colour that
+    /// is the same everywhere stays on it.
+    fn scaled_ball(&mut self, child: ShapeId, by: [ExprId; 3], span: Span) -> Option<ShapeId> {
+        let kind = self.shapes[child.0 as usize].kind.clone();
+        let radii = match &kind {
+            ShapeKind::Painted { child, material } => {
+                let (child, material) = (*child, *material);
+                if !self.is_the_same_everywhere(material) {
+                    return None;
+                }
+                let child = self.scaled_ball(child, by, span)?;
+                return Some(self.add(ShapeKind::Painted { child, material }, false, span));
+            }
+            ShapeKind::Primitive { op, parameters } => match (op, &parameters[..]) {
+                (Op::Sphere, [r]) => [*r; 3],
+                (Op::Ellipsoid, [x, y, z]) => [*x, *y, *z],
+                _ => return None,
+            },
+            _ => return None,
+        };
+        let radii: [ExprId; 3] = std::array::from_fn(|axis| {
+            let by = simplified(&mut self.graph, Op::Abs, &[by[axis]]);
+            simplified(&mut self.graph, Op::Mul, &[radii[axis], by])
+        });
+        let op = Op::Ellipsoid;
+        let parameters = self.prepared(op, &radii);
+        Some(self.add(ShapeKind::Primitive { op, parameters }, false, span))
+    }
+
+    /// Tells if no number of a material depends on the point.
+    fn is_the_same_everywhere(&self, material: MaterialId) -> bool {
+        let material = &self.materials[material.0 as usize];
+        let numbers = channel_numbers(material);
+        let all = numbers.iter().chain(&material.bump);
+        all.into_iter()
+            .all(|&id| self.graph.stage(id) <= Stage::Uniform)
     }
 
     /// `rotate(shape, angle, axis)` or `rotate(shape, [about x, about y, about z])`

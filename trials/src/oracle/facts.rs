@@ -1,6 +1,6 @@
-//! Facts of shapes that follow from those of their operands: boxes, slopes and promises.
+//! Facts of shapes that follow from those of their operands: boxes and slopes.
 
-use super::combine::{Edge, Set};
+use super::combine::Set;
 use super::extent::{Extent, stretches};
 use super::tree::{Kind, Node, NodeId, Tree};
 
@@ -15,8 +15,6 @@ pub(super) fn node(nodes: &[Node], kind: Kind) -> Node {
         extent: facts.extent(&kind),
         steepness: facts.steepness(&kind),
         grain: f64::INFINITY,
-        has_promised_values: facts.has_promised_values(&kind),
-        has_promised_surface: facts.has_promised_surface(&kind),
         is_painted: matches!(kind, Kind::Painted(..)) || operands(&kind).iter().any(is_painted),
         kind,
     }
@@ -30,30 +28,6 @@ struct Facts<'n> {
 impl Facts<'_> {
     fn node(&self, id: NodeId) -> &Node {
         &self.nodes[id as usize]
-    }
-
-    /// Tells if rows promise the values of a kind, which none only bounds.
-    fn has_promised_values(&self, kind: &Kind) -> bool {
-        match kind {
-            Kind::Leaf(leaf) => !leaf.is_bound,
-            _ => operands(kind)
-                .iter()
-                .all(|&id| self.node(id).has_promised_values),
-        }
-    }
-
-    fn has_promised_surface(&self, kind: &Kind) -> bool {
-        let takes_values = match kind {
-            Kind::Offset(..) | Kind::Shell(..) | Kind::RoundedExtrude(..) | Kind::Displace(..) => {
-                true
-            }
-            Kind::Combine { set, .. } => set.edge() != Edge::Hard || matches!(set, Set::Morph(_)),
-            _ => false,
-        };
-        operands(kind).iter().all(|&id| {
-            let operand = self.node(id);
-            operand.has_promised_surface && (operand.has_promised_values || !takes_values)
-        })
     }
 
     fn extent(&self, kind: &Kind) -> Extent {

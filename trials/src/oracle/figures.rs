@@ -47,7 +47,6 @@ pub(super) fn figure(op: Op, k: &[f64]) -> Option<Leaf> {
         numbers,
         extent,
         steepness: 1.0,
-        is_bound: false,
     })
 }
 
@@ -71,7 +70,6 @@ pub(super) fn polygon(points: &[Flat]) -> Leaf {
         numbers: points.as_flattened().to_vec(),
         extent,
         steepness: 1.0,
-        is_bound: false,
     }
 }
 

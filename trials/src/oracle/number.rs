@@ -13,6 +13,8 @@ use std::cell::Cell;
 const MIN_DIVISOR: f64 = 1e-18;
 /// The smallest number that an inverse root is taken of.
 const MIN_INVERSE_ROOT_OPERAND: f64 = 1e-30;
+/// The distance of the points between which the slope of noise is found.
+const SLOPE_STEP: f64 = 1e-3;
 
 /// The number that an operation of arithmetic makes of its operands, in order.
 ///
@@ -82,9 +84,12 @@ fn divisor(b: f64) -> f64 {
     }
 }
 
-/// Tells if a row is one of the three of noise.
+/// Tells if a row is one of those of noise.
 fn is_noise(op: Op) -> bool {
-    matches!(op, Op::Noise | Op::NoiseOctave | Op::RidgeOctave)
+    matches!(
+        op,
+        Op::Noise | Op::NoiseOctave | Op::RidgeOctave | Op::NoiseSlope
+    )
 }
 
 /// The noise that a row of noise reads at a point.
@@ -102,8 +107,19 @@ fn lattice_noise(p: Point, numbers: &[f64]) -> f64 {
     }
 }
 
-/// Noise of one of the three rows on top of a number.
+/// The slope of noise along a direction, as a difference.
+fn slope_of_noise(p: Point, along: Point, seed: f64) -> f64 {
+    let at = |by: f64| lattice_noise(beyond(p, along, by), &[seed]);
+    let difference = |by: f64| (at(by) - at(-by)) / (2.0 * by);
+    // The error of the third order is taken out.
+    (4.0 * difference(SLOPE_STEP) - difference(2.0 * SLOPE_STEP)) / 3.0
+}
+
+/// Noise of one of the rows on top of a number.
 fn noise(op: Op, sum: f64, p: Point, numbers: &[f64]) -> f64 {
+    if let (Op::NoiseSlope, [x, y, z, seed]) = (op, numbers) {
+        return slope_of_noise(p, [*x, *y, *z], *seed);
+    }
     let value = lattice_noise(p, numbers);
     match (op, numbers) {
         (Op::NoiseOctave, [_, _, _, _, amplitude, _]) => sum + amplitude * value,

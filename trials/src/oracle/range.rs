@@ -228,7 +228,7 @@ pub(super) fn arithmetic(op: Op, [a, b, c]: [Range; 3]) -> Range {
     range.rounded()
 }
 
-/// The range of noise of one of the three rows on top of a range.
+/// The range of noise of one of the rows on top of a range.
 ///
 /// `middle` is the noise in the middle of the point's ranges.
 pub(super) fn noise(op: Op, sum: Range, p: [Range; 3], middle: f64, numbers: &[f64]) -> Range {
@@ -241,6 +241,7 @@ pub(super) fn noise(op: Op, sum: Range, p: [Range; 3], middle: f64, numbers: &[f
     let near = near.rising(|v| v.clamp(-1.0, 1.0));
     let value = match op {
         Op::Noise => return near,
+        Op::NoiseSlope => return Range::around(0.0, MAX_NOISE_SLOPE * 3.0_f64.sqrt()),
         Op::RidgeOctave => near.magnitude().negated().rising(|v| 1.0 + 2.0 * v),
         _ => near,
     };

@@ -21,8 +21,6 @@ pub(super) struct Leaf {
     pub(super) extent: Extent,
     /// The most that its value changes per unit of length.
     pub(super) steepness: f64,
-    /// Set if its row promises no more than a bound of the distance.
-    pub(super) is_bound: bool,
 }
 
 /// The steepest slope of the diamond surface's value.
@@ -111,7 +109,6 @@ pub(super) fn solid(op: Op, k: &[f64]) -> Option<Leaf> {
         numbers: k.to_vec(),
         extent,
         steepness,
-        is_bound: matches!(op, Op::Ellipsoid | Op::Tetrahedron),
     })
 }
 

@@ -32,10 +32,6 @@ pub(super) struct Node {
     pub(super) steepness: f64,
     /// The longest radius to trust a formula with.
     pub(super) grain: f64,
-    /// Set if rows promise its values away from its surface too.
-    pub(super) has_promised_values: bool,
-    /// Set if its surface follows from promised values and from signs alone.
-    pub(super) has_promised_surface: bool,
     /// Set if any of it has a paint.
     pub(super) is_painted: bool,
 }

@@ -179,13 +179,6 @@ pub fn round_cone<R: Real>(a: &[R]) -> Vec<R> {
     ]
 }
 
-/// Radii, kept above zero.
-pub fn ellipsoid<R: Real>(a: &[R]) -> Vec<R> {
-    let most = a[0].max(a[1]).max(a[2]);
-    let least = (most * lit(1e-6)).max(lit(1e-12));
-    a.iter().map(|&r| r.max(least)).collect()
-}
-
 /// The number of corners (three at least) and the radius to them, to the angle of a sector, one
 /// over it, the distance of a side, and half its length; what follows is kept.
 pub fn polygon<R: Real>(a: &[R]) -> Vec<R> {

@@ -86,6 +86,14 @@ fn noise_is_what_it_says() {
         assert!((f64::from(single) - v).abs() < 3e-5, "{single}, {v}");
         different += usize::from((f64::noise(V3::of(p[0], p[1], p[2]), 4.0) - v).abs() > 1e-3);
         assert_eq!(at(p[0].floor(), p[1].floor(), p[2].floor()).0, 0.0);
+        let curvature = f64::noise_curvature(V3::of(p[0], p[1], p[2]), 3.0);
+        for row in curvature {
+            let most = row.x.abs().max(row.y.abs()).max(row.z.abs());
+            assert!(most < sdfc_vm::interval::NOISE_CURVATURE, "{most}");
+        }
+        let beside = at(p[0] + h, p[1], p[2]).1;
+        let bent = (beside.y - at(p[0] - h, p[1], p[2]).1.y) / (2.0 * h);
+        assert!((bent - curvature[1].x).abs() < 1e-4, "{bent}");
     }
     assert!(different > 19_000);
 }

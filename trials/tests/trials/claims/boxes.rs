@@ -47,7 +47,6 @@ fn outline_holds(subject: &Subject, p: Point, slack: f64) -> Result<(), String> 
 /// The first point of the solid outside of what is stated.
 pub(super) fn refutation(subject: &Subject, seed: u64) -> Option<String> {
     let mut places = Places::new(subject, seed);
-    let is_definite = subject.oracle.is_definite();
     for _ in 0..POINTS_PER_BOX {
         let mut p = places.anywhere(subject);
         for _ in 0..DESCENTS_PER_POINT {
@@ -55,7 +54,7 @@ pub(super) fn refutation(subject: &Subject, seed: u64) -> Option<String> {
             let slack = 4.0 * MAX_ROUNDING_PER_SIZE * size_at(p, subject.size);
             let tolerance = -slack * norm(found.gradient).max(1.0);
             let is_solid = found.value < tolerance;
-            let is_true = is_definite && subject.oracle.value(p) < tolerance;
+            let is_true = subject.oracle.value(p) < tolerance;
             if is_solid || is_true {
                 if let Some(stated) = subject.boxes.iter().find(|b| !holds(b, p, slack)) {
                     return Some(format!("{p:?} is solid, outside of {stated:?}"));

@@ -20,7 +20,6 @@ pub(super) fn refutation(subject: &Subject, seed: u64) -> Option<String> {
     if subject.is_guessed {
         return None;
     }
-    let is_definite = subject.oracle.is_definite();
     let mut places = Places::new(subject, seed);
     for _ in 0..STEPS_PER_SHAPE {
         let p = places.anywhere(subject);
@@ -50,7 +49,7 @@ pub(super) fn refutation(subject: &Subject, seed: u64) -> Option<String> {
                 if (written < 0.0) != (step < 0.0) && !is_zero(written) {
                     return Some(format!("{step} at {p:?}, but {written} at {q:?}"));
                 }
-                if is_definite && (truth < 0.0) != (step < 0.0) && !is_zero(truth) {
+                if (truth < 0.0) != (step < 0.0) && !is_zero(truth) {
                     return Some(format!(
                         "{step} at {p:?}, but {truth} by the oracle at {q:?}"
                     ));

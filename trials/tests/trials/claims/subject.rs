@@ -156,7 +156,7 @@ impl Subject {
         let mut longer = moment.of(&scene);
         let whole = lengthened(&mut longer, id);
         let oracle = Oracle::new(&longer, whole, moment.time);
-        let has_known_values = oracle.has_promised_values() && !repeats_bounds(&scene, id);
+        let has_known_values = !repeats_bounds(&scene, id);
         scene.shapes.push(kept);
         scene.root = Some(ShapeId(scene.shapes.len() as u32 - 1));
         let (kept, found) = compile(scene, &Options::default());

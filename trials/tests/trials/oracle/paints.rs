@@ -190,7 +190,7 @@ fn engines_show_the_paints_of_all_scenes() {
     let mut wrong = Vec::new();
     for path in files() {
         let (scene, name) = read(&path);
-        if BLENDED.contains(&name.as_str()) || !oracle(&scene).is_definite() {
+        if BLENDED.contains(&name.as_str()) {
             continue;
         }
         wrong.extend(difference(scene).map(|what| format!("{name}: {what}")));

@@ -96,14 +96,30 @@ pub fn octahedron<R: Real>(p: R::Vec3, r: R) -> R {
     R::select(any, edge, m * lit(0.577_350_269_189_625_8))
 }
 
-/// A tetrahedron from the planes of its four faces, `inner` away from the centre, and from the cube
-/// whose corners are those of the tetrahedron: beyond a corner, the planes alone are a third as far.
+/// A tetrahedron whose faces are `inner` away from the centre. By symmetry a point is looked at where its
+/// coordinates are in order of their magnitudes, and only the last one may be negative: there the nearest
+/// edge has its middle on the x axis, and runs along y and z.
 #[inline(always)]
 pub fn tetrahedron<R: Real>(p: R::Vec3, inner: R) -> R {
-    let (x, y, z) = (p.x(), p.y(), p.z());
-    let planes = ((x + y).abs() - z).max((x - y).abs() + z);
-    let cube = p.abs().max_component() - inner * lit(1.732_050_807_568_877_2);
-    cube.max(planes * lit(0.577_350_269_189_625_8) - inner)
+    let q = p.abs().named("q");
+    // Of two equals each takes its second operand, so that no coordinate is taken twice.
+    let (low, high) = (q.x().min(q.y()), q.y().max(q.x()));
+    let between = high.min(q.z()).named("between");
+    let x = q.z().max(high).named("x");
+    let y = between.max(low).named("y");
+    let side = p.x().side() * p.y().side() * p.z().side();
+    let z = (low.min(between) * side).named("z");
+    // Half of the edge of the cube whose corners are those of the tetrahedron.
+    let half = (inner * lit(1.732_050_807_568_877_2)).named("half");
+    let plane = (x + y - z) * lit(0.577_350_269_189_625_8) - inner;
+    let across = ((y - z) * lit(std::f64::consts::FRAC_1_SQRT_2)).named("across");
+    let along = ((y + z) * lit(std::f64::consts::FRAC_1_SQRT_2)).named("along");
+    let beyond = (along - half * lit(std::f64::consts::SQRT_2)).max(lit(0.0));
+    let outward = (x - half).named("outward");
+    let edge = R::Vec3::new(outward, across, beyond).length();
+    // In the plane of the face, on which side of the edge.
+    let is_edge = across.less(outward * lit(std::f64::consts::SQRT_2));
+    R::select(is_edge, edge, plane)
 }
 
 /// A pyramid on a square of the half side `base`, from −`half` to `half` along y. `across` is the
