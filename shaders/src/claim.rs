@@ -19,13 +19,14 @@
 //! nothing is behind. So light depends on surfaces alone: not on how far a cutter reaches out of what it cuts, nor
 //! on a factor on a field or a bound of its slope.
 
+use crate::marching::ROUNDING;
 use sdfc_vm::real::{Real, Vector3, lit};
 
 /// The way of the look beyond the expected surface, as a fraction of the way to it.
 const BEYOND: f64 = 0.02;
 /// The distance of the points by which the gradient is found, as a fraction of the value.
 const APART: f64 = 0.02;
-/// The same at least, in units of what rounding can make of the field.
+/// The same at least, in units of what rounding can make of the field there.
 const APART_ROUNDINGS: f64 = 64.0;
 /// The most rounds of looks: at a face, an edge and a corner.
 const ROUNDS: f64 = 3.0;
@@ -37,9 +38,11 @@ pub const NOTHING: f32 = 1e18;
 /// The last phase.
 pub const LAST_PHASE: f32 = 5.0;
 
-/// The distance of the points by which the gradient is found.
+/// The distance of the points by which the gradient at a place is found. What rounding can make of the field there
+/// follows from the place itself, however far away the eye is.
 #[inline(always)]
-pub fn apart<R: Real>(value: R, rounding: R) -> R {
+pub fn apart<R: Real>(value: R, at: R::Vec3) -> R {
+    let rounding = at.abs().max_component() * lit(ROUNDING);
     (value.abs() * lit(APART)).max(rounding * lit(APART_ROUNDINGS))
 }
 

@@ -84,7 +84,7 @@ functions! {
     outside = normals::outside(rounding);
     inside = normals::inside(rounding);
 
-    claim_apart = claim::apart(value, rounding);
+    claim_apart = claim::apart(value, at);
     claim_offset = claim::offset(offset, value, gradient);
     claim_place = claim::place(at, offset, phase, value, gradient, apart);
     claim_gradient = claim::gradient(gradient, phase, change, apart);

@@ -4,9 +4,6 @@ use sdfc_shaders::claim;
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::V3;
 
-/// The field that rounding alone can cause.
-const ROUNDING: f32 = 1e-7;
-
 /// The distance that the check of a claim at a point finds, phase after phase as engines go through them.
 fn checked(field: impl Fn(V3<f32>) -> f32, at: V3<f32>, raw: f32) -> f32 {
     let none = V3::splat(0.0);
@@ -14,7 +11,7 @@ fn checked(field: impl Fn(V3<f32>) -> f32, at: V3<f32>, raw: f32) -> f32 {
     let (mut phase, mut round) = (1.0, 0.0);
     let (mut offset, mut gradient) = (none, none);
     for _ in 0..20 {
-        let apart = claim::apart(value, ROUNDING);
+        let apart = claim::apart::<f32>(value, at + offset);
         let place = claim::place::<f32>(at + offset, offset, phase, value, gradient, apart);
         let found = field(place);
         if phase < 3.5 {

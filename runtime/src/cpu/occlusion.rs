@@ -32,6 +32,27 @@ pub(super) struct Look<'a, const MANY: bool, const RAW: bool> {
     pub(super) open: &'a mut [f32],
 }
 
+impl<const MANY: bool, const RAW: bool> Look<'_, MANY, RAW> {
+    /// The place of the tap in a lane.
+    #[inline(always)]
+    fn tap(&self, b: &OcclusionLanes, i: usize) -> V3<f32> {
+        let (count, pass) = (self.taps as f32, self.frame.sample as f32);
+        let p = V3::of(b.x.0[i], b.y.0[i], b.z.0[i]);
+        let normal = V3::of(b.normal_x.0[i], b.normal_y.0[i], b.normal_z.0[i]);
+        let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
+        let (index, reach) = (b.index.0[i], self.frame.occlusion_reach);
+        let (direction, distance) = if MANY {
+            (
+                occlusion::many_direction::<f32>(normal, index, count, place),
+                occlusion::many_distance(index, place, reach),
+            )
+        } else {
+            (normal, occlusion::five_distance(index, reach))
+        };
+        camera::along::<f32>(p, direction, distance)
+    }
+}
+
 impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
     type Block = OcclusionLanes;
 
@@ -62,24 +83,8 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
 
     #[inline(always)]
     fn points(&self, b: &OcclusionLanes, points: &mut Points) {
-        let (count, pass) = (self.taps as f32, self.frame.sample as f32);
         for i in 0..LANES {
-            let p = V3::of(b.x.0[i], b.y.0[i], b.z.0[i]);
-            let normal = V3::of(b.normal_x.0[i], b.normal_y.0[i], b.normal_z.0[i]);
-            let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
-            let index = b.index.0[i];
-            let (direction, distance) = if MANY {
-                (
-                    occlusion::many_direction::<f32>(normal, index, count, place),
-                    occlusion::many_distance(index, place, self.frame.occlusion_reach),
-                )
-            } else {
-                (
-                    normal,
-                    occlusion::five_distance(index, self.frame.occlusion_reach),
-                )
-            };
-            let at = camera::along::<f32>(p, direction, distance);
+            let at = self.tap(b, i);
             points[0].0[i] = at.x;
             points[1].0[i] = at.y;
             points[2].0[i] = at.z;
@@ -88,7 +93,7 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
             for i in (0..LANES).filter(|&i| b.phase.0[i] > 0.0) {
                 let value = b.value.0[i];
                 let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
-                let apart = claim::apart(value, b.unsure.0[i]);
+                let apart = claim::apart::<f32>(value, at);
                 let p = claim::place::<f32>(
                     at,
                     V3::splat(0.0),
@@ -119,7 +124,7 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
                 if (b.phase.0[i] == 0.0) | is_nan(field) {
                     continue;
                 }
-                match check(b, i, field) {
+                match check(b, i, field, self.tap(b, i)) {
                     Some(distance) => fields.0[i] = distance,
                     None => *checking = true,
                 }
@@ -175,10 +180,10 @@ fn gradient_of(b: &OcclusionLanes, i: usize) -> V3<f32> {
 
 /// Takes an evaluation for the check of a claim into account; the phases are those of [`claim`]. Gives how far
 /// a surface is, once that is known.
-fn check(b: &mut OcclusionLanes, i: usize, field: f32) -> Option<f32> {
+fn check(b: &mut OcclusionLanes, i: usize, field: f32, tap: V3<f32>) -> Option<f32> {
     let (phase, value) = (b.phase.0[i], b.value.0[i]);
     if phase < 3.5 {
-        let apart = claim::apart(value, b.unsure.0[i]);
+        let apart = claim::apart::<f32>(value, tap);
         let gradient = claim::gradient::<f32>(gradient_of(b, i), phase, field - value, apart);
         b.gradient_x.0[i] = gradient.x;
         b.gradient_y.0[i] = gradient.y;

@@ -142,7 +142,7 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
                 let (phase, value) = (b.phase.0[i], b.value.0[i]);
                 let offset = offset_of(b, i);
                 let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]) + offset;
-                let apart = claim::apart(value, b.rounding.0[i]);
+                let apart = claim::apart::<f32>(value, at);
                 let gradient = gradient_of(b, i);
                 let p = claim::place::<f32>(at, offset, phase, value, gradient, apart);
                 points[0].0[i] = p.x;
@@ -191,6 +191,14 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
 #[inline(always)]
 fn gradient_of(b: &ShadowLanes, i: usize) -> V3<f32> {
     V3::of(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
+}
+
+/// The place of the round in a lane.
+#[inline(always)]
+fn place_of(b: &ShadowLanes, i: usize) -> V3<f32> {
+    let start = V3::of(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
+    let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+    camera::along::<f32>(start, direction, b.claim_t.0[i]) + offset_of(b, i)
 }
 
 /// The way from the claim in a lane to the place of its round.
@@ -306,7 +314,7 @@ impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
         let (phase, value) = (b.phase.0[i], b.value.0[i]);
         let out_of_steps = b.steps.0[i] >= self.most_steps;
         if phase < 3.5 {
-            let apart = claim::apart(value, b.rounding.0[i]);
+            let apart = claim::apart::<f32>(value, place_of(b, i));
             let gradient = claim::gradient::<f32>(gradient_of(b, i), phase, field - value, apart);
             set_gradient(b, i, gradient);
             b.phase.0[i] = phase + 1.0;

@@ -66,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
         let at = along(p, direction, distance);
 #if raw
-        let sideways = claim_apart(around.value, unsure);
+        let sideways = claim_apart(around.value, at);
         let sampled = claim_place(at, vec3f(0.0), around.phase, around.value, around.gradient, sideways);
 #else
         let sampled = at;

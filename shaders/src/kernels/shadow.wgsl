@@ -84,7 +84,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #if checked
         let checking = ray.phase > 0.0;
         let at = along(start, direction, select(ray.t, ray.claim_t, checking)) + ray.offset;
-        let sideways = claim_apart(ray.value, rounding);
+        let sideways = claim_apart(ray.value, at);
         let place = claim_place(at, ray.offset, ray.phase, ray.value, ray.gradient, sideways);
 #else
         let place = along(start, direction, ray.t);
