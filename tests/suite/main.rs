@@ -8,6 +8,7 @@ mod framing;
 mod general;
 mod gpu_cells;
 mod hard;
+mod light;
 mod lod;
 mod metamorphic;
 mod passes;

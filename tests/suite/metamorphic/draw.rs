@@ -48,7 +48,7 @@ pub(super) fn draw(engine: &mut dyn Engine, text: &str, way: &Way) -> Result<Pic
 }
 
 /// A text without other files, compiled with some passes.
-fn compiled(text: &str, passes: PassOptions) -> Result<Compiled, String> {
+pub(crate) fn compiled(text: &str, passes: PassOptions) -> Result<Compiled, String> {
     let mut sources = Sources::new();
     let file = sources.add("text", text.to_owned());
     let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
