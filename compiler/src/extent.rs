@@ -192,7 +192,34 @@ impl Search<'_> {
             // Positive everywhere: nothing to be seen.
             return Bounds::EMPTY;
         }
-        closed(found, &boxes, &open)
+        self.closed(found, &boxes, &open)
+    }
+
+    /// What was found, with the open sides closed that no box touches. Where boxes touch another side, what lies
+    /// beyond the cube there must be proved to end at the same place.
+    fn closed(&mut self, found: &Bounds, boxes: &[Bounds], open: &[(usize, bool)]) -> Bounds {
+        let hull = boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
+        let is_touched =
+            |&side: &(usize, bool)| boxes.iter().any(|b| reaches(b, side, 1.0 - 1e-12));
+        let (touched, free): (Vec<_>, Vec<_>) = open.iter().copied().partition(is_touched);
+        let mut closed = *found;
+        for side in free {
+            let end = match side {
+                (axis, true) => hull.max[axis],
+                (axis, false) => hull.min[axis],
+            };
+            let holds = touched.iter().all(|&(other, upper)| {
+                let far = if upper { MAX_REACH } else { -MAX_REACH };
+                let outside = beyond(&beyond(found, side, end), (other, upper), far);
+                is_positive(self.over(&outside))
+            });
+            match side {
+                (axis, true) if holds => closed.max[axis] = end,
+                (axis, false) if holds => closed.min[axis] = end,
+                _ => {}
+            }
+        }
+        closed
     }
 
     /// What of these boxes may hold something, halved until it is known well, or until something solid was
@@ -281,21 +308,15 @@ fn far_end(b: &Bounds, (axis, upper): (usize, bool)) -> [f64; 3] {
     p
 }
 
-/// What was found, with the open sides that no box touches closed.
-fn closed(found: &Bounds, boxes: &[Bounds], open: &[(usize, bool)]) -> Bounds {
-    let hull = boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
-    let mut closed = *found;
-    for &(axis, upper) in open {
-        if boxes.iter().any(|b| reaches(b, (axis, upper), 1.0 - 1e-12)) {
-            continue;
-        }
-        if upper {
-            closed.max[axis] = hull.max[axis];
-        } else {
-            closed.min[axis] = hull.min[axis];
-        }
+/// The part of a box that lies beyond a place on one of its axes.
+fn beyond(b: &Bounds, (axis, upper): (usize, bool), at: f64) -> Bounds {
+    let mut part = *b;
+    if upper {
+        part.min[axis] = at;
+    } else {
+        part.max[axis] = at;
     }
-    closed
+    part
 }
 
 /// Both halves of a box across an axis.
@@ -388,6 +409,31 @@ mod tests {
             e.call(Op::Sub, &[p[1], sum])
         });
         assert!(bowl.max.iter().all(|v| v.is_infinite()), "{bowl:?}");
+    }
+
+    /// A hill that falls away for ever grows ever wider, beyond the cube that is searched.
+    #[test]
+    fn what_has_no_end_along_one_axis_grows_along_the_others() {
+        let hill = of(|e, p| {
+            let [x, _, z] = p.map(|c| e.call(Op::Square, &[c]));
+            let factor = e.constant(0.02);
+            let squares = e.call(Op::Add, &[x, z]);
+            let fall = e.call(Op::Mul, &[squares, factor]);
+            e.call(Op::Add, &[p[1], fall])
+        });
+        assert!(hill.min.iter().all(|v| v.is_infinite()), "{hill:?}");
+        assert!(hill.max[0].is_infinite() && hill.max[1] < 0.01 && hill.max[2].is_infinite());
+        // A column with a wavy wall is as wide at any height.
+        let column = of(|e, p| {
+            let [x, _, z] = p.map(|c| e.call(Op::Square, &[c]));
+            let wave = e.call(Op::Sin, &p[1..2]);
+            let squares = e.call(Op::Add, &[x, z]);
+            let four = e.constant(4.0);
+            let wide = e.call(Op::Sub, &[squares, four]);
+            e.call(Op::Add, &[wide, wave])
+        });
+        assert!(column.min[1].is_infinite() && column.max[1].is_infinite());
+        assert!(column.max[0] < 2.3 && column.min[2] > -2.3, "{column:?}");
     }
 
     #[test]

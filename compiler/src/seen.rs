@@ -19,6 +19,15 @@ const LEAST_SIZE: f64 = 1.0;
 const POWERS: std::ops::Range<i32> = -6..14;
 /// The points at each distance.
 const POINTS: u32 = 96;
+/// The directions along which what is endless most often goes on, and may be thin.
+const AXES: [[f64; 3]; 6] = [
+    [1.0, 0.0, 0.0],
+    [-1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, -1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.0, 0.0, -1.0],
+];
 /// The share of the largest distance below which a value there is taken for that of something endless: a sheet or a
 /// column may pass between the points.
 const BESIDE: f64 = 0.05;
@@ -81,9 +90,9 @@ fn radius(scene: &Scene, id: ShapeId) -> Option<f64> {
     let mut range = ShapeRange::new(World::from(scene), &mut uniform);
     for power in POWERS.rev() {
         let radius = f64::from(power).exp2();
-        for number in 0..POINTS {
-            let [x, y, z] = around(number, POINTS);
-            let p = [x, y, z].map(|v| v * radius);
+        let spread = (0..POINTS).map(|number| around(number, POINTS));
+        for direction in AXES.into_iter().chain(spread) {
+            let p = direction.map(|v| v * radius);
             let value = range.over(id, &Bounds { min: p, max: p });
             let is_farthest = power + 1 == POWERS.end;
             if is_farthest && value.lo < radius * BESIDE {

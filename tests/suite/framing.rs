@@ -131,3 +131,34 @@ fn open_cameras_look_past_walls() {
         assert!((radius - 0.5).abs() < 0.01, "{text}{view:?} sees {seen:?}");
     }
 }
+
+/// Open cameras stand as far away from what stands on a ground without an end as if there were none.
+#[test]
+fn open_cameras_frame_what_stands_on_endless_grounds() {
+    let distance = |text: &str| {
+        let mut compiled = compiled_text(text, PassOptions::default());
+        let outputs = compiled.module.update(0.0);
+        let settings = resolve(&compiled.module, &outputs, &Overrides::default());
+        let view = settings.expect("it has settings").view;
+        let squares = (0..3).map(|axis| (view.look[axis] - view.from[axis]).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    let alone = distance("cylinder(r: 1, h: 4)");
+    for ground in [
+        "plane(Y, at: -2)",
+        "slab(Y, 1).translate(0, -2.5, 0)",
+        "field(fn(p) => p.y + 2 + 0.02 * dot(p.xz, p.xz))",
+        "field(fn(p) => p.y + 2 + 0.02 * dot(p.xz, p.xz) + 0.1 * noise(p))",
+        "field(fn(p) => p.y + 2.5 - 0.5 * sin(p.x) * sin(p.z))",
+        "field(fn(p) => p.y + 3 - fbm(p.xz))",
+        "field(fn(p) => p.y + 2 + sqrt(1 + dot(p.xz, p.xz)) - 1)",
+        "field(fn(p) => p.y + 2 + pow(p.x, 4) * 0.001)",
+    ] {
+        let found = distance(&format!("cylinder(r: 1, h: 4) | {ground}"));
+        let ratio = found / alone;
+        assert!(
+            (0.8..=1.25).contains(&ratio),
+            "{ground}: {found} for {alone}"
+        );
+    }
+}
