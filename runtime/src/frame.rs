@@ -222,7 +222,7 @@ impl RenderSettings {
 pub struct FieldFacts {
     /// Whether the length of its gradient is not known to be about one: it holds raw fields.
     pub raw: bool,
-    /// Whether its values may be less than the distance, so that light has to check them.
+    /// Values may be far less than the distance, so that occlusion has to check them.
     pub checked: bool,
     /// The box that holds the solid.
     pub bounds: sdfc_vm::bounds::Bounds,

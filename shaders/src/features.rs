@@ -66,10 +66,8 @@ pub struct Features {
     pub materials: bool,
     /// Whether the air hides what is far.
     pub fog: bool,
-    /// Whether values near surfaces are checked before they are taken for distances: see [`crate::claim`].
+    /// Occlusion checks values before they are taken for distances: see [`crate::claim`].
     pub checked: bool,
-    /// Whether raw fields are among them, whose gradients have any length.
-    pub raw: bool,
     /// Whether the scene is a plane figure, seen face on.
     pub plane: bool,
     /// Whether kernels are made for any lights, occlusion, fog, materials and differences.
@@ -95,7 +93,6 @@ impl Features {
             materials: true,
             fog: false,
             checked: true,
-            raw: true,
             plane: self.plane,
             general: true,
         }

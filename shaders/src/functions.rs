@@ -85,21 +85,23 @@ functions! {
     inside = normals::inside(rounding);
 
     claim_apart = claim::apart(value, at);
-    claim_offset = claim::offset(offset, value, gradient);
-    claim_place = claim::place(at, offset, phase, value, gradient, apart);
+    claim_offset = claim::offset(at, offset, value, gradient, limit);
+    claim_place = claim::place(at, offset, phase, value, gradient, limit);
     claim_gradient = claim::gradient(gradient, phase, change, apart);
-    claim_decided = claim::decided(phase, round, value, field, before, raw);
-    claim_looks_again = claim::looks_again(phase, raw);
-    claim_distance = claim::distance(value, gradient, offset, phase, last, before, raw);
-    claim_before = claim::before(share, found, round);
+    claim_outcome = claim::outcome(round, value, field, next, limit);
+    claim_surface = claim::surface(offset, next, value, field);
+    shadow_limit = shadow::limit(t, size);
+    shadow_moved = shadow::moved(way, direction, t, leave, value);
+    occlusion_limit = occlusion::limit(height);
 
     march_noise = marching::noise(rounding, slope, raw);
     shadow_hard = shadow::hard(visibility, h, noise);
     shadow_hurry = shadow::hurry(count);
     shadow_claims = shadow::claims(visible, last, visibility, h, noise);
-    shadow_plain = shadow::plain(visibility, h, t, size);
-    shadow_improved = shadow::improved(visibility, h, before, stride, t, size);
-    shadow_sized = shadow::sized(visibility, h, t, size);
+    shadow_seen = shadow::seen(h, t, size);
+    shadow_beside = shadow::beside(
+        visibility, way, direction, t, size, value, leave
+    );
     shadow_stride = shadow::stride(h, t, threshold, size);
     shadow_short_stride = shadow::short_stride(h, t, threshold, size);
     shadow_arriving = shadow::arriving(visibility);

@@ -148,7 +148,7 @@ shared! {
 pub const FOG: u32 = 1;
 /// Set in [`Frame::choices`] where occlusion looks all over the hemisphere.
 pub const HEMISPHERE: u32 = 2;
-/// Set in [`Frame::choices`] where values near surfaces are checked before they are taken for distances.
+/// Set in [`Frame::choices`] where occlusion checks values before they are taken for distances.
 pub const CHECKED: u32 = 4;
 
 shared! {
@@ -318,26 +318,18 @@ shared! {
         round: f32,
         /// How far it came.
         t: f32,
-        /// The field at the point before.
-        radius_before: f32,
-        /// How far it went from there; negative once it has come to its end.
-        stride: f32,
         /// What arrives of the light so far: 0 to 1, for a sized light -1 to 1.
         visibility: f32,
         /// What would arrive by the point before alone, its field taken for a distance.
         last: f32,
-        /// The same by the claim that is not checked yet; [`crate::shadow::NO_CLAIM`] without one.
-        claimed: f32,
-        /// Where the claim is.
+        /// The place of the claim on the ray; [`crate::shadow::NO_CLAIM`] without one.
         claim_t: f32,
         /// The field at the place of the present round.
         value: f32,
-        /// The field at the point before the claim, as a share of that of the claim.
-        claim_before: f32,
-        /// How far the ray went from there to the claim.
-        claim_stride: f32,
-        /// The field beyond the surface that is claimed.
-        beyond: f32,
+        /// 1 where the ray ends after the check of the claim.
+        ends: f32,
+        /// 1 where the claim was moved along the ray and is checked once more.
+        again: f32,
         /// How many evaluations it took; [`crate::shadow::DONE`] is set when it has ended.
         steps: u32,
     }
@@ -346,18 +338,22 @@ shared! {
 shared! {
     /// A look around from a surface under way, or its result.
     OcclusionRay {
-        /// What is known of the gradient while a claim is checked; see [`crate::claim`].
+        /// The part of the gradient that is found while a claim is checked; see [`crate::claim`].
         gradient: vec3f,
         /// The phase of that check.
         phase: f32,
+        /// The way from the tap to the place of the present round.
+        offset: vec3f,
+        /// The number of rounds before it.
+        round: f32,
         /// What is hidden so far.
         hidden: f32,
         /// The tap that is looked at.
         tap: f32,
-        /// The field where a claim is checked.
+        /// The field at the place of the present round.
         value: f32,
-        /// The field beyond the surface that is claimed.
-        beyond: f32,
+        /// The spare room of a buffer's layout.
+        spare: f32,
     }
 }
 

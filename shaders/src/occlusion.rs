@@ -72,12 +72,18 @@ pub fn hidden<R: Real>(field: R, height: R, distance: R, weight: R) -> R {
     (height - field * lit::<R>(2.0)).clamp(lit(0.0), height) / distance.max(lit(1e-20)) * weight
 }
 
-/// Whether a field at a tap, taken for a distance, would hide something, as 1 or 0: a claim that has to be
-/// checked. `slope` is the length of the field's gradient at the surface, which the field is measured by here.
+/// 1 if a field at a tap, taken for a distance, would hide something, else 0: a claim that has to be checked. `slope`
+/// is the length of the field's gradient at the surface, which the field is measured by here.
 #[inline(always)]
 pub fn claims<R: Real>(field: R, height: R, slope: R) -> R {
     let near = (field * lit::<R>(2.0)).less(height * slope);
     R::select(R::and(lit::<R>(0.0).less(field), near), lit(1.0), lit(0.0))
+}
+
+/// The largest distance of a surface from a tap that hides something.
+#[inline(always)]
+pub fn limit<R: Real>(height: R) -> R {
+    height * lit(0.5)
 }
 
 /// What is seen of the sky: `hidden` is the sum over all taps, `weight` what it is at most.

@@ -90,7 +90,6 @@ fn variants() -> Vec<Features> {
         materials: true,
         fog: true,
         checked: true,
-        raw: true,
         plane: false,
         general: false,
     };
@@ -121,10 +120,9 @@ fn variants() -> Vec<Features> {
             ..Features::default()
         });
     }
-    for raw in [false, true] {
+    for checked in [false, true] {
         all.push(Features {
-            checked: false,
-            raw,
+            checked,
             ..everything.clone()
         });
     }
@@ -308,7 +306,6 @@ fn kernels_contain_what_is_used() {
         materials: true,
         fog: true,
         checked: true,
-        raw: true,
         ..Features::default()
     };
     let mut text = String::new();

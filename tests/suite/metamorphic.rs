@@ -27,11 +27,11 @@ const SIZE: [u32; 2] = [64, 48];
 /// The number of random scenes in an ordinary run, and how much dearer one is than a damaged text.
 const SCENES: u64 = 60;
 const COST: u64 = 1000;
-// fault: in a program that divides by a slope somewhere, light follows the claims of all shapes in another way
-// (`claim::distance`, `raw`), so penumbras and occlusion depend on whether a division was needed.
+// fault: a raw field is seen from another distance along a shadow ray than the same field multiplied, so the outer
+// edges of penumbras differ.
 /// The most pixels of soft light that may differ, and by how much of 255.
-const MAX_SOFT_PIXELS: usize = 16;
-const MAX_SOFT_DIFFERENCE: u8 = 20;
+const MAX_SOFT_PIXELS: usize = 14;
+const MAX_SOFT_DIFFERENCE: u8 = 9;
 /// The number of random scenes that devices draw in software, and how much dearer one is.
 const DEVICE_SCENES: u64 = 3;
 const DEVICE_COST: u64 = 20_000;
@@ -42,10 +42,10 @@ const VARIANT_STRIDE: u64 = 5;
 const FAULTS: [u64; 3] = [
     // fault: the box of a blend of `dot(p, p)` in a union with an extruded star and a field of `max` is endless, so
     // steps are divided by 2165, and 15 depths are wrong without cells.
-    16, // fault: one pixel of soft light, a displaced intersection beside a stated bound.
-    181,
-    // fault: four depths at a blend of `dot(p, p)` less a torus, of which the box is too large.
+    16, // fault: four depths at a blend of `dot(p, p)` less a torus, of which the box is too large.
     219,
+    // fault: the normal of one pixel in a crease, with cells; its depth is the same.
+    908,
 ];
 
 /// A random scene.

@@ -257,22 +257,14 @@ impl Instruction {
     }
 }
 
-/// Whether an operation's value may be less than the distance to what it makes: intersections and what
-/// [`Exactness`] says so of. Unions and soft blends of them fall short by no more than the blend is thick.
-fn falls_short(op: Op) -> bool {
+/// Reports whether an operation's value may be any fraction of the distance to what it makes: raw fields, solids with
+/// a bound for a distance, and maps that stretch space. Cuts and blends fall short near edges alone.
+fn scales(op: Op) -> bool {
     let meta = &op.row().meta;
-    let is_union = meta.category == Category::Combine
-        && match meta.blend {
-            Some(blend) => blend.sign > 0.0,
-            None => matches!(
-                meta.bounds,
-                crate::row::BoundsRule::Hull | crate::row::BoundsRule::HullGrown(_)
-            ),
-        };
     match meta.category {
-        Category::Combine => !is_union || op == Op::Xor,
-        Category::Math => false,
-        _ => matches!(meta.exactness, Exactness::Bound | Exactness::Field),
+        Category::Combine | Category::Math => false,
+        Category::Shape3 | Category::Shape2 => meta.exactness == Exactness::Bound,
+        _ => is_raw(op) || meta.exactness == Exactness::Field,
     }
 }
 
@@ -314,32 +306,16 @@ impl Program {
             .any(|i| matches!(i.code, Code::Op(op) if is_raw(op)))
     }
 
-    /// Whether its value may be less than the distance to the surface, as those of cuts are.
-    pub fn is_bound(&self) -> bool {
-        let cuts = |place: Place| match place {
-            Place::Push => false,
-            Place::Blend { index, .. } => self.pool[index as usize][0] < 0.0,
-        };
+    /// Reports whether its value may be any fraction of the distance to the surface.
+    pub fn is_scaled(&self) -> bool {
         let stretches = |frame: Frame| match frame {
             Frame::Same | Frame::Moved(_) => false,
             Frame::Mapped(index) => !self.is_even(index as usize),
         };
         self.code.iter().any(|i| {
-            let falls_short = match i.code {
-                Code::Op(Op::Offset) => self.may_move_inwards(i.parameters),
-                Code::Op(op) => falls_short(op),
-                _ => false,
-            };
-            falls_short || cuts(i.place) || stretches(i.frame)
+            let scales = matches!(i.code, Code::Op(op) if scales(op));
+            scales || stretches(i.frame)
         })
-    }
-
-    /// Reports whether an offset with these parameters is negative, or may become so.
-    ///
-    /// Outside of what moved outwards, a distance stays one.
-    fn may_move_inwards(&self, parameters: u32) -> bool {
-        let is_live = self.patches.iter().any(|patch| patch.at == parameters * 4);
-        is_live || self.pool[parameters as usize][0] < 0.0
     }
 
     /// Whether a frame stretches all directions alike.

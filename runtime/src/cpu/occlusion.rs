@@ -13,14 +13,13 @@ lanes! {
     /// Surfaces that are looked around from.
     OcclusionLanes {
         x, y, z, normal_x, normal_y, normal_z, place_x, place_y, hidden, index, side, unsure, slope,
-        phase, value, beyond, gradient_x, gradient_y, gradient_z,
+        phase, round, value, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
     }
 }
 
 /// Surfaces that are looked around from: over the hemisphere, or (`MANY` is false) along the
-/// normal; with values of raw fields checked before they are taken for distances (`RAW`), or not. Items are
-/// places in the tile.
-pub(super) struct Look<'a, const MANY: bool, const RAW: bool> {
+/// normal; with values checked before they are taken for distances (`CHECKED`), or not. Items are places in the tile.
+pub(super) struct Look<'a, const MANY: bool, const CHECKED: bool> {
     pub(super) frame: &'a Frame,
     pub(super) taps: u32,
     pub(super) pixels: &'a [[f32; 2]],
@@ -32,7 +31,7 @@ pub(super) struct Look<'a, const MANY: bool, const RAW: bool> {
     pub(super) open: &'a mut [f32],
 }
 
-impl<const MANY: bool, const RAW: bool> Look<'_, MANY, RAW> {
+impl<const MANY: bool, const CHECKED: bool> Look<'_, MANY, CHECKED> {
     /// The place of the tap in a lane.
     #[inline(always)]
     fn tap(&self, b: &OcclusionLanes, i: usize) -> V3<f32> {
@@ -51,9 +50,22 @@ impl<const MANY: bool, const RAW: bool> Look<'_, MANY, RAW> {
         };
         camera::along::<f32>(p, direction, distance)
     }
+
+    /// The height of the tap in a lane above a plane through the surface.
+    #[inline(always)]
+    fn height(&self, b: &OcclusionLanes, i: usize) -> f32 {
+        let (index, reach) = (b.index.0[i], self.frame.occlusion_reach);
+        if !MANY {
+            return occlusion::five_distance(index, reach);
+        }
+        let pass = self.frame.sample as f32;
+        let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
+        let distance = occlusion::many_distance(index, place, reach);
+        distance * occlusion::many_cosine(index, self.taps as f32)
+    }
 }
 
-impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
+impl<const MANY: bool, const CHECKED: bool> Walk for Look<'_, MANY, CHECKED> {
     type Block = OcclusionLanes;
 
     fn begin(&mut self, item: u32, b: &mut OcclusionLanes, lane: usize) -> bool {
@@ -66,7 +78,7 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
         b.normal_y.0[lane] = normal.y;
         b.normal_z.0[lane] = normal.z;
         [b.place_x.0[lane], b.place_y.0[lane]] = self.pixels[item];
-        b.slope.0[lane] = if RAW { self.slopes[item] } else { 1.0 };
+        b.slope.0[lane] = if CHECKED { self.slopes[item] } else { 1.0 };
         b.phase.0[lane] = 0.0;
         b.value.0[lane] = 0.0;
         b.hidden.0[lane] = 0.0;
@@ -89,19 +101,12 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
             points[1].0[i] = at.y;
             points[2].0[i] = at.z;
         }
-        if RAW && any(&b.phase) {
+        if CHECKED && any(&b.phase) {
             for i in (0..LANES).filter(|&i| b.phase.0[i] > 0.0) {
-                let value = b.value.0[i];
-                let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
-                let apart = claim::apart::<f32>(value, at);
-                let p = claim::place::<f32>(
-                    at,
-                    V3::splat(0.0),
-                    b.phase.0[i],
-                    value,
-                    gradient_of(b, i),
-                    apart,
-                );
+                let (phase, value, offset) = (b.phase.0[i], b.value.0[i], offset_of(b, i));
+                let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]) + offset;
+                let limit = occlusion::limit(self.height(b, i));
+                let p = claim::place::<f32>(at, offset, phase, value, gradient_of(b, i), limit);
                 points[0].0[i] = p.x;
                 points[1].0[i] = p.y;
                 points[2].0[i] = p.z;
@@ -118,13 +123,14 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
             fields.0[i] = values.0[i] * b.side.0[i];
         }
         let mut checking = [false; LANES];
-        if RAW && any(&b.phase) {
+        if CHECKED && any(&b.phase) {
             for (i, checking) in checking.iter_mut().enumerate() {
                 let field = fields.0[i];
                 if (b.phase.0[i] == 0.0) | is_nan(field) {
                     continue;
                 }
-                match check(b, i, field, self.tap(b, i)) {
+                let limit = occlusion::limit(self.height(b, i));
+                match check(b, i, field, self.tap(b, i), limit) {
                     Some(distance) => fields.0[i] = distance,
                     None => *checking = true,
                 }
@@ -146,7 +152,7 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
                 (distance, distance, occlusion::five_weight(index))
             };
             let nan = is_nan(field);
-            let fresh = RAW & !checking[i] & (b.phase.0[i] == 0.0);
+            let fresh = CHECKED & !checking[i] & (b.phase.0[i] == 0.0);
             let claims = fresh & (occlusion::claims(field, height, b.slope.0[i]) > 0.0);
             // What claims nothing hides nothing.
             let clear = fresh & !claims & (field > 0.0);
@@ -157,10 +163,14 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
             b.hidden.0[i] += if nan | goes_on { 0.0 } else { hidden };
             let phase = if checking[i] { b.phase.0[i] } else { 0.0 };
             b.phase.0[i] = if claims { 1.0 } else { phase };
-            let gradient = |old: f32| if claims { 0.0 } else { old };
-            b.gradient_x.0[i] = gradient(b.gradient_x.0[i]);
-            b.gradient_y.0[i] = gradient(b.gradient_y.0[i]);
-            b.gradient_z.0[i] = gradient(b.gradient_z.0[i]);
+            let zeroed = |old: f32| if claims { 0.0 } else { old };
+            b.gradient_x.0[i] = zeroed(b.gradient_x.0[i]);
+            b.gradient_y.0[i] = zeroed(b.gradient_y.0[i]);
+            b.gradient_z.0[i] = zeroed(b.gradient_z.0[i]);
+            b.offset_x.0[i] = zeroed(b.offset_x.0[i]);
+            b.offset_y.0[i] = zeroed(b.offset_y.0[i]);
+            b.offset_z.0[i] = zeroed(b.offset_z.0[i]);
+            b.round.0[i] = zeroed(b.round.0[i]);
             let next = if goes_on { index } else { index + 1.0 };
             b.index.0[i] = next;
             *ended = next >= count;
@@ -172,38 +182,53 @@ impl<const MANY: bool, const RAW: bool> Walk for Look<'_, MANY, RAW> {
     }
 }
 
-/// What is known of the gradient in a lane.
+/// The part of the gradient in a lane that is found so far.
 #[inline(always)]
 fn gradient_of(b: &OcclusionLanes, i: usize) -> V3<f32> {
     V3::of(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
 }
 
-/// Takes an evaluation for the check of a claim into account; the phases are those of [`claim`]. Gives how far
-/// a surface is, once that is known.
-fn check(b: &mut OcclusionLanes, i: usize, field: f32, tap: V3<f32>) -> Option<f32> {
+#[inline(always)]
+fn set_gradient(b: &mut OcclusionLanes, i: usize, gradient: V3<f32>) {
+    b.gradient_x.0[i] = gradient.x;
+    b.gradient_y.0[i] = gradient.y;
+    b.gradient_z.0[i] = gradient.z;
+}
+
+/// The way from the tap in a lane to the place of the claim's round.
+#[inline(always)]
+fn offset_of(b: &OcclusionLanes, i: usize) -> V3<f32> {
+    V3::of(b.offset_x.0[i], b.offset_y.0[i], b.offset_z.0[i])
+}
+
+/// Takes an evaluation for the check of a claim into account; the phases are those of [`claim`]. Gives the distance of
+/// a surface, once that is known.
+fn check(b: &mut OcclusionLanes, i: usize, field: f32, tap: V3<f32>, limit: f32) -> Option<f32> {
     let (phase, value) = (b.phase.0[i], b.value.0[i]);
+    let (gradient, offset) = (gradient_of(b, i), offset_of(b, i));
+    let at = tap + offset;
     if phase < 3.5 {
-        let apart = claim::apart::<f32>(value, tap);
-        let gradient = claim::gradient::<f32>(gradient_of(b, i), phase, field - value, apart);
-        b.gradient_x.0[i] = gradient.x;
-        b.gradient_y.0[i] = gradient.y;
-        b.gradient_z.0[i] = gradient.z;
+        let apart = claim::apart::<f32>(value, at);
+        let gradient = claim::gradient::<f32>(gradient, phase, field - value, apart);
+        set_gradient(b, i, gradient);
         b.phase.0[i] = phase + 1.0;
         return None;
     }
-    if claim::decided(phase, claim::LAST_ROUND, value, field, b.beyond.0[i], 1.0) == 0.0 {
-        b.beyond.0[i] = field;
-        b.phase.0[i] = claim::LAST_PHASE;
+    let next = claim::offset::<f32>(at, offset, value, gradient, limit);
+    let outcome = claim::outcome::<f32>(b.round.0[i], value, field, next, limit);
+    if outcome == 0.0 {
+        b.offset_x.0[i] = next.x;
+        b.offset_y.0[i] = next.y;
+        b.offset_z.0[i] = next.z;
+        set_gradient(b, i, V3::splat(0.0));
+        b.value.0[i] = field;
+        b.round.0[i] += 1.0;
+        b.phase.0[i] = 1.0;
         return None;
     }
-    let gradient = gradient_of(b, i);
-    Some(claim::distance::<f32>(
-        value,
-        gradient,
-        V3::splat(0.0),
-        phase,
-        field,
-        b.beyond.0[i],
-        1.0,
-    ))
+    Some(if outcome > 0.0 {
+        claim::surface::<f32>(offset, next, value, field).length()
+    } else {
+        claim::NOTHING
+    })
 }

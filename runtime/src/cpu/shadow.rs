@@ -15,9 +15,8 @@ lanes! {
     /// Rays towards a light.
     ShadowLanes {
         start_x, start_y, start_z, direction_x, direction_y, direction_z, leave,
-        t, radius_before, stride, visibility, steps, least, side, rounding,
-        last, claimed, claim_t, value, claim_before, claim_stride,
-        phase, round, beyond, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
+        t, visibility, steps, least, side, rounding, last, claim_t, ends, again,
+        value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
     }
 }
 
@@ -26,9 +25,8 @@ const PLAIN: u32 = Shadow::Plain as u32;
 const IMPROVED: u32 = Shadow::Improved as u32;
 const SIZED: u32 = Shadow::Sized as u32;
 
-/// Rays towards a light whose shadow has the form `FORM`, with values checked before they are taken for
-/// distances or not: items are places in the tile.
-struct ShadowRays<'a, const FORM: u32, const CHECKED: bool> {
+/// Rays towards a light whose shadow has the form `FORM`: items are places in the tile.
+struct ShadowRays<'a, const FORM: u32> {
     frame: &'a Frame,
     light: &'a Light,
     points: &'a [V3<f32>],
@@ -42,13 +40,13 @@ pub(super) fn cast(
     frame: &Frame,
     light: &Light,
     number: usize,
-    (form, checked): (Shadow, bool),
+    form: Shadow,
     tile: &mut Tile,
     evaluator: &mut dyn Evaluator,
 ) -> u64 {
     macro_rules! cast {
-        ($form:ident, $checked:literal) => {{
-            let mut walk = ShadowRays::<$form, $checked> {
+        ($form:ident) => {{
+            let mut walk = ShadowRays::<$form> {
                 frame,
                 light,
                 points: &tile.points,
@@ -64,17 +62,14 @@ pub(super) fn cast(
             tile.arriving[number].fill(1.0);
             0
         }
-        Shadow::Hard => cast!(HARD, false),
-        Shadow::Plain if checked => cast!(PLAIN, true),
-        Shadow::Plain => cast!(PLAIN, false),
-        Shadow::Improved if checked => cast!(IMPROVED, true),
-        Shadow::Improved => cast!(IMPROVED, false),
-        Shadow::Sized if checked => cast!(SIZED, true),
-        Shadow::Sized => cast!(SIZED, false),
+        Shadow::Hard => cast!(HARD),
+        Shadow::Plain => cast!(PLAIN),
+        Shadow::Improved => cast!(IMPROVED),
+        Shadow::Sized => cast!(SIZED),
     }
 }
 
-impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED> {
+impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
     type Block = ShadowLanes;
 
     fn begin(&mut self, item: u32, b: &mut ShadowLanes, lane: usize) -> bool {
@@ -110,8 +105,6 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
         b.direction_z.0[lane] = direction.z;
         b.leave.0[lane] = bounds.y;
         b.t.0[lane] = above * 0.25;
-        b.radius_before.0[lane] = 0.0;
-        b.stride.0[lane] = 0.0;
         b.visibility.0[lane] = 1.0;
         b.steps.0[lane] = 0.0;
         b.least.0[lane] = above * 0.25;
@@ -120,8 +113,9 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
         b.phase.0[lane] = 0.0;
         b.value.0[lane] = 0.0;
         b.last.0[lane] = 1.0;
-        b.claimed.0[lane] = shadow::NO_CLAIM;
-        b.claim_t.0[lane] = 0.0;
+        b.claim_t.0[lane] = shadow::NO_CLAIM;
+        b.ends.0[lane] = 0.0;
+        b.again.0[lane] = 0.0;
         true
     }
 
@@ -130,21 +124,20 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
         for i in 0..LANES {
             let start = V3::of(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
             let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let checking = CHECKED & (b.phase.0[i] > 0.0);
+            let checking = soft(FORM) & (b.phase.0[i] > 0.0);
             let t = if checking { b.claim_t.0[i] } else { b.t.0[i] };
             let p = camera::along::<f32>(start, direction, t);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
         }
-        if CHECKED && any(&b.phase) {
+        if soft(FORM) && any(&b.phase) {
             for i in (0..LANES).filter(|&i| b.phase.0[i] > 0.0) {
                 let (phase, value) = (b.phase.0[i], b.value.0[i]);
                 let offset = offset_of(b, i);
                 let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]) + offset;
-                let apart = claim::apart::<f32>(value, at);
-                let gradient = gradient_of(b, i);
-                let p = claim::place::<f32>(at, offset, phase, value, gradient, apart);
+                let limit = shadow::limit(b.claim_t.0[i], self.light.size);
+                let p = claim::place::<f32>(at, offset, phase, value, gradient_of(b, i), limit);
                 points[0].0[i] = p.x;
                 points[1].0[i] = p.y;
                 points[2].0[i] = p.z;
@@ -155,13 +148,12 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
     #[inline(always)]
     fn advance(&self, b: &mut ShadowLanes, values: &Column, ended: &mut [bool; LANES]) {
         // Held here, since a pointer could lead to what is written in the loop.
-        let shared = Shared::<FORM, CHECKED> {
+        let shared = Shared::<FORM> {
             size: self.light.size,
-            raw: self.frame.raw,
             most_steps: self.frame.shadow_steps as f32,
         };
         let mut checking = [false; LANES];
-        let any_checking = CHECKED && any(&b.phase);
+        let any_checking = soft(FORM) && any(&b.phase);
         if any_checking {
             checking = std::array::from_fn(|i| b.phase.0[i] > 0.0);
         }
@@ -187,7 +179,12 @@ impl<const FORM: u32, const CHECKED: bool> Walk for ShadowRays<'_, FORM, CHECKED
     }
 }
 
-/// What is known of the gradient in a lane.
+/// Reports whether a form of shadows has penumbras.
+const fn soft(form: u32) -> bool {
+    form != HARD
+}
+
+/// The part of the gradient in a lane that is found so far.
 #[inline(always)]
 fn gradient_of(b: &ShadowLanes, i: usize) -> V3<f32> {
     V3::of(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
@@ -197,8 +194,13 @@ fn gradient_of(b: &ShadowLanes, i: usize) -> V3<f32> {
 #[inline(always)]
 fn place_of(b: &ShadowLanes, i: usize) -> V3<f32> {
     let start = V3::of(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
-    let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-    camera::along::<f32>(start, direction, b.claim_t.0[i]) + offset_of(b, i)
+    camera::along::<f32>(start, direction_of(b, i), b.claim_t.0[i]) + offset_of(b, i)
+}
+
+/// The direction of the ray in a lane.
+#[inline(always)]
+fn direction_of(b: &ShadowLanes, i: usize) -> V3<f32> {
+    V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i])
 }
 
 /// The way from the claim in a lane to the place of its round.
@@ -223,26 +225,16 @@ fn set_gradient(b: &mut ShadowLanes, i: usize, gradient: V3<f32>) {
 
 /// The common part of all rays towards a light.
 #[derive(Clone, Copy)]
-struct Shared<const FORM: u32, const CHECKED: bool> {
+struct Shared<const FORM: u32> {
     /// The light's size.
     size: f32,
-    /// 1 where the length of the field's gradient is not known, else 0.
-    raw: f32,
     /// The most evaluations of a ray.
     most_steps: f32,
 }
 
-impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
-    /// What is seen of the light by a point of the ray at `t`, if a surface is at a distance `h` there.
-    #[inline(always)]
-    fn visible(self, visibility: f32, h: f32, before: f32, stride: f32, t: f32, noise: f32) -> f32 {
-        match FORM {
-            HARD => shadow::hard(visibility, h, noise),
-            PLAIN => shadow::plain(visibility, h, t, self.size),
-            IMPROVED => shadow::improved(visibility, h, before, stride, t, self.size),
-            _ => shadow::sized(visibility, h, t, self.size),
-        }
-    }
+impl<const FORM: u32> Shared<FORM> {
+    /// The visibility of a light that is covered.
+    const DARK: f32 = if FORM == SIZED { -1.0 } else { 0.0 };
 
     /// Takes the evaluation of a point on the ray into account, but for lanes that check a claim; tells whether
     /// the ray has ended.
@@ -251,12 +243,8 @@ impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
     #[inline(always)]
     fn step(self, b: &mut ShadowLanes, i: usize, h: f32, checking: bool) -> bool {
         let keep = |old: f32, new: f32| if checking { old } else { new };
-        let (t, v, stride) = (b.t.0[i], b.visibility.0[i], b.stride.0[i]);
-        let before = b.radius_before.0[i];
-        let noise = marching::noise(b.rounding.0[i], 1.0, self.raw);
-        let start = if CHECKED { 1.0 } else { v };
-        let new = self.visible(start, h, before, stride, t, noise);
-        let dark = if FORM == SIZED { -1.0 } else { 0.0 };
+        let (t, v) = (b.t.0[i], b.visibility.0[i]);
+        let noise = marching::noise(b.rounding.0[i], 1.0, 0.0);
         let shortest = b.least.0[i] * shadow::hurry(b.steps.0[i]);
         let next = match FORM {
             PLAIN | SIZED => shadow::short_stride(h, t, shortest, self.size),
@@ -269,28 +257,25 @@ impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
         let out_of_steps = b.steps.0[i] >= self.most_steps;
         let at_end = (t >= b.leave.0[i]) | out_of_steps;
         let nan = is_nan(h);
-        b.radius_before.0[i] = keep(before, h);
         b.t.0[i] = keep(t, t + next);
-        if !CHECKED {
-            b.stride.0[i] = next;
+        if !soft(FORM) {
+            let new = shadow::hard(v, h, noise);
             b.visibility.0[i] = new;
-            return at_end | (new <= dark) | nan;
+            return at_end | (new <= 0.0) | nan;
         }
+        let new = shadow::seen(h, t, self.size);
         let is_inside = if FORM == SIZED {
-            new <= dark
+            new <= -1.0
         } else {
             h < -noise
         };
         let claims = (shadow::claims(new, b.last.0[i], v, h, noise) > 0.0) & !checking;
         let claim = |old: f32, new: f32| if claims { new } else { old };
-        b.claimed.0[i] = claim(b.claimed.0[i], new);
         b.claim_t.0[i] = claim(b.claim_t.0[i], t);
         b.value.0[i] = claim(b.value.0[i], h);
-        b.claim_before.0[i] = claim(b.claim_before.0[i], before / h);
-        b.claim_stride.0[i] = claim(b.claim_stride.0[i], stride);
         b.last.0[i] = keep(b.last.0[i], new);
         let is_passed = !claims | at_end;
-        let has_claim = b.claimed.0[i] < shadow::NO_CLAIM;
+        let has_claim = b.claim_t.0[i] > 0.0;
         let begins = is_passed & has_claim & !out_of_steps & !is_inside & !checking;
         b.phase.0[i] = if begins { 1.0 } else { b.phase.0[i] };
         let zeroed = |old: f32| if begins { 0.0 } else { old };
@@ -302,8 +287,8 @@ impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
         b.gradient_y.0[i] = zeroed(b.gradient_y.0[i]);
         b.gradient_z.0[i] = zeroed(b.gradient_z.0[i]);
         // What comes to its end with a claim ends after the check of it.
-        b.stride.0[i] = keep(stride, if begins & at_end { -1.0 } else { next });
-        b.visibility.0[i] = if is_inside & !checking { dark } else { v };
+        b.ends.0[i] = if begins & at_end { 1.0 } else { b.ends.0[i] };
+        b.visibility.0[i] = if is_inside & !checking { Self::DARK } else { v };
         is_inside | (at_end & !begins) | nan
     }
 
@@ -313,37 +298,52 @@ impl<const FORM: u32, const CHECKED: bool> Shared<FORM, CHECKED> {
     fn check(self, b: &mut ShadowLanes, i: usize, field: f32) -> bool {
         let (phase, value) = (b.phase.0[i], b.value.0[i]);
         let out_of_steps = b.steps.0[i] >= self.most_steps;
+        let at = place_of(b, i);
+        let gradient = gradient_of(b, i);
+        if phase < 0.75 {
+            b.value.0[i] = field;
+            b.phase.0[i] = 1.0;
+            return out_of_steps;
+        }
         if phase < 3.5 {
-            let apart = claim::apart::<f32>(value, place_of(b, i));
-            let gradient = claim::gradient::<f32>(gradient_of(b, i), phase, field - value, apart);
+            let apart = claim::apart::<f32>(value, at);
+            let gradient = claim::gradient::<f32>(gradient, phase, field - value, apart);
             set_gradient(b, i, gradient);
             b.phase.0[i] = phase + 1.0;
             return out_of_steps;
         }
-        let (gradient, offset, raw) = (gradient_of(b, i), offset_of(b, i), self.raw);
-        let beyond = b.beyond.0[i];
-        if claim::decided(phase, b.round.0[i], value, field, beyond, raw) == 0.0 {
-            if claim::looks_again(phase, raw) > 0.0 {
-                b.phase.0[i] = claim::LAST_PHASE;
-            } else {
-                set_offset(b, i, claim::offset::<f32>(offset, value, gradient));
-                set_gradient(b, i, V3::splat(0.0));
-                b.value.0[i] = if phase > 4.5 { beyond } else { field };
-                b.round.0[i] += 1.0;
-                b.phase.0[i] = 1.0;
-            }
-            b.beyond.0[i] = field;
+        let offset = offset_of(b, i);
+        let limit = shadow::limit(b.claim_t.0[i], self.size);
+        let next = claim::offset::<f32>(at, offset, value, gradient, limit);
+        let outcome = claim::outcome::<f32>(b.round.0[i], value, field, next, limit);
+        if outcome == 0.0 {
+            set_offset(b, i, next);
+            set_gradient(b, i, V3::splat(0.0));
+            b.value.0[i] = field;
+            b.round.0[i] += 1.0;
+            b.phase.0[i] = 1.0;
             return out_of_steps;
         }
-        let distance = claim::distance::<f32>(value, gradient, offset, phase, field, beyond, raw);
-        if distance < claim::NOTHING {
-            let noise = marching::noise(b.rounding.0[i], 1.0, self.raw);
-            let before = claim::before(b.claim_before.0[i], distance, b.round.0[i]);
-            let (t, stride, v) = (b.claim_t.0[i], b.claim_stride.0[i], b.visibility.0[i]);
-            b.visibility.0[i] = self.visible(v, distance, before, stride, t, noise);
+        if outcome > 0.0 {
+            let way = claim::surface::<f32>(offset, next, value, field);
+            let (t, v, size) = (b.claim_t.0[i], b.visibility.0[i], self.size);
+            let (direction, leave) = (direction_of(b, i), b.leave.0[i]);
+            b.visibility.0[i] = shadow::beside::<f32>(v, way, direction, t, size, value, leave);
+            let to = shadow::moved::<f32>(way, direction, t, leave, value);
+            let moves = (to > 0.0) & (b.again.0[i] == 0.0) & (b.visibility.0[i] > Self::DARK);
+            if moves {
+                b.again.0[i] = 1.0;
+                b.claim_t.0[i] = to;
+                b.phase.0[i] = claim::MOVED;
+                b.round.0[i] = 0.0;
+                set_offset(b, i, V3::splat(0.0));
+                set_gradient(b, i, V3::splat(0.0));
+                return out_of_steps;
+            }
         }
         b.phase.0[i] = 0.0;
-        b.claimed.0[i] = shadow::NO_CLAIM;
-        out_of_steps | (b.stride.0[i] < 0.0)
+        b.again.0[i] = 0.0;
+        b.claim_t.0[i] = shadow::NO_CLAIM;
+        out_of_steps | (b.ends.0[i] > 0.0) | (b.visibility.0[i] <= Self::DARK)
     }
 }

@@ -25,6 +25,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 const SIDE: u32 = 64;
 /// The same where a picture is small.
 const SMALL_SIDE: u32 = 32;
+/// The farthest place at which a tap's claim is checked, in reaches of occlusion: as far beyond the tap as a surface
+/// matters, twice.
+const BEYOND_TAPS: f32 = 2.1;
 /// So many tiles for each core keep all busy to the end.
 const ENOUGH: u32 = 16;
 
@@ -63,7 +66,7 @@ pub(super) struct Tile {
     pub(super) normals: Vec<[f32; 3]>,
     /// The points just outside of them, where gradients are taken.
     pub(super) outside: Vec<V3<f32>>,
-    /// The lengths of those gradients, where they are asked for.
+    /// The lengths of the gradients there, where occlusion reads them.
     pub(super) slopes: Vec<f32>,
     pub(super) surfaces: Vec<Surface>,
     /// What arrives of each light.
@@ -153,8 +156,8 @@ impl Tile {
         self.normals.resize(count, [0.0; 3]);
         self.outside.resize(count, V3::default());
         self.slopes.clear();
-        self.slopes
-            .resize(if picture.features.raw { count } else { 0 }, 1.0);
+        let slopes = if picture.features.checked { count } else { 0 };
+        self.slopes.resize(slopes, 1.0);
         self.surfaces.resize(count, Surface::default());
         self.open.resize(count, 1.0);
         self.arriving.resize(picture.lights.len(), Vec::new());
@@ -187,10 +190,7 @@ impl Tile {
                 Stage::Shadow => {
                     let forms = features.lights.iter().zip(&picture.lights).enumerate();
                     forms
-                        .map(|(i, (&form, light))| {
-                            let form = (form, features.checked);
-                            shadow::cast(f, light, i, form, self, evaluator)
-                        })
+                        .map(|(i, (&form, light))| shadow::cast(f, light, i, form, self, evaluator))
                         .sum()
                 }
                 Stage::Occlusion => self.look_around(f, features, evaluator),
@@ -346,13 +346,13 @@ impl Tile {
         let together = evaluator.blocks(Asked::Distances) > 1;
         if !together {
             // Claims are checked beyond the taps.
-            let beyond = if features.raw { 1.6 } else { 1.0 };
+            let beyond = if features.checked { BEYOND_TAPS } else { 1.0 };
             let regions = self.regions_of(&self.shown, frame.occlusion_reach * beyond);
             evaluator.announce(Asked::Distances, &regions);
         }
         macro_rules! look {
-            ($many:literal, $raw:literal) => {{
-                let mut walk = Look::<$many, $raw> {
+            ($many:literal, $checked:literal) => {{
+                let mut walk = Look::<$many, $checked> {
                     frame,
                     taps: features.occlusion.taps(),
                     pixels: &self.pixels,
@@ -374,9 +374,9 @@ impl Tile {
             }};
         }
         let evaluations = match features.occlusion {
-            Occlusion::Multi(_) if features.raw => look!(true, true),
+            Occlusion::Multi(_) if features.checked => look!(true, true),
             Occlusion::Multi(_) => look!(true, false),
-            _ if features.raw => look!(false, true),
+            _ if features.checked => look!(false, true),
             _ => look!(false, false),
         };
         evaluator.focus(None);

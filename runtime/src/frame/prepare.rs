@@ -243,7 +243,6 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         materials: facts.material.is_none(),
         fog: foggy,
         checked: facts.checked,
-        raw: facts.raw,
         plane: settings.plane,
         general: false,
     };

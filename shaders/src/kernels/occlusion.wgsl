@@ -21,13 +21,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let camera = camera_ray(item.pixel);
     let p = along(camera.origin, camera.direction, ray.t);
     let normal = normals[item.index].xyz;
-#if raw
+#if checked
     let slope = normals[item.index].w;
 #end
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
     // What rounding may take from the field counts as open.
     let unsure = rounding_at(ray.t, frame.rounding);
-    var around = OcclusionRay(vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);
+    var around = OcclusionRay(vec3f(0.0), 0.0, vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);
     if listed > 0u { around = occlusion[item.index]; }
 #if general
     let taps = frame.occlusion_taps;
@@ -64,17 +64,19 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let weight = five_weight(around.tap);
 #end
 #end
-        let at = along(p, direction, distance);
-#if raw
-        let sideways = claim_apart(around.value, at);
-        let sampled = claim_place(at, vec3f(0.0), around.phase, around.value, around.gradient, sideways);
+#if checked
+        let at = along(p, direction, distance) + around.offset;
+        let limit = occlusion_limit(height);
+        let sampled = claim_place(at, around.offset, around.phase, around.value, around.gradient, limit);
 #else
-        let sampled = at;
+        let sampled = along(p, direction, distance);
 #end
         let field = scene_distance(sampled) * side;
         var clear = field;
-#if raw
-        if frame.raw > 0.0 && !is_nan(field) {
+#if checked
+        if (frame.choices & CHECKED) != 0u && !is_nan(field) {
+            let next = claim_offset(at, around.offset, around.value, around.gradient, limit);
+            let outcome = claim_outcome(around.round, around.value, field, next, limit);
             if around.phase == 0.0 {
                 if occlusion_claims(field, height, slope) > 0.0 {
                     around.value = field;
@@ -84,26 +86,28 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 }
                 if field > 0.0 { clear = height; }
             } else if around.phase < 3.5 {
+                let sideways = claim_apart(around.value, at);
                 around.gradient = claim_gradient(around.gradient, around.phase, field - around.value, sideways);
                 around.phase += 1.0;
                 continue;
-            } else if claim_decided(
-                around.phase, LAST_ROUND, around.value, field, around.beyond, 1.0
-            ) == 0.0 {
-                around.beyond = field;
-                around.phase = 5.0;
+            } else if outcome == 0.0 {
+                around.offset = next;
+                around.round += 1.0;
+                around.phase = 1.0;
+                around.value = field;
+                around.gradient = vec3f(0.0);
                 continue;
             } else {
-                clear = claim_distance(
-                    around.value, around.gradient, vec3f(0.0), around.phase, field, around.beyond, frame.raw
-                );
-                around.phase = 0.0;
+                let way = claim_surface(around.offset, next, around.value, field);
+                clear = select(NOTHING, length3(way), outcome > 0.0);
             }
         }
 #end
         let hidden = occlusion_hidden(clear + unsure, height, distance, weight);
         if !is_nan(field) { around.hidden += hidden; }
         around.phase = 0.0;
+        around.round = 0.0;
+        around.offset = vec3f(0.0);
         around.tap += 1.0;
     }
     occlusion[item.index] = around;
