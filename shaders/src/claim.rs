@@ -26,10 +26,14 @@ use sdfc_vm::real::{Real, Vector3, lit};
 const BEYOND: f64 = 0.02;
 /// The same at least, in units of what rounding can make of the field there.
 const BEYOND_ROUNDINGS: f64 = 2.0;
+/// The same at least, as a fraction of the limit of what matters: at a corner, a shorter way leads along a face.
+const BEYOND_LIMIT: f64 = 0.001;
 /// The distance of the points by which the gradient is found, as a fraction of the value.
 const APART: f64 = 0.004;
 /// The same at least, in units of what rounding can make of the field there.
 const APART_ROUNDINGS: f64 = 64.0;
+/// The same at least, as a fraction of the limit of what matters: at a corner, the faces beside it count alike.
+const APART_LIMIT: f64 = 0.0005;
 /// The most rounds of looks: at a face, an edge and a corner, and where a field bends.
 const ROUNDS: f64 = 4.0;
 /// The squared sine of the angle between the faces of the sharpest edge that is followed. Faces that are more
@@ -37,6 +41,8 @@ const ROUNDS: f64 = 4.0;
 const SHARPEST: f64 = 0.2;
 /// The thickness of a sheet into which a look goes back, as a fraction of the way to it.
 const THIN: f64 = 0.1;
+/// The depth below zero from which on the field is no rounding, in units of what that can make of it.
+const NOISE: f64 = 4.0;
 /// The distance of a surface that is not there.
 pub const NOTHING: f32 = 1e18;
 /// The phase in which a claim that was moved takes its value.
@@ -50,8 +56,9 @@ fn rounding<R: Real>(at: R::Vec3) -> R {
 
 /// The distance of the points by which the gradient at a place is found.
 #[inline(always)]
-pub fn apart<R: Real>(value: R, at: R::Vec3) -> R {
-    (value.abs() * lit(APART)).max(rounding::<R>(at) * lit(APART_ROUNDINGS))
+pub fn apart<R: Real>(value: R, at: R::Vec3, limit: R) -> R {
+    let least = (rounding::<R>(at) * lit(APART_ROUNDINGS)).max(limit * lit(APART_LIMIT));
+    (value.abs() * lit(APART)).max(least)
 }
 
 /// The way to the surface from the place of a round, `offset` away from the claim: against the gradient, but
@@ -74,7 +81,8 @@ fn toward<R: Real>(value: R, gradient: R::Vec3, offset: R::Vec3) -> R::Vec3 {
 fn look<R: Real>(value: R, gradient: R::Vec3, offset: R::Vec3, rounding: R, limit: R) -> R::Vec3 {
     let toward = toward::<R>(value, gradient, offset).named("toward");
     let length = toward.length().max(lit(1e-20)).named("length");
-    let beyond = (rounding * lit(BEYOND_ROUNDINGS) / length).max(lit(BEYOND)) + lit(1.0);
+    let least = (rounding * lit(BEYOND_ROUNDINGS)).max(limit * lit(BEYOND_LIMIT));
+    let beyond = (least / length).max(lit(BEYOND)) + lit(1.0);
     toward * beyond.min(limit / length)
 }
 
@@ -103,7 +111,7 @@ pub fn place<R: Real>(
     limit: R,
 ) -> R::Vec3 {
     let zero = lit::<R>(0.0);
-    let apart = apart::<R>(value, at).named("apart");
+    let apart = apart::<R>(value, at, limit).named("apart");
     let along = |number: f64| {
         let here = (phase - lit(number)).abs().less(lit(0.5));
         R::select(here, apart, zero)
@@ -125,11 +133,13 @@ pub fn gradient<R: Real>(gradient: R::Vec3, phase: R, change: R, apart: R) -> R:
     gradient + R::Vec3::new(along(1.0), along(2.0), along(3.0))
 }
 
-/// The outcome of phase 4, in which the field is `field` at the offset `next`: 1 where a surface is there, −1 where
+/// The outcome of phase 4, in which the field is `field` at the offset `next` from a claim, and `value` at the place
+/// `at` of the round: 1 where a surface is there, −1 where
 /// nothing is that matters, and 0 where another round tells. A look that goes nowhere finds nothing.
 #[inline(always)]
-pub fn outcome<R: Real>(round: R, value: R, field: R, next: R::Vec3, limit: R) -> R {
-    let there = value.min(field).less(lit(0.0));
+pub fn outcome<R: Real>(at: R::Vec3, round: R, value: R, field: R, next: R::Vec3, limit: R) -> R {
+    let noise = rounding::<R>(at) * lit(NOISE);
+    let there = value.min(field).less(-noise);
     let is_last = lit::<R>(ROUNDS - 1.5).less(round);
     let moved = R::or(field.less(value), value.less(field));
     let is_far = (limit * limit).less(next.dot(next));

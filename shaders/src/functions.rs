@@ -84,11 +84,11 @@ functions! {
     outside = normals::outside(rounding);
     inside = normals::inside(rounding);
 
-    claim_apart = claim::apart(value, at);
+    claim_apart = claim::apart(value, at, limit);
     claim_offset = claim::offset(at, offset, value, gradient, limit);
     claim_place = claim::place(at, offset, phase, value, gradient, limit);
     claim_gradient = claim::gradient(gradient, phase, change, apart);
-    claim_outcome = claim::outcome(round, value, field, next, limit);
+    claim_outcome = claim::outcome(at, round, value, field, next, limit);
     claim_surface = claim::surface(offset, next, value, field);
     shadow_limit = shadow::limit(t, size);
     shadow_moved = shadow::moved(way, direction, t, leave, value);
@@ -97,7 +97,7 @@ functions! {
     march_noise = marching::noise(rounding, slope, raw);
     shadow_hard = shadow::hard(visibility, h, noise);
     shadow_hurry = shadow::hurry(count);
-    shadow_claims = shadow::claims(visible, last, visibility, h, noise);
+    shadow_claims = shadow::claims(visible, last, visibility);
     shadow_seen = shadow::seen(h, t, size);
     shadow_beside = shadow::beside(
         visibility, way, direction, t, size, value, leave

@@ -37,12 +37,12 @@ pub fn seen<R: Real>(h: R, t: R, size: R) -> R {
 const BETWEEN_STEPS: f64 = 0.9;
 
 /// 1 where a point by which `visible` would be seen of a light claims a part of what arrives so far, else 0. It does
-/// where `visible` falls along the ray. What rounding can make of the field claims nothing.
+/// where `visible` falls along the ray.
 #[inline(always)]
-pub fn claims<R: Real>(visible: R, last: R, visibility: R, h: R, noise: R) -> R {
+pub fn claims<R: Real>(visible: R, last: R, visibility: R) -> R {
     let least = visible.min(visible * lit(BETWEEN_STEPS));
     let falls = R::and(visible.less(last), least.less(visibility));
-    R::select(R::and(falls, noise.less(h.abs())), lit(1.0), lit(0.0))
+    R::select(falls, lit(1.0), lit(0.0))
 }
 
 /// The largest distance of surfaces from a claim, in radii of the light there. A claim may be made before the ray is

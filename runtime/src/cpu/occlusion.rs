@@ -208,14 +208,14 @@ fn check(b: &mut OcclusionLanes, i: usize, field: f32, tap: V3<f32>, limit: f32)
     let (gradient, offset) = (gradient_of(b, i), offset_of(b, i));
     let at = tap + offset;
     if phase < 3.5 {
-        let apart = claim::apart::<f32>(value, at);
+        let apart = claim::apart::<f32>(value, at, limit);
         let gradient = claim::gradient::<f32>(gradient, phase, field - value, apart);
         set_gradient(b, i, gradient);
         b.phase.0[i] = phase + 1.0;
         return None;
     }
     let next = claim::offset::<f32>(at, offset, value, gradient, limit);
-    let outcome = claim::outcome::<f32>(b.round.0[i], value, field, next, limit);
+    let outcome = claim::outcome::<f32>(at, b.round.0[i], value, field, next, limit);
     if outcome == 0.0 {
         b.offset_x.0[i] = next.x;
         b.offset_y.0[i] = next.y;

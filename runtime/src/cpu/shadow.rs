@@ -269,7 +269,7 @@ impl<const FORM: u32> Shared<FORM> {
         } else {
             h < -noise
         };
-        let claims = (shadow::claims(new, b.last.0[i], v, h, noise) > 0.0) & !checking;
+        let claims = (shadow::claims(new, b.last.0[i], v) > 0.0) & !checking;
         let claim = |old: f32, new: f32| if claims { new } else { old };
         b.claim_t.0[i] = claim(b.claim_t.0[i], t);
         b.value.0[i] = claim(b.value.0[i], h);
@@ -300,22 +300,22 @@ impl<const FORM: u32> Shared<FORM> {
         let out_of_steps = b.steps.0[i] >= self.most_steps;
         let at = place_of(b, i);
         let gradient = gradient_of(b, i);
+        let limit = shadow::limit(b.claim_t.0[i], self.size);
         if phase < 0.75 {
             b.value.0[i] = field;
             b.phase.0[i] = 1.0;
             return out_of_steps;
         }
         if phase < 3.5 {
-            let apart = claim::apart::<f32>(value, at);
+            let apart = claim::apart::<f32>(value, at, limit);
             let gradient = claim::gradient::<f32>(gradient, phase, field - value, apart);
             set_gradient(b, i, gradient);
             b.phase.0[i] = phase + 1.0;
             return out_of_steps;
         }
         let offset = offset_of(b, i);
-        let limit = shadow::limit(b.claim_t.0[i], self.size);
         let next = claim::offset::<f32>(at, offset, value, gradient, limit);
-        let outcome = claim::outcome::<f32>(b.round.0[i], value, field, next, limit);
+        let outcome = claim::outcome::<f32>(at, b.round.0[i], value, field, next, limit);
         if outcome == 0.0 {
             set_offset(b, i, next);
             set_gradient(b, i, V3::splat(0.0));

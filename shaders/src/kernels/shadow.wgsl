@@ -76,12 +76,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let dark = select(0.0, -1.0, light.shadow == SHADOW_SIZED);
         if checking {
             let next = claim_offset(at, ray.offset, ray.value, ray.gradient, limit);
-            let outcome = claim_outcome(ray.round, ray.value, field, next, limit);
+            let outcome = claim_outcome(at, ray.round, ray.value, field, next, limit);
             if ray.phase < 0.75 {
                 ray.value = field;
                 ray.phase = 1.0;
             } else if ray.phase < 3.5 {
-                let sideways = claim_apart(ray.value, at);
+                let sideways = claim_apart(ray.value, at, limit);
                 ray.gradient = claim_gradient(ray.gradient, ray.phase, field - ray.value, sideways);
                 ray.phase += 1.0;
             } else if outcome == 0.0 {
@@ -128,7 +128,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             break;
         }
         // A claim is checked once the ray has passed the point where it is greatest.
-        let claims = shadow_claims(seen_here, ray.last, ray.visibility, field, depth) > 0.0;
+        let claims = shadow_claims(seen_here, ray.last, ray.visibility) > 0.0;
         ray.last = seen_here;
         if claims {
             ray.claim_t = t;
