@@ -132,7 +132,8 @@ pub(crate) fn bound(
 /// The number of points at which a slope is tried.
 const TRIED_POINTS: usize = 400;
 
-/// Twice the slope that nine tenths of the points tried in a region do not exceed.
+/// Twice the slope that nine tenths of the points tried in a region do not exceed. Points where the numbers are flat,
+/// as what is clamped is almost everywhere, tell nothing of the rest.
 pub(crate) fn tried(
     expressions: &Expressions,
     numbers: &[ExprId],
@@ -140,7 +141,8 @@ pub(crate) fn tried(
     ranges: &Ranges,
 ) -> f64 {
     let tried = slopes_in(expressions, numbers, region, ranges);
-    let mut found: Vec<f64> = tried.into_iter().map(|(slope, _)| slope).collect();
+    let slopes = tried.into_iter().map(|(slope, _)| slope);
+    let mut found: Vec<f64> = slopes.filter(|slope| *slope > 0.0).collect();
     found.sort_by(f64::total_cmp);
     found
         .get(found.len() * 9 / 10)

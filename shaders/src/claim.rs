@@ -134,11 +134,20 @@ pub fn gradient<R: Real>(gradient: R::Vec3, phase: R, change: R, apart: R) -> R:
 }
 
 /// The outcome of phase 4, in which the field is `field` at the offset `next` from a claim, and `value` at the place
-/// `at` of the round: 1 where a surface is there, −1 where
-/// nothing is that matters, and 0 where another round tells. A look that goes nowhere finds nothing.
+/// `at` of the round: 1 where a surface is there, −1 where nothing is that matters, and 0 where another round tells.
+/// A look that goes nowhere finds nothing.
 #[inline(always)]
-pub fn outcome<R: Real>(at: R::Vec3, round: R, value: R, field: R, next: R::Vec3, limit: R) -> R {
-    let noise = rounding::<R>(at) * lit(NOISE);
+pub fn outcome<R: Real>(
+    at: R::Vec3,
+    gradient: R::Vec3,
+    round: R,
+    value: R,
+    field: R,
+    next: R::Vec3,
+    limit: R,
+) -> R {
+    // Of what was divided by a large bound, rounding makes less.
+    let noise = rounding::<R>(at) * gradient.length().min(lit(1.0)) * lit(NOISE);
     let there = value.min(field).less(-noise);
     let is_last = lit::<R>(ROUNDS - 1.5).less(round);
     let moved = R::or(field.less(value), value.less(field));

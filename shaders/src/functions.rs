@@ -88,7 +88,7 @@ functions! {
     claim_offset = claim::offset(at, offset, value, gradient, limit);
     claim_place = claim::place(at, offset, phase, value, gradient, limit);
     claim_gradient = claim::gradient(gradient, phase, change, apart);
-    claim_outcome = claim::outcome(at, round, value, field, next, limit);
+    claim_outcome = claim::outcome(at, gradient, round, value, field, next, limit);
     claim_surface = claim::surface(offset, next, value, field);
     shadow_limit = shadow::limit(t, size);
     shadow_moved = shadow::moved(way, direction, t, leave, value);

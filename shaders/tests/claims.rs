@@ -22,7 +22,7 @@ fn checked(field: impl Fn(V3<f32>) -> f32, claim: V3<f32>, distance: f32) -> f32
             continue;
         }
         let next = claim::offset::<f32>(at, offset, value, gradient, limit);
-        let outcome = claim::outcome::<f32>(at, round, value, found, next, limit);
+        let outcome = claim::outcome::<f32>(at, gradient, round, value, found, next, limit);
         if outcome > 0.0 {
             return claim::surface::<f32>(offset, next, value, found).length();
         }

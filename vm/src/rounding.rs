@@ -19,7 +19,7 @@
 //! of a shape, it is not torn. Minima and maxima never are.
 
 use crate::evaluate::evaluate;
-use crate::interval::{Interval, NOISE_STEEPNESS};
+use crate::interval::{Interval, NOISE_CURVATURE, NOISE_SLOPE, NOISE_STEEPNESS};
 use crate::program::Program;
 use crate::real::Real;
 use crate::vector::{V2, V3};
@@ -40,6 +40,8 @@ const MOST_COUNTED: f64 = 16_777_215.5;
 /// How far off noise is by its own rounding, for coordinates that are what they are; measured to be
 /// below 9e-7.
 const NOISE_ERROR: f64 = 3e-6;
+/// The same of its slope.
+const NOISE_SLOPE_ERROR: f64 = 3e-5;
 /// How far off the distance to an ellipsoid is by its own rounding, as a fraction of coordinates and radii
 /// together; measured to be below 3e-7.
 const DISTANCE_ERROR: f64 = 1e-6;
@@ -522,7 +524,17 @@ impl Real for Rounded {
     }
     #[inline(always)]
     fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
-        Self::noise_gradient(p, seed).1
+        let (_, slope) = Self::noise_gradient(p, seed);
+        let off = [p.x, p.y, p.z].map(|i| i.error * i.error).into_iter();
+        let passed = NOISE_CURVATURE * (3.0 * off.sum::<f64>()).sqrt();
+        let anything = if seed.error == 0.0 {
+            2.0 * NOISE_SLOPE
+        } else {
+            f64::INFINITY
+        };
+        let error = (passed + NOISE_SLOPE_ERROR).min(anything);
+        let of = |slope: Self| Self::known(slope.value, error, slope.torn);
+        V3::of(of(slope.x), of(slope.y), of(slope.z))
     }
     /// The noise; of its gradient nothing is known.
     #[inline(always)]

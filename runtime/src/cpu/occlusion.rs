@@ -215,7 +215,7 @@ fn check(b: &mut OcclusionLanes, i: usize, field: f32, tap: V3<f32>, limit: f32)
         return None;
     }
     let next = claim::offset::<f32>(at, offset, value, gradient, limit);
-    let outcome = claim::outcome::<f32>(at, b.round.0[i], value, field, next, limit);
+    let outcome = claim::outcome::<f32>(at, gradient, b.round.0[i], value, field, next, limit);
     if outcome == 0.0 {
         b.offset_x.0[i] = next.x;
         b.offset_y.0[i] = next.y;

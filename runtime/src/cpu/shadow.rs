@@ -315,7 +315,7 @@ impl<const FORM: u32> Shared<FORM> {
         }
         let offset = offset_of(b, i);
         let next = claim::offset::<f32>(at, offset, value, gradient, limit);
-        let outcome = claim::outcome::<f32>(at, b.round.0[i], value, field, next, limit);
+        let outcome = claim::outcome::<f32>(at, gradient, b.round.0[i], value, field, next, limit);
         if outcome == 0.0 {
             set_offset(b, i, next);
             set_gradient(b, i, V3::splat(0.0));

@@ -76,7 +76,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #if checked
         if (frame.choices & CHECKED) != 0u && !is_nan(field) {
             let next = claim_offset(at, around.offset, around.value, around.gradient, limit);
-            let outcome = claim_outcome(at, around.round, around.value, field, next, limit);
+            let outcome = claim_outcome(at, around.gradient, around.round, around.value, field, next, limit);
             if around.phase == 0.0 {
                 if occlusion_claims(field, height, slope) > 0.0 {
                     around.value = field;

@@ -76,7 +76,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let dark = select(0.0, -1.0, light.shadow == SHADOW_SIZED);
         if checking {
             let next = claim_offset(at, ray.offset, ray.value, ray.gradient, limit);
-            let outcome = claim_outcome(at, ray.round, ray.value, field, next, limit);
+            let outcome = claim_outcome(at, ray.gradient, ray.round, ray.value, field, next, limit);
             if ray.phase < 0.75 {
                 ray.value = field;
                 ray.phase = 1.0;

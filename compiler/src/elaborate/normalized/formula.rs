@@ -21,6 +21,9 @@ type Place = DualVec3<Symbolic>;
 
 /// The value of the polygon's chain before its first edge.
 const FAR: f64 = 1e30;
+/// What value and gradient are multiplied by, so that the squares of steep gradients far away, as of polynomials, are
+/// not too large for `f32`.
+const SMALL: f64 = 1e-8;
 /// The value of no shape at all.
 const NOTHING: f64 = 1e9;
 /// What is said of noise in a field whose gradient is wanted twice.
@@ -48,7 +51,8 @@ pub(super) struct Limits {
 
 /// A value divided by the length of its gradient, within limits.
 pub(super) fn quotient(value: Sloped, limits: Limits) -> Symbolic {
-    let distance = value.value / value.gradient.length();
+    let small = Symbolic::constant(SMALL);
+    let distance = value.value * small / (value.gradient * small).length();
     let distance = match limits.outside {
         Some(most) => distance.min(most),
         None => distance,
