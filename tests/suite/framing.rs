@@ -16,9 +16,10 @@ const FILLED: RangeInclusive<f64> = 0.6..=0.9;
 
 /// Scenes that fill less, by what: the outline of a field is as loose as its intervals are, and ends that are
 /// thinner than a pixel are not seen.
-const LOOSE: [(&str, f64); 3] = [
+const LOOSE: [(&str, f64); 4] = [
     ("kaleido_snowflake", 0.55),
     ("torus_quartic", 0.45),
+    ("normalized_quartic", 0.55),
     ("shelf_rail_two_metres", 0.4),
 ];
 
