@@ -2,7 +2,7 @@
 //!
 //! A body such as `fn sphere<R: Real>(p: R::Vec3, r: R) -> R` is written once. It runs on `f32`
 //! (pictures), `f64` (tests and uniform expressions), [`Interval`](crate::interval::Interval)
-//! (proofs), [`Dual`](crate::dual::Dual) (exact gradients), and on the
+//! (proofs), [`Dual`] (exact gradients), and on the
 //! [recorder](crate::record), whose values are expression nodes and whose result is WGSL.
 //!
 //! Bodies are branch-free: [`Real::select`] and the comparisons take the place of `if`. Formulas
