@@ -195,8 +195,8 @@ impl Search<'_> {
         self.closed(found, &boxes, &open)
     }
 
-    /// What was found, with the open sides closed that no box touches. Where boxes touch another side, what lies
-    /// beyond the cube there must be proved to end at the same place.
+    /// The box that was found, with the open sides closed that no box touches. Where boxes touch another side, the
+    /// part beyond the cube there must be proved to end at the same place.
     fn closed(&mut self, found: &Bounds, boxes: &[Bounds], open: &[(usize, bool)]) -> Bounds {
         let hull = boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
         let is_touched =

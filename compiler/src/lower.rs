@@ -19,7 +19,7 @@ use crate::bounds::{Boxes, World};
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::graph::{Graph, Node, NodeId, Number, Origin};
 use crate::origins::Trail;
-use crate::scene::{Material, MaterialId, Scene, ShapeId, ShapeKind};
+use crate::scene::{Material, MaterialId, NO_EDGE, NOWHERE, Scene, ShapeId, ShapeKind};
 use crate::slope::ShapeSlopes;
 use crate::uniforms::{Uniforms, operands_first};
 use sdfc_lang::Diagnostic;
@@ -27,9 +27,6 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
-
-/// What the polygon's chain starts from: a distance longer than any in a scene.
-const FAR: f32 = 1e30;
 
 /// The point a shape is evaluated at: a node of the graph, seen through an affine map.
 #[derive(Clone, Copy)]
@@ -308,8 +305,10 @@ impl Lowering<'_> {
                     Purpose::Surface => self.paint(node, material, at),
                 }
             }
-            // Farther than anything that a ray can meet.
-            ShapeKind::Nothing => self.graph.add(Node::Constant(Number::Constant(1e9))),
+            ShapeKind::Nothing => {
+                let nowhere = Number::Constant(NOWHERE as f32);
+                self.graph.add(Node::Constant(nowhere))
+            }
         };
         self.graph.set_origin(node, origin);
         match outer {
@@ -497,7 +496,9 @@ impl Lowering<'_> {
     fn polygon(&mut self, points: &[[ExprId; 2]], at: At) -> NodeId {
         let corners: Vec<[Number; 2]> =
             points.iter().map(|p| p.map(|id| self.number(id))).collect();
-        let mut value = self.graph.add(Node::Constant(Number::Constant(FAR)));
+        let mut value = self
+            .graph
+            .add(Node::Constant(Number::Constant(NO_EDGE as f32)));
         for (i, a) in corners.iter().enumerate() {
             let b = corners[(i + 1) % corners.len()];
             let parameters = vec![a[0], a[1], b[0], b[1]];

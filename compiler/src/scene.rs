@@ -217,6 +217,29 @@ pub struct Others {
     pub far: u8,
 }
 
+/// The value of no shape at all: farther than anything that a ray can meet.
+pub(crate) const NOWHERE: f64 = 1e9;
+/// The value of a polygon before its first edge: a distance longer than any in a scene.
+pub(crate) const NO_EDGE: f64 = 1e30;
+
+/// The row that leads to another copy of a repetition by `op`.
+pub(crate) fn neighbour(op: Op) -> Op {
+    match op {
+        Op::Repeat => Op::RepeatNeighbour,
+        Op::RepeatLimited => Op::RepeatLimitedNeighbour,
+        Op::Polar => Op::PolarNeighbour,
+        Op::PolarPlane => Op::PolarPlaneNeighbour,
+        _ => unreachable!("`{}` makes no copies", op.row().name),
+    }
+}
+
+/// The cells of a grid whose copies are evaluated, those along x first.
+pub(crate) fn grid_cells(others: &[Others; 3]) -> impl Iterator<Item = [f64; 3]> {
+    let [x, y, z] = *others;
+    let rows = z.cells().flat_map(move |z| y.cells().map(move |y| [y, z]));
+    rows.flat_map(move |[y, z]| x.cells().map(move |x| [x, y, z]))
+}
+
 impl Others {
     /// The cells whose copies are evaluated, the own one first; positive on the nearer side.
     pub fn cells(self) -> impl Iterator<Item = f64> {

@@ -6,7 +6,7 @@
 use crate::bounds::World;
 use crate::boxes::{BoxNumber, UniformValue};
 use crate::expression::ExprId;
-use crate::scene::{ShapeId, ShapeKind};
+use crate::scene::{NO_EDGE, NOWHERE, ShapeId, ShapeKind, grid_cells, neighbour};
 use sdfc_vm::apply::{Applied, apply, laid_out};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -54,12 +54,12 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
         self.operations += 1;
         let world = self.world;
         match &world.shapes[id.0 as usize].kind {
-            ShapeKind::Nothing => Interval::point(1e9),
+            ShapeKind::Nothing => Interval::point(NOWHERE),
             ShapeKind::Painted { child, .. } => self.at(*child, p),
             ShapeKind::Primitive { op, parameters } => self.apply(*op, p, &[], parameters),
             ShapeKind::Field { value, .. } => self.number(*value, p),
             ShapeKind::Polygon { points } => {
-                let mut value = Interval::point(1e30);
+                let mut value = Interval::point(NO_EDGE);
                 for (i, a) in points.iter().enumerate() {
                     let b = points[(i + 1) % points.len()];
                     let corners = [a[0], a[1], b[0], b[1]];
@@ -101,21 +101,11 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
                 parameters,
                 others,
             } => {
-                let neighbour = match op {
-                    Op::Repeat => Op::RepeatNeighbour,
-                    _ => Op::RepeatLimitedNeighbour,
-                };
-                let mut value: Option<Interval> = None;
-                for z in others[2].cells() {
-                    for y in others[1].cells() {
-                        for x in others[0].cells() {
-                            let q = self.copy(neighbour, p, parameters, &[x, y, z]);
-                            let copy = self.at(*child, q);
-                            value = Some(value.map_or(copy, |value| value.min(copy)));
-                        }
-                    }
-                }
-                value.unwrap_or(Interval::ALL)
+                let copies = grid_cells(others).map(|cell| {
+                    let q = self.copy(neighbour(*op), p, parameters, &cell);
+                    self.at(*child, q)
+                });
+                copies.reduce(Interval::min).unwrap_or(Interval::ALL)
             }
             ShapeKind::Polar {
                 op,
@@ -123,21 +113,11 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
                 parameters,
                 others,
             } => {
-                let neighbour = match op {
-                    Op::Polar => Op::PolarNeighbour,
-                    _ => Op::PolarPlaneNeighbour,
-                };
-                let copies: Vec<Interval> = others
-                    .cells()
-                    .map(|sector| {
-                        let q = self.copy(neighbour, p, parameters, &[sector]);
-                        self.at(*child, q)
-                    })
-                    .collect();
-                copies
-                    .into_iter()
-                    .reduce(Interval::min)
-                    .unwrap_or(Interval::ALL)
+                let copies = others.cells().map(|sector| {
+                    let q = self.copy(neighbour(*op), p, parameters, &[sector]);
+                    self.at(*child, q)
+                });
+                copies.reduce(Interval::min).unwrap_or(Interval::ALL)
             }
             ShapeKind::Domain {
                 op,

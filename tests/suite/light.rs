@@ -1,35 +1,20 @@
 //! Light in scenes that were once lit wrongly, on the CPU.
 
-use crate::metamorphic::draw::compiled;
+use crate::metamorphic::draw::{Way, frame};
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
-use sdfc_runtime::frame::Frame;
-use sdfc_runtime::settings::{Overrides, resolve};
-use sdfc_shaders::assemble::SceneSource;
+use sdfc_runtime::engine::{EngineKind, open};
+use sdfc_runtime::frame::{CellUse, Frame};
 
 /// The picture of a text, with one sample for each pixel.
 fn picture(text: &str, size: [u32; 2]) -> Frame {
-    let mut compiled = compiled(text, PassOptions::default()).expect("it compiles");
-    let outputs = compiled.module.update(0.0);
-    let overrides = Overrides {
-        size: Some(size),
-        aa: Some(1),
-        ..Overrides::default()
-    };
-    let settings = resolve(&compiled.module, &outputs, &overrides).expect("it has settings");
-    let source = compiled.generated();
-    let generated = SceneSource {
-        text: &source.text,
-        calls: &source.calls,
-    };
-    let loaded = Loaded {
-        module: &compiled.module,
-        outputs: &outputs,
-        generated,
-    };
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
-    engine.load(&loaded).expect("it loads");
-    engine.render(&settings, &|_| {}).expect("it draws")
+    let way = Way {
+        size,
+        passes: PassOptions::default(),
+        cells: CellUse::Auto,
+        scale: 1.0,
+    };
+    frame(&mut *engine, text, &way).expect("it compiles")
 }
 
 /// The brightness of a pixel, from 0 to 765.

@@ -27,13 +27,15 @@ use std::collections::HashMap;
 /// A map whose stretch differs by less than this between directions keeps distances.
 const EVEN: f64 = 1e-6;
 
-/// What all shapes of a call have in common.
+/// The numbers that all shapes of a call share.
 struct Call {
     span: Span,
     /// The largest distance, in units of the frame around the shape.
     reach: Option<ExprId>,
-    /// What became of shapes that occur more than once.
+    /// The results so far, for shapes that occur more than once.
     done: HashMap<(ShapeId, Option<ExprId>), ShapeId>,
+    /// The shapes that were asked for, with whether they are distances.
+    distances: HashMap<ShapeId, bool>,
 }
 
 impl<'a> Elaborator<'a> {
@@ -51,6 +53,7 @@ impl<'a> Elaborator<'a> {
             span: bound.span,
             reach,
             done: HashMap::new(),
+            distances: HashMap::new(),
         };
         match self.distance_of(bound.shape(0), &mut call) {
             Ok(id) => Ok(Value::Shape(id)),
@@ -64,7 +67,7 @@ impl<'a> Elaborator<'a> {
     /// A shape with the same surface whose value is a distance to first order. Recursion over shapes within
     /// shapes, whose depth the elaborator bounds.
     fn distance_of(&mut self, id: ShapeId, call: &mut Call) -> Result<ShapeId, Box<Diagnostic>> {
-        if self.is_distance(id) {
+        if self.is_distance(id, &mut call.distances) {
             return Ok(id);
         }
         let key = (id, call.reach);
@@ -107,7 +110,10 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Tells if the slope of a shape's value is one almost everywhere.
-    fn is_distance(&self, id: ShapeId) -> bool {
+    fn is_distance(&self, id: ShapeId, known: &mut HashMap<ShapeId, bool>) -> bool {
+        if let Some(&known) = known.get(&id) {
+            return known;
+        }
         let kind = &self.shapes[id.0 as usize].kind;
         let own = match kind {
             ShapeKind::Primitive { op, .. } => {
@@ -125,7 +131,10 @@ impl<'a> Elaborator<'a> {
             ShapeKind::Polygon { .. } | ShapeKind::Nothing => true,
             kind => self.hands_on(kind),
         };
-        own && children(kind).iter().all(|&child| self.is_distance(child))
+        let mut of_operand = |&child: &ShapeId| self.is_distance(child, known);
+        let is_distance = own && children(kind).iter().all(&mut of_operand);
+        known.insert(id, is_distance);
+        is_distance
     }
 
     /// Tells if a shape is a distance once its operands are.
@@ -278,7 +287,7 @@ impl<'a> Elaborator<'a> {
     }
 }
 
-/// What is said of a field that cannot be differentiated.
+/// An error about a field that cannot be differentiated.
 fn refused(message: &'static str, span: Span) -> Box<Diagnostic> {
     Box::new(Diagnostic::error(codes::E0405, span, message))
 }

@@ -7,7 +7,7 @@ use super::{At, Lowering, Wanted};
 use crate::bounds::World;
 use crate::expression::ExprId;
 use crate::graph::{NodeId, Number};
-use crate::scene::{Others, ShapeId, ShapeKind};
+use crate::scene::{Others, ShapeId, ShapeKind, neighbour};
 use sdfc_vm::table::Op;
 use std::f64::consts::TAU;
 
@@ -111,13 +111,9 @@ impl Lowering<'_> {
                     let point = if which == [0.0; 3] {
                         self.apply(op, at, Vec::new(), numbers.to_vec())
                     } else {
-                        let neighbour = match op {
-                            Op::Repeat => Op::RepeatNeighbour,
-                            _ => Op::RepeatLimitedNeighbour,
-                        };
                         let which = which.map(|cell| Number::Constant(cell as f32));
                         let parameters = numbers.iter().copied().chain(which).collect();
-                        self.apply(neighbour, at, Vec::new(), parameters)
+                        self.apply(neighbour(op), at, Vec::new(), parameters)
                     };
                     let at_copy = At::new(point, at.unit);
                     let copy = self.shape(child, at_copy, wanted);
@@ -158,13 +154,9 @@ impl Lowering<'_> {
         if sector == 0.0 {
             return self.apply(op, at, Vec::new(), numbers.to_vec());
         }
-        let neighbour = match op {
-            Op::Polar => Op::PolarNeighbour,
-            _ => Op::PolarPlaneNeighbour,
-        };
         let which = Number::Constant(sector as f32);
         let parameters = numbers.iter().copied().chain([which]).collect();
-        self.apply(neighbour, at, Vec::new(), parameters)
+        self.apply(neighbour(op), at, Vec::new(), parameters)
     }
 
     fn union(&mut self, copies: Vec<NodeId>, at: At) -> NodeId {

@@ -6,22 +6,28 @@ use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::{Diagnostics, Sources, Style};
 use sdfc_runtime::engine::{Engine, Loaded};
-use sdfc_runtime::frame::CellUse;
+use sdfc_runtime::frame::{CellUse, Frame};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 
 /// The way in which a text is drawn.
 #[derive(Clone, Debug)]
-pub(super) struct Way {
-    pub(super) size: [u32; 2],
-    pub(super) passes: PassOptions,
-    pub(super) cells: CellUse,
+pub(crate) struct Way {
+    pub(crate) size: [u32; 2],
+    pub(crate) passes: PassOptions,
+    pub(crate) cells: CellUse,
     /// The size of the scene, as a multiple of those that it is compared with.
-    pub(super) scale: f64,
+    pub(crate) scale: f64,
+}
+
+/// Draws a text as a picture to compare; gives the errors of one that is no scene.
+pub(super) fn draw(engine: &mut dyn Engine, text: &str, way: &Way) -> Result<Picture, String> {
+    let frame = frame(engine, text, way)?;
+    Ok(Picture::new(&frame, way.scale))
 }
 
 /// Draws a text; gives the errors of one that is no scene.
-pub(super) fn draw(engine: &mut dyn Engine, text: &str, way: &Way) -> Result<Picture, String> {
+pub(crate) fn frame(engine: &mut dyn Engine, text: &str, way: &Way) -> Result<Frame, String> {
     let mut compiled = compiled(text, way.passes.clone())?;
     let outputs = compiled.module.update(0.0);
     let overrides = Overrides {
@@ -43,8 +49,7 @@ pub(super) fn draw(engine: &mut dyn Engine, text: &str, way: &Way) -> Result<Pic
         generated,
     };
     engine.load(&loaded).expect("it loads");
-    let frame = engine.render(&settings, &|_| {}).expect("it draws");
-    Ok(Picture::new(&frame, way.scale))
+    Ok(engine.render(&settings, &|_| {}).expect("it draws"))
 }
 
 /// A text without other files, compiled with some passes.

@@ -5,7 +5,7 @@
 
 use super::super::symbolic::Symbolic;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
-use crate::scene::{Shape, ShapeId, ShapeKind};
+use crate::scene::{NO_EDGE, NOWHERE, Shape, ShapeId, ShapeKind, grid_cells, neighbour};
 use crate::uniforms::operands_first;
 use sdfc_vm::apply::{Applied, apply_numbers};
 use sdfc_vm::dual::{Dual, DualVec3};
@@ -19,20 +19,16 @@ type Sloped = Dual<Symbolic>;
 /// A point with the gradients of its coordinates.
 type Place = DualVec3<Symbolic>;
 
-/// The value of the polygon's chain before its first edge.
-const FAR: f64 = 1e30;
-/// What value and gradient are multiplied by, so that the squares of steep gradients far away, as of polynomials, are
-/// not too large for `f32`.
+/// The factor on value and gradient that keeps the squares of steep gradients far away, as of polynomials, within
+/// `f32`.
 const SMALL: f64 = 1e-8;
-/// The value of no shape at all.
-const NOTHING: f64 = 1e9;
-/// What is said of noise in a field whose gradient is wanted twice.
+/// The error about noise in a field whose gradient is wanted twice.
 const TWICE: &str = "the slope of noise has no gradient: this was made into a distance before";
 
 /// The definitions of the numbers that a shape is made of.
 #[derive(Default)]
 pub(super) struct Formula {
-    /// What each number is computed from, operands first. Numbers that are the same at all points are left out.
+    /// The steps that compute each number, operands first. Numbers that are the same at all points are left out.
     numbers: HashMap<ExprId, Vec<(ExprId, Expression)>>,
 }
 
@@ -180,13 +176,13 @@ impl Formula {
     ) -> Result<Sloped, &'static str> {
         let none = [lit::<Sloped>(0.0); 3];
         Ok(match &shapes[id.0 as usize].kind {
-            ShapeKind::Nothing => lit(NOTHING),
+            ShapeKind::Nothing => lit(NOWHERE),
             ShapeKind::Painted { child, .. } => self.shape(shapes, *child, p)?,
             ShapeKind::Primitive { op, parameters } => value_of(*op, p, none, &fixed(parameters)),
             ShapeKind::Field { value, .. } => self.number(*value, p)?,
             ShapeKind::Polygon { points } => {
                 let next = points.iter().cycle().skip(1);
-                points.iter().zip(next).fold(lit(FAR), |value, (a, b)| {
+                points.iter().zip(next).fold(lit(NO_EDGE), |value, (a, b)| {
                     let corners = fixed(&[a[0], a[1], b[0], b[1]]);
                     value_of(Op::PolygonEdge, p, [value, none[1], none[2]], &corners)
                 })
@@ -222,18 +218,8 @@ impl Formula {
                 parameters,
                 others,
             } => {
-                let neighbour = match op {
-                    Op::Repeat => Op::RepeatNeighbour,
-                    _ => Op::RepeatLimitedNeighbour,
-                };
-                let [x, y, z] = others.map(|others| others.cells().collect::<Vec<f64>>());
-                let mut cells = Vec::new();
-                for &z in &z {
-                    for &y in &y {
-                        cells.extend(x.iter().map(|&x| vec![x, y, z]));
-                    }
-                }
-                self.copies(shapes, neighbour, *child, parameters, p, cells)?
+                let cells = grid_cells(others).map(Vec::from).collect();
+                self.copies(shapes, neighbour(*op), *child, parameters, p, cells)?
             }
             ShapeKind::Polar {
                 op,
@@ -241,12 +227,8 @@ impl Formula {
                 parameters,
                 others,
             } => {
-                let neighbour = match op {
-                    Op::Polar => Op::PolarNeighbour,
-                    _ => Op::PolarPlaneNeighbour,
-                };
                 let sectors = others.cells().map(|sector| vec![sector]).collect();
-                self.copies(shapes, neighbour, *child, parameters, p, sectors)?
+                self.copies(shapes, neighbour(*op), *child, parameters, p, sectors)?
             }
             ShapeKind::Domain {
                 op,
@@ -288,7 +270,7 @@ impl Formula {
             let copy = self.shape(shapes, child, place_of(neighbour, p, &parameters))?;
             least = Some(least.map_or(copy, |least| least.min(copy)));
         }
-        Ok(least.unwrap_or(lit(NOTHING)))
+        Ok(least.unwrap_or(lit(NOWHERE)))
     }
 }
 
@@ -326,7 +308,7 @@ fn origin() -> V3<Symbolic> {
     V3::splat(lit(0.0))
 }
 
-/// What a row of values gives.
+/// The value that a row gives.
 fn value_of(op: Op, p: Place, values: [Sloped; 3], parameters: &[Sloped]) -> Sloped {
     match apply_numbers(op, p, values, parameters) {
         Applied::Value(value) => value,
