@@ -429,10 +429,15 @@ macro_rules! dual_vector {
                 let value = self.value.length().named("len");
                 let scale = lit::<R>(1.0) / value.max(lit(1e-30));
                 let direction = self.value * scale.named("scale");
-                let gradient = [$(
+                let [first, rest @ ..] = [$(
                     self.gradients[$i] * direction.$axis().unit_component()
                 ),+];
-                Dual { value, gradient: gradient.into_iter().reduce(|a, b| a + b).expect("has components") }
+                // An iterator's call is not inlined into the loops over lanes.
+                let mut gradient = first;
+                for more in rest {
+                    gradient = gradient + more;
+                }
+                Dual { value, gradient }
             }
             dual_vector!(@extra $trait);
         }

@@ -2,51 +2,61 @@
 //!
 //! The nearest point of the ellipsoid with the radii `r` to `p` is `r² p / (t + r²)` for the `t` at which that
 //! point lies on the ellipsoid (D. Eberly, *Distance from a Point to an Ellipse, an Ellipsoid, or a
-//! Hyperellipsoid*, 2013). Newton's steps find it on one over the norm of that point, which is nearly a line
-//! (M. Hebden, 1973).
+//! Hyperellipsoid*, 2013). Halley's steps find it on one over the norm of that point, which is concave and
+//! nearly a line (M. Hebden, 1973).
 //!
 //! The distance is then taken along the normal `n` there, as `p · n − |r n|`. Along any direction this is at most
 //! the distance to a convex solid, inside and outside, and the error is the square of that of the direction.
 //! So the value is a lower bound, however far the steps came. Of radii that differ by up to 100 to 1 it is
 //! exact to rounding outside, and inside as deep as half of the smallest radius of curvature. Beside the
-//! place where opposite sides are equally near it may be short by 0.3 % of the smallest radius.
+//! place where opposite sides are equally near it may be short by 0.1 % of the smallest radius.
 
 use crate::interval::{End, IntervalOf};
 use crate::real::{Real, Vector3, lit};
 use crate::vector::V3;
 
-/// The number of Newton's steps.
-const STEPS: usize = 8;
+/// The number of Halley's steps.
+const STEPS: usize = 5;
+/// The least and the most that Newton's step is multiplied by.
+const STEP_RANGE: [f64; 2] = [2.0 / 3.0, 3.0];
 /// The least share of `r²` that `t + r²` is taken for.
-const LEAST_SHARE: f64 = 1e-7;
+const LEAST_SHARE: f64 = 1e-3;
+/// The least radius that `t` is sought for, as a share of the largest.
+const LEAST_RADIUS: f64 = 1e-6;
+/// The farthest point that `t` is sought for, in units of the largest radius.
+const FARTHEST: f64 = 1e12;
 /// How much less than one the norm of the nearest point may be by rounding.
 const NORM_ERROR: f64 = 2e-6;
 /// The most that the value may be short of the distance inside, as a fraction of the smallest radius.
-const MOST_SHORT: f64 = 4e-3;
+const MOST_SHORT: f64 = 1e-3;
 /// The same outside, as a fraction of the distance, where the radii differ more than [`STEADY`] to 1.
-const SHORT_OUTSIDE: f64 = 2e-2;
+const SHORT_OUTSIDE: f64 = 0.99;
 /// The ratio of radii up to which the value is the distance outside.
 const STEADY: f64 = 100.0;
+/// How far `t` may be off where the steps come to an end, as a share of itself and the largest square.
+const MULTIPLIER_ERROR: f64 = 2e-6;
+/// The least number to divide by.
+const LEAST: f64 = 1e-37;
 
 /// The distance and its gradient.
 #[inline(always)]
 pub fn ellipsoid<R: Real>(p: R::Vec3, r: R::Vec3) -> (R, R::Vec3) {
     let (q, r) = (p.abs().named("q"), lengths::<R>(r));
-    let normal = normal::<R>(q, r, multiplier::<R>(q, r)).named("normal");
-    let side = R::Vec3::new(p.x().side(), p.y().side(), p.z().side());
-    (q.dot(normal) - (r * normal).length(), normal * side)
+    let unit = Unit::<R>::of(q, r);
+    let normal = unit.normal(unit.multiplier()).named("normal");
+    let facing = |p: R, n: R| R::select(p.less(lit(0.0)), -n, n);
+    let gradient = R::Vec3::new(
+        facing(p.x(), normal.x()),
+        facing(p.y(), normal.y()),
+        facing(p.z(), normal.z()),
+    );
+    (q.dot(normal) - (r * normal).length(), gradient)
 }
 
 /// Radii, none of them zero.
 #[inline(always)]
 fn lengths<R: Real>(r: R::Vec3) -> R::Vec3 {
     r.abs().max(R::Vec3::splat(lit(1e-12))).named("lengths")
-}
-
-/// The components of a vector divided by those of another.
-#[inline(always)]
-fn divided<R: Real>(a: R::Vec3, b: R::Vec3) -> R::Vec3 {
-    R::Vec3::new(a.x() / b.x(), a.y() / b.y(), a.z() / b.z())
 }
 
 /// The sum of the components.
@@ -60,51 +70,92 @@ fn least<R: Real>(r: R::Vec3) -> R {
     r.x().min(r.y()).min(r.z())
 }
 
-/// `t + r²`, kept above zero.
-#[inline(always)]
-fn divisors<R: Real>(t: R, squares: R::Vec3) -> R::Vec3 {
-    (R::Vec3::splat(t) + squares).max(squares * lit::<R>(LEAST_SHARE))
+/// A point with positive coordinates and an ellipsoid, in units of the largest radius.
+struct Unit<R: Real> {
+    q: R::Vec3,
+    r: R::Vec3,
+    squares: R::Vec3,
+    smallest: R,
 }
 
-/// The `t` of the nearest point, of a point with positive coordinates.
-#[inline(always)]
-fn multiplier<R: Real>(q: R::Vec3, r: R::Vec3) -> R {
-    let squares = (r * r).named("squares");
-    let a = (r * q).named("a");
-    let low = (a - squares).max_component().named("low");
-    let smallest = least::<R>(r);
-    let high = (a.length() - smallest * smallest).max(low).named("high");
-    // At the surface itself it is zero.
-    let mut t = lit::<R>(0.0).max(low).min(high).named("t");
-    for _ in 0..STEPS {
-        let m = divisors::<R>(t, squares).named("m");
-        let u = divided::<R>(a, m).named("u");
-        let w = (u * u).named("w");
-        let norm = sum::<R>(w).named("norm");
-        let slope = sum::<R>(divided::<R>(w, m)).max(lit(1e-37));
-        let step = norm * (norm.sqrt() - lit(1.0)) / slope;
-        t = (t + step).max(low).min(high).named("t");
+impl<R: Real> Unit<R> {
+    #[inline(always)]
+    fn of(q: R::Vec3, r: R::Vec3) -> Self {
+        let scale = (lit::<R>(1.0) / r.max_component()).named("scale");
+        let r = (r * scale).max(R::Vec3::splat(lit(LEAST_RADIUS)));
+        let r = r.named("radii");
+        // From far away the normal is the direction alone.
+        let nearer = scale.min(lit::<R>(FARTHEST) / q.max_component().max(lit(LEAST)));
+        Self {
+            q: (q * nearer).named("place"),
+            r,
+            squares: (r * r).named("squares"),
+            smallest: least::<R>(r).named("smallest"),
+        }
     }
-    t
-}
 
-/// The unit normal at the nearest point. Inside, where that lies beside the plane across the smallest radius, what
-/// its norm lacks is the component across that plane.
-#[inline(always)]
-fn normal<R: Real>(q: R::Vec3, r: R::Vec3, t: R) -> R::Vec3 {
-    let squares = r * r;
-    let m = divisors::<R>(t, squares);
-    let v = divided::<R>(q, m).named("v");
-    let u = r * v;
-    let lack = (lit::<R>(1.0 - NORM_ERROR) - u.dot(u)).max(lit(0.0));
-    let smallest = least::<R>(r);
-    let across = (lack / (smallest * smallest)).named("across");
-    let with = |v: R, r: R| {
-        let longer = (v * v + across).sqrt();
-        R::select(smallest.less(r), v, longer)
-    };
-    let v = R::Vec3::new(with(v.x(), r.x()), with(v.y(), r.y()), with(v.z(), r.z()));
-    v * (lit::<R>(1.0) / v.length().max(lit(1e-30)))
+    /// One over `t + r²`, which is kept above zero; by one division.
+    #[inline(always)]
+    fn shares(&self, t: R) -> R::Vec3 {
+        let m = R::Vec3::splat(t) + self.squares;
+        let m = m.max(self.squares * lit::<R>(LEAST_SHARE)).named("m");
+        let others = R::Vec3::new(m.y() * m.z(), m.z() * m.x(), m.x() * m.y());
+        let others = others.named("others");
+        (others * (lit::<R>(1.0) / (m.x() * others.x()))).named("shares")
+    }
+
+    /// The `t` of the nearest point.
+    #[inline(always)]
+    fn multiplier(&self) -> R {
+        let (zero, one) = (lit::<R>(0.0), lit::<R>(1.0));
+        let least = self.smallest * self.smallest;
+        let a = (self.r * self.q).named("a");
+        let length = a.length().named("length");
+        // No component of the nearest point, seen from a sphere, is larger than one.
+        let low = (a - self.squares).max_component();
+        let low = low.max(least * lit(LEAST_SHARE - 1.0)).named("low");
+        let high = (length - least).max(low).named("high");
+        // At the surface itself it is zero. The largest square is one.
+        let mut t = zero.max(length - one).max(low).min(high).named("t");
+        for _ in 0..STEPS {
+            let shares = self.shares(t);
+            let u = (a * shares).named("u");
+            let w = (u * u).named("w");
+            let norm = sum::<R>(w).named("norm");
+            let steep = (w * shares).named("steep");
+            let slope = sum::<R>(steep).named("slope");
+            let bend = sum::<R>(steep * shares);
+            let excess = (norm.sqrt() - one).named("excess");
+            let square = (slope * slope).named("square");
+            let [short, long] = STEP_RANGE;
+            let divisor = (square + excess * lit(1.5) * (square - norm * bend))
+                .max(square * lit(1.0 / long))
+                .min(square * lit(1.0 / short));
+            let step = norm * slope * excess / divisor.max(lit(LEAST));
+            t = (t + step).max(low).min(high).named("t");
+        }
+        t
+    }
+
+    /// The unit normal at the nearest point. Inside, where that lies beside the plane across a smallest radius,
+    /// what its norm lacks is the component across that plane.
+    #[inline(always)]
+    fn normal(&self, t: R) -> R::Vec3 {
+        let v = (self.q * self.shares(t)).named("v");
+        let u = self.r * v;
+        let lack = (lit::<R>(1.0 - NORM_ERROR) - u.dot(u)).max(lit(0.0));
+        let across = (lack / (self.smallest * self.smallest)).named("across");
+        // One along the axis of the smallest radius, of several the first, and zero along the others.
+        let (zero, one) = (lit::<R>(0.0), lit::<R>(1.0));
+        let past = |r: R| R::select(self.smallest.less(r), one, zero);
+        let (past_x, past_y) = (past(self.r.x()), past(self.r.y()));
+        let axis = R::Vec3::new(one - past_x, past_x * (one - past_y), past_x * past_y);
+        let axis = axis.named("axis");
+        let short = v.dot(axis).named("short");
+        let v = v + axis * ((short * short + across).sqrt() - short);
+        let v = v.named("longer");
+        v * (lit::<R>(1.0) / v.length().max(lit(1e-30)))
+    }
 }
 
 /// What the value may be short of the distance by, where that is `distance`.
@@ -125,77 +176,92 @@ pub fn between<R: Real>(near: R::Vec3, far: R::Vec3, r: R::Vec3, error: R) -> [R
     let r = lengths::<R>(r);
     let low = ellipsoid::<R>(near, r).0;
     let high = ellipsoid::<R>(far, r).0;
+    widened(low, high, r, error)
+}
+
+/// The value and the `t` of a point with positive coordinates.
+#[inline(always)]
+fn reach<R: Real>(q: R::Vec3, r: R::Vec3) -> (R, R) {
+    let unit = Unit::<R>::of(q, r);
+    let t = unit.multiplier();
+    let normal = unit.normal(t);
+    (q.dot(normal) - (r * normal).length(), t)
+}
+
+/// The values at the nearest and the farthest corner, and by how much the value may be short.
+#[inline(always)]
+fn widened<R: Real>(low: R, high: R, r: R::Vec3, error: R) -> [R; 2] {
     [
         low - shortage::<R>(low, r) - error,
         high + shortage::<R>(high, r) + error,
     ]
 }
 
-/// The value and its gradient over a box, for radii that are numbers.
+/// The value and its gradient over a box, for radii that are numbers. It has no branches, so that loops over
+/// lanes become SIMD.
+#[inline(always)]
 pub(crate) fn over<E: End>(
     p: V3<IntervalOf<E>>,
     r: V3<IntervalOf<E>>,
 ) -> (IntervalOf<E>, V3<IntervalOf<E>>) {
     let q = p.abs();
-    let (near, far) = (
-        V3::of(q.x.lo, q.y.lo, q.z.lo),
-        V3::of(q.x.hi, q.y.hi, q.z.hi),
-    );
-    let radii = lengths::<E>(V3::of(r.x.lo, r.y.lo, r.z.lo));
-    let any = IntervalOf {
-        lo: lit(-1.0),
-        hi: lit(1.0),
+    let near = V3::of(q.x.lo, q.y.lo, q.z.lo);
+    let far = V3::of(q.x.hi, q.y.hi, q.z.hi);
+    let size = far.max_component();
+    let same = |r: IntervalOf<E>| r.lo == r.hi;
+    let is_known = same(r.x) & same(r.y) & same(r.z) & size.less(E::INFINITY);
+    let r = lengths::<E>(V3::of(r.x.lo, r.y.lo, r.z.lo));
+    let ((low, first), (high, last)) = (reach::<E>(near, r), reach::<E>(far, r));
+    let [low, high] = widened(low, high, r, E::distance_error(size + r.max_component()));
+    let value = IntervalOf {
+        lo: E::select(is_known, low, -E::INFINITY),
+        hi: E::select(is_known, high, E::INFINITY),
     };
-    let anywhere = V3::of(any, any, any);
-    let is_known = r.x.lo == r.x.hi && r.y.lo == r.y.hi && r.z.lo == r.z.hi;
-    if !(is_known && far.max_component() < E::INFINITY) {
-        let everything = IntervalOf {
-            lo: -E::INFINITY,
-            hi: E::INFINITY,
-        };
-        return (everything, anywhere);
-    }
-    let error = E::distance_error(far.max_component() + radii.max_component());
-    let [lo, hi] = between::<E>(near, far, radii, error);
-    let value = IntervalOf { lo, hi };
-    let squares = radii * radii;
-    let slack = squares.max_component() * lit(1e-6);
-    let (first, last) = (
-        multiplier::<E>(near, radii) - slack,
-        multiplier::<E>(far, radii) + slack,
-    );
+    let moved = |t: E, error: f64| t + (lit::<E>(1.0) + t.abs()) * lit(error);
+    let first = moved(first, -MULTIPLIER_ERROR);
+    let last = moved(last, MULTIPLIER_ERROR);
     // Beside the plane across the smallest radius the normal may have any direction.
-    let smallest = least::<E>(radii);
-    if first < smallest * smallest * lit(LEAST_SHARE - 0.75) {
-        return (value, anywhere);
-    }
-    let t = IntervalOf {
-        lo: first,
-        hi: last,
+    let Unit {
+        squares, smallest, ..
+    } = Unit::<E>::of(near, r);
+    let is_told = is_known
+        & (smallest * smallest * lit(-0.75)).less(first)
+        & lit::<E>(1.0).less(smallest * lit(STEADY));
+    let zero = lit::<E>(0.0);
+    // What rounding does to the quotients is far below the slack of the directions.
+    let part = |p: IntervalOf<E>, square: E| {
+        let (least, most) = (first + square, last + square);
+        IntervalOf {
+            lo: p.lo / E::select(p.lo.less(zero), least, most),
+            hi: p.hi / E::select(p.hi.less(zero), most, least),
+        }
     };
-    let part = |p: IntervalOf<E>, square: E| p / (t + IntervalOf::point(square));
     let v = V3::of(
         part(p.x, squares.x),
         part(p.y, squares.y),
         part(p.z, squares.z),
     );
-    let unit = |a: IntervalOf<E>, b: IntervalOf<E>, c: IntervalOf<E>| {
-        let rest = b.square() + c.square();
+    let squared = |a: IntervalOf<E>| {
+        let a = a.abs();
+        (a.lo * a.lo, a.hi * a.hi)
+    };
+    let (x, y, z) = (squared(v.x), squared(v.y), squared(v.z));
+    let component = |a: IntervalOf<E>, b: (E, E), c: (E, E)| {
+        let rest = (b.0 + c.0, b.1 + c.1);
         // The component of a unit vector grows with the vector's, and shrinks with the others.
         let share = |a: E, rest: E| a / (a * a + rest).sqrt().max(lit(1e-30));
-        let zero = lit::<E>(0.0);
-        let low = if a.lo < zero { rest.lo } else { rest.hi };
-        let high = if a.hi < zero { rest.hi } else { rest.lo };
-        let slack = lit::<E>(1e-5);
+        let low = share(a.lo, E::select(a.lo.less(zero), rest.0, rest.1));
+        let high = share(a.hi, E::select(a.hi.less(zero), rest.1, rest.0));
+        let (slack, one) = (lit::<E>(1e-5), lit::<E>(1.0));
         IntervalOf {
-            lo: (share(a.lo, low) - slack).max(lit(-1.0)),
-            hi: (share(a.hi, high) + slack).min(lit(1.0)),
+            lo: E::select(is_told, (low - slack).max(-one), -one),
+            hi: E::select(is_told, (high + slack).min(one), one),
         }
     };
     let gradient = V3::of(
-        unit(v.x, v.y, v.z),
-        unit(v.y, v.z, v.x),
-        unit(v.z, v.x, v.y),
+        component(v.x, y, z),
+        component(v.y, z, x),
+        component(v.z, x, y),
     );
     (value, gradient)
 }

@@ -242,7 +242,7 @@ macro_rules! only_wide {
     (narrow $block:block) => {};
 }
 
-/// The loops of a number type, once per instruction set. Gradients are computed once per pixel and do
+/// The loops of a number type, once per instruction set. Intervals of gradients are asked for seldom and do
 /// without the widest one, which keeps this crate quick to compile. It is a macro and not a generic function
 /// so that they are compiled in this crate and not again in each that uses it.
 macro_rules! loops {
@@ -370,7 +370,7 @@ impl Lane for Dual<f32> {
         }
     }
     fn loops(widest: Instructions) -> Loops<Self> {
-        loops!(Dual<f32>, narrow, widest)
+        loops!(Dual<f32>, wide, widest)
     }
 }
 
