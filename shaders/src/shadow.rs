@@ -155,8 +155,7 @@ pub const RIM_RAYS: f32 = 4.0;
 const RIM: f64 = std::f64::consts::SQRT_2;
 /// The angle between two of them.
 const RIM_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
-/// The number of a ray to the centre that has come into a solid. The ray to the centre is 0, those to the rim begin
-/// at 1.
+/// The number of a ray to the centre that has come into a solid: 0 before, and from 1 on for the rays to the rim.
 pub const INSIDE: f32 = 0.5;
 /// The visibility up to which a light's centre counts as hidden.
 pub const HIDDEN: f32 = 0.01;
@@ -196,10 +195,6 @@ pub fn fitting<R: Real>(room: R, reach: R) -> R {
 /// Visibility after a claim at `t` of a ray to the rim, from −1 to 0: by the line across the light through the point
 /// of a surface that is `way` away from the claim. The light beyond a hole is no more than the hole has room for.
 #[inline(always)]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "a ray's state, as the buffer holds it"
-)]
 pub fn beside_rim<R: Real>(
     visibility: R,
     way: R::Vec3,

@@ -314,7 +314,7 @@ impl<const FORM: u32> Shared<FORM> {
         let at_end = (t >= b.leave.0[i]) | out_of_steps;
         let nan = is_nan(h);
         let back = shadow::passed(h, b.before.0[i], b.step.0[i], b.fall.0[i], noise);
-        let goes_back = soft(FORM) & (back > 0.0) & !checking & !out_of_steps;
+        let goes_back = (back > 0.0) & !checking & !out_of_steps;
         let next = if goes_back { back - b.step.0[i] } else { next };
         b.t.0[i] = keep(t, t + next);
         let keep = |old: f32, new: f32| if checking | goes_back { old } else { new };
@@ -441,8 +441,8 @@ impl<const FORM: u32> Shared<FORM> {
         at_end && self.end_ray(b, i, b.visibility.0[i])
     }
 
-    /// Ends a ray towards a light with a size, of which `visibility` is seen by this ray. Where the centre is hidden, rays
-    /// to the rim follow. Reports whether that was the last one.
+    /// Ends a ray towards a light with a size: `visibility` is what this ray sees of it. Where the centre is hidden,
+    /// rays to the rim follow. Reports whether that was the last one.
     fn end_ray(self, b: &mut ShadowLanes, i: usize, visibility: f32) -> bool {
         let number = b.number.0[i];
         if number == 0.0 && visibility > shadow::HIDDEN {
@@ -475,8 +475,8 @@ impl<const FORM: u32> Shared<FORM> {
         false
     }
 
-    /// Begins a ray to the rim of a light, which has the `size` on that side: the lane's direction leads there from the
-    /// light's centre.
+    /// Begins a ray to the rim of a light, which has the `size` on that side. The lane's direction leads there from
+    /// the light's centre. It has not ended.
     fn begin_rim(self, b: &mut ShadowLanes, i: usize, size: f32) -> bool {
         let axis = axis_of(b, i);
         let direction = shadow::aim::<f32>(axis, direction_of(b, i), size);

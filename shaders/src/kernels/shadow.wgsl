@@ -178,9 +178,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.ends = 0.0;
                 continue;
             }
-            let goes_back = back > 0.0 && light.shadow != SHADOW_HARD && ray.number != INSIDE;
+            let goes_back = back > 0.0 && ray.number != INSIDE;
 #else
-            let goes_back = back > 0.0 && light.shadow != SHADOW_HARD;
+            let goes_back = back > 0.0;
 #end
             if goes_back && !out_of_steps {
                 ray.t += back - ray.step;
