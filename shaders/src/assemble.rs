@@ -530,6 +530,7 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("NO_CLAIM", format!("{:?}", shadow::NO_CLAIM)),
         ("NO_LAST", format!("{:?}", shadow::NO_LAST)),
         ("RIM_RAYS", format!("{:?}", shadow::RIM_RAYS)),
+        ("FIRST_RIM_RAYS", format!("{:?}", shadow::FIRST_RIM_RAYS)),
         ("INSIDE", format!("{:?}", shadow::INSIDE)),
         ("HIDDEN", format!("{:?}", shadow::HIDDEN)),
         ("SHADOW_NONE", word(Shadow::None as u32)),

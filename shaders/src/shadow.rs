@@ -11,6 +11,7 @@
 use crate::camera::unit;
 use crate::occlusion::frame_around;
 use sdfc_vm::real::{Real, Vector3, lit};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// Set in the steps of a shadow ray that has ended.
 pub const DONE: u32 = 1 << 31;
@@ -149,12 +150,13 @@ pub fn short_stride<R: Real>(h: R, t: R, threshold: R, size: R) -> R {
 }
 
 /// The number of rays to the rim of a light with a size, where a ray to its centre is blocked.
-pub const RIM_RAYS: f32 = 4.0;
-/// The distance of these rays from the centre, in radii of the light: a straight edge that leaves anything of the light
-/// leaves one of them.
-const RIM: f64 = std::f64::consts::SQRT_2;
-/// The angle between two of them.
-const RIM_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
+pub const RIM_RAYS: f32 = 8.0;
+/// The number of those that are sent first, a right angle apart. The others lie between them, and are sent only where
+/// one of these is free.
+pub const FIRST_RIM_RAYS: f32 = 4.0;
+/// The distance of these rays from the centre, in radii of the light: a straight edge that leaves more than a 200th of
+/// the light leaves one of the first.
+const RIM: f64 = 1.306_562_964_876_376_5;
 /// The number of a ray to the centre that has come into a solid: 0 before, and from 1 on for the rays to the rim.
 pub const INSIDE: f32 = 0.5;
 /// The visibility up to which a light's centre counts as hidden.
@@ -164,7 +166,9 @@ pub const HIDDEN: f32 = 0.01;
 #[inline(always)]
 pub fn rim<R: Real>(axis: R::Vec3, number: R) -> R::Vec3 {
     let (tangent, bitangent) = frame_around::<R>(axis);
-    let angle = (number * lit(RIM_ANGLE)).named("angle");
+    let is_first = number.less(lit(f64::from(FIRST_RIM_RAYS) + 0.5));
+    let aside = R::select(is_first, lit(0.0), lit(FRAC_PI_4));
+    let angle = (number * lit(FRAC_PI_2) + aside).named("angle");
     tangent * angle.cos() + bitangent * angle.sin()
 }
 

@@ -456,7 +456,8 @@ impl<const FORM: u32> Shared<FORM> {
         let next = number.floor() + 1.0;
         b.number.0[i] = next;
         b.best.0[i] = best;
-        if best >= 0.0 || next > shadow::RIM_RAYS {
+        let is_hidden = next > shadow::FIRST_RIM_RAYS && best <= -1.0;
+        if is_hidden || best >= 0.0 || next > shadow::RIM_RAYS {
             return true;
         }
         let rim = shadow::rim::<f32>(axis_of(b, i), next);

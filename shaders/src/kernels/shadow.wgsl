@@ -267,7 +267,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             ray.fall = 0.0;
             ray.begun = f32(ray.steps & ~DONE);
             ray.visibility = 0.0;
-            if ray.best >= 0.0 || ray.number > RIM_RAYS {
+            let is_hidden = ray.number > FIRST_RIM_RAYS && ray.best <= -1.0;
+            if is_hidden || ray.best >= 0.0 || ray.number > RIM_RAYS {
                 ray.steps |= DONE;
                 break;
             }
