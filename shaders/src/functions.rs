@@ -102,8 +102,21 @@ functions! {
     shadow_beside = shadow::beside(
         visibility, way, direction, t, size, value, leave
     );
+    shadow_slope = shadow::slope(h, last, step);
+    shadow_passed = shadow::passed(h, last, step, fall, noise);
     shadow_stride = shadow::stride(h, t, threshold, size);
     shadow_short_stride = shadow::short_stride(h, t, threshold, size);
+    shadow_inner_stride = shadow::inner_stride(t, threshold, size);
+    shadow_rim = shadow::rim(axis, number);
+    shadow_aim = shadow::aim(axis, rim, size);
+    shadow_rim_reach = shadow::rim_reach(direction, axis, reach);
+    shadow_room = shadow::room(reach, size);
+    shadow_fitting = shadow::fitting(room, reach);
+    shadow_beside_rim = shadow::beside_rim(
+        visibility, way, direction, axis, t, size, leave
+    );
+    shadow_claimed = shadow::claimed(visibility, number);
+    shadow_cleared = shadow::cleared(cleared, h, t, size);
     shadow_arriving = shadow::arriving(visibility);
     shadow_arriving_sized = shadow::arriving_sized(visibility);
 

@@ -332,6 +332,22 @@ shared! {
         again: f32,
         /// How many evaluations it took; [`crate::shadow::DONE`] is set when it has ended.
         steps: u32,
+        /// The field at the point before.
+        before: f32,
+        /// The way from there.
+        step: f32,
+        /// The number of the ray towards a light with a size; see [`crate::shadow::rim`].
+        number: f32,
+        /// The greatest visibility of the rays to its rim that have ended.
+        best: f32,
+        /// The place where rays to its rim begin; see [`crate::shadow::cleared`].
+        cleared: f32,
+        /// The number of evaluations before the present ray.
+        begun: f32,
+        /// The size by which the ray to the rim is measured; 0 while the light's room is.
+        size: f32,
+        /// The slope of the field at the point before.
+        fall: f32,
     }
 }
 

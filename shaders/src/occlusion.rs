@@ -95,7 +95,7 @@ pub fn open<R: Real>(hidden: R, weight: R) -> R {
 /// Two directions at right angles to a normal and to each other (T. Duff and others, *Building an
 /// Orthonormal Basis, Revisited*, 2017).
 #[inline(always)]
-fn frame_around<R: Real>(n: R::Vec3) -> (R::Vec3, R::Vec3) {
+pub fn frame_around<R: Real>(n: R::Vec3) -> (R::Vec3, R::Vec3) {
     let side = n.z().side().named("side");
     let a = (lit::<R>(-1.0) / (side + n.z())).named("a");
     let b = (n.x() * n.y() * a).named("b");

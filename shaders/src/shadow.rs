@@ -4,8 +4,14 @@
 //!
 //! `size` is the tangent of the angle under which the light's radius is seen; a point `h` beside the ray, `t` ahead,
 //! leaves `h / (size · t)` of the light uncovered.
+//!
+//! Of a light with a size (`sized`) a part is seen where its centre is hidden. Rays to points around its rim find the
+//! edges of what hides it. On each side a light reaches no farther than half of the way to what is there.
 
+use crate::camera::unit;
+use crate::occlusion::frame_around;
 use sdfc_vm::real::{Real, Vector3, lit};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// Set in the steps of a shadow ray that has ended.
 pub const DONE: u32 = 1 << 31;
@@ -22,6 +28,9 @@ pub fn hurry<R: Real>(count: R) -> R {
     let late = ((count - lit(PATIENT_STEPS)).max(lit(0.0)) * lit(1.0 / HURRY_STEPS)).named("late");
     late * late * late + lit(1.0)
 }
+
+/// The visibility by the point before where that tells nothing.
+pub const NO_LAST: f32 = 1e30;
 
 /// The place of a claim on the ray where there is none.
 pub const NO_CLAIM: f32 = -1.0;
@@ -100,6 +109,28 @@ pub fn hard<R: Real>(visibility: R, h: R, noise: R) -> R {
     R::select(h.less(-noise), lit(0.0), visibility)
 }
 
+/// The slope of the field along the ray, by its value at a point and the one a `step` before.
+#[inline(always)]
+pub fn slope<R: Real>(h: R, last: R, step: R) -> R {
+    (h - last) / step.max(lit(1e-30))
+}
+
+/// The way beyond an expected surface, as a fraction of the field before it. A sheet that is thinner may be passed.
+const OVERSHOOT: f64 = 0.02;
+
+/// The way from the point before back to a sheet that the last step has passed, or 0 where it has passed none: the
+/// balls around both points leave a gap, and the field was falling by `fall` to zero in between. `noise` is how far
+/// below zero it must get.
+#[inline(always)]
+pub fn passed<R: Real>(h: R, last: R, step: R, fall: R, noise: R) -> R {
+    let goal = (last.max(lit(0.0)) * lit(1.0 + OVERSHOOT) + noise * lit(2.0)).named("goal");
+    let root = (goal / (-fall).max(lit(1e-30))).named("root");
+    let is_outside = R::not(h.less(-noise));
+    let is_gap = R::and(is_outside, (last + h).less(step));
+    let is_there = R::and(fall.less(lit(0.0)), root.less(step));
+    R::select(R::and(is_gap, is_there), root, lit(0.0))
+}
+
 /// How far the next step goes: the ball's radius, but not less than a threshold that for a light
 /// with a size grows with the way, since nothing narrower than a tenth of the penumbra is seen.
 #[inline(always)]
@@ -107,7 +138,7 @@ pub fn stride<R: Real>(h: R, t: R, threshold: R, size: R) -> R {
     h.max(threshold.max(size * t * lit(0.1)))
 }
 
-/// The same for shadows whose rays must not take too long steps: plain ones and those that darken from inside.
+/// The same for shadows whose rays must not take too long steps: plain ones and those of lights with a size.
 #[inline(always)]
 pub fn short_stride<R: Real>(h: R, t: R, threshold: R, size: R) -> R {
     stride(
@@ -116,6 +147,96 @@ pub fn short_stride<R: Real>(h: R, t: R, threshold: R, size: R) -> R {
         threshold,
         size,
     )
+}
+
+/// The number of rays to the rim of a light with a size, where a ray to its centre is blocked.
+pub const RIM_RAYS: f32 = 8.0;
+/// The number of those that are sent first, a right angle apart. The others lie between them, and are sent only where
+/// one of these is free.
+pub const FIRST_RIM_RAYS: f32 = 4.0;
+/// The distance of these rays from the centre, in radii of the light: a straight edge that leaves more than a 200th of
+/// the light leaves one of the first.
+const RIM: f64 = 1.306_562_964_876_376_5;
+/// The number of a ray to the centre that has come into a solid: 0 before, and from 1 on for the rays to the rim.
+pub const INSIDE: f32 = 0.5;
+/// The visibility up to which a light's centre counts as hidden.
+pub const HIDDEN: f32 = 0.01;
+
+/// The direction from the centre of a light to the point of its rim for the ray `number`.
+#[inline(always)]
+pub fn rim<R: Real>(axis: R::Vec3, number: R) -> R::Vec3 {
+    let (tangent, bitangent) = frame_around::<R>(axis);
+    let is_first = number.less(lit(f64::from(FIRST_RIM_RAYS) + 0.5));
+    let aside = R::select(is_first, lit(0.0), lit(FRAC_PI_4));
+    let angle = (number * lit(FRAC_PI_2) + aside).named("angle");
+    tangent * angle.cos() + bitangent * angle.sin()
+}
+
+/// The direction of a ray to the rim: `axis` leads to the centre of the light, and `rim` from there to the rim.
+#[inline(always)]
+pub fn aim<R: Real>(axis: R::Vec3, rim: R::Vec3, size: R) -> R::Vec3 {
+    unit::<R>(axis + rim * (size * lit(RIM)))
+}
+
+/// The way to the plane through the centre of a light, across the `axis`: the centre is at `reach` on that.
+#[inline(always)]
+pub fn rim_reach<R: Real>(direction: R::Vec3, axis: R::Vec3, reach: R) -> R {
+    reach / direction.dot(axis).max(lit(1e-20))
+}
+
+/// The way from a light's centre on which it needs room: `reach` is its distance.
+#[inline(always)]
+pub fn room<R: Real>(reach: R, size: R) -> R {
+    reach * size * lit(2.0 * RIM)
+}
+
+/// The size of a light whose centre has `room` on one side.
+#[inline(always)]
+pub fn fitting<R: Real>(room: R, reach: R) -> R {
+    room / (reach * lit(2.0 * RIM)).max(lit(1e-20))
+}
+
+/// Visibility after a claim at `t` of a ray to the rim, from −1 to 0: by the line across the light through the point
+/// of a surface that is `way` away from the claim. The light beyond a hole is no more than the hole has room for.
+#[inline(always)]
+pub fn beside_rim<R: Real>(
+    visibility: R,
+    way: R::Vec3,
+    direction: R::Vec3,
+    axis: R::Vec3,
+    t: R,
+    size: R,
+    leave: R,
+) -> R {
+    let ahead = way.dot(direction).min(leave - t).named("ahead");
+    let across = (way - direction * ahead).named("across");
+    let clear = across.length().named("clear");
+    let rim = direction * (lit::<R>(1.0) / direction.dot(axis).max(lit(1e-20))) - axis;
+    let beyond = -across.dot(rim) / (clear * size).max(lit(1e-20));
+    let room = clear / (size * (t + ahead)).max(lit(1e-20));
+    visibility.min(room - beyond.max(lit(1.0))).max(lit(-1.0))
+}
+
+/// The visibility that a ray's claims must fall short of: those of rays to the rim from the rim on.
+#[inline(always)]
+pub fn claimed<R: Real>(visibility: R, number: R) -> R {
+    let is_rim = lit::<R>(f64::from(INSIDE)).less(number);
+    visibility + R::select(is_rim, lit(RIM), lit(0.0))
+}
+
+/// The place up to which rays to the rim need not look, after a point at `t` of the ray to the centre: balls around
+/// that hold them. It is negative from the first point on whose ball is too small.
+#[inline(always)]
+pub fn cleared<R: Real>(cleared: R, h: R, t: R, size: R) -> R {
+    let holds = (size * t * lit(2.0 * RIM)).less(h);
+    let is_open = lit::<R>(0.0).less(cleared);
+    R::select(is_open, R::select(holds, t, -cleared), cleared)
+}
+
+/// The next step of a ray in a solid, on which the depth is compared with the light's radius.
+#[inline(always)]
+pub fn inner_stride<R: Real>(t: R, threshold: R, size: R) -> R {
+    threshold.max(size * t * lit(0.5))
 }
 
 /// The light that arrives, by a visibility from 0 on: the share of a disc that is not behind a straight edge,

@@ -49,3 +49,238 @@ fn shadows_of_inner_rims_have_no_bright_dots() {
     let found = bright_dots(&picture(text, [800, 600]), 30);
     assert!(found.is_empty(), "{found:?}");
 }
+
+/// A solid whose crossing by a ray is known in closed form.
+#[derive(Clone, Copy)]
+enum Solid {
+    /// A box around a place with these halves of its sides.
+    Cuboid([f64; 3], [f64; 3]),
+    /// A ball around a place.
+    Ball([f64; 3], f64),
+}
+
+impl Solid {
+    /// Its text in a scene.
+    fn text(self) -> String {
+        match self {
+            Self::Cuboid([x, y, z], [a, b, c]) => {
+                let sides = [2.0 * a, 2.0 * b, 2.0 * c];
+                format!(
+                    "box({}, {}, {}).translate({x}, {y}, {z})",
+                    sides[0], sides[1], sides[2]
+                )
+            }
+            Self::Ball([x, y, z], radius) => format!("sphere({radius}).translate({x}, {y}, {z})"),
+        }
+    }
+
+    /// Reports whether the way from `p` along `d`, as long as that, leads through it.
+    fn blocks(self, p: [f64; 3], d: [f64; 3]) -> bool {
+        match self {
+            Self::Cuboid(middle, half) => {
+                let (mut first, mut last) = (0.0_f64, 1.0_f64);
+                for axis in 0..3 {
+                    let ends = [-half[axis], half[axis]]
+                        .map(|side| (middle[axis] + side - p[axis]) / d[axis]);
+                    first = first.max(ends[0].min(ends[1]));
+                    last = last.min(ends[0].max(ends[1]));
+                }
+                first < last
+            }
+            Self::Ball(middle, radius) => {
+                let to = [0, 1, 2].map(|axis| middle[axis] - p[axis]);
+                let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+                let nearest = (dot(to, d) / dot(d, d)).clamp(0.0, 1.0);
+                let way = [0, 1, 2].map(|axis| to[axis] - nearest * d[axis]);
+                dot(way, way) < radius * radius
+            }
+        }
+    }
+}
+
+/// The way from a point to a light: towards its direction, or to its place.
+fn way_to(lamp: ([f64; 3], bool), p: [f64; 3]) -> [f64; 3] {
+    match lamp {
+        (place, true) => [0, 1, 2].map(|axis| place[axis] - p[axis]),
+        (direction, false) => direction.map(|d| 100.0 * d),
+    }
+}
+
+/// The number of points of a light's disc that are hidden from `p`, and of all: on rings up to `radius` times its own.
+fn hidden_points(
+    solids: &[Solid],
+    lamp: ([f64; 3], bool),
+    size: f64,
+    p: [f64; 3],
+    radius: f64,
+) -> (usize, usize) {
+    let axis = way_to(lamp, p);
+    let length = axis.map(|d| d * d).iter().sum::<f64>().sqrt();
+    let unit = axis.map(|d| d / length);
+    let cross = |a: [f64; 3], b: [f64; 3]| {
+        [
+            a[1] * b[2] - a[2] * b[1],
+            a[2] * b[0] - a[0] * b[2],
+            a[0] * b[1] - a[1] * b[0],
+        ]
+    };
+    let aside = cross(unit, [0.3, 0.1, 0.9]);
+    let scale = aside.map(|d| d * d).iter().sum::<f64>().sqrt();
+    let right = aside.map(|d| d / scale);
+    let up = cross(unit, right);
+    let mut hidden = 0;
+    let mut count = 0;
+    for ring in 0..=8_u32 {
+        for turn in 0..24_u32 {
+            let angle = f64::from(turn) * std::f64::consts::TAU / 24.0;
+            let out = size * length * radius * f64::from(ring) / 8.0;
+            let (sin, cos) = angle.sin_cos();
+            let way = [0, 1, 2].map(|k| axis[k] + out * (cos * right[k] + sin * up[k]));
+            let is_hidden = way[1] <= 0.0 || solids.iter().any(|solid| solid.blocks(p, way));
+            hidden += usize::from(is_hidden);
+            count += 1;
+        }
+    }
+    (hidden, count)
+}
+
+/// Linear light of a byte of a picture.
+fn linear(byte: u8) -> f64 {
+    let v = f64::from(byte) / 255.0;
+    if v <= 0.04045 {
+        v / 12.92
+    } else {
+        ((v + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// The pixels of the ground that are lit otherwise than a light's disc is seen from there: where nothing of it is seen
+/// they are dark, where all is seen they are lit in full, and where its middle is hidden at most by half.
+fn wrongly_lit(solids: &[Solid], lamp: ([f64; 3], bool), size: f64, form: &str) -> Vec<String> {
+    const SIDE: usize = 96;
+    let (place, is_near) = lamp;
+    let key = if is_near { "at" } else { "dir" };
+    let scene = |shadow: &str| {
+        let shapes: Vec<String> = solids.iter().map(|solid| solid.text()).collect();
+        format!(
+            "camera {{ from: [0, 20, 0], look: [0, 0, 0], up: [0, 0, -1], height: 6 }}\n\
+             light {{ {key}: [{}, {}, {}], intensity: 3, shadow: {shadow} }}\n\
+             sky {{ top: #000000, horizon: #000000, ground: #000000, ambient: 0 }}\n\
+             render {{ occlusion: off, far: 60 }}\n\
+             {} | plane(Y)\n",
+            place[0],
+            place[1],
+            place[2],
+            shapes.join(" | ")
+        )
+    };
+    let shaded = picture(&scene(&format!("{form}({size})")), [SIDE as u32; 2]);
+    let full = picture(&scene("none"), [SIDE as u32; 2]);
+    let (shaded, full) = (shaded.rgba8(), full.rgba8());
+    let mut wrong = Vec::new();
+    for y in 0..SIDE {
+        for x in 0..SIDE {
+            let to_scene = |pixel: usize| ((pixel as f64 + 0.5) / SIDE as f64 - 0.5) * 6.0;
+            let p = [to_scene(x), 1e-6, to_scene(y)];
+            // What a solid covers is not the ground.
+            let above = [1e-9, 20.0, 1e-9];
+            let near = [p[0], 0.0, p[2]];
+            if solids.iter().any(|solid| solid.blocks(near, above)) {
+                continue;
+            }
+            let at = 4 * (y * SIDE + x);
+            let (found, most) = (linear(shaded[at]), linear(full[at]));
+            let (wide, count) = hidden_points(solids, lamp, size, p, 1.2);
+            let (middle, _) = hidden_points(solids, lamp, size, p, 0.15);
+            let fault = match wide {
+                all if all == count => found > 0.002,
+                0 => found < 0.97 * most,
+                _ => middle == count && found > 0.55 * most,
+            };
+            if fault {
+                wrong.push(format!(
+                    "{x}, {y}: {found:.3} of {most:.3}, {wide} of {count} hidden"
+                ));
+            }
+        }
+    }
+    wrong
+}
+
+/// Thin plates, beams and balls, however thin and however far from what they shade.
+#[test]
+fn light_is_where_a_lamp_is_seen_and_nowhere_else() {
+    let sheet = |thickness: f64| Solid::Cuboid([0.3, 1.0, -0.2], [0.9, thickness, 0.7]);
+    let post = Solid::Cuboid([-1.2, 0.8, 0.9], [0.1, 0.8, 0.1]);
+    let ball = Solid::Ball([-1.0, 0.7, -1.0], 0.4);
+    let sun = ([0.3, 1.0, 0.2], false);
+    let bulb = ([0.1, 3.0, -0.1], true);
+    for lamp in [sun, bulb] {
+        for thickness in [0.002, 0.02, 0.2] {
+            let solids = [sheet(thickness), post, ball];
+            for (form, size) in [("sized", 0.08), ("sized", 0.02)] {
+                let wrong = wrongly_lit(&solids, lamp, size, form);
+                assert!(
+                    wrong.is_empty(),
+                    "{form}, {thickness}, {lamp:?}: {wrong:#?}"
+                );
+            }
+        }
+    }
+}
+
+/// Nothing of a lamp in a closed case gets out of it, be it ever so thin.
+#[test]
+fn closed_cases_keep_their_light() {
+    for thickness in [0.002, 0.02, 0.1] {
+        for form in [
+            "hard",
+            "plain(0.05)",
+            "soft(0.05)",
+            "sized(0.08)",
+            "sized(0.02)",
+        ] {
+            let text = format!(
+                "camera {{ from: [2.5, 2, 3], look: [0, 0.4, 0], fov: 50deg }}\n\
+                 light {{ at: [0.02, 0.5, 0.03], intensity: 4, shadow: {form} }}\n\
+                 sky {{ top: #000000, horizon: #000000, ground: #000000, ambient: 0 }}\n\
+                 box(0.4, 0.3, 0.4).shell({thickness}).translate(0, 0.5, 0) | plane(Y) | plane(Z, at: -2)\n"
+            );
+            let frame = picture(&text, [96, 72]);
+            let bytes = frame.rgba8();
+            let lit = (0..72).flat_map(|y| (0..96).map(move |x| (x, y)));
+            let lit = lit
+                .filter(|&(x, y)| brightness(&frame, &bytes, x, y) > 3)
+                .count();
+            assert_eq!(lit, 0, "{form}, {thickness}");
+        }
+    }
+}
+
+/// A shadow depends on where a field changes its sign, however steep it is there or elsewhere.
+#[test]
+fn hard_shadows_of_steep_and_flat_fields_are_those_of_a_ball() {
+    let scene = |shape: &str| {
+        format!(
+            "camera {{ from: [2.6, 2.2, 3.6], look: [0, -0.1, 0], fov: 42deg }}\n\
+             light {{ dir: [-1, 2, 1.5], shadow: hard }}\n\
+             render {{ occlusion: off, far: 60 }}\n\
+             {shape} | plane(Y, at: -1.3)\n"
+        )
+    };
+    let ball = picture(&scene("sphere(1)"), [96, 72]).rgba8();
+    for body in [
+        "(length(p) - 1) * 0.000000000001",
+        "(length(p) - 1) * 1000000",
+        "pow(length(p), 20) - 1",
+        "(pow(length(p), 40) - 1) * 0.000000000000001",
+    ] {
+        let other = picture(
+            &scene(&format!("field(fn(p) => {body}, within: 3)")),
+            [96, 72],
+        )
+        .rgba8();
+        let worst = ball.iter().zip(&other).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(worst <= Some(1), "{body}: {worst:?}");
+    }
+}

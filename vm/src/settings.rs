@@ -278,7 +278,7 @@ pub enum Shadow<N = Setting> {
     Plain(N),
     /// A penumbra from the nearest point of the ray, estimated between steps (the improved form).
     Soft(N),
-    /// A penumbra that also darkens from inside the shape (the sized-light form).
+    /// A penumbra on both sides of the edge: of what is hidden from the centre, a part sees the rim.
     Sized(N),
 }
 

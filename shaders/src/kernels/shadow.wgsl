@@ -6,13 +6,13 @@
 @group(0) @binding(4) var<storage, read> normals: array<vec4f>;
 @group(0) @binding(6) var<storage, read_write> shadows: array<ShadowRay>;
 
-fn stride_of(light: Light, h: f32, t: f32, least: f32) -> f32 {
+fn stride_of(light: Light, h: f32, t: f32, least: f32, size: f32) -> f32 {
 #if short
-    if light.shadow == SHADOW_PLAIN || light.shadow == SHADOW_SIZED {
-        return shadow_short_stride(h, t, least, light.size);
+    if size > 0.0 && (light.shadow == SHADOW_PLAIN || light.shadow == SHADOW_SIZED) {
+        return shadow_short_stride(h, t, least, size);
     }
 #end
-    return shadow_stride(h, t, least, light.size);
+    return shadow_stride(h, t, least, size);
 }
 
 @compute @workgroup_size(64)
@@ -36,13 +36,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let p = along(camera.origin, camera.direction, seen.t);
     let normal = normals[item.index].xyz;
     let to_place = light.place - p * light.near;
-    let direction = unit(to_place);
+    let axis = unit(to_place);
     let half = half_pixel(seen.t, frame.footprint, frame.footprint_growth);
     let rounding = rounding_at(seen.t, frame.rounding);
     let above = lift(p, half, rounding);
     let start = along(p, normal, above);
     let reach = select(frame.far, min(frame.far, length3(to_place)), light.near > 0.0);
-    let bounds = crossing(start, direction, frame.bounds_min, frame.bounds_max, reach);
     let least = above * 0.25;
     let side = select(1.0, -1.0, (seen.status & FROM_INSIDE) != 0u);
     var ray: ShadowRay;
@@ -50,20 +49,39 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     ray.visibility = 1.0;
     ray.last = 1.0;
     ray.claim_t = NO_CLAIM;
+    ray.size = light.size;
+    ray.best = -1.0;
+    ray.cleared = least;
     if listed > 0u {
         ray = shadows[slot];
     } else if (seen.status & SHOWN) == 0u || light.shadow == SHADOW_NONE {
         ray.steps = DONE;
-    } else if cosine_between(normal, direction) <= 0.0 {
+    } else if cosine_between(normal, axis) <= 0.0 {
         ray.visibility = -1.0;
         ray.steps = DONE;
     }
+    var origin = start;
+    var direction = axis;
+    var leave = crossing(start, axis, frame.bounds_min, frame.bounds_max, reach).y;
+#if sized
+    var rim = shadow_rim(axis, ray.number);
+    if ray.number >= 1.0 {
+        direction = shadow_aim(axis, rim, ray.size);
+        let far = shadow_rim_reach(direction, axis, reach);
+        leave = crossing(start, direction, frame.bounds_min, frame.bounds_max, far).y;
+        if ray.size == 0.0 {
+            origin = along(start, axis, reach);
+            direction = rim;
+            leave = shadow_room(reach, light.size);
+        }
+    }
+#end
     let budget = evaluations_left();
     for (var n = 0u; n < budget; n++) {
         if ray.steps >= DONE { break; }
         let checking = ray.phase > 0.0;
-        let at = along(start, direction, select(ray.t, ray.claim_t, checking)) + ray.offset;
-        let limit = shadow_limit(ray.claim_t, light.size);
+        let at = along(origin, direction, select(ray.t, ray.claim_t, checking)) + ray.offset;
+        let limit = shadow_limit(ray.claim_t, ray.size);
         let place = claim_place(at, ray.offset, ray.phase, ray.value, ray.gradient, limit);
         let field = scene_distance(place) * side;
         ray.steps += 1u;
@@ -71,9 +89,16 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             ray.steps |= DONE;
             break;
         }
-        let depth = march_noise(rounding, 1.0, 0.0);
         let out_of_steps = ray.steps >= frame.shadow_steps;
-        let dark = select(0.0, -1.0, light.shadow == SHADOW_SIZED);
+        // Whether the present ray has ended: for lights with a size others may follow.
+        var ends = false;
+#if sized
+        let is_sized = light.shadow == SHADOW_SIZED;
+        let is_rim = ray.number >= 1.0;
+        let dark = select(0.0, select(HIDDEN, -1.0, is_rim), is_sized);
+#else
+        let dark = 0.0;
+#end
         if checking {
             let next = claim_offset(at, ray.offset, ray.value, ray.gradient, limit);
             let outcome = claim_outcome(at, ray.gradient, ray.round, ray.value, field, next, limit);
@@ -94,10 +119,21 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 var to = NO_CLAIM;
                 if outcome > 0.0 {
                     let way = claim_surface(ray.offset, next, ray.value, field);
+                    let before = ray.visibility;
                     ray.visibility = shadow_beside(
-                        ray.visibility, way, direction, ray.claim_t, light.size, ray.value, bounds.y
+                        before, way, direction, ray.claim_t, ray.size, ray.value, leave
                     );
-                    to = shadow_moved(way, direction, ray.claim_t, bounds.y, ray.value);
+#if sized
+                    if is_rim {
+                        ray.visibility = shadow_beside_rim(
+                            before, way, direction, axis, ray.claim_t, ray.size, leave
+                        );
+                    }
+#end
+                    to = shadow_moved(way, direction, ray.claim_t, leave, ray.value);
+                } else {
+                    // Where nothing is behind a claim, the next point may claim what is farther.
+                    ray.last = NO_LAST;
                 }
                 let moves = to > 0.0 && ray.again == 0.0 && ray.visibility > dark;
                 ray.again = select(0.0, 1.0, moves);
@@ -106,43 +142,157 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.round = 0.0;
                 ray.offset = vec3f(0.0);
                 ray.gradient = vec3f(0.0);
-                if !moves && (ray.ends > 0.0 || ray.visibility <= dark) { ray.steps |= DONE; }
+                ends = !moves && (ray.ends > 0.0 || ray.visibility <= dark);
             }
             if out_of_steps { ray.steps |= DONE; }
+            if !ends { continue; }
+        } else {
+            let t = ray.t;
+            let slope = shadow_slope(field, ray.before, ray.step);
+            let depth = march_noise(rounding, slope, frame.raw);
+            // The last point is the end of the ray itself, wherever the steps before it were.
+            let at_end = t >= leave || out_of_steps;
+            let shortest = least * shadow_hurry(f32(ray.steps) - ray.begun);
+            let back = shadow_passed(field, ray.before, ray.step, ray.fall, depth);
+            let is_inside = field < -depth;
+#if sized
+            let measures = ray.size == 0.0;
+            if measures && (is_inside || at_end) && !out_of_steps {
+                let room = select(t, t - ray.step, is_inside);
+                ray.size = min(shadow_fitting(room, reach), light.size);
+                if ray.size <= 0.0 {
+                    ray.steps |= DONE;
+                    break;
+                }
+                origin = start;
+                direction = shadow_aim(axis, rim, ray.size);
+                let far = shadow_rim_reach(direction, axis, reach);
+                leave = crossing(start, direction, frame.bounds_min, frame.bounds_max, far).y;
+                ray.begun = f32(ray.steps);
+                ray.t = abs(ray.cleared);
+                ray.before = 0.0;
+                ray.step = 0.0;
+                ray.fall = 0.0;
+                ray.visibility = 0.0;
+                ray.last = NO_LAST;
+                ray.ends = 0.0;
+                continue;
+            }
+            let goes_back = back > 0.0 && ray.number != INSIDE;
+#else
+            let goes_back = back > 0.0;
+#end
+            if goes_back && !out_of_steps {
+                ray.t += back - ray.step;
+                ray.step = back;
+                ray.fall = 0.0;
+                continue;
+            }
+            var step = stride_of(light, field, t, shortest, ray.size);
+#if sized
+            if is_sized && is_inside { step = shadow_inner_stride(t, shortest, ray.size); }
+#end
+            step = min(step, max(leave - t, 0.0));
+            ray.t += step;
+            ray.before = field;
+            ray.step = step;
+            ray.fall = slope;
+            if light.shadow == SHADOW_HARD {
+                ray.visibility = shadow_hard(ray.visibility, field, depth);
+                if at_end || ray.visibility <= 0.0 { ray.steps |= DONE; }
+                continue;
+            }
+            let seen_here = shadow_seen(field, t, ray.size);
+            var claimed = ray.visibility;
+#if sized
+            if is_sized {
+                if out_of_steps && ray.number > 0.0 {
+                    ray.steps |= DONE;
+                    break;
+                }
+                if measures { continue; }
+                if is_inside && !is_rim {
+                    ray.number = INSIDE;
+                    ray.claim_t = NO_CLAIM;
+                    if seen_here <= -1.0 {
+                        ray.steps |= DONE;
+                        break;
+                    }
+                    if !at_end { continue; }
+                }
+                ends = is_inside || ray.number == INSIDE;
+                if ends { ray.visibility = -1.0; }
+                if ray.number == 0.0 { ray.cleared = shadow_cleared(ray.cleared, field, t, ray.size); }
+                claimed = shadow_claimed(ray.visibility, ray.number);
+            } else if is_inside {
+                ray.visibility = 0.0;
+                ray.steps |= DONE;
+                break;
+            }
+#else
+            if is_inside {
+                ray.visibility = 0.0;
+                ray.steps |= DONE;
+                break;
+            }
+#end
+            if !ends {
+                // A claim is checked once the ray has passed the point where it is greatest.
+                let claims = shadow_claims(seen_here, ray.last, claimed) > 0.0;
+                ray.last = seen_here;
+                if claims {
+                    ray.claim_t = t;
+                    ray.value = field;
+                }
+                if (!claims || at_end) && ray.claim_t > 0.0 && !out_of_steps {
+                    ray.phase = 1.0;
+                    ray.round = 0.0;
+                    ray.gradient = vec3f(0.0);
+                    if at_end { ray.ends = 1.0; }
+                    continue;
+                }
+                if !at_end { continue; }
+            }
+        }
+        // The present ray has ended.
+#if sized
+        if is_sized && (ray.number > 0.0 || ray.visibility <= HIDDEN) {
+            if is_rim { ray.best = max(ray.best, ray.visibility); }
+            ray.number = floor(ray.number) + 1.0;
+            ray.claim_t = NO_CLAIM;
+            ray.ends = 0.0;
+            ray.last = NO_LAST;
+            ray.before = 0.0;
+            ray.step = 0.0;
+            ray.fall = 0.0;
+            ray.begun = f32(ray.steps & ~DONE);
+            ray.visibility = 0.0;
+            let is_hidden = ray.number > FIRST_RIM_RAYS && ray.best <= -1.0;
+            if is_hidden || ray.best >= 0.0 || ray.number > RIM_RAYS {
+                ray.steps |= DONE;
+                break;
+            }
+            rim = shadow_rim(axis, ray.number);
+            if light.near > 0.0 {
+                ray.size = 0.0;
+                ray.t = 0.0;
+                origin = along(start, axis, reach);
+                direction = rim;
+                leave = shadow_room(reach, light.size);
+            } else {
+                ray.t = abs(ray.cleared);
+                direction = shadow_aim(axis, rim, light.size);
+                let far = shadow_rim_reach(direction, axis, reach);
+                leave = crossing(start, direction, frame.bounds_min, frame.bounds_max, far).y;
+            }
             continue;
         }
-        let t = ray.t;
-        // The last point is the end of the ray itself, wherever the steps before it were.
-        let at_end = t >= bounds.y || out_of_steps;
-        let shortest = least * shadow_hurry(f32(ray.steps));
-        ray.t += min(stride_of(light, field, t, shortest), max(bounds.y - t, 0.0));
-        if light.shadow == SHADOW_HARD {
-            ray.visibility = shadow_hard(ray.visibility, field, depth);
-            if at_end || ray.visibility <= dark { ray.steps |= DONE; }
-            continue;
-        }
-        let seen_here = shadow_seen(field, t, light.size);
-        if select(field < -depth, seen_here <= dark, light.shadow == SHADOW_SIZED) {
-            ray.visibility = dark;
-            ray.steps |= DONE;
-            break;
-        }
-        // A claim is checked once the ray has passed the point where it is greatest.
-        let claims = shadow_claims(seen_here, ray.last, ray.visibility) > 0.0;
-        ray.last = seen_here;
-        if claims {
-            ray.claim_t = t;
-            ray.value = field;
-        }
-        if (!claims || at_end) && ray.claim_t > 0.0 && !out_of_steps {
-            ray.phase = 1.0;
-            ray.round = 0.0;
-            ray.gradient = vec3f(0.0);
-            if at_end { ray.ends = 1.0; }
-        } else if at_end {
-            ray.steps |= DONE;
-        }
+#end
+        ray.steps |= DONE;
     }
+#if sized
+    if ray.steps >= DONE && ray.number > 0.0 { ray.visibility = ray.best; }
+#end
     shadows[slot] = ray;
     if ray.steps < DONE { enqueue(slot); }
 }
