@@ -269,6 +269,28 @@ fn the_ellipsoid_is_as_far_as_it_is() {
     }
 }
 
+/// On the long axis of a prolate spheroid, where a ring of points is nearest, the depth is
+/// `b √(1 − x² / (a² − b²))` for the radii `a` and twice `b`.
+#[test]
+fn the_axis_of_a_spheroid_is_as_far_from_its_ring_as_it_is() {
+    let (a, b) = (1.0_f64, 0.5_f64);
+    for radii in [[a, b, b], [b, a, b], [b, b, a]] {
+        let case = Case::new(Op::Ellipsoid, &radii);
+        let long = radii.iter().position(|&r| r == a).expect("is one of them");
+        for share in [0.1, 0.5, 0.9] {
+            let x = share * (a * a - b * b) / a;
+            let mut p = [0.0; 3];
+            p[long] = x;
+            let depth = b * (1.0 - x * x / (a * a - b * b)).sqrt();
+            let found = case.at(p);
+            assert!(
+                (found + depth).abs() < 3e-4,
+                "{radii:?} at {x}: {found}, not {depth}"
+            );
+        }
+    }
+}
+
 /// In the middle the nearest points are across the smallest radius.
 #[test]
 fn the_middle_of_an_ellipsoid_is_as_deep_as_its_smallest_radius() {
