@@ -144,7 +144,7 @@ fn hidden_points(
     (hidden, count)
 }
 
-/// Linear light of a byte of a picture.
+/// Linear light of a byte of a picture. It stands here again on purpose: the check shares nothing with the renderer.
 fn linear(byte: u8) -> f64 {
     let v = f64::from(byte) / 255.0;
     if v <= 0.04045 {
