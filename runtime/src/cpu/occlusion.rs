@@ -102,14 +102,16 @@ impl<const MANY: bool, const CHECKED: bool> Walk for Look<'_, MANY, CHECKED> {
             points[2].0[i] = at.z;
         }
         if CHECKED && any(&b.phase) {
-            for i in (0..LANES).filter(|&i| b.phase.0[i] > 0.0) {
+            for i in 0..LANES {
                 let (phase, value, offset) = (b.phase.0[i], b.value.0[i], offset_of(b, i));
-                let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]) + offset;
+                let tap = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
                 let limit = occlusion::limit(self.height(b, i));
-                let p = claim::place::<f32>(at, offset, phase, value, gradient_of(b, i), limit);
-                points[0].0[i] = p.x;
-                points[1].0[i] = p.y;
-                points[2].0[i] = p.z;
+                let gradient = gradient_of(b, i);
+                let p = claim::place::<f32>(tap + offset, offset, phase, value, gradient, limit);
+                let checking = phase > 0.0;
+                points[0].0[i] = if checking { p.x } else { tap.x };
+                points[1].0[i] = if checking { p.y } else { tap.y };
+                points[2].0[i] = if checking { p.z } else { tap.z };
             }
         }
     }
@@ -124,16 +126,9 @@ impl<const MANY: bool, const CHECKED: bool> Walk for Look<'_, MANY, CHECKED> {
         }
         let mut checking = [false; LANES];
         if CHECKED && any(&b.phase) {
-            for (i, checking) in checking.iter_mut().enumerate() {
-                let field = fields.0[i];
-                if (b.phase.0[i] == 0.0) | is_nan(field) {
-                    continue;
-                }
+            for i in 0..LANES {
                 let limit = occlusion::limit(self.height(b, i));
-                match check(b, i, field, self.tap(b, i), limit) {
-                    Some(distance) => fields.0[i] = distance,
-                    None => *checking = true,
-                }
+                (checking[i], fields.0[i]) = check(b, i, fields.0[i], self.tap(b, i), limit);
             }
         }
         for (i, ended) in ended.iter_mut().enumerate() {
@@ -188,47 +183,47 @@ fn gradient_of(b: &OcclusionLanes, i: usize) -> V3<f32> {
     V3::of(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
 }
 
-#[inline(always)]
-fn set_gradient(b: &mut OcclusionLanes, i: usize, gradient: V3<f32>) {
-    b.gradient_x.0[i] = gradient.x;
-    b.gradient_y.0[i] = gradient.y;
-    b.gradient_z.0[i] = gradient.z;
-}
-
 /// The way from the tap in a lane to the place of the claim's round.
 #[inline(always)]
 fn offset_of(b: &OcclusionLanes, i: usize) -> V3<f32> {
     V3::of(b.offset_x.0[i], b.offset_y.0[i], b.offset_z.0[i])
 }
 
-/// Takes an evaluation for the check of a claim into account; the phases are those of [`claim`]. Gives the distance of
-/// a surface, once that is known.
-fn check(b: &mut OcclusionLanes, i: usize, field: f32, tap: V3<f32>, limit: f32) -> Option<f32> {
+/// Takes an evaluation for the check of a claim into account; the phases are those of [`claim`]. Reports whether the
+/// check goes on, and gives the distance of a surface once it is known. A lane that checks nothing, or whose `field`
+/// is not a number, keeps that.
+#[inline(always)]
+fn check(b: &mut OcclusionLanes, i: usize, field: f32, tap: V3<f32>, limit: f32) -> (bool, f32) {
     let (phase, value) = (b.phase.0[i], b.value.0[i]);
     let (gradient, offset) = (gradient_of(b, i), offset_of(b, i));
     let at = tap + offset;
-    if phase < 3.5 {
-        let apart = claim::apart::<f32>(value, at, limit);
-        let gradient = claim::gradient::<f32>(gradient, phase, field - value, apart);
-        set_gradient(b, i, gradient);
-        b.phase.0[i] = phase + 1.0;
-        return None;
-    }
+    let checks = (phase > 0.0) & !is_nan(field);
+    let measures = checks & (phase < 3.5);
+    let apart = claim::apart::<f32>(value, at, limit);
+    let measured = claim::gradient::<f32>(gradient, phase, field - value, apart);
     let next = claim::offset::<f32>(at, offset, value, gradient, limit);
     let outcome = claim::outcome::<f32>(at, gradient, b.round.0[i], value, field, next, limit);
-    if outcome == 0.0 {
-        b.offset_x.0[i] = next.x;
-        b.offset_y.0[i] = next.y;
-        b.offset_z.0[i] = next.z;
-        set_gradient(b, i, V3::splat(0.0));
-        b.value.0[i] = field;
-        b.round.0[i] += 1.0;
-        b.phase.0[i] = 1.0;
-        return None;
-    }
-    Some(if outcome > 0.0 {
-        claim::surface::<f32>(offset, next, value, field).length()
+    let repeats = checks & !measures & (outcome == 0.0);
+    let way = claim::surface::<f32>(offset, next, value, field);
+    let distance = if outcome > 0.0 {
+        way.length()
     } else {
         claim::NOTHING
-    })
+    };
+    let either = |measured: f32, repeated: f32, old: f32| {
+        let old = if repeats { repeated } else { old };
+        if measures { measured } else { old }
+    };
+    b.gradient_x.0[i] = either(measured.x, 0.0, gradient.x);
+    b.gradient_y.0[i] = either(measured.y, 0.0, gradient.y);
+    b.gradient_z.0[i] = either(measured.z, 0.0, gradient.z);
+    b.phase.0[i] = either(phase + 1.0, 1.0, phase);
+    b.offset_x.0[i] = if repeats { next.x } else { offset.x };
+    b.offset_y.0[i] = if repeats { next.y } else { offset.y };
+    b.offset_z.0[i] = if repeats { next.z } else { offset.z };
+    b.value.0[i] = if repeats { field } else { value };
+    b.round.0[i] += if repeats { 1.0 } else { 0.0 };
+    let goes_on = measures | repeats;
+    let known = checks & !goes_on;
+    (goes_on, if known { distance } else { field })
 }

@@ -1,5 +1,8 @@
 //! The stage `shadow`: what lies between surfaces and a light.
 
+mod check;
+mod sized;
+
 use super::lanes::{Walk, any, is_nan, lanes, stream};
 use super::march::vector;
 use super::tile::Tile;
@@ -105,15 +108,6 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         b.direction_y.0[lane] = direction.y;
         b.direction_z.0[lane] = direction.z;
         b.leave.0[lane] = bounds.y;
-        b.axis_x.0[lane] = direction.x;
-        b.axis_y.0[lane] = direction.y;
-        b.axis_z.0[lane] = direction.z;
-        b.reach.0[lane] = reach;
-        b.size.0[lane] = self.light.size;
-        b.number.0[lane] = 0.0;
-        b.best.0[lane] = -1.0;
-        b.cleared.0[lane] = above * 0.25;
-        b.begun.0[lane] = 0.0;
         b.before.0[lane] = 0.0;
         b.step.0[lane] = 0.0;
         b.fall.0[lane] = 0.0;
@@ -123,12 +117,23 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         b.least.0[lane] = above * 0.25;
         b.side.0[lane] = side;
         b.rounding.0[lane] = rounding;
-        b.phase.0[lane] = 0.0;
-        b.value.0[lane] = 0.0;
-        b.last.0[lane] = 1.0;
-        b.claim_t.0[lane] = shadow::NO_CLAIM;
-        b.ends.0[lane] = 0.0;
-        b.again.0[lane] = 0.0;
+        if soft(FORM) {
+            b.phase.0[lane] = 0.0;
+            b.last.0[lane] = 1.0;
+            b.claim_t.0[lane] = shadow::NO_CLAIM;
+            b.again.0[lane] = 0.0;
+        }
+        if FORM == SIZED {
+            b.axis_x.0[lane] = direction.x;
+            b.axis_y.0[lane] = direction.y;
+            b.axis_z.0[lane] = direction.z;
+            b.reach.0[lane] = reach;
+            b.size.0[lane] = self.light.size;
+            b.number.0[lane] = 0.0;
+            b.best.0[lane] = -1.0;
+            b.cleared.0[lane] = above * 0.25;
+            b.begun.0[lane] = 0.0;
+        }
         true
     }
 
@@ -145,23 +150,27 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
             points[2].0[i] = p.z;
         }
         if FORM == SIZED && any(&b.number) {
-            for i in (0..LANES).filter(|&i| b.size.0[i] == 0.0) {
+            for i in 0..LANES {
                 let centre = axis_of(b, i) * b.reach.0[i];
-                points[0].0[i] += centre.x;
-                points[1].0[i] += centre.y;
-                points[2].0[i] += centre.z;
+                let measures = b.size.0[i] == 0.0;
+                let add = |to: f32, more: f32| if measures { to + more } else { to };
+                points[0].0[i] = add(points[0].0[i], centre.x);
+                points[1].0[i] = add(points[1].0[i], centre.y);
+                points[2].0[i] = add(points[2].0[i], centre.z);
             }
         }
         if soft(FORM) && any(&b.phase) {
-            for i in (0..LANES).filter(|&i| b.phase.0[i] > 0.0) {
+            for i in 0..LANES {
                 let (phase, value) = (b.phase.0[i], b.value.0[i]);
                 let offset = offset_of(b, i);
-                let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]) + offset;
+                let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
                 let limit = shadow::limit(b.claim_t.0[i], size_of::<FORM>(b, i, self.light.size));
-                let p = claim::place::<f32>(at, offset, phase, value, gradient_of(b, i), limit);
-                points[0].0[i] = p.x;
-                points[1].0[i] = p.y;
-                points[2].0[i] = p.z;
+                let gradient = gradient_of(b, i);
+                let p = claim::place::<f32>(at + offset, offset, phase, value, gradient, limit);
+                let checking = phase > 0.0;
+                points[0].0[i] = if checking { p.x } else { at.x };
+                points[1].0[i] = if checking { p.y } else { at.y };
+                points[2].0[i] = if checking { p.z } else { at.z };
             }
         }
     }
@@ -182,19 +191,34 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         if any_checking {
             checking = std::array::from_fn(|i| b.phase.0[i] > 0.0);
         }
+        let mut ends = sized::Ends::default();
         for (i, ended) in ended.iter_mut().enumerate() {
             b.steps.0[i] += 1.0;
             let field = values.0[i] * b.side.0[i];
-            *ended = match FORM {
-                SIZED => !checking[i] && shared.step_sized(b, i, field),
-                _ => shared.step(b, i, field, checking[i]),
-            };
+            if FORM == SIZED {
+                let over;
+                (over, ends.kind.0[i], ends.amount.0[i]) =
+                    shared.step_sized(b, i, field, checking[i]);
+                *ended = over;
+            } else {
+                *ended = shared.step(b, i, field, checking[i]);
+            }
         }
         if any_checking {
-            for i in (0..LANES).filter(|&i| checking[i]) {
+            for i in 0..LANES {
                 let field = values.0[i] * b.side.0[i];
-                ended[i] = shared.check(b, i, field) | is_nan(field);
+                let (gives_up, done) = shared.check(b, i, field, checking[i]);
+                let over = gives_up | is_nan(field) | (done & (FORM != SIZED));
+                ended[i] = if checking[i] { over } else { ended[i] };
+                if FORM == SIZED {
+                    let (kind, amount) = (ends.kind.0[i], ends.amount.0[i]);
+                    ends.kind.0[i] = if done { sized::ARRIVES } else { kind };
+                    ends.amount.0[i] = if done { b.visibility.0[i] } else { amount };
+                }
             }
+        }
+        if FORM == SIZED {
+            shared.go_on(b, &ends, ended);
         }
     }
 
@@ -257,20 +281,6 @@ fn set_direction(b: &mut ShadowLanes, i: usize, direction: V3<f32>) {
     b.direction_x.0[i] = direction.x;
     b.direction_y.0[i] = direction.y;
     b.direction_z.0[i] = direction.z;
-}
-
-#[inline(always)]
-fn set_offset(b: &mut ShadowLanes, i: usize, offset: V3<f32>) {
-    b.offset_x.0[i] = offset.x;
-    b.offset_y.0[i] = offset.y;
-    b.offset_z.0[i] = offset.z;
-}
-
-#[inline(always)]
-fn set_gradient(b: &mut ShadowLanes, i: usize, gradient: V3<f32>) {
-    b.gradient_x.0[i] = gradient.x;
-    b.gradient_y.0[i] = gradient.y;
-    b.gradient_z.0[i] = gradient.z;
 }
 
 /// The common part of all rays towards a light.
@@ -357,228 +367,9 @@ impl<const FORM: u32> Shared<FORM> {
         b.gradient_y.0[i] = zeroed(b.gradient_y.0[i]);
         b.gradient_z.0[i] = zeroed(b.gradient_z.0[i]);
         // What comes to its end with a claim ends after the check of it.
-        b.ends.0[i] = if begins & at_end { 1.0 } else { b.ends.0[i] };
+        let ends = if at_end { 1.0 } else { 0.0 };
+        b.ends.0[i] = if begins { ends } else { b.ends.0[i] };
         b.visibility.0[i] = if is_inside & !checking { 0.0 } else { v };
         is_inside | (at_end & !begins) | nan
-    }
-
-    /// Takes the evaluation of a point on a ray towards a light with a size into account; reports whether the last of
-    /// its rays has ended.
-    #[inline(always)]
-    fn step_sized(self, b: &mut ShadowLanes, i: usize, h: f32) -> bool {
-        let (t, number, size) = (b.t.0[i], b.number.0[i], b.size.0[i]);
-        let out_of_steps = b.steps.0[i] >= self.most_steps;
-        if is_nan(h) | (out_of_steps & (number > 0.0)) {
-            return true;
-        }
-        let slope = shadow::slope(h, b.before.0[i], b.step.0[i]);
-        let noise = marching::noise(b.rounding.0[i], slope, self.raw);
-        let shortest = b.least.0[i] * shadow::hurry(b.steps.0[i] - b.begun.0[i]);
-        let is_inside = h < -noise;
-        let measures = size == 0.0;
-        let next = if is_inside {
-            shadow::inner_stride(t, shortest, size)
-        } else if measures {
-            shadow::stride(h, t, shortest, size)
-        } else {
-            shadow::short_stride(h, t, shortest, size)
-        };
-        let left = if b.leave.0[i] > t {
-            b.leave.0[i] - t
-        } else {
-            0.0
-        };
-        let next = if next < left { next } else { left };
-        let at_end = (t >= b.leave.0[i]) | out_of_steps;
-        if measures & (is_inside | at_end) {
-            let room = if is_inside { t - b.step.0[i] } else { t };
-            let fitting = shadow::fitting(room, b.reach.0[i]);
-            return fitting <= 0.0 || self.begin_rim(b, i, fitting.min(self.size));
-        }
-        let back = shadow::passed(h, b.before.0[i], b.step.0[i], b.fall.0[i], noise);
-        if (back > 0.0) & (number != shadow::INSIDE) & !out_of_steps {
-            b.t.0[i] = t + back - b.step.0[i];
-            b.step.0[i] = back;
-            b.fall.0[i] = 0.0;
-            return false;
-        }
-        b.t.0[i] = t + next;
-        b.before.0[i] = h;
-        b.step.0[i] = next;
-        b.fall.0[i] = slope;
-        if measures {
-            return false;
-        }
-        let seen = shadow::seen(h, t, size);
-        if is_inside & (number < 1.0) {
-            b.number.0[i] = shadow::INSIDE;
-            b.claim_t.0[i] = shadow::NO_CLAIM;
-            if (seen <= -1.0) | !at_end {
-                return seen <= -1.0;
-            }
-        }
-        if is_inside | (number == shadow::INSIDE) {
-            return self.end_ray(b, i, -1.0);
-        }
-        if number == 0.0 {
-            b.cleared.0[i] = shadow::cleared(b.cleared.0[i], h, t, size);
-        }
-        let claimed = shadow::claimed(b.visibility.0[i], number);
-        let claims = shadow::claims(seen, b.last.0[i], claimed) > 0.0;
-        b.last.0[i] = seen;
-        if claims {
-            b.claim_t.0[i] = t;
-            b.value.0[i] = h;
-        }
-        if (!claims | at_end) & (b.claim_t.0[i] > 0.0) & !out_of_steps {
-            b.phase.0[i] = 1.0;
-            b.round.0[i] = 0.0;
-            set_offset(b, i, V3::splat(0.0));
-            set_gradient(b, i, V3::splat(0.0));
-            b.ends.0[i] = if at_end { 1.0 } else { 0.0 };
-            return false;
-        }
-        at_end && self.end_ray(b, i, b.visibility.0[i])
-    }
-
-    /// Ends a ray towards a light with a size: `visibility` is what this ray sees of it. Where the centre is hidden,
-    /// rays to the rim follow. Reports whether that was the last one.
-    fn end_ray(self, b: &mut ShadowLanes, i: usize, visibility: f32) -> bool {
-        let number = b.number.0[i];
-        if number == 0.0 && visibility > shadow::HIDDEN {
-            return true;
-        }
-        let best = if number < 1.0 {
-            -1.0
-        } else {
-            b.best.0[i].max(visibility)
-        };
-        let next = number.floor() + 1.0;
-        b.number.0[i] = next;
-        b.best.0[i] = best;
-        let is_hidden = next > shadow::FIRST_RIM_RAYS && best <= -1.0;
-        if is_hidden || best >= 0.0 || next > shadow::RIM_RAYS {
-            return true;
-        }
-        let rim = shadow::rim::<f32>(axis_of(b, i), next);
-        set_direction(b, i, rim);
-        if self.near == 0.0 {
-            return self.begin_rim(b, i, self.size);
-        }
-        b.size.0[i] = 0.0;
-        b.t.0[i] = 0.0;
-        b.leave.0[i] = shadow::room(b.reach.0[i], self.size);
-        b.begun.0[i] = b.steps.0[i];
-        b.before.0[i] = 0.0;
-        b.step.0[i] = 0.0;
-        b.fall.0[i] = 0.0;
-        b.claim_t.0[i] = shadow::NO_CLAIM;
-        false
-    }
-
-    /// Begins a ray to the rim of a light, which has the `size` on that side. The lane's direction leads there from
-    /// the light's centre. It has not ended.
-    fn begin_rim(self, b: &mut ShadowLanes, i: usize, size: f32) -> bool {
-        let axis = axis_of(b, i);
-        let direction = shadow::aim::<f32>(axis, direction_of(b, i), size);
-        let reach = shadow::rim_reach::<f32>(direction, axis, b.reach.0[i]);
-        let start = V3::of(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
-        let bounds = camera::crossing::<f32>(start, direction, self.low, self.high, reach);
-        set_direction(b, i, direction);
-        b.size.0[i] = size;
-        b.leave.0[i] = bounds.y;
-        b.begun.0[i] = b.steps.0[i];
-        b.t.0[i] = b.cleared.0[i].abs();
-        b.before.0[i] = 0.0;
-        b.step.0[i] = 0.0;
-        b.fall.0[i] = 0.0;
-        b.visibility.0[i] = 0.0;
-        b.last.0[i] = shadow::NO_LAST;
-        b.claim_t.0[i] = shadow::NO_CLAIM;
-        b.ends.0[i] = 0.0;
-        false
-    }
-
-    /// Takes an evaluation for the check of a claim into account; tells whether the ray has ended. The phases
-    /// are those of [`claim`].
-    #[inline(always)]
-    fn check(self, b: &mut ShadowLanes, i: usize, field: f32) -> bool {
-        let (phase, value) = (b.phase.0[i], b.value.0[i]);
-        let out_of_steps = b.steps.0[i] >= self.most_steps;
-        let at = place_of(b, i);
-        let gradient = gradient_of(b, i);
-        let limit = shadow::limit(b.claim_t.0[i], size_of::<FORM>(b, i, self.size));
-        if phase < 0.75 {
-            b.value.0[i] = field;
-            b.phase.0[i] = 1.0;
-            return out_of_steps;
-        }
-        if phase < 3.5 {
-            let apart = claim::apart::<f32>(value, at, limit);
-            let gradient = claim::gradient::<f32>(gradient, phase, field - value, apart);
-            set_gradient(b, i, gradient);
-            b.phase.0[i] = phase + 1.0;
-            return out_of_steps;
-        }
-        let offset = offset_of(b, i);
-        let next = claim::offset::<f32>(at, offset, value, gradient, limit);
-        let outcome = claim::outcome::<f32>(at, gradient, b.round.0[i], value, field, next, limit);
-        if outcome == 0.0 {
-            set_offset(b, i, next);
-            set_gradient(b, i, V3::splat(0.0));
-            b.value.0[i] = field;
-            b.round.0[i] += 1.0;
-            b.phase.0[i] = 1.0;
-            return out_of_steps;
-        }
-        if outcome > 0.0 {
-            let way = claim::surface::<f32>(offset, next, value, field);
-            let (t, v) = (b.claim_t.0[i], b.visibility.0[i]);
-            let size = size_of::<FORM>(b, i, self.size);
-            let (direction, leave) = (direction_of(b, i), b.leave.0[i]);
-            b.visibility.0[i] = if FORM == SIZED && b.number.0[i] > 0.0 {
-                let axis = axis_of(b, i);
-                shadow::beside_rim::<f32>(v, way, direction, axis, t, size, leave)
-            } else {
-                shadow::beside::<f32>(v, way, direction, t, size, value, leave)
-            };
-            let to = shadow::moved::<f32>(way, direction, t, leave, value);
-            let moves = (to > 0.0) & (b.again.0[i] == 0.0) & !self.is_dark(b, i);
-            if moves {
-                b.again.0[i] = 1.0;
-                b.claim_t.0[i] = to;
-                b.phase.0[i] = claim::MOVED;
-                b.round.0[i] = 0.0;
-                set_offset(b, i, V3::splat(0.0));
-                set_gradient(b, i, V3::splat(0.0));
-                return out_of_steps;
-            }
-        }
-        // Where nothing is behind a claim, the next point may claim what is farther.
-        b.last.0[i] = if outcome > 0.0 {
-            b.last.0[i]
-        } else {
-            shadow::NO_LAST
-        };
-        b.phase.0[i] = 0.0;
-        b.again.0[i] = 0.0;
-        b.claim_t.0[i] = shadow::NO_CLAIM;
-        if FORM == SIZED {
-            let ends = (b.ends.0[i] > 0.0) | self.is_dark(b, i) | out_of_steps;
-            return ends && self.end_ray(b, i, b.visibility.0[i]);
-        }
-        out_of_steps | (b.ends.0[i] > 0.0) | self.is_dark(b, i)
-    }
-
-    /// Reports whether no more of the light is seen by the present ray. That to the centre of a light with a size is
-    /// followed by others.
-    #[inline(always)]
-    fn is_dark(self, b: &ShadowLanes, i: usize) -> bool {
-        let dark = match FORM {
-            SIZED if b.number.0[i] == 0.0 => shadow::HIDDEN,
-            SIZED => -1.0,
-            _ => 0.0,
-        };
-        b.visibility.0[i] <= dark
     }
 }

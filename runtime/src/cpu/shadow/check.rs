@@ -1,0 +1,99 @@
+//! The check of what a shadow ray's point claims: a surface beside the ray, by the phases of [`claim`].
+
+use super::{
+    SIZED, ShadowLanes, Shared, axis_of, direction_of, gradient_of, offset_of, place_of, size_of,
+};
+use sdfc_shaders::{claim, shadow};
+use sdfc_vm::real::Vector3;
+use sdfc_vm::vector::V3;
+
+impl<const FORM: u32> Shared<FORM> {
+    /// Takes an evaluation for the check of a claim into account, but for lanes that check none. Reports whether the
+    /// ray gives up, out of steps, and whether it is done after the check.
+    #[inline(always)]
+    pub(super) fn check(
+        self,
+        b: &mut ShadowLanes,
+        i: usize,
+        field: f32,
+        checking: bool,
+    ) -> (bool, bool) {
+        let (phase, value) = (b.phase.0[i], b.value.0[i]);
+        let out_of_steps = b.steps.0[i] >= self.most_steps;
+        let size = size_of::<FORM>(b, i, self.size);
+        let (at, offset, gradient) = (place_of(b, i), offset_of(b, i), gradient_of(b, i));
+        let limit = shadow::limit(b.claim_t.0[i], size);
+        let starts = checking & (phase < 0.75);
+        let measures = checking & !starts & (phase < 3.5);
+        let looks = checking & !starts & !measures;
+
+        let apart = claim::apart::<f32>(value, at, limit);
+        let measured = claim::gradient::<f32>(gradient, phase, field - value, apart);
+        let next = claim::offset::<f32>(at, offset, value, gradient, limit);
+        let outcome = claim::outcome::<f32>(at, gradient, b.round.0[i], value, field, next, limit);
+        let repeats = looks & (outcome == 0.0);
+        let finds = looks & (outcome > 0.0);
+
+        let way = claim::surface::<f32>(offset, next, value, field);
+        let (t, v) = (b.claim_t.0[i], b.visibility.0[i]);
+        let (direction, leave) = (direction_of(b, i), b.leave.0[i]);
+        let visible = shadow::beside::<f32>(v, way, direction, t, size, value, leave);
+        let visible = if FORM == SIZED {
+            let axis = axis_of(b, i);
+            let by_rim = shadow::beside_rim::<f32>(v, way, direction, axis, t, size, leave);
+            if b.number.0[i] > 0.0 { by_rim } else { visible }
+        } else {
+            visible
+        };
+        b.visibility.0[i] = if finds { visible } else { v };
+        let to = shadow::moved::<f32>(way, direction, t, leave, value);
+        let is_dark = self.is_dark(b, i);
+        let moves = finds & (to > 0.0) & (b.again.0[i] == 0.0) & !is_dark;
+        let finished = looks & !repeats & !moves;
+
+        b.value.0[i] = if starts | repeats { field } else { value };
+        let zeroed = if repeats | moves {
+            V3::splat(0.0)
+        } else {
+            gradient
+        };
+        b.gradient_x.0[i] = if measures { measured.x } else { zeroed.x };
+        b.gradient_y.0[i] = if measures { measured.y } else { zeroed.y };
+        b.gradient_z.0[i] = if measures { measured.z } else { zeroed.z };
+        let zeroed = if moves { V3::splat(0.0) } else { offset };
+        b.offset_x.0[i] = if repeats { next.x } else { zeroed.x };
+        b.offset_y.0[i] = if repeats { next.y } else { zeroed.y };
+        b.offset_z.0[i] = if repeats { next.z } else { zeroed.z };
+        let ahead = if measures { phase + 1.0 } else { phase };
+        let ahead = if starts | repeats { 1.0 } else { ahead };
+        let ahead = if moves { claim::MOVED } else { ahead };
+        b.phase.0[i] = if finished { 0.0 } else { ahead };
+        let round = b.round.0[i] + if repeats { 1.0 } else { 0.0 };
+        b.round.0[i] = if moves { 0.0 } else { round };
+        let again = if finished { 0.0 } else { b.again.0[i] };
+        b.again.0[i] = if moves { 1.0 } else { again };
+        let kept = if finished { shadow::NO_CLAIM } else { t };
+        b.claim_t.0[i] = if moves { to } else { kept };
+        // Where nothing is behind a claim, the next point may claim what is farther.
+        let forgets = finished & !finds;
+        b.last.0[i] = if forgets {
+            shadow::NO_LAST
+        } else {
+            b.last.0[i]
+        };
+        let done = finished & ((b.ends.0[i] > 0.0) | is_dark | out_of_steps);
+        (checking & !finished & out_of_steps, done)
+    }
+
+    /// Reports whether no more of the light is seen by the present ray. That to the centre of a light with a size is
+    /// followed by others.
+    #[inline(always)]
+    fn is_dark(self, b: &ShadowLanes, i: usize) -> bool {
+        let dark = match FORM {
+            SIZED if b.number.0[i] == 0.0 => shadow::HIDDEN,
+            SIZED => -1.0,
+            _ => 0.0,
+        };
+        b.visibility.0[i] <= dark
+    }
+}
