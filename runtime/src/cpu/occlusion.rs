@@ -126,9 +126,9 @@ impl<const MANY: bool, const CHECKED: bool> Walk for Look<'_, MANY, CHECKED> {
         }
         let mut checking = [false; LANES];
         if CHECKED && any(&b.phase) {
-            for i in 0..LANES {
+            for (i, checking) in checking.iter_mut().enumerate() {
                 let limit = occlusion::limit(self.height(b, i));
-                (checking[i], fields.0[i]) = check(b, i, fields.0[i], self.tap(b, i), limit);
+                (*checking, fields.0[i]) = check(b, i, fields.0[i], self.tap(b, i), limit);
             }
         }
         for (i, ended) in ended.iter_mut().enumerate() {
