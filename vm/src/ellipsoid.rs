@@ -13,6 +13,7 @@
 //! differ more it may be far short near a rim, by 97 % of the distance at 1,000 to 1.
 
 use crate::interval::{End, IntervalOf};
+use crate::lanes::{Column, Points, each_lane};
 use crate::real::{Real, Vector3, lit};
 use crate::vector::V3;
 
@@ -54,6 +55,40 @@ pub fn ellipsoid<R: Real>(p: R::Vec3, r: R::Vec3) -> (R, R::Vec3) {
     (q.dot(normal) - (r * normal).length(), gradient)
 }
 
+/// The distance in the first `count` lanes. All lanes take a step before any takes the next one: a step waits for
+/// the one before, so several at once take no longer than one. The values are those of [`ellipsoid`].
+#[inline(always)]
+pub(crate) fn in_lanes(p: &Points, r: V3<f32>, count: usize, out: &mut Column) {
+    let r = lengths::<f32>(r);
+    let at = |lane: usize| V3::of(p[0].0[lane], p[1].0[lane], p[2].0[lane]).abs();
+    let ellipsoid = Unit::<f32>::of(V3::splat(0.0), r);
+    let mut places = Points::default();
+    let [mut low, mut high, mut t] = [Column::default(); 3];
+    each_lane!(count, lane => {
+        let unit = Unit::<f32>::of(at(lane), r);
+        let search = unit.search();
+        places[0].0[lane] = unit.q.x;
+        places[1].0[lane] = unit.q.y;
+        places[2].0[lane] = unit.q.z;
+        low.0[lane] = search.low;
+        high.0[lane] = search.high;
+        t.0[lane] = search.start;
+    });
+    for _ in 0..STEPS {
+        each_lane!(count, lane => {
+            let q = V3::of(places[0].0[lane], places[1].0[lane], places[2].0[lane]);
+            let a = ellipsoid.r * q;
+            let range = [low.0[lane], high.0[lane]];
+            t.0[lane] = ellipsoid.step(a, range, t.0[lane]);
+        });
+    }
+    each_lane!(count, lane => {
+        let q = V3::of(places[0].0[lane], places[1].0[lane], places[2].0[lane]);
+        let normal = Unit { q, ..ellipsoid }.normal(t.0[lane]);
+        out.0[lane] = at(lane).dot(normal) - (r * normal).length();
+    });
+}
+
 /// Radii, none of them zero.
 #[inline(always)]
 fn lengths<R: Real>(r: R::Vec3) -> R::Vec3 {
@@ -72,11 +107,21 @@ fn least<R: Real>(r: R::Vec3) -> R {
 }
 
 /// A point with positive coordinates and an ellipsoid, in units of the largest radius.
+#[derive(Clone, Copy)]
 struct Unit<R: Real> {
     q: R::Vec3,
     r: R::Vec3,
     squares: R::Vec3,
     smallest: R,
+}
+
+/// The least and the most that `t` can be, and where its search starts.
+struct Search<R: Real> {
+    /// The radii times the point.
+    a: R::Vec3,
+    low: R,
+    high: R,
+    start: R,
 }
 
 impl<R: Real> Unit<R> {
@@ -105,9 +150,9 @@ impl<R: Real> Unit<R> {
         (others * (lit::<R>(1.0) / (m.x() * others.x()))).named("shares")
     }
 
-    /// The `t` of the nearest point.
+    /// Where the `t` of the nearest point is sought.
     #[inline(always)]
-    fn multiplier(&self) -> R {
+    fn search(&self) -> Search<R> {
         let (zero, one) = (lit::<R>(0.0), lit::<R>(1.0));
         let least = self.smallest * self.smallest;
         let a = (self.r * self.q).named("a");
@@ -117,23 +162,43 @@ impl<R: Real> Unit<R> {
         let low = low.max(least * lit(LEAST_SHARE - 1.0)).named("low");
         let high = (length - least).max(low).named("high");
         // At the surface itself it is zero. The largest square is one.
-        let mut t = zero.max(length - one).max(low).min(high).named("t");
+        let start = zero.max(length - one).max(low).min(high).named("t");
+        Search {
+            a,
+            low,
+            high,
+            start,
+        }
+    }
+
+    /// The next `t` by one of Halley's steps; `a` is the radii times the point.
+    #[inline(always)]
+    fn step(&self, a: R::Vec3, [low, high]: [R; 2], t: R) -> R {
+        let one = lit::<R>(1.0);
+        let shares = self.shares(t);
+        let u = (a * shares).named("u");
+        let w = (u * u).named("w");
+        let norm = sum::<R>(w).named("norm");
+        let steep = (w * shares).named("steep");
+        let slope = sum::<R>(steep).named("slope");
+        let bend = sum::<R>(steep * shares);
+        let excess = (norm.sqrt() - one).named("excess");
+        let square = (slope * slope).named("square");
+        let [short, long] = STEP_RANGE;
+        let divisor = (square + excess * lit(1.5) * (square - norm * bend))
+            .max(square * lit(1.0 / long))
+            .min(square * lit(1.0 / short));
+        let step = norm * slope * excess / divisor.max(lit(LEAST));
+        (t + step).max(low).min(high).named("t")
+    }
+
+    /// The `t` of the nearest point.
+    #[inline(always)]
+    fn multiplier(&self) -> R {
+        let search = self.search();
+        let mut t = search.start;
         for _ in 0..STEPS {
-            let shares = self.shares(t);
-            let u = (a * shares).named("u");
-            let w = (u * u).named("w");
-            let norm = sum::<R>(w).named("norm");
-            let steep = (w * shares).named("steep");
-            let slope = sum::<R>(steep).named("slope");
-            let bend = sum::<R>(steep * shares);
-            let excess = (norm.sqrt() - one).named("excess");
-            let square = (slope * slope).named("square");
-            let [short, long] = STEP_RANGE;
-            let divisor = (square + excess * lit(1.5) * (square - norm * bend))
-                .max(square * lit(1.0 / long))
-                .min(square * lit(1.0 / short));
-            let step = norm * slope * excess / divisor.max(lit(LEAST));
-            t = (t + step).max(low).min(high).named("t");
+            t = self.step(search.a, [search.low, search.high], t);
         }
         t
     }

@@ -7,6 +7,7 @@
 
 use crate::apply::{Applied, Apply, Parameters, read_parameter};
 use crate::dual::{Dual, DualVec3};
+use crate::ellipsoid;
 use crate::evaluate;
 use crate::interval::FloatInterval;
 use crate::kernel::Kernel;
@@ -26,12 +27,17 @@ pub const CHUNK: usize = 16;
 /// without a remainder or a bounds check.
 macro_rules! each_lane {
     ($count:ident, $lane:ident => $body:block) => {
-        let lanes = $count.div_ceil(CHUNK).min(LANES / CHUNK) * CHUNK;
+        let lanes = $count
+            .div_ceil($crate::lanes::CHUNK)
+            .min($crate::lanes::LANES / $crate::lanes::CHUNK)
+            * $crate::lanes::CHUNK;
         for $lane in 0..lanes {
             $body
         }
     };
 }
+
+pub(crate) use each_lane;
 
 /// One number for each lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +67,13 @@ pub trait Lane: Real {
     fn load_point(block: &Self::PointBlock, lane: usize) -> Self::Vec3;
     /// Sets the point in a lane.
     fn store_point(point: Self::Vec3, block: &mut Self::PointBlock, lane: usize);
+    /// Runs an operation in stages over all lanes, where that is faster than one lane after the other; reports
+    /// whether it did.
+    #[inline(always)]
+    fn in_stages(op: Op, reads: &Reads<'_, Self>, out: &mut Self::Block) -> bool {
+        let _ = (op, reads, out);
+        false
+    }
     /// The loops over lanes, for the widest SIMD of this machine that is allowed.
     fn loops(widest: Instructions) -> Loops<Self>;
 }
@@ -94,7 +107,7 @@ pub struct Loops<L: Lane> {
 }
 
 /// What an operation reads.
-pub(crate) struct Reads<'a, L: Lane> {
+pub struct Reads<'a, L: Lane> {
     /// Where it looks at.
     pub(crate) point: &'a L::PointBlock,
     /// As many of them as it has operands.
@@ -178,6 +191,9 @@ macro_rules! define_lanes {
                     out: &mut L::Block,
                     to: &mut L::PointBlock,
                 ) {
+                    if L::in_stages(Op::$name, reads, out) {
+                        return;
+                    }
                     #[allow(unused_variables, reason = "rows differ in what they read")]
                     let &Reads { point: q, values, constants, count } = reads;
                     #[allow(unused_mut, unused_variables, reason = "rows differ in what they read")]
@@ -327,6 +343,14 @@ impl Lane for f32 {
         block[0].0[lane] = point.x;
         block[1].0[lane] = point.y;
         block[2].0[lane] = point.z;
+    }
+    #[inline(always)]
+    fn in_stages(op: Op, reads: &Reads<'_, f32>, out: &mut Column) -> bool {
+        if op == Op::Ellipsoid {
+            let r = Parameters::new(reads.constants).vec3::<f32>();
+            ellipsoid::in_lanes(reads.point, r, reads.count, out);
+        }
+        op == Op::Ellipsoid
     }
     fn loops(widest: Instructions) -> Loops<Self> {
         loops!(f32, wide, widest)
