@@ -1,10 +1,10 @@
 //! Pictures of every engine against the truth: no ray is wrong away from silhouettes, and depths and
 //! normals are those that the engine `reference` proves.
 
-use crate::corpus::{compiled, on_large_stack};
+use crate::corpus::{compiled, name, on_large_stack, scenes};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, Loaded, open};
-use sdfc_runtime::frame::{CellUse, RenderSettings};
+use sdfc_runtime::frame::{CellUse, Mode, RenderSettings};
 use sdfc_runtime::reference::{Options, compare, trace};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
@@ -76,4 +76,33 @@ fn pictures_of_all_engines_are_near_the_truth() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// With fewer steps than by default four examples had rays that came to no end.
+#[test]
+fn every_ray_of_the_examples_ends() {
+    let mut left = Vec::new();
+    let mut engine = open(EngineKind::Cpu).expect("the CPU draws");
+    for path in scenes("examples") {
+        let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        let outputs = compiled.module.update(0.0);
+        let source = compiled.generated();
+        let settings = resolve(&compiled.module, &outputs, &Overrides::default());
+        let mut settings = settings.unwrap_or_else(|error| panic!("{}: {error}", name(&path)));
+        settings.mode = Mode::Depth;
+        let loaded = Loaded {
+            module: &compiled.module,
+            outputs: &outputs,
+            generated: SceneSource {
+                text: &source.text,
+                calls: &source.calls,
+            },
+        };
+        engine.load(&loaded).expect("it loads");
+        let frame = engine.render(&settings, &|_| {}).expect("it draws");
+        if frame.stats.step_caps > 0 {
+            left.push(format!("{}: {} rays", name(&path), frame.stats.step_caps));
+        }
+    }
+    assert!(left.is_empty(), "out of steps: {}", left.join(", "));
 }
