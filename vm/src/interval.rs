@@ -162,7 +162,7 @@ fn noise_around_middle<E: End>(
     // Far out, the coordinates themselves are rounded to steps that count.
     let coarse = (centre.x.abs() + centre.y.abs() + centre.z.abs()) * lit(1e-6);
     let change = (way + coarse) * lit(NOISE_STEEPNESS) + lit(slack);
-    let known = seed.lo == seed.hi && change < E::INFINITY;
+    let known = (seed.lo == seed.hi) & (change < E::INFINITY);
     let most = lit::<E>(1.5);
     IntervalOf {
         lo: E::select(known, (value - change).max(-most), -most),
@@ -504,6 +504,7 @@ impl<E: End> Real for IntervalOf<E> {
         };
         [V3::of(any, any, any); 3]
     }
+    #[inline(always)]
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
         <E as End>::noise_gradient(p, seed)
     }
