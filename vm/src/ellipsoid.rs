@@ -150,7 +150,7 @@ impl<R: Real> Unit<R> {
         (others * (lit::<R>(1.0) / (m.x() * others.x()))).named("shares")
     }
 
-    /// Where the `t` of the nearest point is sought.
+    /// The range and the start of the search for the `t` of the nearest point.
     #[inline(always)]
     fn search(&self) -> Search<R> {
         let (zero, one) = (lit::<R>(0.0), lit::<R>(1.0));

@@ -196,10 +196,8 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
             b.steps.0[i] += 1.0;
             let field = values.0[i] * b.side.0[i];
             if FORM == SIZED {
-                let over;
-                (over, ends.kind.0[i], ends.amount.0[i]) =
+                (*ended, ends.kind.0[i], ends.amount.0[i]) =
                     shared.step_sized(b, i, field, checking[i]);
-                *ended = over;
             } else {
                 *ended = shared.step(b, i, field, checking[i]);
             }
@@ -283,6 +281,21 @@ fn set_direction(b: &mut ShadowLanes, i: usize, direction: V3<f32>) {
     b.direction_z.0[i] = direction.z;
 }
 
+/// Begins the check of a lane's claim, if it `begins` now. What comes `at_end` with a claim ends after the check.
+#[inline(always)]
+fn begin_check(b: &mut ShadowLanes, i: usize, begins: bool, at_end: bool) {
+    let set = |old: f32, new: f32| if begins { new } else { old };
+    b.phase.0[i] = set(b.phase.0[i], 1.0);
+    b.round.0[i] = set(b.round.0[i], 0.0);
+    b.offset_x.0[i] = set(b.offset_x.0[i], 0.0);
+    b.offset_y.0[i] = set(b.offset_y.0[i], 0.0);
+    b.offset_z.0[i] = set(b.offset_z.0[i], 0.0);
+    b.gradient_x.0[i] = set(b.gradient_x.0[i], 0.0);
+    b.gradient_y.0[i] = set(b.gradient_y.0[i], 0.0);
+    b.gradient_z.0[i] = set(b.gradient_z.0[i], 0.0);
+    b.ends.0[i] = set(b.ends.0[i], if at_end { 1.0 } else { 0.0 });
+}
+
 /// The common part of all rays towards a light.
 #[derive(Clone, Copy)]
 struct Shared<const FORM: u32> {
@@ -357,18 +370,7 @@ impl<const FORM: u32> Shared<FORM> {
         let is_passed = !claims | at_end;
         let has_claim = b.claim_t.0[i] > 0.0;
         let begins = is_passed & has_claim & !out_of_steps & !is_inside & !checking;
-        b.phase.0[i] = if begins { 1.0 } else { b.phase.0[i] };
-        let zeroed = |old: f32| if begins { 0.0 } else { old };
-        b.round.0[i] = zeroed(b.round.0[i]);
-        b.offset_x.0[i] = zeroed(b.offset_x.0[i]);
-        b.offset_y.0[i] = zeroed(b.offset_y.0[i]);
-        b.offset_z.0[i] = zeroed(b.offset_z.0[i]);
-        b.gradient_x.0[i] = zeroed(b.gradient_x.0[i]);
-        b.gradient_y.0[i] = zeroed(b.gradient_y.0[i]);
-        b.gradient_z.0[i] = zeroed(b.gradient_z.0[i]);
-        // What comes to its end with a claim ends after the check of it.
-        let ends = if at_end { 1.0 } else { 0.0 };
-        b.ends.0[i] = if begins { ends } else { b.ends.0[i] };
+        begin_check(b, i, begins, at_end);
         b.visibility.0[i] = if is_inside & !checking { 0.0 } else { v };
         is_inside | (at_end & !begins) | nan
     }

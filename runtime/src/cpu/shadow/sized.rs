@@ -1,7 +1,8 @@
 //! Rays towards a light with a size: one to its centre and, where that is hidden, some to its rim.
 
 use super::{
-    Column, LANES, ShadowLanes, Shared, any, axis_of, direction_of, is_nan, set_direction,
+    Column, LANES, ShadowLanes, Shared, any, axis_of, begin_check, direction_of, is_nan,
+    set_direction,
 };
 use sdfc_shaders::{camera, marching, shadow};
 use sdfc_vm::vector::V3;
@@ -98,17 +99,7 @@ impl<const FORM: u32> Shared<FORM> {
         b.claim_t.0[i] = claim_t;
         b.value.0[i] = if claims { h } else { b.value.0[i] };
         let checks = runs & (!claims | at_end) & (claim_t > 0.0) & !out_of_steps;
-        b.phase.0[i] = if checks { 1.0 } else { b.phase.0[i] };
-        let zeroed = |old: f32| if checks { 0.0 } else { old };
-        b.round.0[i] = zeroed(b.round.0[i]);
-        b.offset_x.0[i] = zeroed(b.offset_x.0[i]);
-        b.offset_y.0[i] = zeroed(b.offset_y.0[i]);
-        b.offset_z.0[i] = zeroed(b.offset_z.0[i]);
-        b.gradient_x.0[i] = zeroed(b.gradient_x.0[i]);
-        b.gradient_y.0[i] = zeroed(b.gradient_y.0[i]);
-        b.gradient_z.0[i] = zeroed(b.gradient_z.0[i]);
-        let ends = if at_end { 1.0 } else { 0.0 };
-        b.ends.0[i] = if checks { ends } else { b.ends.0[i] };
+        begin_check(b, i, checks, at_end);
         let arrives = runs & !checks & at_end;
         let visibility = if blocked { -1.0 } else { b.visibility.0[i] };
         let amount = if begins {
@@ -142,11 +133,8 @@ impl<const FORM: u32> Shared<FORM> {
         if number == 0.0 && visibility > shadow::HIDDEN {
             return true;
         }
-        let best = if number < 1.0 {
-            -1.0
-        } else {
-            b.best.0[i].max(visibility)
-        };
+        let is_rim = number >= 1.0;
+        let best = b.best.0[i].max(if is_rim { visibility } else { -1.0 });
         let next = number.floor() + 1.0;
         b.number.0[i] = next;
         b.best.0[i] = best;
@@ -190,6 +178,5 @@ impl<const FORM: u32> Shared<FORM> {
         b.visibility.0[i] = 0.0;
         b.last.0[i] = shadow::NO_LAST;
         b.claim_t.0[i] = shadow::NO_CLAIM;
-        b.ends.0[i] = 0.0;
     }
 }
