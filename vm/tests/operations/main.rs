@@ -11,6 +11,7 @@ mod distances;
 mod elementary;
 mod extremes;
 mod fixture;
+mod in_lanes;
 mod moving;
 mod noise;
 mod numbers;
