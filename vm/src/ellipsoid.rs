@@ -3,30 +3,35 @@
 //! The nearest point of the ellipsoid with the radii `r` to `p` is `r² p / (t + r²)` for the `t` at which that
 //! point lies on the ellipsoid (D. Eberly, *Distance from a Point to an Ellipse, an Ellipsoid, or a
 //! Hyperellipsoid*, 2013). Halley's steps find it on one over the norm of that point, which is concave and
-//! nearly a line (M. Hebden, 1973).
+//! nearly a line (M. Hebden, 1973). The first `t` is that of the tangent plane below `p`, so most points take
+//! one step or two: a step is the last one where it changes no denominator by more than [`SMALL_STEP`].
 //!
 //! The distance is then taken along the normal `n` there, as `p · n − |r n|`. Along any direction this is at most
 //! the distance to a convex solid, inside and outside, and the error is the square of that of the direction.
-//! So the value is a lower bound, however far the steps came. Of radii that differ by up to 100 to 1 it is
+//! So the value is a lower bound, however far the steps came. Of radii that differ by up to 1,000 to 1 it is
 //! exact to rounding outside, and inside as deep as half of the smallest radius of curvature. Beside the
 //! place where opposite sides are equally near it may be short by 0.2 % of the smallest radius. Of radii that
-//! differ more it may be far short near a rim, by 97 % of the distance at 1,000 to 1.
+//! differ more it may be far short near a rim, by half of the distance at 10,000 to 1.
 
 use crate::interval::{End, IntervalOf};
 use crate::lanes::{Column, Points, each_lane};
 use crate::real::{Real, Vector3, lit};
 use crate::vector::V3;
 
-/// The number of Halley's steps.
-const STEPS: usize = 5;
+/// The most of Halley's steps.
+const STEPS: usize = 6;
+/// The largest change of `t + r²` by a last step, as a fraction of that for the smallest radius. A step leaves the
+/// cube of the change before it, and the distance takes the square of that.
+const SMALL_STEP: f64 = 0.02;
 /// The least and the most that Newton's step is multiplied by.
 const STEP_RANGE: [f64; 2] = [2.0 / 3.0, 3.0];
 /// The least share of `r²` that `t + r²` is taken for.
 const LEAST_SHARE: f64 = 1e-3;
 /// The least radius that `t` is sought for, as a share of the largest.
 const LEAST_RADIUS: f64 = 1e-6;
-/// The farthest point that `t` is sought for, in units of the largest radius.
-const FARTHEST: f64 = 1e12;
+/// The farthest point that `t` is sought for, in units of the largest radius. From there the nearest point is in the
+/// direction of the centre but for rounding.
+const FARTHEST: f64 = 1e6;
 /// How much less than one the norm of the nearest point may be by rounding.
 const NORM_ERROR: f64 = 2e-6;
 /// The most that the value may be short of the distance inside, as a fraction of the smallest radius.
@@ -34,9 +39,12 @@ const MOST_SHORT: f64 = 2e-3;
 /// The same outside, as a fraction of the distance, where the radii differ more than [`STEADY`] to 1.
 const SHORT_OUTSIDE: f64 = 0.99;
 /// The ratio of radii up to which the value is the distance outside.
-const STEADY: f64 = 100.0;
+const STEADY: f64 = 1000.0;
+/// The same in all cases for numbers of any precision, as a fraction of the distance and the largest radius: what
+/// the last step leaves.
+const LEFT_BY_STEPS: f64 = 1e-10;
 /// The error of `t` where the steps come to an end, as a share of itself and the largest square.
-const MULTIPLIER_ERROR: f64 = 2e-6;
+const MULTIPLIER_ERROR: f64 = 4e-6;
 /// The least number to divide by.
 const LEAST: f64 = 1e-37;
 
@@ -45,7 +53,8 @@ const LEAST: f64 = 1e-37;
 pub fn ellipsoid<R: Real>(p: R::Vec3, r: R::Vec3) -> (R, R::Vec3) {
     let (q, r) = (p.abs().named("q"), lengths::<R>(r));
     let unit = Unit::<R>::of(q, r);
-    let normal = unit.normal(unit.multiplier()).named("normal");
+    let t = unit.multiplier();
+    let normal = unit.normal(t).named("normal");
     let facing = |p: R, n: R| R::select(p.less(lit(0.0)), -n, n);
     let gradient = R::Vec3::new(
         facing(p.x(), normal.x()),
@@ -55,38 +64,24 @@ pub fn ellipsoid<R: Real>(p: R::Vec3, r: R::Vec3) -> (R, R::Vec3) {
     (q.dot(normal) - (r * normal).length(), gradient)
 }
 
-/// The distance in the first `count` lanes. All lanes take a step before any takes the next one: a step waits for
-/// the one before, so several at once take no longer than one. The values are those of [`ellipsoid`].
+/// The distance in the first `count` lanes. The values are those of [`ellipsoid`].
 #[inline(always)]
 pub(crate) fn in_lanes(p: &Points, r: V3<f32>, count: usize, out: &mut Column) {
     let r = lengths::<f32>(r);
-    let at = |lane: usize| V3::of(p[0].0[lane], p[1].0[lane], p[2].0[lane]).abs();
     let ellipsoid = Unit::<f32>::of(V3::splat(0.0), r);
-    let mut places = Points::default();
-    let [mut low, mut high, mut t] = [Column::default(); 3];
+    let mut t = Column::default();
+    ellipsoid.multipliers(p, count, &mut t);
     each_lane!(count, lane => {
-        let unit = Unit::<f32>::of(at(lane), r);
-        let search = unit.search();
-        places[0].0[lane] = unit.q.x;
-        places[1].0[lane] = unit.q.y;
-        places[2].0[lane] = unit.q.z;
-        low.0[lane] = search.low;
-        high.0[lane] = search.high;
-        t.0[lane] = search.start;
+        let q = at(p, lane);
+        let normal = ellipsoid.moved(q).normal(t.0[lane]);
+        out.0[lane] = q.dot(normal) - (r * normal).length();
     });
-    for _ in 0..STEPS {
-        each_lane!(count, lane => {
-            let q = V3::of(places[0].0[lane], places[1].0[lane], places[2].0[lane]);
-            let a = ellipsoid.r * q;
-            let range = [low.0[lane], high.0[lane]];
-            t.0[lane] = ellipsoid.step(a, range, t.0[lane]);
-        });
-    }
-    each_lane!(count, lane => {
-        let q = V3::of(places[0].0[lane], places[1].0[lane], places[2].0[lane]);
-        let normal = Unit { q, ..ellipsoid }.normal(t.0[lane]);
-        out.0[lane] = at(lane).dot(normal) - (r * normal).length();
-    });
+}
+
+/// The magnitudes of the coordinates in a lane.
+#[inline(always)]
+fn at(p: &Points, lane: usize) -> V3<f32> {
+    V3::of(p[0].0[lane], p[1].0[lane], p[2].0[lane]).abs()
 }
 
 /// Radii, none of them zero.
@@ -109,34 +104,101 @@ fn least<R: Real>(r: R::Vec3) -> R {
 /// A point with positive coordinates and an ellipsoid, in units of the largest radius.
 #[derive(Clone, Copy)]
 struct Unit<R: Real> {
+    /// The point.
     q: R::Vec3,
+    /// The radii.
     r: R::Vec3,
+    /// Their squares.
     squares: R::Vec3,
-    smallest: R,
+    /// One over the radii.
+    inverse: R::Vec3,
+    /// The square of the smallest radius.
+    least: R,
+    /// One over that.
+    sharpness: R,
+    /// The unit of before.
+    scale: R,
 }
 
-/// The least and the most that `t` can be, and where its search starts.
+/// The least and the most that `t` can be.
+#[derive(Clone, Copy)]
 struct Search<R: Real> {
     /// The radii times the point.
     a: R::Vec3,
     low: R,
     high: R,
-    start: R,
+}
+
+impl Unit<f32> {
+    /// The `t` of the nearest points in the first `count` lanes, by steps of all lanes before the next: a step
+    /// waits for the one before, so several at once take no longer than one. Ends after the last lane's last step.
+    #[inline(always)]
+    fn multipliers(&self, p: &Points, count: usize, t: &mut Column) {
+        let mut a = Points::default();
+        let [mut low, mut high, mut goes_on] = [Column::default(); 3];
+        each_lane!(count, lane => {
+            let (search, first) = self.moved(at(p, lane)).search();
+            a[0].0[lane] = search.a.x;
+            a[1].0[lane] = search.a.y;
+            a[2].0[lane] = search.a.z;
+            low.0[lane] = search.low;
+            high.0[lane] = search.high;
+            t.0[lane] = first;
+            goes_on.0[lane] = 1.0;
+        });
+        for _ in 0..STEPS {
+            let mut open = 0;
+            each_lane!(count, lane => {
+                let search = Search {
+                    a: V3::of(a[0].0[lane], a[1].0[lane], a[2].0[lane]),
+                    low: low.0[lane],
+                    high: high.0[lane],
+                };
+                let last = t.0[lane];
+                let next = self.step(&search, last);
+                let is_open = goes_on.0[lane] > 0.0;
+                t.0[lane] = if is_open { next } else { last };
+                let still = is_open & self.goes_on(last, next);
+                goes_on.0[lane] = if still { 1.0 } else { 0.0 };
+                open |= u32::from(still);
+            });
+            if open == 0 {
+                break;
+            }
+        }
+    }
 }
 
 impl<R: Real> Unit<R> {
     #[inline(always)]
     fn of(q: R::Vec3, r: R::Vec3) -> Self {
-        let scale = (lit::<R>(1.0) / r.max_component()).named("scale");
+        let one = lit::<R>(1.0);
+        let scale = (one / r.max_component()).named("scale");
         let r = (r * scale).max(R::Vec3::splat(lit(LEAST_RADIUS)));
         let r = r.named("radii");
-        // From far away the normal is the direction alone.
-        let nearer = scale.min(lit::<R>(FARTHEST) / q.max_component().max(lit(LEAST)));
-        Self {
-            q: (q * nearer).named("place"),
+        let inverse = R::Vec3::new(one / r.x(), one / r.y(), one / r.z()).named("inverse");
+        let smallest = least::<R>(r).named("smallest");
+        let sharpest = inverse.max_component().named("sharpest");
+        let unit = Self {
+            q,
             r,
             squares: (r * r).named("squares"),
-            smallest: least::<R>(r).named("smallest"),
+            inverse,
+            least: smallest * smallest,
+            sharpness: sharpest * sharpest,
+            scale,
+        };
+        unit.moved(q)
+    }
+
+    /// The same ellipsoid and another point, in the unit of before.
+    #[inline(always)]
+    fn moved(&self, q: R::Vec3) -> Self {
+        // From far away the normal is the direction alone.
+        let nearer = lit::<R>(FARTHEST) / q.max_component().max(lit(LEAST));
+        Self {
+            q: (q * self.scale.min(nearer)).named("place"),
+            ..*self
         }
     }
 
@@ -150,55 +212,66 @@ impl<R: Real> Unit<R> {
         (others * (lit::<R>(1.0) / (m.x() * others.x()))).named("shares")
     }
 
-    /// The range and the start of the search for the `t` of the nearest point.
+    /// The range of the `t` of the nearest point, and a first one.
     #[inline(always)]
-    fn search(&self) -> Search<R> {
-        let (zero, one) = (lit::<R>(0.0), lit::<R>(1.0));
-        let least = self.smallest * self.smallest;
+    fn search(&self) -> (Search<R>, R) {
+        let one = lit::<R>(1.0);
         let a = (self.r * self.q).named("a");
         let length = a.length().named("length");
         // No component of the nearest point, seen from a sphere, is larger than one.
         let low = (a - self.squares).max_component();
-        let low = low.max(least * lit(LEAST_SHARE - 1.0)).named("low");
-        let high = (length - least).max(low).named("high");
-        // At the surface itself it is zero. The largest square is one.
-        let start = zero.max(length - one).max(low).min(high).named("t");
-        Search {
-            a,
-            low,
-            high,
-            start,
-        }
+        let low = low.max(self.least * lit(LEAST_SHARE - 1.0)).named("low");
+        let high = (length - self.least).max(low).named("high");
+        // The tangent plane of the ellipsoid that is as large as the point is far, and what holds for the
+        // largest radius, whose square is one.
+        let v = (self.q * self.inverse).named("seen");
+        let w = (v * self.inverse).named("steepness");
+        let (square, slope) = (v.dot(v).named("square"), w.dot(w));
+        let tangent = (square.sqrt() - one) * (square / slope.max(lit(LEAST)));
+        let first = tangent.max(length - one).max(low).min(high).named("t");
+        (Search { a, low, high }, first)
     }
 
-    /// The next `t` by one of Halley's steps; `a` is the radii times the point.
+    /// The next `t` by one of Halley's steps.
     #[inline(always)]
-    fn step(&self, a: R::Vec3, [low, high]: [R; 2], t: R) -> R {
-        let one = lit::<R>(1.0);
+    fn step(&self, search: &Search<R>, t: R) -> R {
         let shares = self.shares(t);
-        let u = (a * shares).named("u");
+        let u = (search.a * shares).named("u");
         let w = (u * u).named("w");
         let norm = sum::<R>(w).named("norm");
         let steep = (w * shares).named("steep");
         let slope = sum::<R>(steep).named("slope");
         let bend = sum::<R>(steep * shares);
-        let excess = (norm.sqrt() - one).named("excess");
         let square = (slope * slope).named("square");
+        // The root of the norm is `(1 + 3 norm) / (3 + norm)` near one, and the norm is three at most.
+        let excess = (norm - lit::<R>(1.0)).named("excess");
+        let whole = (square * (norm + lit::<R>(3.0))).named("whole");
         let [short, long] = STEP_RANGE;
-        let divisor = (square + excess * lit(1.5) * (square - norm * bend))
-            .max(square * lit(1.0 / long))
-            .min(square * lit(1.0 / short));
-        let step = norm * slope * excess / divisor.max(lit(LEAST));
-        (t + step).max(low).min(high).named("t")
+        let divisor = (whole + excess * lit(3.0) * (square - norm * bend))
+            .max(whole * lit(1.0 / long))
+            .min(whole * lit(1.0 / short));
+        let step = norm * slope * excess * lit(2.0) / divisor.max(lit(LEAST));
+        (t + step).max(search.low).min(search.high).named("t")
+    }
+
+    /// Reports whether a step from `t` to `next` was long enough for another one.
+    #[inline(always)]
+    fn goes_on(&self, t: R, next: R) -> R::Bool {
+        let small = (t.min(next) + self.least) * lit(SMALL_STEP);
+        small.less((next - t).abs())
     }
 
     /// The `t` of the nearest point.
     #[inline(always)]
     fn multiplier(&self) -> R {
-        let search = self.search();
-        let mut t = search.start;
-        for _ in 0..STEPS {
-            t = self.step(search.a, [search.low, search.high], t);
+        let (search, first) = self.search();
+        let mut t = self.step(&search, first);
+        let mut goes_on = self.goes_on(first, t);
+        for _ in 1..STEPS {
+            let next = self.step(&search, t);
+            let last = t;
+            t = R::select(goes_on, next, last).named("t");
+            goes_on = R::and(goes_on, self.goes_on(last, next));
         }
         t
     }
@@ -209,12 +282,12 @@ impl<R: Real> Unit<R> {
     fn normal(&self, t: R) -> R::Vec3 {
         let v = (self.q * self.shares(t)).named("v");
         let u = self.r * v;
-        let lack = (lit::<R>(1.0 - NORM_ERROR) - u.dot(u)).max(lit(0.0));
-        let across = (lack / (self.smallest * self.smallest)).named("across");
+        let lack = lit::<R>(1.0 - NORM_ERROR) - u.dot(u);
+        let across = (lack.max(lit(0.0)) * self.sharpness).named("across");
         // One along the axis of the smallest radius, of several the first, and zero along the others.
         let (zero, one) = (lit::<R>(0.0), lit::<R>(1.0));
-        let past = |r: R| R::select(self.smallest.less(r), one, zero);
-        let (past_x, past_y) = (past(self.r.x()), past(self.r.y()));
+        let past = |square: R| R::select(self.least.less(square), one, zero);
+        let (past_x, past_y) = (past(self.squares.x()), past(self.squares.y()));
         let axis = R::Vec3::new(one - past_x, past_x * (one - past_y), past_x * past_y);
         let axis = axis.named("axis");
         let short = v.dot(axis).named("short");
@@ -233,7 +306,8 @@ fn shortage<R: Real>(distance: R, r: R::Vec3) -> R {
     let inside = smallest * lit(MOST_SHORT) * (depth * depth).min(lit(1.0));
     let is_steady = largest.less(smallest * lit(STEADY));
     let outside = distance.max(lit(0.0)) * R::select(is_steady, lit(0.0), lit(SHORT_OUTSIDE));
-    inside + outside
+    let left = (distance.abs() + largest) * lit(LEFT_BY_STEPS);
+    inside + outside + left
 }
 
 /// Bounds of the value over a box from those at the nearest and the farthest of its corners: the distance to a
@@ -287,12 +361,10 @@ pub(crate) fn over<E: End>(
     let first = moved(first, -MULTIPLIER_ERROR);
     let last = moved(last, MULTIPLIER_ERROR);
     // Beside the plane across the smallest radius the normal may have any direction.
-    let Unit {
-        squares, smallest, ..
-    } = Unit::<E>::of(near, r);
+    let Unit { squares, least, .. } = Unit::<E>::of(near, r);
     let is_told = is_known
-        & (smallest * smallest * lit(-0.75)).less(first)
-        & lit::<E>(1.0).less(smallest * lit(STEADY));
+        & (least * lit(-0.75)).less(first)
+        & lit::<E>(1.0).less(least * lit(STEADY * STEADY));
     let zero = lit::<E>(0.0);
     // What rounding does to the quotients is far below the slack of the directions.
     let part = |p: IntervalOf<E>, square: E| {

@@ -130,7 +130,7 @@ macro_rules! for_each_operation {
                 source: "I. Quilez, Distance Functions: round cone",
                 ..SOLID
             };
-            /// An ellipsoid with the radii `r` along the axes. Of radii that differ by more than 100 to 1 the value may be far less than the distance.
+            /// An ellipsoid with the radii `r` along the axes. Of radii that differ by more than 1,000 to 1 the value may be far less than the distance.
             Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; r: Vec3) -> Value, prepare::same, Meta {
                 language: Some(Language { name: "ellipsoid", arguments: &[required("r", A::Radii3)] }),
                 bounds: BoundsRule::Shape(volumes::ellipsoid),
