@@ -224,7 +224,6 @@ pub trait Engine {
 fn plane(settings: &RenderSettings) -> Option<Plane> {
     let nothing_known = FieldFacts {
         raw: false,
-        checked: false,
         bounds: Bounds::EVERYTHING,
         material: None,
     };

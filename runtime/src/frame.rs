@@ -222,8 +222,6 @@ impl RenderSettings {
 pub struct FieldFacts {
     /// Whether the length of its gradient is not known to be about one: it holds raw fields.
     pub raw: bool,
-    /// Values may be far less than the distance, so that occlusion has to check them.
-    pub checked: bool,
     /// The box that holds the solid.
     pub bounds: sdfc_vm::bounds::Bounds,
     /// The material, where there is only one and it is the same everywhere.

@@ -181,7 +181,6 @@ pub fn resolve(
 pub fn facts(module: &Module, outputs: &[f64]) -> FieldFacts {
     FieldFacts {
         raw: module.distance.is_raw(),
-        checked: module.distance.is_scaled(),
         bounds: *module.settings.space(),
         material: module.surface.is_none().then(|| unpainted(module, outputs)),
     }

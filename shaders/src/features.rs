@@ -66,8 +66,6 @@ pub struct Features {
     pub materials: bool,
     /// Whether the air hides what is far.
     pub fog: bool,
-    /// Occlusion checks values before they are taken for distances: see [`crate::claim`].
-    pub checked: bool,
     /// Whether the scene is a plane figure, seen face on.
     pub plane: bool,
     /// Whether kernels are made for any lights, occlusion, fog, materials and differences.
@@ -92,7 +90,6 @@ impl Features {
             normals,
             materials: true,
             fog: false,
-            checked: true,
             plane: self.plane,
             general: true,
         }

@@ -148,8 +148,6 @@ shared! {
 pub const FOG: u32 = 1;
 /// Set in [`Frame::choices`] where occlusion looks all over the hemisphere.
 pub const HEMISPHERE: u32 = 2;
-/// Set in [`Frame::choices`] where occlusion checks values before they are taken for distances.
-pub const CHECKED: u32 = 4;
 
 shared! {
     /// Where cells are, and which are the first: see [`crate::interpreter::tape`].

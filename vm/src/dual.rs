@@ -61,6 +61,14 @@ impl<R: Real> Dual<R> {
 }
 
 impl<R: Real> DualVec3<R> {
+    /// The gradient of a value that depends on the components by `slope`.
+    #[inline(always)]
+    pub(crate) fn along(&self, slope: R::Vec3) -> R::Vec3 {
+        self.gradients[0] * slope.x()
+            + self.gradients[1] * slope.y()
+            + self.gradients[2] * slope.z()
+    }
+
     /// The world point itself, whose components' gradients are the axes.
     #[inline(always)]
     pub fn seed(p: R::Vec3) -> Self {
@@ -252,28 +260,23 @@ impl<R: Real> Real for Dual<R> {
     #[inline(always)]
     fn noise_gradient(p: Self::Vec3, seed: Self) -> (Self, Self::Vec3) {
         let (value, slope) = R::noise_gradient(p.value, seed.value);
-        let gradient =
-            p.gradients[0] * slope.x() + p.gradients[1] * slope.y() + p.gradients[2] * slope.z();
+        let gradient = p.along(slope);
         // The gradient's own derivatives are never asked for.
         (Self { value, gradient }, DualVec3::fixed(slope))
     }
     #[inline(always)]
     fn ellipsoid_gradient(p: Self::Vec3, r: Self::Vec3) -> (Self, Self::Vec3) {
         let (value, slope) = R::ellipsoid_gradient(p.value, r.value);
-        let gradient =
-            p.gradients[0] * slope.x() + p.gradients[1] * slope.y() + p.gradients[2] * slope.z();
+        let gradient = p.along(slope);
         // As for noise: radii are the same everywhere, and the gradient's own derivatives are never asked for.
         (Self { value, gradient }, DualVec3::fixed(slope))
     }
     #[inline(always)]
     fn noise_slope(p: Self::Vec3, seed: Self) -> Self::Vec3 {
         let slope = R::noise_slope(p.value, seed.value);
-        let along = |row: R::Vec3| {
-            p.gradients[0] * row.x() + p.gradients[1] * row.y() + p.gradients[2] * row.z()
-        };
         DualVec3 {
             value: slope,
-            gradients: R::noise_curvature(p.value, seed.value).map(along),
+            gradients: R::noise_curvature(p.value, seed.value).map(|row| p.along(row)),
         }
     }
     #[inline(always)]

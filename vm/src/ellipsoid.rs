@@ -13,8 +13,9 @@
 //! place where opposite sides are equally near it may be short by 0.2 % of the smallest radius. Of radii that
 //! differ more it may be far short near a rim, by half of the distance at 10,000 to 1.
 
-use crate::interval::{End, IntervalOf};
-use crate::lanes::{Column, Points, each_lane};
+use crate::dual::Dual;
+use crate::interval::{End, FloatInterval, IntervalOf};
+use crate::lanes::{Column, Lane, Points, each_lane};
 use crate::real::{Real, Vector3, lit};
 use crate::vector::V3;
 
@@ -55,33 +56,78 @@ pub fn ellipsoid<R: Real>(p: R::Vec3, r: R::Vec3) -> (R, R::Vec3) {
     let unit = Unit::<R>::of(q, r);
     let t = unit.multiplier();
     let normal = unit.normal(t).named("normal");
+    (
+        q.dot(normal) - (r * normal).length(),
+        facing::<R>(p, normal),
+    )
+}
+
+/// The normal on the side of `p`, by that of the point with positive coordinates.
+#[inline(always)]
+fn facing<R: Real>(p: R::Vec3, normal: R::Vec3) -> R::Vec3 {
     let facing = |p: R, n: R| R::select(p.less(lit(0.0)), -n, n);
-    let gradient = R::Vec3::new(
+    R::Vec3::new(
         facing(p.x(), normal.x()),
         facing(p.y(), normal.y()),
         facing(p.z(), normal.z()),
-    );
-    (q.dot(normal) - (r * normal).length(), gradient)
+    )
 }
 
-/// The distance in the first `count` lanes. The values are those of [`ellipsoid`].
+/// The distance in the first `count` lanes. The values are those of [`ellipsoid`], and so are those below.
 #[inline(always)]
 pub(crate) fn in_lanes(p: &Points, r: V3<f32>, count: usize, out: &mut Column) {
     let r = lengths::<f32>(r);
     let ellipsoid = Unit::<f32>::of(V3::splat(0.0), r);
+    let at = |lane| f32::load_point(p, lane).abs();
     let mut t = Column::default();
-    ellipsoid.multipliers(p, count, &mut t);
+    ellipsoid.multipliers(at, count, &mut t);
     each_lane!(count, lane => {
-        let q = at(p, lane);
+        let q = at(lane);
         let normal = ellipsoid.moved(q).normal(t.0[lane]);
         out.0[lane] = q.dot(normal) - (r * normal).length();
     });
 }
 
-/// The magnitudes of the coordinates in a lane.
+/// The distance and its gradient in the first `count` lanes.
 #[inline(always)]
-fn at(p: &Points, lane: usize) -> V3<f32> {
-    V3::of(p[0].0[lane], p[1].0[lane], p[2].0[lane]).abs()
+pub(crate) fn gradients_in_lanes(
+    p: &<Dual<f32> as Lane>::PointBlock,
+    r: V3<f32>,
+    count: usize,
+    out: &mut <Dual<f32> as Lane>::Block,
+) {
+    let r = lengths::<f32>(r);
+    let ellipsoid = Unit::<f32>::of(V3::splat(0.0), r);
+    let at = |lane| Dual::<f32>::load_point(p, lane);
+    let mut t = Column::default();
+    ellipsoid.multipliers(|lane| at(lane).value.abs(), count, &mut t);
+    each_lane!(count, lane => {
+        let p = at(lane);
+        let q = p.value.abs();
+        let normal = ellipsoid.moved(q).normal(t.0[lane]);
+        let value = q.dot(normal) - (r * normal).length();
+        let gradient = p.along(facing::<f32>(p.value, normal));
+        Dual { value, gradient }.store(out, lane);
+    });
+}
+
+/// Bounds of the distance in the first `count` lanes.
+#[inline(always)]
+pub(crate) fn bounds_in_lanes(
+    p: &<FloatInterval as Lane>::PointBlock,
+    r: V3<FloatInterval>,
+    count: usize,
+    out: &mut <FloatInterval as Lane>::Block,
+) {
+    let radii = lengths::<f32>(V3::of(r.x.lo, r.y.lo, r.z.lo));
+    let ellipsoid = Unit::<f32>::of(V3::splat(0.0), radii);
+    let at = |lane| FloatInterval::load_point(p, lane);
+    let [mut first, mut last] = [Column::default(); 2];
+    ellipsoid.multipliers(|lane| corners(at(lane))[0], count, &mut first);
+    ellipsoid.multipliers(|lane| corners(at(lane))[1], count, &mut last);
+    each_lane!(count, lane => {
+        over_by(at(lane), r, [first.0[lane], last.0[lane]]).0.store(out, lane);
+    });
 }
 
 /// Radii, none of them zero.
@@ -133,11 +179,11 @@ impl Unit<f32> {
     /// The `t` of the nearest points in the first `count` lanes, by steps of all lanes before the next: a step
     /// waits for the one before, so several at once take no longer than one. Ends after the last lane's last step.
     #[inline(always)]
-    fn multipliers(&self, p: &Points, count: usize, t: &mut Column) {
+    fn multipliers(&self, q: impl Fn(usize) -> V3<f32>, count: usize, t: &mut Column) {
         let mut a = Points::default();
         let [mut low, mut high, mut goes_on] = [Column::default(); 3];
         each_lane!(count, lane => {
-            let (search, first) = self.moved(at(p, lane)).search();
+            let (search, first) = self.moved(q(lane)).search();
             a[0].0[lane] = search.a.x;
             a[1].0[lane] = search.a.y;
             a[2].0[lane] = search.a.z;
@@ -319,13 +365,21 @@ pub fn between<R: Real>(near: R::Vec3, far: R::Vec3, r: R::Vec3, error: R) -> [R
     widened(low, high, r, error)
 }
 
-/// The value and the `t` of a point with positive coordinates.
+/// The value at a point with positive coordinates, by the `t` of its nearest point.
 #[inline(always)]
-fn reach<R: Real>(q: R::Vec3, r: R::Vec3) -> (R, R) {
-    let unit = Unit::<R>::of(q, r);
-    let t = unit.multiplier();
-    let normal = unit.normal(t);
-    (q.dot(normal) - (r * normal).length(), t)
+fn value<R: Real>(q: R::Vec3, r: R::Vec3, t: R) -> R {
+    let normal = Unit::<R>::of(q, r).normal(t);
+    q.dot(normal) - (r * normal).length()
+}
+
+/// The corners of a box that are nearest to the centre and farthest from it, on the side of positive coordinates.
+#[inline(always)]
+fn corners<E: End>(p: V3<IntervalOf<E>>) -> [V3<E>; 2] {
+    let q = p.abs();
+    [
+        V3::of(q.x.lo, q.y.lo, q.z.lo),
+        V3::of(q.x.hi, q.y.hi, q.z.hi),
+    ]
 }
 
 /// The values at the nearest and the farthest corner, and by how much the value may be short.
@@ -337,21 +391,31 @@ fn widened<R: Real>(low: R, high: R, r: R::Vec3, error: R) -> [R; 2] {
     ]
 }
 
-/// The value and its gradient over a box, for radii that are numbers. It has no branches, so that loops over
-/// lanes become SIMD.
+/// The value and its gradient over a box, for radii that are numbers.
 #[inline(always)]
 pub(crate) fn over<E: End>(
     p: V3<IntervalOf<E>>,
     r: V3<IntervalOf<E>>,
 ) -> (IntervalOf<E>, V3<IntervalOf<E>>) {
-    let q = p.abs();
-    let near = V3::of(q.x.lo, q.y.lo, q.z.lo);
-    let far = V3::of(q.x.hi, q.y.hi, q.z.hi);
+    let radii = lengths::<E>(V3::of(r.x.lo, r.y.lo, r.z.lo));
+    let multiplier = |q: V3<E>| Unit::<E>::of(q, radii).multiplier();
+    over_by(p, r, corners(p).map(multiplier))
+}
+
+/// The same by the `t` of the nearest points to the box's corners. It has no branches, so that loops over lanes become
+/// SIMD.
+#[inline(always)]
+fn over_by<E: End>(
+    p: V3<IntervalOf<E>>,
+    r: V3<IntervalOf<E>>,
+    [first, last]: [E; 2],
+) -> (IntervalOf<E>, V3<IntervalOf<E>>) {
+    let [near, far] = corners(p);
     let size = far.max_component();
     let same = |r: IntervalOf<E>| r.lo == r.hi;
     let is_known = same(r.x) & same(r.y) & same(r.z) & size.less(E::INFINITY);
     let r = lengths::<E>(V3::of(r.x.lo, r.y.lo, r.z.lo));
-    let ((low, first), (high, last)) = (reach::<E>(near, r), reach::<E>(far, r));
+    let (low, high) = (value::<E>(near, r, first), value::<E>(far, r, last));
     let [low, high] = widened(low, high, r, E::distance_error(size + r.max_component()));
     let value = IntervalOf {
         lo: E::select(is_known, low, -E::INFINITY),

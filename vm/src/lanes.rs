@@ -393,6 +393,14 @@ impl Lane for Dual<f32> {
             block[3 * i + 2].0[lane] = v.z;
         }
     }
+    #[inline(always)]
+    fn in_stages(op: Op, reads: &Reads<'_, Self>, out: &mut Self::Block) -> bool {
+        if op == Op::Ellipsoid {
+            let r = Parameters::new(reads.constants).vec3::<f32>();
+            ellipsoid::gradients_in_lanes(reads.point, r, reads.count, out);
+        }
+        op == Op::Ellipsoid
+    }
     fn loops(widest: Instructions) -> Loops<Self> {
         loops!(Dual<f32>, wide, widest)
     }
@@ -428,6 +436,14 @@ impl Lane for FloatInterval {
             block[i].0[lane] = axis.lo;
             block[i + 3].0[lane] = axis.hi;
         }
+    }
+    #[inline(always)]
+    fn in_stages(op: Op, reads: &Reads<'_, Self>, out: &mut Self::Block) -> bool {
+        if op == Op::Ellipsoid {
+            let r = Parameters::new(reads.constants).vec3::<Self>();
+            ellipsoid::bounds_in_lanes(reads.point, r, reads.count, out);
+        }
+        op == Op::Ellipsoid
     }
     fn loops(widest: Instructions) -> Loops<Self> {
         loops!(FloatInterval, wide, widest)

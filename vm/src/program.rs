@@ -32,7 +32,7 @@
 //! that a kernel need not look them up.
 
 use crate::kernel::Kernel;
-use crate::row::{Category, Exactness, Output};
+use crate::row::Output;
 use crate::settings::Settings;
 use crate::table::{Op, ROWS};
 use crate::tape::steep::is_raw;
@@ -257,17 +257,6 @@ impl Instruction {
     }
 }
 
-/// Reports whether an operation's value may be any fraction of the distance to what it makes: raw fields, solids with
-/// a bound for a distance, and maps that stretch space. Cuts and blends fall short near edges alone.
-fn scales(op: Op) -> bool {
-    let meta = &op.row().meta;
-    match meta.category {
-        Category::Combine | Category::Math => false,
-        Category::Shape3 | Category::Shape2 => meta.exactness == Exactness::Bound,
-        _ => is_raw(op) || meta.exactness == Exactness::Field,
-    }
-}
-
 /// A number of the pool that follows the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Patch {
@@ -299,37 +288,12 @@ impl Program {
         }
     }
 
-    /// Whether it makes steps of raw fields, whose gradients may be of any length.
+    /// Reports whether it holds raw fields, whose gradients may be of any length: steps of them, or coordinates.
     pub fn is_raw(&self) -> bool {
+        let is_raw = |op| is_raw(op) || matches!(op, Op::X | Op::Y | Op::Z);
         self.code
             .iter()
             .any(|i| matches!(i.code, Code::Op(op) if is_raw(op)))
-    }
-
-    /// Reports whether its value may be any fraction of the distance to the surface.
-    pub fn is_scaled(&self) -> bool {
-        let stretches = |frame: Frame| match frame {
-            Frame::Same | Frame::Moved(_) => false,
-            Frame::Mapped(index) => !self.is_even(index as usize),
-        };
-        self.code.iter().any(|i| {
-            let scales = matches!(i.code, Code::Op(op) if scales(op));
-            scales || stretches(i.frame)
-        })
-    }
-
-    /// Whether a frame stretches all directions alike.
-    fn is_even(&self, index: usize) -> bool {
-        let column = |c: usize| [0, 1, 2].map(|r| f64::from(self.pool[index + r][c]));
-        let dot = |a: usize, b: usize| -> f64 {
-            column(a).iter().zip(column(b)).map(|(a, b)| a * b).sum()
-        };
-        let size = dot(0, 0);
-        let near = |value: f64, wanted: f64| (value - wanted).abs() <= 1e-4 * size;
-        (1..3).all(|c| near(dot(c, c), size))
-            && near(dot(0, 1), 0.0)
-            && near(dot(0, 2), 0.0)
-            && near(dot(1, 2), 0.0)
     }
 
     /// What a kernel has to provide to run this program.

@@ -175,7 +175,6 @@ fn spacing(settings: &RenderSettings) -> f32 {
     };
     let nothing_known = FieldFacts {
         raw: false,
-        checked: false,
         bounds: Bounds::EVERYTHING,
         material: None,
     };

@@ -1,229 +1,231 @@
-//! The stage `occlusion`: how much of the sky surfaces see.
+//! The stage `occlusion`: the part of the sky that surfaces see.
+//!
+//! The field is sampled at a few taps around each surface first. Where a value claims that something is near, that is
+//! checked after all taps ([`check`]): the checks of many pixels then fill the lanes together.
 
-use super::lanes::{Walk, any, is_nan, lanes};
+mod check;
+
+use super::lanes::{any, is_nan, lanes, repeat_first};
 use super::march::vector;
-use super::{Column, LANES, Points};
-use sdfc_shaders::layout::{Frame, Ray};
+use super::tile::Tile;
+use super::{Asked, Column, Evaluator, LANES, Points};
+use check::Claim;
+use sdfc_shaders::features::{Features, Occlusion};
+use sdfc_shaders::layout::Frame;
 use sdfc_shaders::marching::{self, FROM_INSIDE};
-use sdfc_shaders::{camera, claim, occlusion};
-use sdfc_vm::real::Vector3;
+use sdfc_shaders::{camera, occlusion};
 use sdfc_vm::vector::V3;
+use sdfc_vm::widest;
 
 lanes! {
-    /// Surfaces that are looked around from.
-    OcclusionLanes {
-        x, y, z, normal_x, normal_y, normal_z, place_x, place_y, hidden, index, side, unsure, slope,
-        phase, round, value, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
+    /// Surfaces around which the field is sampled.
+    SurfaceLanes {
+        x, y, z, normal_x, normal_y, normal_z, place_x, place_y, hidden, side, unsure, slope,
     }
 }
 
-/// Surfaces that are looked around from: over the hemisphere, or (`MANY` is false) along the
-/// normal; with values checked before they are taken for distances (`CHECKED`), or not. Items are places in the tile.
-pub(super) struct Look<'a, const MANY: bool, const CHECKED: bool> {
-    pub(super) frame: &'a Frame,
-    pub(super) taps: u32,
-    pub(super) pixels: &'a [[f32; 2]],
-    pub(super) points: &'a [V3<f32>],
-    pub(super) rays: &'a [Ray],
-    pub(super) normals: &'a [[f32; 3]],
-    /// The lengths of the gradients there.
-    pub(super) slopes: &'a [f32],
-    pub(super) open: &'a mut [f32],
+/// The taps around surfaces.
+struct Taps<'a> {
+    frame: &'a Frame,
+    count: f32,
 }
 
-impl<const MANY: bool, const CHECKED: bool> Look<'_, MANY, CHECKED> {
-    /// The place of the tap in a lane.
+/// The place of a tap relative to its surface.
+#[derive(Clone, Copy)]
+struct Tap {
+    at: V3<f32>,
+    /// The distance to the surface.
+    distance: f32,
+    /// The height above a plane through the surface.
+    height: f32,
+    weight: f32,
+}
+
+/// Finds what the shown pixels see of the sky; gives the number of evaluations.
+pub(super) fn look_around(
+    frame: &Frame,
+    features: &Features,
+    tile: &mut Tile,
+    evaluator: &mut dyn Evaluator,
+) -> u64 {
+    if features.occlusion == Occlusion::Off {
+        return 0;
+    }
+    let taps = Taps {
+        frame,
+        count: features.occlusion.taps() as f32,
+    };
+    let shown = std::mem::take(&mut tile.shown);
+    let blocks = evaluator.blocks(Asked::Distances);
+    let together = blocks > 1;
+    if !together {
+        let regions = tile.regions_of(&shown, frame.occlusion_reach);
+        evaluator.announce(Asked::Distances, &regions);
+    }
+    let is_many = matches!(features.occlusion, Occlusion::Multi(_));
+    let mut claims = Vec::new();
+    for (region, items) in shown.chunks(LANES * blocks).enumerate() {
+        evaluator.focus((!together).then_some(region));
+        if is_many {
+            sample_many(&taps, items, tile, evaluator, &mut claims);
+        } else {
+            sample_five(&taps, items, tile, evaluator, &mut claims);
+        }
+    }
+    evaluator.focus(None);
+    let checks = check::all(&claims, &mut tile.open, evaluator);
+    for &item in &shown {
+        let hidden = tile.open[item as usize];
+        tile.open[item as usize] = occlusion::open(hidden, frame.occlusion_weight);
+    }
+    let samples = shown.len() as u64 * u64::from(features.occlusion.taps());
+    tile.shown = shown;
+    samples + checks
+}
+
+widest! {
+    /// Samples taps over the hemisphere.
+    fn sample_many(
+        taps: &Taps<'_>,
+        items: &[u32],
+        tile: &mut Tile,
+        evaluator: &mut dyn Evaluator,
+        claims: &mut Vec<Claim>,
+    ) = sample::<true>;
+}
+
+widest! {
+    /// Samples taps along the normal.
+    fn sample_five(
+        taps: &Taps<'_>,
+        items: &[u32],
+        tile: &mut Tile,
+        evaluator: &mut dyn Evaluator,
+        claims: &mut Vec<Claim>,
+    ) = sample::<false>;
+}
+
+/// Samples all taps of pixels. What is hidden for certain is left in `open`, and what is claimed is listed.
+#[inline(always)]
+fn sample<const MANY: bool>(
+    taps: &Taps<'_>,
+    items: &[u32],
+    tile: &mut Tile,
+    evaluator: &mut dyn Evaluator,
+    claims: &mut Vec<Claim>,
+) {
+    let mut blocks: Vec<SurfaceLanes> = items
+        .chunks(LANES)
+        .map(|items| taps.surfaces(items, tile))
+        .collect();
+    let mut points = vec![Points::default(); blocks.len()];
+    let mut values = vec![Column::default(); blocks.len()];
+    let last = items.len() - (blocks.len() - 1) * LANES;
+    let mut index = 0.0;
+    while index < taps.count {
+        for (block, points) in blocks.iter().zip(&mut points) {
+            for i in 0..LANES {
+                let V3 { x, y, z } = taps.tap::<MANY>(block, i, index).at;
+                points[0].0[i] = x;
+                points[1].0[i] = y;
+                points[2].0[i] = z;
+            }
+        }
+        repeat_first(&mut points[blocks.len() - 1], last);
+        evaluator.distances_many(&points, items.len(), &mut values);
+        for ((block, values), items) in blocks.iter_mut().zip(&values).zip(items.chunks(LANES)) {
+            let claimed = taps.hide::<MANY>(block, index, values);
+            if any(&claimed) {
+                for (i, &item) in items.iter().enumerate() {
+                    if claimed.0[i] > 0.0 {
+                        let tap = taps.tap::<MANY>(block, i, index);
+                        let [side, unsure] = [block.side.0[i], block.unsure.0[i]];
+                        claims.push(Claim::new(item, tap, values.0[i] * side, side, unsure));
+                    }
+                }
+            }
+        }
+        index += 1.0;
+    }
+    for (block, items) in blocks.iter().zip(items.chunks(LANES)) {
+        for (i, &item) in items.iter().enumerate() {
+            tile.open[item as usize] = block.hidden.0[i];
+        }
+    }
+}
+
+impl Taps<'_> {
+    /// The surfaces of at most 64 pixels.
+    fn surfaces(&self, items: &[u32], tile: &Tile) -> SurfaceLanes {
+        let mut b = SurfaceLanes::default();
+        for (lane, &item) in items.iter().enumerate() {
+            let item = item as usize;
+            let (p, normal, ray) = (
+                tile.points[item],
+                vector(tile.normals[item]),
+                &tile.rays[item],
+            );
+            b.x.0[lane] = p.x;
+            b.y.0[lane] = p.y;
+            b.z.0[lane] = p.z;
+            b.normal_x.0[lane] = normal.x;
+            b.normal_y.0[lane] = normal.y;
+            b.normal_z.0[lane] = normal.z;
+            [b.place_x.0[lane], b.place_y.0[lane]] = tile.pixels[item];
+            b.slope.0[lane] = tile.slopes[item];
+            // What rounding may take from the field counts as open.
+            b.unsure.0[lane] = marching::rounding_at(ray.t, self.frame.rounding);
+            let is_inside = ray.status & FROM_INSIDE != 0;
+            b.side.0[lane] = if is_inside { -1.0 } else { 1.0 };
+        }
+        b
+    }
+
+    /// A tap of the surface in a lane.
     #[inline(always)]
-    fn tap(&self, b: &OcclusionLanes, i: usize) -> V3<f32> {
-        let (count, pass) = (self.taps as f32, self.frame.sample as f32);
+    fn tap<const MANY: bool>(&self, b: &SurfaceLanes, i: usize, index: f32) -> Tap {
         let p = V3::of(b.x.0[i], b.y.0[i], b.z.0[i]);
         let normal = V3::of(b.normal_x.0[i], b.normal_y.0[i], b.normal_z.0[i]);
-        let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
-        let (index, reach) = (b.index.0[i], self.frame.occlusion_reach);
-        let (direction, distance) = if MANY {
-            (
-                occlusion::many_direction::<f32>(normal, index, count, place),
-                occlusion::many_distance(index, place, reach),
-            )
-        } else {
-            (normal, occlusion::five_distance(index, reach))
-        };
-        camera::along::<f32>(p, direction, distance)
-    }
-
-    /// The height of the tap in a lane above a plane through the surface.
-    #[inline(always)]
-    fn height(&self, b: &OcclusionLanes, i: usize) -> f32 {
-        let (index, reach) = (b.index.0[i], self.frame.occlusion_reach);
-        if !MANY {
-            return occlusion::five_distance(index, reach);
-        }
-        let pass = self.frame.sample as f32;
-        let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
-        let distance = occlusion::many_distance(index, place, reach);
-        distance * occlusion::many_cosine(index, self.taps as f32)
-    }
-}
-
-impl<const MANY: bool, const CHECKED: bool> Walk for Look<'_, MANY, CHECKED> {
-    type Block = OcclusionLanes;
-
-    fn begin(&mut self, item: u32, b: &mut OcclusionLanes, lane: usize) -> bool {
-        let item = item as usize;
-        let (p, normal) = (self.points[item], vector(self.normals[item]));
-        b.x.0[lane] = p.x;
-        b.y.0[lane] = p.y;
-        b.z.0[lane] = p.z;
-        b.normal_x.0[lane] = normal.x;
-        b.normal_y.0[lane] = normal.y;
-        b.normal_z.0[lane] = normal.z;
-        [b.place_x.0[lane], b.place_y.0[lane]] = self.pixels[item];
-        b.slope.0[lane] = if CHECKED { self.slopes[item] } else { 1.0 };
-        b.phase.0[lane] = 0.0;
-        b.value.0[lane] = 0.0;
-        b.hidden.0[lane] = 0.0;
-        b.index.0[lane] = 0.0;
-        // What rounding may take from the field counts as open.
-        b.unsure.0[lane] = marching::rounding_at(self.rays[item].t, self.frame.rounding);
-        b.side.0[lane] = if self.rays[item].status & FROM_INSIDE != 0 {
-            -1.0
-        } else {
-            1.0
-        };
-        true
-    }
-
-    #[inline(always)]
-    fn points(&self, b: &OcclusionLanes, points: &mut Points) {
-        for i in 0..LANES {
-            let at = self.tap(b, i);
-            points[0].0[i] = at.x;
-            points[1].0[i] = at.y;
-            points[2].0[i] = at.z;
-        }
-        if CHECKED && any(&b.phase) {
-            for i in 0..LANES {
-                let (phase, value, offset) = (b.phase.0[i], b.value.0[i], offset_of(b, i));
-                let tap = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
-                let limit = occlusion::limit(self.height(b, i));
-                let gradient = gradient_of(b, i);
-                let p = claim::place::<f32>(tap + offset, offset, phase, value, gradient, limit);
-                let checking = phase > 0.0;
-                points[0].0[i] = if checking { p.x } else { tap.x };
-                points[1].0[i] = if checking { p.y } else { tap.y };
-                points[2].0[i] = if checking { p.z } else { tap.z };
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn advance(&self, b: &mut OcclusionLanes, values: &Column, ended: &mut [bool; LANES]) {
-        let (count, pass) = (self.taps as f32, self.frame.sample as f32);
         let reach = self.frame.occlusion_reach;
-        let mut fields = Column([0.0; LANES]);
-        for i in 0..LANES {
-            fields.0[i] = values.0[i] * b.side.0[i];
-        }
-        let mut checking = [false; LANES];
-        if CHECKED && any(&b.phase) {
-            for (i, checking) in checking.iter_mut().enumerate() {
-                let limit = occlusion::limit(self.height(b, i));
-                (*checking, fields.0[i]) = check(b, i, fields.0[i], self.tap(b, i), limit);
-            }
-        }
-        for (i, ended) in ended.iter_mut().enumerate() {
-            let index = b.index.0[i];
-            let field = fields.0[i];
-            let (distance, height, weight) = if MANY {
-                let place = V3::of(b.place_x.0[i], b.place_y.0[i], pass);
-                let distance = occlusion::many_distance(index, place, reach);
-                (
-                    distance,
-                    distance * occlusion::many_cosine(index, count),
-                    1.0,
-                )
-            } else {
-                let distance = occlusion::five_distance(index, reach);
-                (distance, distance, occlusion::five_weight(index))
+        if !MANY {
+            let distance = occlusion::five_distance(index, reach);
+            return Tap {
+                at: camera::along::<f32>(p, normal, distance),
+                distance,
+                height: distance,
+                weight: occlusion::five_weight(index),
             };
-            let nan = is_nan(field);
-            let fresh = CHECKED & !checking[i] & (b.phase.0[i] == 0.0);
-            let claims = fresh & (occlusion::claims(field, height, b.slope.0[i]) > 0.0);
-            // What claims nothing hides nothing.
-            let clear = fresh & !claims & (field > 0.0);
-            let goes_on = claims | checking[i];
-            let field = if clear { height } else { field };
-            let hidden = occlusion::hidden(field + b.unsure.0[i], height, distance, weight);
-            b.value.0[i] = if claims { fields.0[i] } else { b.value.0[i] };
-            b.hidden.0[i] += if nan | goes_on { 0.0 } else { hidden };
-            let phase = if checking[i] { b.phase.0[i] } else { 0.0 };
-            b.phase.0[i] = if claims { 1.0 } else { phase };
-            let zeroed = |old: f32| if claims { 0.0 } else { old };
-            b.gradient_x.0[i] = zeroed(b.gradient_x.0[i]);
-            b.gradient_y.0[i] = zeroed(b.gradient_y.0[i]);
-            b.gradient_z.0[i] = zeroed(b.gradient_z.0[i]);
-            b.offset_x.0[i] = zeroed(b.offset_x.0[i]);
-            b.offset_y.0[i] = zeroed(b.offset_y.0[i]);
-            b.offset_z.0[i] = zeroed(b.offset_z.0[i]);
-            b.round.0[i] = zeroed(b.round.0[i]);
-            let next = if goes_on { index } else { index + 1.0 };
-            b.index.0[i] = next;
-            *ended = next >= count;
+        }
+        let place = V3::of(b.place_x.0[i], b.place_y.0[i], self.frame.sample as f32);
+        let direction = occlusion::many_direction::<f32>(normal, index, self.count, place);
+        let distance = occlusion::many_distance(index, place, reach);
+        Tap {
+            at: camera::along::<f32>(p, direction, distance),
+            distance,
+            height: distance * occlusion::many_cosine(index, self.count),
+            weight: 1.0,
         }
     }
 
-    fn end(&mut self, item: u32, b: &OcclusionLanes, lane: usize) {
-        self.open[item as usize] = occlusion::open(b.hidden.0[lane], self.frame.occlusion_weight);
+    /// Adds what a tap sees hidden, but for claims: those lanes are not zero in the result.
+    #[inline(always)]
+    fn hide<const MANY: bool>(&self, b: &mut SurfaceLanes, index: f32, values: &Column) -> Column {
+        let mut claimed = Column::default();
+        for i in 0..LANES {
+            let Tap {
+                distance,
+                height,
+                weight,
+                ..
+            } = self.tap::<MANY>(b, i, index);
+            let field = values.0[i] * b.side.0[i];
+            let claims = occlusion::claims(field, height, b.slope.0[i]) > 0.0;
+            // What claims nothing hides nothing.
+            let clear = if field > 0.0 { height } else { field };
+            let hidden = occlusion::hidden(clear + b.unsure.0[i], height, distance, weight);
+            b.hidden.0[i] += if is_nan(field) | claims { 0.0 } else { hidden };
+            claimed.0[i] = if claims { 1.0 } else { 0.0 };
+        }
+        claimed
     }
-}
-
-/// The part of the gradient in a lane that is found so far.
-#[inline(always)]
-fn gradient_of(b: &OcclusionLanes, i: usize) -> V3<f32> {
-    V3::of(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
-}
-
-/// The way from the tap in a lane to the place of the claim's round.
-#[inline(always)]
-fn offset_of(b: &OcclusionLanes, i: usize) -> V3<f32> {
-    V3::of(b.offset_x.0[i], b.offset_y.0[i], b.offset_z.0[i])
-}
-
-/// Takes an evaluation for the check of a claim into account; the phases are those of [`claim`]. Reports whether the
-/// check goes on, and gives the distance of a surface once it is known. A lane that checks nothing, or whose `field`
-/// is not a number, keeps that.
-#[inline(always)]
-fn check(b: &mut OcclusionLanes, i: usize, field: f32, tap: V3<f32>, limit: f32) -> (bool, f32) {
-    let (phase, value) = (b.phase.0[i], b.value.0[i]);
-    let (gradient, offset) = (gradient_of(b, i), offset_of(b, i));
-    let at = tap + offset;
-    let checks = (phase > 0.0) & !is_nan(field);
-    let measures = checks & (phase < 3.5);
-    let apart = claim::apart::<f32>(value, at, limit);
-    let measured = claim::gradient::<f32>(gradient, phase, field - value, apart);
-    let next = claim::offset::<f32>(at, offset, value, gradient, limit);
-    let outcome = claim::outcome::<f32>(at, gradient, b.round.0[i], value, field, next, limit);
-    let repeats = checks & !measures & (outcome == 0.0);
-    let way = claim::surface::<f32>(offset, next, value, field);
-    let distance = if outcome > 0.0 {
-        way.length()
-    } else {
-        claim::NOTHING
-    };
-    let either = |measured: f32, repeated: f32, old: f32| {
-        let old = if repeats { repeated } else { old };
-        if measures { measured } else { old }
-    };
-    b.gradient_x.0[i] = either(measured.x, 0.0, gradient.x);
-    b.gradient_y.0[i] = either(measured.y, 0.0, gradient.y);
-    b.gradient_z.0[i] = either(measured.z, 0.0, gradient.z);
-    b.phase.0[i] = either(phase + 1.0, 1.0, phase);
-    b.offset_x.0[i] = if repeats { next.x } else { offset.x };
-    b.offset_y.0[i] = if repeats { next.y } else { offset.y };
-    b.offset_z.0[i] = if repeats { next.z } else { offset.z };
-    b.value.0[i] = if repeats { field } else { value };
-    b.round.0[i] += if repeats { 1.0 } else { 0.0 };
-    let goes_on = measures | repeats;
-    let known = checks & !goes_on;
-    (goes_on, if known { distance } else { field })
 }

@@ -142,9 +142,7 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         for i in 0..LANES {
             let start = V3::of(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
             let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let checking = soft(FORM) & (b.phase.0[i] > 0.0);
-            let t = if checking { b.claim_t.0[i] } else { b.t.0[i] };
-            let p = camera::along::<f32>(start, direction, t);
+            let p = camera::along::<f32>(start, direction, b.t.0[i]);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
@@ -159,60 +157,57 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
                 points[2].0[i] = add(points[2].0[i], centre.z);
             }
         }
-        if soft(FORM) && any(&b.phase) {
-            for i in 0..LANES {
-                let (phase, value) = (b.phase.0[i], b.value.0[i]);
-                let offset = offset_of(b, i);
-                let at = V3::of(points[0].0[i], points[1].0[i], points[2].0[i]);
-                let limit = shadow::limit(b.claim_t.0[i], size_of::<FORM>(b, i, self.light.size));
-                let gradient = gradient_of(b, i);
-                let p = claim::place::<f32>(at + offset, offset, phase, value, gradient, limit);
-                let checking = phase > 0.0;
-                points[0].0[i] = if checking { p.x } else { at.x };
-                points[1].0[i] = if checking { p.y } else { at.y };
-                points[2].0[i] = if checking { p.z } else { at.z };
-            }
-        }
     }
 
     #[inline(always)]
     fn advance(&self, b: &mut ShadowLanes, values: &Column, ended: &mut [bool; LANES]) {
         // Held here, since a pointer could lead to what is written in the loop.
-        let shared = Shared::<FORM> {
-            size: self.light.size,
-            near: self.light.near,
-            raw: self.frame.raw,
-            low: vector(self.frame.bounds_min),
-            high: vector(self.frame.bounds_max),
-            most_steps: self.frame.shadow_steps as f32,
-        };
-        let mut checking = [false; LANES];
-        let any_checking = soft(FORM) && any(&b.phase);
-        if any_checking {
-            checking = std::array::from_fn(|i| b.phase.0[i] > 0.0);
-        }
+        let shared = self.shared();
         let mut ends = sized::Ends::default();
         for (i, ended) in ended.iter_mut().enumerate() {
             b.steps.0[i] += 1.0;
             let field = values.0[i] * b.side.0[i];
             if FORM == SIZED {
-                (*ended, ends.kind.0[i], ends.amount.0[i]) =
-                    shared.step_sized(b, i, field, checking[i]);
+                (*ended, ends.kind.0[i], ends.amount.0[i]) = shared.step_sized(b, i, field);
             } else {
-                *ended = shared.step(b, i, field, checking[i]);
+                *ended = shared.step(b, i, field);
             }
         }
-        if any_checking {
-            for i in 0..LANES {
-                let field = values.0[i] * b.side.0[i];
-                let (gives_up, done) = shared.check(b, i, field, checking[i]);
-                let over = gives_up | is_nan(field) | (done & (FORM != SIZED));
-                ended[i] = if checking[i] { over } else { ended[i] };
-                if FORM == SIZED {
-                    let (kind, amount) = (ends.kind.0[i], ends.amount.0[i]);
-                    ends.kind.0[i] = if done { sized::ARRIVES } else { kind };
-                    ends.amount.0[i] = if done { b.visibility.0[i] } else { amount };
-                }
+        if FORM == SIZED {
+            shared.go_on(b, &ends, ended);
+        }
+    }
+
+    #[inline(always)]
+    fn asides(b: &ShadowLanes) -> Option<&Column> {
+        soft(FORM).then_some(&b.phase)
+    }
+
+    #[inline(always)]
+    fn points_aside(&self, b: &ShadowLanes, points: &mut Points) {
+        for i in 0..LANES {
+            let limit = shadow::limit(b.claim_t.0[i], size_of::<FORM>(b, i, self.light.size));
+            let (phase, value) = (b.phase.0[i], b.value.0[i]);
+            let (at, offset, gradient) = (place_of(b, i), offset_of(b, i), gradient_of(b, i));
+            let p = claim::place::<f32>(at, offset, phase, value, gradient, limit);
+            points[0].0[i] = p.x;
+            points[1].0[i] = p.y;
+            points[2].0[i] = p.z;
+        }
+    }
+
+    #[inline(always)]
+    fn advance_aside(&self, b: &mut ShadowLanes, values: &Column, ended: &mut [bool; LANES]) {
+        let shared = self.shared();
+        let mut ends = sized::Ends::default();
+        for (i, ended) in ended.iter_mut().enumerate() {
+            b.steps.0[i] += 1.0;
+            let field = values.0[i] * b.side.0[i];
+            let (gives_up, done) = shared.check(b, i, field);
+            *ended = gives_up | is_nan(field) | (done & (FORM != SIZED));
+            if FORM == SIZED {
+                ends.kind.0[i] = if done { sized::ARRIVES } else { 0.0 };
+                ends.amount.0[i] = b.visibility.0[i];
             }
         }
         if FORM == SIZED {
@@ -229,6 +224,21 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
             SIZED => shadow::arriving_sized(visibility),
             _ => shadow::arriving(visibility),
         };
+    }
+}
+
+impl<const FORM: u32> ShadowRays<'_, FORM> {
+    /// The common part of all rays.
+    #[inline(always)]
+    fn shared(&self) -> Shared<FORM> {
+        Shared {
+            size: self.light.size,
+            near: self.light.near,
+            raw: self.frame.raw,
+            low: vector(self.frame.bounds_min),
+            high: vector(self.frame.bounds_max),
+            most_steps: self.frame.shadow_steps as f32,
+        }
     }
 }
 
@@ -314,13 +324,11 @@ struct Shared<const FORM: u32> {
 }
 
 impl<const FORM: u32> Shared<FORM> {
-    /// Takes the evaluation of a point on the ray into account, but for lanes that check a claim; tells whether
-    /// the ray has ended.
+    /// Takes the evaluation of a point on the ray into account; tells whether the ray has ended.
     ///
     /// A claim is checked once the ray has passed the point where it is greatest.
     #[inline(always)]
-    fn step(self, b: &mut ShadowLanes, i: usize, h: f32, checking: bool) -> bool {
-        let keep = |old: f32, new: f32| if checking { old } else { new };
+    fn step(self, b: &mut ShadowLanes, i: usize, h: f32) -> bool {
         let (t, v) = (b.t.0[i], b.visibility.0[i]);
         let slope = shadow::slope(h, b.before.0[i], b.step.0[i]);
         let noise = marching::noise(b.rounding.0[i], slope, self.raw);
@@ -337,41 +345,30 @@ impl<const FORM: u32> Shared<FORM> {
         let at_end = (t >= b.leave.0[i]) | out_of_steps;
         let nan = is_nan(h);
         let back = shadow::passed(h, b.before.0[i], b.step.0[i], b.fall.0[i], noise);
-        let goes_back = (back > 0.0) & !checking & !out_of_steps;
+        let goes_back = (back > 0.0) & !out_of_steps;
         let next = if goes_back { back - b.step.0[i] } else { next };
-        b.t.0[i] = keep(t, t + next);
-        let keep = |old: f32, new: f32| if checking | goes_back { old } else { new };
+        let keep = |old: f32, new: f32| if goes_back { old } else { new };
+        b.t.0[i] = t + next;
         b.before.0[i] = keep(b.before.0[i], h);
-        b.step.0[i] = if goes_back {
-            back
-        } else {
-            keep(b.step.0[i], next)
-        };
-        b.fall.0[i] = if goes_back {
-            0.0
-        } else {
-            keep(b.fall.0[i], slope)
-        };
-        if goes_back {
-            return false;
-        }
+        b.step.0[i] = if goes_back { back } else { next };
+        b.fall.0[i] = if goes_back { 0.0 } else { slope };
         if !soft(FORM) {
-            let new = shadow::hard(v, h, noise);
+            let new = keep(v, shadow::hard(v, h, noise));
             b.visibility.0[i] = new;
-            return at_end | (new <= 0.0) | nan;
+            return !goes_back & (at_end | (new <= 0.0) | nan);
         }
         let new = shadow::seen(h, t, self.size);
-        let is_inside = h < -noise;
-        let claims = (shadow::claims(new, b.last.0[i], v) > 0.0) & !checking;
+        let is_inside = (h < -noise) & !goes_back;
+        let claims = (shadow::claims(new, b.last.0[i], v) > 0.0) & !goes_back;
         let claim = |old: f32, new: f32| if claims { new } else { old };
         b.claim_t.0[i] = claim(b.claim_t.0[i], t);
         b.value.0[i] = claim(b.value.0[i], h);
         b.last.0[i] = keep(b.last.0[i], new);
-        let is_passed = !claims | at_end;
+        let is_passed = (!claims | at_end) & !goes_back;
         let has_claim = b.claim_t.0[i] > 0.0;
-        let begins = is_passed & has_claim & !out_of_steps & !is_inside & !checking;
+        let begins = is_passed & has_claim & !out_of_steps & !is_inside;
         begin_check(b, i, begins, at_end);
-        b.visibility.0[i] = if is_inside & !checking { 0.0 } else { v };
-        is_inside | (at_end & !begins) | nan
+        b.visibility.0[i] = if is_inside { 0.0 } else { v };
+        !goes_back & (is_inside | (at_end & !begins) | nan)
     }
 }

@@ -5,14 +5,13 @@ use super::figure::Plane;
 use super::lanes::stream;
 use super::march::{March, Polish, vector};
 use super::meet::{self, Meetings};
-use super::occlusion::Look;
 use super::packet::{Marcher, NO_LEAF};
-use super::{Asked, Evaluator, Field, LANES, normal, shade, shadow, show};
+use super::{Evaluator, Field, LANES, normal, occlusion, shade, shadow, show};
 use crate::cells::{Cells, Region};
 use crate::crew::share;
 use crate::frame::{Frame, Picture, Progress, Samples, Status};
 use sdfc_shaders::assemble::{Stage, stages};
-use sdfc_shaders::features::{Features, Mode, Occlusion};
+use sdfc_shaders::features::{Mode, Occlusion};
 use sdfc_shaders::layout::{self, Ray, Surface};
 use sdfc_shaders::marching::{SHOWN, UNDECIDED};
 use sdfc_shaders::{beam, camera};
@@ -25,9 +24,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 const SIDE: u32 = 64;
 /// The same where a picture is small.
 const SMALL_SIDE: u32 = 32;
-/// The farthest place at which a tap's claim is checked, in reaches of occlusion: as far beyond the tap as a surface
-/// matters, twice.
-const BEYOND_TAPS: f32 = 2.1;
 /// So many tiles for each core keep all busy to the end.
 const ENOUGH: u32 = 16;
 
@@ -156,7 +152,11 @@ impl Tile {
         self.normals.resize(count, [0.0; 3]);
         self.outside.resize(count, V3::default());
         self.slopes.clear();
-        let slopes = if picture.features.checked { count } else { 0 };
+        let slopes = if picture.features.occlusion == Occlusion::Off {
+            0
+        } else {
+            count
+        };
         self.slopes.resize(slopes, 1.0);
         self.surfaces.resize(count, Surface::default());
         self.open.resize(count, 1.0);
@@ -193,7 +193,7 @@ impl Tile {
                         .map(|(i, (&form, light))| shadow::cast(f, light, i, form, self, evaluator))
                         .sum()
                 }
-                Stage::Occlusion => self.look_around(f, features, evaluator),
+                Stage::Occlusion => occlusion::look_around(f, features, self, evaluator),
                 Stage::Shade => {
                     shade::shade(f, features, &picture.lights, self);
                     0
@@ -332,55 +332,6 @@ impl Tile {
             region
         };
         items.chunks(LANES).map(region).collect()
-    }
-
-    fn look_around(
-        &mut self,
-        frame: &layout::Frame,
-        features: &Features,
-        evaluator: &mut dyn Evaluator,
-    ) -> u64 {
-        if features.occlusion == Occlusion::Off {
-            return 0;
-        }
-        let together = evaluator.blocks(Asked::Distances) > 1;
-        if !together {
-            // Claims are checked beyond the taps.
-            let beyond = if features.checked { BEYOND_TAPS } else { 1.0 };
-            let regions = self.regions_of(&self.shown, frame.occlusion_reach * beyond);
-            evaluator.announce(Asked::Distances, &regions);
-        }
-        macro_rules! look {
-            ($many:literal, $checked:literal) => {{
-                let mut walk = Look::<$many, $checked> {
-                    frame,
-                    taps: features.occlusion.taps(),
-                    pixels: &self.pixels,
-                    points: &self.points,
-                    rays: &self.rays,
-                    normals: &self.normals,
-                    slopes: &self.slopes,
-                    open: &mut self.open,
-                };
-                if together {
-                    stream(&mut walk, evaluator, &self.shown)
-                } else {
-                    let each = |(region, items)| {
-                        evaluator.focus(Some(region));
-                        stream(&mut walk, evaluator, items)
-                    };
-                    self.shown.chunks(LANES).enumerate().map(each).sum()
-                }
-            }};
-        }
-        let evaluations = match features.occlusion {
-            Occlusion::Multi(_) if features.checked => look!(true, true),
-            Occlusion::Multi(_) => look!(true, false),
-            _ if features.checked => look!(false, true),
-            _ => look!(false, false),
-        };
-        evaluator.focus(None);
-        evaluations
     }
 
     /// The places that are kept, and where they are in the whole picture.

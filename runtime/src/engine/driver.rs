@@ -338,7 +338,6 @@ impl<S: OnDevice> Engine for GpuEngine<S> {
             on_device,
             facts: FieldFacts {
                 raw: false,
-                checked: false,
                 bounds: Bounds::EVERYTHING,
                 material: None,
             },

@@ -226,9 +226,7 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         occlusion_taps: settings.occlusion.taps() as f32,
         normal_spread: normals::spread(settings.normals),
         normal_taps: normals::first_in_table(settings.normals) as u32,
-        choices: choice(foggy, layout::FOG)
-            | choice(hemisphere, layout::HEMISPHERE)
-            | choice(facts.checked, layout::CHECKED),
+        choices: choice(foggy, layout::FOG) | choice(hemisphere, layout::HEMISPHERE),
         ..layout::Frame::default()
     };
     let features = Features {
@@ -242,7 +240,6 @@ pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> Picture {
         normals: settings.normals,
         materials: facts.material.is_none(),
         fog: foggy,
-        checked: facts.checked,
         plane: settings.plane,
         general: false,
     };

@@ -32,7 +32,6 @@ impl<F: Formula> Field for Analytic<F> {
         let uniform = self.0.surface([0.0; 3], [0.0, 1.0, 0.0]).is_none();
         FieldFacts {
             raw: false,
-            checked: false,
             bounds: self.0.bounds(),
             material: uniform.then_some(CLAY),
         }

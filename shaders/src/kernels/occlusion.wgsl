@@ -21,9 +21,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let camera = camera_ray(item.pixel);
     let p = along(camera.origin, camera.direction, ray.t);
     let normal = normals[item.index].xyz;
-#if checked
     let slope = normals[item.index].w;
-#end
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
     // What rounding may take from the field counts as open.
     let unsure = rounding_at(ray.t, frame.rounding);
@@ -64,17 +62,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let weight = five_weight(around.tap);
 #end
 #end
-#if checked
         let at = along(p, direction, distance) + around.offset;
         let limit = occlusion_limit(height);
         let sampled = claim_place(at, around.offset, around.phase, around.value, around.gradient, limit);
-#else
-        let sampled = along(p, direction, distance);
-#end
         let field = scene_distance(sampled) * side;
         var clear = field;
-#if checked
-        if (frame.choices & CHECKED) != 0u && !is_nan(field) {
+        if !is_nan(field) {
             let next = claim_offset(at, around.offset, around.value, around.gradient, limit);
             let outcome = claim_outcome(at, around.gradient, around.round, around.value, field, next, limit);
             if around.phase == 0.0 {
@@ -102,7 +95,6 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 clear = select(NOTHING, length3(way), outcome > 0.0);
             }
         }
-#end
         let hidden = occlusion_hidden(clear + unsure, height, distance, weight);
         if !is_nan(field) { around.hidden += hidden; }
         around.phase = 0.0;

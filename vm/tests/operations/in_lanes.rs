@@ -1,8 +1,11 @@
-//! Loops over lanes against single points: shapes have the same bits in both, whatever the instruction set.
+//! Loops over lanes against single points: distances, gradients and bounds of shapes have the same bits in both,
+//! whatever the instruction set.
 
 use crate::fixture::{Random, cases, is_shape};
+use sdfc_vm::dual::Dual;
 use sdfc_vm::evaluate::evaluate;
-use sdfc_vm::lanes::{Instructions, LANES, Points};
+use sdfc_vm::interval::FloatInterval;
+use sdfc_vm::lanes::{Instructions, LANES, Lane, Points, seeded};
 use sdfc_vm::listing;
 use sdfc_vm::tape::Tape;
 use sdfc_vm::tape::machine::Machine;
@@ -19,6 +22,14 @@ fn lanes_have_the_bits_of_single_points() {
         for column in &mut points {
             column.0.fill_with(|| random.range(-3.0, 3.0) as f32);
         }
+        let mut boxes = <FloatInterval as Lane>::PointBlock::default();
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                let low = points[axis].0[lane];
+                boxes[axis].0[lane] = low;
+                boxes[axis + 3].0[lane] = low + random.range(0.0, 0.5) as f32;
+            }
+        }
         for widest in [
             Instructions::Baseline,
             Instructions::Avx2,
@@ -26,16 +37,46 @@ fn lanes_have_the_bits_of_single_points() {
         ] {
             let mut machine = Machine::<f32>::new(tape.values, tape.points).limited(widest);
             *machine.seed() = points;
-            let found = *machine.run(&program, &tape.clauses, LANES);
+            let values = *machine.run(&program, &tape.clauses, LANES);
+            let mut machine = Machine::<Dual<f32>>::new(tape.values, tape.points).limited(widest);
+            *machine.seed() = seeded(&points);
+            let gradients = *machine.run(&program, &tape.clauses, LANES);
+            let mut machine =
+                Machine::<FloatInterval>::new(tape.values, tape.points).limited(widest);
+            *machine.seed() = boxes;
+            let bounds = *machine.run(&program, &tape.clauses, LANES);
             for lane in 0..LANES {
                 let [x, y, z] = [0, 1, 2].map(|axis| points[axis].0[lane]);
-                let single = evaluate::<f32>(&program, V3::of(x, y, z));
-                assert_eq!(
-                    found.0[lane].to_bits(),
-                    single.to_bits(),
-                    "{widest:?}: {} in a lane and {single} at {x}, {y}, {z}\n{text}",
-                    found.0[lane]
-                );
+                let p = V3::of(x, y, z);
+                let single = evaluate::<f32>(&program, p);
+                let dual =
+                    evaluate::<Dual<f32>>(&program, Dual::load_point(&seeded(&points), lane));
+                let interval =
+                    evaluate::<FloatInterval>(&program, FloatInterval::load_point(&boxes, lane));
+                let found = [
+                    &values,
+                    &gradients[0],
+                    &gradients[1],
+                    &gradients[2],
+                    &gradients[3],
+                ];
+                let found = found
+                    .into_iter()
+                    .chain(&bounds)
+                    .map(|column| column.0[lane]);
+                let V3 {
+                    x: dx,
+                    y: dy,
+                    z: dz,
+                } = dual.gradient;
+                let singly = [single, dx, dy, dz, dual.value, interval.lo, interval.hi];
+                for (found, single) in found.zip(singly) {
+                    assert_eq!(
+                        found.to_bits(),
+                        single.to_bits(),
+                        "{widest:?}: {found} in a lane and {single} at {p:?}\n{text}"
+                    );
+                }
             }
         }
     }

@@ -8,24 +8,18 @@ use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::V3;
 
 impl<const FORM: u32> Shared<FORM> {
-    /// Takes an evaluation for the check of a claim into account, but for lanes that check none. Reports whether the
-    /// ray gives up, out of steps, and whether it is done after the check.
+    /// Takes an evaluation for the check of a claim into account. Reports whether the ray gives up, out of steps, and
+    /// whether it is done after the check.
     #[inline(always)]
-    pub(super) fn check(
-        self,
-        b: &mut ShadowLanes,
-        i: usize,
-        field: f32,
-        checking: bool,
-    ) -> (bool, bool) {
+    pub(super) fn check(self, b: &mut ShadowLanes, i: usize, field: f32) -> (bool, bool) {
         let (phase, value) = (b.phase.0[i], b.value.0[i]);
         let out_of_steps = b.steps.0[i] >= self.most_steps;
         let size = size_of::<FORM>(b, i, self.size);
         let (at, offset, gradient) = (place_of(b, i), offset_of(b, i), gradient_of(b, i));
         let limit = shadow::limit(b.claim_t.0[i], size);
-        let starts = checking & (phase < 0.75);
-        let measures = checking & !starts & (phase < 3.5);
-        let looks = checking & !starts & !measures;
+        let starts = phase < 0.75;
+        let measures = !starts & (phase < 3.5);
+        let looks = !starts & !measures;
 
         let apart = claim::apart::<f32>(value, at, limit);
         let measured = claim::gradient::<f32>(gradient, phase, field - value, apart);
@@ -82,7 +76,7 @@ impl<const FORM: u32> Shared<FORM> {
             b.last.0[i]
         };
         let done = finished & ((b.ends.0[i] > 0.0) | is_dark | out_of_steps);
-        (checking & !finished & out_of_steps, done)
+        (!finished & out_of_steps, done)
     }
 
     /// Reports whether no more of the light is seen by the present ray. That to the centre of a light with a size is

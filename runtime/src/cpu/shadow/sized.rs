@@ -22,20 +22,14 @@ pub(super) const ARRIVES: f32 = 1.0;
 const BEGINS: f32 = 2.0;
 
 impl<const FORM: u32> Shared<FORM> {
-    /// Takes the evaluation of a point on a ray towards a light with a size into account, but for lanes that check a
-    /// claim. Reports whether the lane's last ray has ended, and gives its part of [`Ends`].
+    /// Takes the evaluation of a point on a ray towards a light with a size into account. Reports whether the lane's
+    /// last ray has ended, and gives its part of [`Ends`].
     #[inline(always)]
-    pub(super) fn step_sized(
-        self,
-        b: &mut ShadowLanes,
-        i: usize,
-        h: f32,
-        checking: bool,
-    ) -> (bool, f32, f32) {
+    pub(super) fn step_sized(self, b: &mut ShadowLanes, i: usize, h: f32) -> (bool, f32, f32) {
         let (t, number, size) = (b.t.0[i], b.number.0[i], b.size.0[i]);
         let out_of_steps = b.steps.0[i] >= self.most_steps;
-        let over = !checking & (is_nan(h) | (out_of_steps & (number > 0.0)));
-        let runs = !checking & !over;
+        let over = is_nan(h) | (out_of_steps & (number > 0.0));
+        let runs = !over;
         let slope = shadow::slope(h, b.before.0[i], b.step.0[i]);
         let noise = marching::noise(b.rounding.0[i], slope, self.raw);
         let shortest = b.least.0[i] * shadow::hurry(b.steps.0[i] - b.begun.0[i]);
