@@ -87,7 +87,7 @@ impl Lengthening<'_> {
         }
         let mut points = Vec::new();
         for end in span {
-            let corners = near.between(&far, (end - from) / (to - from));
+            let corners = near.inset_between(&far, (end - from) / (to - from));
             for corner in corners {
                 match near.is_round {
                     true if is_round_pair => points.extend([corner, [0.0, corner[1], 0.0]]),

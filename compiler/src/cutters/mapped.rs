@@ -4,9 +4,11 @@
 //! cancel would leave it so. Solids of revolution around the axis of a ring are evaluated in its half plane, where
 //! their walls are straight.
 
+use super::section::{corners, moved};
 use super::{Rows, SAME, TOUCHING, composed};
-use crate::bounds::World;
-use crate::scene::{Scene, ShapeId, ShapeKind};
+use crate::bounds::{World, inverse};
+use crate::expression::ExprId;
+use crate::scene::{NO_EDGE, Scene, ShapeId, ShapeKind};
 use crate::shape_range::ShapeRange;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
@@ -64,7 +66,7 @@ pub(super) struct MappedRange<'s, 'u> {
 }
 
 impl<'s, 'u> MappedRange<'s, 'u> {
-    pub(super) fn new(scene: &'s Scene, uniform: &'u mut dyn FnMut(crate::expression::ExprId) -> Interval) -> Self {
+    pub(super) fn new(scene: &'s Scene, uniform: &'u mut dyn FnMut(ExprId) -> Interval) -> Self {
         Self {
             scene,
             range: ShapeRange::new(World::from(scene), uniform),
@@ -105,8 +107,36 @@ impl<'s, 'u> MappedRange<'s, 'u> {
                 }
                 value
             }
+            ShapeKind::Distance {
+                op: Op::Extrude,
+                child,
+                parameters,
+            } => match scene.expressions.as_constant(parameters[0]) {
+                Some(half) => self.extruded(*child, half, rows, place),
+                None => self.leaf(id, rows, place),
+            },
+            ShapeKind::Polygon { points } => {
+                self.range.operations += points.len();
+                let value = match place {
+                    Place::Box(bounds) => corners(scene, id)
+                        .and_then(|corners| side_of_polygon(&corners, rows, bounds)),
+                    Place::Ring(_) => None,
+                };
+                value.unwrap_or_else(|| self.leaf(id, rows, place))
+            }
             _ => self.leaf(id, rows, place),
         }
+    }
+
+    /// The values of an extrusion, by the sign of those of the figure and of the place along z.
+    fn extruded(&mut self, child: ShapeId, half: f64, rows: &Rows, place: &Place) -> Interval {
+        let bounds = place.bounds().mapped(rows);
+        let height = Interval {
+            lo: bounds.min[2],
+            hi: bounds.max[2],
+        };
+        let figure = self.over(child, rows, place);
+        figure.max(height.abs() - Interval::point(half))
     }
 
     /// The value of a shape at a point, or more.
@@ -125,10 +155,55 @@ impl<'s, 'u> MappedRange<'s, 'u> {
     }
 }
 
+/// Values with the sign of a polygon's in a box: of one sign where no edge is in the box.
+fn side_of_polygon(corners: &[[f64; 2]], rows: &Rows, bounds: &Bounds) -> Option<Interval> {
+    let is_upright = [rows[0][2], rows[1][2], rows[2][0], rows[2][1]];
+    if is_upright.iter().any(|&factor| factor != 0.0) {
+        return None;
+    }
+    let back = inverse(rows.as_flattened())?;
+    let place = |&[x, y]: &[f64; 2]| moved(&back, [x, y, 0.0]);
+    let corners: Vec<[f64; 3]> = corners.iter().map(place).collect();
+    let middle = bounds.centre();
+    let mut is_inside = false;
+    for (at, &a) in corners.iter().enumerate() {
+        let b = corners[(at + 1) % corners.len()];
+        if crosses(a, b, bounds) {
+            return Some(Interval::ALL);
+        }
+        if (a[1] > middle[1]) != (b[1] > middle[1]) {
+            let x = a[0] + (b[0] - a[0]) * (middle[1] - a[1]) / (b[1] - a[1]);
+            is_inside ^= middle[0] < x;
+        }
+    }
+    Some(match is_inside {
+        true => Interval { lo: -NO_EDGE, hi: -f64::MIN_POSITIVE },
+        false => Interval { lo: 0.0, hi: NO_EDGE },
+    })
+}
+
+/// Tells if a piece of a line passes a box in the plane.
+fn crosses(a: [f64; 3], b: [f64; 3], bounds: &Bounds) -> bool {
+    let (mut first, mut last) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let (min, max, way) = (bounds.min[axis], bounds.max[axis], b[axis] - a[axis]);
+        if way == 0.0 {
+            if a[axis] < min || a[axis] > max {
+                return false;
+            }
+            continue;
+        }
+        let ends = [(min - a[axis]) / way, (max - a[axis]) / way];
+        first = first.max(ends[0].min(ends[1]));
+        last = last.min(ends[0].max(ends[1]));
+    }
+    first <= last
+}
+
 /// The map of points that a frame of constants makes of outer ones.
 pub(super) fn rows_of_frame(
     scene: &Scene,
-    matrix: &[crate::expression::ExprId; 12],
+    matrix: &[ExprId; 12],
 ) -> Option<Rows> {
     let mut rows = SAME;
     for (at, &id) in matrix.iter().enumerate() {

@@ -72,12 +72,13 @@ impl Lengthening<'_> {
             .filter(|other| !other.is_grown && !are_apart(&other.bounds, &outer))
             .filter_map(|other| Some((other.id, region.level(other.depth)?.clone())))
             .collect();
-        let mut left = region.clone();
+        let mut left = region.clone(); let mut dbg = vec![];
         for (other, level) in &near {
             for (axis, span) in self.covered(part, region, (*other, level)) {
-                left.without(axis, span);
+                dbg.push((axis, span)); left.without(axis, span);
             }
         }
+        eprintln!("DBG {:?} near {} left {:?} region {:?} cov {:?}", self.kind(part.id), near.len(), left.bounds, region.bounds, dbg);
         if left.bounds.is_empty() {
             return true;
         }
@@ -153,8 +154,20 @@ impl Lengthening<'_> {
             true => Place::Box(Place::half_plane(bounds)),
             false => region.place(*bounds),
         };
-        let whole = longest(region, &region.bounds).1;
-        let mut open = vec![region.bounds];
+        // What touches a face is not looked at.
+        let around = region.place(region.bounds).bounds();
+        let margin = TOUCHING * largest(&around.mapped(&region.rows)).max(largest(&around));
+        let mut inner = region.bounds.grown(-margin);
+        if region.is_ring {
+            (inner.min[2], inner.max[2]) = (region.bounds.min[2], region.bounds.max[2]);
+        }
+        for axis in 0..3 {
+            if inner.min[axis] > inner.max[axis] {
+                (inner.min[axis], inner.max[axis]) = (region.bounds.min[axis], region.bounds.max[axis]);
+            }
+        }
+        let whole = longest(region, &inner).1;
+        let mut open = vec![inner];
         let mut proved = true;
         for _ in 0..MOST_HALVED {
             let Some(bounds) = open.pop() else { break };

@@ -1,6 +1,6 @@
 //! Cross sections of what a part grows by: their points, whose hull holds all of it.
 
-use super::{Rows, composed};
+use super::{Rows, TOUCHING, composed};
 use crate::bounds::inverse;
 use crate::scene::{Scene, ShapeId, ShapeKind};
 
@@ -19,12 +19,23 @@ pub(super) struct Section {
 }
 
 impl Section {
-    /// Corners around all points of the section between this one and another, a fraction on the way there.
-    pub(super) fn between(&self, other: &Self, fraction: f64) -> Vec<[f64; 3]> {
+    /// Corners of the section between this one and another, a fraction on the way there. They stand inside by what
+    /// counts as touching, where rounding leaves no doubt.
+    pub(super) fn inset_between(&self, other: &Self, fraction: f64) -> Vec<[f64; 3]> {
         let mix = |(a, b): (&[f64; 3], &[f64; 3])| -> [f64; 3] {
             std::array::from_fn(|i| a[i] + (b[i] - a[i]) * fraction)
         };
-        self.points.iter().zip(&other.points).map(mix).collect()
+        let corners: Vec<[f64; 3]> = self.points.iter().zip(&other.points).map(mix).collect();
+        let middle: [f64; 3] = match (self.is_round, corners.first()) {
+            (true, Some(corner)) => [0.0, corner[1], 0.0],
+            _ => std::array::from_fn(|i| {
+                corners.iter().map(|corner| corner[i]).sum::<f64>() / corners.len() as f64
+            }),
+        };
+        let inset = |corner: [f64; 3]| {
+            std::array::from_fn(|i| corner[i] + (middle[i] - corner[i]) * TOUCHING)
+        };
+        corners.into_iter().map(inset).collect()
     }
 }
 
