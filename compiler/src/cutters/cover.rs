@@ -5,7 +5,7 @@
 
 use super::copies::{Level, Region};
 use super::mapped::{MappedRange, axial, is_round, rows_of_frame};
-use super::room::Part;
+use super::room::{Part, largest};
 use super::section::{Section, around, moved};
 use super::{Lengthening, Rows, SAME, TOUCHING, composed};
 use crate::bounds::inverse;
@@ -85,15 +85,17 @@ impl Lengthening<'_> {
         if span.iter().any(|end| !end.is_finite()) || span[0] >= span[1] {
             return None;
         }
+        // Signs are certain a little inside only.
+        let margin = TOUCHING * largest(&region.bounds);
         let mut points = Vec::new();
-        for end in span {
+        for end in [span[0] + margin, span[1] - margin] {
             let corners = near.inset_between(&far, (end - from) / (to - from));
             for corner in corners {
                 match near.is_round {
                     true if is_round_pair => points.extend([corner, [0.0, corner[1], 0.0]]),
                     true => points.extend(around(corner)),
                     false if near.is_plane && !region.is_ring => {
-                        let ends = [region.bounds.min[2], region.bounds.max[2]];
+                        let ends = [region.bounds.min[2] + margin, region.bounds.max[2] - margin];
                         points.extend(ends.map(|z| [corner[0], corner[1], z]));
                     }
                     false => points.push(corner),
@@ -271,7 +273,7 @@ fn turns_one_way(corners: &[[f64; 2]]) -> bool {
 
 /// Tells if rows of a map shift points along an axis and leave them as they are otherwise.
 fn is_shift_along(rows: &Rows, axis: usize, own: &Bounds) -> bool {
-    let size = super::room::largest(own);
+    let size = largest(own);
     (0..3).all(|row| {
         (0..4).all(|column| {
             let (value, unit) = (rows[row][column], SAME[row][column]);

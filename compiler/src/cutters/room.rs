@@ -72,13 +72,12 @@ impl Lengthening<'_> {
             .filter(|other| !other.is_grown && !are_apart(&other.bounds, &outer))
             .filter_map(|other| Some((other.id, region.level(other.depth)?.clone())))
             .collect();
-        let mut left = region.clone(); let mut dbg = vec![];
+        let mut left = region.clone();
         for (other, level) in &near {
             for (axis, span) in self.covered(part, region, (*other, level)) {
-                dbg.push((axis, span)); left.without(axis, span);
+                left.without(axis, span);
             }
         }
-        eprintln!("DBG {:?} near {} left {:?} region {:?} cov {:?}", self.kind(part.id), near.len(), left.bounds, region.bounds, dbg);
         if left.bounds.is_empty() {
             return true;
         }
