@@ -6,12 +6,20 @@
 //! the body, if boxes prove that nothing of what is cut lies in what that adds, or intervals that another cutter
 //! takes it away. The solid is the same set of points; its field is nearer to the distance.
 //!
-//! A face that follows live parameters is moved where the body's outermost face follows them in the same way.
+//! Walls that are straight at the face stay as they are (`straight`); those that slope are prolonged (`sloping` for
+//! solids, `sketch` for polygons). A face that follows live parameters is moved where the body's outermost face
+//! follows them in the same way (`live`).
 
 mod copies;
+mod cover;
 mod linear;
 mod live;
+mod mapped;
 mod room;
+mod section;
+mod sketch;
+mod sloping;
+mod straight;
 
 use crate::bounds::{Boxes, World, inverse};
 use crate::expression::{ExprId, Expression};
@@ -85,8 +93,10 @@ struct Lengthening<'s> {
 enum Step {
     /// A map of points.
     Map(Rows),
-    /// Copies by a row.
+    /// Copies by a row, or a turn that differs from point to point.
     Copies { op: Op, numbers: Vec<f64> },
+    /// A turn of the plane around the y axis, after a shift along x.
+    Revolve(f64),
     /// A cut to a box.
     Within(Bounds),
 }
@@ -104,10 +114,12 @@ struct Cut {
 #[derive(Clone, Copy)]
 struct Other {
     id: ShapeId,
-    /// The map from its frame to that of the body.
-    rows: Rows,
-    /// Its box in the body's frame; empty for the one that grows itself.
+    /// The number of steps from the body to its frame.
+    depth: usize,
+    /// Its box in the body's frame; all of space where several maps lead there.
     bounds: Bounds,
+    /// The part that grows lies in it.
+    is_grown: bool,
 }
 
 impl Lengthening<'_> {
@@ -194,21 +206,24 @@ impl Lengthening<'_> {
         cut: &mut Cut,
         more: &[ShapeId],
     ) {
-        let Some(rows) = rows_of(path) else {
-            for cutter in cutters {
-                *cutter = self.cutter(*cutter, path, cut);
-            }
-            return;
-        };
+        let rows = rows_of(path);
         let first = cut.others.len();
         for &id in cutters.iter().chain(more) {
-            let bounds = self.bounds(id).mapped(&rows);
-            cut.others.push(Other { id, rows, bounds });
+            let bounds = match &rows {
+                Some(rows) => self.bounds(id).mapped(rows),
+                None => Bounds::EVERYTHING,
+            };
+            cut.others.push(Other {
+                id,
+                depth: path.len(),
+                bounds,
+                is_grown: false,
+            });
         }
         for (at, cutter) in cutters.iter_mut().enumerate() {
-            let own = std::mem::replace(&mut cut.others[first + at].bounds, Bounds::EMPTY);
+            cut.others[first + at].is_grown = true;
             *cutter = self.cutter(*cutter, path, cut);
-            cut.others[first + at].bounds = own;
+            cut.others[first + at].is_grown = false;
         }
         cut.others.truncate(first);
     }
@@ -250,7 +265,11 @@ impl Lengthening<'_> {
                 children[0] = self.cutter(children[0], path, cut);
                 return self.with(id, kind);
             }
-            ShapeKind::Primitive { .. } => return self.longer(id, path, cut),
+            ShapeKind::Primitive { .. } => {
+                let id = self.longer(id, path, cut);
+                return self.farther(id, path, cut);
+            }
+            ShapeKind::Polygon { .. } => return self.wider(id, path, cut),
             ShapeKind::Painted { .. } => None,
             ShapeKind::Frame { matrix, .. } => match self.constants(matrix) {
                 Some(matrix) => match inverse(&matrix) {
@@ -262,7 +281,7 @@ impl Lengthening<'_> {
             ShapeKind::Repeat { op, parameters, .. }
             | ShapeKind::Polar { op, parameters, .. }
             | ShapeKind::Domain {
-                op: op @ Op::Mirror,
+                op: op @ (Op::Mirror | Op::Twist),
                 parameters,
                 ..
             } => {
@@ -271,6 +290,19 @@ impl Lengthening<'_> {
                 };
                 Some(Step::Copies { op: *op, numbers })
             }
+            ShapeKind::Domain {
+                op: Op::Revolve | Op::RevolvePart,
+                parameters,
+                ..
+            } => match self.scene.expressions.as_constant(parameters[0]) {
+                Some(offset) => Some(Step::Revolve(offset)),
+                None => return id,
+            },
+            // What the ends of a turn cut off is not left out.
+            ShapeKind::Distance {
+                op: Op::RevolveClose,
+                ..
+            } => None,
             ShapeKind::Distance {
                 op: Op::Extrude | Op::RoundedExtrude,
                 ..
@@ -303,109 +335,13 @@ impl Lengthening<'_> {
     fn bounds(&mut self, id: ShapeId) -> Bounds {
         self.boxes.of(World::from(&*self.scene), id)
     }
-
-    /// A shape whose flat faces stand farther out where that is possible.
-    fn longer(&mut self, id: ShapeId, path: &[Step], cut: &Cut) -> ShapeId {
-        let mut kind = self.kind(id).clone();
-        let (ShapeKind::Primitive { op, parameters } | ShapeKind::Distance { op, parameters, .. }) =
-            &mut kind
-        else {
-            return id;
-        };
-        let plane = self.scene.shapes[id.0 as usize].plane;
-        let mut own = self.bounds(id);
-        let mut centre = [0.0; 3];
-        let out = cut.size / scale(path);
-        if !out.is_finite() {
-            return id;
-        }
-        for flat in op.row().meta.flats {
-            let half = parameters[flat.half];
-            if self.scene.expressions.as_constant(half).is_none() {
-                continue;
-            }
-            let mut sides = (0..3).filter(|&axis| !(plane && axis == 2));
-            if !sides.all(|axis| own.min[axis] < own.max[axis] && own.min[axis].is_finite()) {
-                continue;
-            }
-            let before = own;
-            for upper in [true, false] {
-                let by = self.room(id, &own, (flat.axis, upper), out, path, cut);
-                let side = match upper {
-                    true => &mut own.max[flat.axis],
-                    false => &mut own.min[flat.axis],
-                };
-                *side += if upper { by } else { -by };
-            }
-            if own != before {
-                let (low, high) = (own.min[flat.axis], own.max[flat.axis]);
-                centre[flat.axis] = (low + high) / 2.0;
-                parameters[flat.half] = self.scene.expressions.constant((high - low) / 2.0);
-            }
-        }
-        if centre == [0.0; 3] && own == self.bounds(id) {
-            return id;
-        }
-        let child = self.pushed(id, kind);
-        self.moved(id, child, centre)
-    }
-
-    /// A shape moved, with the name and the text of another one.
-    fn moved(&mut self, like: ShapeId, child: ShapeId, by: [f64; 3]) -> ShapeId {
-        let mut number = |value: f64| self.scene.expressions.constant(value);
-        let matrix = std::array::from_fn(|at| match (at / 4, at % 4) {
-            (row, 3) => number(-by[row]),
-            (row, column) => number(f64::from(u8::from(row == column))),
-        });
-        let scale = number(1.0);
-        let kind = ShapeKind::Frame {
-            child,
-            matrix,
-            scale,
-        };
-        self.pushed(like, kind)
-    }
-
-    /// The length by which a face of a box can be moved out, at most `out`; none where it stands out as much.
-    fn room(
-        &mut self,
-        id: ShapeId,
-        own: &Bounds,
-        (axis, upper): (usize, bool),
-        out: f64,
-        path: &[Step],
-        cut: &Cut,
-    ) -> f64 {
-        let at = if upper { own.max[axis] } else { own.min[axis] };
-        let between = |a: f64, b: f64| {
-            let mut added = *own;
-            (added.min[axis], added.max[axis]) = (a.min(b), a.max(b));
-            added
-        };
-        let way = if upper { out } else { -out };
-        let is_long = own.max[axis] - own.min[axis] > out;
-        let part = Part { id, axis };
-        if is_long && self.is_free(&part, &between(at - way, at), path, cut) {
-            return 0.0;
-        }
-        let possible = FRACTIONS
-            .into_iter()
-            .find(|fraction| self.is_free(&part, &between(at, at + way * fraction), path, cut));
-        possible.map_or(0.0, |fraction| out * fraction)
-    }
-}
-
-/// A part of a cutter, as it was written, that grows along an axis across flat faces.
-struct Part {
-    id: ShapeId,
-    axis: usize,
 }
 
 /// The map from the frame in which a path begins to that where it ends, if it is one map.
 fn rows_of(path: &[Step]) -> Option<Rows> {
     path.iter().rev().try_fold(SAME, |rows, step| match step {
         Step::Map(map) => Some(composed(map, &rows)),
-        Step::Copies { .. } | Step::Within(_) => None,
+        Step::Copies { .. } | Step::Revolve(_) | Step::Within(_) => None,
     })
 }
 
@@ -435,7 +371,7 @@ fn scale(path: &[Step]) -> f64 {
                 [0, 1, 2].map(|column| V3::of(rows[0][column], rows[1][column], rows[2][column]));
             columns[0].cross(columns[1]).dot(columns[2]).abs()
         }
-        Step::Copies { .. } | Step::Within(_) => 1.0,
+        Step::Copies { .. } | Step::Revolve(_) | Step::Within(_) => 1.0,
     };
     path.iter().map(volume).product::<f64>().cbrt()
 }

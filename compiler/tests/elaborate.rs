@@ -4,6 +4,8 @@
 mod boxes;
 #[path = "elaborate/cutters.rs"]
 mod cutters;
+#[path = "elaborate/cutters_sloping.rs"]
+mod cutters_sloping;
 #[path = "elaborate/errors.rs"]
 mod errors;
 #[path = "elaborate/meaning.rs"]

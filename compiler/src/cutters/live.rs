@@ -43,6 +43,15 @@ impl Lengthening<'_> {
                     [0, 1, 2].map(|axis| self.scene.expressions.as_constant(parameters[axis]));
                 Some(Turn::Copies(spacing.map(|spacing| spacing != Some(0.0))))
             }
+            // A turn around the y axis leaves faces across it where they are.
+            ShapeKind::Domain {
+                op: Op::Revolve | Op::RevolvePart | Op::Twist,
+                ..
+            } => Some(Turn::Copies([true, false, true])),
+            ShapeKind::Distance {
+                op: Op::RevolveClose,
+                ..
+            } => None,
             ShapeKind::Primitive { .. }
             | ShapeKind::Distance {
                 op: Op::Extrude, ..
@@ -166,11 +175,41 @@ impl Lengthening<'_> {
         };
         match self.kind(id).clone() {
             ShapeKind::Primitive { op, parameters } => {
-                match op.row().meta.flats.iter().find(|flat| flat.axis == axis) {
-                    Some(flat) => Some(Linear::of(&self.scene.expressions, parameters[flat.half])),
-                    None => by_box(self),
+                let of = |at: &usize| Linear::of(&self.scene.expressions, parameters[*at]);
+                let ends = extents(op, axis);
+                match ends.is_empty() {
+                    true => by_box(self),
+                    false => self.farthest(ends.iter().map(of).collect()),
                 }
             }
+            ShapeKind::Polygon { points } => {
+                if axis == 2 {
+                    return None;
+                }
+                let expressions = &self.scene.expressions;
+                let place = |point: &[ExprId; 2]| Linear::of(expressions, point[axis]).times(sign);
+                self.farthest(points.iter().map(place).collect())
+            }
+            ShapeKind::Domain {
+                op: op @ (Op::Revolve | Op::RevolvePart | Op::Twist),
+                child,
+                parameters,
+            } => match axis {
+                1 => self.reach(child, side),
+                _ if op == Op::Twist => by_box(self),
+                _ => {
+                    let offset = Linear::of(&self.scene.expressions, parameters[0]);
+                    Some(self.reach(child, (0, 1.0))?.plus(&offset, 1.0))
+                }
+            },
+            ShapeKind::Polar { op, child, .. } if axis == if op == Op::Polar { 1 } else { 2 } => {
+                self.reach(child, side)
+            }
+            ShapeKind::Distance {
+                op: Op::RevolveClose,
+                child,
+                ..
+            } => self.reach(child, side),
             ShapeKind::Distance {
                 op: op @ (Op::Extrude | Op::RoundedExtrude),
                 child,
@@ -204,15 +243,7 @@ impl Lengthening<'_> {
                             .iter()
                             .map(|&child| self.reach(child, side))
                             .collect();
-                        let reaches = reaches?;
-                        let is_farther = |one: &Linear, other: &Linear| {
-                            self.least(&one.clone().plus(other, -1.0)) >= -TOUCHING
-                        };
-                        let farthest = reaches.iter().reduce(|best, next| {
-                            if is_farther(next, best) { next } else { best }
-                        })?;
-                        let is_known = reaches.iter().all(|other| is_farther(farthest, other));
-                        is_known.then(|| farthest.clone())
+                        self.farthest(reaches?)
                     }
                     Some(SetOperation::Subtraction) => self.reach(children[0], side),
                     Some(SetOperation::Intersection) => {
@@ -225,6 +256,18 @@ impl Lengthening<'_> {
         }
     }
 
+    /// The largest of sums, if it is the same one for all values of the parameters.
+    fn farthest(&self, reaches: Vec<Linear>) -> Option<Linear> {
+        let is_farther = |one: &Linear, other: &Linear| {
+            self.least(&one.clone().plus(other, -1.0)) >= -TOUCHING
+        };
+        let farthest = reaches
+            .iter()
+            .reduce(|best, next| if is_farther(next, best) { next } else { best })?;
+        let is_known = reaches.iter().all(|other| is_farther(farthest, other));
+        is_known.then(|| farthest.clone())
+    }
+
     /// The least value of a sum, for all values of the parameters.
     fn least(&self, sum: &Linear) -> f64 {
         sum.range(|id| self.ranges.of_number(&self.scene.expressions, id))
@@ -235,5 +278,25 @@ impl Lengthening<'_> {
     fn stands_between(&self, by: &Linear, out: f64) -> bool {
         let least = self.least(by);
         least >= -TOUCHING * out && least < STANDS_OUT * out
+    }
+}
+
+/// The positions of the numbers of a row, the largest of which is its reach on both sides of an axis.
+fn extents(op: Op, axis: usize) -> &'static [usize] {
+    match (op, axis) {
+        (Op::Sphere, _) | (Op::Circle, 0 | 1) => &[0],
+        (Op::Cylinder | Op::RoundedCylinder, 1) => &[1],
+        (Op::Cylinder | Op::RoundedCylinder, _) => &[0],
+        (Op::Cone, 1) => &[2],
+        (Op::Cone, _) => &[0, 1],
+        (Op::Pyramid, 1) => &[1],
+        (Op::Pyramid, _) => &[0],
+        (Op::Prism, 1) => &[4],
+        (Op::Cuboid | Op::RoundedCuboid, _) | (Op::Rect | Op::RoundedRect, 0 | 1) => match axis {
+            0 => &[0],
+            1 => &[1],
+            _ => &[2],
+        },
+        _ => &[],
     }
 }

@@ -2,14 +2,14 @@
 //!
 //! Boxes alone are compared first. What they leave is halved, and intervals tell of each half if it lies outside
 //! of the grown part, outside of the body, or in another cutter. Values that are zero but for rounding count as
-//! outside: faces may touch. Where another cutter has the same profile, whose walls coincide with those of the
-//! part, it fills what lies between its own flat faces.
+//! outside: faces may touch. What other cutters hold entirely is left out before (`cover`).
 
-use super::copies::Region;
-use super::{Cut, Lengthening, Part, Rows, SAME, Step, TOUCHING, composed};
-use crate::bounds::{World, inverse};
+use super::copies::{Level, Region};
+use super::mapped::{MappedRange, Place, rows_of_frame};
+use super::section::Section;
+use super::{Cut, Lengthening, Rows, Step, TOUCHING, composed};
+use crate::bounds::inverse;
 use crate::scene::{ShapeId, ShapeKind};
-use crate::shape_range::ShapeRange;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
@@ -19,8 +19,22 @@ const MOST_HALVED: usize = 400;
 /// The size of the boxes that are halved no more, as a fraction of the region.
 const FINEST: f64 = 1.0 / 64.0;
 
+/// A part of a cutter that grows across one of its faces.
+pub(super) struct Part {
+    /// The part with the face farther out, or the part as it was.
+    pub(super) id: ShapeId,
+    /// It is as wide beyond its flat faces as in its middle; else it is the grown one.
+    pub(super) is_straight: bool,
+    /// The axis of the region's frame along which the face moves.
+    pub(super) axis: usize,
+    /// The map from the region's frame to that of the part.
+    pub(super) frame: Rows,
+    /// Cross sections whose hull holds all that is added: where the face was, and where it may come to stand.
+    pub(super) sections: Option<[Section; 2]>,
+}
+
 impl Lengthening<'_> {
-    /// Tells if nothing is left in a box of a part's frame, by which the part grows.
+    /// Tells if nothing is left in a box by which a part grows.
     pub(super) fn is_free(
         &mut self,
         part: &Part,
@@ -28,12 +42,16 @@ impl Lengthening<'_> {
         path: &[Step],
         cut: &Cut,
     ) -> bool {
-        let Some(regions) = Region::all(added, path) else {
+        let Some(regions) = Region::all(added, &part.frame, path) else {
             return false;
         };
-        regions
-            .iter()
-            .all(|region| self.is_free_within(part, region, cut))
+        let is_plane = self.scene.shapes[cut.body.0 as usize].plane;
+        regions.into_iter().all(|mut region| {
+            if is_plane {
+                (region.bounds.min[2], region.bounds.max[2]) = (0.0, 0.0);
+            }
+            self.is_free_within(part, &region, cut)
+        })
     }
 
     fn is_free_within(&mut self, part: &Part, region: &Region, cut: &Cut) -> bool {
@@ -43,31 +61,27 @@ impl Lengthening<'_> {
         let Some(back) = inverse(region.rows.as_flattened()) else {
             return false;
         };
-        if self.is_clear(cut.body, &back, &region.bounds) {
+        let around = |region: &Region| region.place(region.bounds).bounds();
+        if self.is_clear(cut.body, &back, &around(region)) {
             return true;
         }
-        let outer = region.bounds.mapped(&region.rows);
-        let near: Vec<(ShapeId, Rows)> = cut
+        let outer = around(region).mapped(&region.rows);
+        let near: Vec<(ShapeId, Level)> = cut
             .others
             .iter()
-            .filter(|other| !are_apart(&other.bounds, &outer))
-            .filter_map(|other| {
-                let to_other = inverse(other.rows.as_flattened())?;
-                Some((other.id, composed(&to_other, &region.rows)))
-            })
+            .filter(|other| !other.is_grown && !are_apart(&other.bounds, &outer))
+            .filter_map(|other| Some((other.id, region.level(other.depth)?.clone())))
             .collect();
         let mut left = region.clone();
-        if region.is_own {
-            for (other, rows) in &near {
-                if let Some(span) = self.filled(*other, part, rows) {
-                    left.without(part.axis, span);
-                }
+        for (other, level) in &near {
+            for (axis, span) in self.covered(part, region, (*other, level)) {
+                left.without(axis, span);
             }
         }
         if left.bounds.is_empty() {
             return true;
         }
-        left.bounds != region.bounds && self.is_clear(cut.body, &back, &left.bounds)
+        left.bounds != region.bounds && self.is_clear(cut.body, &back, &around(&left))
             || self.is_outside(part, &left, cut.body, &near)
     }
 
@@ -84,8 +98,9 @@ impl Lengthening<'_> {
         match self.kind(id).clone() {
             ShapeKind::Painted { child, .. } => self.is_clear(child, rows, region),
             ShapeKind::Frame { child, matrix, .. } => {
-                let rows_of_child = self.constants(&matrix).and_then(|matrix| inverse(&matrix));
+                let rows_of_child = rows_of_frame(self.scene, &matrix);
                 rows_of_child
+                    .and_then(|rows| inverse(rows.as_flattened()))
                     .is_some_and(|inner| self.is_clear(child, &composed(rows, &inner), region))
             }
             ShapeKind::Combine { op, children, .. } => {
@@ -101,118 +116,95 @@ impl Lengthening<'_> {
         }
     }
 
-    /// The ends, along the part's axis and in its frame, of a shape with the part's profile; `rows` lead from that
-    /// frame to the shape's.
-    fn filled(&mut self, id: ShapeId, part: &Part, rows: &Rows) -> Option<[f64; 2]> {
-        match self.kind(id).clone() {
-            ShapeKind::Painted { child, .. } => self.filled(child, part, rows),
-            ShapeKind::Frame { child, matrix, .. } => {
-                let matrix = self.constants(&matrix)?;
-                let inner =
-                    std::array::from_fn(|row| std::array::from_fn(|at| matrix[4 * row + at]));
-                self.filled(child, part, &composed(&inner, rows))
-            }
-            ShapeKind::Combine {
-                op: Op::Union,
-                children,
-                ..
-            } => children
-                .into_iter()
-                .find_map(|child| self.filled(child, part, rows)),
-            ShapeKind::Primitive { .. } | ShapeKind::Distance { .. } => {
-                let (own, axis) = (self.bounds(id), part.axis);
-                let shift = rows[axis][3];
-                (is_shift_along(rows, axis, &own) && self.have_one_profile(id, part.id, axis))
-                    .then(|| [own.min[axis] - shift, own.max[axis] - shift])
-            }
-            _ => None,
-        }
-    }
-
-    /// Tells if two shapes are the same but for how far they reach along an axis.
-    fn have_one_profile(&self, a: ShapeId, b: ShapeId, axis: usize) -> bool {
-        let parts = |id: ShapeId| match self.kind(id) {
-            ShapeKind::Primitive { op, parameters } => Some((*op, None, parameters)),
-            ShapeKind::Distance {
-                op,
-                child,
-                parameters,
-            } => Some((*op, Some(*child), parameters)),
-            _ => None,
-        };
-        let (Some((op, child, numbers)), Some((other, other_child, others))) = (parts(a), parts(b))
-        else {
-            return false;
-        };
-        let mut flats = op.row().meta.flats.iter();
-        let Some(flat) = flats.find(|flat| flat.axis == axis) else {
-            return false;
-        };
-        let rest = (0..numbers.len()).filter(|&at| at != flat.half);
-        let (Some(numbers), Some(others)) = (self.constants(numbers), self.constants(others))
-        else {
-            return false;
-        };
-        let is_one = |at: usize| (numbers[at] - others[at]).abs() <= TOUCHING * numbers[at].abs();
-        op == other && child == other_child && rest.into_iter().all(is_one)
-    }
-
-    /// Tells if intervals prove that what a part has in a region lies outside of the body or in other cutters, to
-    /// which the rows lead from the region's frame.
+    /// Tells if intervals prove that what a part has in a region lies outside of the body or in other cutters.
     fn is_outside(
         &mut self,
         part: &Part,
         region: &Region,
         body: ShapeId,
-        cutters: &[(ShapeId, Rows)],
+        cutters: &[(ShapeId, Level)],
     ) -> bool {
         let (ShapeKind::Primitive { op, .. } | ShapeKind::Distance { op, .. }) = self.kind(part.id)
         else {
-            return false;
+            return self.is_outside_by(part, None, region, body, cutters);
         };
-        let flats: Vec<usize> = op.row().meta.flats.iter().map(|flat| flat.axis).collect();
-        let middle = self.bounds(part.id).centre();
+        let flats = op.row().meta.flats.iter().map(|flat| flat.axis).collect();
+        let middle = part.is_straight.then(|| self.bounds(part.id).centre());
+        let middle = middle.map(|middle| (middle, flats));
+        self.is_outside_by(part, middle, region, body, cutters)
+    }
+
+    /// The same, with the middle of a straight part and the axes of its flat faces.
+    fn is_outside_by(
+        &mut self,
+        part: &Part,
+        middle: Option<([f64; 3], Vec<usize>)>,
+        region: &Region,
+        body: ShapeId,
+        cutters: &[(ShapeId, Level)],
+    ) -> bool {
         let scene = &*self.scene;
         let mut uniform = |id| {
             let constant = scene.expressions.as_constant(id);
             constant.map_or(Interval::ALL, Interval::point)
         };
-        let mut range = ShapeRange::new(World::from(scene), &mut uniform);
-        let whole = longest(&region.bounds).1;
-        let mut open = vec![region.bounds];
+        let mut range = MappedRange::new(scene, &mut uniform);
+        let of_level = |level: &Level, bounds: &Bounds| match level.is_flat {
+            true => Place::Box(Place::half_plane(bounds)),
+            false => region.place(*bounds),
+        };
+        // What touches a face is not looked at.
+        let around = region.place(region.bounds).bounds();
+        let margin = TOUCHING * largest(&around.mapped(&region.rows)).max(largest(&around));
+        let mut inner = region.bounds.grown(-margin);
+        if region.is_ring {
+            (inner.min[2], inner.max[2]) = (region.bounds.min[2], region.bounds.max[2]);
+        }
+        for axis in 0..3 {
+            if inner.min[axis] > inner.max[axis] {
+                (inner.min[axis], inner.max[axis]) = (region.bounds.min[axis], region.bounds.max[axis]);
+            }
+        }
+        let whole = longest(region, &inner).1;
+        let mut open = vec![inner];
         let mut proved = true;
         for _ in 0..MOST_HALVED {
             let Some(bounds) = open.pop() else { break };
-            let (axis, side) = longest(&bounds);
-            let outer = bounds.mapped(&region.rows);
-            let touching = TOUCHING * largest(&outer).max(largest(&bounds));
-            let body = range.over(body, &outer);
-            if body.lo >= -touching {
+            let (axis, side) = longest(region, &bounds);
+            let place = region.place(bounds);
+            let touching =
+                TOUCHING * largest(&place.bounds().mapped(&region.rows)).max(largest(&bounds));
+            let value = range.over(body, &region.rows, &place);
+            if value.lo >= -touching {
                 continue;
             }
             let mut own = Interval::point(-1.0);
-            if region.is_own {
-                // A part is as wide beyond its flat faces as in its middle.
-                let mut profile = bounds;
-                for &axis in &flats {
-                    (profile.min[axis], profile.max[axis]) = (middle[axis], middle[axis]);
-                }
-                own = range.over(part.id, &profile);
+            if let Some(level) = region.to_part() {
+                own = match (&middle, of_level(level, &bounds)) {
+                    (Some((middle, flats)), Place::Box(inner)) => {
+                        let mut profile = inner.mapped(&level.rows);
+                        for &axis in flats {
+                            (profile.min[axis], profile.max[axis]) = (middle[axis], middle[axis]);
+                        }
+                        range.range.over(part.id, &profile)
+                    }
+                    (_, place) => range.over(part.id, &level.rows, &place),
+                };
                 if own.lo >= -touching {
                     continue;
                 }
             }
             let mut may_be_cut = false;
-            let is_cut = cutters.iter().any(|(other, rows)| {
-                let value = range.over(*other, &bounds.mapped(rows));
+            let is_cut = cutters.iter().any(|(other, level)| {
+                let value = range.over(*other, &level.rows, &of_level(level, &bounds));
                 may_be_cut |= value.lo < 0.0;
                 value.hi <= touching
             });
             if is_cut {
                 continue;
             }
-            let is_solid = body.hi < 0.0 && own.hi < 0.0 && !may_be_cut;
-            if is_solid || side <= whole * FINEST || range.operations >= self.operations {
+            let is_solid = value.hi < 0.0 && own.hi < 0.0 && !may_be_cut;
+            if is_solid || side <= whole * FINEST || range.range.operations >= self.operations {
                 proved = false;
                 break;
             }
@@ -221,35 +213,28 @@ impl Lengthening<'_> {
             (low.max[axis], high.min[axis]) = (middle, middle);
             open.extend([low, high]);
         }
-        self.operations = self.operations.saturating_sub(range.operations);
+        self.operations = self.operations.saturating_sub(range.range.operations);
         proved && open.is_empty()
     }
 }
 
-/// Tells if rows of a map shift points along an axis and leave them as they are otherwise.
-fn is_shift_along(rows: &Rows, axis: usize, own: &Bounds) -> bool {
-    let size = largest(own);
-    (0..3).all(|row| {
-        (0..4).all(|column| {
-            let (value, unit) = (rows[row][column], SAME[row][column]);
-            match column {
-                3 => row == axis || value.abs() <= TOUCHING * size,
-                _ => (value - unit).abs() <= TOUCHING,
-            }
-        })
-    })
-}
-
-/// The longest side of a box, and its length.
-fn longest(bounds: &Bounds) -> (usize, f64) {
-    let sides = (0..3).map(|axis| (axis, bounds.max[axis] - bounds.min[axis]));
+/// The longest side of a region, and its length; that of a full turn is the diameter.
+fn longest(region: &Region, bounds: &Bounds) -> (usize, f64) {
+    let length = |axis: usize| {
+        let side = bounds.max[axis] - bounds.min[axis];
+        match region.is_ring && axis == 2 {
+            true => side * bounds.max[0] / std::f64::consts::PI,
+            false => side,
+        }
+    };
+    let sides = (0..3).map(|axis| (axis, length(axis)));
     sides.fold((0, f64::NEG_INFINITY), |best, next| {
         if next.1 > best.1 { next } else { best }
     })
 }
 
 /// The largest of a box's finite coordinates.
-fn largest(bounds: &Bounds) -> f64 {
+pub(super) fn largest(bounds: &Bounds) -> f64 {
     let ends = bounds.min.into_iter().chain(bounds.max);
     let finite = ends.filter(|end| end.is_finite());
     finite.fold(0.0, |most: f64, end| most.max(end.abs()))

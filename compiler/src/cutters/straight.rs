@@ -1,0 +1,160 @@
+//! Parts whose walls are straight at their flat faces: boxes, cylinders, prisms, rectangles, extrusions.
+
+use super::room::Part;
+use super::section::{Section, outline};
+use super::{Cut, FRACTIONS, Lengthening, SAME, Step, scale};
+use crate::scene::{ShapeId, ShapeKind};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::table::Op;
+
+impl Lengthening<'_> {
+    /// Moves flat faces of a shape outwards where that is possible.
+    pub(super) fn longer(&mut self, id: ShapeId, path: &[Step], cut: &Cut) -> ShapeId {
+        let mut kind = self.kind(id).clone();
+        let (ShapeKind::Primitive { op, parameters } | ShapeKind::Distance { op, parameters, .. }) =
+            &mut kind
+        else {
+            return id;
+        };
+        let plane = self.scene.shapes[id.0 as usize].plane;
+        let mut own = self.bounds(id);
+        let mut centre = [0.0; 3];
+        let out = cut.size / scale(path);
+        if !out.is_finite() {
+            return id;
+        }
+        for flat in op.row().meta.flats {
+            let half = parameters[flat.half];
+            if self.scene.expressions.as_constant(half).is_none() {
+                continue;
+            }
+            let mut sides = (0..3).filter(|&axis| !(plane && axis == 2));
+            if !sides.all(|axis| own.min[axis] < own.max[axis] && own.min[axis].is_finite()) {
+                continue;
+            }
+            let before = own;
+            for upper in [true, false] {
+                let by = self.room(id, &own, (flat.axis, upper), out, path, cut);
+                let side = match upper {
+                    true => &mut own.max[flat.axis],
+                    false => &mut own.min[flat.axis],
+                };
+                *side += if upper { by } else { -by };
+            }
+            if own != before {
+                let (low, high) = (own.min[flat.axis], own.max[flat.axis]);
+                centre[flat.axis] = (low + high) / 2.0;
+                parameters[flat.half] = self.scene.expressions.constant((high - low) / 2.0);
+            }
+        }
+        if centre == [0.0; 3] && own == self.bounds(id) {
+            return id;
+        }
+        let child = self.pushed(id, kind);
+        self.moved(id, child, centre)
+    }
+
+    /// A shape moved, with the name and the text of another one.
+    pub(super) fn moved(&mut self, like: ShapeId, child: ShapeId, by: [f64; 3]) -> ShapeId {
+        let mut number = |value: f64| self.scene.expressions.constant(value);
+        let matrix = std::array::from_fn(|at| match (at / 4, at % 4) {
+            (row, 3) => number(-by[row]),
+            (row, column) => number(f64::from(u8::from(row == column))),
+        });
+        let scale = number(1.0);
+        let kind = ShapeKind::Frame {
+            child,
+            matrix,
+            scale,
+        };
+        self.pushed(like, kind)
+    }
+
+    /// The length by which a face of a box can be moved out, at most `out`; zero where it stands out as much.
+    fn room(
+        &mut self,
+        id: ShapeId,
+        own: &Bounds,
+        (axis, upper): (usize, bool),
+        out: f64,
+        path: &[Step],
+        cut: &Cut,
+    ) -> f64 {
+        let at = if upper { own.max[axis] } else { own.min[axis] };
+        let between = |a: f64, b: f64| {
+            let mut added = *own;
+            (added.min[axis], added.max[axis]) = (a.min(b), a.max(b));
+            added
+        };
+        let way = if upper { out } else { -out };
+        let is_long = own.max[axis] - own.min[axis] > out;
+        let part = Part {
+            id,
+            is_straight: true,
+            axis,
+            frame: SAME,
+            sections: Some(self.straight_sections(id, own, (axis, at, at + way))),
+        };
+        if is_long && self.is_free(&part, &between(at - way, at), path, cut) {
+            return 0.0;
+        }
+        let fraction = self.fraction(|this, fraction| {
+            this.is_free(&part, &between(at, at + way * fraction), path, cut)
+        });
+        fraction.map_or(0.0, |fraction| out * fraction)
+    }
+
+    /// The largest fraction that is possible. The smallest one is tried first: no other is possible without it.
+    pub(super) fn fraction(
+        &mut self,
+        mut is_possible: impl FnMut(&mut Self, f64) -> bool,
+    ) -> Option<f64> {
+        let (&smallest, larger) = FRACTIONS.split_last()?;
+        if !is_possible(self, smallest) {
+            return None;
+        }
+        let found = larger.iter().find(|&&fraction| is_possible(self, fraction));
+        Some(*found.unwrap_or(&smallest))
+    }
+
+    /// Cross sections of a part at two places along an axis, or more than these.
+    fn straight_sections(
+        &self,
+        id: ShapeId,
+        own: &Bounds,
+        (axis, near, far): (usize, f64, f64),
+    ) -> [Section; 2] {
+        let is_plane = self.scene.shapes[id.0 as usize].plane;
+        let at = |end: f64, points: Vec<[f64; 3]>, is_round: bool| {
+            let put = |mut point: [f64; 3]| {
+                point[axis] = end;
+                point
+            };
+            Section {
+                points: points.into_iter().map(put).collect(),
+                is_round,
+                is_plane,
+            }
+        };
+        let (points, is_round) = match self.kind(id) {
+            ShapeKind::Primitive {
+                op: Op::Cylinder, ..
+            } => (vec![[own.max[0], 0.0, 0.0]], true),
+            ShapeKind::Distance {
+                op: Op::Extrude,
+                child,
+                ..
+            } => match outline(self.scene, *child) {
+                Some(points) => (points, false),
+                None => (own.corners().to_vec(), false),
+            },
+            _ => (own.corners().to_vec(), false),
+        };
+        let flat = |point: &[f64; 3]| match is_plane {
+            true => [point[0], point[1], 0.0],
+            false => *point,
+        };
+        let points: Vec<[f64; 3]> = points.iter().map(flat).collect();
+        [at(near, points.clone(), is_round), at(far, points, is_round)]
+    }
+}
