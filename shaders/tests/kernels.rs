@@ -89,7 +89,6 @@ fn variants() -> Vec<Features> {
         normals: Normals::Exact,
         materials: true,
         fog: true,
-        checked: true,
         plane: false,
         general: false,
     };
@@ -118,12 +117,6 @@ fn variants() -> Vec<Features> {
         all.push(Features {
             occlusion,
             ..Features::default()
-        });
-    }
-    for checked in [false, true] {
-        all.push(Features {
-            checked,
-            ..everything.clone()
         });
     }
     all
@@ -305,7 +298,6 @@ fn kernels_contain_what_is_used() {
         normals: Normals::Tetrahedron,
         materials: true,
         fog: true,
-        checked: true,
         ..Features::default()
     };
     let mut text = String::new();
