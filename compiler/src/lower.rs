@@ -13,6 +13,7 @@
 //! in the graph, or where each leaf has a paint of its own ([`crate::origins`]).
 
 mod copies;
+mod paint;
 mod step;
 
 use crate::bounds::{Boxes, World};
@@ -22,6 +23,7 @@ use crate::origins::Trail;
 use crate::scene::{Material, MaterialId, NO_EDGE, NOWHERE, Scene, ShapeId, ShapeKind};
 use crate::slope::ShapeSlopes;
 use crate::uniforms::{Uniforms, operands_first};
+use paint::Coverage;
 use sdfc_lang::Diagnostic;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::SetOperation;
@@ -107,6 +109,7 @@ fn walk(
     boxes: &mut Boxes,
 ) -> (Graph, Trail, Vec<Diagnostic>) {
     let paints = paints(scene);
+    let coverage = paint::coverage(scene);
     let mut graph = Graph::default();
     let world = graph.add(Node::World);
     let slopes = ShapeSlopes::new(World::from(&*scene), size);
@@ -116,6 +119,9 @@ fn walk(
         scene,
         boxes,
         paints,
+        coverage,
+        underlay: None,
+        doublings: 0,
         uniforms,
         graph,
         purpose,
@@ -136,6 +142,11 @@ struct Lowering<'a> {
     scene: &'a mut Scene,
     boxes: &'a mut Boxes,
     paints: Vec<Paints>,
+    coverage: Vec<Coverage>,
+    /// The value whose paint shapes without one show.
+    underlay: Option<NodeId>,
+    /// The number of operations around the present shape whose operands are lowered twice.
+    doublings: u32,
     uniforms: &'a mut Uniforms,
     graph: Graph,
     purpose: Purpose,
@@ -212,8 +223,23 @@ impl Lowering<'_> {
         })
     }
 
-    /// Recursion over shapes within shapes, whose depth the elaborator bounds.
+    /// A shape; one without paint shows that of the underlay, if there is one.
     fn shape(&mut self, id: ShapeId, at: At, wanted: Wanted) -> NodeId {
+        let Some(underlay) = self.underlay else {
+            return self.shape_alone(id, at, wanted);
+        };
+        match self.coverage[id.0 as usize] {
+            Coverage::Partial => self.shape_alone(id, at, wanted),
+            Coverage::Full => self.shape_over(None, id, at, wanted),
+            Coverage::None => {
+                let node = self.shape_over(None, id, at, wanted);
+                self.painted_like(underlay, node, at)
+            }
+        }
+    }
+
+    /// Recursion over shapes within shapes, whose depth the elaborator bounds.
+    fn shape_alone(&mut self, id: ShapeId, at: At, wanted: Wanted) -> NodeId {
         let shape = &self.scene.shapes[id.0 as usize];
         let origin = Origin {
             name: shape.name.clone(),
@@ -327,8 +353,12 @@ impl Lowering<'_> {
         wanted: Wanted,
     ) -> NodeId {
         let parameters = self.numbers(parameters);
+        let places = self.within(op, children, at, wanted);
+        if self.purpose == Purpose::Surface && self.shows_through(op, children) {
+            return self.combine_painted(op, children, &parameters, at, places, wanted);
+        }
         let first = children[0];
-        let [at_first, at_others] = self.within(op, children, at, wanted);
+        let [at_first, at_others] = places;
         let mut left = self.shape(first, at_first, wanted);
         let mut paints = self.paints[first.0 as usize];
         for &child in &children[1..] {
@@ -349,12 +379,8 @@ impl Lowering<'_> {
                 (Some(Intersection), Paints::None, _) => Some(right),
                 _ => None,
             };
-            // Arithmetic hands on the paint of its first operand.
             left = match shown {
-                Some(shown) => {
-                    let difference = self.apply(Op::Sub, at, vec![shown, cut], Vec::new());
-                    self.apply(Op::Sub, at, vec![shown, difference], Vec::new())
-                }
+                Some(shown) => self.painted_like(shown, cut, at),
                 None => cut,
             };
             paints = paints.join(other);

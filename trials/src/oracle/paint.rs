@@ -81,7 +81,10 @@ impl Tree {
         nearest
     }
 
-    /// The material of a combination. An operand without paint only cuts, and shows no face.
+    /// The material of a combination: that of the operand whose surface is nearest, if it has a paint there.
+    ///
+    /// A face without a paint that a cutter makes shows the paint of the body, and one of an intersection that of
+    /// the nearest other operand.
     fn combined_paint(
         &self,
         set: Set,
@@ -89,37 +92,34 @@ impl Tree {
         p: Point,
         tolerance: f64,
     ) -> Option<MaterialId> {
-        let mut shown: Option<(NodeId, f64)> = None;
-        for (at, &child) in children.iter().enumerate() {
-            let value = self.value(child, p);
-            // The smaller, the more it shows.
-            let hidden = match set {
-                Set::Union(_) => value,
-                Set::Xor => value.abs(),
-                Set::Morph(share) => {
-                    if (at == 0) == (share < 0.5) {
-                        0.0
-                    } else {
-                        1.0
-                    }
+        // The smaller, the more an operand shows.
+        let hidden = |at: usize, child: NodeId| match set {
+            Set::Union(_) => self.value(child, p),
+            Set::Xor => self.value(child, p).abs(),
+            Set::Morph(share) => f64::from((at == 0) != (share < 0.5)),
+            Set::Intersection(_) => -self.value(child, p),
+            Set::Subtraction(_) if at == 0 => -self.value(child, p),
+            Set::Subtraction(_) => self.value(child, p),
+        };
+        let nearest = |is_left_out: &dyn Fn(usize) -> bool| {
+            let mut shown: Option<(usize, f64)> = None;
+            for (at, &child) in children.iter().enumerate() {
+                let least = shown.map_or(f64::INFINITY, |(_, least)| least);
+                if !is_left_out(at) && hidden(at, child) < least - tolerance {
+                    shown = Some((at, hidden(at, child)));
                 }
-                // The body that something is taken from is no cutter, painted or not.
-                Set::Intersection(_) if !self.node(child).is_painted => continue,
-                Set::Subtraction(_) if at > 0 && !self.node(child).is_painted => continue,
-                Set::Intersection(_) => -value,
-                Set::Subtraction(_) => {
-                    if at == 0 {
-                        -value
-                    } else {
-                        value
-                    }
-                }
-            };
-            let least = shown.map_or(f64::INFINITY, |(_, least)| least);
-            if hidden < least - tolerance {
-                shown = Some((child, hidden));
             }
-        }
-        shown.and_then(|(child, _)| self.paint(child, p, tolerance))
+            shown.map(|(at, _)| at)
+        };
+        let paint = |at: usize| self.paint(children[at], p, tolerance);
+        let first = nearest(&|_| false)?;
+        paint(first).or_else(|| match set {
+            Set::Subtraction(_) => paint(0),
+            Set::Intersection(_) => {
+                let is_other = |at| at != first && self.node(children[at]).is_painted;
+                nearest(&|at| !is_other(at)).and_then(paint)
+            }
+            Set::Union(_) | Set::Xor | Set::Morph(_) => None,
+        })
     }
 }

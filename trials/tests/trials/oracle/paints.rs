@@ -87,6 +87,39 @@ fn what_has_no_paint_only_cuts() {
             ([0.0, 0.9, 0.63_f64.sqrt()], "blue"),
         ],
     );
+    // Parts of a cutter without paint show what is cut, and others their own.
+    let pocket = "box(0.2, 3, 0.2).translate(0.9, 0, 0.9)";
+    let corner = [0.8, 0.1, 0.9];
+    for cutter in [
+        format!("({hole} | {pocket}.material(blue))"),
+        format!("({pocket}.material(blue) | {hole})"),
+        format!("({hole} | {pocket}.material(blue)).mirror(X)"),
+        format!("({hole} | {pocket}.material(blue) | sphere(0.1))"),
+        format!("(({hole} | {pocket}.material(blue)) - sphere(0.1))"),
+        format!("(({hole} | {pocket}.material(blue)) & box(5))"),
+        format!("({hole} | ({pocket} & box(5).material(blue)))"),
+        format!("({hole} | ({pocket}.material(blue) - sphere(0.1)))"),
+        format!("{hole} - {pocket}.material(blue)"),
+        format!("{pocket}.material(blue) - {hole}"),
+    ] {
+        demand(
+            &format!("box(2).material(red) - {cutter}"),
+            &[(face, "red"), (wall, "red"), (corner, "blue")],
+        );
+    }
+    let body = "(box(2).material(red) | sphere(0.2).translate(0, 2, 0))";
+    demand(
+        &format!("{body} - ({hole} | {pocket}.material(blue))"),
+        &[([0.0, 2.2, 0.0], ""), (wall, "red"), (corner, "blue")],
+    );
+    demand(
+        "box(2).material(red) & (sphere(1.2) | box(0.2, 3, 3).material(blue))",
+        &[
+            ([1.0, 0.3, 0.2], "red"),
+            ([0.3, 0.9, 0.54_f64.sqrt()], "red"),
+            ([0.1, 0.95, 0.95], "blue"),
+        ],
+    );
     // Where both surfaces are, the first shows.
     demand(
         "box(2).material(red) & box(2).material(blue)",
@@ -183,6 +216,46 @@ fn difference(scene: Scene) -> Option<String> {
     Some(format!(
         "{count} points, as {p:?}: `{shown}` and not `{truth}`"
     ))
+}
+
+/// Cutters that are painted in part, by their paints and by how they are nested.
+#[test]
+fn engines_show_the_paints_of_cutters_painted_in_part() {
+    let paints = "material red { color: #ff0000 }\nmaterial blue { color: #0000ff }\n";
+    let red = "box(2).material(red)";
+    let (hole, blue) = ("cylinder(r: 0.5, h: 4)", "box(0.4, 3, 0.7).material(blue)");
+    let blue = &format!("{blue}.translate(0.8, 0.2, 0.1)");
+    let mut wrong = Vec::new();
+    for text in [
+        format!("{red} - ({hole} | {blue})"),
+        format!("{red} - ({blue} | {hole})"),
+        format!("{red} - {blue} - {hole}"),
+        format!("{red} - {hole} - {blue}"),
+        format!("{red} - ({hole} | {blue}).rotate(20deg, Y)"),
+        format!("{red} - ({hole} | {blue}).mirror(X)"),
+        format!("{red} - ({hole} | {blue}).scale(0.8)"),
+        format!("{red} - ({hole} | {blue}).offset(0.05)"),
+        format!("{red} - ({hole} | {blue}).twist(20deg)"),
+        format!("({red} - ({hole} | {blue})).rotate(30deg, X).scale(1.3)"),
+        format!("{red} - (({hole} | {blue}) - sphere(0.7).translate(1, 0, 0))"),
+        format!("{red} - (({hole} | {blue}) & sphere(1.1).material(blue))"),
+        format!("{red} - (({hole} | {blue}) & sphere(1.1))"),
+        format!("{red} - ({hole} | (box(1) - {blue}).translate(0.6, 0.6, 0))"),
+        format!("{red} - ({hole} | ({blue} - box(0.3).translate(1, 0, 0)))"),
+        format!("({red} | sphere(1.3)) - ({hole} | {blue})"),
+        format!("(sphere(1.3) | {red}) - {hole} - {blue}"),
+        format!("({red} | sphere(1.3).material(blue)) - ({hole} | {blue})"),
+        format!("{red} & (sphere(1.2) | {blue})"),
+        format!("({hole} | {blue}) & {red}"),
+        format!("({hole} | {blue}) & ({red} | sphere(1.2))"),
+        format!("box(2) - ({hole} | {blue})"),
+        format!("({red} - ({hole} | {blue})) | sphere(0.3)"),
+        format!("{red} - ({hole} | {blue}).polar(3)"),
+    ] {
+        let scene = scene(&format!("{paints}{text}"));
+        wrong.extend(difference(scene).map(|what| format!("{text}: {what}")));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
