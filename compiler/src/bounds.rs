@@ -177,6 +177,12 @@ impl Boxes {
         self.boxes[id.0 as usize]
     }
 
+    /// Replaces the box of a shape.
+    pub(crate) fn set(&mut self, world: World<'_>, id: ShapeId, bounds: Bounds) {
+        self.of(world, id);
+        self.boxes[id.0 as usize] = bounds;
+    }
+
     /// Whether a number follows a live parameter or the time.
     pub(crate) fn is_live(&mut self, world: World<'_>, id: ExprId) -> bool {
         if id.index() >= self.live.len() {

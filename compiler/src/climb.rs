@@ -20,14 +20,18 @@ const SHELLS: i32 = 6;
 const STEPS: usize = 40;
 /// A step that counts as none, as a share of the box's half diagonal.
 const ARRIVED: f64 = 1e-7;
+/// The length by which points may be outside of the box, in half diagonals of it.
+const EDGE: f64 = 1e-6;
 /// The points from which a direction is followed.
-const CLIMBERS: usize = 3;
+const CLIMBERS: usize = 6;
 /// The most steps along the surface.
 const CLIMBS: usize = 14;
 
 /// Points of a solid within a box.
 pub(crate) struct Climb<'a> {
     program: &'a Program,
+    /// Points beyond this box do not count.
+    bounds: Bounds,
     half: f64,
     points: Vec<Point>,
     /// The half diagonal of what was found.
@@ -35,10 +39,11 @@ pub(crate) struct Climb<'a> {
 }
 
 impl<'a> Climb<'a> {
-    /// Goes down the field from all around; none where nothing is found.
-    pub(crate) fn new(program: &'a Program, bounds: &Bounds) -> Option<Self> {
+    /// Goes down the field from all around and from the given points; none where nothing is found.
+    pub(crate) fn new(program: &'a Program, bounds: &Bounds, starts: &[Point]) -> Option<Self> {
         let mut climb = Self {
             program,
+            bounds: bounds.grown(bounds.half_diagonal() * EDGE),
             half: bounds.half_diagonal(),
             points: Vec::new(),
             size: 0.0,
@@ -48,6 +53,10 @@ impl<'a> Climb<'a> {
             let direction = around(start, STARTS);
             let far = climb.half * CLOSER.powi(start as i32 % SHELLS);
             let at = [0, 1, 2].map(|axis| centre[axis] + direction[axis] * far);
+            let found = climb.down(at);
+            climb.points.extend(found);
+        }
+        for &at in starts {
             let found = climb.down(at);
             climb.points.extend(found);
         }
@@ -77,8 +86,15 @@ impl<'a> Climb<'a> {
         climbed.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The place where the field falls to zero, from a point on.
-    fn down(&self, mut at: Point) -> Option<Point> {
+    /// The place in the box where the field falls to zero, from a point on.
+    fn down(&self, at: Point) -> Option<Point> {
+        let Bounds { min, max } = self.bounds;
+        let found = self.descend(at)?;
+        let is_inside = (0..3).all(|axis| (min[axis]..=max[axis]).contains(&found[axis]));
+        is_inside.then_some(found)
+    }
+
+    fn descend(&self, mut at: Point) -> Option<Point> {
         for _ in 0..STEPS {
             let here = gradient::<f64>(self.program, V3::of(at[0], at[1], at[2]));
             let V3 { x, y, z } = here.gradient;

@@ -185,7 +185,9 @@ pub(crate) fn compile_with(
         }
         optimize(&graph, &context(purpose), &passes).0
     });
-    let is_framed = scene.cameras.iter().any(|camera| camera.automatic);
+    // Without an end, default sizes follow from the subject.
+    let is_framed = scene.cameras.iter().any(|camera| camera.automatic)
+        || !present.of(World::from(&scene), root).is_finite();
     let subject = subject.filter(|_| is_framed).map(|(subject, bounds)| {
         // Of the whole there is a graph, and what there is to say was said of it.
         let graph = (subject != root).then(|| {
@@ -223,7 +225,7 @@ pub(crate) fn compile_with(
         settings,
     };
     let outputs = module.update(0.0);
-    module.settings.subject = subject.map(|(graph, bounds)| match graph {
+    module.settings.subject = subject.and_then(|(graph, bounds)| match graph {
         Some(graph) => {
             let mut program = schedule(&graph);
             let narrow: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();

@@ -3,29 +3,44 @@
 //! Intervals find its reach: boxes that reach farthest are asked first whether the field can be below zero
 //! there, so that thin and nested shapes are framed as closely as plain ones.
 
-use crate::bounds::{Boxes, World};
+mod extremes;
+mod finite;
+
+use crate::bounds::Boxes;
 use crate::climb::Climb;
-use crate::scene::{Scene, Shape, ShapeId, ShapeKind};
-use crate::seen::found;
+use crate::scene::{Scene, ShapeId};
+use finite::Finder;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::{evaluate, gradient};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Program;
-use sdfc_vm::row::SetOperation;
-use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
 
 /// The most halvings of a box along each axis.
-const LEVELS: u32 = 6;
-/// The most boxes that are asked for one direction.
-const MOST_BOXES: usize = 300;
-/// The ratio of a box to the points that are found in it from which on these count.
-const LOOSE: f64 = 4.0;
+const LEVELS: u32 = 8;
+/// The fewest halvings that tell a reach well enough.
+const CLOSE_LEVEL: u32 = 6;
+/// The largest distance of a surface from a box that reaches it, in sums of the box's sides.
+const MAX_BESIDE: f64 = 4.0;
+/// The fewest and the most boxes that are evaluated for one direction.
+const BOXES: [usize; 2] = [300, 3000];
+/// The most instructions that are run on boxes for one direction.
+const MAX_INSTRUCTIONS: usize = 150_000;
+/// The ratio of the outline's box to the one given below which the search starts anew in it.
+const WORTH_RESTART: f64 = 0.7;
+/// The most such restarts.
+const MAX_RESTARTS: usize = 4;
+/// The most boxes from whose centres points of the solid are looked for.
+const MAX_STARTS: usize = 1500;
+/// The most instructions of programs that are run once from each of these centres.
+const MAX_START_INSTRUCTIONS: usize = 100_000;
+/// The excess of intervals over points from which on these count, in half diagonals of the points.
+const LOOSE: f64 = 0.12;
 /// The length that is added to the reach of points, in half diagonals of them.
-const MARGIN: f64 = 0.1;
+const MARGIN: f64 = 0.06;
 
 /// The shape without its operands that have no end, and a box around it; none where nothing is left.
 pub(crate) fn subject(
@@ -33,108 +48,46 @@ pub(crate) fn subject(
     boxes: &mut Boxes,
     id: ShapeId,
 ) -> Option<(ShapeId, Bounds)> {
-    let bounds = boxes.of(World::from(&*scene), id);
-    if bounds.is_empty() {
-        return None;
-    }
-    if bounds.is_finite() {
-        return Some((id, bounds));
-    }
-    let shape = scene.shapes[id.0 as usize].clone();
-    let mut kind = shape.kind.clone();
-    match &mut kind {
-        ShapeKind::Combine { op, children, .. } if set(*op) == Some(SetOperation::Union) => {
-            let all = std::mem::take(children);
-            let left: Vec<_> = all
-                .into_iter()
-                .filter_map(|child| subject(scene, boxes, child))
-                .collect();
-            if let [only] = *left {
-                return Some(only);
-            }
-            if left.is_empty() {
-                return None;
-            }
-            *children = left.iter().map(|(child, _)| *child).collect();
-            let hull = left
-                .iter()
-                .fold(Bounds::EMPTY, |hull, (_, bounds)| hull.hull(bounds));
-            let (id, bounds) = made(scene, boxes, shape, kind);
-            Some((id, bounds.common(&hull)))
-        }
-        // What is cut away has no end of its own.
-        ShapeKind::Combine { op, children, .. } if set(*op) == Some(SetOperation::Subtraction) => {
-            let (body, within) = subject(scene, boxes, children[0])?;
-            children[0] = body;
-            let (id, bounds) = made(scene, boxes, shape, kind);
-            Some((id, bounds.common(&within)))
-        }
-        ShapeKind::Frame { child, .. }
-        | ShapeKind::Displace { child, .. }
-        | ShapeKind::Painted { child, .. }
-        | ShapeKind::Distance { child, .. }
-            if !is_complement(&shape.kind) =>
-        {
-            *child = subject(scene, boxes, *child)?.0;
-            let (id, bounds) = made(scene, boxes, shape, kind);
-            found(scene, id, &bounds).map(|bounds| (id, bounds))
-        }
-        // Their boxes follow from intervals.
-        ShapeKind::Field { .. } | ShapeKind::Warp { .. } => {
-            found(scene, id, &bounds).map(|bounds| (id, bounds))
-        }
-        _ => None,
-    }
+    let mut finder = Finder::new(scene, boxes);
+    let part = finder.find(id)?;
+    let bounds = finder.bounds(part);
+    bounds.is_finite().then_some((part, bounds))
 }
 
-/// Tells if a kind is a complement, which has no end.
-fn is_complement(kind: &ShapeKind) -> bool {
-    matches!(
-        kind,
-        ShapeKind::Distance {
-            op: Op::Complement,
-            ..
-        }
-    )
-}
-
-/// A new shape of a kind, and its box.
-fn made(scene: &mut Scene, boxes: &mut Boxes, like: Shape, kind: ShapeKind) -> (ShapeId, Bounds) {
-    scene.shapes.push(Shape { kind, ..like });
-    let id = ShapeId(scene.shapes.len() as u32 - 1);
-    (id, boxes.of(World::from(&*scene), id))
-}
-
-/// The set operation of a row.
-fn set(op: Op) -> Option<SetOperation> {
-    op.row().meta.set
-}
-
-/// The outline of a solid within a box.
+/// The outline of a solid within a box; none where intervals prove that nothing of it is there.
 ///
-/// Points of the solid stand for it if intervals bound it far too widely.
-pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Outline {
-    let mut search = Search {
-        program,
-        bounds,
-        known: HashMap::new(),
-        is_cut_short: false,
-    };
-    let widest = Outline::by(|direction| search.reach(direction));
-    if !search.is_cut_short {
-        return widest;
-    }
-    match Climb::new(program, bounds) {
-        Some(climb) if bounds.half_diagonal() > LOOSE * climb.size => {
-            let margin = MARGIN * climb.size;
-            Outline::by(|direction| {
-                let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-                let reach = climb.reach(direction) + margin * length;
-                reach.min(widest.reach(direction))
-            })
+/// Points of the solid stand for it along directions in which intervals tell too little.
+pub(crate) fn outline(program: &Program, bounds: &Bounds) -> Option<Outline> {
+    let mut search = Search::new(program, *bounds);
+    let mut widest = Outline::by(|direction| search.reach(direction));
+    // Of a loose box only few cells are near the solid.
+    for _ in 0..MAX_RESTARTS {
+        if search.is_empty() {
+            return None;
         }
-        _ => widest,
+        let within = widest.bounds().common(&search.bounds);
+        if within.half_diagonal() > search.bounds.half_diagonal() * WORTH_RESTART {
+            break;
+        }
+        search = Search::new(program, within);
+        widest = Outline::by(|direction| search.reach(direction).min(widest.reach(direction)));
     }
+    if !search.is_cut_short {
+        return Some(widest);
+    }
+    let starts = search.undecided();
+    let Some(climb) = Climb::new(program, &search.bounds, &starts) else {
+        return Some(widest);
+    };
+    let slack = LOOSE * climb.size;
+    Some(Outline::by(|direction| {
+        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let (farthest, reach) = (widest.reach(direction), climb.reach(direction));
+        match farthest > reach + slack * length {
+            true => reach + MARGIN * climb.size * length,
+            false => farthest,
+        }
+    }))
 }
 
 /// A box of the octree: its level, and its number along each axis.
@@ -142,9 +95,11 @@ type Cell = (u32, [u32; 3]);
 
 struct Search<'a> {
     program: &'a Program,
-    bounds: &'a Bounds,
-    /// The boxes that were asked, and if the field can be below zero there.
+    bounds: Bounds,
+    /// The boxes that were evaluated, and if the field can be below zero there.
     known: HashMap<Cell, bool>,
+    /// The most boxes that are evaluated for one direction.
+    max_boxes: usize,
     /// A direction was given up, and its reach may be far less.
     is_cut_short: bool,
 }
@@ -177,7 +132,70 @@ impl PartialEq for Candidate {
 
 impl Eq for Candidate {}
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn new(program: &'a Program, bounds: Bounds) -> Self {
+        let [fewest, most] = BOXES;
+        Self {
+            program,
+            bounds,
+            known: HashMap::new(),
+            max_boxes: (MAX_INSTRUCTIONS / program.code.len().max(1)).clamp(fewest, most),
+            is_cut_short: false,
+        }
+    }
+
+    /// Reports whether nothing can be inside of the box.
+    fn is_empty(&self) -> bool {
+        let whole = (0, [0; 3]);
+        let parts = |(level, at): Cell| {
+            (0..8).map(move |corner| {
+                let part = [0, 1, 2].map(|axis| at[axis] * 2 + (corner >> axis & 1));
+                (level + 1, part)
+            })
+        };
+        let mut open = vec![whole];
+        while let Some(cell) = open.pop() {
+            match self.known.get(&cell) {
+                Some(false) => {}
+                Some(true) if cell.0 < LEVELS => open.extend(parts(cell)),
+                Some(true) | None => return false,
+            }
+        }
+        true
+    }
+
+    /// The centres of boxes that may hold something, found level by level.
+    fn undecided(&mut self) -> Vec<[f64; 3]> {
+        let most = MAX_START_INSTRUCTIONS / self.program.code.len().max(1);
+        let most = most.clamp(8, MAX_STARTS);
+        let mut cells: Vec<Cell> = vec![(0, [0; 3])];
+        loop {
+            let mut next = Vec::with_capacity(cells.len() * 8);
+            for &(level, at) in &cells {
+                for corner in 0..8 {
+                    let part = [0, 1, 2].map(|axis| at[axis] * 2 + (corner >> axis & 1));
+                    if self.may_be_inside((level + 1, part)) {
+                        next.push((level + 1, part));
+                    }
+                }
+            }
+            let is_last = next.first().is_none_or(|&(level, _)| level >= CLOSE_LEVEL);
+            if next.len() <= most && !next.is_empty() {
+                cells = next;
+            }
+            if is_last || cells.len() > most / 8 {
+                break;
+            }
+        }
+        let centre = |&cell: &Cell| {
+            [0, 1, 2].map(|axis| {
+                let range = self.range(cell, axis);
+                range.lo + (range.hi - range.lo) / 2.0
+            })
+        };
+        cells.iter().map(centre).collect()
+    }
+
     fn reach(&mut self, direction: [f64; 3]) -> f64 {
         let candidate = |search: &Self, cell: Cell| Candidate {
             reach: search.farthest(cell, direction),
@@ -187,16 +205,17 @@ impl Search<'_> {
         let mut open = BinaryHeap::from([candidate(self, whole)]);
         let mut asked = 0;
         while let Some(Candidate { reach, cell }) = open.pop() {
+            let (level, at) = cell;
             asked += 1;
-            if asked > MOST_BOXES {
-                self.is_cut_short = true;
+            if asked > self.max_boxes {
+                self.is_cut_short |= level < CLOSE_LEVEL;
                 return reach;
             }
             if !self.may_be_inside(cell) {
                 continue;
             }
-            let (level, at) = cell;
             if level == LEVELS {
+                self.is_cut_short |= !self.is_near_surface(cell);
                 return reach;
             }
             for corner in 0..8 {
@@ -206,6 +225,19 @@ impl Search<'_> {
         }
         // Nothing is inside: the box stands for it.
         self.farthest(whole, direction)
+    }
+
+    /// Reports whether the value in the middle of a box is that of a surface beside it.
+    ///
+    /// Intervals decide nothing where a field is torn, as angles and polygons are.
+    fn is_near_surface(&self, cell: Cell) -> bool {
+        let sides = [0, 1, 2].map(|axis| self.range(cell, axis));
+        let [x, y, z] = sides.map(|side| side.lo + (side.hi - side.lo) / 2.0);
+        let here = gradient::<f64>(self.program, V3::of(x, y, z));
+        let V3 { x, y, z } = here.gradient;
+        let slope = (x * x + y * y + z * z).sqrt();
+        let size: f64 = sides.iter().map(|side| side.hi - side.lo).sum();
+        here.value <= slope * size * MAX_BESIDE
     }
 
     fn range(&self, (level, at): Cell, axis: usize) -> Interval {
@@ -300,7 +332,10 @@ mod tests {
                 min: [0, 1, 2].map(|_| -number().abs()),
                 max: [0, 1, 2].map(|_| number().abs()),
             };
-            let outline = outline(&program, &bounds);
+            let Some(outline) = outline(&program, &bounds) else {
+                assert!(crossings(&program, &bounds).is_empty(), "{listing}");
+                continue;
+            };
             for p in crossings(&program, &bounds) {
                 tried += 1;
                 for (direction, reach) in directions().into_iter().zip(outline.reaches) {

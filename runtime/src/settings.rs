@@ -139,8 +139,9 @@ pub fn resolve(
         overrides.steps.unwrap_or(render.steps),
         u32::MAX,
     )?;
-    let target = Target::of(&settings.bounds);
     let camera = camera(settings, overrides.camera.as_deref())?;
+    let way = camera.and_then(|camera| way_of(camera, outputs));
+    let target = Target::of(&settings.bounds).sized(settings.subject.as_ref(), way);
     let view = match overrides.view {
         Some(view) => view,
         None => view(module, camera, &read, &target, size)?,
@@ -264,6 +265,14 @@ fn camera<'a>(
         known,
         near,
     })
+}
+
+/// The distance of a camera from what it looks at; none for an open one.
+fn way_of(camera: &scene::Camera, outputs: &[f64]) -> Option<f64> {
+    let [from, look] = [camera.from, camera.look].map(|p| p.map(|v| v.value(outputs)));
+    let squares = (0..3).map(|axis| (from[axis] - look[axis]).powi(2));
+    let way = squares.sum::<f64>().sqrt();
+    (!camera.automatic && way.is_finite()).then_some(way)
 }
 
 fn view(

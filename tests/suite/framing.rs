@@ -133,6 +133,202 @@ fn open_cameras_look_past_walls() {
     }
 }
 
+/// A text's picture from its open camera, or that of its finite part from the camera of the whole.
+fn spanned_by(text: &str, part: &str) -> Option<(f64, bool)> {
+    let camera = |text: &str, view| {
+        let mut compiled = compiled_text(text, PassOptions::default());
+        let outputs = compiled.module.update(0.0);
+        let overrides = Overrides {
+            size: Some(SIZE),
+            aa: Some(1),
+            view,
+            ..Overrides::default()
+        };
+        let settings = resolve(&compiled.module, &outputs, &overrides);
+        (compiled, outputs, settings.expect("it has settings"))
+    };
+    let view = camera(text, None).2.view;
+    let (compiled, outputs, settings) = camera(part, Some(view));
+    let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
+    let scene = Loaded {
+        module: &compiled.module,
+        outputs: &outputs,
+        generated: SceneSource::default(),
+    };
+    engine.load(&scene).expect("it loads");
+    let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
+    spanned(&frame)
+}
+
+/// The pairs of a text and its finite part that are not framed as they should be.
+fn framed_wrongly(pairs: impl IntoIterator<Item = (String, String)>) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for (text, part) in pairs {
+        match spanned_by(&text, &part) {
+            Some((share, false)) if FILLED.contains(&share) => {}
+            found => wrong.push(format!("{text}: {found:?}")),
+        }
+    }
+    wrong
+}
+
+/// Transforms of a whole scene keep the floor in the background, and small parts in the picture.
+#[test]
+fn open_cameras_frame_transformed_scenes_with_floors() {
+    let parts =
+        "box(1, 1, 1).translate(0, 0.5, 0) | sphere(0.08).translate(0, 2.5, 0).color(#ff0000)";
+    let changes = [
+        "",
+        ".translate(0, 0.1, 0)",
+        ".translate(0.3, 0, 0.2)",
+        ".rotate(20deg, X)",
+        ".scale(3)",
+        ".scale(0.013)",
+        ".scale([1, 2, 0.5])",
+        ".mirror(X)",
+        ".elongate([0.5, 0, 0])",
+        ".twist(10deg)",
+        ".bend(10deg)",
+        ".offset(0.02)",
+        ".color(#808080)",
+        ".translate(0, 0.1, 0).rotate(10deg, Z).scale(7)",
+        ".warp(fn(p) => p + [0, 0.1 * sin(p.x), 0])",
+        ".displace(fn(p) => 0.01 * sin(p.x * 9))",
+    ];
+    let floors = [
+        "plane(Y).color(#b8c890)",
+        "slab(Y, 1).translate(0, -0.5, 0)",
+    ];
+    let pair = |floor: &str, change: &str| {
+        let text = format!("({parts} | {floor}){change}\n");
+        (text, format!("({parts}){change}\n"))
+    };
+    let pairs = changes.iter().map(|change| pair(floors[0], change));
+    let others = changes
+        .iter()
+        .step_by(4)
+        .map(|change| pair(floors[1], change));
+    let mut pairs: Vec<_> = pairs.chain(others).collect();
+    let house = "sphere(0.03).translate(0, 1, 0) | cylinder(r: 0.33, h: 0.1)";
+    for scale in [0.01, 0.3, 7.0, 23.5, 100.0, 314.0, 1777.0] {
+        let text = format!("({house} | plane(Y, at: -0.5)).scale({scale})\n");
+        pairs.push((text, format!("({house}).scale({scale})\n")));
+    }
+    // Other ways to write the same.
+    for (text, part) in [
+        (
+            "!(!(box(1) | sphere(0.1).translate(0, 2, 0)) & !plane(Y))",
+            "box(1) | sphere(0.1).translate(0, 2, 0)",
+        ),
+        (
+            "(box(1) | plane(Y, at: -0.5)) & !sphere(0.6)",
+            "box(1) - sphere(0.6)",
+        ),
+        (
+            "(box(1) | plane(Y, at: -0.5)).rotate(10deg, X) - sphere(0.6)",
+            "box(1).rotate(10deg, X) - sphere(0.6)",
+        ),
+    ] {
+        pairs.push((format!("{text}\n"), format!("{part}\n")));
+    }
+    let wrong = framed_wrongly(pairs);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Of a field that is written as a minimum, what has an end is framed.
+#[test]
+fn open_cameras_frame_finite_parts_of_fields() {
+    let cuboid = "max(max(abs(p.x) - 1, abs(p.y) - 0.5), abs(p.z) - 0.7)";
+    let ball = "length(p - [0, 1.5, 0]) - 0.1";
+    let floor = "p.y + 0.5";
+    let fold = "{ let a = atan2(p.z, p.x) * 12 / tau; let b = (a - round(a)) * tau / 12; let r = length(p.xz);";
+    let balls = "length([r * cos(b) - 1, p.y, r * sin(b)]) - 0.2";
+    let field = |body: &str| format!("field(fn(p) => {body})\n");
+    let both = format!("min({cuboid}, {ball})");
+    let pairs = [
+        (format!("min({cuboid}, {floor})"), cuboid.to_owned()),
+        (format!("min({floor}, {cuboid})"), cuboid.to_owned()),
+        (format!("min(min({cuboid}, {ball}), {floor})"), both.clone()),
+        (format!("min({cuboid}, min({floor}, {ball}))"), both.clone()),
+        (
+            format!("{{ let d = {cuboid}; let e = min(d, {floor}); min(e, {ball}) }}"),
+            both.clone(),
+        ),
+        (format!("0.1 * min({cuboid}, {floor})"), cuboid.to_owned()),
+        (format!("-max(-({cuboid}), -({floor}))"), cuboid.to_owned()),
+        (
+            format!("min({cuboid}, {floor}) - 0.1"),
+            format!("{cuboid} - 0.1"),
+        ),
+        (
+            format!("max(min({cuboid}, {floor}), -({ball}))"),
+            cuboid.to_owned(),
+        ),
+        (format!("{fold} {balls} }}"), format!("{fold} {balls} }}")),
+        (
+            format!("{fold} min({balls}, p.y + 0.2) }}"),
+            format!("{fold} {balls} }}"),
+        ),
+    ];
+    let pairs = pairs.map(|(text, part)| (field(&text), field(&part)));
+    let wrong = framed_wrongly(pairs);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Solids whose boxes are loose fill the picture, too.
+#[test]
+fn open_cameras_frame_turned_and_twisted_solids() {
+    let gear = "(cylinder(r: 20, h: 8) | box(48, 8, 6) | box(6, 8, 48))";
+    let arc = "circle(3).translate(20, 0).revolve(angle: 120deg)";
+    let tooth = "polygon([[20, -2.5], [24, -1], [24, 1], [20, 2.5]])";
+    let texts = [
+        format!("(circle(20.3) | {tooth}.polar(16)).extrude(20).twist(4deg)"),
+        format!("(circle(20.3) | {tooth}.polar(16)).extrude(20).rotate(90deg, X).twist(4deg)"),
+        "rect(6, 10).translate(38, 0).revolve(angle: 120deg).rotate(37deg, Y)".to_owned(),
+        format!("{gear}.twist(3deg)"),
+        format!("{gear}.twist(3deg).rotate(30deg, Z)"),
+        format!("{arc}.rotate(40deg, Y)"),
+        format!("{arc}.rotate(90deg, X)"),
+        format!("{arc}.rotate(40deg, Y).rotate(30deg, X)"),
+        "capsule(r: 0.1, h: 3).rotate(45deg, Z).rotate(45deg, Z)".to_owned(),
+        "torus(r1: 2, r2: 0.1).rotate(45deg, X).rotate(35deg, Z)".to_owned(),
+    ];
+    let pairs = texts.map(|text| (format!("{text}\n"), format!("{text}\n")));
+    let wrong = framed_wrongly(pairs);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Occlusion reaches as far in every unit.
+#[test]
+fn default_lengths_follow_the_unit() {
+    let superellipsoid =
+        "pow(pow(abs(p.x / 1.2), 5) + pow(abs(p.y / 0.7), 5) + pow(abs(p.z), 5), 0.2) - 1";
+    for field in [
+        format!("min({superellipsoid}, p.y + 0.9)"),
+        superellipsoid.to_owned(),
+        "p.y - 0.3 * sin(3 * p.x) * sin(3 * p.z)".to_owned(),
+    ] {
+        let reach = |unit: f64| {
+            let text = format!(
+                "camera {{ from: [{}, {}, {}], look: [0, 0, 0], fov: 40deg }}\nfield(fn(q) => {{ let p = q / {unit}; {unit} * ({field}) }})\n",
+                3.0 * unit,
+                2.0 * unit,
+                4.0 * unit
+            );
+            let mut compiled = compiled_text(&text, PassOptions::default());
+            let outputs = compiled.module.update(0.0);
+            let settings = resolve(&compiled.module, &outputs, &Overrides::default());
+            settings.expect("it has settings").occlusion_reach / unit
+        };
+        let one = reach(1.0);
+        for unit in [0.001, 0.1, 20.0, 1000.0] {
+            let ratio = reach(unit) / one;
+            // Boxes that are found by halving are some hundredths larger than what is in them.
+            assert!((0.95..=1.05).contains(&ratio), "{field} in {unit}: {ratio}");
+        }
+    }
+}
+
 /// Open cameras stand as far away from what stands on a ground without an end as if there were none.
 #[test]
 fn open_cameras_frame_what_stands_on_endless_grounds() {

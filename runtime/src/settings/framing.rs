@@ -15,6 +15,10 @@ pub(super) struct Target {
     pub(super) shown: Bounds,
     /// The true bounds.
     bounds: Bounds,
+    /// About half the size of what the picture is about, from which default lengths follow.
+    size: f64,
+    /// The bounds tell no size.
+    is_guessed: bool,
 }
 
 /// The factor by which a picture is larger than a figure that it frames.
@@ -25,6 +29,10 @@ const FILLED: f64 = 0.85;
 const LEAST_WAY: f64 = 0.1;
 /// The largest angle over the horizon that a camera is raised to.
 const MOST_RAISED: f64 = 1.5;
+/// The side of the box that is shown of a scene whose bounds tell no size.
+const GUESSED_SIDE: f64 = 2.0;
+/// Half the size of such a scene, in distances of its camera from what it looks at.
+const SIZE_PER_WAY: f64 = 0.3;
 /// How far rays go in an endless scene, in distances of the camera from what it looks at.
 const ENDLESS_WAYS: f64 = 200.0;
 
@@ -39,10 +47,9 @@ impl Target {
         let farthest = corners
             .filter(|v| v.is_finite())
             .fold(0.0_f64, |most, v| most.max(v.abs()));
-        let scale = [largest_side, 2.0 * farthest, 2.0]
-            .into_iter()
-            .find(|&s| s > 0.0)
-            .unwrap_or(2.0);
+        let known = [largest_side, 2.0 * farthest];
+        let known = known.into_iter().find(|&s| s > 0.0);
+        let scale = known.unwrap_or(GUESSED_SIDE);
         let mut shown = *bounds;
         for i in 0..3 {
             let (low, high) = (bounds.min[i], bounds.max[i]);
@@ -57,8 +64,28 @@ impl Target {
             shown = shown.grown(1.0);
         }
         Self {
+            size: shown.half_diagonal(),
             shown,
             bounds: *bounds,
+            is_guessed: known.is_none(),
+        }
+    }
+
+    /// The same target with the size of its subject where its bounds are endless.
+    ///
+    /// Without a subject and a finite side, the size follows from the distance of the scene's camera.
+    pub(super) fn sized(self, subject: Option<&Outline>, way: Option<f64>) -> Self {
+        if self.bounds.is_finite() {
+            return self;
+        }
+        let of_subject = subject.map(|subject| subject.bounds().half_diagonal());
+        let of_way = way
+            .filter(|_| self.is_guessed)
+            .map(|way| way * SIZE_PER_WAY);
+        let known = of_subject.or(of_way).filter(|&size| size > 0.0);
+        Self {
+            size: known.unwrap_or(self.size),
+            ..self
         }
     }
 
@@ -67,6 +94,7 @@ impl Target {
         Self {
             shown: self.shown,
             bounds: *reach,
+            ..*self
         }
     }
 
@@ -87,13 +115,12 @@ impl Target {
             return 1.01 * (place.minus(centre).length() + reach + beside) + 1e-3 * reach;
         }
         let way = place.minus(Vector(view.look)).length();
-        let size = self.shown.half_diagonal();
-        ENDLESS_WAYS * way.max(size)
+        ENDLESS_WAYS * way.max(self.size)
     }
 
     /// How far occlusion reaches: about the size of a crevice.
     pub(super) fn occlusion_reach(&self) -> f64 {
-        0.15 * self.shown.half_diagonal()
+        0.15 * self.size
     }
 }
 
