@@ -95,7 +95,8 @@ fn radius(scene: &Scene, id: ShapeId) -> Option<f64> {
             let p = direction.map(|v| v * radius);
             let value = range.over(id, &Bounds { min: p, max: p });
             let is_farthest = power + 1 == POWERS.end;
-            if is_farthest && value.lo < radius * BESIDE {
+            // The values of a point where a field is torn tell nothing.
+            if is_farthest && value.hi < radius * BESIDE {
                 return Some(f64::INFINITY);
             }
             if value.hi < 0.0 {

