@@ -14,6 +14,7 @@ mod copies;
 mod cover;
 mod linear;
 mod live;
+mod live_sketch;
 mod mapped;
 mod room;
 mod section;

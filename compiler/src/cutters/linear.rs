@@ -56,6 +56,12 @@ impl Linear {
         }
     }
 
+    /// The value, if it follows nothing. Multiples that only rounding left count as none.
+    pub(super) fn as_constant(&self) -> Option<f64> {
+        let is_none = |term: &f64| term.abs() <= 1e-12;
+        self.terms.values().all(is_none).then_some(self.constant)
+    }
+
     pub(super) fn times(mut self, factor: f64) -> Self {
         self.constant *= factor;
         for term in self.terms.values_mut() {

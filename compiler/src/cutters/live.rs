@@ -52,10 +52,11 @@ impl Lengthening<'_> {
                 op: Op::RevolveClose,
                 ..
             } => None,
-            ShapeKind::Primitive { .. }
-            | ShapeKind::Distance {
+            ShapeKind::Polygon { .. } => return self.sketch_out_of(id, path, cut),
+            ShapeKind::Distance {
                 op: Op::Extrude, ..
-            } => return self.out_of(id, path, cut),
+            } => None,
+            ShapeKind::Primitive { .. } => return self.out_of(id, path, cut),
             _ => return id,
         };
         let steps = path.len();
@@ -64,7 +65,11 @@ impl Lengthening<'_> {
             *child = self.followed(*child, path, cut);
         }
         path.truncate(steps);
-        self.with(id, kind)
+        let id = self.with(id, kind);
+        match self.kind(id) {
+            ShapeKind::Distance { op: Op::Extrude, .. } => self.out_of(id, path, cut),
+            _ => id,
+        }
     }
 
     /// A part whose faces stand farther out where they follow the body's.
@@ -109,7 +114,7 @@ impl Lengthening<'_> {
 
     /// The place of a face in the body's frame: its distance from the origin, its side, and the units of the part's
     /// frame per unit there.
-    fn outside(
+    pub(super) fn outside(
         &self,
         (mut axis, mut side): Side,
         half: &Linear,
@@ -162,7 +167,7 @@ impl Lengthening<'_> {
     }
 
     /// The reach of a shape on a side of its frame, or more.
-    fn reach(&mut self, id: ShapeId, side: Side) -> Option<Linear> {
+    pub(super) fn reach(&mut self, id: ShapeId, side: Side) -> Option<Linear> {
         let (axis, sign) = side;
         let by_box = |lengthening: &mut Self| {
             let own = lengthening.bounds(id);
@@ -269,13 +274,13 @@ impl Lengthening<'_> {
     }
 
     /// The least value of a sum, for all values of the parameters.
-    fn least(&self, sum: &Linear) -> f64 {
+    pub(super) fn least(&self, sum: &Linear) -> f64 {
         sum.range(|id| self.ranges.of_number(&self.scene.expressions, id))
             .lo
     }
 
     /// Tells if a face stands out by this, but not far.
-    fn stands_between(&self, by: &Linear, out: f64) -> bool {
+    pub(super) fn stands_between(&self, by: &Linear, out: f64) -> bool {
         let least = self.least(by);
         least >= -TOUCHING * out && least < STANDS_OUT * out
     }

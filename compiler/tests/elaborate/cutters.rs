@@ -94,6 +94,32 @@ const LONGER: &[Case] = &[
         [0.0, 0.5, 1.0],
         0.25,
     ),
+    // With a live number in a sketch, of the body or of the cutter.
+    (
+        "param h = 1 in 0.5..=2; polygon([[0, 0], [3, 0], [3, h], [0, h]]).revolve() - cylinder(r: 0.5, h: h).translate(0, h / 2, 0)",
+        [0.0, 1.0, 0.0],
+        0.5,
+    ),
+    (
+        "param r = 3; rect(r, 1).translate(r / 2, 0.5).revolve() - cylinder(r: 0.5, h: 1).translate(0, 0.5, 0)",
+        [0.0, 1.0, 0.0],
+        0.5,
+    ),
+    (
+        "param w = 4; polygon([[-w / 2, 0], [w / 2, 0], [w / 2, 1], [-w / 2, 1]]).extrude(2) - box([1, 0.5, 2]).translate(0, 0.75, 0)",
+        [0.0, 1.0, 0.0],
+        0.5,
+    ),
+    (
+        "param h = 1 in 0.5..=2; box([4, h, 4]).translate(0, h / 2, 0) - polygon([[0, 0], [0.5, 0], [0.5, h], [0, h]]).revolve()",
+        [0.25, 1.0, 0.0],
+        0.25,
+    ),
+    (
+        "param h = 1 in 0.5..=2; box([4, h, 2]).translate(0, h / 2, 0) - rect(1, h).translate(0, h / 2).extrude(2)",
+        [0.0, 1.0, 0.0],
+        0.5,
+    ),
     // From the plane.
     (
         "(rect([4, 4]) - rect([1, 2]).translate(0, 1)).extrude(1)",
@@ -206,6 +232,11 @@ const KEPT: &[Case] = &[
     (
         "param h = 1 in 0.5..=2; param g = 1 in 0.5..=2; box([4, h, 4]) - cylinder(r: 0.5, h: g)",
         [0.0, 0.5, 0.0],
+        0.0,
+    ),
+    (
+        "param h = 1 in 0.5..=2; polygon([[0, 0], [3, 0], [3, h], [0, h]]).revolve() - cylinder(r: 0.5, h: 1).translate(0, 0.5, 0)",
+        [0.0, 1.0, 0.0],
         0.0,
     ),
     (
