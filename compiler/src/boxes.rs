@@ -2,13 +2,16 @@
 //! numbers all gradients. What it is computed from is looked up once, so that a search through thousands
 //! of boxes does nothing but arithmetic.
 
+mod blend;
 mod norm;
 mod period;
+mod relative;
 
 pub(crate) use period::Along;
 
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::uniforms::operands_first;
+use relative::Relative;
 use sdfc_vm::apply::{Applied, Apply, apply, laid_out};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
@@ -25,6 +28,16 @@ pub(crate) trait OverBox: Apply {
     fn coordinate(axis: usize, range: Interval) -> Self;
     /// All values.
     fn range(&self) -> Interval;
+    /// Narrows the result of a step by the relative gradients of earlier ones, and returns its own.
+    fn refined(
+        &mut self,
+        _step: &Step<Self>,
+        _steps: &[Step<Self>],
+        _before: &[Self],
+        _relative: &[Option<Relative>],
+    ) -> Option<Relative> {
+        None
+    }
 }
 
 impl OverBox for Interval {
@@ -79,6 +92,15 @@ impl OverBox for Dual<Interval> {
     fn range(&self) -> Interval {
         self.value
     }
+    fn refined(
+        &mut self,
+        step: &Step<Self>,
+        steps: &[Step<Self>],
+        before: &[Self],
+        relative: &[Option<Relative>],
+    ) -> Option<Relative> {
+        relative::refine(self, step, steps, before, relative)
+    }
 }
 
 /// What a number that depends on no point is.
@@ -95,10 +117,16 @@ pub(crate) struct BoxNumber<R> {
     steps: Vec<Step<R>>,
     /// What the steps gave in the last box.
     values: Vec<R>,
+    /// The relative gradients of those that are positive in it.
+    relative: Vec<Option<Relative>>,
+    /// Whether relative gradients are computed: there is an exponential or a logarithm.
+    relates: bool,
+    /// Whether the length of a gradient is bounded more closely than by its components.
+    has_norms: bool,
 }
 
 /// How one of the numbers is found; operands are places of earlier steps.
-enum Step<R> {
+pub(crate) enum Step<R> {
     /// It is the same in all boxes.
     Known(R),
     /// It is one of the ranges that come with the box.
@@ -132,6 +160,9 @@ impl<R: OverBox> BoxNumber<R> {
         let mut field = Self {
             steps: Vec::with_capacity(order.len()),
             values: Vec::with_capacity(order.len()),
+            relative: Vec::with_capacity(order.len()),
+            relates: false,
+            has_norms: false,
         };
         for &id in &order {
             let step = match expressions.get(id) {
@@ -196,7 +227,21 @@ impl<R: OverBox> BoxNumber<R> {
             Step::TimesSquare(pair) => pair.iter().all(known),
             Step::Apply { point, values, .. } => point.iter().flatten().chain(values).all(known),
         };
+        match &step {
+            Step::Length(_) => self.has_norms = true,
+            Step::Apply { op, .. } if !same => {
+                let relates = matches!(
+                    op,
+                    Op::Exp | Op::Exp2 | Op::Ln | Op::Log2 | Op::Cosh | Op::Pow
+                );
+                let weighs = matches!(op, Op::Clamp | Op::Smoothstep);
+                self.relates |= relates;
+                self.has_norms |= relates || weighs;
+            }
+            _ => {}
+        }
         self.values.push(value);
+        self.relative.push(None);
         self.steps
             .push(if same { Step::Known(value) } else { step });
     }
@@ -212,9 +257,15 @@ impl<R: OverBox> BoxNumber<R> {
     /// What it is in a box, which may be endless, and with these ranges of other numbers.
     pub(crate) fn over(&mut self, bounds: &Bounds, ranges: &[Interval]) -> R {
         self.values.clear();
+        self.relative.clear();
         for step in &self.steps {
-            let value = step.value(bounds, ranges, &self.values);
+            let mut value = step.value(bounds, ranges, &self.values);
+            let relative = match self.relates {
+                true => value.refined(step, &self.steps, &self.values, &self.relative),
+                false => None,
+            };
             self.values.push(value);
+            self.relative.push(relative);
         }
         let last = self.values.last();
         last.copied().unwrap_or_else(|| R::same(Interval::ALL))

@@ -35,6 +35,10 @@ const WORTH_WHILE: f64 = 0.999;
 /// A field that is as steep as this is no field to march on, and is said to have no bound.
 pub const STEEPEST: f64 = 1e15;
 
+/// A bound this many times as steep as all points that were tried is no bound to march by: at the default of
+/// 2,048 steps, a ray comes no farther than with two steps by the slope of those points.
+const LOOSE: f64 = 1e3;
+
 /// What is left of the operations that a scene's bounds may take.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget(usize);
@@ -93,7 +97,7 @@ impl Ranges {
 
 /// The gradients, with respect to the local point, of one or of several numbers together (the rows
 /// of a Jacobian), bounded: the Frobenius norm, which is never less than the map's stretch. `None` where
-/// it is not less than [`STEEPEST`].
+/// it is not less than [`STEEPEST`], or so loose that no ray could march by it ([`LOOSE`]).
 pub(crate) fn bound(
     expressions: &Expressions,
     numbers: &[ExprId],
@@ -126,7 +130,24 @@ pub(crate) fn bound(
         queue.extend(search.halves(&worst));
     }
     let bound = queue.peek().map_or(0.0, |worst| worst.upper.sqrt());
-    (bound < STEEPEST).then_some(bound)
+    let is_bound = bound < STEEPEST && !is_loose(bound, search, region);
+    is_bound.then_some(bound)
+}
+
+/// Reports whether a bound is [`LOOSE`]. Where nothing but flat points were found, nothing is known of it.
+fn is_loose(bound: f64, search: Search, region: &Bounds) -> bool {
+    let found = search.found();
+    if bound <= found * LOOSE {
+        return false;
+    }
+    let tried = slopes_at(search, region);
+    let steepest = tried.iter().fold(found, |most, (slope, _)| slope.max(most));
+    steepest > 0.0 && bound > steepest * LOOSE
+}
+
+/// Reports whether a slope is so great that a number has no bound to march by in a region, and none is missed.
+pub(crate) fn is_endless(slope: f64) -> bool {
+    slope * LOOSE >= STEEPEST
 }
 
 /// The number of points at which a slope is tried.
@@ -167,7 +188,11 @@ fn slopes_in(
     region: &Bounds,
     ranges: &Ranges,
 ) -> Vec<(f64, [f64; 3])> {
-    let mut search = Search::new(expressions, numbers, ranges);
+    slopes_at(Search::new(expressions, numbers, ranges), region)
+}
+
+/// The slopes at points, by a search that has looked elsewhere.
+fn slopes_at(mut search: Search, region: &Bounds) -> Vec<(f64, [f64; 3])> {
     let region = region.common(&Bounds::centred([1e6; 3]));
     let centre = region.centre();
     (0..TRIED_POINTS as u32)

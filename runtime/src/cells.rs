@@ -152,6 +152,8 @@ pub struct Cell {
     pub slope: f32,
     /// Bounds of the field's gradient in it, where they were found out.
     pub gradient: Option<[[f32; 2]; 3]>,
+    /// Whether the field may jump in it: its gradient has no bound there.
+    pub jumps: bool,
     tape: Kept,
     /// How many levels in a row left next to nothing of their parents' tapes out.
     stale: u32,
@@ -196,6 +198,8 @@ pub struct Cells {
     first: usize,
     /// How many were not cut for want of memory.
     short: usize,
+    /// Whether the field may jump anywhere in them.
+    jumps: bool,
 }
 
 impl Cells {
@@ -206,6 +210,10 @@ impl Cells {
     /// How they are cut.
     pub fn split(&self) -> Split {
         self.split
+    }
+    /// Reports whether the field may jump in the box that they fill: a value tells nothing beyond its cell then.
+    pub fn jumps(&self) -> bool {
+        self.jumps
     }
     /// How many cells were made last: all, or those that an edit reached.
     pub fn made(&self) -> usize {

@@ -10,7 +10,7 @@ use crate::elaborate::short;
 use crate::graph::{Node, NodeId, Number};
 use crate::scene::ShapeId;
 use crate::seen::farthest;
-use crate::slope::{Refuted, margin, near};
+use crate::slope::{Refuted, is_endless, margin, near};
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
@@ -76,7 +76,7 @@ impl Lowering<'_> {
             let region = Bounds::centred([half; 3]);
             let found = match is_guessed {
                 true => self.known_slope(id, &region),
-                false => self.slope(id, &region),
+                false => self.outer_slope(id, &region),
             };
             found.max(first).min(everywhere)
         };
@@ -94,6 +94,21 @@ impl Lowering<'_> {
     fn slope(&mut self, id: ShapeId, region: &Bounds) -> f64 {
         let world = World::from(&*self.scene);
         self.slopes.within(world, self.boxes, id, region)
+    }
+
+    /// The same for a region that begins beyond the scene. A value that rises ever faster out there, as a
+    /// polynomial does, needs no bound; of another one whose bound is missed the slope is guessed.
+    fn outer_slope(&mut self, id: ShapeId, region: &Bounds) -> f64 {
+        let slope = self.slope(id, region);
+        if slope.is_finite() {
+            return slope;
+        }
+        let world = World::from(&*self.scene);
+        let guess = self.slopes.guess(world, self.boxes, id, region);
+        match is_endless(guess) {
+            true => f64::INFINITY,
+            false => self.known_slope(id, region),
+        }
     }
 
     /// The same, or what stands for it where there is none: that is said once for each shape.

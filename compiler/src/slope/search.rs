@@ -149,6 +149,11 @@ impl Search {
         self.found
     }
 
+    /// The steepest slope that was found.
+    pub(super) fn found(&self) -> f64 {
+        self.found.sqrt()
+    }
+
     /// The slope at a point, with all parameters in the middle of their ranges.
     pub(super) fn slope_at(&mut self, point: [f64; 3]) -> f64 {
         let bounds = Bounds {

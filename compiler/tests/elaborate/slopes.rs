@@ -58,6 +58,62 @@ const FIELDS: &[(&str, f64, f64)] = &[
         6.75,
         1.75,
     ),
+    // Soft minima by hand are means of their operands, however many orders of magnitude exponentials cover.
+    (
+        "field(fn(p) => -ln(exp(-8 * (length(p) - 0.5)) + exp(-8 * (p.y + 0.9))) / 8, within: 20)",
+        1.0,
+        1.001,
+    ),
+    (
+        "field(fn(p) => -log2(exp2(-32 * (p.x - 3)) + exp2(-32 * p.y) + exp2(-32 * (length(p) - 2))) / 32, \
+         within: 200)",
+        1.0,
+        1.001,
+    ),
+    (
+        "field(fn(p) => ln(pow(9, length(p) - 2) * 3 + cosh(p.y)) / 2.1972246 - 3, within: 60)",
+        1.0,
+        1.001,
+    ),
+    // A share of two positive numbers lies between 0 and 1; its weights are no steeper than a quarter.
+    (
+        "field(fn(p) => p.y + exp(-p.x) / (exp(-p.x) + exp(p.x)) - 0.5, within: 40)",
+        1.118,
+        1.11,
+    ),
+    // The weight of a blend changes only where the numbers are near each other, and its bulge makes up for it.
+    (
+        "fn smin(a: float, b: float, k: float) -> float {
+            let h = clamp(0.5 + 0.5 * (b - a) / k, 0, 1);
+            mix(b, a, h) - k * h * (1 - h)
+        }
+        field(fn(p) => smin(length(p) - 1, p.y, 0.02), within: 500)",
+        1.0,
+        1.001,
+    ),
+    (
+        "fn smax(a: float, b: float, k: float) -> float {
+            let h = clamp((a - b) / k * 0.5 + 0.5, 0, 1);
+            b * (1 - h) + h * a + h * k * (1 - h)
+        }
+        field(fn(p) => smax(length(p) - 1, p.y, 0.02), within: 500)",
+        1.0,
+        1.001,
+    ),
+    (
+        "fn smin(a: float, b: float, k: float) -> float {
+            let h = clamp(0.5 + 0.5 * (b - a) / k, 0, 1);
+            b + (a - b) * h
+        }
+        field(fn(p) => smin(length(p) - 1, p.y, 0.02), within: 500)",
+        2.0,
+        1.11,
+    ),
+    (
+        "field(fn(p) => mix(p.x, p.y, smoothstep(-0.1, 0.1, p.x - p.y)), within: 500)",
+        1.198,
+        1.75,
+    ),
     // What is known of noise anywhere; no cell is said to be steeper.
     ("field(fn(p) => 0.2 * noise(3 * p), within: 2)", 1.0, 2.7852),
 ];

@@ -10,6 +10,7 @@ use sdfc_vm::program::{Code, Instruction, Program};
 use sdfc_vm::tape::choose::Chooser;
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::prune::Pruner;
+use sdfc_vm::tape::steep::may_jump;
 use sdfc_vm::tape::{Clause, Tape};
 use std::sync::Arc;
 
@@ -54,10 +55,12 @@ pub fn build(program: &Program, tape: &Tape, cut: &Cut<'_>) -> Cells {
         first: 0,
         root: 0,
         short: 0,
+        jumps: false,
         cells: vec![Cell {
             region,
             slope: 1.0,
             gradient: None,
+            jumps: false,
             tape: Kept {
                 arena: 0,
                 start: 0,
@@ -95,6 +98,9 @@ pub(super) fn deepen(
     // far smaller. Distances have a slope of one nearly everywhere, which needs no finding out.
     // Only who looks for the surface asks.
     let slopes = cut.band == 0.0 && program.code.iter().any(is_raw);
+    let jumps = slopes && program.code.iter().any(may_jump);
+    cells.jumps = jumps && Worker::new(program, tape).jumps(cells.region(), tape);
+    let looks = Looks { slopes, jumps };
     // What edits left behind is no reason to cut less.
     let before = cells.clauses();
     let mut next = Vec::new();
@@ -115,7 +121,7 @@ pub(super) fn deepen(
             let parts = share(
                 pieces.len(),
                 || Worker::new(program, tape),
-                |worker, piece| worker.cut_all(cells, pieces[piece], cut, slopes),
+                |worker, piece| worker.cut_all(cells, pieces[piece], cut, looks),
             );
             for part in parts {
                 add(cells, part, changed, &mut next);
@@ -124,6 +130,15 @@ pub(super) fn deepen(
         parents.clear();
         std::mem::swap(&mut parents, &mut next);
     }
+}
+
+/// What is found out about cells besides the range of the field.
+#[derive(Clone, Copy)]
+struct Looks {
+    /// Bounds of the slope and the gradient.
+    slopes: bool,
+    /// Whether the field may jump.
+    jumps: bool,
 }
 
 /// Whether an instruction divides a raw field by a bound of its slope.
@@ -276,16 +291,16 @@ impl<'a> Worker<'a> {
         worker
     }
 
-    fn cut_all(&mut self, cells: &Cells, parents: &[Parent], cut: &Cut<'_>, slopes: bool) -> Part {
+    fn cut_all(&mut self, cells: &Cells, parents: &[Parent], cut: &Cut<'_>, looks: Looks) -> Part {
         let mut part = Part::default();
         for &parent in parents {
-            self.cut(cells, parent.cell, cut, slopes, &mut part);
+            self.cut(cells, parent.cell, cut, looks, &mut part);
             part.parents.push(parent);
         }
         part
     }
 
-    fn cut(&mut self, cells: &Cells, parent: u32, cut: &Cut<'_>, slopes: bool, part: &mut Part) {
+    fn cut(&mut self, cells: &Cells, parent: u32, cut: &Cut<'_>, looks: Looks, part: &mut Part) {
         let region = cells.cell(parent).region;
         let (tape, whole) = (cells.tape(parent), cells.tape(0).len());
         let boxes = self.chooser.boxes();
@@ -298,7 +313,7 @@ impl<'a> Worker<'a> {
         let empty = |low: f32| low > 0.0 && low >= cut.band;
         let full = |high: f32| high < 0.0 && high <= -cut.band;
         let mut steepness = [(1.0, None); LANES];
-        let slopes = slopes && self.is_raw(tape);
+        let slopes = looks.slopes && self.is_raw(tape);
         if slopes {
             let open = |&lane: &usize| !empty(low.0[lane]) && !full(high.0[lane]);
             let open: Vec<usize> = (0..CHILDREN).filter(open).collect();
@@ -348,6 +363,7 @@ impl<'a> Worker<'a> {
                 region: child,
                 slope: steepness[lane].0,
                 gradient: steepness[lane].1,
+                jumps: looks.jumps && slopes && steepness[lane].1.is_none(),
                 tape: kept,
                 stale,
                 leaf: true,
@@ -356,6 +372,14 @@ impl<'a> Worker<'a> {
             part.cells.push((cell, wanted && !left));
         }
         part.nodes.push(children);
+    }
+
+    /// Reports whether the field may jump in a box: its gradient has no bound there.
+    fn jumps(&mut self, region: &Region, tape: &Tape) -> bool {
+        let mut boxes = [Column::default(); 6];
+        region.put(&mut boxes, 0);
+        let [(_, gradient), ..] = self.slopes(&tape.clauses, &boxes, 1);
+        gradient.is_none()
     }
 
     /// Whether a tape divides a raw field.

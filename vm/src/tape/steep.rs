@@ -141,6 +141,30 @@ pub fn is_raw(op: Op) -> bool {
     matches!(op, Op::FieldDistance | Op::FieldShells)
 }
 
+/// Reports whether an instruction's value may jump: where its gradient has no bound, the field may have a step.
+///
+/// What is left, such as polynomials and roots, is continuous however steep it is.
+pub fn may_jump(i: &Instruction) -> bool {
+    let Code::Op(op) = i.code else { return false };
+    match op {
+        Op::Sign
+        | Op::Floor
+        | Op::Ceil
+        | Op::Round
+        | Op::Fract
+        | Op::Trunc
+        | Op::Modulo
+        | Op::Step
+        | Op::Less
+        | Op::Select
+        | Op::Tan
+        | Op::Atan2 => true,
+        // By a constant it has no pole.
+        Op::Div => !matches!(i.operands, Operands::Right(_)),
+        _ => false,
+    }
+}
+
 /// Whether an operation is a coordinate or a constant, whose slopes are their rows'.
 fn coordinate(op: Op) -> bool {
     matches!(op, Op::X | Op::Y | Op::Z | Op::Constant)
