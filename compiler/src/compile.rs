@@ -185,9 +185,7 @@ pub(crate) fn compile_with(
         }
         optimize(&graph, &context(purpose), &passes).0
     });
-    // Without an end, default sizes follow from the subject.
-    let is_framed = scene.cameras.iter().any(|camera| camera.automatic)
-        || !present.of(World::from(&scene), root).is_finite();
+    let is_framed = scene.cameras.iter().any(|camera| camera.automatic);
     let subject = subject.filter(|_| is_framed).map(|(subject, bounds)| {
         // Of the whole there is a graph, and what there is to say was said of it.
         let graph = (subject != root).then(|| {

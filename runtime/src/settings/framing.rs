@@ -71,17 +71,14 @@ impl Target {
         }
     }
 
-    /// The same target with the size of its subject where its bounds are endless.
-    ///
-    /// Without a subject and a finite side, the size follows from the distance of the scene's camera.
+    /// The same target with another size where its bounds tell none: that of the subject, or one that follows from the
+    /// distance of the scene's camera.
     pub(super) fn sized(self, subject: Option<&Outline>, way: Option<f64>) -> Self {
-        if self.bounds.is_finite() {
+        if !self.is_guessed {
             return self;
         }
         let of_subject = subject.map(|subject| subject.bounds().half_diagonal());
-        let of_way = way
-            .filter(|_| self.is_guessed)
-            .map(|way| way * SIZE_PER_WAY);
+        let of_way = way.map(|way| way * SIZE_PER_WAY);
         let known = of_subject.or(of_way).filter(|&size| size > 0.0);
         Self {
             size: known.unwrap_or(self.size),
