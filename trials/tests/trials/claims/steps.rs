@@ -27,6 +27,10 @@ pub(super) fn refutation(subject: &Subject, seed: u64) -> Option<String> {
         let found = subject.gradient(p);
         let slack = MAX_ROUNDING_PER_SIZE * size_at(p, 1.0);
         let length = step.abs() * (1.0 - 1e-5) - slack;
+        // Where what is written overflows, no step is claimed.
+        if subject.value(p).is_infinite() {
+            continue;
+        }
         if !step.is_finite() {
             return Some(format!("a step of {step} at {p:?}"));
         }
