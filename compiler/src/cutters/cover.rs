@@ -103,7 +103,10 @@ impl Lengthening<'_> {
             }
         }
         let is_finite = points.iter().flatten().all(|v| v.is_finite());
-        let size = points.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let size = points
+            .iter()
+            .flatten()
+            .fold(0.0, |most: f64, v| most.max(v.abs()));
         let scene = &*self.scene;
         let mut uniform = |id| {
             let constant = scene.expressions.as_constant(id);
@@ -140,7 +143,7 @@ impl Lengthening<'_> {
         }
     }
 
-    /// Tells if two shapes are the same but for how far they reach along an axis.
+    /// Reports whether two shapes are the same but for how far they reach along an axis.
     fn have_one_profile(&self, a: ShapeId, b: ShapeId, axis: usize) -> bool {
         let parts = |id: ShapeId| match self.kind(id) {
             ShapeKind::Primitive { op, parameters } => Some((*op, None, parameters)),
@@ -172,7 +175,10 @@ impl Lengthening<'_> {
 /// The place of points along an axis, if they have one.
 fn place_along(points: &[[f64; 3]], axis: usize) -> Option<f64> {
     let first = points.first()?[axis];
-    let size = points.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let size = points
+        .iter()
+        .flatten()
+        .fold(0.0, |most: f64, v| most.max(v.abs()));
     let is_there = |p: &[f64; 3]| (p[axis] - first).abs() <= TOUCHING * size;
     points.iter().all(is_there).then_some(first)
 }
@@ -206,7 +212,7 @@ fn convex_parts(scene: &Scene, id: ShapeId, rows: &Rows, parts: &mut Vec<(ShapeI
     }
 }
 
-/// Tells if a shape is convex. Recursion as above.
+/// Reports whether a shape is convex. Recursion as above.
 fn is_convex(scene: &Scene, id: ShapeId) -> bool {
     match &scene.shapes[id.0 as usize].kind {
         ShapeKind::Painted { child, .. }
@@ -254,7 +260,7 @@ fn is_convex(scene: &Scene, id: ShapeId) -> bool {
     }
 }
 
-/// Tells if a polygon turns one way at all corners, once around.
+/// Reports whether a polygon turns one way at all corners, once around.
 fn turns_one_way(corners: &[[f64; 2]]) -> bool {
     let count = corners.len();
     let edge = |at: usize| {
@@ -271,7 +277,7 @@ fn turns_one_way(corners: &[[f64; 2]]) -> bool {
     is_once && turns.iter().all(|turn| turn * sum >= -TOUCHING)
 }
 
-/// Tells if rows of a map shift points along an axis and leave them as they are otherwise.
+/// Reports whether rows of a map shift points along an axis and leave them as they are otherwise.
 fn is_shift_along(rows: &Rows, axis: usize, own: &Bounds) -> bool {
     let size = largest(own);
     (0..3).all(|row| {

@@ -67,7 +67,9 @@ impl Lengthening<'_> {
         path.truncate(steps);
         let id = self.with(id, kind);
         match self.kind(id) {
-            ShapeKind::Distance { op: Op::Extrude, .. } => self.out_of(id, path, cut),
+            ShapeKind::Distance {
+                op: Op::Extrude, ..
+            } => self.out_of(id, path, cut),
             _ => id,
         }
     }
@@ -263,9 +265,8 @@ impl Lengthening<'_> {
 
     /// The largest of sums, if it is the same one for all values of the parameters.
     fn farthest(&self, reaches: Vec<Linear>) -> Option<Linear> {
-        let is_farther = |one: &Linear, other: &Linear| {
-            self.least(&one.clone().plus(other, -1.0)) >= -TOUCHING
-        };
+        let is_farther =
+            |one: &Linear, other: &Linear| self.least(&one.clone().plus(other, -1.0)) >= -TOUCHING;
         let farthest = reaches
             .iter()
             .reduce(|best, next| if is_farther(next, best) { next } else { best })?;
@@ -279,7 +280,7 @@ impl Lengthening<'_> {
             .lo
     }
 
-    /// Tells if a face stands out by this, but not far.
+    /// Reports whether a face stands out by this, but not far.
     pub(super) fn stands_between(&self, by: &Linear, out: f64) -> bool {
         let least = self.least(by);
         least >= -TOUCHING * out && least < STANDS_OUT * out

@@ -28,7 +28,7 @@ impl Lengthening<'_> {
         self.pushed(id, ShapeKind::Polygon { points })
     }
 
-    /// Moves the outermost edge on a side, and tells if that was possible.
+    /// Moves the outermost edge on a side and reports whether that was possible.
     fn move_outermost(
         &mut self,
         points: &mut [Corner],
@@ -49,7 +49,9 @@ impl Lengthening<'_> {
             let others = (0..count).filter(|&other| other != at && other != next);
             let step = edge.clone().plus(&reaches[next], -1.0).as_constant();
             step.is_some_and(|step| step.abs() <= TOUCHING)
-                && others.into_iter().all(|other| behind(self, other, edge) > TOUCHING)
+                && others
+                    .into_iter()
+                    .all(|other| behind(self, other, edge) > TOUCHING)
         });
         let Some(at) = edge else { return false };
         let next = (at + 1) % count;
@@ -67,8 +69,10 @@ impl Lengthening<'_> {
             return false;
         };
         let across = 1 - axis;
-        let width = Linear::of(&self.scene.expressions, points[next][across])
-            .plus(&Linear::of(&self.scene.expressions, points[at][across]), -1.0);
+        let width = Linear::of(&self.scene.expressions, points[next][across]).plus(
+            &Linear::of(&self.scene.expressions, points[at][across]),
+            -1.0,
+        );
         let by = out * scale;
         // Walls that narrow may not meet.
         let narrowing = |sign: f64| {

@@ -56,7 +56,9 @@ fn span(radii: [f64; 2], angles: [f64; 2], part: fn(f64) -> f64) -> [f64; 2] {
     let inside = quarters.filter(|angle| (angles[0]..=angles[1]).contains(angle));
     let values = angles.into_iter().chain(inside).map(part);
     let products = values.flat_map(|value| radii.map(|radius| radius * value));
-    products.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
+    products.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| {
+        [lo.min(v), hi.max(v)]
+    })
 }
 
 /// Evaluates shapes through maps of points.
@@ -84,7 +86,10 @@ impl<'s, 'u> MappedRange<'s, 'u> {
                 child,
                 matrix,
                 scale,
-            } => match (rows_of_frame(scene, matrix), scene.expressions.as_constant(*scale)) {
+            } => match (
+                rows_of_frame(scene, matrix),
+                scene.expressions.as_constant(*scale),
+            ) {
                 (Some(inner), Some(scale)) => {
                     let value = self.over(*child, &composed(&inner, rows), place);
                     value * Interval::point(scale)
@@ -177,12 +182,18 @@ fn side_of_polygon(corners: &[[f64; 2]], rows: &Rows, bounds: &Bounds) -> Option
         }
     }
     Some(match is_inside {
-        true => Interval { lo: -NO_EDGE, hi: -f64::MIN_POSITIVE },
-        false => Interval { lo: 0.0, hi: NO_EDGE },
+        true => Interval {
+            lo: -NO_EDGE,
+            hi: -f64::MIN_POSITIVE,
+        },
+        false => Interval {
+            lo: 0.0,
+            hi: NO_EDGE,
+        },
     })
 }
 
-/// Tells if a piece of a line passes a box in the plane.
+/// Reports whether a piece of a line passes a box in the plane.
 fn crosses(a: [f64; 3], b: [f64; 3], bounds: &Bounds) -> bool {
     let (mut first, mut last) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
@@ -201,10 +212,7 @@ fn crosses(a: [f64; 3], b: [f64; 3], bounds: &Bounds) -> bool {
 }
 
 /// The map of points that a frame of constants makes of outer ones.
-pub(super) fn rows_of_frame(
-    scene: &Scene,
-    matrix: &[ExprId; 12],
-) -> Option<Rows> {
+pub(super) fn rows_of_frame(scene: &Scene, matrix: &[ExprId; 12]) -> Option<Rows> {
     let mut rows = SAME;
     for (at, &id) in matrix.iter().enumerate() {
         rows[at / 4][at % 4] = scene.expressions.as_constant(id)?;
@@ -212,7 +220,7 @@ pub(super) fn rows_of_frame(
     Some(rows)
 }
 
-/// Tells if a shape is a solid of revolution around the y axis.
+/// Reports whether a shape is a solid of revolution around the y axis.
 pub(super) fn is_round(scene: &Scene, id: ShapeId) -> bool {
     let (ShapeKind::Primitive { op, .. } | ShapeKind::Domain { op, .. }) =
         &scene.shapes[id.0 as usize].kind

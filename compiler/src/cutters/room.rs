@@ -34,7 +34,7 @@ pub(super) struct Part {
 }
 
 impl Lengthening<'_> {
-    /// Tells if nothing is left in a box by which a part grows.
+    /// Reports whether nothing is left in a box by which a part grows.
     pub(super) fn is_free(
         &mut self,
         part: &Part,
@@ -85,7 +85,7 @@ impl Lengthening<'_> {
             || self.is_outside(part, &left, cut.body, &near)
     }
 
-    /// Tells if boxes prove that nothing of a shape is in a box; `rows` lead from its frame to that of the box.
+    /// Reports whether boxes prove that nothing of a shape is in a box; `rows` lead from its frame to that of the box.
     fn is_clear(&mut self, id: ShapeId, rows: &Rows, region: &Bounds) -> bool {
         let Some(left) = self.left.checked_sub(1) else {
             return false;
@@ -116,7 +116,7 @@ impl Lengthening<'_> {
         }
     }
 
-    /// Tells if intervals prove that what a part has in a region lies outside of the body or in other cutters.
+    /// Reports whether intervals prove that what a part has in a region lies outside of the body or in other cutters.
     fn is_outside(
         &mut self,
         part: &Part,
@@ -162,7 +162,8 @@ impl Lengthening<'_> {
         }
         for axis in 0..3 {
             if inner.min[axis] > inner.max[axis] {
-                (inner.min[axis], inner.max[axis]) = (region.bounds.min[axis], region.bounds.max[axis]);
+                (inner.min[axis], inner.max[axis]) =
+                    (region.bounds.min[axis], region.bounds.max[axis]);
             }
         }
         let whole = longest(region, &inner).1;
@@ -247,7 +248,7 @@ fn slack(a: &Bounds, b: &Bounds, axis: usize) -> f64 {
     TOUCHING * finite.fold(0.0, |most: f64, end| most.max(end.abs()))
 }
 
-/// Tells if two boxes have no more than faces in common.
+/// Reports whether two boxes have no more than faces in common.
 fn are_apart(a: &Bounds, b: &Bounds) -> bool {
     (0..3).any(|axis| {
         let slack = slack(a, b, axis);

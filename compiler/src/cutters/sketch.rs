@@ -31,8 +31,7 @@ impl Edge {
     /// An edge of a simple polygon that turns to the left, between edges that lead outwards at both its ends.
     fn new(points: &[Point], at: usize) -> Option<Self> {
         let count = points.len();
-        let [before, a, b, after] =
-            [count - 1, 0, 1, 2].map(|step| points[(at + step) % count]);
+        let [before, a, b, after] = [count - 1, 0, 1, 2].map(|step| points[(at + step) % count]);
         let along = minus(b, a);
         let length = along[0].hypot(along[1]);
         let normal = [along[1] / length, -along[0] / length];
@@ -44,7 +43,11 @@ impl Edge {
         };
         let ways = [way(before, a)?, way(after, b)?];
         let narrowing = dot(minus(ways[0], ways[1]), along) / length;
-        let tip = if narrowing > 1e-12 { length / narrowing } else { f64::INFINITY };
+        let tip = if narrowing > 1e-12 {
+            length / narrowing
+        } else {
+            f64::INFINITY
+        };
         Some(Self {
             ends: [a, b],
             normal,
@@ -80,7 +83,11 @@ impl Edge {
     fn bounds(&self, points: &[Point], [from, to]: [f64; 2]) -> Bounds {
         let places = points.iter().map(|&p| self.along(p));
         Bounds {
-            min: [from, places.clone().fold(f64::INFINITY, f64::min), f64::NEG_INFINITY],
+            min: [
+                from,
+                places.clone().fold(f64::INFINITY, f64::min),
+                f64::NEG_INFINITY,
+            ],
             max: [to, places.fold(f64::NEG_INFINITY, f64::max), f64::INFINITY],
         }
     }
@@ -144,7 +151,7 @@ impl Lengthening<'_> {
         current
     }
 
-    /// Tells if an edge stands out as far as it would be moved.
+    /// Reports whether an edge stands out as far as it would be moved.
     fn edge_stands_out(
         &mut self,
         id: ShapeId,
@@ -193,15 +200,16 @@ fn turn(a: Point, b: Point, c: Point) -> f64 {
 /// The longest edges of a polygon, those first.
 fn longest_edges(points: &[Point]) -> Vec<[Point; 2]> {
     let count = points.len();
-    let mut edges: Vec<[Point; 2]> =
-        (0..count).map(|at| [points[at], points[(at + 1) % count]]).collect();
+    let mut edges: Vec<[Point; 2]> = (0..count)
+        .map(|at| [points[at], points[(at + 1) % count]])
+        .collect();
     let length = |[a, b]: &[Point; 2]| dot(minus(*b, *a), minus(*b, *a));
     edges.sort_by(|a, b| length(b).total_cmp(&length(a)));
     edges.truncate(MOST_EDGES);
     edges
 }
 
-/// Tells if an edge of a polygon, whose ends may have been moved along it, is on the line of another one.
+/// Reports whether an edge of a polygon, whose ends may have been moved along it, is on the line of another one.
 fn lies_on(points: &[Point], at: usize, [a, b]: [Point; 2]) -> bool {
     let (c, d) = (points[at], points[(at + 1) % points.len()]);
     let size = reach(&[a, b, c, d]);
@@ -215,7 +223,10 @@ fn lies_on(points: &[Point], at: usize, [a, b]: [Point; 2]) -> bool {
 
 /// The largest of coordinates.
 fn reach(points: &[Point]) -> f64 {
-    points.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()))
+    points
+        .iter()
+        .flatten()
+        .fold(0.0, |most: f64, v| most.max(v.abs()))
 }
 
 /// The corners of a simple polygon, turning to the left, without those in the middle of a straight side.
@@ -225,7 +236,8 @@ fn tidy(points: &[Point]) -> Option<Vec<Point>> {
     for (at, &p) in points.iter().enumerate() {
         let before = left.last().copied().unwrap_or(points[points.len() - 1]);
         let after = points[(at + 1) % points.len()];
-        let is_corner = turn(before, p, after).abs() > least || dot(minus(p, before), minus(after, p)) < 0.0;
+        let is_corner =
+            turn(before, p, after).abs() > least || dot(minus(p, before), minus(after, p)) < 0.0;
         if is_corner {
             left.push(p);
         }
@@ -252,7 +264,7 @@ fn with_edge(points: &[Point], at: usize, [a, b]: [Point; 2]) -> Option<Vec<Poin
     is_simple(&new).then_some(new)
 }
 
-/// Tells if no two edges of a polygon meet but at the corner between them.
+/// Reports whether no two edges of a polygon meet but at the corner between them.
 fn is_simple(points: &[Point]) -> bool {
     let count = points.len();
     let end = |at: usize| points[(at + 1) % count];
@@ -269,7 +281,7 @@ fn is_simple(points: &[Point]) -> bool {
         && (0..count).all(|i| (i + 1..count).all(|j| is_apart(i, j)))
 }
 
-/// Tells if two pieces of lines meet, or all but touch.
+/// Reports whether two pieces of lines meet, or all but touch.
 fn meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     let least = TOUCHING * reach(&[a, b, c, d]).powi(2);
     let is_beside = |[a, b]: [Point; 2], [c, d]: [Point; 2]| {

@@ -90,7 +90,9 @@ impl Lengthening<'_> {
             return id;
         };
         let op = *op;
-        let spindle = self.constants(parameters).and_then(|numbers| Spindle::new(op, &numbers));
+        let spindle = self
+            .constants(parameters)
+            .and_then(|numbers| Spindle::new(op, &numbers));
         let out = cut.size / scale(path);
         let Some(mut spindle) = spindle.filter(|_| out.is_finite() && out > 0.0) else {
             return id;
@@ -98,7 +100,9 @@ impl Lengthening<'_> {
         let mut current = id;
         for upper in [1, 0] {
             // A tip is no face.
-            if spindle.ends[upper] == 0.0 || self.stands_out(current, &spindle, upper, out, (path, cut)) {
+            if spindle.ends[upper] == 0.0
+                || self.stands_out(current, &spindle, upper, out, (path, cut))
+            {
                 continue;
             }
             let mut found = None;
@@ -128,7 +132,7 @@ impl Lengthening<'_> {
         current
     }
 
-    /// Tells if a face stands out as far as it would be moved.
+    /// Reports whether a face stands out as far as it would be moved.
     fn stands_out(
         &mut self,
         id: ShapeId,
@@ -167,7 +171,10 @@ impl Lengthening<'_> {
             }
         };
         let expressions = &mut self.scene.expressions;
-        let parameters = numbers.into_iter().map(|v| expressions.constant(v)).collect();
+        let parameters = numbers
+            .into_iter()
+            .map(|v| expressions.constant(v))
+            .collect();
         let op = spindle.op;
         let child = self.pushed(like, ShapeKind::Primitive { op, parameters });
         match op {
@@ -185,7 +192,11 @@ fn across(axis: [f64; 3], at: [f64; 3]) -> Rows {
             a[j] * b[k] - a[k] * b[j]
         })
     };
-    let least = if axis[0].abs() < 0.5 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
+    let least = if axis[0].abs() < 0.5 {
+        [1.0, 0.0, 0.0]
+    } else {
+        [0.0, 0.0, 1.0]
+    };
     let side = cross(axis, least);
     let length = side.iter().map(|v| v * v).sum::<f64>().sqrt();
     let side = side.map(|v| v / length);

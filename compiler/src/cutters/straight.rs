@@ -155,6 +155,9 @@ impl Lengthening<'_> {
             false => *point,
         };
         let points: Vec<[f64; 3]> = points.iter().map(flat).collect();
-        [at(near, points.clone(), is_round), at(far, points, is_round)]
+        [
+            at(near, points.clone(), is_round),
+            at(far, points, is_round),
+        ]
     }
 }

@@ -25,15 +25,55 @@ type Case = (&'static str, &'static str, [f64; 3], f64);
 /// Cutters that grow.
 const LONGER: &[Case] = &[
     // Cones, that widen and narrow, flush and a little beyond, in both directions.
-    ("box([6, 1, 6])", "cone(r1: 0.5, r2: 1, h: 1)", [0.0, 0.5, 0.0], 0.894_427),
-    ("box([6, 1, 6])", "cone(r1: 1, r2: 0.5, h: 1)", [0.0, 0.5, 0.0], 0.447_214),
-    ("box([6, 1, 6])", "cone(r1: 0.5, r2: 1, h: 1.02)", [0.0, 0.51, 0.0], 0.897_921),
-    ("box([6, 1, 6])", "cone(r1: 1, r2: 0, h: 1).translate(0, -0.2, 0)", [0.0, -0.5, 0.0], 0.565_685),
-    ("box([6, 1, 6])", "cone(r1: 0.5, r2: 1, h: 1).rotate(180deg, X)", [0.0, -0.5, 0.0], 0.894_427),
-    ("box([6, 1, 6])", "cone(r1: 0.5, r2: 1, h: 1).translate(2, 0, 0).polar(4)", [0.0, 0.5, 2.0], 0.894_427),
+    (
+        "box([6, 1, 6])",
+        "cone(r1: 0.5, r2: 1, h: 1)",
+        [0.0, 0.5, 0.0],
+        0.894_427,
+    ),
+    (
+        "box([6, 1, 6])",
+        "cone(r1: 1, r2: 0.5, h: 1)",
+        [0.0, 0.5, 0.0],
+        0.447_214,
+    ),
+    (
+        "box([6, 1, 6])",
+        "cone(r1: 0.5, r2: 1, h: 1.02)",
+        [0.0, 0.51, 0.0],
+        0.897_921,
+    ),
+    (
+        "box([6, 1, 6])",
+        "cone(r1: 1, r2: 0, h: 1).translate(0, -0.2, 0)",
+        [0.0, -0.5, 0.0],
+        0.565_685,
+    ),
+    (
+        "box([6, 1, 6])",
+        "cone(r1: 0.5, r2: 1, h: 1).rotate(180deg, X)",
+        [0.0, -0.5, 0.0],
+        0.894_427,
+    ),
+    (
+        "box([6, 1, 6])",
+        "cone(r1: 0.5, r2: 1, h: 1).translate(2, 0, 0).polar(4)",
+        [0.0, 0.5, 2.0],
+        0.894_427,
+    ),
     // A pyramid, and a cylinder between points.
-    ("box([6, 1, 6])", "pyramid(2, 1).rotate(180deg, X)", [0.0, 0.5, 0.0], 0.707_107),
-    ("box([6, 1, 6])", "cylinder(from: [0, -0.5, 0], to: [0, 0.5, 0], r: 0.5)", [0.0, 0.5, 0.0], 0.5),
+    (
+        "box([6, 1, 6])",
+        "pyramid(2, 1).rotate(180deg, X)",
+        [0.0, 0.5, 0.0],
+        0.707_107,
+    ),
+    (
+        "box([6, 1, 6])",
+        "cylinder(from: [0, -0.5, 0], to: [0, 0.5, 0], r: 0.5)",
+        [0.0, 0.5, 0.0],
+        0.5,
+    ),
     // A countersink of a cone on a cylinder.
     (
         "box([6, 1, 6])",
@@ -91,7 +131,12 @@ const LONGER: &[Case] = &[
         0.494_975,
     ),
     // Twisted.
-    ("box([6, 1, 6])", "box([1, 1, 1]).twist(2deg)", [0.0, 0.5, 0.0], 0.483_441),
+    (
+        "box([6, 1, 6])",
+        "box([1, 1, 1]).twist(2deg)",
+        [0.0, 0.5, 0.0],
+        0.483_441,
+    ),
 ];
 
 /// Cutters that stay as they are, or grow no farther than they may.
@@ -110,11 +155,26 @@ const KEPT: &[Case] = &[
         0.0,
     ),
     // A blind hole, and one whose floor is another cone.
-    ("box([6, 2, 6])", "cone(r1: 0.5, r2: 1, h: 1)", [0.0, 0.5, 0.0], 0.0),
-    ("box([6, 2, 6])", "cone(r1: 0.5, r2: 0.8, h: 1).translate(0, -0.5, 0) | cone(r1: 0.7, r2: 1.4, h: 1).translate(0, 0.5, 0)", [0.75, 0.0, 0.0], 0.0),
+    (
+        "box([6, 2, 6])",
+        "cone(r1: 0.5, r2: 1, h: 1)",
+        [0.0, 0.5, 0.0],
+        0.0,
+    ),
+    (
+        "box([6, 2, 6])",
+        "cone(r1: 0.5, r2: 0.8, h: 1).translate(0, -0.5, 0) | cone(r1: 0.7, r2: 1.4, h: 1).translate(0, 0.5, 0)",
+        [0.75, 0.0, 0.0],
+        0.0,
+    ),
     // Round rims.
-    ("box([6, 1, 6])", "cone(r1: 0.5, r2: 1, h: 1, round: 0.2)", [0.0, 0.5, 0.0], 0.0),
-    // A groove below a second body, and one whose walls would cross.
+    (
+        "box([6, 1, 6])",
+        "cone(r1: 0.5, r2: 1, h: 1, round: 0.2)",
+        [0.0, 0.5, 0.0],
+        0.0,
+    ),
+    // A groove below a second body, and one that would cross itself where it cuts another.
     (
         "box([4, 4, 2]) | box([4, 1, 2]).translate(0, 2.501, 0)",
         "polygon([[-0.5, 1], [0.5, 1], [1, 2], [-1, 2]]).extrude(2)",
@@ -128,12 +188,12 @@ const KEPT: &[Case] = &[
         0.0,
     ),
     (
-        "box([4, 4, 2])",
+        "box([4, 4, 2]) | box([4, 0.5, 2]).translate(0, 2.75, 0)",
         "polygon([[-1, 1], [1, 1], [1, 3], [-1.2, 3], [-1.2, 2.5], [0.8, 2.5], [0.8, 1.5], [-0.5, 1.5], [-0.5, 2], [-1, 2]]).extrude(2)",
         [-0.75, 2.0, 0.0],
         0.25,
     ),
-    // A rim around the mouth, as high as wide.
+    // A rim around the mouth.
     (
         "box([6, 1, 6]) | (cylinder(r: 1.5, h: 1).translate(0, 1, 0) - cylinder(r: 1, h: 1).translate(0, 1, 0))",
         "polygon([[0, -0.5], [0.5, -0.5], [1, 0.5], [0, 0.5]]).revolve()",
@@ -141,7 +201,12 @@ const KEPT: &[Case] = &[
         0.0,
     ),
     // A ring in the side of what is not round there.
-    ("box([4, 2, 4])", "rect(1, 1).revolve(offset: 1.5)", [2.0, 0.0, 0.0], 0.0),
+    (
+        "box([4, 2, 4])",
+        "rect(1, 1).revolve(offset: 1.5)",
+        [2.0, 0.0, 0.0],
+        0.0,
+    ),
     // Twisted, with a neighbour above.
     (
         "box([6, 1, 6]) | box([6, 1, 6]).translate(0, 1.001, 0)",
@@ -157,7 +222,9 @@ fn sloping_walls_of_cutters_are_prolonged_out_of_the_body() {
     for (body, cutter, at, expected) in LONGER.iter().chain(KEPT) {
         let found = evaluate_f64(&program(&format!("({body}) - ({cutter})")), *at);
         if (found - expected).abs() > 1e-5 {
-            wrong.push(format!("({body}) - ({cutter})\n{found} at {at:?}, not {expected}"));
+            wrong.push(format!(
+                "({body}) - ({cutter})\n{found} at {at:?}, not {expected}"
+            ));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
