@@ -66,7 +66,7 @@ const LONGER: &[Case] = &[
         "box([6, 1, 6])",
         "pyramid(2, 1).rotate(180deg, X)",
         [0.0, 0.5, 0.0],
-        0.707_107,
+        std::f64::consts::FRAC_1_SQRT_2,
     ),
     (
         "box([6, 1, 6])",
@@ -79,7 +79,7 @@ const LONGER: &[Case] = &[
         "box([6, 1, 6])",
         "cylinder(r: 0.5, h: 0.5).translate(0, -0.25, 0) | cone(r1: 0.5, r2: 1, h: 0.5).translate(0, 0.25, 0)",
         [0.0, 0.5, 0.0],
-        0.707_107,
+        std::f64::consts::FRAC_1_SQRT_2,
     ),
     (
         "box([9, 1, 9])",
