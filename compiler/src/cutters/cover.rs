@@ -183,8 +183,8 @@ fn place_along(points: &[[f64; 3]], axis: usize) -> Option<f64> {
     points.iter().all(is_there).then_some(first)
 }
 
-/// The convex solids and turned convex profiles of a union in frames, and the maps to their frames. Recursion over shapes within shapes, whose
-/// depth the elaborator bounds.
+/// Collects the convex solids and turned convex profiles of a union, with the maps to their frames. Recursion over
+/// shapes within shapes, whose depth the elaborator bounds.
 fn convex_parts(scene: &Scene, id: ShapeId, rows: &Rows, parts: &mut Vec<(ShapeId, Rows)>) {
     match &scene.shapes[id.0 as usize].kind {
         ShapeKind::Painted { child, .. } => convex_parts(scene, *child, rows, parts),
