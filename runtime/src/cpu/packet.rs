@@ -128,6 +128,10 @@ impl Marcher {
         }
         for meeting in meetings {
             let cell = cells.cell(meeting.cell);
+            if cells.jumps() {
+                // Beyond a jump, no ball around a point is known to be clear.
+                self.packet.clear_to = Column([f32::NEG_INFINITY; LANES]);
+            }
             let met = enter(&cell.region, &mut self.packet);
             if met.farthest < meeting.near {
                 break;
@@ -273,7 +277,11 @@ impl Marcher {
     ) -> u64 {
         let mut evaluations = u64::from(met.count_ones());
         self.ask_at_entries(number, met, evaluator);
-        let rest = met & !pass(frame, cell, &self.values, &mut self.packet);
+        let gone = match cell.jumps {
+            true => 0,
+            false => pass(frame, cell, &self.values, &mut self.packet),
+        };
+        let rest = met & !gone;
         if rest == 0 {
             return evaluations;
         }
@@ -286,7 +294,7 @@ impl Marcher {
             None => FEW_STEPS,
         };
         for steps in 1.. {
-            let left = under_way & advance(frame, &self.values, count, &mut self.inside);
+            let left = under_way & advance(frame, cell, &self.values, count, &mut self.inside);
             if left != under_way {
                 self.end_those(frame, under_way & !left, number, items, rays);
                 (under_way, count) = self.close_ranks(left, count);
@@ -492,18 +500,22 @@ fn open_lanes_body(b: &Inside) -> u64 {
 
 widest! {
     /// Takes a step with each ray; gives the lanes where they are still under way, as bits.
-    fn advance(frame: &Frame, values: &Column, count: usize, inside: &mut Inside) -> u64 =
-        advance_body;
+    fn advance(
+        frame: &Frame, cell: &Cell, values: &Column, count: usize, inside: &mut Inside,
+    ) -> u64 = advance_body;
 }
 
 #[inline(always)]
-fn advance_body(f: &Frame, values: &Column, count: usize, b: &mut Inside) -> u64 {
+fn advance_body(f: &Frame, cell: &Cell, values: &Column, count: usize, b: &mut Inside) -> u64 {
     for i in 0..whole_chunks(count) {
         let slope = b.slope.0[i];
         step_lane!(f, b, i, values.0[i], 1.0 / slope, |next, out| {
             let left = b.leave.0[i] - next.t;
             let fall = b.fall.0[i] / slope;
-            let through = passes(next.t, next.radius, next.step, fall, left);
+            // Behind a jump may be a surface: the ray goes on to the wall, and sees its sign there.
+            let at_wall = left <= next.t.abs() * f32::EPSILON;
+            let through =
+                passes(next.t, next.radius, next.step, fall, left) & (!cell.jumps | at_wall);
             let out = if through { outcome::THROUGH } else { out };
             if next.arrived > 0.0 {
                 outcome::HIT
