@@ -119,9 +119,9 @@ pub(crate) struct BoxNumber<R> {
     values: Vec<R>,
     /// The relative gradients of those that are positive in it.
     relative: Vec<Option<Relative>>,
-    /// Whether relative gradients are computed: there is an exponential or a logarithm.
+    /// Set where relative gradients are computed: there is an exponential or a logarithm.
     relates: bool,
-    /// Whether the length of a gradient is bounded more closely than by its components.
+    /// Set where the length of a gradient is bounded more closely than by its components.
     has_norms: bool,
 }
 

@@ -93,19 +93,7 @@ impl Symmetries<'_> {
         let shape = &self.shapes[id.0 as usize];
         match &shape.kind {
             ShapeKind::Nothing => true,
-            ShapeKind::Primitive { op, .. } => matches!(
-                op,
-                Op::Sphere
-                    | Op::Capsule
-                    | Op::Torus
-                    | Op::Cylinder
-                    | Op::RoundedCylinder
-                    | Op::InfiniteCone
-                    | Op::Cone
-                    | Op::RoundedCone
-                    | Op::RoundCone
-                    | Op::Circle
-            ),
+            ShapeKind::Primitive { op, .. } => is_turned(*op) || *op == Op::Circle,
             ShapeKind::Combine { children, .. } => children.iter().all(|&id| self.is_round(id)),
             ShapeKind::Painted { child, .. } => self.is_round(*child),
             ShapeKind::Frame { child, matrix, .. } => {
@@ -213,4 +201,21 @@ fn point(number: u32) -> [f64; 3] {
         0.549_700_477_901_97,
     ]
     .map(|step| ((n * step).fract() - 0.5) * 2.0 * scale)
+}
+
+/// Reports whether an operation makes a solid of revolution around the y axis.
+pub(crate) fn is_turned(op: Op) -> bool {
+    matches!(
+        op,
+        Op::Sphere
+            | Op::Capsule
+            | Op::Torus
+            | Op::Cylinder
+            | Op::RoundedCylinder
+            | Op::InfiniteCone
+            | Op::Cone
+            | Op::RoundedCone
+            | Op::RoundCone
+            | Op::Revolve
+    )
 }

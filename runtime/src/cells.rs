@@ -152,7 +152,7 @@ pub struct Cell {
     pub slope: f32,
     /// Bounds of the field's gradient in it, where they were found out.
     pub gradient: Option<[[f32; 2]; 3]>,
-    /// Whether the field may jump in it: its gradient has no bound there.
+    /// Set where the field may jump in it: its gradient has no bound there.
     pub jumps: bool,
     tape: Kept,
     /// How many levels in a row left next to nothing of their parents' tapes out.
@@ -198,7 +198,7 @@ pub struct Cells {
     first: usize,
     /// How many were not cut for want of memory.
     short: usize,
-    /// Whether the field may jump anywhere in them.
+    /// Reports whether the field may jump anywhere in them.
     jumps: bool,
 }
 

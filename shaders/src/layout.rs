@@ -366,8 +366,8 @@ shared! {
         tap: f32,
         /// The field at the place of the present round.
         value: f32,
-        /// The spare room of a buffer's layout.
-        spare: f32,
+        /// The number of evaluations so far.
+        steps: f32,
     }
 }
 

@@ -284,3 +284,21 @@ fn hard_shadows_of_steep_and_flat_fields_are_those_of_a_ball() {
         assert!(worst <= Some(1), "{body}: {worst:?}");
     }
 }
+
+/// A lamp 2.6 mm from a bar of 30 mm, 3 m above a floor: the near part of the floor lies wholly behind the bar.
+#[test]
+fn a_lamp_beside_its_holder_lights_no_floor_behind_it() {
+    let text = |intensity: f64| {
+        format!(
+            "camera {{ from: [2.5, 1.2, 5.5], look: [0.5, 1.5, 0], fov: 45deg }}\n\
+             light bulb {{ at: [0, 3.05, 0.8], intensity: {intensity}, shadow: hard }}\n\
+             capsule(from: [0, 3.0776457, 0.7333333], to: [0, 3, 0.8], r: 0.03) | plane(Y).color(#808080)"
+        )
+    };
+    let size = [320, 240];
+    let [lit, dark] = [12.0, 0.0].map(|intensity| picture(&text(intensity), size).rgba8());
+    let floor = 4 * 200 * 320;
+    let wrong = lit[floor..].chunks(4).zip(dark[floor..].chunks(4));
+    let wrong = wrong.filter(|(lit, dark)| lit != dark).count();
+    assert_eq!(wrong, 0, "pixels are lit through the bar");
+}

@@ -1,4 +1,4 @@
-//! What another cutter holds of what a part grows by.
+//! Parts of an addition that another cutter holds.
 //!
 //! The hull of two cross sections lies in a convex cutter that holds their corners. Where another cutter has the
 //! profile of the part, whose walls coincide with those of the part, it fills what lies between its own flat faces.

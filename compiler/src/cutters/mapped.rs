@@ -10,6 +10,7 @@ use crate::bounds::{World, inverse};
 use crate::expression::ExprId;
 use crate::scene::{NO_EDGE, Scene, ShapeId, ShapeKind};
 use crate::shape_range::ShapeRange;
+use crate::symmetry::is_turned;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Real;
@@ -227,19 +228,7 @@ pub(super) fn is_round(scene: &Scene, id: ShapeId) -> bool {
     else {
         return false;
     };
-    matches!(
-        op,
-        Op::Sphere
-            | Op::Capsule
-            | Op::Torus
-            | Op::Cylinder
-            | Op::RoundedCylinder
-            | Op::InfiniteCone
-            | Op::Cone
-            | Op::RoundedCone
-            | Op::RoundCone
-            | Op::Revolve
-    )
+    is_turned(*op)
 }
 
 /// The map of the half plane of a ring that a map of space stands for, if that takes the y axis to itself and keeps

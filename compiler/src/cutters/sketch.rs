@@ -1,6 +1,6 @@
 //! Polygons whose edges are moved outwards, while the edges beside them are prolonged.
 //!
-//! What an edge adds is a triangle or a trapezoid. It may meet no other edge, so the polygon stays simple, and the
+//! The addition of an edge is a triangle or a trapezoid. It may meet no other edge, so the polygon stays simple, and the
 //! new one is the union of the old one and the trapezoid.
 
 use super::room::Part;

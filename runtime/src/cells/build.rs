@@ -132,12 +132,12 @@ pub(super) fn deepen(
     }
 }
 
-/// What is found out about cells besides the range of the field.
+/// Findings about cells besides the range of the field.
 #[derive(Clone, Copy)]
 struct Looks {
     /// Bounds of the slope and the gradient.
     slopes: bool,
-    /// Whether the field may jump.
+    /// Set where the field may jump.
     jumps: bool,
 }
 

@@ -81,9 +81,9 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         let seen = &self.rays[item as usize];
         let p = self.points[item as usize];
         let normal = vector(self.normals[item as usize]);
-        let to_place = vector(light.place) - p * light.near;
-        let direction = camera::unit::<f32>(to_place);
-        if reflectance::cosine::<f32>(normal, direction) <= 0.0 {
+        let place = vector(light.place);
+        let seen_from = camera::unit::<f32>(place - p * light.near);
+        if reflectance::cosine::<f32>(normal, seen_from) <= 0.0 {
             self.arriving[item as usize] = 0.0;
             return false;
         }
@@ -91,6 +91,9 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         let rounding = marching::rounding_at(seen.t, f.rounding);
         let above = normals::lift::<f32>(p, half, rounding);
         let start = camera::along::<f32>(p, normal, above);
+        // From where the ray starts, so that it ends at the lamp and not beside it.
+        let to_place = place - start * light.near;
+        let direction = camera::unit::<f32>(to_place);
         let length = to_place.length();
         let near = if length < f.far { length } else { f.far };
         let reach = if light.near > 0.0 { near } else { f.far };

@@ -14,7 +14,7 @@ use sdfc_shaders::assemble::{
 };
 use sdfc_shaders::beam;
 use sdfc_shaders::features::{Features, MOST_LIGHTS, Mode};
-use sdfc_shaders::layout::{self, Ray, ShadowRay};
+use sdfc_shaders::layout::{self, OcclusionRay, Ray, ShadowRay};
 use sdfc_shaders::marching::SHOWN;
 use sdfc_shaders::shadow::DONE;
 use std::ops::Range;
@@ -377,7 +377,13 @@ impl<S: OnDevice> GpuEngine<S> {
             evaluations += match stage {
                 Stage::Surface if !painted => 0,
                 Stage::Normal | Stage::Surface => shown * u64::from(stage.evaluations(features)),
-                Stage::Occlusion => shown * u64::from(features.occlusion.taps()),
+                Stage::Occlusion => {
+                    let around: Vec<OcclusionRay> =
+                        self.read(Slot::Occlusion, rays.len() as u64)?;
+                    let is_shown = |(ray, _): &(&Ray, _)| ray.status & SHOWN != 0;
+                    let shown = rays.iter().zip(&around).filter(is_shown);
+                    shown.map(|(_, around)| around.steps as u64).sum()
+                }
                 Stage::Plane if painted && stage.scene_functions(features).len() > 1 => {
                     rays.len() as u64
                 }

@@ -66,6 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let limit = occlusion_limit(height);
         let sampled = claim_place(at, around.offset, around.phase, around.value, around.gradient, limit);
         let field = scene_distance(sampled) * side;
+        around.steps += 1.0;
         var clear = field;
         if !is_nan(field) {
             let next = claim_offset(at, around.offset, around.value, around.gradient, limit);

@@ -35,12 +35,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let camera = camera_ray(item.pixel);
     let p = along(camera.origin, camera.direction, seen.t);
     let normal = normals[item.index].xyz;
-    let to_place = light.place - p * light.near;
-    let axis = unit(to_place);
     let half = half_pixel(seen.t, frame.footprint, frame.footprint_growth);
     let rounding = rounding_at(seen.t, frame.rounding);
     let above = lift(p, half, rounding);
     let start = along(p, normal, above);
+    // From where the ray starts, so that it ends at the lamp and not beside it.
+    let to_place = light.place - start * light.near;
+    let axis = unit(to_place);
     let reach = select(frame.far, min(frame.far, length3(to_place)), light.near > 0.0);
     let least = above * 0.25;
     let side = select(1.0, -1.0, (seen.status & FROM_INSIDE) != 0u);
@@ -56,7 +57,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         ray = shadows[slot];
     } else if (seen.status & SHOWN) == 0u || light.shadow == SHADOW_NONE {
         ray.steps = DONE;
-    } else if cosine_between(normal, axis) <= 0.0 {
+    } else if cosine_between(normal, unit(light.place - p * light.near)) <= 0.0 {
         ray.visibility = -1.0;
         ray.steps = DONE;
     }
