@@ -4,7 +4,7 @@
 //! point lies on the ellipsoid (D. Eberly, *Distance from a Point to an Ellipse, an Ellipsoid, or a
 //! Hyperellipsoid*, 2013). Halley's steps find it on one over the norm of that point, which is concave and
 //! nearly a line (M. Hebden, 1973). The first `t` is that of the tangent plane below `p`, so most points take
-//! one step or two: a step is the last one where it changes no denominator by more than [`SMALL_STEP`].
+//! one step or two: a step is the last one where it changes no denominator by more than a fiftieth.
 //!
 //! The distance is then taken along the normal `n` there, as `p · n − |r n|`. Along any direction this is at most
 //! the distance to a convex solid, inside and outside, and the error is the square of that of the direction.
