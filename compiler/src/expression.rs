@@ -168,9 +168,10 @@ impl Expressions {
         values: &[ExprId],
         parameters: &[ExprId],
     ) -> ExprId {
-        // A product of a number with itself is a square, of which more is known.
+        // What is said in one operation, more is known of: of a square, and of what a number has beyond a whole one.
         let (op, values) = match (op, values) {
             (Op::Mul, [a, b]) if a == b => (Op::Square, &values[..1]),
+            (Op::Sub, [a, b]) if self.is_floor_of(*b, *a) => (Op::Fract, &values[..1]),
             other => other,
         };
         let inputs = || point.iter().flatten().chain(values).chain(parameters);
@@ -191,6 +192,14 @@ impl Expressions {
             parameters: parameters.to_vec(),
         };
         self.insert(key, node, stage)
+    }
+
+    /// Reports whether a number is the largest whole one not above another.
+    fn is_floor_of(&self, id: ExprId, of: ExprId) -> bool {
+        let Expression::Apply { op, values, .. } = self.get(id) else {
+            return false;
+        };
+        *op == Op::Floor && **values == [of]
     }
 
     /// An operation without a point or parameters.

@@ -37,18 +37,31 @@ struct At {
     frame: Option<[ExprId; 12]>,
     /// Units of the local frame per unit of the world, as far as that is known.
     unit: f64,
+    /// How many times as large as in the local frame things are in the world, where they were scaled.
+    scale: Option<ExprId>,
     /// A box in the local frame, outside of which others decide what is solid.
     region: Bounds,
 }
 
 impl At {
-    /// A point of the graph itself.
-    fn new(base: NodeId, unit: f64) -> Self {
+    /// A point of the world.
+    fn world(base: NodeId) -> Self {
         Self {
             base,
             frame: None,
-            unit,
+            unit: 1.0,
+            scale: None,
             region: Bounds::EVERYTHING,
+        }
+    }
+
+    /// Another point of the graph, which is on the scale of this one.
+    fn moved_to(self, base: NodeId) -> Self {
+        Self {
+            base,
+            frame: None,
+            region: Bounds::EVERYTHING,
+            ..self
         }
     }
 }
@@ -129,7 +142,7 @@ fn walk(
         unbounded: HashSet::new(),
         diagnostics: Vec::new(),
     };
-    let root = lowering.shape(shape, At::new(world, 1.0), Wanted::Step);
+    let root = lowering.shape(shape, At::world(world), Wanted::Step);
     lowering.graph.root = root;
     lowering.report_refuted();
     (lowering.graph, lowering.trail, lowering.diagnostics)
@@ -210,6 +223,7 @@ impl Lowering<'_> {
             frame: Some(frame),
             unit: at.unit * stretch.sqrt(),
             region,
+            ..at
         }
     }
 
@@ -272,7 +286,10 @@ impl Lowering<'_> {
                 matrix,
                 scale,
             } => {
-                let inner = self.framed(at, matrix);
+                let mut inner = self.framed(at, matrix);
+                if self.scene.expressions.as_constant(scale) != Some(1.0) {
+                    inner.scale = Some(self.times(scale, at.scale));
+                }
                 let node = self.shape(child, inner, wanted);
                 let scale = self.number(scale);
                 if scale.is(1.0) {
@@ -289,7 +306,7 @@ impl Lowering<'_> {
             } => {
                 let parameters = self.numbers(&parameters);
                 let point = self.apply(op, at, Vec::new(), parameters);
-                let at_child = At::new(point, at.unit);
+                let at_child = at.moved_to(point);
                 // What stretches space is turned into a step with all that lies behind it.
                 if matches!(op, Op::Twist | Op::Bend) {
                     let node = self.shape(child, at_child, Wanted::Written);
@@ -301,7 +318,7 @@ impl Lowering<'_> {
             ShapeKind::Warp { child, point } => {
                 let coordinates = point.map(|number| self.field(number, at));
                 let point = self.apply(Op::MakePoint, at, coordinates.to_vec(), Vec::new());
-                let node = self.shape(child, At::new(point, at.unit), Wanted::Written);
+                let node = self.shape(child, at.moved_to(point), Wanted::Written);
                 self.given(node, id, at, wanted)
             }
             ShapeKind::Distance {
@@ -473,7 +490,7 @@ impl Lowering<'_> {
                         .map(|&v| self.operand(v, &nodes))
                         .collect::<Vec<_>>();
                     let at = match point {
-                        Some(p) => At::new(self.made_point(p, &nodes, at), at.unit),
+                        Some(p) => at.moved_to(self.made_point(p, &nodes, at)),
                         None => at,
                     };
                     self.apply(op, at, values, parameters)
@@ -533,6 +550,14 @@ impl Lowering<'_> {
         value
     }
 
+    /// A number times a scale, if there is one.
+    fn times(&mut self, number: ExprId, scale: Option<ExprId>) -> ExprId {
+        match scale {
+            Some(scale) => self.scene.expressions.call(Op::Mul, &[number, scale]),
+            None => number,
+        }
+    }
+
     fn paint(&mut self, value: NodeId, id: MaterialId, at: At) -> NodeId {
         let material = self.scene.materials[id.0 as usize].clone();
         let mut constants = [Number::Constant(0.0); 12];
@@ -546,6 +571,11 @@ impl Lowering<'_> {
         }
         constants[8] = Number::Constant(id.0 as f32);
         if let Some(bump) = material.bump {
+            // Heights grow with what they stand on.
+            let bump = match at.scale {
+                Some(_) => self.times(bump, at.scale),
+                None => bump,
+            };
             channels.push((8, self.field(bump, at)));
             constants[9] = Number::Constant(1.0);
         }

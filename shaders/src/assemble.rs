@@ -264,7 +264,8 @@ impl Stage {
     pub fn evaluations(self, features: &Features) -> u32 {
         match self {
             Self::Polish => marching::SECANT_STEPS,
-            Self::Normal => normals::taps(features.normals).len().max(1) as u32,
+            Self::Normal if features.normals == Normals::Exact => 2 + normals::AXIS_TAPS,
+            Self::Normal => normals::taps(features.normals).len() as u32,
             Self::Surface => 1,
             Self::Plane => 2,
             Self::Beam | Self::March | Self::Shadow | Self::Occlusion => 0,
@@ -517,6 +518,7 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("SECANT_STEPS", word(marching::SECANT_STEPS)),
         ("SPREAD", format!("{:?}", normals::spread(features.normals))),
         ("NORMAL_TAPS", word(taps_of_normals as u32)),
+        ("AXIS_TAPS", word(normals::AXIS_TAPS)),
         ("TAP_OFFSETS", table(|tap| tap.0)),
         ("TAP_WEIGHTS", table(|tap| tap.1)),
         ("LIGHTS", word(lights as u32)),

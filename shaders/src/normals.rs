@@ -103,8 +103,37 @@ pub fn outside<R: Real>(rounding: R) -> R {
     rounding * lit(OUTSIDE_ROUNDINGS)
 }
 
+/// 1 where the field `value` just beside a surface is more than the gradient's length `slope` leads to zero from
+/// there, else 0: another shape's gradient was taken, whose value is divided by a large bound, or the field jumps.
+#[inline(always)]
+pub fn is_doubtful<R: Real>(value: R, slope: R, rounding: R) -> R {
+    let most = slope * rounding * lit(2.0 * OUTSIDE_ROUNDINGS);
+    R::select(most.less(value.abs()), lit(1.0), lit(0.0))
+}
+
+/// 1 where the field jumps to `value` beside a surface, else 0: the gradient's length `slope` leads to no zero within
+/// the distance `apart`, at which differences are taken instead.
+#[inline(always)]
+pub fn jumps<R: Real>(value: R, slope: R, apart: R) -> R {
+    R::select((slope * apart).less(value.abs()), lit(1.0), lit(0.0))
+}
+
+/// The number of [`axis_tap`]s.
+pub const AXIS_TAPS: u32 = 6;
+
+/// The offset of a tap for differences across a jump, and its weight: forth and back along x, y and z.
+#[inline(always)]
+pub fn axis_tap<R: Real>(index: R) -> R::Vec3 {
+    let along = |first: f64| {
+        let is_forth = (index - lit(first)).abs().less(lit(0.5));
+        let is_back = (index - lit(first + 1.0)).abs().less(lit(0.5));
+        R::select(is_forth, lit(1.0), R::select(is_back, lit(-1.0), lit(0.0)))
+    };
+    R::Vec3::new(along(0.0), along(2.0), along(4.0))
+}
+
 /// The depth below a surface at which its material is asked for, in units of rounding.
-const INSIDE_ROUNDINGS: f64 = 32.0;
+const INSIDE_ROUNDINGS: f64 = 8.0;
 
 /// The depth below a surface at which its material is asked for. A skin of no thickness, as a flush cut leaves, is nothing
 /// there, and what lies behind it shows.

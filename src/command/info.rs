@@ -259,8 +259,8 @@ fn divisor(module: &Module) -> f64 {
         let pool = &module.distance.pool[i.parameters as usize..];
         match i.code {
             Code::Op(Op::FieldDistance) => Some(1.0 / f64::from(pool[0][0])),
-            // One over the bound within the innermost cube.
-            Code::Op(Op::FieldShells) => Some(1.0 / f64::from(pool[1][0])),
+            // One over the bound within the cube.
+            Code::Op(Op::FieldGrowth) => Some(1.0 / f64::from(pool[0][3])),
             _ => None,
         }
     });

@@ -65,7 +65,7 @@ fn drawn(
 /// Scenes in which rays stop at other places with cells, and how many pixels away from edges may then
 /// differ: their fields jump, so the slopes that they claim are not true, and which of the jumps a ray passes
 /// depends on its steps.
-const JUMPS: [(&str, usize); 2] = [("field_whole", 40), ("field_choice", 8)];
+const JUMPS: [(&str, usize); 2] = [("field_whole", 32), ("field_choice", 8)];
 
 #[test]
 fn pictures_are_the_same_with_and_without_cells() {

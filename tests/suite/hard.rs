@@ -45,7 +45,7 @@ const GATE: Limit = Limit {
 };
 
 /// What is asked of pictures that cannot be better, and why they cannot.
-const LIMITS: [(&str, Limit); 3] = [
+const LIMITS: [(&str, Limit); 2] = [
     // Where a shape is taken away from itself, all rays only touch what is left.
     (
         "coincident",
@@ -54,23 +54,11 @@ const LIMITS: [(&str, Limit); 3] = [
             ..GATE
         },
     ),
-    // Each step leaves a share of the way that comes near to one as the angle comes near to zero: 512 do
-    // not get within half a pixel of the plane, and the root is guessed from a steady fall. The rays of one
-    // line of pixels never leave it by more than rounding.
+    // The rays of one line of pixels never leave the plane by more than rounding.
     (
         "grazing_plane/horizon",
         Limit {
-            step_caps: 640,
             undecided: 0.02,
-            ..GATE
-        },
-    ),
-    // Rays along a wall, an eighth of a pixel from it at most, creep.
-    (
-        "thin_gaps/straight",
-        Limit {
-            step_caps: 8,
-            depth: 2e-5,
             ..GATE
         },
     ),

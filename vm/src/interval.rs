@@ -536,6 +536,45 @@ impl<E: End> Real for IntervalOf<E> {
         }
     }
     #[inline(always)]
+    fn mix(self, other: Self, t: Self) -> Self {
+        let line = self + (other - self) * t;
+        let is_between = (lit::<E>(0.0) <= t.lo) & (t.hi <= lit(1.0));
+        let error = E::distance_error(self.magnitude() + other.magnitude());
+        let between = Self {
+            lo: line.lo.max(self.lo.min(other.lo) - error),
+            hi: line.hi.min(self.hi.max(other.hi) + error),
+        };
+        Self {
+            lo: E::select(is_between, between.lo, line.lo),
+            hi: E::select(is_between, between.hi, line.hi),
+        }
+    }
+    #[inline(always)]
+    fn smoothstep(self, low: Self, high: Self) -> Self {
+        let t = Self::ramp(self, low, high);
+        let at = |t: E| t * t * (lit::<E>(3.0) - lit::<E>(2.0) * t);
+        // It rises with `t`, but for rounding.
+        let error = E::distance_error(lit(1.0));
+        Self {
+            lo: (at(t.lo) - error).max(lit(0.0)),
+            hi: (at(t.hi) + error).min(lit(1.0)),
+        }
+    }
+    #[inline(always)]
+    fn modulo(self, divisor: Self) -> Self {
+        let whole = (self / divisor).floor();
+        let rest = self - divisor * whole;
+        let error = E::distance_error(self.magnitude() + divisor.magnitude());
+        let has_sign = lit::<E>(0.0).less(divisor.lo) | divisor.hi.less(lit(0.0));
+        // The rest has the sign of the divisor, and is less.
+        let least = divisor.lo.min(lit(0.0)) - error;
+        let most = divisor.hi.max(lit(0.0)) + error;
+        Self {
+            lo: E::select(has_sign, rest.lo.max(least), rest.lo),
+            hi: E::select(has_sign, rest.hi.min(most), rest.hi),
+        }
+    }
+    #[inline(always)]
     fn unit_component(self) -> Self {
         self.clamp(lit(-1.0), lit(1.0))
     }

@@ -260,10 +260,18 @@ pub trait Real:
     fn step(self, edge: Self) -> Self {
         Self::select(self.less(edge), lit(0.0), lit(1.0))
     }
-    /// 0 up to `low`, 1 from `high` on, a smooth cubic between; a step where they are equal.
+    /// The way from `low` to `high`, from 0 to 1; a step where they are equal.
+    #[inline(always)]
+    fn ramp(self, low: Self, high: Self) -> Self {
+        let width = (high - low).named("width");
+        let is_none = width.abs().less(lit(1e-18));
+        ((self - low) / Self::select(is_none, lit(1e-18), width)).saturate()
+    }
+    /// 0 at `low` and before, 1 at `high` and beyond, a smooth cubic between. It falls where `high` is less; where they
+    /// are equal it is a step.
     #[inline(always)]
     fn smoothstep(self, low: Self, high: Self) -> Self {
-        let t = ((self - low) / (high - low).max(lit(1e-18))).saturate();
+        let t = self.ramp(low, high);
         t * t * (lit::<Self>(3.0) - lit::<Self>(2.0) * t)
     }
 }

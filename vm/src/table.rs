@@ -642,13 +642,13 @@ macro_rules! for_each_operation {
                 source: "D. Kalra and A. Barr, Guaranteed Ray Intersections with Implicit Surfaces, 1989",
                 ..DISTANCE
             };
-            /// A raw field whose slope grows away from the origin, as the longest step that bounds of the slope within three cubes and everywhere allow. Its parameters are made of the cubes' half sides and of the four bounds.
-            FieldShells "field_shells" = distance::field_shells(v: Value, p: Point; sides: Vec3, beyond: Scalar, inverse: Vec3) -> Value, prepare::shells, Meta {
+            /// A raw field whose slope grows away from the origin, as a step that bounds of the slope within a cube and beyond allow. Its parameters are made of the cube's half side, the bound within, and the factor and exponent of that beyond.
+            FieldGrowth "field_growth" = distance::field_growth(v: Value, p: Point; side: Scalar, exponent: Scalar, share: Scalar, inverse: Scalar, beyond: Scalar) -> Value, prepare::growth, Meta {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
                 slope: Slope::Constant(1.0),
                 only_signs: true,
-                source: "the largest of the steps that are safe within each cube",
+                source: "the larger of the steps that are safe within the cube and by the power beyond",
                 ..DISTANCE
             };
             /// A distance that holds only within `margin` of a box around its shape; farther out, that to the box. Its parameters are made of the box's two corners and the margin.

@@ -78,7 +78,7 @@ impl Lowering<'_> {
                         .into_iter()
                         .map(|sector| {
                             let point = self.sector(op, &numbers, sector, at);
-                            self.shape(child, At::new(point, at.unit), wanted)
+                            self.shape(child, at.moved_to(point), wanted)
                         })
                         .collect(),
                 };
@@ -115,7 +115,7 @@ impl Lowering<'_> {
                         let parameters = numbers.iter().copied().chain(which).collect();
                         self.apply(neighbour(op), at, Vec::new(), parameters)
                     };
-                    let at_copy = At::new(point, at.unit);
+                    let at_copy = at.moved_to(point);
                     let copy = self.shape(child, at_copy, wanted);
                     // The guard of an endless grid reads the folded point.
                     let copy = match guarded {

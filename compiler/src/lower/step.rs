@@ -2,7 +2,7 @@
 //!
 //! The sign stays, and so does the surface. A value is divided by a Lipschitz bound. Where the shape ends,
 //! the bound need hold near it only, and farther out the distance to its box takes over. Where a shape has
-//! no end and its bound grows with the region, bounds within three cubes are used side by side.
+//! no end and its bound grows with the region, that is a power of the way from the origin.
 
 use super::{At, Lowering};
 use crate::bounds::World;
@@ -21,10 +21,17 @@ const TIDY: f64 = 1.0 + 1e-9;
 const FAR_AWAY: f32 = 1e9;
 /// A flatter shape has no surface that `f32` could find.
 const MIN_SLOPE: f64 = 1e-18;
+/// Where a slope is larger, values are beyond what `f32` holds, and rise ever faster.
+const STEEPEST: f64 = 1e30;
 /// A closer bound is used where it is less by this factor.
 const WORTH_WHILE: f64 = 1.25;
-/// The half sides of the cubes in which an endless shape's slope is bounded, in sizes of the scene.
-const CUBES: [f64; 3] = [4.0, 32.0, 256.0];
+/// The half side of the cube that a shape with an end must reach out of to be taken for an endless one, in sizes of the
+/// scene.
+const LARGE: f64 = 4.0;
+/// The exponents that a slope's growth may have: halves, up to so many.
+const MOST_EXPONENTS: u32 = 48;
+/// How many times as far as the scene reaches the exponent is chosen for.
+const CHOSEN_FOR: f64 = 8.0;
 /// The distance to which a shape is drawn beyond the region that others leave it, in half diagonals of that.
 const BEYOND: f64 = 0.01;
 /// The half side of the cube that holds all that rays reach, in sizes of the scene.
@@ -53,9 +60,8 @@ impl Lowering<'_> {
             return self.graph.add(Node::Constant(Number::Constant(FAR_AWAY)));
         }
         let unit = self.size * at.unit;
-        let cubes = CUBES.map(|cube| cube * unit);
         let reach = farthest(bounds.min.into_iter().chain(bounds.max));
-        let is_large = reach.is_some_and(|reach| reach > cubes[0]);
+        let is_large = reach.is_some_and(|reach| reach > LARGE * unit);
         if bounds.is_finite() && !is_large {
             let margin = margin(&bounds);
             let near = self.known_slope(id, &near(&bounds));
@@ -67,27 +73,43 @@ impl Lowering<'_> {
             let numbers: Vec<f64> = corners.chain([margin]).collect();
             return self.row(Op::Bounded, at, divided, &numbers);
         }
-        let first = self.known_slope(id, &Bounds::centred([cubes[0]; 3]));
+        let first = self.known_slope(id, &Bounds::centred([unit; 3]));
         if first * WORTH_WHILE > everywhere {
             return self.divided(node, everywhere, at);
         }
+        let growth = self.growth(id, unit, first, everywhere);
+        let beyond = growth.last().map_or(first, |cube| cube.outer);
+        if first * WORTH_WHILE > beyond {
+            return self.divided(node, beyond, at);
+        }
+        let (factor, exponent) = power(&growth, first);
+        self.row(Op::FieldGrowth, at, node, &[unit, first, factor, exponent])
+    }
+
+    /// The bounds of a shape's slope in cubes around the origin, each twice as large as the one before, as far as rays
+    /// reach or the bounds do.
+    fn growth(&mut self, id: ShapeId, side: f64, first: f64, everywhere: f64) -> Vec<Cube> {
         let is_guessed = self.unbounded.contains(&id);
-        let mut slope = |half: f64| {
-            let region = Bounds::centred([half; 3]);
+        let mut cubes = Vec::new();
+        let (mut ratio, mut inner) = (1.0, first);
+        while ratio < REACH {
+            let region = Bounds::centred([2.0 * ratio * side; 3]);
             let found = match is_guessed {
                 true => self.known_slope(id, &region),
                 false => self.outer_slope(id, &region),
             };
-            found.max(first).min(everywhere)
-        };
-        let [second, third, beyond] = [cubes[1], cubes[2], REACH * unit].map(&mut slope);
-        if first * WORTH_WHILE > beyond {
-            return self.divided(node, beyond, at);
+            let outer = found.max(inner).min(everywhere);
+            if outer > STEEPEST {
+                break;
+            }
+            cubes.push(Cube {
+                ratio,
+                inner,
+                outer,
+            });
+            (ratio, inner) = (2.0 * ratio, outer);
         }
-        let finite = |slope: f64| slope.min(f64::from(f32::MAX));
-        let slopes = [first, second, third, beyond].map(finite);
-        let numbers: Vec<f64> = cubes.into_iter().chain(slopes).collect();
-        self.row(Op::FieldShells, at, node, &numbers)
+        cubes
     }
 
     /// A bound of a shape's slope in a region of its frame; infinite where none is known.
@@ -181,6 +203,33 @@ impl Lowering<'_> {
         let parameters = parameters.into_iter().map(|v| Number::Constant(v as f32));
         self.apply(op, at, vec![value], parameters.collect())
     }
+}
+
+/// A cube around the origin, and that which is twice as large.
+#[derive(Clone, Copy, Debug)]
+struct Cube {
+    /// The cube's size, in that of the first one.
+    ratio: f64,
+    /// The bound of the slope within it.
+    inner: f64,
+    /// The same within the larger one.
+    outer: f64,
+}
+
+/// The factor and the exponent of a power of the way from the origin that bounds the slope beyond the first cube, with
+/// steps as long as can be near the scene.
+fn power(growth: &[Cube], first: f64) -> (f64, f64) {
+    let law = |number: u32| {
+        let exponent = 0.5 * f64::from(number);
+        let needed = |cube: &Cube| cube.outer / cube.ratio.powf(exponent);
+        let factor = growth.iter().map(needed).fold(first, f64::max);
+        let near = growth.iter().filter(|cube| cube.ratio <= CHOSEN_FOR);
+        let loss = |cube: &Cube| factor * cube.ratio.powf(exponent) / cube.inner;
+        (near.map(loss).fold(1.0, f64::max), factor, exponent)
+    };
+    let laws = (1..=MOST_EXPONENTS).map(law);
+    let best = laws.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map_or((first, 1.0), |(_, factor, exponent)| (factor, exponent))
 }
 
 /// Reports whether a bound is one but for rounding.

@@ -97,8 +97,11 @@ impl<'a> Finder<'a> {
         };
         match set {
             Some(SetOperation::Union) => {
-                let parts = children.iter().filter_map(|&child| self.find(child));
-                let parts: Vec<_> = parts.collect();
+                let floors = children.iter().filter_map(|&child| self.floor(child));
+                let floors: Vec<_> = floors.collect();
+                let find =
+                    |&child: &ShapeId| self.outside(child, &floors).or_else(|| self.find(child));
+                let parts: Vec<_> = children.iter().filter_map(find).collect();
                 self.joined(id, parts)
             }
             // A cutter has no end of its own.
@@ -137,6 +140,40 @@ impl<'a> Finder<'a> {
                 self.ended(id)
             }
         }
+    }
+
+    /// The space that a half-space across an axis leaves open; none of another shape.
+    fn floor(&mut self, id: ShapeId) -> Option<Bounds> {
+        let mut inner = id;
+        loop {
+            match self.shape(inner).kind {
+                ShapeKind::Painted { child, .. } | ShapeKind::Frame { child, .. } => inner = child,
+                ShapeKind::Primitive { op: Op::Plane, .. } => break,
+                _ => return None,
+            }
+        }
+        let solid = self.bounds(id);
+        let mut open = Bounds::EVERYTHING;
+        for axis in 0..3 {
+            if solid.max[axis].is_finite() {
+                open.min[axis] = solid.max[axis];
+            }
+            if solid.min[axis].is_finite() {
+                open.max[axis] = solid.min[axis];
+            }
+        }
+        Some(open)
+    }
+
+    /// The shape as far as it is seen of a solid that has an end but for what lies in floors.
+    fn outside(&mut self, id: ShapeId, floors: &[Bounds]) -> Option<ShapeId> {
+        let bounds = self.bounds(id);
+        if floors.is_empty() || bounds.is_finite() {
+            return None;
+        }
+        let seen = floors.iter().fold(bounds, |seen, floor| seen.common(floor));
+        let is_part = seen.is_finite() && !seen.is_empty() && self.floor(id).is_none();
+        is_part.then(|| self.within(id, &seen))
     }
 
     /// A combination with other operands, or its only one.

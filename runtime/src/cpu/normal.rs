@@ -1,11 +1,14 @@
 //! The stages `normal` and `surface`: which way surfaces face and what they are made of.
 
+mod doubt;
+
 use super::lanes::repeat_first;
 use super::march::vector;
 use super::packet::NO_LEAF;
 use super::tile::{Tile, camera_ray};
 use super::{Asked, Column, Evaluator, LANES, Points};
 use crate::cells::Region;
+use doubt::Doubt;
 use sdfc_shaders::features::Normals;
 use sdfc_shaders::layout::{Frame, Surface};
 use sdfc_shaders::marching::{self, FROM_INSIDE};
@@ -25,9 +28,10 @@ pub(super) fn find(
     if method == Normals::Exact {
         step_outside(frame, tile);
     }
+    let mut doubts = Vec::new();
     if method == Normals::Exact && !tile.leaves.is_empty() {
-        by_leaf(frame, tile, evaluator);
-        return tile.shown.len() as u64;
+        by_leaf(frame, tile, evaluator, &mut doubts);
+        return tile.shown.len() as u64 + doubt::look_again(frame, tile, evaluator, &doubts);
     }
     let taps = normals::taps(method);
     let (mut points, mut near) = (Points::default(), Points::default());
@@ -68,11 +72,15 @@ pub(super) fn find(
                 }
             }
         }
+        if method == Normals::Exact {
+            doubt::list(frame, items, &gradients, tile, &mut doubts);
+        }
         keep(frame, items, method, &mut gradients, tile);
     }
     tile.shown = shown;
     evaluator.focus(None);
-    (tile.shown.len() * taps.len().max(1)) as u64
+    let again = doubt::look_again(frame, tile, evaluator, &doubts);
+    (tile.shown.len() * taps.len().max(1)) as u64 + again
 }
 
 /// How far from its point the taps of a pixel are.
@@ -91,7 +99,7 @@ fn step_outside(frame: &Frame, tile: &mut Tile) {
             let [x, y] = tile.pixels[item as usize];
             set(&mut pixels, lane, V3::of(x, y, tile.rays[item as usize].t));
         }
-        points_outside(frame, &pixels, &mut outside);
+        points_beside(frame, &pixels, 1.0, &mut outside);
         for (lane, &item) in items.iter().enumerate() {
             let p = [0, 1, 2].map(|axis| outside[axis].0[lane]);
             tile.outside[item as usize] = vector(p);
@@ -101,7 +109,7 @@ fn step_outside(frame: &Frame, tile: &mut Tile) {
 
 /// Finds exact normals by the tapes of the leaves in which rays ended: those whose tape is the same are
 /// done together.
-fn by_leaf(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator) {
+fn by_leaf(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator, doubts: &mut Vec<Doubt>) {
     let leaf_of = |&item: &u32| {
         let leaf = tile.leaves[item as usize];
         let held = leaf != NO_LEAF && evaluator.holds(leaf, tile.outside[item as usize].to_array());
@@ -127,6 +135,7 @@ fn by_leaf(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator) {
                 evaluator.gradients_in(leaf, &points, group.len(), &mut gradients);
             }
             let items = &together[..group.len()];
+            doubt::list(frame, items, &gradients, tile, doubts);
             keep(frame, items, Normals::Exact, &mut gradients, tile);
         }
     }
@@ -267,22 +276,22 @@ fn face_body(frame: &Frame, pixels: &Points, gradients: &mut [Column; 4]) {
 }
 
 widest! {
-    /// The points that rays through pixels reach just before they end; the third number of those is how far
-    /// they came.
-    fn points_outside(frame: &Frame, pixels: &Points, outside: &mut Points) = points_outside_body;
+    /// The points that rays through pixels reach just before they end, or just after where `side` is −1; the third
+    /// number of those pixels is how far they came.
+    fn points_beside(frame: &Frame, pixels: &Points, side: f32, beside: &mut Points) = points_beside_body;
 }
 
 #[inline(always)]
-fn points_outside_body(frame: &Frame, pixels: &Points, outside: &mut Points) {
+fn points_beside_body(frame: &Frame, pixels: &Points, side: f32, beside: &mut Points) {
     let f = *frame;
     for lane in 0..LANES {
         let t = pixels[2].0[lane];
         let ray = camera_ray(&f, [pixels[0].0[lane], pixels[1].0[lane]]);
-        let before = t - normals::outside(marching::rounding_at(t, f.rounding));
-        let p = camera::along::<f32>(ray.origin, ray.direction, before);
-        outside[0].0[lane] = p.x;
-        outside[1].0[lane] = p.y;
-        outside[2].0[lane] = p.z;
+        let way = normals::outside(marching::rounding_at(t, f.rounding)) * side;
+        let p = camera::along::<f32>(ray.origin, ray.direction, t - way);
+        beside[0].0[lane] = p.x;
+        beside[1].0[lane] = p.y;
+        beside[2].0[lane] = p.z;
     }
 }
 

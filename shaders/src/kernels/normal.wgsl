@@ -13,15 +13,41 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         return;
     }
     let camera = camera_ray(item.pixel);
-#if exact
-    // Just outside, where of two faces that meet the visible one counts.
-    let before = ray.t - outside(rounding_at(ray.t, frame.rounding));
-    let gradient = scene_gradient(along(camera.origin, camera.direction, before)).xyz;
-    let slope = length3(gradient);
-#else
     let p = along(camera.origin, camera.direction, ray.t);
-    let slope = 1.0;
     let half = half_pixel(ray.t, frame.footprint, frame.footprint_growth);
+#if exact
+    // Just outside, where of two faces that meet the visible one counts. Where that is in doubt, just inside;
+    // and where the field jumps, differences.
+    let rounding = rounding_at(ray.t, frame.rounding);
+    let apart = tap_distance(p, half, SPREAD);
+    var gradient = vec3f(0.0);
+    var slope = 0.0;
+    var seen = vec4f(0.0);
+    for (var n = 0u; n < 2u + AXIS_TAPS; n++) {
+        let beside = outside(rounding) * select(1.0, -1.0, n == 1u);
+        var at = along(camera.origin, camera.direction, ray.t - beside);
+        let tap = axis_tap(f32(n) - 2.0);
+        if n > 1u { at = along(p, tap, apart); }
+        let found = scene_gradient(at);
+        if n > 1u {
+            gradient += tap * found.w;
+            continue;
+        }
+        let steep = length3(found.xyz);
+        let doubt = is_doubtful(found.w, steep, rounding) > 0.0;
+        if n == 0u { seen = found; }
+        if n == 0u || !doubt {
+            gradient = found.xyz;
+            slope = steep;
+        }
+        if !doubt { break; }
+        if n == 1u {
+            if jumps(seen.w, slope, apart) == 0.0 { break; }
+            gradient = vec3f(0.0);
+        }
+    }
+#else
+    let slope = 1.0;
 #if general
     let apart = tap_distance(p, half, frame.normal_spread);
     let first = frame.normal_taps;

@@ -33,19 +33,32 @@ pub fn field_distance<R: Real>(v: R, inverse_slope: R) -> R {
     v * inverse_slope
 }
 
-/// A raw field whose slope is bounded within three cubes around the origin, of the half `sides`, by one over
-/// `inverse`, and everywhere by one over `beyond`. Within a cube a step of the value times `inverse` is safe as
-/// far as it stays inside; the longest of the safe steps counts. It is no steeper than one, and has the
-/// field's sign.
+/// The least logarithm of a power: a smaller one is zero in `f32`.
+const LEAST_LOGARITHM: f64 = -69.0;
+
+/// A raw field whose slope is at most one over `inverse` in a cube around the origin of the half `side`, and grows no
+/// faster than a power of the way from the origin, as far as the largest coordinate tells it. In the cube a step of the
+/// value times `inverse` is safe as far as it stays inside. Anywhere, so is one of the value times `beyond` over that
+/// power, up to a `share` of the way. The longer one counts. It is no steeper than one, and has the field's sign.
 #[inline(always)]
-pub fn field_shells<R: Real>(v: R, p: R::Vec3, sides: R::Vec3, beyond: R, inverse: R::Vec3) -> R {
-    let zero = R::Vec3::splat(lit(0.0));
-    let far = p.abs().max_component();
-    let within = (sides - R::Vec3::splat(far)).max(zero).named("within");
-    let step = (inverse * v).max(zero - within).min(within).named("step");
-    let outermost = v * beyond;
-    let least = step.x().min(step.y()).min(step.z()).min(outermost);
-    R::select(v.less(lit(0.0)), least, step.max_component().max(outermost))
+pub fn field_growth<R: Real>(
+    v: R,
+    p: R::Vec3,
+    side: R,
+    exponent: R,
+    share: R,
+    inverse: R,
+    beyond: R,
+) -> R {
+    let far = p.abs().max_component().named("far");
+    let inside = (side - far).max(lit(0.0)).named("inside");
+    let near = (v * inverse).max(-inside).min(inside).named("near");
+    let way = far.max(side).named("way");
+    let logarithm = (side / way).ln() * exponent;
+    let shrunk = logarithm.max(lit(LEAST_LOGARITHM)).exp().named("shrunk");
+    let room = (way * share).named("room");
+    let grown = (v * beyond * shrunk).max(-room).min(room).named("grown");
+    R::select(v.less(lit(0.0)), near.min(grown), near.max(grown))
 }
 
 /// What the elongated shape lacks inside the gap: there the point maps to the middle for all

@@ -255,7 +255,8 @@ pub fn step<R: Real>(edge: R, a: R) -> R {
     a.step(edge).jumping(a.less(edge))
 }
 
-/// 0 up to the first, 1 from the second on, a smooth cubic of the third between.
+/// 0 up to the first, 1 from the second on, a smooth cubic of the third between. Where the second is less, it falls:
+/// 1 up to the second, 0 from the first on.
 #[inline(always)]
 pub fn smoothstep<R: Real>(low: R, high: R, a: R) -> R {
     a.smoothstep(low, high)

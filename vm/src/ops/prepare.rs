@@ -364,18 +364,24 @@ pub fn polar_neighbour<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// The half sides of three cubes and the slope bounds in them and beyond, to the half sides and one over
-/// each bound, the last one first.
-pub fn shells<R: Real>(a: &[R]) -> Vec<R> {
-    let inverse = |v: R| lit::<R>(1.0) / v.max(lit(1e-30));
+/// How much less than the longest safe step one is, so that its own slope stays below one.
+const SHORTER: f64 = 0.8;
+
+/// The half side of a cube, the bound of a slope in it, and the factor and the exponent of its growth beyond, to what
+/// [`super::distance::field_growth`] reads.
+pub fn growth<R: Real>(a: &[R]) -> Vec<R> {
+    let one = lit::<R>(1.0);
+    let inverse = |v: R| one / v.max(lit(1e-30));
+    // On this share of the way the slope grows by less than e to the half.
+    let exponent = a[3].max(lit(0.5));
+    let share = one / (exponent * lit(2.0));
+    let rise = ((one + share).ln() * exponent).exp();
     vec![
         a[0],
-        a[1],
-        a[2],
-        inverse(a[6]),
-        inverse(a[3]),
-        inverse(a[4]),
-        inverse(a[5]),
+        exponent,
+        share,
+        inverse(a[1]),
+        inverse(a[2] * rise) * lit(SHORTER),
     ]
 }
 

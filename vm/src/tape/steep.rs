@@ -138,7 +138,7 @@ fn of_operation(
 
 /// Whether an operation makes a distance of a raw field.
 pub fn is_raw(op: Op) -> bool {
-    matches!(op, Op::FieldDistance | Op::FieldShells)
+    matches!(op, Op::FieldDistance | Op::FieldGrowth)
 }
 
 /// Reports whether an instruction's value may jump: where its gradient has no bound, the field may have a step.

@@ -111,7 +111,7 @@ impl Random {
                 [list(&[("n", A::Count), ("phase", A::Angle)]), vec![1.0]].concat()
             }
             // The operands of these tests have slope one.
-            Op::FieldShells => vec![0.5, 1.0, 2.0, 1.0, 1.5, 2.0, 3.0],
+            Op::FieldGrowth => vec![0.5, 1.0, 1.5, 2.0],
             Op::ElongateCorrect => list(&[("by", A::Lengths3)]),
             Op::RepeatGuard => [
                 vec![-0.25, -0.125, 0.0, 0.125, 0.25, 0.375],

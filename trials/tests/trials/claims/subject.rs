@@ -242,11 +242,18 @@ fn stated(graph: &Graph, reached: Bounds) -> (NodeId, Vec<StatedSlope>) {
         .collect();
     match op {
         Op::FieldDistance => (values[0], vec![inside(reached, 1.0 / numbers[0])]),
-        Op::FieldShells => {
-            let cube = |at: usize| Bounds::centred([numbers[at]; 3]);
-            let slopes = (0..3).map(|at| inside(cube(at), 1.0 / numbers[4 + at]));
-            let beyond = inside(reached, 1.0 / numbers[3]);
-            (values[0], slopes.chain([beyond]).collect())
+        Op::FieldGrowth => {
+            let [side, exponent, share, inverse, beyond] =
+                std::array::from_fn(|number| numbers[number]);
+            // What a step in the field grows by, and what it is shorter by.
+            let factor = 0.8 / beyond / (1.0 + share).powf(exponent);
+            let cubes = (0..20).map(|n| f64::from(1 << n));
+            let grown = cubes.map(|cube| {
+                let region = Bounds::centred([side * cube; 3]).common(&reached);
+                inside(region, factor * cube.powf(exponent))
+            });
+            let near = inside(Bounds::centred([side; 3]), 1.0 / inverse);
+            (values[0], std::iter::once(near).chain(grown).collect())
         }
         Op::Bounded => {
             let near = Bounds {
