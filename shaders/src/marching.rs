@@ -113,7 +113,7 @@ const AT_HAND: f64 = 0.5;
 /// The distance from a root at which the nearer side of a change of sign is looked at, in units of rounding.
 const BOTH_SIDES: f64 = 2.0;
 /// How many secant steps are taken at most.
-pub const SECANT_STEPS: u32 = 32;
+pub const SECANT_STEPS: u32 = 24;
 
 /// What a step makes of a ray.
 #[derive(Clone, Copy, Debug)]

@@ -43,6 +43,8 @@ pub struct Known {
 pub trait End: Real<Bool = bool, Vec3 = V3<Self>> + PartialOrd + std::fmt::Debug {
     /// Larger than all numbers.
     const INFINITY: Self;
+    /// Set where the ends bound real numbers, for which identities hold that devices are not asked to know.
+    const OF_REALS: bool;
     /// The number itself, or the next one below where that is needed for the bound to hold.
     fn down(self) -> Self;
     /// The number itself, or the next one above where that is needed for the bound to hold.
@@ -63,6 +65,7 @@ pub trait End: Real<Bool = bool, Vec3 = V3<Self>> + PartialOrd + std::fmt::Debug
 
 impl End for f64 {
     const INFINITY: Self = f64::INFINITY;
+    const OF_REALS: bool = true;
     #[inline(always)]
     fn down(self) -> Self {
         self.next_down()
@@ -102,6 +105,7 @@ impl End for f64 {
 
 impl End for f32 {
     const INFINITY: Self = f32::INFINITY;
+    const OF_REALS: bool = false;
     #[inline(always)]
     fn down(self) -> Self {
         self
@@ -538,7 +542,7 @@ impl<E: End> Real for IntervalOf<E> {
     #[inline(always)]
     fn mix(self, other: Self, t: Self) -> Self {
         let line = self + (other - self) * t;
-        let is_between = (lit::<E>(0.0) <= t.lo) & (t.hi <= lit(1.0));
+        let is_between = E::OF_REALS & (lit::<E>(0.0) <= t.lo) & (t.hi <= lit(1.0));
         let error = E::distance_error(self.magnitude() + other.magnitude());
         let between = Self {
             lo: line.lo.max(self.lo.min(other.lo) - error),
@@ -552,6 +556,9 @@ impl<E: End> Real for IntervalOf<E> {
     #[inline(always)]
     fn smoothstep(self, low: Self, high: Self) -> Self {
         let t = Self::ramp(self, low, high);
+        if !E::OF_REALS {
+            return t * t * (lit::<Self>(3.0) - lit::<Self>(2.0) * t);
+        }
         let at = |t: E| t * t * (lit::<E>(3.0) - lit::<E>(2.0) * t);
         // It rises with `t`, but for rounding.
         let error = E::distance_error(lit(1.0));
@@ -565,7 +572,7 @@ impl<E: End> Real for IntervalOf<E> {
         let whole = (self / divisor).floor();
         let rest = self - divisor * whole;
         let error = E::distance_error(self.magnitude() + divisor.magnitude());
-        let has_sign = lit::<E>(0.0).less(divisor.lo) | divisor.hi.less(lit(0.0));
+        let has_sign = E::OF_REALS & (lit::<E>(0.0).less(divisor.lo) | divisor.hi.less(lit(0.0)));
         // The rest has the sign of the divisor, and is less.
         let least = divisor.lo.min(lit(0.0)) - error;
         let most = divisor.hi.max(lit(0.0)) + error;

@@ -16,6 +16,7 @@ use sdfc_shaders::beam;
 use sdfc_shaders::features::{Features, MOST_LIGHTS, Mode};
 use sdfc_shaders::layout::{self, OcclusionRay, Ray, ShadowRay};
 use sdfc_shaders::marching::SHOWN;
+use sdfc_shaders::normals;
 use sdfc_shaders::shadow::DONE;
 use std::ops::Range;
 use std::time::Instant;
@@ -376,7 +377,9 @@ impl<S: OnDevice> GpuEngine<S> {
         for &(stage, _) in &plan.stages {
             evaluations += match stage {
                 Stage::Surface if !painted => 0,
-                Stage::Normal | Stage::Surface => shown * u64::from(stage.evaluations(features)),
+                // Those of pixels whose gradient is in doubt are not told.
+                Stage::Normal => shown * normals::taps(features.normals).len().max(1) as u64,
+                Stage::Surface => shown,
                 Stage::Occlusion => {
                     let around: Vec<OcclusionRay> =
                         self.read(Slot::Occlusion, rays.len() as u64)?;

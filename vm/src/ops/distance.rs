@@ -52,13 +52,13 @@ pub fn field_growth<R: Real>(
 ) -> R {
     let far = p.abs().max_component().named("far");
     let inside = (side - far).max(lit(0.0)).named("inside");
-    let near = (v * inverse).max(-inside).min(inside).named("near");
-    let way = far.max(side).named("way");
+    let way = far.max(side).max(lit(1e-30)).named("way");
     let logarithm = (side / way).ln() * exponent;
     let shrunk = logarithm.max(lit(LEAST_LOGARITHM)).exp().named("shrunk");
-    let room = (way * share).named("room");
-    let grown = (v * beyond * shrunk).max(-room).min(room).named("grown");
-    R::select(v.less(lit(0.0)), near.min(grown), near.max(grown))
+    let near = (v * inverse).abs().min(inside).named("near");
+    let grown = (v * beyond * shrunk).abs().min(way * share).named("grown");
+    let step = near.max(grown).named("step");
+    R::select(v.less(lit(0.0)), -step, step)
 }
 
 /// What the elongated shape lacks inside the gap: there the point maps to the middle for all
