@@ -263,8 +263,7 @@ impl Stage {
     /// The most evaluations of the scene in one invocation of a stage that is not resumable.
     pub fn evaluations(self, features: &Features) -> u32 {
         match self {
-            // Few rays take more than half of their secant steps.
-            Self::Polish => marching::SECANT_STEPS / 2,
+            Self::Polish => marching::SECANT_STEPS,
             Self::Normal if features.normals == Normals::Exact => 2 + normals::AXIS_TAPS,
             Self::Normal => normals::taps(features.normals).len() as u32,
             Self::Surface => 1,

@@ -53,6 +53,15 @@ impl Plan {
     }
 }
 
+/// The most evaluations of the scene that nearly all invocations of a stage take.
+fn usual_evaluations(stage: Stage, features: &Features) -> u32 {
+    match stage {
+        Stage::Normal => normals::taps(features.normals).len().max(1) as u32,
+        Stage::Polish => stage.evaluations(features) / 2,
+        stage => stage.evaluations(features),
+    }
+}
+
 /// How long a function takes, in evaluations of the distance.
 fn weight(function: SceneFunction) -> u32 {
     match function {
@@ -107,7 +116,9 @@ impl<S: OnDevice> GpuEngine<S> {
                 .map(|&function| weight(function))
                 .max()
                 .unwrap_or(0);
-            plan.weight = plan.weight.max(heaviest * stage.evaluations(features));
+            plan.weight = plan
+                .weight
+                .max(heaviest * usual_evaluations(stage, features));
         }
         Ok(plan)
     }
@@ -378,8 +389,9 @@ impl<S: OnDevice> GpuEngine<S> {
             evaluations += match stage {
                 Stage::Surface if !painted => 0,
                 // Those of pixels whose gradient is in doubt are not told.
-                Stage::Normal => shown * normals::taps(features.normals).len().max(1) as u64,
-                Stage::Surface => shown,
+                Stage::Normal | Stage::Surface => {
+                    shown * u64::from(usual_evaluations(stage, features))
+                }
                 Stage::Occlusion => {
                     let around: Vec<OcclusionRay> =
                         self.read(Slot::Occlusion, rays.len() as u64)?;
