@@ -37,7 +37,7 @@ struct At {
     frame: Option<[ExprId; 12]>,
     /// Units of the local frame per unit of the world, as far as that is known.
     unit: f64,
-    /// How many times as large as in the local frame things are in the world, where they were scaled.
+    /// The size in the world of what has the size one in the local frame; none where nothing was scaled.
     scale: Option<ExprId>,
     /// A box in the local frame, outside of which others decide what is solid.
     region: Bounds,

@@ -264,7 +264,8 @@ impl Stage {
     pub fn evaluations(self, features: &Features) -> u32 {
         match self {
             Self::Polish => marching::SECANT_STEPS,
-            Self::Normal if features.normals == Normals::Exact => 2 + normals::AXIS_TAPS,
+            // Just outside, just inside, and across a jump.
+            Self::Normal if features.normals == Normals::Exact => 2 + jump_taps(),
             Self::Normal => normals::taps(features.normals).len() as u32,
             Self::Surface => 1,
             Self::Plane => 2,
@@ -475,12 +476,22 @@ const STRUCTS: &[(&str, &str)] = &[
     ("Surface", Surface::WGSL),
 ];
 
+/// The number of taps across a jump.
+fn jump_taps() -> u32 {
+    normals::taps(normals::ACROSS_JUMPS).len() as u32
+}
+
 /// The constants of the kernels.
 fn constants(features: &Features) -> Vec<(&'static str, String)> {
-    let taps = if features.general {
-        normals::table()
+    let (taps, first_jump_tap) = if features.general {
+        let first = normals::first_in_table(normals::ACROSS_JUMPS);
+        (normals::table(), first as u32)
     } else {
-        normals::taps(features.normals).to_vec()
+        let way = match features.normals {
+            Normals::Exact => normals::ACROSS_JUMPS,
+            other => other,
+        };
+        (normals::taps(way).to_vec(), 0)
     };
     let taps_of_normals = normals::taps(features.normals).len();
     let lights = if features.general {
@@ -518,7 +529,8 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("SECANT_STEPS", word(marching::SECANT_STEPS)),
         ("SPREAD", format!("{:?}", normals::spread(features.normals))),
         ("NORMAL_TAPS", word(taps_of_normals as u32)),
-        ("AXIS_TAPS", word(normals::AXIS_TAPS)),
+        ("JUMP_TAPS", word(jump_taps())),
+        ("FIRST_JUMP_TAP", word(first_jump_tap)),
         ("TAP_OFFSETS", table(|tap| tap.0)),
         ("TAP_WEIGHTS", table(|tap| tap.1)),
         ("LIGHTS", word(lights as u32)),

@@ -85,7 +85,6 @@ functions! {
     inside = normals::inside(rounding);
     is_doubtful = normals::is_doubtful(value, slope, rounding);
     jumps = normals::jumps(value, slope, apart);
-    axis_tap = normals::axis_tap(index);
 
     claim_apart = claim::apart(value, at, limit);
     claim_offset = claim::offset(at, offset, value, gradient, limit);

@@ -50,6 +50,9 @@ pub fn taps(normals: Normals) -> &'static [Tap] {
     }
 }
 
+/// The way of taking differences where the exact gradient is of no use: across a jump of the field.
+pub const ACROSS_JUMPS: Normals = Normals::Central;
+
 /// The most taps of a way.
 const MOST_TAPS: usize = CENTRAL.len();
 /// The ways whose taps differ.
@@ -116,20 +119,6 @@ pub fn is_doubtful<R: Real>(value: R, slope: R, rounding: R) -> R {
 #[inline(always)]
 pub fn jumps<R: Real>(value: R, slope: R, apart: R) -> R {
     R::select((slope * apart).less(value.abs()), lit(1.0), lit(0.0))
-}
-
-/// The number of [`axis_tap`]s.
-pub const AXIS_TAPS: u32 = 6;
-
-/// The offset of a tap for differences across a jump, and its weight: forth and back along x, y and z.
-#[inline(always)]
-pub fn axis_tap<R: Real>(index: R) -> R::Vec3 {
-    let along = |first: f64| {
-        let is_forth = (index - lit(first)).abs().less(lit(0.5));
-        let is_back = (index - lit(first + 1.0)).abs().less(lit(0.5));
-        R::select(is_forth, lit(1.0), R::select(is_back, lit(-1.0), lit(0.0)))
-    };
-    R::Vec3::new(along(0.0), along(2.0), along(4.0))
 }
 
 /// The depth below a surface at which its material is asked for, in units of rounding.

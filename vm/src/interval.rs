@@ -11,7 +11,7 @@
 //! Everything is branch-free, so that 64 of them run in lanes ([`crate::lanes`]).
 
 use crate::elementary;
-use crate::real::{Real, lit};
+use crate::real::{Real, eased, lit};
 use crate::vector::V3;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -557,14 +557,13 @@ impl<E: End> Real for IntervalOf<E> {
     fn smoothstep(self, low: Self, high: Self) -> Self {
         let t = Self::ramp(self, low, high);
         if !E::OF_REALS {
-            return t * t * (lit::<Self>(3.0) - lit::<Self>(2.0) * t);
+            return eased(t);
         }
-        let at = |t: E| t * t * (lit::<E>(3.0) - lit::<E>(2.0) * t);
         // It rises with `t`, but for rounding.
         let error = E::distance_error(lit(1.0));
         Self {
-            lo: (at(t.lo) - error).max(lit(0.0)),
-            hi: (at(t.hi) + error).min(lit(1.0)),
+            lo: (eased(t.lo) - error).max(lit(0.0)),
+            hi: (eased(t.hi) + error).min(lit(1.0)),
         }
     }
     #[inline(always)]

@@ -271,9 +271,14 @@ pub trait Real:
     /// are equal it is a step.
     #[inline(always)]
     fn smoothstep(self, low: Self, high: Self) -> Self {
-        let t = self.ramp(low, high);
-        t * t * (lit::<Self>(3.0) - lit::<Self>(2.0) * t)
+        eased(self.ramp(low, high))
     }
+}
+
+/// A smooth cubic from 0 at 0 to 1 at 1.
+#[inline(always)]
+pub(crate) fn eased<R: Real>(t: R) -> R {
+    t * t * (lit::<R>(3.0) - lit::<R>(2.0) * t)
 }
 
 /// The literal `value` as a number of the wanted type.

@@ -6,7 +6,7 @@
 
 use super::{At, Lowering, Wanted};
 use crate::graph::{NodeId, Number};
-use crate::scene::{Scene, ShapeId, ShapeKind};
+use crate::scene::{Scene, ShapeId, ShapeKind, children};
 use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 
@@ -46,17 +46,8 @@ pub(super) fn coverage(scene: &Scene) -> Vec<Coverage> {
                     Coverage::Partial
                 }
             }
-            ShapeKind::Frame { child, .. }
-            | ShapeKind::Repeat { child, .. }
-            | ShapeKind::Polar { child, .. }
-            | ShapeKind::Domain { child, .. }
-            | ShapeKind::Warp { child, .. }
-            | ShapeKind::Distance { child, .. }
-            | ShapeKind::Displace { child, .. } => of(child),
-            ShapeKind::Primitive { .. }
-            | ShapeKind::Field { .. }
-            | ShapeKind::Polygon { .. }
-            | ShapeKind::Nothing => Coverage::None,
+            // A shape with one operand has that of this.
+            other => children(other).first().map_or(Coverage::None, of),
         };
         all.push(coverage);
     }

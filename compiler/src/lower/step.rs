@@ -10,7 +10,7 @@ use crate::elaborate::short;
 use crate::graph::{Node, NodeId, Number};
 use crate::scene::ShapeId;
 use crate::seen::farthest;
-use crate::slope::{Refuted, is_endless, margin, near};
+use crate::slope::{Refuted, STEEPEST, is_endless, margin, near};
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
@@ -21,8 +21,6 @@ const TIDY: f64 = 1.0 + 1e-9;
 const FAR_AWAY: f32 = 1e9;
 /// A flatter shape has no surface that `f32` could find.
 const MIN_SLOPE: f64 = 1e-18;
-/// Where a slope is larger, values are beyond what `f32` holds, and rise ever faster.
-const STEEPEST: f64 = 1e30;
 /// A closer bound is used where it is less by this factor.
 const WORTH_WHILE: f64 = 1.25;
 /// The half side of the cube that a shape with an end must reach out of to be taken for an endless one, in sizes of the
@@ -30,7 +28,7 @@ const WORTH_WHILE: f64 = 1.25;
 const LARGE: f64 = 4.0;
 /// The exponents that a slope's growth may have: halves, up to so many.
 const MOST_EXPONENTS: u32 = 48;
-/// How many times as far as the scene reaches the exponent is chosen for.
+/// The distance up to which the exponent gives the longest steps, in sizes of the scene.
 const CHOSEN_FOR: f64 = 8.0;
 /// The distance to which a shape is drawn beyond the region that others leave it, in half diagonals of that.
 const BEYOND: f64 = 0.01;
@@ -99,7 +97,8 @@ impl Lowering<'_> {
                 false => self.outer_slope(id, &region),
             };
             let outer = found.max(inner).min(everywhere);
-            if outer > STEEPEST {
+            // Values that rise ever faster need no bound.
+            if outer >= STEEPEST {
                 break;
             }
             cubes.push(Cube {

@@ -4,8 +4,8 @@
 //! a lane whose walk has ended takes the next item, so all lanes are busy until items run out. The
 //! loops over lanes are compiled once per instruction set, as those of `sdfc_vm::lanes` are.
 //!
-//! What a few walks do for a while, such as the check of a claim, is an *aside*. Walks that are in one wait in blocks of
-//! their own until there are enough of them, so that the others do not run its loops for nothing.
+//! An *aside* is a loop that a few walks run for a while, such as the check of a claim. Walks in an aside wait in
+//! blocks of their own until there are enough of them, so that the others do not run its loop for nothing.
 
 use super::{Asked, Column, Evaluator, LANES, Points};
 use sdfc_vm::widest;
@@ -27,7 +27,7 @@ pub(super) trait Walk {
         let _ = block;
         None
     }
-    /// Where walks in an aside ask the field next.
+    /// The places where walks in an aside ask the field next.
     #[inline(always)]
     fn points_aside(&self, block: &Self::Block, points: &mut Points) {
         self.points(block, points);

@@ -34,8 +34,7 @@ pub(super) fn find(
         return tile.shown.len() as u64 + doubt::look_again(frame, tile, evaluator, &doubts);
     }
     let taps = normals::taps(method);
-    let (mut points, mut near) = (Points::default(), Points::default());
-    let (mut apart, mut values) = (Column::default(), Column::default());
+    let (mut points, mut apart) = (Points::default(), Column::default());
     let mut gradients = [Column::default(); 4];
     let shown = std::mem::take(&mut tile.shown);
     let announced = evaluator.blocks(Asked::Distances) == 1;
@@ -61,16 +60,7 @@ pub(super) fn find(
         if method == Normals::Exact {
             evaluator.gradients(&points, items.len(), &mut gradients);
         } else {
-            gradients = [Column::default(); 4];
-            for &(offset, weight) in taps {
-                shift(&points, offset, &apart, &mut near);
-                evaluator.distances(&near, items.len(), &mut values);
-                for axis in 0..3 {
-                    for lane in 0..LANES {
-                        gradients[axis].0[lane] += weight[axis] * values.0[lane];
-                    }
-                }
-            }
+            gradients = differences(method, &points, &apart, items.len(), evaluator);
         }
         if method == Normals::Exact {
             doubt::list(frame, items, &gradients, tile, &mut doubts);
@@ -83,7 +73,29 @@ pub(super) fn find(
     (tile.shown.len() * taps.len().max(1)) as u64 + again
 }
 
-/// How far from its point the taps of a pixel are.
+/// The differences between taps beside so many points, in the place of gradients.
+fn differences(
+    method: Normals,
+    points: &Points,
+    apart: &Column,
+    count: usize,
+    evaluator: &mut dyn Evaluator,
+) -> [Column; 4] {
+    let (mut near, mut values) = (Points::default(), Column::default());
+    let mut gradients = [Column::default(); 4];
+    for &(offset, weight) in normals::taps(method) {
+        shift(points, offset, apart, &mut near);
+        evaluator.distances(&near, count, &mut values);
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                gradients[axis].0[lane] += weight[axis] * values.0[lane];
+            }
+        }
+    }
+    gradients
+}
+
+/// The distance of a pixel's taps from its point.
 fn tap_distance(frame: &Frame, method: Normals, tile: &Tile, item: u32) -> f32 {
     let (p, t) = (tile.points[item as usize], tile.rays[item as usize].t);
     let half = camera::half_pixel(t, frame.footprint, frame.footprint_growth);

@@ -23,14 +23,14 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     var gradient = vec3f(0.0);
     var slope = 0.0;
     var seen = vec4f(0.0);
-    for (var n = 0u; n < 2u + AXIS_TAPS; n++) {
+    for (var n = 0u; n < 2u + JUMP_TAPS; n++) {
         let beside = outside(rounding) * select(1.0, -1.0, n == 1u);
         var at = along(camera.origin, camera.direction, ray.t - beside);
-        let tap = axis_tap(f32(n) - 2.0);
-        if n > 1u { at = along(p, tap, apart); }
+        let tap = FIRST_JUMP_TAP + max(n, 2u) - 2u;
+        if n > 1u { at = along(p, TAP_OFFSETS[tap], apart); }
         let found = scene_gradient(at);
         if n > 1u {
-            gradient += tap * found.w;
+            gradient += TAP_WEIGHTS[tap] * found.w;
             continue;
         }
         let steep = length3(found.xyz);

@@ -364,7 +364,7 @@ pub fn polar_neighbour<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// How much less than the longest safe step one is, so that its own slope stays below one.
+/// The length of a step as a share of the longest safe one, so that its own slope stays below one.
 const SHORTER: f64 = 0.8;
 
 /// The half side of a cube, the bound of a slope in it, and the factor and the exponent of its growth beyond, to what

@@ -143,7 +143,7 @@ pub fn is_raw(op: Op) -> bool {
 
 /// Reports whether an instruction's value may jump: where its gradient has no bound, the field may have a step.
 ///
-/// What is left, such as polynomials and roots, is continuous however steep it is.
+/// All others, such as polynomials and roots, are continuous however steep they are.
 pub fn may_jump(i: &Instruction) -> bool {
     let Code::Op(op) = i.code else { return false };
     match op {

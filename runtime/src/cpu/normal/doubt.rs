@@ -3,12 +3,13 @@
 //! Just outside of a floor, a field that was divided by a large bound may be the least value, though its surface is
 //! far away; just inside it is not. Beside a jump the gradient is that of what jumps, and differences tell the side.
 
-use super::{keep, points_beside, set, shift, tap_distance};
+use super::{differences, keep, points_beside, set, tap_distance};
 use crate::cpu::lanes::repeat_first;
 use crate::cpu::tile::Tile;
 use crate::cpu::{Column, Evaluator, LANES, Points};
 use sdfc_shaders::features::Normals;
 use sdfc_shaders::layout::Frame;
+use sdfc_shaders::normals::ACROSS_JUMPS;
 use sdfc_shaders::{marching, normals};
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::V3;
@@ -68,7 +69,7 @@ pub(super) fn look_again(
     }
     let jumps = look_inside(frame, tile, evaluator, doubts);
     take_differences(frame, tile, evaluator, &jumps);
-    doubts.len() as u64 + jumps.len() as u64 * u64::from(normals::AXIS_TAPS)
+    (doubts.len() + jumps.len() * normals::taps(ACROSS_JUMPS).len()) as u64
 }
 
 /// Takes gradients just inside; gives the pixels beside which the field jumps.
@@ -121,25 +122,14 @@ fn look_inside(
 
 /// Takes differences across jumps.
 fn take_differences(frame: &Frame, tile: &mut Tile, evaluator: &mut dyn Evaluator, jumps: &[u32]) {
-    let (mut points, mut near) = (Points::default(), Points::default());
-    let (mut apart, mut values) = (Column::default(), Column::default());
+    let (mut points, mut apart) = (Points::default(), Column::default());
     for items in jumps.chunks(LANES) {
         for (lane, &item) in items.iter().enumerate() {
             apart.0[lane] = tap_distance(frame, Normals::Exact, tile, item);
             set(&mut points, lane, tile.points[item as usize]);
         }
         repeat_first(&mut points, items.len());
-        let mut gradients = [Column::default(); 4];
-        for number in 0..normals::AXIS_TAPS {
-            let tap = normals::axis_tap::<f32>(number as f32).to_array();
-            shift(&points, tap, &apart, &mut near);
-            evaluator.distances(&near, items.len(), &mut values);
-            for (column, weight) in gradients.iter_mut().zip(tap) {
-                for (sum, value) in column.0.iter_mut().zip(&values.0) {
-                    *sum += weight * value;
-                }
-            }
-        }
-        keep(frame, items, Normals::Central, &mut gradients, tile);
+        let mut gradients = differences(ACROSS_JUMPS, &points, &apart, items.len(), evaluator);
+        keep(frame, items, ACROSS_JUMPS, &mut gradients, tile);
     }
 }
