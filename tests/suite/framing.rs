@@ -359,3 +359,21 @@ fn open_cameras_frame_what_stands_on_endless_grounds() {
         );
     }
 }
+
+/// Solids that go down without an end are framed as far as they rise from a floor.
+#[test]
+fn open_cameras_frame_what_rises_from_floors() {
+    let waves = "field(fn(p) => max(p.y - 0.5 * sin(2 * p.x) * sin(2 * p.z), max(abs(p.xz)) - 4))";
+    let steps = "field(fn(p) => max(p.y - ((floor(p.x) * 13 + floor(p.z) * 29) % 17) / 17, max(abs(p.xz)) - 4))";
+    let pillar = "(slab(X, 0.6) & slab(Z, 0.8) & plane(Y, at: 2))";
+    let cases = [(waves, -0.2), (steps, 0.3), (pillar, 0.0), (pillar, -1.0)];
+    let pairs = cases.map(|(solid, floor)| {
+        let above = format!(
+            "({solid}) & box(40, 40, 40).translate(0, {}, 0)",
+            20.0 + floor
+        );
+        (format!("{solid} | plane(Y, at: {floor})"), above)
+    });
+    let wrong = framed_wrongly(pairs);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
