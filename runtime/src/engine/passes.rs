@@ -338,7 +338,7 @@ impl<S: OnDevice> GpuEngine<S> {
             let at_far = || ends_at_far(&pass, pixel(to, frame.width));
             frame.stats.count(Status::of(rays[from].status), at_far);
         }
-        frame.stats.evaluations += self.evaluations(plan, picture, tile, &rays)?;
+        frame.stats.evaluations += self.evaluations(plan, picture, [tile, kept], &rays)?;
         if sample > 0 {
             return Ok(());
         }
@@ -372,19 +372,22 @@ impl<S: OnDevice> GpuEngine<S> {
         Ok(())
     }
 
-    /// How often a pass evaluated the scene.
+    /// How often a pass evaluated the scene for the pixels that are kept. Neighbours that two tiles
+    /// share count once: the sum does not depend on how the picture was cut.
     fn evaluations(
         &self,
         plan: &Plan,
         picture: &Picture,
-        tile: Tile,
+        [tile, kept]: [Tile; 2],
         rays: &[Ray],
     ) -> Result<u64, EngineError> {
         let features = &picture.features;
         // General kernels ask for materials where there are none; that counts for nothing.
         let painted = self.scene.as_ref().is_some_and(|scene| scene.painted);
-        let shown = rays.iter().filter(|ray| ray.status & SHOWN != 0).count() as u64;
-        let mut evaluations: u64 = rays.iter().map(|ray| u64::from(ray.steps)).sum();
+        let pixels = || places(tile, kept, 0).map(|(from, _)| from);
+        let is_shown = |&pixel: &usize| rays[pixel].status & SHOWN != 0;
+        let shown = pixels().filter(is_shown).count() as u64;
+        let mut evaluations: u64 = pixels().map(|pixel| u64::from(rays[pixel].steps)).sum();
         for &(stage, _) in &plan.stages {
             evaluations += match stage {
                 Stage::Surface if !painted => 0,
@@ -393,25 +396,27 @@ impl<S: OnDevice> GpuEngine<S> {
                     shown * u64::from(usual_evaluations(stage, features))
                 }
                 Stage::Occlusion => {
-                    let around: Vec<OcclusionRay> =
-                        self.read(Slot::Occlusion, rays.len() as u64)?;
-                    let is_shown = |(ray, _): &(&Ray, _)| ray.status & SHOWN != 0;
-                    let shown = rays.iter().zip(&around).filter(is_shown);
-                    shown.map(|(_, around)| around.steps as u64).sum()
+                    let around: Vec<OcclusionRay> = self.read(Slot::Occlusion, tile.pixels())?;
+                    let shown = pixels().filter(is_shown);
+                    shown.map(|pixel| around[pixel].steps as u64).sum()
                 }
                 Stage::Plane if painted && stage.scene_functions(features).len() > 1 => {
-                    rays.len() as u64
+                    kept.pixels()
                 }
                 Stage::Shadow => {
                     let lights = picture.lights.len() as u64;
-                    let steps: Vec<ShadowRay> =
-                        self.read(Slot::Shadows, rays.len() as u64 * lights)?;
-                    steps.iter().map(|ray| u64::from(ray.steps & !DONE)).sum()
+                    let steps: Vec<ShadowRay> = self.read(Slot::Shadows, tile.pixels() * lights)?;
+                    let of_lights = steps.chunks_exact(rays.len());
+                    of_lights
+                        .flat_map(|light| pixels().map(|pixel| light[pixel].steps & !DONE))
+                        .map(u64::from)
+                        .sum()
                 }
                 Stage::Beam => {
-                    let blocks = invocations(stage, tile.size, 1);
-                    let beams: Vec<layout::Beam> = self.read(Slot::Beams, blocks)?;
-                    beams.iter().map(|beam| u64::from(beam.steps)).sum()
+                    let beams: Vec<layout::Beam> =
+                        self.read(Slot::Beams, invocations(stage, tile.size, 1))?;
+                    let steps = blocks(tile, kept).map(|block| u64::from(beams[block].steps));
+                    steps.sum()
                 }
                 Stage::March | Stage::Polish | Stage::Plane => 0,
                 Stage::Shade | Stage::View | Stage::Edges => 0,
@@ -468,4 +473,11 @@ fn places(tile: Tile, kept: Tile, width: usize) -> impl Iterator<Item = (usize, 
     let row = tile.size[0] as usize;
     (0..rows)
         .flat_map(move |y| (0..columns).map(move |x| (y * row + x, (upper + y) * width + left + x)))
+}
+
+/// Where the blocks of 8 × 8 pixels that hold kept ones stand among those of a tile.
+fn blocks(tile: Tile, kept: Tile) -> impl Iterator<Item = usize> {
+    let row = tile.size[0].div_ceil(8) as usize;
+    let [columns, rows] = kept.size.map(|n| n.div_ceil(8) as usize);
+    (0..rows).flat_map(move |y| (0..columns).map(move |x| y * row + x))
 }

@@ -62,6 +62,27 @@ fn two_parts_are_the_picture_that_is_made_at_once() {
 }
 
 #[test]
+fn neighbours_that_tiles_share_count_once() {
+    let Some(gpu) = gpu() else { return };
+    let scene = module(EVERYTHING, None);
+    let mut engine = on(EngineKind::Interp, gpu);
+    let mut evaluations = |mode| {
+        let overrides = Overrides {
+            // More than a device's first tile.
+            size: Some([140, 90]),
+            mode,
+            ..Overrides::default()
+        };
+        let settings = drawn_as(&scene, &[], &overrides);
+        engine.load(&loaded(&scene, &[])).expect("it loads");
+        let frame = engine.render_samples(&settings, Samples::All, &|_| {});
+        frame.expect("it draws").stats.evaluations
+    };
+    // Lines are drawn by the normals of pixels and of their neighbours.
+    assert_eq!(evaluations(Mode::Edges), evaluations(Mode::Normal));
+}
+
+#[test]
 fn a_first_part_of_another_size_is_none() {
     let scene = module(EVERYTHING, None);
     let settings = |size| {
