@@ -49,7 +49,7 @@ fn drawn(
 
 fn small(cells: CellUse) -> Overrides {
     Overrides {
-        size: Some([96, 72]),
+        size: Some([72, 48]),
         aa: Some(1),
         cells,
         ..Overrides::default()
@@ -208,7 +208,7 @@ fn built(scene: Scene) -> (Module, Vec<f64>) {
 
 fn wide(cells: CellUse) -> Overrides {
     Overrides {
-        size: Some([192, 144]),
+        size: Some([128, 96]),
         mode: Mode::Depth,
         ..small(cells)
     }
@@ -285,7 +285,7 @@ fn squares_of_figures_are_cut_too() {
     for mode in [Mode::Shaded, Mode::Mask, Mode::Distance] {
         let mut draw = |cells| {
             let overrides = Overrides {
-                size: Some([320, 240]),
+                size: Some([192, 144]),
                 mode,
                 ..small(cells)
             };

@@ -127,7 +127,7 @@ fn have_the_same_bits(arithmetic: Arithmetic, wanted: impl Fn(&str) -> bool) {
     let Some(mut engines) = engines(arithmetic) else {
         return;
     };
-    let size = if is_long() { [304, 192] } else { [96, 64] };
+    let size = if is_long() { [304, 192] } else { [72, 48] };
     let mut failures = Vec::new();
     let (mut rays, mut points) = (0, 0);
     let paths = [scenes("tests/scenes"), scenes("examples")].concat();

@@ -191,13 +191,20 @@ macro_rules! define_apply {
         ) -> Applied<R> {
             match op {
                 $(Op::$name => {
+                    // A function of its own: compilers take minutes for one that holds all bodies.
+                    #[inline(never)]
                     #[allow(unused_mut, unused_variables, unused_assignments, reason = "rows differ in what they read")]
-                    let (k, mut v) = (&mut parameters, values);
-                    #[allow(unused_assignments, reason = "the last operand leaves the rest unread")]
-                    Applied::$output($module::$body::<R>(
-                        $(read_input!(p, v, $kind),)*
-                        $(take_parameter!(k, $ty)),*
-                    ))
+                    fn apply_row<R: Real>(
+                        p: R::Vec3,
+                        mut v: [R; 3],
+                        k: &mut impl TakeParameters<R>,
+                    ) -> Applied<R> {
+                        Applied::$output($module::$body::<R>(
+                            $(read_input!(p, v, $kind),)*
+                            $(take_parameter!(k, $ty)),*
+                        ))
+                    }
+                    apply_row::<R>(p, values, &mut parameters)
                 })+
             }
         }

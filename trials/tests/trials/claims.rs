@@ -35,7 +35,7 @@ use subject::Subject;
 const MAX_ROUNDING_PER_SIZE: f64 = 1e-6;
 
 /// The number of parts of the strangers' scenes, of which a test takes one in the short form.
-const STRANGER_PARTS: usize = 3;
+const STRANGER_PARTS: usize = 5;
 
 /// The scenes of the examples, of the tests, and one part of those of strangers; in the long form all of them.
 fn corpus(part: usize) -> Vec<PathBuf> {

@@ -21,7 +21,7 @@ fn allowed(text: &str, file: Option<Vec<u8>>) -> Duration {
 fn texts() {
     let tally = run_timed(
         "texts",
-        count(1500, 1),
+        count(500, 1),
         damage::text,
         |text| checks::text(text),
         |text| allowed(text, checks::compile_text(text)),
@@ -33,7 +33,7 @@ fn texts() {
 fn files() {
     let tally = run_timed(
         "files",
-        count(20_000, 1),
+        count(10_000, 1),
         damage::file,
         |bytes| checks::file(bytes),
         |bytes| {

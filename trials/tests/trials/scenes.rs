@@ -131,7 +131,7 @@ fn agree(scene: &Scene) -> Verdict {
 fn scenes_said_otherwise_have_the_same_values() {
     run(
         "scenes",
-        count(40, 100),
+        count(20, 100),
         |seed| seed,
         |&seed| agree(&scene(seed)),
     );

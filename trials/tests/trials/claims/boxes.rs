@@ -87,7 +87,7 @@ fn nothing_of_a_random_shape_lies_outside_its_boxes() {
         }
         Verdict::Accepted
     };
-    let tally = run("boxes of random shapes", count(80, 200), |seed| seed, check);
+    let tally = run("boxes of random shapes", count(40, 200), |seed| seed, check);
     assert!(tally.accepted * 2 > tally.refused, "{tally:?}");
 }
 
@@ -138,7 +138,7 @@ fn reaches_of_exact_solids_are_no_farther_than_the_corners() {
     };
     run(
         "reaches of exact solids",
-        count(60, 200),
+        count(30, 200),
         |seed| seed,
         check,
     );

@@ -102,7 +102,7 @@ fn limited_repetitions_are_the_union_of_their_copies() {
         demand(&folded, &listed, 4.0, seed, true);
         Verdict::Accepted
     };
-    let tally = run("limited repetitions", count(30, 200), |seed| seed, check);
+    let tally = run("limited repetitions", count(12, 200), |seed| seed, check);
     assert!(tally.accepted * 2 > tally.refused, "{tally:?}");
 }
 
@@ -126,7 +126,7 @@ fn endless_repetitions_are_the_union_of_their_copies() {
         demand(&folded, &listed, 0.5 * step, seed, true);
         Verdict::Accepted
     };
-    let tally = run("endless repetitions", count(20, 200), |seed| seed, check);
+    let tally = run("endless repetitions", count(10, 200), |seed| seed, check);
     assert!(tally.accepted * 2 > tally.refused, "{tally:?}");
 }
 
@@ -163,7 +163,7 @@ fn rings_are_the_union_of_their_copies() {
         demand(&folded, &right(&listed), 3.0, seed, true);
         Verdict::Accepted
     };
-    let tally = run("rings", count(30, 200), |seed| seed, check);
+    let tally = run("rings", count(12, 200), |seed| seed, check);
     assert!(tally.accepted > tally.refused, "{tally:?}");
 }
 
@@ -184,7 +184,7 @@ fn rings_of_cut_solids_are_where_their_copies_are() {
         demand(&folded, &listed, 3.0, seed, false);
         Verdict::Accepted
     };
-    run("rings of cut solids", count(20, 200), |seed| seed, check);
+    run("rings of cut solids", count(10, 200), |seed| seed, check);
 }
 
 /// Of children whose values are no distances, the sides are those of the union.
@@ -207,7 +207,7 @@ fn repetitions_of_any_shape_are_where_their_copies_are() {
     };
     run(
         "repetitions of any shape",
-        count(20, 200),
+        count(10, 200),
         |seed| seed,
         check,
     );
@@ -230,5 +230,5 @@ fn mirrors_are_what_they_show_on_both_sides() {
         demand(&folded, &listed, 3.0, seed, false);
         Verdict::Accepted
     };
-    run("mirrors", count(20, 200), |seed| seed, check);
+    run("mirrors", count(10, 200), |seed| seed, check);
 }

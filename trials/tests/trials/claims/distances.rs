@@ -323,7 +323,7 @@ fn operations_are_as_exact_as_their_rows_say() {
         }
         Verdict::Accepted
     };
-    let scenes = count(6 * rows.len() as u64, 200);
+    let scenes = count(3 * rows.len() as u64, 200);
     run("exactness", scenes, |seed| seed, check);
     let wrong: Vec<String> = wrong.into_inner().unwrap().into_values().collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -114,7 +114,7 @@ fn intervals_of_random_shapes_hold_all_values_and_slopes() {
     };
     let tally = run(
         "intervals of random shapes",
-        count(60, 200),
+        count(30, 200),
         |seed| seed,
         check,
     );

@@ -143,7 +143,7 @@ fn random_shapes_are_no_steeper_than_stated() {
     };
     let tally = run(
         "slopes of random shapes",
-        count(60, 200),
+        count(30, 200),
         |seed| seed,
         check,
     );

@@ -81,7 +81,7 @@ fn values_of_random_shapes_are_the_oracles() {
     };
     let tally = run(
         "values of random shapes",
-        count(70, 200),
+        count(35, 200),
         |seed| seed,
         check,
     );
@@ -109,13 +109,13 @@ fn values_of_exact_shapes_are_the_oracles() {
         }
         Verdict::Accepted
     };
-    run("values of exact shapes", count(200, 50), |seed| seed, check);
+    run("values of exact shapes", count(100, 50), |seed| seed, check);
 }
 
 #[test]
 fn values_of_files_are_the_oracles() {
     let mut wrong = Vec::new();
-    for path in corpus(0) {
+    for path in corpus(4) {
         let (scene, name) = read(&path);
         let Some(root) = scene.root.filter(|_| !scene.plane) else {
             continue;

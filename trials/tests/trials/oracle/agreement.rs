@@ -100,12 +100,7 @@ fn values_of_random_scenes_have_the_right_sign() {
         }
         Verdict::Accepted
     };
-    let tally = run(
-        "signs of random scenes",
-        count(120, 100),
-        |seed| seed,
-        check,
-    );
+    let tally = run("signs of random scenes", count(60, 100), |seed| seed, check);
     assert!(tally.says_something(), "{tally:?}");
 }
 
@@ -187,7 +182,7 @@ fn values_of_all_changes_of_all_shapes_have_the_right_sign() {
             if is_cut {
                 continue;
             }
-            let found = differences(scene, &mut anywhere(Random::new(6), 1.5), 200);
+            let found = differences(scene, &mut anywhere(Random::new(6), 1.5), 100);
             if let Some(first) = found.first() {
                 wrong.push(format!("{text}: {} points, as {first}", found.len()));
             }
