@@ -23,7 +23,7 @@ fn engines_draw_every_scene_alike() {
         let outputs = compiled.module.update(0.0);
         let source = compiled.generated();
         let overrides = Overrides {
-            size: Some([72, 48]),
+            size: Some([48, 32]),
             aa: Some(1),
             ..Overrides::default()
         };
