@@ -372,8 +372,8 @@ impl<S: OnDevice> GpuEngine<S> {
         Ok(())
     }
 
-    /// How often a pass evaluated the scene for the pixels that are kept. Neighbours that two tiles
-    /// share count once: the sum does not depend on how the picture was cut.
+    /// The evaluations of the scene in a pass, for the pixels that are kept. Neighbours that two tiles
+    /// share count once, so the sum does not depend on how the picture was cut.
     fn evaluations(
         &self,
         plan: &Plan,
@@ -475,7 +475,7 @@ fn places(tile: Tile, kept: Tile, width: usize) -> impl Iterator<Item = (usize, 
         .flat_map(move |y| (0..columns).map(move |x| (y * row + x, (upper + y) * width + left + x)))
 }
 
-/// Where the blocks of 8 × 8 pixels that hold kept ones stand among those of a tile.
+/// The places, among a tile's blocks of 8 × 8 pixels, of those that hold kept pixels.
 fn blocks(tile: Tile, kept: Tile) -> impl Iterator<Item = usize> {
     let row = tile.size[0].div_ceil(8) as usize;
     let [columns, rows] = kept.size.map(|n| n.div_ceil(8) as usize);
