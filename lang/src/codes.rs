@@ -633,7 +633,8 @@ What lies behind the plane is left out.
 W0501 "a slope that cannot be bounded" "\
 A ray is safe on a field because the field changes no faster than the ray moves, after division by a
 bound on its slope. Near a pole (a division by something that reaches zero, a root at zero) there is
-no bound, and rays may step over the surface.
+no bound, and rays may step over the surface. Where the slope is greater than 1e15 no step can be told from
+it. A root or a logarithm of both sides has the same surface.
 
     field(fn(p) => 1 / p.x - 1)
     field(fn(p) => 1 / max(p.x, 0.1) - 1)

@@ -11,7 +11,7 @@ use crate::graph::{Node, NodeId, Number};
 use crate::scene::ShapeId;
 use crate::seen::farthest;
 use crate::slope::{Refuted, STEEPEST, is_endless, margin, near};
-use sdfc_lang::{Diagnostic, codes};
+use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
 
@@ -138,25 +138,13 @@ impl Lowering<'_> {
         if slope.is_finite() {
             return slope.max(MIN_SLOPE);
         }
-        let shape = &self.scene.shapes[id.0 as usize];
-        if self.unbounded.insert(id) {
-            self.diagnostics.push(
-                Diagnostic::warning(
-                    codes::W0501,
-                    shape.span,
-                    "the slope of this field cannot be bounded",
-                )
-                .primary("it may rise arbitrarily fast, so rays may step over it")
-                .help(
-                    "state a bound, `field(…, lipschitz: 2)`, say where the shape ends, \
-                     `field(…, within: 4)`, or keep away from poles with `max`",
-                ),
-            );
-        }
         let world = World::from(&*self.scene);
-        self.slopes
-            .guess(world, self.boxes, id, region)
-            .max(MIN_SLOPE)
+        let guess = self.slopes.guess(world, self.boxes, id, region);
+        if self.unbounded.insert(id) {
+            let span = self.scene.shapes[id.0 as usize].span;
+            self.diagnostics.push(unbounded(span, guess));
+        }
+        guess.clamp(MIN_SLOPE, STEEPEST)
     }
 
     /// Reports the slopes that the scene states and that do not hold.
@@ -202,6 +190,31 @@ impl Lowering<'_> {
         let parameters = parameters.into_iter().map(|v| Number::Constant(v as f32));
         self.apply(op, at, vec![value], parameters.collect())
     }
+}
+
+/// The warning about a field that has no bound of its slope, or none that numbers of `f32` could tell.
+fn unbounded(span: Span, guess: f64) -> Diagnostic {
+    let warning = Diagnostic::warning(
+        codes::W0501,
+        span,
+        "the slope of this field cannot be bounded",
+    );
+    if guess < STEEPEST {
+        return warning
+            .primary("it may rise arbitrarily fast, so rays may step over it")
+            .help(
+                "state a bound, `field(…, lipschitz: 2)`, say where the shape ends, \
+                 `field(…, within: 4)`, or keep away from poles with `max`",
+            );
+    }
+    warning
+        .primary(format!(
+            "its slope is {guess:.0e} at points that were tried, so rays step over it"
+        ))
+        .help(
+            "write the same surface less steep: compare a root or a logarithm, `pow(a, 1/8) - 1` or `ln(a)` \
+             for `a - 1`",
+        )
 }
 
 /// A cube around the origin, and that which is twice as large.

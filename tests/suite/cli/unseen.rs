@@ -1,6 +1,10 @@
 //! Pictures that show nothing, or less than the scene has, and what is said of them.
 
 use super::sandbox::Sandbox;
+use crate::metamorphic::draw::{Way, frame};
+use sdfc_compiler::passes::PassOptions;
+use sdfc_runtime::engine::{EngineKind, open};
+use sdfc_runtime::frame::CellUse;
 
 /// Scenes, and a part of what is said when they are drawn; where it is empty nothing may be said.
 const SCENES: &[(&str, &str, &str)] = &[
@@ -92,4 +96,28 @@ fn what_is_not_seen_is_said_with_its_reason() {
             ),
         }
     }
+}
+
+/// A ball whose field rises to more than numbers of 32 bits hold, within a fifth of its radius.
+const STEEP: &str =
+    "fn pw(x) = x*x*x*x*x*x*x*x;\nfield(fn(p) => pw(pw(pw(length(p)))) - 1, within: 4)";
+
+#[test]
+fn fields_too_steep_to_step_on_are_drawn_and_told() {
+    let sandbox = Sandbox::with_scene(STEEP);
+    let run = sandbox.run("check scene.sdf");
+    let said = run.ok().stderr;
+    assert!(said.contains("so rays step over it"), "{said}");
+    assert!(said.contains("write the same surface less steep"), "{said}");
+
+    let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
+    let way = Way {
+        size: [96, 72],
+        passes: PassOptions::default(),
+        cells: CellUse::Auto,
+        scale: 1.0,
+    };
+    let frame = frame(&mut *engine, STEEP, &way).expect("it compiles");
+    // The ball fills 60 to 90 % of the height.
+    assert!(frame.stats.hits > 1000, "{:?}", frame.stats);
 }
