@@ -5,13 +5,15 @@
 
 mod extremes;
 mod finite;
+mod pruned;
 
 use crate::bounds::Boxes;
 use crate::climb::Climb;
 use crate::scene::{Scene, ShapeId};
 use finite::Finder;
+use pruned::{Field, Part};
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::evaluate::{evaluate, gradient};
+use sdfc_vm::evaluate::gradient;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Program;
@@ -96,8 +98,9 @@ type Cell = (u32, [u32; 3]);
 struct Search<'a> {
     program: &'a Program,
     bounds: Bounds,
-    /// The boxes that were evaluated, and if the field can be below zero there.
-    known: HashMap<Cell, bool>,
+    field: Field<'a>,
+    /// The boxes that were evaluated; of those in which the field can be below zero, the program of what is in them.
+    known: HashMap<Cell, Option<Part>>,
     /// The most boxes that are evaluated for one direction.
     max_boxes: usize,
     /// A direction was given up, and its reach may be far less.
@@ -138,6 +141,7 @@ impl<'a> Search<'a> {
         Self {
             program,
             bounds,
+            field: Field::new(program),
             known: HashMap::new(),
             max_boxes: (MAX_INSTRUCTIONS / program.code.len().max(1)).clamp(fewest, most),
             is_cut_short: false,
@@ -156,9 +160,9 @@ impl<'a> Search<'a> {
         let mut open = vec![whole];
         while let Some(cell) = open.pop() {
             match self.known.get(&cell) {
-                Some(false) => {}
-                Some(true) if cell.0 < LEVELS => open.extend(parts(cell)),
-                Some(true) | None => return false,
+                Some(None) => {}
+                Some(Some(_)) if cell.0 < LEVELS => open.extend(parts(cell)),
+                Some(Some(_)) | None => return false,
             }
         }
         true
@@ -256,26 +260,38 @@ impl<'a> Search<'a> {
     }
 
     fn may_be_inside(&mut self, cell: Cell) -> bool {
-        if let Some(&known) = self.known.get(&cell) {
-            return known;
+        if let Some(known) = self.known.get(&cell) {
+            return known.is_some();
         }
         let [x, y, z] = [0, 1, 2].map(|axis| self.range(cell, axis));
         let region = V3 { x, y, z };
-        let value = evaluate::<Interval>(self.program, region);
-        let is_outside = value.lo > 0.0 || self.falls_short(region);
-        self.known.insert(cell, !is_outside);
-        !is_outside
+        let around = self.part_around(cell);
+        let is_outside = self.field.over(&around, region).lo > 0.0;
+        let part = (!is_outside).then(|| self.field.prune(&around));
+        let part = part.filter(|part| !self.falls_short(part, region));
+        let may_be_inside = part.is_some();
+        self.known.insert(cell, part);
+        may_be_inside
+    }
+
+    /// The program of the box around one.
+    fn part_around(&self, (level, at): Cell) -> Part {
+        let around = level
+            .checked_sub(1)
+            .map(|level| (level, at.map(|number| number / 2)));
+        let known = around.and_then(|around| self.known.get(&around)?.clone());
+        known.unwrap_or_else(|| self.field.whole())
     }
 
     /// Tells if the field, from its value in the middle of a box, cannot fall to zero within the box.
-    fn falls_short(&self, region: V3<Interval>) -> bool {
+    fn falls_short(&mut self, part: &Part, region: V3<Interval>) -> bool {
         let sides = [region.x, region.y, region.z];
         let [x, y, z] = sides.map(|side| Interval::point(side.lo + (side.hi - side.lo) / 2.0));
-        let middle = evaluate::<Interval>(self.program, V3 { x, y, z });
+        let middle = self.field.over(part, V3 { x, y, z });
         if middle.lo <= 0.0 {
             return false;
         }
-        let V3 { x, y, z } = gradient::<Interval>(self.program, region).gradient;
+        let V3 { x, y, z } = self.field.gradient(part, region);
         let fall = [x, y, z].into_iter().zip(sides);
         let fall: f64 = fall
             .map(|(slope, side)| slope.magnitude() * (side.hi - side.lo) / 2.0)

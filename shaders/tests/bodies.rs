@@ -111,20 +111,23 @@ fn shadows_are_numbers_between_none_and_all() {
     }
 }
 
-/// The penumbra of an edge follows from the edge and the ray, wherever the claim was made.
+/// The penumbra of an edge follows from the edge and the ray, wherever the claim was made: inside of the solid less is
+/// seen of the light by as much as more is seen outside.
 #[test]
-fn a_penumbra_does_not_depend_on_the_place_of_its_claim() {
+fn penumbras_of_shadows_do_not_depend_on_the_place_of_a_claim() {
     let mut numbers = Numbers(5);
     for _ in 0..1000 {
         let [at, aside] = [1.0 + numbers.next(), 0.05 + 0.5 * numbers.next()];
         let t = at + aside * (2.0 * numbers.next() - 1.0);
         let (way, direction) = (V3::of(at - t, aside, 0.0), V3::of(1.0, 0.0, 0.0));
-        let found = shadow::beside::<f32>(1.0, way, direction, t, 1.0, aside, 9.0);
-        let expected = aside / at;
-        assert!(
-            (found - expected).abs() < 1e-5,
-            "{found} for {expected} at {t}"
-        );
+        for side in [1.0, -1.0] {
+            let found = shadow::beside::<f32>(1.0, way, direction, t, 1.0, side * aside, 9.0);
+            let expected = side * aside / at;
+            assert!(
+                (found - expected).abs() < 1e-5,
+                "{found} for {expected} at {t}"
+            );
+        }
     }
 }
 
