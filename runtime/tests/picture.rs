@@ -554,6 +554,53 @@ fn nothing_shades_itself() {
     }
 }
 
+/// A slope through a point, whose value is off by what rounding makes of large coordinates.
+struct Slope([f64; 3]);
+
+impl Formula for Slope {
+    fn distance<R: Real>(&self, p: R::Vec3) -> R {
+        let across = constant::<R>([0.48, 0.6, 0.64]);
+        let [x, y, z] = self.0;
+        p.dot(across) - R::constant(0.48 * x + 0.6 * y + 0.64 * z)
+    }
+}
+
+/// A plane hides nothing of the sky from itself, and no lamp, however rough rounding makes its field.
+#[test]
+fn slopes_are_lit_evenly_far_from_the_origin() {
+    let at = [2e4, 5e4, -3e4];
+    let [x, y, z] = at;
+    let view = View {
+        from: [x + 2.0, y + 3.0, z + 4.0],
+        look: at,
+        ..settings().view
+    };
+    let occlusions = [Occlusion::Off, Occlusion::FiveTap, Occlusion::Multi(8)];
+    for (occlusion, shadow) in
+        occlusions
+            .into_iter()
+            .zip([Shadow::Hard, Shadow::Improved(0.05), Shadow::Sized(0.05)])
+    {
+        let settings = |occlusion, shadow| RenderSettings {
+            view: view.clone(),
+            occlusion,
+            lighting: Lighting {
+                lights: vec![lamp(shadow)],
+                ..settings().lighting
+            },
+            ..settings()
+        };
+        let field = Analytic(Slope(at));
+        let shaded = picture(&field, &settings(occlusion, shadow));
+        let plain = picture(&field, &settings(Occlusion::Off, Shadow::None));
+        let mut wrong = 0;
+        for (a, b) in shaded.color.iter().zip(&plain.color) {
+            wrong += usize::from((a[0] - b[0]).abs() > 0.02 * b[0]);
+        }
+        assert!(wrong == 0, "{occlusion:?}, {shadow:?}: {wrong} pixels");
+    }
+}
+
 /// A ball above the ground.
 struct Floating;
 

@@ -74,7 +74,7 @@ fn pictures_are_the_same_with_and_without_cells() {
     for path in all() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
-        let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, (cells, [96, 72]));
+        let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, (cells, [128, 96]));
         let without = drawn(CellUse::Never);
         for cells in [CellUse::Auto, CellUse::Always] {
             let with = drawn(cells);

@@ -208,7 +208,7 @@ fn built(scene: Scene) -> (Module, Vec<f64>) {
 
 fn wide(cells: CellUse) -> Overrides {
     Overrides {
-        size: Some([128, 96]),
+        size: Some([192, 144]),
         mode: Mode::Depth,
         ..small(cells)
     }
