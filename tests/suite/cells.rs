@@ -7,7 +7,7 @@ use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::Sources;
 use sdfc_runtime::cells::{Cells, Cut, Held, Refine, Region, Split, again, build};
 use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open};
-use sdfc_runtime::frame::{CellUse, Frame, Mode, RenderSettings};
+use sdfc_runtime::frame::{CellUse, Frame, Mode, RenderSettings, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::compare;
 use sdfc_shaders::assemble::SceneSource;
@@ -16,7 +16,7 @@ use sdfc_vm::lanes::{Column, LANES};
 use sdfc_vm::program::Module;
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::{Clause, Tape};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 fn all() -> Vec<PathBuf> {
@@ -87,6 +87,44 @@ fn pictures_are_the_same_with_and_without_cells() {
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// The least cosine of the angle between a normal by the tape of its leaf and that by the whole program.
+const SAME_NORMAL: f32 = 0.9998;
+
+#[test]
+fn normals_by_leaves_are_those_of_the_whole() {
+    let mut engine = opened(EngineKind::Cpu);
+    for scene in [
+        "examples/chess.sdf",
+        "examples/clock.sdf",
+        "tests/strangers/games/city_blocks_nested.sdf",
+    ] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(scene);
+        let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
+        let outputs = compiled.module.update(0.0);
+        let overrides = |cells| Overrides {
+            size: Some([320, 240]),
+            aa: Some(1),
+            mode: Mode::Normal,
+            cells,
+            ..Overrides::default()
+        };
+        let [without, with] = [CellUse::Never, CellUse::Always].map(|cells| {
+            let settings = resolve(&compiled.module, &outputs, &overrides(cells));
+            let settings = settings.expect("the scene has settings");
+            picture(&mut *engine, &compiled.module, &outputs, &settings)
+        });
+        let differs = |&at: &usize| {
+            let [n, m] = [&without, &with].map(|frame| frame.normal[at]);
+            let is_hit = [&without, &with]
+                .iter()
+                .all(|frame| frame.status[at] == Status::Hit);
+            is_hit && (0..3).map(|i| n[i] * m[i]).sum::<f32>() < SAME_NORMAL
+        };
+        let differing: Vec<usize> = (0..without.normal.len()).filter(differs).collect();
+        assert!(differing.is_empty(), "{scene}: {differing:?}");
+    }
 }
 
 /// How much colours may differ: a driver may simplify the arithmetic of two kernels differently.

@@ -230,3 +230,57 @@ fn pass_body(f: &Frame, cell: &Cell, values: &Column, p: &mut Packet) -> u64 {
     }
     bits(&gone)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::{Cut, Refine, Split, build};
+    use sdfc_vm::listing::parse;
+    use sdfc_vm::tape::Tape;
+
+    struct Whole;
+
+    impl Refine for Whole {
+        fn cut(&self, _: &Region, _: usize, _: f32) -> bool {
+            false
+        }
+    }
+
+    /// Beyond its leaf a field may be as steep as anywhere, so the ball around the point where a ray enters is no larger
+    /// than the value there.
+    #[test]
+    fn no_more_is_clear_of_surfaces_than_the_value_says() {
+        let program = parse("0000 sphere [0.8]\n").expect("a program");
+        let region = Region {
+            low: [-1.0; 3],
+            high: [1.0; 3],
+        };
+        let cut = Cut {
+            region,
+            split: Split::Cube,
+            band: f32::INFINITY,
+            refine: &Whole,
+        };
+        let cells = build(&program, &Tape::of(&program), &cut);
+        let leaf = cells.leaves().next().expect("a leaf");
+        for slope in [0.1, 0.5, 1.0] {
+            let mut cell = *cells.cell(leaf);
+            (cell.slope, cell.gradient) = (slope, None);
+            let (mut packet, mut values) = (Packet::default(), Column::default());
+            packet.side.0.fill(1.0);
+            packet.direction_x.0.fill(1.0);
+            packet.enter.0.fill(2.0);
+            packet.exit.0.fill(2.1);
+            values.0.fill(0.3);
+            let gone = pass(&Frame::default(), &cell, &values, &mut packet);
+            assert_eq!(gone, u64::MAX, "{slope}");
+            for (from, to) in packet.clear_from.0.iter().zip(&packet.clear_to.0) {
+                let clear = [2.0 - from, to - 2.0];
+                assert!(
+                    clear.iter().all(|way| (way - 0.3).abs() < 1e-5),
+                    "{clear:?}"
+                );
+            }
+        }
+    }
+}
