@@ -582,7 +582,7 @@ fn slopes_are_lit_evenly_far_from_the_origin() {
             .zip([Shadow::Hard, Shadow::Improved(0.05), Shadow::Sized(0.05)])
     {
         let settings = |occlusion, shadow| RenderSettings {
-            view: view.clone(),
+            view,
             occlusion,
             lighting: Lighting {
                 lights: vec![lamp(shadow)],

@@ -97,3 +97,56 @@ impl<'a> Field<'a> {
         run(self.program, tape, &mut self.slopes, point, ignored).gradient
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sdfc_vm::evaluate::evaluate;
+    use sdfc_vm::listing::parse;
+
+    /// A ball, a block, a ring with a bite in it, and a bar blended into them.
+    const LISTING: &str = "\
+0000  sphere                [1.0]
+0001  cuboid                [0.25, 0.25, 0.25]  moved [-1.0, 0.0, 0.0]  blend hard [1.0, 1.0, 0.0, 0.0]
+0002  torus                 [0.8, 0.1]  moved [0.0, -1.0, 0.0]
+0003  sphere                [0.4]  moved [-0.8, -1.0, 0.0]  blend hard [-1.0, -1.0, 0.0, 0.0]
+0004  take                  blend hard [1.0, 1.0, 0.0, 0.0]
+0005  cylinder              [0.2, 1.5]  blend quadratic [1.0, 1.0, 0.8, 0.3125]
+";
+
+    /// Boxes are halved towards a corner, each time along another axis, and asked at their middles.
+    #[test]
+    fn what_is_left_of_a_program_keeps_its_values() {
+        let program = parse(LISTING).expect("a program");
+        let mut field = Field::new(&program);
+        let mut shorter = 0;
+        for number in 0..512_u32 {
+            let mut part = field.whole();
+            let mut sides = [Interval::between(-2.0, 2.0); 3];
+            for level in 0..9 {
+                let region = V3::of(sides[0], sides[1], sides[2]);
+                let bounds = field.over(&part, region);
+                part = field.prune(&part);
+                shorter += usize::from(part.len() < field.whole().len());
+                let middle = sides.map(|side| Interval::point(side.lo + (side.hi - side.lo) / 2.0));
+                let middle = V3::of(middle[0], middle[1], middle[2]);
+                let [value, expected] = [
+                    field.over(&part, middle),
+                    evaluate::<Interval>(&program, middle),
+                ];
+                assert!(
+                    (value.lo - expected.lo).abs() < 1e-9,
+                    "{number} in {sides:?}"
+                );
+                assert!(bounds.lo <= value.hi && value.lo <= bounds.hi, "{sides:?}");
+                let side = &mut sides[level % 3];
+                let half = side.lo + (side.hi - side.lo) / 2.0;
+                *side = match number >> level & 1 {
+                    0 => Interval::between(side.lo, half),
+                    _ => Interval::between(half, side.hi),
+                };
+            }
+        }
+        assert!(shorter > 2000, "only {shorter} programs were pruned");
+    }
+}
