@@ -11,12 +11,13 @@ use crate::bounds::Boxes;
 use crate::climb::Climb;
 use crate::scene::{Scene, ShapeId};
 use finite::Finder;
-use pruned::{Field, Part};
+use pruned::Field;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::gradient;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Program;
+use sdfc_vm::tape::parts::Part;
 use sdfc_vm::vector::V3;
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
@@ -266,12 +267,17 @@ impl<'a> Search<'a> {
         let [x, y, z] = [0, 1, 2].map(|axis| self.range(cell, axis));
         let region = V3 { x, y, z };
         let around = self.part_around(cell);
-        let is_outside = self.field.over(&around, region).lo > 0.0;
-        let part = (!is_outside).then(|| self.field.prune(&around));
-        let part = part.filter(|part| !self.falls_short(part, region));
-        let may_be_inside = part.is_some();
-        self.known.insert(cell, part);
-        may_be_inside
+        if self.field.over(&around, region).lo > 0.0 {
+            self.known.insert(cell, None);
+            return false;
+        }
+        let part = self.field.prune(&around);
+        let falls_short = self.falls_short(&part, region);
+        if falls_short {
+            self.field.forget(&part, &around);
+        }
+        self.known.insert(cell, (!falls_short).then_some(part));
+        !falls_short
     }
 
     /// The program of the box around one.

@@ -10,6 +10,7 @@
 mod build;
 pub mod choose;
 pub mod machine;
+pub mod parts;
 pub mod prune;
 pub mod single;
 pub mod steep;

@@ -209,7 +209,7 @@ fn unbounded(span: Span, guess: f64) -> Diagnostic {
     }
     warning
         .primary(format!(
-            "its slope is {guess:.0e} at points that were tried, so rays step over it"
+            "its slope is about {guess:.0e} at points that were tried, so rays step over it"
         ))
         .help(
             "write the same surface less steep: compare a root or a logarithm, `pow(a, 1/8) - 1` or `ln(a)` \

@@ -1,98 +1,66 @@
 //! Bounds of a field in boxes, by the part of its program that matters there.
-//!
-//! What a choice leaves out of a box it leaves out of all boxes within: each box has a program of its own, pruned
-//! from that of the box around it.
 
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::program::Program;
-use sdfc_vm::tape::prune::{Choice, Pruner};
-use sdfc_vm::tape::single::{Registers, decide, run};
-use sdfc_vm::tape::{Clause, Tape};
+use sdfc_vm::tape::Tape;
+use sdfc_vm::tape::parts::{Part, Parts};
+use sdfc_vm::tape::single::{Registers, run};
 use sdfc_vm::vector::V3;
-use std::ops::Range;
 
-/// The most clauses that are kept for all boxes together: 16 MiB of them.
+/// The most clauses that are kept for all boxes together: about 10 MiB of them.
 const MAX_CLAUSES: usize = 1 << 19;
 
-/// The clauses of a pruned program.
-pub(super) type Part = Range<usize>;
-
-/// A field and its pruned programs.
+/// A field and the programs of its boxes.
 pub(super) struct Field<'a> {
     program: &'a Program,
-    /// The whole program, and behind it those that were pruned.
-    clauses: Vec<Clause>,
-    whole: usize,
+    parts: Parts,
     values: Registers<Interval>,
     slopes: Registers<Dual<Interval>>,
-    pruner: Pruner,
-    /// What the last box that was asked decided of each clause.
-    choices: Vec<Choice>,
 }
 
 impl<'a> Field<'a> {
     pub(super) fn new(program: &'a Program) -> Self {
-        let Tape {
-            clauses,
-            values,
-            points,
-            ..
-        } = Tape::of(program);
+        let tape = Tape::of(program);
         let zero = Interval::point(0.0);
         let origin = V3::of(zero, zero, zero);
-        let mut pruner = Pruner::default();
-        pruner.reserve(values, points);
         Self {
             program,
-            whole: clauses.len(),
-            clauses,
-            values: Registers::new(values, points, origin),
-            slopes: Registers::new(values, points, DualVec3::fixed(origin)),
-            pruner,
-            choices: Vec::new(),
+            parts: Parts::of(&tape),
+            values: Registers::new(tape.values, tape.points, origin),
+            slopes: Registers::new(tape.values, tape.points, DualVec3::fixed(origin)),
         }
     }
 
     /// The whole program.
     pub(super) fn whole(&self) -> Part {
-        0..self.whole
+        self.parts.whole()
     }
 
     /// Bounds of the field in a box whose program is `part`.
     pub(super) fn over(&mut self, part: &Part, region: V3<Interval>) -> Interval {
-        let tape = &self.clauses[part.clone()];
-        let choices = &mut self.choices;
-        choices.clear();
-        choices.resize(tape.len(), Choice::Both);
-        run(
-            self.program,
-            tape,
-            &mut self.values,
-            region,
-            |at, kernel, numbers, two| choices[at] = decide(kernel, numbers, two),
-        )
+        let (parts, values) = (&mut self.parts, &mut self.values);
+        parts.over(self.program, part, values, region, |value| value)
     }
 
-    /// What of the program `part` matters in the box that was asked last.
+    /// The program of the box that was asked last, pruned from `part` where there is room for it.
     pub(super) fn prune(&mut self, part: &Part) -> Part {
-        let is_decided = |choice: &Choice| *choice != Choice::Both;
-        if !self.choices.iter().any(is_decided) || self.clauses.len() + part.len() > MAX_CLAUSES {
+        if self.parts.count() + part.len() > MAX_CLAUSES {
             return part.clone();
         }
-        let start = self.clauses.len();
-        let choices = &self.choices;
-        let mut kept = Vec::with_capacity(part.len());
-        let before = &self.clauses[part.clone()];
-        self.pruner.prune(before, |at| choices[at], &mut kept);
-        self.clauses.append(&mut kept);
-        start..self.clauses.len()
+        self.parts.prune(part)
+    }
+
+    /// Forgets the program of a box that was pruned last, from `around`.
+    pub(super) fn forget(&mut self, part: &Part, around: &Part) {
+        if part != around {
+            self.parts.forget_from(part.start);
+        }
     }
 
     /// Bounds of the gradient in a box whose program is `part`.
     pub(super) fn gradient(&mut self, part: &Part, region: V3<Interval>) -> V3<Interval> {
-        let tape = &self.clauses[part.clone()];
-        let point = DualVec3::seed(region);
+        let (tape, point) = (self.parts.tape(part), DualVec3::seed(region));
         let ignored = |_, _, _, _: [Dual<Interval>; 2]| {};
         run(self.program, tape, &mut self.slopes, point, ignored).gradient
     }

@@ -216,7 +216,7 @@ impl Projection {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::cells::{Cut, Refine, Split, build};
     use crate::cpu::tile::camera_ray;
@@ -237,7 +237,7 @@ mod tests {
     }
 
     /// All cells of a cube around the origin.
-    fn cells() -> Cells {
+    pub(in crate::cpu) fn cells() -> Cells {
         let program = parse("0000 sphere [0.8]\n").expect("a program");
         let region = Region {
             low: [-1.0; 3],

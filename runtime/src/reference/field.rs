@@ -6,11 +6,10 @@ use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::evaluate;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::program::{Module, Program};
-use sdfc_vm::tape::prune::{Choice, Pruner};
-use sdfc_vm::tape::single::{Registers, decide, run};
-use sdfc_vm::tape::{Clause, Tape};
+use sdfc_vm::tape::Tape;
+use sdfc_vm::tape::parts::{Part, Parts};
+use sdfc_vm::tape::single::{Registers, run};
 use sdfc_vm::vector::V3;
-use std::ops::Range;
 
 /// The distance of a scene, with the constants of its present parameters.
 #[derive(Clone, Debug)]
@@ -47,39 +46,26 @@ impl Field {
     }
 }
 
-/// Which of the clauses at hand make the program for some piece of a ray.
-pub(super) type Part = Range<usize>;
-
 /// Asks a field, with the memory that takes; each thread has its own.
 pub(super) struct Asker<'a> {
     field: &'a Field,
     values: Registers<Branching>,
     slopes: Registers<Dual<Interval>>,
-    pruner: Pruner,
-    choices: Vec<Choice>,
-    /// The whole program, and behind it those that were pruned.
-    clauses: Vec<Clause>,
+    parts: Parts,
     /// How often the field was evaluated.
     pub(super) evaluations: u64,
 }
-
-/// Programs shorter than this are not worth pruning.
-const SHORT: usize = 3;
 
 impl<'a> Asker<'a> {
     pub(super) fn new(field: &'a Field) -> Self {
         let Tape { values, points, .. } = field.tape;
         let zero = Interval::point(0.0);
         let origin = V3::of(zero, zero, zero);
-        let mut pruner = Pruner::default();
-        pruner.reserve(values, points);
         Self {
             field,
             values: Registers::new(values, points, Branching::point([zero; 3])),
             slopes: Registers::new(values, points, DualVec3::fixed(origin)),
-            pruner,
-            choices: Vec::new(),
-            clauses: field.tape.clauses.clone(),
+            parts: Parts::of(&field.tape),
             evaluations: 0,
         }
     }
@@ -90,49 +76,33 @@ impl<'a> Asker<'a> {
 
     /// The whole program.
     pub(super) fn whole(&self) -> Part {
-        0..self.field.tape.clauses.len()
+        self.parts.whole()
     }
 
     /// Forgets all programs that were pruned later than this one.
     pub(super) fn forget_after(&mut self, part: &Part) {
-        self.clauses.truncate(part.end);
+        self.parts.forget_from(part.end);
     }
 
     /// What the field lies between on a piece of a ray whose program is `part`, and whether it is
     /// whole: continuous there, with the slopes of its formula.
     pub(super) fn between(&mut self, ray: &Ray, t: Interval, part: &Part) -> (Interval, bool) {
         let (point, program) = (Branching::point(place(ray, t)), &self.field.program);
-        let (values, choices) = (&mut self.values, &mut self.choices);
-        let tape = &self.clauses[part.clone()];
-        choices.clear();
-        choices.resize(tape.len(), Choice::Both);
+        let (values, parts) = (&mut self.values, &mut self.parts);
         self.evaluations += 1;
-        branching::hulled(|| {
-            run(program, tape, values, point, |at, kernel, numbers, two| {
-                choices[at] = decide(kernel, numbers, two.map(|value| value.range));
-            })
-        })
+        branching::hulled(|| parts.over(program, part, values, point, |value| value.range))
     }
 
-    /// What of the program matters where it was asked last ([`Self::between`]).
+    /// The program of the piece of a ray that was asked last ([`Self::between`]).
     pub(super) fn prune(&mut self, part: &Part) -> Part {
-        let decided = |choice: &Choice| *choice != Choice::Both;
-        if part.len() < SHORT || !self.choices.iter().any(decided) {
-            return part.clone();
-        }
-        let start = self.clauses.len();
-        let (before, choices) = (&self.clauses[part.clone()], &self.choices);
-        let mut kept = Vec::with_capacity(before.len());
-        self.pruner.prune(before, |at| choices[at], &mut kept);
-        self.clauses.append(&mut kept);
-        start..self.clauses.len()
+        self.parts.prune(part)
     }
 
     /// The same bounds where jumps lie between the two places, from what is on both of their sides.
     pub(super) fn explored(&mut self, ray: &Ray, t: Interval, part: &Part) -> Interval {
         let (point, program) = (Branching::point(place(ray, t)), &self.field.program);
         let (values, evaluations) = (&mut self.values, &mut self.evaluations);
-        let tape = &self.clauses[part.clone()];
+        let tape = self.parts.tape(part);
         branching::explore(|| {
             *evaluations += 1;
             run(program, tape, values, point, |_, _, _, _| {})
@@ -148,7 +118,7 @@ impl<'a> Asker<'a> {
     pub(super) fn slope(&mut self, ray: &Ray, t: Interval, part: &Part) -> Interval {
         let [x, y, z] = place(ray, t);
         let point = DualVec3::seed(V3::of(x, y, z));
-        let (program, tape) = (&self.field.program, &self.clauses[part.clone()]);
+        let (program, tape) = (&self.field.program, self.parts.tape(part));
         self.evaluations += 1;
         let gradient = run(program, tape, &mut self.slopes, point, |_, _, _, _| {}).gradient;
         let [dx, dy, dz] = ray.direction.map(Interval::point);

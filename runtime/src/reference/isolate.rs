@@ -16,10 +16,11 @@
 //! is that of the shapes that are near.
 
 use super::camera::Ray;
-use super::field::{Asker, Part};
+use super::field::Asker;
 use super::{Options, Outcome, Why};
 use sdfc_shaders::marching;
 use sdfc_vm::interval::Interval;
+use sdfc_vm::tape::parts::Part;
 
 /// The share of a segment that is not trimmed although it could be, against rounding of the trim
 /// itself.

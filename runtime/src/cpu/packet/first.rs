@@ -234,34 +234,13 @@ fn pass_body(f: &Frame, cell: &Cell, values: &Column, p: &mut Packet) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::{Cut, Refine, Split, build};
-    use sdfc_vm::listing::parse;
-    use sdfc_vm::tape::Tape;
-
-    struct Whole;
-
-    impl Refine for Whole {
-        fn cut(&self, _: &Region, _: usize, _: f32) -> bool {
-            false
-        }
-    }
+    use crate::cpu::meet::tests::cells;
 
     /// Beyond its leaf a field may be as steep as anywhere, so the ball around the point where a ray enters is no larger
     /// than the value there.
     #[test]
     fn no_more_is_clear_of_surfaces_than_the_value_says() {
-        let program = parse("0000 sphere [0.8]\n").expect("a program");
-        let region = Region {
-            low: [-1.0; 3],
-            high: [1.0; 3],
-        };
-        let cut = Cut {
-            region,
-            split: Split::Cube,
-            band: f32::INFINITY,
-            refine: &Whole,
-        };
-        let cells = build(&program, &Tape::of(&program), &cut);
+        let cells = cells();
         let leaf = cells.leaves().next().expect("a leaf");
         for slope in [0.1, 0.5, 1.0] {
             let mut cell = *cells.cell(leaf);

@@ -1,0 +1,154 @@
+//! Light: what surfaces, lamps and the sky hide from each other, and what nothing hides.
+
+use super::analytic::{Analytic, Formula, constant};
+use super::{Ground, lamp, picture, ray, settings};
+use sdfc_runtime::frame::{Light, Lighting, Occlusion, RenderSettings, Shadow, Source, View};
+use sdfc_vm::real::{Real, Vector3, lit};
+
+#[test]
+fn nothing_shades_itself() {
+    // A plane that nothing stands on is lit evenly, near the origin and far from it, by lights of
+    // every kind.
+    for shadow in [
+        Shadow::Hard,
+        Shadow::Plain(0.05),
+        Shadow::Improved(0.05),
+        Shadow::Sized(0.05),
+    ] {
+        for offset in [0.0, 1e2, 1e4, 1e5] {
+            let lit_by = |shadow| {
+                let lighting = Lighting {
+                    lights: vec![lamp(shadow)],
+                    ..settings().lighting
+                };
+                let view = View {
+                    from: [offset, offset + 3.0, offset + 5.0],
+                    look: [offset, offset, offset],
+                    ..settings().view
+                };
+                RenderSettings {
+                    view,
+                    lighting,
+                    ..settings()
+                }
+            };
+            let field = Analytic(Ground(offset));
+            let with = picture(&field, &lit_by(shadow));
+            let without = picture(&field, &lit_by(Shadow::None));
+            for (a, b) in with.color.iter().zip(&without.color) {
+                assert!(
+                    (a[0] - b[0]).abs() < 0.01 * b[0],
+                    "{shadow:?} at {offset}: {a:?} {b:?}"
+                );
+            }
+        }
+    }
+}
+
+/// A slope through a point, whose value is off by what rounding makes of large coordinates.
+struct Slope([f64; 3]);
+
+impl Formula for Slope {
+    fn distance<R: Real>(&self, p: R::Vec3) -> R {
+        let across = constant::<R>([0.48, 0.6, 0.64]);
+        let [x, y, z] = self.0;
+        p.dot(across) - R::constant(0.48 * x + 0.6 * y + 0.64 * z)
+    }
+}
+
+/// A plane hides nothing of the sky from itself, and no lamp, however rough rounding makes its field.
+#[test]
+fn slopes_are_lit_evenly_far_from_the_origin() {
+    let at = [2e4, 5e4, -3e4];
+    let [x, y, z] = at;
+    let view = View {
+        from: [x + 2.0, y + 3.0, z + 4.0],
+        look: at,
+        ..settings().view
+    };
+    let occlusions = [Occlusion::Off, Occlusion::FiveTap, Occlusion::Multi(8)];
+    for (occlusion, shadow) in
+        occlusions
+            .into_iter()
+            .zip([Shadow::Hard, Shadow::Improved(0.05), Shadow::Sized(0.05)])
+    {
+        let settings = |occlusion, shadow| RenderSettings {
+            view,
+            occlusion,
+            lighting: Lighting {
+                lights: vec![lamp(shadow)],
+                ..settings().lighting
+            },
+            ..settings()
+        };
+        let field = Analytic(Slope(at));
+        let shaded = picture(&field, &settings(occlusion, shadow));
+        let plain = picture(&field, &settings(Occlusion::Off, Shadow::None));
+        let mut wrong = 0;
+        for (a, b) in shaded.color.iter().zip(&plain.color) {
+            wrong += usize::from((a[0] - b[0]).abs() > 0.02 * b[0]);
+        }
+        assert!(wrong == 0, "{occlusion:?}, {shadow:?}: {wrong} pixels");
+    }
+}
+
+/// A ball above the ground.
+struct Floating;
+
+impl Formula for Floating {
+    fn distance<R: Real>(&self, p: R::Vec3) -> R {
+        let ball = (p - constant::<R>([0.0, 2.0, 0.0])).length() - lit(1.0);
+        ball.min(p.y())
+    }
+}
+
+#[test]
+fn shadows_fall_where_the_light_is_hidden() {
+    for shadow in [
+        Shadow::Hard,
+        Shadow::Plain(0.05),
+        Shadow::Improved(0.05),
+        Shadow::Sized(0.05),
+    ] {
+        let source = Source::Directional([0.0, 1.0, 0.0]);
+        let light = Light {
+            source,
+            color: [3.0; 3],
+            shadow,
+        };
+        let mut settings = settings();
+        settings.lighting.lights = vec![light];
+        settings.lighting.ambient = 0.0;
+        settings.view.from = [0.0, 1.5, 8.0];
+        settings.view.look = [0.0, 0.0, 0.0];
+        let frame = picture(&Analytic(Floating), &settings);
+        let (mut dark, mut bright) = (0, 0);
+        for y in 0..frame.height {
+            for x in 0..frame.width {
+                let at = y * frame.width + x;
+                let (from, way) = ray(&settings, x, y);
+                let t = f64::from(frame.depth[at]);
+                let p: [f64; 3] = std::array::from_fn(|i| from[i] + t * way[i]);
+                if !t.is_finite() || p[1].abs() > 1e-3 {
+                    continue;
+                }
+                let aside = p[0].hypot(p[2]);
+                let [red, ..] = frame.color[at];
+                if aside < 0.8 {
+                    assert!(
+                        red < 0.01,
+                        "{shadow:?}: {red} below the ball, {aside} from its axis"
+                    );
+                    dark += 1;
+                } else if aside > 1.25 {
+                    assert!(
+                        red > 0.3,
+                        "{shadow:?}: {red} beside the ball, {aside} from its axis"
+                    );
+                    bright += 1;
+                }
+            }
+        }
+        assert!(dark > 30 && bright > 500, "{dark} dark, {bright} bright");
+    }
+}
