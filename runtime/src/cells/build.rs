@@ -321,6 +321,7 @@ impl<'a> Worker<'a> {
         }
         let mut children = [EMPTY; CHILDREN];
         let first = part.cells.len();
+        let mut away = [0.0; LANES];
         for (lane, entry) in children.iter_mut().enumerate() {
             let (low, high) = (low.0[lane], high.0[lane]);
             if empty(low) {
@@ -336,40 +337,47 @@ impl<'a> Worker<'a> {
                 let choice = |place| decided.choice(place, lane);
                 self.pruner.prune(tape, choice, &mut part.clauses);
             }
-            let len = match part.clauses.len() - start {
-                0 => tape.len(),
-                len => len,
-            };
-            let kept = if len == tape.len() {
+            let len = part.clauses.len() - start;
+            let kept = if len == 0 || len == tape.len() {
                 part.clauses.truncate(start);
                 cells.cell(parent).tape
             } else {
                 part.keep_once(first, start)
             };
-            let child = region.child(lane, cut.split);
-            let stale = if len * 10 > tape.len() * 9 {
-                cells.cell(parent).stale + 1
-            } else {
-                0
-            };
-            let most = STALE[usize::from(len * 2 <= whole)];
-            // Smaller cells have closer bounds of slopes, too.
-            let pays = stale < most || slopes && self.is_raw(part.tape(kept).unwrap_or(tape));
-            let away = low.max(-high).max(0.0);
-            let wanted = pays && cut.refine.cut(&child, len, away);
-            let left = wanted && cut.refine.leaves(len);
+            away[part.cells.len() - first] = low.max(-high).max(0.0);
             *entry = CELL + part.cells.len() as u32;
             let cell = Cell {
-                region: child,
+                region: region.child(lane, cut.split),
                 slope: steepness[lane].0,
                 gradient: steepness[lane].1,
                 jumps: looks.jumps && slopes && steepness[lane].1.is_none(),
                 tape: kept,
-                stale,
+                stale: 0,
                 leaf: true,
-                left,
+                left: false,
             };
-            part.cells.push((cell, wanted && !left));
+            part.cells.push((cell, false));
+        }
+        // A child that kept all is no reason to stop where the others are rid of most: it is large still, and
+        // what is in it is small.
+        let made = &part.cells[first..];
+        let lengths = made.iter().map(|(cell, _)| cell.tape.len as usize);
+        let is_stale = lengths.sum::<usize>() * 10 > made.len() * tape.len() * 9;
+        for (place, away) in (first..part.cells.len()).zip(away) {
+            let kept = part.cells[place].0.tape;
+            let len = kept.len as usize;
+            let stale = match is_stale && len * 10 > tape.len() * 9 {
+                true => cells.cell(parent).stale + 1,
+                false => 0,
+            };
+            let most = STALE[usize::from(len * 2 <= whole)];
+            // Smaller cells have closer bounds of slopes, too.
+            let pays = stale < most || slopes && self.is_raw(part.tape(kept).unwrap_or(tape));
+            let (cell, is_cut) = &mut part.cells[place];
+            let wanted = pays && cut.refine.cut(&cell.region, len, away);
+            cell.stale = stale;
+            cell.left = wanted && cut.refine.leaves(len);
+            *is_cut = wanted && !cell.left;
         }
         part.nodes.push(children);
     }

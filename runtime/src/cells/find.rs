@@ -44,24 +44,33 @@ impl Grid {
         inside.then(|| std::array::from_fn(|axis| at(axis) as u32))
     }
 
-    /// Places of points; gives which are inside.
+    /// Places of points, and a mask of those that are inside: all bits are set there, and none outside.
     #[inline(always)]
-    pub(super) fn places(&self, points: &Points, places: &mut [[u32; LANES]; 3]) -> [bool; LANES] {
+    pub(super) fn places(&self, points: &Points) -> ([[u32; LANES]; 3], [u32; LANES]) {
         let most = (1_u32 << BITS) as f32;
-        let mut inside = [true; LANES];
+        let mut inside = [u32::MAX; LANES];
+        let mut places = [[0; LANES]; 3];
         for axis in 0..3 {
             for lane in 0..LANES {
                 let at = (points[axis].0[lane] - self.low[axis]) * self.scale[axis];
-                let within = (at >= 0.0) & (at < most);
+                let within = if (at >= 0.0) & (at < most) {
+                    u32::MAX
+                } else {
+                    0
+                };
                 inside[lane] &= within;
-                // Whole numbers of `i32` are what the processor converts to in lanes.
-                let at = if within { at } else { 0.0 };
-                places[axis][lane] = at as i32 as u32;
+                // The last bits of the sum are the whole number; a conversion that must say what becomes
+                // of others takes dozens of instructions.
+                places[axis][lane] = (at.floor() + WHOLE).to_bits() & ((1 << BITS) - 1) & within;
             }
         }
-        inside
+        (places, inside)
     }
 }
+
+/// What is added to a whole number so that its last bits are the number: 2²³.
+const WHOLE: f32 = 8_388_608.0;
+const _: () = assert!(BITS < 23);
 
 /// The content of a part of space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -129,23 +129,29 @@ widest! {
 
 #[inline(always)]
 fn keys_body(grid: &Grid, points: &Points, block: usize, keys: &mut [Key; LANES]) {
-    let mut places = [[0; LANES]; 3];
-    let inside = grid.places(points, &mut places);
-    for lane in 0..LANES {
-        let mut key = 0;
-        for level in 0..LEVELS {
-            let within = BITS - (level + 1) * DIGIT;
-            let digit = |axis: usize| u64::from(places[axis][lane] >> within) & ((1 << DIGIT) - 1);
-            key = key << (3 * DIGIT) | digit(0) | digit(1) << DIGIT | digit(2) << (2 * DIGIT);
-        }
-        let key = if inside[lane] {
-            key << LANE_BITS
-        } else {
+    let (places, inside) = grid.places(points);
+    for (lane, key) in keys.iter_mut().enumerate() {
+        let digits = |axis: usize| spread(places[axis][lane] >> (BITS - LEVELS * DIGIT));
+        let place = digits(0) | digits(1) << DIGIT | digits(2) << (2 * DIGIT);
+        let place = if inside[lane] == 0 {
             OUTSIDE
+        } else {
+            place << LANE_BITS
         };
-        keys[lane] = Key(key | (block * LANES + lane) as u64);
+        *key = Key(place | (block * LANES + lane) as u64);
     }
 }
+
+/// The digits of a place with room for those of two others between each and the next.
+#[inline(always)]
+fn spread(place: u32) -> u64 {
+    let place = u64::from(place);
+    let place = (place | place << 16) & 0x3f00_00ff;
+    let place = (place | place << 8) & 0x30_0f00_f00f;
+    (place | place << 4) & 0x30_c30c_30c3
+}
+
+const _: () = assert!(DIGIT == 2 && LEVELS == 7);
 
 impl Lazy {
     /// The cells of a tape in a box; outside, the whole tape holds.
