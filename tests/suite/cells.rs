@@ -334,6 +334,46 @@ fn fields_get_cells_where_they_are_worth_it() {
     }
 }
 
+#[test]
+fn things_on_an_endless_ground_have_as_short_tapes_as_without_it() {
+    let things = "union([for i in 0..6 { for j in 0..6 {
+        sphere(0.2).translate(0.5 * i - 1.25, 0, 0.5 * j - 1.25)
+    } }])";
+    let camera = "camera { from: [4, 5, 6], look: [0, 0, 0], fov: 30deg }\n";
+    let clauses_at_hits = |scene: String| {
+        let module = without_guards(scene);
+        let mut engine = opened(EngineKind::Cpu);
+        let loaded = Loaded {
+            module: &module,
+            outputs: &[],
+            generated: SceneSource::default(),
+        };
+        engine.load(&loaded).expect("the scene loads");
+        let overrides = Overrides {
+            size: Some([640, 480]),
+            aa: Some(1),
+            ..Overrides::default()
+        };
+        let settings = resolve(&module, &[], &overrides).expect("the scene has settings");
+        let balls = (0..36).map(|n| [n / 6, n % 6].map(|n| 0.5 * n as f32 - 1.25));
+        let tops: Vec<[f32; 3]> = balls.map(|[x, z]| [x, 0.2, z]).collect();
+        let parts = engine.cells_at(&settings, &tops).expect("it is loaded");
+        let parts = parts.expect("there are cells").into_iter();
+        parts
+            .map(|part| {
+                part.and_then(|part| part.clauses)
+                    .expect("a surface is there")
+            })
+            .max()
+    };
+    let alone = clauses_at_hits(format!("{camera}{things}"));
+    let grounded = clauses_at_hits(format!("{camera}{things} | plane(Y, at: -0.2)"));
+    assert!(
+        alone < Some(9) && grounded < Some(9),
+        "{alone:?} {grounded:?}"
+    );
+}
+
 /// Points all over a box, its corners among them.
 fn scattered(region: &Region, seed: u64) -> [Column; 3] {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;

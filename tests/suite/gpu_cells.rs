@@ -113,8 +113,18 @@ fn cells_of_the_device_keep_every_bit() {
 }
 
 /// So many boxes, each turned another way, in a smooth union, and the results of the uniform program.
-/// A parameter says how wide the first one is.
+/// A parameter gives the width of the first one.
 fn boxes(count: usize) -> (Module, Vec<f64>) {
+    module(format!("{} & box([8, 8, 8])\n", turned(count)))
+}
+
+/// The same on an endless ground: a small part of what rays can reach.
+fn grounded(count: usize) -> (Module, Vec<f64>) {
+    module(format!("{} | plane(Y, at: -3)\n", turned(count)))
+}
+
+/// The text of so many boxes.
+fn turned(count: usize) -> String {
     let mut text = String::from("param size = 0.3 in 0.1..=2;\nunion([\n");
     for n in 0..count {
         let at = |step: usize| ((n * step) % 997) as f64 / 997.0 * 6.0 - 3.0;
@@ -127,8 +137,7 @@ fn boxes(count: usize) -> (Module, Vec<f64>) {
             n % 7
         );
     }
-    text.push_str("], smooth: 0.05) & box([8, 8, 8])\n");
-    module(text)
+    text + "], smooth: 0.05)"
 }
 
 /// A figure of so many circles.
@@ -227,21 +236,26 @@ fn as_many(processor: CellStats, device: CellStats, alike: u64) -> bool {
 
 #[test]
 fn the_device_makes_as_many_cells_as_the_processor() {
-    let (module, outputs) = on_large_stack(|| boxes(300));
     let Some(mut engine) = interp(|limits| limits) else {
         return;
     };
-    engine.load(&loaded(&module, &outputs)).expect("it loads");
-    let mut draw = |cells| {
-        let frame = drawn(&mut *engine, &module, &outputs, &wide(cells)).expect("it is drawn");
-        frame.stats.cells
-    };
-    let [processor, device] = [CellUse::Processor, CellUse::Device].map(&mut draw);
-    assert!(processor.made > 1000, "{processor:?}");
-    assert!(
-        as_many(processor, device, 3),
-        "{processor:?} by the processor, {device:?} by the device"
-    );
+    for (name, scene) in [
+        ("alone", on_large_stack(|| boxes(300))),
+        ("on an endless ground", on_large_stack(|| grounded(300))),
+    ] {
+        let (module, outputs) = scene;
+        engine.load(&loaded(&module, &outputs)).expect("it loads");
+        let mut draw = |cells| {
+            let frame = drawn(&mut *engine, &module, &outputs, &wide(cells)).expect("it is drawn");
+            frame.stats.cells
+        };
+        let [processor, device] = [CellUse::Processor, CellUse::Device].map(&mut draw);
+        assert!(processor.made > 1000, "{name}: {processor:?}");
+        assert!(
+            as_many(processor, device, 3),
+            "{name}: {processor:?} by the processor, {device:?} by the device"
+        );
+    }
 }
 
 #[test]

@@ -26,7 +26,7 @@ const AROUND: isize = 2;
 const EVERY: usize = 12;
 /// The length of rays, in distances of the camera from what it looks at.
 const SEEN: f64 = 40.0;
-/// The most steps of formulas that the oracle runs for a picture.
+/// The most steps of formulas that the oracle runs for a picture in the short form.
 const EFFORT: u64 = 100_000_000;
 /// The largest depth of a sliver, in halves of a pixel, and the number of points of it that are looked at.
 const SLIVER: f64 = 0.5;
@@ -185,12 +185,13 @@ fn spread(count: usize) -> impl Iterator<Item = usize> {
     (0..count).map(move |i| i * step % count)
 }
 
-fn compare(truth: &mut Truth, frame: &Frame) -> (Wrong, usize) {
+/// Looks at the pixels of a picture, as many as so much effort of the oracle is enough for.
+fn compare(truth: &mut Truth, frame: &Frame, effort: u64) -> (Wrong, usize) {
     let mut wrong = Wrong::default();
     let before = Oracle::effort();
     let mut looked = 0;
     for at in spread(truth.met.len()) {
-        if Oracle::effort() - before > EFFORT {
+        if Oracle::effort() - before > effort {
             break;
         }
         looked += 1;
@@ -293,7 +294,7 @@ fn excused(path: &Path) -> usize {
 }
 
 /// Tells what is wrong with a scene on these engines, line by line.
-fn examine(path: &Path, engines: &mut [Box<dyn Engine>]) -> String {
+fn examine(path: &Path, engines: &mut [Box<dyn Engine>], effort: u64) -> String {
     let mut report = String::new();
     let scene = scene(path);
     if scene.root.is_none() {
@@ -330,7 +331,7 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>]) -> String {
                 ..settings.clone()
             };
             let frame = engine.render(&settings, &|_| {}).expect("it draws");
-            let (wrong, looked) = compare(&mut truth, &frame);
+            let (wrong, looked) = compare(&mut truth, &frame, effort);
             let Frame { stats, .. } = &frame;
             if wrong.count() > excused || stats.step_caps > 0 {
                 let (hits, depths, normals) =
@@ -365,6 +366,7 @@ fn strangers_see_what_is_there() {
         cases.retain(|path| path.to_string_lossy().contains(&wanted));
     }
     let is_long = std::env::var_os("SDFC_LONG").is_some();
+    let effort = if is_long { u64::MAX } else { EFFORT };
     let has_gpu = std::env::var_os("SDFC_SKIP_GPU").is_none();
     if !has_gpu {
         eprintln!("skipped: strangers on devices, as SDFC_SKIP_GPU asks");
@@ -385,7 +387,7 @@ fn strangers_see_what_is_there() {
                     engines.extend(others.map(|kind| open(kind).expect("there is an adapter")));
                 }
                 let count = if on_all { engines.len() } else { 1 };
-                report += &examine(path, &mut engines[..count]);
+                report += &examine(path, &mut engines[..count], effort);
             }
         };
         let start = |_| {

@@ -293,7 +293,7 @@ fn corner<R: Real>(cell: R::Vec3, f: R::Vec3, seed: R, [x, y, z]: [f64; 3]) -> (
         lit::<R>(5.0 / 3.0).less(edge.x()),
     );
     let d = (f - offset).named("d");
-    let value = R::select(first, d.y(), d.x()) * a + R::select(last, d.y(), d.z()) * b;
+    let value = R::select(first, d.y(), d.x()).signed(a) + R::select(last, d.y(), d.z()).signed(b);
     let zero = lit::<R>(0.0);
     let gradient = R::Vec3::new(
         R::select(first, zero, a),

@@ -7,7 +7,8 @@
 //! one step or two: a step is the last one where it changes no denominator by more than a fiftieth.
 //!
 //! The distance is then taken along the normal `n` there, as `p · n − |r n|`. Along any direction this is at most
-//! the distance to a convex solid, inside and outside, and the error is the square of that of the direction.
+//! the distance to a convex solid, inside and outside, and the error is the square of that of the direction. The
+//! root in `|r n|` is that of a number near one, and taken as the tangent of the root there, which is no less.
 //! So the value is a lower bound, however far the steps came. Of radii that differ by up to 1,000 to 1 it is
 //! exact to rounding outside, and inside as deep as half of the smallest radius of curvature. Beside the
 //! place where opposite sides are equally near it may be short by 0.2 % of the smallest radius. Of radii that
@@ -30,11 +31,13 @@ const STEP_RANGE: [f64; 2] = [2.0 / 3.0, 3.0];
 const LEAST_SHARE: f64 = 1e-3;
 /// The least radius that `t` is sought for, as a share of the largest.
 const LEAST_RADIUS: f64 = 1e-6;
-/// The farthest point that `t` is sought for, in units of the largest radius. From there the nearest point is in the
-/// direction of the centre but for rounding.
-const FARTHEST: f64 = 1e6;
-/// How much less than one the norm of the nearest point may be by rounding.
-const NORM_ERROR: f64 = 2e-6;
+/// The exponent of the farthest point that `t` is sought for, in units of the largest radius. From there the nearest
+/// point is in the direction of the centre but for rounding.
+const FARTHEST: f64 = 20.0;
+/// The largest exponent of a number.
+const LARGEST: f64 = 127.0;
+/// The least norm of the nearest point by rounding: it is one.
+const LEAST_NORM: f64 = 1.0 - 1e-6;
 /// The most that the value may be short of the distance inside, as a fraction of the smallest radius.
 const MOST_SHORT: f64 = 2e-3;
 /// The same outside, as a fraction of the distance, where the radii differ more than [`STEADY`] to 1.
@@ -55,11 +58,9 @@ pub fn ellipsoid<R: Real>(p: R::Vec3, r: R::Vec3) -> (R, R::Vec3) {
     let (q, r) = (p.abs().named("q"), lengths::<R>(r));
     let unit = Unit::<R>::of(q, r);
     let t = unit.multiplier();
-    let normal = unit.normal(t).named("normal");
-    (
-        q.dot(normal) - (r * normal).length(),
-        facing::<R>(p, normal),
-    )
+    let nearest = unit.nearest(t);
+    let normal = nearest.normal.named("normal");
+    (q.dot(normal) - nearest.support, facing::<R>(p, normal))
 }
 
 /// The normal on the side of `p`, by that of the point with positive coordinates.
@@ -81,11 +82,32 @@ pub(crate) fn in_lanes(p: &Points, r: V3<f32>, count: usize, out: &mut Column) {
     let at = |lane| f32::load_point(p, lane).abs();
     let mut t = Column::default();
     ellipsoid.multipliers(at, count, &mut t);
+    let mut v = Points::default();
+    let mut lack = Column::default();
+    let mut lacks = 0;
     each_lane!(count, lane => {
-        let q = at(lane);
-        let normal = ellipsoid.moved(q).normal(t.0[lane]);
-        out.0[lane] = q.dot(normal) - (r * normal).length();
+        let short = ellipsoid.moved(at(lane)).short(t.0[lane]);
+        v[0].0[lane] = short.v.x;
+        v[1].0[lane] = short.v.y;
+        v[2].0[lane] = short.v.z;
+        lack.0[lane] = short.lack;
+        lacks |= u32::from(short.lack > 0.0);
     });
+    let short = |lane: usize| Short {
+        v: V3::of(v[0].0[lane], v[1].0[lane], v[2].0[lane]),
+        lack: lack.0[lane],
+    };
+    if lacks == 0 {
+        each_lane!(count, lane => {
+            let nearest = ellipsoid.on_surface(short(lane));
+            out.0[lane] = at(lane).dot(nearest.normal) - nearest.support;
+        });
+    } else {
+        each_lane!(count, lane => {
+            let nearest = ellipsoid.lengthened(short(lane));
+            out.0[lane] = at(lane).dot(nearest.normal) - nearest.support;
+        });
+    }
 }
 
 /// The distance and its gradient in the first `count` lanes.
@@ -104,9 +126,9 @@ pub(crate) fn gradients_in_lanes(
     each_lane!(count, lane => {
         let p = at(lane);
         let q = p.value.abs();
-        let normal = ellipsoid.moved(q).normal(t.0[lane]);
-        let value = q.dot(normal) - (r * normal).length();
-        let gradient = p.along(facing::<f32>(p.value, normal));
+        let nearest = ellipsoid.moved(q).nearest(t.0[lane]);
+        let value = q.dot(nearest.normal) - nearest.support;
+        let gradient = p.along(facing::<f32>(p.value, nearest.normal));
         Dual { value, gradient }.store(out, lane);
     });
 }
@@ -164,6 +186,26 @@ struct Unit<R: Real> {
     sharpness: R,
     /// The unit of before.
     scale: R,
+    /// The largest radius, in that unit.
+    largest: R,
+}
+
+/// A vector in the direction of the normal at a nearest point: the point over the squares of the radii.
+#[derive(Clone, Copy)]
+struct Short<R: Real> {
+    /// The vector, without a component across a smallest radius that it lacks.
+    v: R::Vec3,
+    /// What its squared norm lacks to that of a nearest point, where that is positive.
+    lack: R,
+}
+
+/// A nearest point.
+#[derive(Clone, Copy)]
+struct Nearest<R: Real> {
+    /// The unit normal there.
+    normal: R::Vec3,
+    /// The distance of the tangent plane there from the centre, or a little more.
+    support: R,
 }
 
 /// The least and the most that `t` can be.
@@ -219,7 +261,8 @@ impl<R: Real> Unit<R> {
     #[inline(always)]
     fn of(q: R::Vec3, r: R::Vec3) -> Self {
         let one = lit::<R>(1.0);
-        let scale = (one / r.max_component()).named("scale");
+        let largest = r.max_component().named("largest");
+        let scale = (one / largest).named("scale");
         let r = (r * scale).max(R::Vec3::splat(lit(LEAST_RADIUS)));
         let r = r.named("radii");
         let inverse = R::Vec3::new(one / r.x(), one / r.y(), one / r.z()).named("inverse");
@@ -233,6 +276,7 @@ impl<R: Real> Unit<R> {
             least: smallest * smallest,
             sharpness: sharpest * sharpest,
             scale,
+            largest,
         };
         unit.moved(q)
     }
@@ -241,9 +285,10 @@ impl<R: Real> Unit<R> {
     #[inline(always)]
     fn moved(&self, q: R::Vec3) -> Self {
         // From far away the normal is the direction alone.
-        let nearer = lit::<R>(FARTHEST) / q.max_component().max(lit(LEAST));
+        let exponent = q.max_component().max(lit(LEAST)).exponent();
+        let nearer = (lit::<R>(FARTHEST) - exponent).min(lit(LARGEST));
         Self {
-            q: (q * self.scale.min(nearer)).named("place"),
+            q: (q * self.scale.min(nearer.power_of_two())).named("place"),
             ..*self
         }
     }
@@ -263,18 +308,17 @@ impl<R: Real> Unit<R> {
     fn search(&self) -> (Search<R>, R) {
         let one = lit::<R>(1.0);
         let a = (self.r * self.q).named("a");
-        let length = a.length().named("length");
         // No component of the nearest point, seen from a sphere, is larger than one.
         let low = (a - self.squares).max_component();
         let low = low.max(self.least * lit(LEAST_SHARE - 1.0)).named("low");
-        let high = (length - self.least).max(low).named("high");
-        // The tangent plane of the ellipsoid that is as large as the point is far, and what holds for the
-        // largest radius, whose square is one.
+        // The sum is no less than the length.
+        let high = (sum::<R>(a) - self.least).max(low).named("high");
+        // The tangent plane of the ellipsoid that is as large as the point is far.
         let v = (self.q * self.inverse).named("seen");
         let w = (v * self.inverse).named("steepness");
         let (square, slope) = (v.dot(v).named("square"), w.dot(w));
         let tangent = (square.sqrt() - one) * (square / slope.max(lit(LEAST)));
-        let first = tangent.max(length - one).max(low).min(high).named("t");
+        let first = tangent.max(low).min(high).named("t");
         (Search { a, low, high }, first)
     }
 
@@ -322,13 +366,26 @@ impl<R: Real> Unit<R> {
         t
     }
 
-    /// The unit normal at the nearest point. Inside, where that lies beside the plane across a smallest radius,
-    /// what its norm lacks is the component across that plane.
+    /// The nearest point.
     #[inline(always)]
-    fn normal(&self, t: R) -> R::Vec3 {
+    fn nearest(&self, t: R) -> Nearest<R> {
+        self.lengthened(self.short(t))
+    }
+
+    /// The vector in the direction of the normal, as far as the point tells it.
+    #[inline(always)]
+    fn short(&self, t: R) -> Short<R> {
         let v = (self.q * self.shares(t)).named("v");
-        let u = self.r * v;
-        let lack = lit::<R>(1.0 - NORM_ERROR) - u.dot(u);
+        let u = (self.r * v).named("u");
+        let lack = (lit::<R>(LEAST_NORM * LEAST_NORM) - u.dot(u)).named("lack");
+        Short { v, lack }
+    }
+
+    /// The nearest point. Inside, where that lies beside the plane across a smallest radius, what the norm lacks is
+    /// the component across that plane.
+    #[inline(always)]
+    fn lengthened(&self, short: Short<R>) -> Nearest<R> {
+        let Short { v, lack } = short;
         let across = (lack.max(lit(0.0)) * self.sharpness).named("across");
         // One along the axis of the smallest radius, of several the first, and zero along the others.
         let (zero, one) = (lit::<R>(0.0), lit::<R>(1.0));
@@ -336,10 +393,26 @@ impl<R: Real> Unit<R> {
         let (past_x, past_y) = (past(self.squares.x()), past(self.squares.y()));
         let axis = R::Vec3::new(one - past_x, past_x * (one - past_y), past_x * past_y);
         let axis = axis.named("axis");
-        let short = v.dot(axis).named("short");
-        let v = v + axis * ((short * short + across).sqrt() - short);
-        let v = v.named("longer");
-        v * (lit::<R>(1.0) / v.length().max(lit(1e-30)))
+        let known = v.dot(axis).named("known");
+        let longer = v + axis * ((known * known + across).sqrt() - known);
+        self.on_surface(Short {
+            v: R::Vec3::select(zero.less(lack), longer, v).named("longer"),
+            lack,
+        })
+    }
+
+    /// The nearest point by a vector that lacks nothing any more.
+    #[inline(always)]
+    fn on_surface(&self, Short { v, lack }: Short<R>) -> Nearest<R> {
+        let one = lit::<R>(1.0);
+        let inverse = (one / v.length().max(lit(1e-30))).named("inverse_length");
+        // The least norm where it lacked something; else a tangent of the root, which is no less.
+        let excess = (-lack).max(lit(0.0));
+        let norm = (lit::<R>(LEAST_NORM) + excess * lit(0.5 / LEAST_NORM)).named("norm");
+        Nearest {
+            normal: v * inverse,
+            support: norm * self.largest * inverse,
+        }
     }
 }
 
@@ -353,7 +426,9 @@ fn shortage<R: Real>(distance: R, r: R::Vec3) -> R {
     let is_steady = largest.less(smallest * lit(STEADY));
     let outside = distance.max(lit(0.0)) * R::select(is_steady, lit(0.0), lit(SHORT_OUTSIDE));
     let left = (distance.abs() + largest) * lit(LEFT_BY_STEPS);
-    inside + outside + left
+    // A radius that is smaller than the least was taken for that.
+    let thicker = largest * R::select(is_steady, lit(0.0), lit(LEAST_RADIUS));
+    inside + outside + left + thicker
 }
 
 /// Bounds of the value over a box from those at the nearest and the farthest of its corners: the distance to a
@@ -368,8 +443,8 @@ pub fn between<R: Real>(near: R::Vec3, far: R::Vec3, r: R::Vec3, error: R) -> [R
 /// The value at a point with positive coordinates, by the `t` of its nearest point.
 #[inline(always)]
 fn value<R: Real>(q: R::Vec3, r: R::Vec3, t: R) -> R {
-    let normal = Unit::<R>::of(q, r).normal(t);
-    q.dot(normal) - (r * normal).length()
+    let Nearest { normal, support } = Unit::<R>::of(q, r).nearest(t);
+    q.dot(normal) - support
 }
 
 /// The corners of a box that are nearest to the centre and farthest from it, on the side of positive coordinates.

@@ -75,6 +75,10 @@ impl Real for f32 {
         f32::from_bits((self.to_bits() & 0x007f_ffff) | 0x3f80_0000)
     }
     #[inline(always)]
+    fn signed(self, sign: Self) -> Self {
+        f32::from_bits(self.to_bits() ^ (sign.to_bits() & 0x8000_0000))
+    }
+    #[inline(always)]
     fn lattice(cell: V3<f32>, seed: Self) -> V3<f32> {
         let [x, y, z] = elementary::hash([cell.x, cell.y, cell.z], seed).map(unit);
         V3 { x, y, z }

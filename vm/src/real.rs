@@ -146,6 +146,11 @@ pub trait Real:
         Self::Vec3::splat(lit(0.0))
     }
 
+    /// The number times a sign, which is −1 or 1.
+    #[inline(always)]
+    fn signed(self, sign: Self) -> Self {
+        self * sign
+    }
     /// The number times itself.
     #[inline(always)]
     fn square(self) -> Self {

@@ -374,7 +374,7 @@ impl RegionTapes {
 const FIGURE: usize = 8;
 /// Programs of so many clauses are worth looking up each point's cell: for 64 points in no order,
 /// that takes about as long as they do.
-const LONG: usize = 48;
+const LONG: usize = 32;
 
 /// The points of these keys, side by side.
 fn gather(points: &[Points], keys: &[Key], to: &mut Points) {

@@ -21,10 +21,15 @@ struct Made {
     cells: u32,
     clauses: u32,
     short: u32,
+    // Whether its size lets it be cut further.
+    wanted: u32,
+    // What it is cut as, if it is.
+    next: Job,
 }
 
 var<workgroup> given: Given;
-var<workgroup> sums: array<atomic<u32>, 3>;
+// The cells, the clauses of their own, those that are short, and the clauses of all their tapes.
+var<workgroup> sums: array<atomic<u32>, 4>;
 
 // The end of the tape that a child had before an edit, how long it was, and whether what is kept now is
 // the same.
@@ -311,7 +316,8 @@ fn make(here: Given, lane: u32) -> Made {
     var before = NONE_BEFORE;
     if here.before != NONE_BEFORE { before = here.before + lane; }
     compare_with(before);
-    var made = Made(1u, 0u, 0u);
+    var made = Made();
+    made.cells = 1u;
     var tape = job.tape;
     var length = job.length;
     var last = 0u;
@@ -335,15 +341,29 @@ fn make(here: Given, lane: u32) -> Made {
     }
     nodes[entry] = tape;
 
-    let stale = select(0u, job.stale + 1u, length * 10u > job.length * 9u);
-    let most_stale = select(STALE_WHOLE, STALE_PART, length * 2u <= work.cut.whole);
     let away = max(max(field.x, -field.y), 0.0);
-    if made.short == 0u && stale < most_stale && level < work.cut.levels
-        && is_wanted(low, side, length, away) {
-        let next = Job(entry, tape, length, level, place.x, place.y, place.z, stale, before);
-        if !list(next) { made.short = 1u; }
-    }
+    made.next = Job(entry, tape, length, level, place.x, place.y, place.z, 0u, before);
+    made.wanted = u32(
+        made.short == 0u && level < work.cut.levels && is_wanted(low, side, length, away)
+    );
     return made;
+}
+
+// Whether a list of clauses is next to nothing shorter than another.
+fn is_as_long(length: u32, other: u32) -> bool {
+    return length * 10u > other * 9u;
+}
+
+// Lists a child that is to be cut, unless it is stale; gives 1 where there was no room. A child that kept
+// all is no reason to stop where the others are rid of most: it is large still, and what is in it is small.
+fn pass_on(job: Job, made: Made, cells: u32, clauses: u32) -> u32 {
+    var next = made.next;
+    if is_as_long(clauses, cells * job.length) && is_as_long(next.length, job.length) {
+        next.stale = job.stale + 1u;
+    }
+    let most_stale = select(STALE_WHOLE, STALE_PART, next.length * 2u <= work.cut.whole);
+    if made.wanted == 0u || next.stale >= most_stale { return 0u; }
+    return select(1u, 0u, list(next));
 }
 
 @compute @workgroup_size(64)
@@ -360,7 +380,10 @@ fn main(
     let made = make(here, lane);
     atomicAdd(&sums[0], made.cells);
     atomicAdd(&sums[1], made.clauses);
-    atomicAdd(&sums[2], made.short);
+    atomicAdd(&sums[3], made.next.length);
+    workgroupBarrier();
+    let without_room = pass_on(here.job, made, atomicLoad(&sums[0]), atomicLoad(&sums[3]));
+    atomicAdd(&sums[2], made.short + without_room);
     workgroupBarrier();
     if lane == 0u {
         atomicAdd(&space.state[MADE], atomicLoad(&sums[0]));
