@@ -26,8 +26,9 @@ const AROUND: isize = 2;
 const EVERY: usize = 12;
 /// The length of rays, in distances of the camera from what it looks at.
 const SEEN: f64 = 40.0;
-/// The most steps of formulas that the oracle runs for a picture in the short form.
+/// The most steps of formulas that the oracle runs for a picture, and how many times as many in the long form.
 const EFFORT: u64 = 100_000_000;
+const LONG_EFFORT: u64 = 4;
 /// The largest depth of a sliver, in halves of a pixel, and the number of points of it that are looked at.
 const SLIVER: f64 = 0.5;
 const SLICES: usize = 64;
@@ -366,7 +367,7 @@ fn strangers_see_what_is_there() {
         cases.retain(|path| path.to_string_lossy().contains(&wanted));
     }
     let is_long = std::env::var_os("SDFC_LONG").is_some();
-    let effort = if is_long { u64::MAX } else { EFFORT };
+    let effort = EFFORT * if is_long { LONG_EFFORT } else { 1 };
     let has_gpu = std::env::var_os("SDFC_SKIP_GPU").is_none();
     if !has_gpu {
         eprintln!("skipped: strangers on devices, as SDFC_SKIP_GPU asks");

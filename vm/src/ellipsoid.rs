@@ -51,6 +51,8 @@ const LEFT_BY_STEPS: f64 = 1e-10;
 const MULTIPLIER_ERROR: f64 = 4e-6;
 /// The least number to divide by.
 const LEAST: f64 = 1e-37;
+/// The least length whose square is a number of `f32`, of vectors that have a direction.
+const LEAST_LENGTH: f64 = 1e-18;
 
 /// The distance and its gradient.
 #[inline(always)]
@@ -382,19 +384,23 @@ impl<R: Real> Unit<R> {
     }
 
     /// The nearest point. Inside, where that lies beside the plane across a smallest radius, what the norm lacks is
-    /// the component across that plane.
+    /// the component across that plane: of several smallest radii, in the direction that the point has among them.
     #[inline(always)]
     fn lengthened(&self, short: Short<R>) -> Nearest<R> {
         let Short { v, lack } = short;
         let across = (lack.max(lit(0.0)) * self.sharpness).named("across");
-        // One along the axis of the smallest radius, of several the first, and zero along the others.
+        // One along the axes of the smallest radius, and zero along the others.
         let (zero, one) = (lit::<R>(0.0), lit::<R>(1.0));
-        let past = |square: R| R::select(self.least.less(square), one, zero);
-        let (past_x, past_y) = (past(self.squares.x()), past(self.squares.y()));
-        let axis = R::Vec3::new(one - past_x, past_x * (one - past_y), past_x * past_y);
-        let axis = axis.named("axis");
-        let known = v.dot(axis).named("known");
-        let longer = v + axis * ((known * known + across).sqrt() - known);
+        let smallest = |square: R| R::select(self.least.less(square), zero, one);
+        let (x, y) = (smallest(self.squares.x()), smallest(self.squares.y()));
+        let axes = R::Vec3::new(x, y, smallest(self.squares.z())).named("axes");
+        let first = R::Vec3::new(x, y * (one - x), (one - x) * (one - y)).named("first");
+        let among = (v * axes).named("among");
+        let known = among.length().named("known");
+        let least = lit::<R>(LEAST_LENGTH);
+        let direction = among * (one / known.max(least));
+        let direction = R::Vec3::select(least.less(known), direction, first).named("direction");
+        let longer = v + direction * ((known * known + across).sqrt() - known);
         self.on_surface(Short {
             v: R::Vec3::select(zero.less(lack), longer, v).named("longer"),
             lack,

@@ -291,6 +291,31 @@ fn the_axis_of_a_spheroid_is_as_far_from_its_ring_as_it_is() {
     }
 }
 
+/// Where the smallest radius occurs more than once, what is nearest to a point beside the centre lies in the direction
+/// that the point has there.
+#[test]
+fn ellipsoids_with_equal_radii_have_the_depth_of_balls_beside_their_centre() {
+    for (radii, axes) in [
+        ([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]),
+        ([1.0, 0.625, 0.625], [0.0, 1.0, 1.0]),
+        ([50.0, 80.0, 50.0], [1.0, 0.0, 1.0]),
+        ([0.03125, 0.03125, 0.25], [1.0, 1.0, 0.0]),
+    ] {
+        let ellipsoid = Case::new(Op::Ellipsoid, &radii);
+        let radius = radii.into_iter().fold(f64::INFINITY, f64::min);
+        let mut random = Random::new(77);
+        for _ in 0..300 {
+            let reach = 10_f64.powf(random.range(-6.0, -1.0)) * radius;
+            let p = axes.map(|axis| axis * random.range(-reach, reach));
+            let (found, depth) = (ellipsoid.at(p), length(p) - radius);
+            assert!(
+                (found - depth).abs() <= 1e-9 * radius,
+                "{radii:?}: {found} for {depth} at {p:?}"
+            );
+        }
+    }
+}
+
 /// In the middle the nearest points are across the smallest radius.
 #[test]
 fn the_middle_of_an_ellipsoid_is_as_deep_as_its_smallest_radius() {
