@@ -74,7 +74,7 @@ pub(crate) struct Look {
     #[arg(long, value_name = "FACTOR")]
     exposure: Option<f64>,
     /// Whether the engines cpu and interp cut space into cells, each with what of the program matters
-    /// there; the picture is the same. With gpu, interp cuts them on the device, which auto and always
+    /// there; the picture is the same, but for single pixels at edges on cpu. With gpu, interp cuts them on the device, which auto and always
     /// do on graphics cards only; with cpu, on the processor.
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = one_of(CELLS))]
     cells: CellUse,
