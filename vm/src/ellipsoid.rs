@@ -99,6 +99,7 @@ pub(crate) fn in_lanes(p: &Points, r: V3<f32>, count: usize, out: &mut Column) {
         v: V3::of(v[0].0[lane], v[1].0[lane], v[2].0[lane]),
         lack: lack.0[lane],
     };
+    // Only deep inside does anything lack, and to find it takes two roots.
     if lacks == 0 {
         each_lane!(count, lane => {
             let nearest = ellipsoid.on_surface(short(lane));
