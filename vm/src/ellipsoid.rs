@@ -34,7 +34,7 @@ const LEAST_RADIUS: f64 = 1e-6;
 /// The exponent of the farthest point that `t` is sought for, in units of the largest radius. From there the nearest
 /// point is in the direction of the centre but for rounding.
 const FARTHEST: f64 = 20.0;
-/// The largest exponent of a number.
+/// The largest exponent of an `f32`.
 const LARGEST: f64 = 127.0;
 /// The least norm of the nearest point by rounding: it is one.
 const LEAST_NORM: f64 = 1.0 - 1e-6;
@@ -198,7 +198,7 @@ struct Unit<R: Real> {
 struct Short<R: Real> {
     /// The vector, without a component across a smallest radius that it lacks.
     v: R::Vec3,
-    /// What its squared norm lacks to that of a nearest point, where that is positive.
+    /// The difference of its squared norm to that of a nearest point; positive where it lacks something.
     lack: R,
 }
 
@@ -384,8 +384,8 @@ impl<R: Real> Unit<R> {
         Short { v, lack }
     }
 
-    /// The nearest point. Inside, where that lies beside the plane across a smallest radius, what the norm lacks is
-    /// the component across that plane: of several smallest radii, in the direction that the point has among them.
+    /// The nearest point. Inside, beside the plane across a smallest radius, the norm lacks the component across that
+    /// plane. Of several smallest radii it has the direction of the point among them.
     #[inline(always)]
     fn lengthened(&self, short: Short<R>) -> Nearest<R> {
         let Short { v, lack } = short;

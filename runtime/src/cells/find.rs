@@ -68,7 +68,7 @@ impl Grid {
     }
 }
 
-/// What is added to a whole number so that its last bits are the number: 2²³.
+/// The summand that makes the last bits of the sum a whole number: 2²³.
 const WHOLE: f32 = 8_388_608.0;
 const _: () = assert!(BITS < 23);
 

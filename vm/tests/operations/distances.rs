@@ -291,8 +291,8 @@ fn the_axis_of_a_spheroid_is_as_far_from_its_ring_as_it_is() {
     }
 }
 
-/// Where the smallest radius occurs more than once, what is nearest to a point beside the centre lies in the direction
-/// that the point has there.
+/// The nearest point lies in the direction of the point among the axes of the smallest radius, if that occurs more
+/// than once.
 #[test]
 fn ellipsoids_with_equal_radii_have_the_depth_of_balls_beside_their_centre() {
     for (radii, axes) in [
