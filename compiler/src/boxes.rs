@@ -17,6 +17,7 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Vector3;
+use sdfc_vm::row::Slope;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 
@@ -229,14 +230,16 @@ impl<R: OverBox> BoxNumber<R> {
         };
         match &step {
             Step::Length(_) => self.has_norms = true,
-            Step::Apply { op, .. } if !same => {
+            Step::Apply { op, point, .. } if !same => {
                 let relates = matches!(
                     op,
                     Op::Exp | Op::Exp2 | Op::Ln | Op::Log2 | Op::Cosh | Op::Pow
                 );
-                let weighs = matches!(op, Op::Clamp | Op::Smoothstep);
+                // Of the gradients of what is compared, one counts.
+                let chooses = matches!(op, Op::Min | Op::Max | Op::Clamp | Op::Smoothstep);
                 self.relates |= relates;
-                self.has_norms |= relates || weighs;
+                let has_rule = matches!(op.row().meta.slope, Slope::Constant(_)) && point.is_some();
+                self.has_norms |= relates || chooses || has_rule;
             }
             _ => {}
         }

@@ -13,7 +13,7 @@ use sdfc_vm::interval::Interval;
 
 /// The size from which on a box may be due to intervals rather than to what is in it.
 const VAGUE: f64 = 64.0;
-/// The least size that an endless scene is taken to have: cameras that are left open stand so far away.
+/// The least size that a scene without a subject is taken to have: cameras that are left open stand so far away.
 const LEAST_SIZE: f64 = 1.0;
 /// The distances from the origin that are tried: powers of two.
 const POWERS: std::ops::Range<i32> = -6..14;
@@ -61,10 +61,12 @@ pub(crate) fn size(
     let cameras = scene.cameras.iter().filter(|camera| !camera.automatic);
     let places = cameras.flat_map(|camera| camera.from.into_iter().chain(camera.look));
     let places = farthest(places.filter_map(|id| scene.expressions.as_constant(id)));
-    [ends, places]
-        .into_iter()
-        .flatten()
-        .fold(LEAST_SIZE, f64::max)
+    let largest = [ends, places].into_iter().flatten().fold(0.0, f64::max);
+    match subject {
+        // The same scene in other units is drawn in the same way.
+        Some(_) if largest > 0.0 => largest,
+        _ => largest.max(LEAST_SIZE),
+    }
 }
 
 /// The largest magnitude of the finite ones among some numbers.

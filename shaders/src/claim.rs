@@ -14,7 +14,7 @@
 //! | 4 | a little beyond the place where the gradient says that the surface is |
 //!
 //! Where the field is above zero in phase 4, another face begins there, or the field falls more slowly from there
-//! on: the look goes on from that place, along the edge between the faces, in at most four rounds of these
+//! on: the look goes on from that place, along the edge between the faces, in at most eight rounds of these
 //! phases. A surface is there once the field is below zero, and nowhere else: a cutter leaves faces in the
 //! field that nothing is behind. So light depends on surfaces alone: not on how far a cutter reaches out of what it
 //! cuts, nor on a factor on a field or a bound of its slope.
@@ -25,7 +25,7 @@ use sdfc_vm::real::{Real, Vector3, lit};
 /// The way of the look beyond the expected surface, as a fraction of the way to it.
 const BEYOND: f64 = 0.02;
 /// The same at least, in units of what rounding can make of the field there.
-const BEYOND_ROUNDINGS: f64 = 2.0;
+const BEYOND_ROUNDINGS: f64 = 2.0 * NOISE;
 /// The same at least, as a fraction of the limit of what matters: at a corner, a shorter way leads along a face.
 const BEYOND_LIMIT: f64 = 0.001;
 /// The distance of the points by which the gradient is found, as a fraction of the value.
@@ -35,7 +35,7 @@ const APART_ROUNDINGS: f64 = 64.0;
 /// The same at least, as a fraction of the limit of what matters: at a corner, the faces beside it count alike.
 const APART_LIMIT: f64 = 0.0005;
 /// The most rounds of looks: at a face, an edge and a corner, and where a field bends.
-const ROUNDS: f64 = 4.0;
+const ROUNDS: f64 = 8.0;
 /// The squared sine of the angle between the faces of the sharpest edge that is followed. Faces that are more
 /// opposed are those of a valley between two that nothing is behind.
 const SHARPEST: f64 = 0.2;
@@ -61,10 +61,11 @@ pub fn apart<R: Real>(value: R, at: R::Vec3, limit: R) -> R {
     (value.abs() * lit(APART)).max(least)
 }
 
-/// The way to the surface from the place of a round, `offset` away from the claim: against the gradient, but
-/// back from no face that the rounds before led to, unless through a thin sheet.
+/// The way of the look in phase 4, from the place of a round that is `offset` away from the claim: a little beyond the
+/// surface that is expected against the gradient, but no farther than `limit`, and back from no face that the rounds
+/// before led to, unless through a thin sheet. From a claim in a solid it leads out.
 #[inline(always)]
-fn toward<R: Real>(value: R, gradient: R::Vec3, offset: R::Vec3) -> R::Vec3 {
+fn look<R: Real>(value: R, gradient: R::Vec3, offset: R::Vec3, rounding: R, limit: R) -> R::Vec3 {
     let back = gradient.dot(offset).max(lit(0.0)).named("back");
     let way = offset.dot(offset).named("way");
     let square = gradient.dot(gradient).max(lit(1e-30)).named("square");
@@ -73,17 +74,12 @@ fn toward<R: Real>(value: R, gradient: R::Vec3, offset: R::Vec3) -> R::Vec3 {
     let along = R::Vec3::select(is_thin, gradient, aside).named("along");
     let left = along.dot(along).named("left");
     let is_valley = left.less(square * lit(SHARPEST));
-    along * R::select(is_valley, lit(0.0), -(value / left.max(lit(1e-30))))
-}
-
-/// The way of the look in phase 4: a little beyond the surface that is expected, but no farther than `limit`.
-#[inline(always)]
-fn look<R: Real>(value: R, gradient: R::Vec3, offset: R::Vec3, rounding: R, limit: R) -> R::Vec3 {
-    let toward = toward::<R>(value, gradient, offset).named("toward");
-    let length = toward.length().max(lit(1e-20)).named("length");
+    let slope = left.max(lit(1e-30)).sqrt().named("slope");
+    let length = (value.abs() / slope).named("length");
     let least = (rounding * lit(BEYOND_ROUNDINGS)).max(limit * lit(BEYOND_LIMIT));
-    let beyond = (least / length).max(lit(BEYOND)) + lit(1.0);
-    toward * beyond.min(limit / length)
+    let far = (length + least.max(length * lit(BEYOND))).min(limit);
+    let share = R::select(is_valley, lit(0.0), far / slope).named("share");
+    along * R::select(value.less(lit(0.0)), share, -share)
 }
 
 /// The offset of the place of phase 4, from which the next round goes on. `at` is the place of this round.
@@ -154,6 +150,13 @@ pub fn outcome<R: Real>(
     let is_far = (limit * limit).less(next.dot(next));
     let goes_on = R::and(moved, R::not(R::or(is_last, is_far)));
     R::select(there, lit(1.0), R::select(goes_on, lit(0.0), lit(-1.0)))
+}
+
+/// The value from which another round goes on after an outcome of 0. What is below zero there is rounding, and only a
+/// claim itself can be in a solid.
+#[inline(always)]
+pub fn repeated<R: Real>(field: R) -> R {
+    field.max(lit(1e-30))
 }
 
 /// The way from the claim to the surface, once one is there: to the root of the line through the round's place and

@@ -91,6 +91,7 @@ functions! {
     claim_place = claim::place(at, offset, phase, value, gradient, limit);
     claim_gradient = claim::gradient(gradient, phase, change, apart);
     claim_outcome = claim::outcome(at, gradient, round, value, field, next, limit);
+    claim_repeated = claim::repeated(field);
     claim_surface = claim::surface(offset, next, value, field);
     shadow_limit = shadow::limit(t, size);
     shadow_moved = shadow::moved(way, direction, t, leave, value);

@@ -7,6 +7,7 @@ use super::{BoxNumber, Step, relative};
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Real;
+use sdfc_vm::row::Slope;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::f64::consts::LOG2_E;
@@ -62,12 +63,14 @@ impl BoxNumber<Dual<Interval>> {
     fn norm(&self, step: &Step<Dual<Interval>>, norms: &[f64]) -> f64 {
         let size = |at: usize| self.values[at].value.magnitude();
         match step {
-            Step::Length(vector) => self.stretch(vector),
+            Step::Length(vector) => self.stretch(vector, norms),
             Step::TimesSquare([a, b]) => {
                 let (number, factor) = (size(*a), size(*b));
                 product(norms[*a], factor * factor) + product(2.0 * number * factor, norms[*b])
             }
-            Step::Apply { op, values, .. } => match (op, values.as_slice()) {
+            Step::Apply {
+                op, values, point, ..
+            } => match (op, values.as_slice()) {
                 (Op::Neg | Op::Abs, &[a]) => norms[a],
                 (Op::Add | Op::Sub, &[a, b]) => norms[a] + norms[b],
                 (Op::Min | Op::Max, &[a, b]) => norms[a].max(norms[b]),
@@ -83,27 +86,38 @@ impl BoxNumber<Dual<Interval>> {
                     let width = self.values[high].value.lo - self.values[low].value.hi;
                     product(1.5 / width.max(LEAST_DIVISOR), norms[a])
                 }
-                _ => f64::INFINITY,
+                _ => match (op.row().meta.slope, point) {
+                    (Slope::Constant(slope), Some(point)) => {
+                        product(slope, self.stretch(point, norms))
+                    }
+                    _ => f64::INFINITY,
+                },
             },
             Step::Known(_) | Step::Ranged(_) | Step::Coordinate(_) => f64::INFINITY,
         }
     }
 
-    /// How much a map of the point to these numbers stretches: the root of its largest sum along a row times
-    /// that along a column, which is no less than its spectral norm.
-    fn stretch(&self, vector: &[usize]) -> f64 {
-        let rows = vector.iter().map(|&at| {
+    /// How much a map of the point to these numbers stretches, by the norms of their gradients: the root of the largest
+    /// eigenvalue of the gradients' products with each other, which is no more than the largest sum along a row of
+    /// these (S. Gershgorin, 1931). Gradients along different axes have no product.
+    fn stretch(&self, vector: &[usize], norms: &[f64]) -> f64 {
+        let gradients = vector.iter().map(|&at| {
             let gradient = self.values[at].gradient;
-            [gradient.x, gradient.y, gradient.z].map(Interval::magnitude)
+            let parts = [gradient.x, gradient.y, gradient.z].map(Interval::magnitude);
+            (parts, norms[at])
         });
-        let (mut row, mut columns) = (0.0_f64, [0.0_f64; 3]);
-        for of in rows {
-            row = row.max(of.iter().sum());
-            columns = std::array::from_fn(|axis| columns[axis] + of[axis]);
-        }
-        let column = columns.into_iter().fold(0.0, f64::max);
+        let gradients: Vec<([f64; 3], f64)> = gradients.collect();
+        let sum = |(a, (parts, norm)): (usize, &([f64; 3], f64))| {
+            let others = gradients.iter().enumerate().filter(|&(b, _)| a != b);
+            let products = others.map(|(_, (other, length))| {
+                let by_parts = (0..3).map(|axis| product(parts[axis], other[axis]));
+                by_parts.sum::<f64>().min(product(*norm, *length))
+            });
+            norm * norm + products.sum::<f64>()
+        };
+        let most = gradients.iter().enumerate().map(sum).fold(0.0, f64::max);
         // Rounded up.
-        (row * column).sqrt() * (1.0 + 1e-12)
+        most.sqrt() * (1.0 + 1e-12)
     }
 }
 

@@ -88,7 +88,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 around.offset = next;
                 around.round += 1.0;
                 around.phase = 1.0;
-                around.value = field;
+                around.value = claim_repeated(field);
                 around.gradient = vec3f(0.0);
                 continue;
             } else {

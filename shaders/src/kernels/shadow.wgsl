@@ -114,7 +114,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.offset = next;
                 ray.round += 1.0;
                 ray.phase = 1.0;
-                ray.value = field;
+                ray.value = claim_repeated(field);
                 ray.gradient = vec3f(0.0);
             } else {
                 var to = NO_CLAIM;

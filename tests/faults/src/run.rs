@@ -126,19 +126,22 @@ impl Binaries {
         let start = Instant::now();
         let status = loop {
             if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
-                break Some(status);
+                break status;
             }
-            if start.elapsed() > limit {
+            // The other tests of the binary have nothing to add.
+            let text = fs::read_to_string(&log).unwrap_or_default();
+            let failed = failed(&text);
+            if failed.is_some() || start.elapsed() > limit {
                 let _ = child.kill();
                 let _ = child.wait();
-                break None;
+                let late = format!("{} does not end", tests.binary);
+                return Ok(Some(
+                    failed.map_or(late, |name| format!("{} {name}", tests.binary)),
+                ));
             }
             sleep(Duration::from_millis(20));
         };
         let text = fs::read_to_string(&log).unwrap_or_default();
-        let Some(status) = status else {
-            return Ok(Some(format!("{} does not end", tests.binary)));
-        };
         if status.success() {
             // A filter that fits nothing tests nothing.
             return match text.contains("running 0 tests") {
@@ -150,12 +153,17 @@ impl Binaries {
                 false => Ok(None),
             };
         }
-        let failed = text.lines().find_map(|line| {
-            let name = line.strip_prefix("test ")?.strip_suffix(" ... FAILED")?;
-            Some(format!("{} {name}", tests.binary))
-        });
+        let failed = failed(&text).map(|name| format!("{} {name}", tests.binary));
         Ok(Some(
             failed.unwrap_or(format!("{} ends with {status}", tests.binary)),
         ))
     }
+}
+
+/// The first failed test that a log tells of.
+fn failed(log: &str) -> Option<&str> {
+    log.lines().find_map(|line| {
+        let name = line.strip_prefix("test ")?;
+        name.strip_suffix(" ... FAILED")
+    })
 }

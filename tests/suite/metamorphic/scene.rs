@@ -278,11 +278,11 @@ impl Rewrite {
 }
 
 impl Head {
-    /// Reports whether light depends on more than what rays meet.
-    pub(super) fn has_soft_light(&self) -> bool {
-        let is_soft = |lamp: &Lamp| !matches!(lamp.shadow, "hard" | "none");
-        // The default light, too, is soft.
-        self.occlusion != "off" || self.lamps.is_empty() || self.lamps.iter().any(is_soft)
+    /// Reports whether lamps are looked for at points of their rims.
+    pub(super) fn has_rims(&self) -> bool {
+        self.lamps
+            .iter()
+            .any(|lamp| lamp.shadow.starts_with("sized"))
     }
 
     fn write(&self, to: &mut String, rewrite: Rewrite) {

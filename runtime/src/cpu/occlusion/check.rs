@@ -141,6 +141,7 @@ impl Walk for Checks<'_> {
             } else {
                 claim::NOTHING
             };
+            let repeated = claim::repeated::<f32>(field);
             let nan = is_nan(field);
             // What is no number hides nothing.
             b.distance.0[i] = if nan { claim::NOTHING } else { found };
@@ -151,7 +152,7 @@ impl Walk for Checks<'_> {
             b.offset_x.0[i] = if repeats { next.x } else { offset.x };
             b.offset_y.0[i] = if repeats { next.y } else { offset.y };
             b.offset_z.0[i] = if repeats { next.z } else { offset.z };
-            b.value.0[i] = if repeats { field } else { value };
+            b.value.0[i] = if repeats { repeated } else { value };
             b.round.0[i] += if repeats { 1.0 } else { 0.0 };
             b.phase.0[i] = if measures { phase + 1.0 } else { 1.0 };
             *ended = nan | (!measures & !repeats);

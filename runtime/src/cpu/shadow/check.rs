@@ -45,7 +45,9 @@ impl<const FORM: u32> Shared<FORM> {
         let moves = finds & (to > 0.0) & (b.again.0[i] == 0.0) & !is_dark;
         let finished = looks & !repeats & !moves;
 
-        b.value.0[i] = if starts | repeats { field } else { value };
+        let repeated = claim::repeated::<f32>(field);
+        let kept = if repeats { repeated } else { value };
+        b.value.0[i] = if starts { field } else { kept };
         let zeroed = if repeats | moves {
             V3::splat(0.0)
         } else {
