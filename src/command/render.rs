@@ -275,8 +275,8 @@ fn troubles(stats: &Stats, steps: u32) -> Vec<String> {
     }
     if stats.nans > 0 {
         troubles.push(format!(
-            "{} met a distance that is not a number: a field divides by zero, or takes the root \
-             of something negative",
+            "{} met a distance that is not a number: a field divides by zero, takes the root of \
+             something negative, or has powers that grow beyond all numbers",
             share(stats.nans)
         ));
     }

@@ -1,6 +1,6 @@
 //! Cells keep the picture of every scene, and in each cell the bits of the field.
 
-use crate::corpus::{compiled, name, on_large_stack, scenes};
+use crate::corpus::{compiled, on_large_stack, scenes};
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
@@ -62,11 +62,6 @@ fn drawn(
     picture(engine, &compiled.module, outputs, &settings)
 }
 
-/// Scenes in which rays stop at other places with cells, and how many pixels away from edges may then
-/// differ: their fields jump, so the slopes that they claim are not true, and which of the jumps a ray passes
-/// depends on its steps.
-const JUMPS: [(&str, usize); 2] = [("field_whole", 32), ("field_choice", 8)];
-
 #[test]
 fn pictures_are_the_same_with_and_without_cells() {
     let mut failures = Vec::new();
@@ -79,9 +74,7 @@ fn pictures_are_the_same_with_and_without_cells() {
         for cells in [CellUse::Auto, CellUse::Always] {
             let with = drawn(cells);
             let (differences, _) = compare(&without, &with);
-            let jumps = JUMPS.iter().find(|(scene, _)| *scene == name(&path));
-            let allowed = jumps.map_or(0, |&(_, pixels)| pixels);
-            if differences.hit_mismatches_inside > 0 || differences.differing_inside > allowed {
+            if differences.hit_mismatches_inside > 0 || differences.differing_inside > 0 {
                 failures.push(format!("{}, {cells:?}\n{differences}", path.display()));
             }
         }
@@ -98,6 +91,7 @@ fn normals_by_leaves_are_those_of_the_whole() {
     for scene in [
         "examples/chess.sdf",
         "examples/clock.sdf",
+        "examples/gyroid.sdf",
         "tests/strangers/games/city_blocks_nested.sdf",
     ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(scene);

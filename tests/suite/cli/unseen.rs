@@ -20,6 +20,22 @@ const SCENES: &[(&str, &str, &str)] = &[
         "Perhaps all of it is cut away",
     ),
     (
+        "a Mandelbulb that goes on with what has left it",
+        "field(fn(p) => {\n\
+             let step = fn(s, i) => {\n\
+                 let r = length(s.xyz);\n\
+                 let th = 8 * acos(s.z / r);\n\
+                 let ph = 8 * atan2(s.y, s.x);\n\
+                 let z = pow(r, 8) * vec3(sin(th) * cos(ph), sin(th) * sin(ph), cos(th)) + p;\n\
+                 vec4(z, 8 * pow(r, 7) * s.w + 1)\n\
+             };\n\
+             let s = fold(0..4, vec4(p, 1), step);\n\
+             let r = length(s.xyz);\n\
+             0.5 * ln(r) * r / s.w\n\
+         })",
+        "(100.00 %) met a distance that is not a number",
+    ),
+    (
         "a field without a sign",
         "field(fn(p) => abs(length(p) - 1), within: 3)",
         "nothing is seen: the field is nowhere below zero",

@@ -149,8 +149,21 @@ fn of_coincident_faces_the_first_shows_on_every_engine() {
 /// A hole is filled with another colour, flush with the face. Nothing shows of the skin that it leaves.
 #[test]
 fn what_fills_a_hole_shows() {
-    let text = "param h = 1 in 0.5..=2;\n\
-        (box([4, h, 4]) - cylinder(r: 1, h: h)).color(#ff0000) | cylinder(r: 1, h: h).color(#0000ff)\n";
+    // The second cutter is one that is not made longer.
+    for cutter in [
+        "cylinder(r: 1, h: h)",
+        "field(fn(p) => max(length(p.xz) - 1, abs(p.y) - 0.5))",
+    ] {
+        let text = format!(
+            "param h = 1 in 0.5..=2;\n\
+            (box([4, h, 4]) - {cutter}).color(#ff0000) | cylinder(r: 1, h: h).color(#0000ff)\n"
+        );
+        what_fills_shows(&text);
+    }
+}
+
+/// Demands that nothing but blue is seen within a radius of 1 of the y axis, at the height 0.5.
+fn what_fills_shows(text: &str) {
     let mut compiled = compiled_text(text, PassOptions::default());
     let outputs = compiled.module.update(0.0);
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");

@@ -58,7 +58,14 @@ pub fn field_growth<R: Real>(
     let near = (v * inverse).abs().min(inside).named("near");
     let grown = (v * beyond * shrunk).abs().min(way * share).named("grown");
     let step = near.max(grown).named("step");
-    R::select(v.less(lit(0.0)), -step, step)
+    let signed = R::select(v.less(lit(0.0)), -step, step);
+    R::select(is_number(v), signed, v)
+}
+
+/// Tells a number from what is none, which minima and maxima drop. Intervals always hold numbers.
+#[inline(always)]
+fn is_number<R: Real>(v: R) -> R::Bool {
+    lit::<R>(-1.0).less(v.abs())
 }
 
 /// What the elongated shape lacks inside the gap: there the point maps to the middle for all
@@ -75,7 +82,9 @@ pub fn elongate_correct<R: Real>(d: R, p: R::Vec3, half: R::Vec3) -> R {
 /// being the larger of two distances there, it is what is left.
 #[inline(always)]
 pub fn bounded<R: Real>(d: R, p: R::Vec3, centre: R::Vec3, margin: R, half: R::Vec3) -> R {
-    d.min(margin).max(cuboid::<R>(p - centre, half))
+    let beyond = cuboid::<R>(p - centre, half).named("beyond");
+    let is_known = R::or(is_number(d), margin.less(beyond));
+    R::select(is_known, d.min(margin).max(beyond), d)
 }
 
 /// A repeated shape's distance, of which only the copy in the point's own cell was evaluated, made safe: at

@@ -248,3 +248,17 @@ fn a_bounded_distance_is_safe() {
         }
     }
 }
+
+/// What is no number is told, and hidden by no minimum, but where a box decides alone.
+#[test]
+fn steps_of_what_is_no_number_are_none() {
+    let bounded = Case::new(Op::Bounded, &[-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.25]);
+    assert!(on(&bounded, f64::NAN, [0.5, 0.25, 0.0]).is_nan());
+    assert!(on(&bounded, f64::NAN, [1.125, 0.25, 0.0]).is_nan());
+    assert_eq!(on(&bounded, f64::NAN, [3.0, 0.25, 0.0]), 2.0);
+    let growth = Case::new(Op::FieldGrowth, &[0.5, 1.0, 1.5, 2.0]);
+    assert!(on(&growth, f64::NAN, [0.25, 0.25, 0.0]).is_nan());
+    assert!(on(&growth, f64::NAN, [25.0, 0.25, 0.0]).is_nan());
+    assert_eq!(on(&growth, 0.0, [0.25, 0.25, 0.0]), 0.0);
+    assert!(on(&growth, f64::INFINITY, [25.0, 0.25, 0.0]) > 0.0);
+}
