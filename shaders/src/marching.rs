@@ -18,8 +18,9 @@
 //! changed. Estimates begin at 10 thresholds (20 where the field falls steadily, as it does above a plane at
 //! grazing angles), capped at half a pixel. A ray that all but touches something would creep past it: where
 //! less than an eighth of a pixel is left of the field it goes on by at least as much, or to where a line
-//! says that the root is, and passes what is shorter along the ray. After [`PATIENT_STEPS`] it goes on ever
-//! faster, so that a field that stays close to zero ends, too.
+//! says that the root is, and passes what is shorter along the ray. After [`PATIENT_STEPS`] it goes on faster, by up
+//! to half a pixel: where a field was divided by a large bound, rays are late though nothing is near. At last it goes
+//! on ever faster, so that a field that stays close to zero ends, too.
 //!
 //! A field may fall faster than its slope says, or jump: a slope that a scene claims is not checked. A
 //! step that ends deep inside is halved until the place where the sign changes is known to a fraction of
@@ -86,8 +87,10 @@ const OVERSHOOT: f64 = 0.02;
 const NOISE: f64 = 4.0;
 /// The same per slope along the ray, for fields whose gradient's length is not known.
 const NOISE_PER_SLOPE: f64 = 64.0;
-/// The steps after which a ray that stays close to zero begins to go on faster.
+/// The steps after which a ray that stays close to zero begins to go on faster, by up to half a pixel.
 pub const PATIENT_STEPS: f64 = 1024.0;
+/// The steps after which it goes on ever faster, so that it ends.
+const LAST_STEPS: f64 = 2048.0;
 /// The further steps after which it goes on twice as fast.
 const HURRY_STEPS: f64 = 64.0;
 /// From how many thresholds on roots are estimated where the field falls steadily, and from half as many on
@@ -168,7 +171,11 @@ pub fn march_step<R: Real>(
     let overlapping = R::not((radius + field).less(step));
     let guessed = R::or(plain, radius.less(radius_before));
     let near = near(threshold, half_pixel).named("near");
-    let creep = ((half_pixel * lit(CREEP)).max(threshold) * hurry(count)).named("creep");
+    let slowest = (half_pixel * lit(CREEP)).max(threshold).named("slowest");
+    let patient = (slowest * hurry(count, PATIENT_STEPS)).min(half_pixel.max(slowest));
+    let creep = patient
+        .max(slowest * hurry(count, LAST_STEPS))
+        .named("creep");
     let below = radius.less(creep);
     let short = R::and(below, R::not(creep.less(step)));
     let crossed = field.less(-depth);
@@ -235,10 +242,11 @@ pub fn noise<R: Real>(rounding: R, slope: R, raw: R) -> R {
     rounding * (slope.abs() * lit(NOISE_PER_SLOPE) + known).min(lit(NOISE))
 }
 
-/// How many times as far as usual a ray goes on close to zero after so many steps.
+/// How many times as far as usual a ray goes on close to zero after so many steps, of which the first `patient` change
+/// nothing.
 #[inline(always)]
-fn hurry<R: Real>(count: R) -> R {
-    let late = ((count - lit(PATIENT_STEPS)).max(lit(0.0)) * lit(1.0 / HURRY_STEPS)).named("late");
+fn hurry<R: Real>(count: R, patient: f64) -> R {
+    let late = ((count - lit(patient)).max(lit(0.0)) * lit(1.0 / HURRY_STEPS)).named("late");
     late * late * late + lit(1.0)
 }
 

@@ -17,16 +17,26 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 pub const DONE: u32 = 1 << 31;
 /// The most evaluations of a shadow ray.
 pub const STEPS: u32 = 4096;
-/// The evaluations after which a ray that stays close to surfaces begins to go on faster.
+/// The evaluations after which a ray that stays close to surfaces begins to go on faster, by up to [`MAX_EARLY_HURRY`].
 const PATIENT_STEPS: f64 = 192.0;
+/// The evaluations after which it goes on ever faster, so that it ends.
+const LAST_STEPS: f64 = 1024.0;
+/// The most times as far as usual that a ray goes on before that: about a pixel.
+const MAX_EARLY_HURRY: f64 = 4.0;
 /// The further evaluations after which it goes on twice as fast.
 const HURRY_STEPS: f64 = 64.0;
 
-/// How many times as far as usual a ray goes on at least after so many evaluations.
+/// How many times as far as usual a ray goes on at least after so many evaluations. Where a field was divided by a large
+/// bound, rays are late though nothing is near.
 #[inline(always)]
 pub fn hurry<R: Real>(count: R) -> R {
-    let late = ((count - lit(PATIENT_STEPS)).max(lit(0.0)) * lit(1.0 / HURRY_STEPS)).named("late");
-    late * late * late + lit(1.0)
+    let after = |patient: f64| {
+        let late = ((count - lit(patient)).max(lit(0.0)) * lit(1.0 / HURRY_STEPS)).named("late");
+        late * late * late + lit(1.0)
+    };
+    after(PATIENT_STEPS)
+        .min(lit(MAX_EARLY_HURRY))
+        .max(after(LAST_STEPS))
 }
 
 /// The visibility by the point before where that tells nothing.

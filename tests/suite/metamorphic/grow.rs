@@ -102,10 +102,10 @@ fn head(r: &mut Random) -> Head {
 
 fn shape(r: &mut Random, depth: usize) -> Shape {
     if depth >= MAX_DEPTH {
-        return leaf(r, depth);
+        return leaf(r);
     }
     match r.below(20) {
-        0..=4 => leaf(r, depth),
+        0..=4 => leaf(r),
         5 | 6 => Shape::Union(
             (0..2 + r.below(3))
                 .map(|_| shape(r, depth + 1).then(moved(r)))
@@ -220,10 +220,10 @@ fn copies(r: &mut Random) -> Shape {
     }
 }
 
-fn leaf(r: &mut Random, depth: usize) -> Shape {
+fn leaf(r: &mut Random) -> Shape {
     match r.below(10) {
         0..=5 => Shape::Solid(solid(r)),
-        6 | 7 => field(r, depth),
+        6 | 7 => field(r),
         _ => Shape::Solid(from_figure(r)),
     }
 }
@@ -275,14 +275,11 @@ fn from_figure(r: &mut Random) -> String {
 }
 
 /// Raw fields, with a slope that holds everywhere where there is one.
-fn field(r: &mut Random, depth: usize) -> Shape {
+fn field(r: &mut Random) -> Shape {
     let a = between(r, 0.3, 0.8);
     let b = between(r, 0.02, 0.08);
     let k = between(r, 3.0, 8.0);
-    // fault: the box of a blend with fourth powers may be far too large or endless, and then steps are smaller than
-    // what rounding makes of them. Such fields stand alone.
-    let kinds = if depth == 0 { 9 } else { 8 };
-    let (value, slope) = match r.below(kinds) {
+    let (value, slope) = match r.below(9) {
         0 => (format!("length(p) - {a}"), Some(1.0)),
         1 => (
             format!("length(p) - {a} + {b} * sin({k} * p.x) * sin({k} * p.y)"),

@@ -135,7 +135,7 @@ impl<'a> Elaborator<'a> {
         Render {
             size: [960, 540],
             aa: 2,
-            steps: 2048,
+            steps: 3072,
             far: None,
             occlusion: Occlusion::FiveTap,
             occlusion_reach: None,
