@@ -217,6 +217,30 @@ fn what_fills_shows(text: &str) {
     }
 }
 
+/// Above a hole a cutter goes on: nothing is as near as the height above the body says.
+#[test]
+fn cutters_do_not_end_with_what_they_cut() {
+    let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
+    for cutter in [
+        "field(fn(p) => dot(p.xz, p.xz) - 0.09)",
+        "box(0.6, 3, 0.6).twist(20deg)",
+    ] {
+        let text = format!("box(2, 1, 2) - {cutter}\n");
+        let mut compiled = compiled_text(&text, PassOptions::default());
+        let outputs = compiled.module.update(0.0);
+        let loaded = Loaded {
+            module: &compiled.module,
+            outputs: &outputs,
+            generated: SceneSource::default(),
+        };
+        engine.load(&loaded).expect("it loads");
+        let above = engine.query(&[[0.0, 0.505, 0.0], [0.0, 0.51, 0.1]]);
+        for answer in above.expect("it answers") {
+            assert!(answer.distance > 0.025, "{cutter}: {answer:?}");
+        }
+    }
+}
+
 /// Bricks that touch hide a face between them. Rays end beside the surface by rounding, perhaps nearer to that face.
 /// The face that is seen decides the normal.
 #[test]

@@ -476,13 +476,10 @@ fn ruled(op: Op, numbers: &[f64]) -> Option<Bounds> {
 }
 
 fn shape(op: Op, point: NodeId, numbers: &[f64]) -> Option<Volume> {
-    let rate = match op.row().meta.exactness {
-        Exactness::Exact | Exactness::ExactOutside => 1.0,
-        // As far as the box along the axis where that is farthest.
-        Exactness::Bound => 1.0 / 3.0_f64.sqrt(),
-        Exactness::Field => return None,
-    };
-    Volume::new(point, ruled(op, numbers)?, rate)
+    match op.row().meta.exactness {
+        Exactness::Exact | Exactness::ExactOutside => Volume::new(point, ruled(op, numbers)?, 1.0),
+        Exactness::Bound | Exactness::Field => None,
+    }
 }
 
 /// Whether an operation moves each point by a motion of space, one of those whose images of a box
