@@ -11,7 +11,7 @@ fn checked(field: impl Fn(V3<f32>) -> f32, claim: V3<f32>, distance: f32) -> f32
     let limit = 10.0 * distance;
     let (mut value, mut phase, mut round) = (field(claim), 1.0, 0.0);
     let (mut offset, mut gradient) = (none, none);
-    for _ in 0..20 {
+    for _ in 0..40 {
         let at = claim + offset;
         let place = claim::place::<f32>(at, offset, phase, value, gradient, limit);
         let found = field(place);
@@ -29,10 +29,10 @@ fn checked(field: impl Fn(V3<f32>) -> f32, claim: V3<f32>, distance: f32) -> f32
         if outcome < 0.0 {
             return claim::NOTHING;
         }
-        (offset, value, gradient) = (next, found, none);
+        (offset, value, gradient) = (next, claim::repeated::<f32>(found), none);
         (round, phase) = (round + 1.0, 1.0);
     }
-    panic!("not decided after 20 evaluations");
+    panic!("not decided after 40 evaluations");
 }
 
 fn close(found: f32, expected: f32) -> bool {
