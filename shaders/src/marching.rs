@@ -18,7 +18,7 @@
 //! changed. Estimates begin at 10 thresholds (20 where the field falls steadily, as it does above a plane at
 //! grazing angles), capped at half a pixel. A ray that all but touches something would creep past it: where
 //! less than an eighth of a pixel is left of the field it goes on by at least as much, or to where a line
-//! says that the root is, and passes what is shorter along the ray. After [`PATIENT_STEPS`] it goes on faster, by up
+//! says that the root is, and passes what is shorter along the ray. After 1,024 steps it goes on faster, by up
 //! to half a pixel: where a field was divided by a large bound, rays are late though nothing is near. At last it goes
 //! on ever faster, so that a field that stays close to zero ends, too.
 //!
@@ -88,8 +88,8 @@ const NOISE: f64 = 4.0;
 /// The same per slope along the ray, for fields whose gradient's length is not known.
 const NOISE_PER_SLOPE: f64 = 64.0;
 /// The steps after which a ray that stays close to zero begins to go on faster, by up to half a pixel.
-pub const PATIENT_STEPS: f64 = 1024.0;
-/// The steps after which it goes on ever faster, so that it ends.
+const PATIENT_STEPS: f64 = 1024.0;
+/// The steps after which it goes on ever faster, so that it ends. Scenes give rays a thousand more by default.
 const LAST_STEPS: f64 = 2048.0;
 /// The further steps after which it goes on twice as fast.
 const HURRY_STEPS: f64 = 64.0;
@@ -242,10 +242,9 @@ pub fn noise<R: Real>(rounding: R, slope: R, raw: R) -> R {
     rounding * (slope.abs() * lit(NOISE_PER_SLOPE) + known).min(lit(NOISE))
 }
 
-/// How many times as far as usual a ray goes on close to zero after so many steps, of which the first `patient` change
-/// nothing.
+/// The factor on the steps of a ray close to zero after so many steps, of which the first `patient` change nothing.
 #[inline(always)]
-fn hurry<R: Real>(count: R, patient: f64) -> R {
+pub(crate) fn hurry<R: Real>(count: R, patient: f64) -> R {
     let late = ((count - lit(patient)).max(lit(0.0)) * lit(1.0 / HURRY_STEPS)).named("late");
     late * late * late + lit(1.0)
 }

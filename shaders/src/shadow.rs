@@ -9,6 +9,7 @@
 //! edges of what hides it. On each side a light reaches no farther than half of the way to what is there.
 
 use crate::camera::unit;
+use crate::marching;
 use crate::occlusion::frame_around;
 use sdfc_vm::real::{Real, Vector3, lit};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -23,20 +24,13 @@ const PATIENT_STEPS: f64 = 192.0;
 const LAST_STEPS: f64 = 1024.0;
 /// The most times as far as usual that a ray goes on before that: about a pixel.
 const MAX_EARLY_HURRY: f64 = 4.0;
-/// The further evaluations after which it goes on twice as fast.
-const HURRY_STEPS: f64 = 64.0;
 
-/// How many times as far as usual a ray goes on at least after so many evaluations. Where a field was divided by a large
+/// The factor on the shortest steps of a ray after so many evaluations. Where a field was divided by a large
 /// bound, rays are late though nothing is near.
 #[inline(always)]
 pub fn hurry<R: Real>(count: R) -> R {
-    let after = |patient: f64| {
-        let late = ((count - lit(patient)).max(lit(0.0)) * lit(1.0 / HURRY_STEPS)).named("late");
-        late * late * late + lit(1.0)
-    };
-    after(PATIENT_STEPS)
-        .min(lit(MAX_EARLY_HURRY))
-        .max(after(LAST_STEPS))
+    let early = marching::hurry(count, PATIENT_STEPS).min(lit(MAX_EARLY_HURRY));
+    early.max(marching::hurry(count, LAST_STEPS))
 }
 
 /// The visibility by the point before where that tells nothing.

@@ -74,8 +74,8 @@ pub(crate) struct Look {
     #[arg(long, value_name = "FACTOR")]
     exposure: Option<f64>,
     /// Whether the engines cpu and interp cut space into cells, each with what of the program matters
-    /// there; the picture is the same, but for single pixels at edges on cpu. With gpu, interp cuts them on the device, which auto and always
-    /// do on graphics cards only; with cpu, on the processor.
+    /// there; the picture is the same, but on cpu for pixels at edges, and where fields jump. With gpu, interp
+    /// cuts them on the device, which auto and always do on graphics cards only; with cpu, on the processor.
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = one_of(CELLS))]
     cells: CellUse,
 }
@@ -275,8 +275,9 @@ fn troubles(stats: &Stats, steps: u32) -> Vec<String> {
     }
     if stats.nans > 0 {
         troubles.push(format!(
-            "{} met a distance that is not a number: a field divides by zero, takes the root of \
-             something negative, or has powers that grow beyond all numbers",
+            "{} met a distance that is not a number: a field has values beyond all \
+             numbers, as high powers have far away. Stop its iterations sooner, or say with \
+             `within` where it ends",
             share(stats.nans)
         ));
     }

@@ -143,8 +143,7 @@ fn difference(
         Err(errors) => return Some(errors),
     };
     let found = compare(base, &other);
-    let differs = found.count() > 0;
-    (differs || other.lost > base.lost)
+    (found.count() > 0 || other.lost > base.lost)
         .then(|| format!("{found:?}, {} rays lost, {} before", other.lost, base.lost))
 }
 

@@ -97,9 +97,9 @@ impl BoxNumber<Dual<Interval>> {
         }
     }
 
-    /// How much a map of the point to these numbers stretches, by the norms of their gradients: the root of the largest
-    /// eigenvalue of the gradients' products with each other, which is no more than the largest sum along a row of
-    /// these (S. Gershgorin, 1931). Gradients along different axes have no product.
+    /// A bound on the stretch of a map of the point to these numbers, by the norms of their gradients: the root of the
+    /// largest eigenvalue of the gradients' products with each other. That is no more than the largest sum along a row
+    /// of these (S. Gershgorin, 1931). Gradients along different axes have no product.
     fn stretch(&self, vector: &[usize], norms: &[f64]) -> f64 {
         let gradients = vector.iter().map(|&at| {
             let gradient = self.values[at].gradient;

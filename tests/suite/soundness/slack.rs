@@ -1,8 +1,9 @@
 //! The smallest scenes that need what guards and paints allow for rounding.
 
 use crate::corpus::compiled_text;
+use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
+use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open};
 use sdfc_runtime::frame::{CellUse, Lens, Mode, View};
 use sdfc_runtime::reference::Camera;
 use sdfc_runtime::settings::{Overrides, resolve};
@@ -146,6 +147,19 @@ fn of_coincident_faces_the_first_shows_on_every_engine() {
     }
 }
 
+/// Gives a text without generated code to an engine.
+fn load(engine: &mut dyn Engine, text: &str) -> (Compiled, Vec<f64>) {
+    let mut compiled = compiled_text(text, PassOptions::default());
+    let outputs = compiled.module.update(0.0);
+    let loaded = Loaded {
+        module: &compiled.module,
+        outputs: &outputs,
+        generated: SceneSource::default(),
+    };
+    engine.load(&loaded).expect("it loads");
+    (compiled, outputs)
+}
+
 /// A hole is filled with another colour, flush with the face. Nothing shows of the skin that it leaves.
 #[test]
 fn what_fills_a_hole_shows() {
@@ -164,15 +178,8 @@ fn what_fills_a_hole_shows() {
 
 /// Demands that nothing but blue is seen within a radius of 1 of the y axis, at the height 0.5.
 fn what_fills_shows(text: &str) {
-    let mut compiled = compiled_text(text, PassOptions::default());
-    let outputs = compiled.module.update(0.0);
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
-    let loaded = Loaded {
-        module: &compiled.module,
-        outputs: &outputs,
-        generated: SceneSource::default(),
-    };
-    engine.load(&loaded).expect("it loads");
+    let (compiled, outputs) = load(&mut *engine, text);
     for (from, cells) in [
         ([0.3, 6.0, 0.4], CellUse::Never),
         ([3.0, 4.0, 2.0], CellUse::Never),
@@ -226,14 +233,7 @@ fn cutters_do_not_end_with_what_they_cut() {
         "box(0.6, 3, 0.6).twist(20deg)",
     ] {
         let text = format!("box(2, 1, 2) - {cutter}\n");
-        let mut compiled = compiled_text(&text, PassOptions::default());
-        let outputs = compiled.module.update(0.0);
-        let loaded = Loaded {
-            module: &compiled.module,
-            outputs: &outputs,
-            generated: SceneSource::default(),
-        };
-        engine.load(&loaded).expect("it loads");
+        load(&mut *engine, &text);
         let above = engine.query(&[[0.0, 0.505, 0.0], [0.0, 0.51, 0.1]]);
         for answer in above.expect("it answers") {
             assert!(answer.distance > 0.025, "{cutter}: {answer:?}");
@@ -248,14 +248,7 @@ fn no_seams_show_between_bricks() {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
     let text = "union(for i in 0..12 { for k in 0..12 { box(5, 4, 5).translate(5 * i, 0, 5 * k) } })\
         .translate(250000, 100000, 3000)\n";
-    let mut compiled = compiled_text(text, PassOptions::default());
-    let outputs = compiled.module.update(0.0);
-    let loaded = Loaded {
-        module: &compiled.module,
-        outputs: &outputs,
-        generated: SceneSource::default(),
-    };
-    engine.load(&loaded).expect("it loads");
+    let (compiled, outputs) = load(&mut *engine, text);
     for cells in [CellUse::Never, CellUse::Always] {
         let overrides = Overrides {
             size: Some([240, 180]),

@@ -249,7 +249,7 @@ fn a_bounded_distance_is_safe() {
     }
 }
 
-/// What is no number is told, and hidden by no minimum, but where a box decides alone.
+/// Values that are no numbers are handed on, and hidden by no minimum, but where a box decides alone.
 #[test]
 fn steps_of_what_is_no_number_are_none() {
     let bounded = Case::new(Op::Bounded, &[-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.25]);
