@@ -80,3 +80,14 @@ fn where_a_field_only_touches_zero_there_is_nothing() {
         assert_eq!(raw, claim::NOTHING, "{height}");
     }
 }
+
+/// Later looks go on into the surface where rounding put the last one a little below zero. The first one leads out.
+#[test]
+fn only_a_claim_itself_is_in_a_solid() {
+    let (at, up) = (V3::of(0.0, 1.0, 0.0), V3::of(0.0, 1.0, 0.0));
+    let way = V3::of(0.5, 0.0, 0.0);
+    let later = claim::offset::<f32>(at, way, claim::repeated::<f32>(-1e-7), up, 1.0);
+    assert!(later.y < 0.0, "{later:?}");
+    let first = claim::offset::<f32>(at, V3::splat(0.0), -0.25, up, 1.0);
+    assert!(first.y > 0.25, "{first:?}");
+}

@@ -52,6 +52,24 @@ const FIELDS: &[(&str, f64, f64)] = &[
         1.0,
         1.001,
     ),
+    // A torus: the parts of the vector change along different axes.
+    (
+        "field(fn(p) => length(vec2(length(p.xz) - 1, p.y)) - 0.3, within: 4)",
+        1.0,
+        1.001,
+    ),
+    // Here they change together.
+    (
+        "field(fn(p) => length(vec2(p.x + p.y, p.x + p.y)) - 1, within: 4)",
+        2.0,
+        1.001,
+    ),
+    // Of what is compared, one counts.
+    (
+        "field(fn(p) => max(max(abs(p.x), abs(p.y)), abs(p.z)) - 1, within: 4)",
+        1.0,
+        1.001,
+    ),
     // Elsewhere than where it is seen. A warp is taken to stretch by the root of three where it only shifts.
     (
         "field(fn(p) => 5 * (exp(p.x) - 1), within: 4).warp(fn(p) => [p.x + 9, p.y, p.z])",
