@@ -4,7 +4,7 @@
 //! bound it from inside. They prove nothing of what they do not find: cameras are placed by them, steps are not.
 
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::evaluate::gradient;
+use sdfc_vm::evaluate::{evaluate_f64, gradient};
 use sdfc_vm::program::Program;
 use sdfc_vm::vector::V3;
 
@@ -26,6 +26,8 @@ const EDGE: f64 = 1e-6;
 const CLIMBERS: usize = 6;
 /// The most steps along the surface.
 const CLIMBS: usize = 14;
+/// The points that are asked on the way out from the middle of the box.
+const POINTS_OUTWARD: u32 = 96;
 
 /// Points of a solid within a box.
 pub(crate) struct Climb<'a> {
@@ -70,6 +72,7 @@ impl<'a> Climb<'a> {
     pub(crate) fn reach(&self, direction: Point) -> f64 {
         let along = |p: &Point| (0..3).map(|axis| direction[axis] * p[axis]).sum::<f64>();
         let mut best: Vec<Point> = self.points.clone();
+        best.extend(self.outward(direction));
         best.sort_by(|a, b| along(b).total_cmp(&along(a)));
         best.truncate(CLIMBERS);
         let climbed = best.into_iter().map(|start| {
@@ -86,12 +89,30 @@ impl<'a> Climb<'a> {
         climbed.fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// The farthest point of the solid on the way from the middle of the box.
+    ///
+    /// Solids that are turned around an axis often end in a knob on it, which climbs from beside it miss.
+    fn outward(&self, direction: Point) -> Option<Point> {
+        let centre = self.bounds.centre();
+        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let step = self.half / (length * f64::from(POINTS_OUTWARD));
+        let points = (1..=POINTS_OUTWARD).rev().map(|number| {
+            let far = step * f64::from(number);
+            [0, 1, 2].map(|axis| centre[axis] + direction[axis] * far)
+        });
+        points
+            .filter(|&p| self.is_within(p))
+            .find(|&p| evaluate_f64(self.program, p) <= 0.0)
+    }
+
     /// The place in the box where the field falls to zero, from a point on.
     fn down(&self, at: Point) -> Option<Point> {
+        self.descend(at).filter(|&found| self.is_within(found))
+    }
+
+    fn is_within(&self, p: Point) -> bool {
         let Bounds { min, max } = self.bounds;
-        let found = self.descend(at)?;
-        let is_inside = (0..3).all(|axis| (min[axis]..=max[axis]).contains(&found[axis]));
-        is_inside.then_some(found)
+        (0..3).all(|axis| (min[axis]..=max[axis]).contains(&p[axis]))
     }
 
     fn descend(&self, mut at: Point) -> Option<Point> {
