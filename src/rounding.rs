@@ -28,8 +28,8 @@ pub(crate) fn lines(rounding: &Rounding) -> Vec<String> {
     let field: Vec<_> = within.into_iter().chain(afar).collect();
     let field = (!field.is_empty()).then(|| field.join(", "));
     let seen = rounding.seen.map(|worst| {
-        let error = largest(&worst, pixels);
-        format!("{error} pixels in the picture")
+        let error = largest(&worst, |error| format!("{} pixels", pixels(error)));
+        format!("{error} in the picture")
     });
     field.into_iter().chain(seen).collect()
 }
@@ -38,7 +38,9 @@ pub(crate) fn lines(rounding: &Rounding) -> Vec<String> {
 /// found at points where it is not, as beside seams, on whose two sides a box has different fields. Of long
 /// programs too few boxes are looked at for a point to be found.
 fn largest(worst: &Worst, text: impl Fn(f64) -> String) -> String {
-    if worst.is_settled() || worst.found == 0.0 {
+    if !worst.at_most.is_finite() && worst.found == 0.0 {
+        "not known".to_owned()
+    } else if worst.is_settled() || worst.found == 0.0 {
         format!("at most {}", text(worst.at_most))
     } else {
         format!("about {}", text(worst.found))
@@ -69,8 +71,8 @@ fn told(seen: Option<Worst>) -> Option<String> {
     let worst = seen.filter(|worst| worst.found > VISIBLE)?;
     if worst.found > SENSELESS {
         return Some(
-            "rounding decides what is seen: the camera touches a surface, or the field is no number \
-             where it looks. Move the camera away from there"
+            "rounding decides what is seen: the camera touches a surface. Move the camera away from \
+             there"
                 .to_owned(),
         );
     }

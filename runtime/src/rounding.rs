@@ -16,7 +16,7 @@ use sdfc_vm::evaluate::evaluate_f64;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::rounding::bound;
-use search::{Gauge, worst};
+use search::{Gauge, error_at, worst};
 
 /// How far from the origin [`Rounding::afar`] is told.
 pub const AFAR: f64 = 1e4;
@@ -100,13 +100,14 @@ fn in_picture(program: &Program, settings: &RenderSettings, facts: &FieldFacts) 
     let mut found = 0.0_f64;
     let rays = if settings.plane { 0 } else { RAYS };
     for ray in 0..rays {
-        let end = camera.march(program, ray).map(|p| p.map(Interval::point));
-        let measured = end.and_then(|end| Some((end, gauge(&end)?)));
-        if let Some((end, gauge)) = measured {
-            let bound = bound(program, end, gauge.off);
-            if !bound.torn {
-                found = found.max(bound.error / gauge.unit.max(f64::MIN_POSITIVE));
-            }
+        let Some(end) = camera.march(program, ray) else {
+            continue;
+        };
+        let place = end.map(Interval::point);
+        if let Some(gauge) = gauge(&place) {
+            let bound = bound(program, place, gauge.off);
+            let error = error_at(program, end, &bound).unwrap_or(0.0);
+            found = found.max(error / gauge.unit.max(f64::MIN_POSITIVE));
         }
     }
     let finite = region.is_finite();
@@ -126,6 +127,8 @@ fn flat(mut bounds: Bounds, plane: bool) -> Bounds {
 /// How many rays look for a surface, and how many steps each takes at most.
 const RAYS: u32 = 12;
 const STEPS: u32 = 64;
+/// How many pixels a ray out of steps is from a surface at most, to count as on it.
+const BESIDE: f64 = 4.0;
 
 /// Half a unit in the last place, as a share of a number.
 const HALF_UNIT: f64 = 1.0 / 16_777_216.0;
@@ -204,8 +207,8 @@ impl Camera {
         point.grown(self.far + aside)
     }
 
-    /// Where one of [`RAYS`], spread over the picture, ends on a surface. A ray out of steps is where it
-    /// is.
+    /// Where one of [`RAYS`], spread over the picture, ends on a surface. A ray out of steps does where it is
+    /// within some pixels of one.
     fn march(&self, program: &Program, ray: u32) -> Option<[f64; 3]> {
         // The golden ratio's multiples fill the picture evenly, from the bottom to the top.
         let across = (f64::from(ray) * 0.618_034).fract() * 1.9 - 0.95;
@@ -220,11 +223,14 @@ impl Camera {
         let length = dot(to, to).sqrt().max(1e-30);
         let place = |t: f64| std::array::from_fn(|i| from[i] + to[i] / length * t);
         let mut t = 0.0;
+        let mut is_beside = false;
         for _ in 0..STEPS {
             let field = evaluate_f64(program, place(t)).abs();
-            if field <= 0.25 * (self.pixel[0] + self.pixel[1] * t) {
+            let pixel = self.pixel[0] + self.pixel[1] * t;
+            if field <= 0.25 * pixel {
                 return Some(place(t));
             }
+            is_beside = field <= BESIDE * pixel;
             t += field;
             // What is no number ends a ray, too.
             let goes_on = t < self.far;
@@ -232,7 +238,7 @@ impl Camera {
                 return None;
             }
         }
-        Some(place(t))
+        is_beside.then(|| place(t))
     }
 
     /// What a box is measured by; `None` where no ray comes to it.

@@ -209,6 +209,16 @@ impl<R: Real> Real for Dual<R> {
         }
     }
     #[inline(always)]
+    fn at_least(self, low: Self) -> Self {
+        let value = self.value.at_least(low.value);
+        Self { value, ..self.max(low) }
+    }
+    #[inline(always)]
+    fn at_most(self, high: Self) -> Self {
+        let value = self.value.at_most(high.value);
+        Self { value, ..self.min(high) }
+    }
+    #[inline(always)]
     fn sin(self) -> Self {
         self.chain(self.value.sin(), self.value.cos())
     }

@@ -15,7 +15,7 @@ use crate::real::{Real, Vector3, lit};
 /// Two to the power of `x`, which is kept within [-126, 127]; relative error below 4e-7.
 #[inline(always)]
 pub fn exponential<R: Real>(x: R) -> R {
-    let x = x.clamp(lit(-126.0), lit(127.0));
+    let x = x.at_least(lit(-126.0)).at_most(lit(127.0));
     let n = (x + lit(0.5)).floor().named("n");
     let f = ((x - n) * lit(std::f64::consts::LN_2)).named("f");
     let series = lit::<R>(1.0)
@@ -32,7 +32,7 @@ pub fn exponential<R: Real>(x: R) -> R {
 /// below 6e-7 near 1, three units in the last place elsewhere.
 #[inline(always)]
 pub fn logarithm<R: Real>(x: R) -> R {
-    let x = x.max(lit(1.2e-38));
+    let x = x.at_least(lit(1.2e-38));
     let m = x.mantissa().named("m");
     let high = lit::<R>(std::f64::consts::SQRT_2).less(m);
     let m = R::select(high, m * lit(0.5), m);

@@ -42,6 +42,14 @@ impl Real for f32 {
         if self > other { self } else { other }
     }
     #[inline(always)]
+    fn at_least(self, low: Self) -> Self {
+        if self < low { low } else { self }
+    }
+    #[inline(always)]
+    fn at_most(self, high: Self) -> Self {
+        if self > high { high } else { self }
+    }
+    #[inline(always)]
     fn sin(self) -> Self {
         elementary::sine(self)
     }
@@ -148,6 +156,14 @@ impl Real for f64 {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn at_least(self, low: Self) -> Self {
+        if self < low { low } else { self }
+    }
+    #[inline(always)]
+    fn at_most(self, high: Self) -> Self {
+        if self > high { high } else { self }
     }
     #[inline(always)]
     fn sin(self) -> Self {

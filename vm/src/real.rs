@@ -167,6 +167,16 @@ pub trait Real:
     fn length3(x: Self, y: Self, z: Self) -> Self {
         (x.square() + y.square() + z.square()).sqrt()
     }
+    /// The number, raised to `low` where it is less. What is no number stays so; of maxima it is dropped.
+    #[inline(always)]
+    fn at_least(self, low: Self) -> Self {
+        self.max(low)
+    }
+    /// The number, lowered to `high` where it is more. What is no number stays so.
+    #[inline(always)]
+    fn at_most(self, high: Self) -> Self {
+        self.min(high)
+    }
     /// The number, kept within `low` and `high`.
     #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {
@@ -239,18 +249,18 @@ pub trait Real:
     /// This, not negative, to the power of `exponent`.
     #[inline(always)]
     fn pow(self, exponent: Self) -> Self {
-        (exponent * self.max(lit(1e-37)).log2()).exp2()
+        (exponent * self.at_least(lit(1e-37)).log2()).exp2()
     }
     /// The inverse sine of a number kept within [-1, 1].
     #[inline(always)]
     fn asin(self) -> Self {
-        let x = self.clamp(lit(-1.0), lit(1.0));
+        let x = self.at_least(lit(-1.0)).at_most(lit(1.0));
         x.atan2(((lit::<Self>(1.0) - x) * (lit::<Self>(1.0) + x)).sqrt())
     }
     /// The inverse cosine of a number kept within [-1, 1].
     #[inline(always)]
     fn acos(self) -> Self {
-        let x = self.clamp(lit(-1.0), lit(1.0));
+        let x = self.at_least(lit(-1.0)).at_most(lit(1.0));
         ((lit::<Self>(1.0) - x) * (lit::<Self>(1.0) + x))
             .sqrt()
             .atan2(x)

@@ -284,6 +284,12 @@ impl Real for Scalar {
     fn max(self, b: Self) -> Self {
         Self(call("max", vec![self.0, b.0], Type::Scalar))
     }
+    fn at_least(self, low: Self) -> Self {
+        Self::select(self.less(low), low, self)
+    }
+    fn at_most(self, high: Self) -> Self {
+        Self::select(high.less(self), high, self)
+    }
     fn sin(self) -> Self {
         Self(call("sine", vec![self.0], Type::Scalar))
     }

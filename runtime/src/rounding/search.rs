@@ -3,9 +3,11 @@
 //! known to have no zero are left out.
 
 use sdfc_vm::bounds::Bounds;
+use sdfc_vm::evaluate::{evaluate, evaluate_f64};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::program::Program;
-use sdfc_vm::rounding::bound;
+use sdfc_vm::rounding::{Rounded, bound};
+use sdfc_vm::vector::V3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -120,11 +122,29 @@ fn at_middle(
     let middle = place.map(|side| Interval::point(side.lo + 0.4871 * (side.hi - side.lo)));
     let gauge = gauge(&middle).filter(|gauge| reach <= gauge.coarse)?;
     let bound = bound(program, middle, gauge.off);
+    let near = bound.value.lo.abs().min(bound.value.hi.abs()) <= 2.0 * reach;
+    let error = error_at(program, middle.map(|side| side.lo), &bound)?;
+    let is_known = bound.error.is_finite();
+    (near || is_known && bound.may_be_zero()).then(|| error / gauge.unit.max(f64::MIN_POSITIVE))
+}
+
+/// The error at a point, given its bound there; none at a tear, and where the field is no number.
+///
+/// Where nothing bounds it, as beyond the range of `f32`, the value in `f32` tells whether the point is on the same
+/// side of the surface. Rays that meet what is no number are counted when the picture is drawn.
+pub(super) fn error_at(program: &Program, point: [f64; 3], bound: &Rounded) -> Option<f64> {
     if bound.torn {
         return None;
     }
-    let near = bound.value.lo.abs().min(bound.value.hi.abs()) <= 2.0 * reach;
-    (near || bound.may_be_zero()).then(|| bound.error / gauge.unit.max(f64::MIN_POSITIVE))
+    if bound.error.is_finite() {
+        return Some(bound.error);
+    }
+    let [x, y, z] = point.map(|v| v as f32);
+    let single = f64::from(evaluate::<f32>(program, V3::of(x, y, z)));
+    let double = evaluate_f64(program, point);
+    let moves_surface = (single < 0.0) != (double < 0.0);
+    let error = (single - double).abs();
+    (moves_surface && error.is_finite()).then_some(error)
 }
 
 /// A box cut in two across its longest side; `None` if it is too small for that.

@@ -149,13 +149,13 @@ pub fn trunc<R: Real>(a: R) -> R {
 /// The square root; zero for negative numbers.
 #[inline(always)]
 pub fn sqrt<R: Real>(a: R) -> R {
-    a.max(lit(0.0)).sqrt()
+    a.at_least(lit(0.0)).sqrt()
 }
 
 /// One over the square root, of numbers from 1e-30 on.
 #[inline(always)]
 pub fn inverse_sqrt<R: Real>(a: R) -> R {
-    lit::<R>(1.0) / a.max(lit(1e-30)).sqrt()
+    lit::<R>(1.0) / a.at_least(lit(1e-30)).sqrt()
 }
 
 /// The sine of an angle in radians.
