@@ -287,13 +287,16 @@ fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) ->
     }
 }
 
-/// The largest side of the bounds that is not infinite, or 1.
+/// The largest side of the bounds that is not infinite, else the farthest of their ends from the origin, else 1.
 fn finite_size(facts: &FieldFacts) -> f64 {
-    let sides = (0..3).map(|i| facts.bounds.max[i] - facts.bounds.min[i]);
-    let size = sides
-        .filter(|side| side.is_finite() && *side > 0.0)
-        .fold(0.0, f64::max);
-    if size > 0.0 { size } else { 1.0 }
+    let [min, max] = [facts.bounds.min, facts.bounds.max];
+    let largest = |lengths: &mut dyn Iterator<Item = f64>| {
+        let finite = lengths.filter(|length| length.is_finite() && *length > 0.0);
+        finite.reduce(f64::max)
+    };
+    largest(&mut (0..3).map(|i| max[i] - min[i]))
+        .or_else(|| largest(&mut min.into_iter().chain(max).map(f64::abs)))
+        .unwrap_or(1.0)
 }
 
 /// The near and far end of the scene as seen from the camera, for greys.
