@@ -5,6 +5,9 @@ use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, open};
 use sdfc_runtime::frame::{CellUse, Frame};
 
+/// The most channels of pixels at edges that rounding changes in a picture.
+const MAX_EDGE_CHANNELS: usize = 12;
+
 /// The picture of a text, with one sample for each pixel.
 fn picture(text: &str, size: [u32; 2]) -> Frame {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
@@ -48,6 +51,43 @@ fn shadows_of_inner_rims_have_no_bright_dots() {
         box(80, 60, 20) - box(76, 56, 18).translate(0, 0, 1)\n";
     let found = bright_dots(&picture(text, [800, 600]), 30);
     assert!(found.is_empty(), "{found:?}");
+}
+
+/// A hinge on a floor under grazing light, `scale` times as large and with its middle at `place`.
+fn hinge(shadow: &str, scale: f64, place: [f64; 3]) -> String {
+    let at = |p: [f64; 3]| [0, 1, 2].map(|axis| p[axis] * scale + place[axis]);
+    let (from, look) = (at([0.482, 1.541, -2.175]), at([0.0, 0.2, 0.0]));
+    format!(
+        "camera {{ from: {from:?}, look: {look:?}, fov: 40deg }}\n\
+         light {{ dir: [0.44, 0.19, 0.46], intensity: 2.5, shadow: {shadow} }}\n\
+         ((box(1.6, 0.2, 2).translate(0.9, 0.3, 0) - cylinder(r: 0.16, h: 0.6).translate(1.1, 0.3, 0)).mirror(X)\n\
+         | cylinder(r: 0.3, h: 0.38).rotate(90deg, X).repeat([0, 0, 0.8], [1, 1, 3]).translate(0, 0.3, 0)\n\
+         | plane(Y, at: 0)).scale({scale}).translate({place:?})\n"
+    )
+}
+
+/// Neither where a scene on an endless floor is nor its unit changes its shadows and its default occlusion.
+///
+/// Where it is changes the points at which rays look for what casts a penumbra, so hard shadows are compared there.
+#[test]
+fn things_on_an_endless_floor_are_lit_alike_in_any_place_and_unit() {
+    let lit = |text: String| picture(&text, [160, 120]).rgba8();
+    for (shadow, scale, place) in [
+        ("plain(0.1)", 0.125, [0.0; 3]),
+        ("plain(0.1)", 0.01, [0.0; 3]),
+        ("plain(0.1)", 64.0, [0.0; 3]),
+        ("hard", 1.0, [6.0, 2.5, -4.0]),
+        ("hard", 0.125, [-2.0, -3.5, 1.0]),
+    ] {
+        let expected = lit(hinge(shadow, 1.0, [0.0; 3]));
+        let found = lit(hinge(shadow, scale, place));
+        let pairs = expected.iter().zip(&found);
+        let other = pairs.filter(|&(&a, &b)| a.abs_diff(b) > 2).count();
+        assert!(
+            other <= MAX_EDGE_CHANNELS,
+            "{scale} at {place:?}: {other} channels"
+        );
+    }
 }
 
 /// A solid whose crossing by a ray is known in closed form.

@@ -211,12 +211,18 @@ impl<R: Real> Real for Dual<R> {
     #[inline(always)]
     fn at_least(self, low: Self) -> Self {
         let value = self.value.at_least(low.value);
-        Self { value, ..self.max(low) }
+        Self {
+            value,
+            ..self.max(low)
+        }
     }
     #[inline(always)]
     fn at_most(self, high: Self) -> Self {
         let value = self.value.at_most(high.value);
-        Self { value, ..self.min(high) }
+        Self {
+            value,
+            ..self.min(high)
+        }
     }
     #[inline(always)]
     fn sin(self) -> Self {

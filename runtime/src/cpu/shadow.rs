@@ -111,6 +111,7 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         b.direction_y.0[lane] = direction.y;
         b.direction_z.0[lane] = direction.z;
         b.leave.0[lane] = bounds.y;
+        b.reach.0[lane] = reach;
         b.before.0[lane] = 0.0;
         b.step.0[lane] = 0.0;
         b.fall.0[lane] = 0.0;
@@ -130,7 +131,6 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
             b.axis_x.0[lane] = direction.x;
             b.axis_y.0[lane] = direction.y;
             b.axis_z.0[lane] = direction.z;
-            b.reach.0[lane] = reach;
             b.size.0[lane] = self.light.size;
             b.number.0[lane] = 0.0;
             b.best.0[lane] = -1.0;

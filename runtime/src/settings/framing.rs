@@ -67,7 +67,7 @@ impl Target {
             size: shown.half_diagonal(),
             shown,
             bounds: *bounds,
-            is_guessed: known.is_none(),
+            is_guessed: largest_side == 0.0,
         }
     }
 

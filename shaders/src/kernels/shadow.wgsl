@@ -121,17 +121,20 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 if outcome > 0.0 {
                     let way = claim_surface(ray.offset, next, ray.value, field);
                     let before = ray.visibility;
+                    // At the light, not where the ray leaves the bounds: light does not depend on these.
+                    var end = reach;
                     ray.visibility = shadow_beside(
-                        before, way, direction, ray.claim_t, ray.size, ray.value, leave
+                        before, way, direction, ray.claim_t, ray.size, ray.value, end
                     );
 #if sized
                     if is_rim {
+                        end = shadow_rim_reach(direction, axis, reach);
                         ray.visibility = shadow_beside_rim(
-                            before, way, direction, axis, ray.claim_t, ray.size, leave
+                            before, way, direction, axis, ray.claim_t, ray.size, end
                         );
                     }
 #end
-                    to = shadow_moved(way, direction, ray.claim_t, leave, ray.value);
+                    to = shadow_moved(way, direction, ray.claim_t, end, ray.value);
                 } else {
                     // Where nothing is behind a claim, the next point may claim what is farther.
                     ray.last = NO_LAST;

@@ -30,17 +30,20 @@ impl<const FORM: u32> Shared<FORM> {
 
         let way = claim::surface::<f32>(offset, next, value, field);
         let (t, v) = (b.claim_t.0[i], b.visibility.0[i]);
-        let (direction, leave) = (direction_of(b, i), b.leave.0[i]);
-        let visible = shadow::beside::<f32>(v, way, direction, t, size, value, leave);
-        let visible = if FORM == SIZED {
+        let direction = direction_of(b, i);
+        // At the light, not where the ray leaves the bounds: light does not depend on these.
+        let end = b.reach.0[i];
+        let visible = shadow::beside::<f32>(v, way, direction, t, size, value, end);
+        let (visible, end) = if FORM == SIZED && b.number.0[i] > 0.0 {
             let axis = axis_of(b, i);
-            let by_rim = shadow::beside_rim::<f32>(v, way, direction, axis, t, size, leave);
-            if b.number.0[i] > 0.0 { by_rim } else { visible }
+            let end = shadow::rim_reach::<f32>(direction, axis, end);
+            let by_rim = shadow::beside_rim::<f32>(v, way, direction, axis, t, size, end);
+            (by_rim, end)
         } else {
-            visible
+            (visible, end)
         };
         b.visibility.0[i] = if finds { visible } else { v };
-        let to = shadow::moved::<f32>(way, direction, t, leave, value);
+        let to = shadow::moved::<f32>(way, direction, t, end, value);
         let is_dark = self.is_dark(b, i);
         let moves = finds & (to > 0.0) & (b.again.0[i] == 0.0) & !is_dark;
         let finished = looks & !repeats & !moves;
