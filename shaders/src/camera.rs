@@ -48,6 +48,22 @@ pub fn half_pixel<R: Real>(t: R, footprint: R, growth: R) -> R {
     footprint + growth * t
 }
 
+/// The way along a ray per unit across each axis.
+#[inline(always)]
+pub(crate) fn inverse<R: Real>(direction: R::Vec3) -> R::Vec3 {
+    // Directions along a face are moved off it by so little that nothing is seen of it.
+    let inverse = |d: R| {
+        let tiny = lit::<R>(1e-12);
+        lit::<R>(1.0) / (d.abs().max(tiny) * d.side())
+    };
+    R::Vec3::new(
+        inverse(direction.x()),
+        inverse(direction.y()),
+        inverse(direction.z()),
+    )
+    .named("inverse")
+}
+
 /// Where a ray enters and leaves a box, as (enter, leave) with `enter ≥ 0` and `leave ≤ far`; it
 /// misses the box if `leave < enter`.
 #[inline(always)]
@@ -58,17 +74,7 @@ pub fn crossing<R: Real>(
     high: R::Vec3,
     far: R,
 ) -> R::Vec2 {
-    // Directions along a face are moved off it by so little that nothing is seen of it.
-    let inverse = |d: R| {
-        let tiny = lit::<R>(1e-12);
-        lit::<R>(1.0) / (d.abs().max(tiny) * d.side())
-    };
-    let inverse = R::Vec3::new(
-        inverse(direction.x()),
-        inverse(direction.y()),
-        inverse(direction.z()),
-    )
-    .named("inverse");
+    let inverse = inverse::<R>(direction);
     let a = ((low - origin) * inverse).named("a");
     let b = ((high - origin) * inverse).named("b");
     let first = a.min(b).named("first");

@@ -93,6 +93,7 @@ functions! {
     claim_outcome = claim::outcome(at, gradient, round, value, field, next, limit);
     claim_repeated = claim::repeated(field);
     claim_surface = claim::surface(offset, next, value, field);
+    shadow_leave = shadow::leave(origin, direction, low, high, reach, size);
     shadow_limit = shadow::limit(t, size);
     shadow_moved = shadow::moved(way, direction, t, leave, value);
     occlusion_limit = occlusion::limit(height);

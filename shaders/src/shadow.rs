@@ -8,7 +8,7 @@
 //! Of a light with a size (`sized`) a part is seen where its centre is hidden. Rays to points around its rim find the
 //! edges of what hides it. On each side a light reaches no farther than half of the way to what is there.
 
-use crate::camera::unit;
+use crate::camera::{inverse, unit};
 use crate::marching;
 use crate::occlusion::frame_around;
 use sdfc_vm::real::{Real, Vector3, lit};
@@ -66,6 +66,33 @@ const MAX_WAY: f64 = 2.0;
 #[inline(always)]
 pub fn limit<R: Real>(t: R, size: R) -> R {
     size * t * lit(MAX_WAY)
+}
+
+/// The end of a ray to a light of the `size` that ends at `reach`: where it is farther from the box of all solids than
+/// the light's radius there. A ray just above the highest solid leaves the box before it is beside that.
+#[inline(always)]
+pub fn leave<R: Real>(
+    origin: R::Vec3,
+    direction: R::Vec3,
+    low: R::Vec3,
+    high: R::Vec3,
+    reach: R,
+    size: R,
+) -> R {
+    let inverse = inverse::<R>(direction);
+    let a = ((low - origin) * inverse).named("a");
+    let b = ((high - origin) * inverse).named("b");
+    let last = a.max(b).named("last");
+    // From where it leaves the box across an axis, its distance from that grows less than the light's radius, or more.
+    let across = |last: R, inverse: R| {
+        let gain = lit::<R>(1.0) - size * inverse.abs();
+        let end = last / gain.max(lit(1e-6));
+        R::select(lit::<R>(1e-6).less(gain), end, reach)
+    };
+    let x = across(last.x(), inverse.x());
+    let y = across(last.y(), inverse.y());
+    let z = across(last.z(), inverse.z());
+    x.min(y).min(z).min(reach)
 }
 
 /// The largest tangent of the angle between the way to a surface and the plane across the ray for which a claim is not

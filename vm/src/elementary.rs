@@ -64,7 +64,8 @@ fn quadrant<R: Real>(x: R) -> (R, R) {
     let r = r - k * lit(HALF_PI[1]);
     // Of angles beyond any meaning the remainder is noise, but still of this size.
     let r = (r - k * lit(HALF_PI[2]))
-        .clamp(lit(-0.8), lit(0.8))
+        .at_least(lit(-0.8))
+        .at_most(lit(0.8))
         .named("r");
     let turn = k - (k * lit(0.25)).floor() * lit(4.0);
     (turn.named("turn"), r)

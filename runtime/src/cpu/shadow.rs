@@ -98,7 +98,8 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         let near = if length < f.far { length } else { f.far };
         let reach = if light.near > 0.0 { near } else { f.far };
         let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
-        let bounds = camera::crossing::<f32>(start, direction, low, high, reach);
+        let size = if soft(FORM) { self.light.size } else { 0.0 };
+        let leave = shadow::leave::<f32>(start, direction, low, high, reach, size);
         let side = if seen.status & FROM_INSIDE != 0 {
             -1.0
         } else {
@@ -110,7 +111,7 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         b.direction_x.0[lane] = direction.x;
         b.direction_y.0[lane] = direction.y;
         b.direction_z.0[lane] = direction.z;
-        b.leave.0[lane] = bounds.y;
+        b.leave.0[lane] = leave;
         b.reach.0[lane] = reach;
         b.before.0[lane] = 0.0;
         b.step.0[lane] = 0.0;

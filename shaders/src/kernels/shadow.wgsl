@@ -63,13 +63,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     }
     var origin = start;
     var direction = axis;
-    var leave = crossing(start, axis, frame.bounds_min, frame.bounds_max, reach).y;
+    var leave = shadow_leave(start, axis, frame.bounds_min, frame.bounds_max, reach, ray.size);
 #if sized
     var rim = shadow_rim(axis, ray.number);
     if ray.number >= 1.0 {
         direction = shadow_aim(axis, rim, ray.size);
         let far = shadow_rim_reach(direction, axis, reach);
-        leave = crossing(start, direction, frame.bounds_min, frame.bounds_max, far).y;
+        leave = shadow_leave(start, direction, frame.bounds_min, frame.bounds_max, far, ray.size);
         if ray.size == 0.0 {
             origin = along(start, axis, reach);
             direction = rim;
@@ -171,7 +171,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 origin = start;
                 direction = shadow_aim(axis, rim, ray.size);
                 let far = shadow_rim_reach(direction, axis, reach);
-                leave = crossing(start, direction, frame.bounds_min, frame.bounds_max, far).y;
+                leave = shadow_leave(start, direction, frame.bounds_min, frame.bounds_max, far, ray.size);
                 ray.begun = f32(ray.steps);
                 ray.t = abs(ray.cleared);
                 ray.before = 0.0;
@@ -287,7 +287,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.t = abs(ray.cleared);
                 direction = shadow_aim(axis, rim, light.size);
                 let far = shadow_rim_reach(direction, axis, reach);
-                leave = crossing(start, direction, frame.bounds_min, frame.bounds_max, far).y;
+                leave = shadow_leave(start, direction, frame.bounds_min, frame.bounds_max, far, ray.size);
             }
             continue;
         }

@@ -51,6 +51,25 @@ fn errors_are_as_documented() {
     assert!(angles < 4e-7, "arctangent: {angles}");
 }
 
+/// Overflow counts as large, and what is no number does not turn into a small number.
+#[test]
+fn what_is_no_number_is_not_small() {
+    use sdfc_vm::ops::math;
+    let none = f32::NAN;
+    let kept = [
+        math::sqrt(none),
+        math::inverse_sqrt(none),
+        math::exp(none),
+        math::asin(none),
+        math::acos(none),
+        math::sin(f32::INFINITY),
+        math::cos(none),
+    ];
+    assert!(kept.iter().all(|v| v.is_nan()), "{kept:?}");
+    let large = [math::ln(none), math::log2(none), math::pow(none, 2.0)];
+    assert!(large.iter().all(|&v| v > 88.0), "{large:?}");
+}
+
 #[test]
 fn the_ends_of_their_ranges_are_numbers() {
     assert_eq!(exponential(-1e30_f32), exponential(-126.0_f32));

@@ -4,7 +4,7 @@ use super::{
     Column, LANES, ShadowLanes, Shared, any, axis_of, begin_check, direction_of, is_nan,
     set_direction,
 };
-use sdfc_shaders::{camera, marching, shadow};
+use sdfc_shaders::{marching, shadow};
 use sdfc_vm::vector::V3;
 
 /// The rays of 64 lanes that do not just go on after an evaluation.
@@ -160,10 +160,10 @@ impl<const FORM: u32> Shared<FORM> {
         let direction = shadow::aim::<f32>(axis, direction_of(b, i), size);
         let reach = shadow::rim_reach::<f32>(direction, axis, b.reach.0[i]);
         let start = V3::of(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
-        let bounds = camera::crossing::<f32>(start, direction, self.low, self.high, reach);
+        let leave = shadow::leave::<f32>(start, direction, self.low, self.high, reach, size);
         set_direction(b, i, direction);
         b.size.0[i] = size;
-        b.leave.0[i] = bounds.y;
+        b.leave.0[i] = leave;
         b.begun.0[i] = b.steps.0[i];
         b.t.0[i] = b.cleared.0[i].abs();
         b.before.0[i] = 0.0;
