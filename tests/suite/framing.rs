@@ -218,7 +218,16 @@ fn open_cameras_frame_transformed_scenes_with_floors() {
     for (text, part) in [
         (
             "!(!(box(1) | sphere(0.1).translate(0, 2, 0)) & !plane(Y))",
-            "box(1) | sphere(0.1).translate(0, 2, 0)",
+            "box(1, 0.5, 1).translate(0, 0.25, 0) | sphere(0.1).translate(0, 2, 0)",
+        ),
+        // What a floor hides is not framed.
+        (
+            "(cylinder(r: 0.3, h: 8).translate(0, -3, 0) | box(2, 0.2, 2).translate(0, 1, 0)).color(#c05050) | plane(Y)",
+            "cylinder(r: 0.3, h: 1).translate(0, 0.5, 0) | box(2, 0.2, 2).translate(0, 1, 0)",
+        ),
+        (
+            "box(1).translate(0, 0.5, 0) | sphere(3).translate(5, -4, 0) | plane(Y)",
+            "box(1).translate(0, 0.5, 0)",
         ),
         (
             "(box(1) | plane(Y, at: -0.5)) & !sphere(0.6)",

@@ -99,8 +99,12 @@ impl<'a> Finder<'a> {
             Some(SetOperation::Union) => {
                 let floors = children.iter().filter_map(|&child| self.floor(child));
                 let floors: Vec<_> = floors.collect();
-                let find =
-                    |&child: &ShapeId| self.outside(child, &floors).or_else(|| self.find(child));
+                let find = |&child: &ShapeId| {
+                    let seen = self.seen(child, &floors);
+                    let is_buried = seen.is_empty() && self.floor(child).is_none();
+                    let part = self.outside(child, &seen);
+                    part.or_else(|| self.find(child).filter(|_| !is_buried))
+                };
                 let parts: Vec<_> = children.iter().filter_map(find).collect();
                 self.joined(id, parts)
             }
@@ -165,15 +169,17 @@ impl<'a> Finder<'a> {
         Some(open)
     }
 
-    /// The shape as far as it is seen of a solid that has an end but for what lies in floors.
-    fn outside(&mut self, id: ShapeId, floors: &[Bounds]) -> Option<ShapeId> {
+    /// The box of what floors leave of a shape.
+    fn seen(&mut self, id: ShapeId, floors: &[Bounds]) -> Bounds {
         let bounds = self.bounds(id);
-        if floors.is_empty() || bounds.is_finite() {
-            return None;
-        }
-        let seen = floors.iter().fold(bounds, |seen, floor| seen.common(floor));
-        let is_part = seen.is_finite() && !seen.is_empty() && self.floor(id).is_none();
-        is_part.then(|| self.within(id, &seen))
+        floors.iter().fold(bounds, |seen, floor| seen.common(floor))
+    }
+
+    /// The shape within the box of what is `seen` of it, where that has an end and is not all of it.
+    fn outside(&mut self, id: ShapeId, seen: &Bounds) -> Option<ShapeId> {
+        let is_part = *seen != self.bounds(id) && seen.is_finite() && !seen.is_empty();
+        let is_part = is_part && self.floor(id).is_none();
+        is_part.then(|| self.within(id, seen))
     }
 
     /// A combination with other operands, or its only one.
