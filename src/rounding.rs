@@ -69,6 +69,14 @@ pub(crate) fn warning_in(opened: &Opened, settings: &RenderSettings) -> Option<S
 
 fn told(seen: Option<Worst>) -> Option<String> {
     let worst = seen.filter(|worst| worst.found > VISIBLE)?;
+    if worst.is_beyond {
+        return Some(
+            "the field has values beyond all numbers of f32, as high powers have, and surfaces may be \
+             drawn where there are none: stop its iterations sooner, or take a logarithm of what they \
+             give"
+                .to_owned(),
+        );
+    }
     if worst.found > SENSELESS {
         return Some(
             "rounding decides what is seen: the camera touches a surface. Move the camera away from \

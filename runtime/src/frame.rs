@@ -348,6 +348,12 @@ impl CellStats {
 }
 
 impl Frame {
+    /// The number of pixels whose colour is no number.
+    pub fn colorless(&self) -> usize {
+        let is_colorless = |color: &&[f32; 4]| color.iter().any(|v| v.is_nan());
+        self.color.iter().filter(is_colorless).count()
+    }
+
     /// The picture as red, green, blue and alpha bytes, encoded for a screen (sRGB) where it shows
     /// light.
     pub fn rgba8(&self) -> Vec<u8> {

@@ -16,7 +16,7 @@ use sdfc_vm::evaluate::evaluate_f64;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::rounding::bound;
-use search::{Gauge, error_at, worst};
+use search::{Found, Gauge, error_at, worst};
 
 /// How far from the origin [`Rounding::afar`] is told.
 pub const AFAR: f64 = 1e4;
@@ -43,7 +43,7 @@ pub fn rounding(module: &Module, outputs: &[f64], settings: &RenderSettings) -> 
     let space = flat(facts.bounds, settings.plane);
     let within = space.is_finite().then(|| {
         let coarse = space.half_diagonal() / 4.0;
-        worst(program, &space, 0.0, |place| {
+        worst(program, &space, Found::default(), |place| {
             Some(Gauge {
                 off: place.map(|side| side.magnitude() * HALF_UNIT),
                 unit: 1.0,
@@ -97,7 +97,7 @@ fn in_picture(program: &Program, settings: &RenderSettings, facts: &FieldFacts) 
     let camera = Camera::of(settings, &prepare(settings, facts));
     let region = flat(facts.bounds.common(&camera.reach()), settings.plane);
     let gauge = |place: &[Interval; 3]| camera.gauge(place);
-    let mut found = 0.0_f64;
+    let mut found = Found::default();
     let rays = if settings.plane { 0 } else { RAYS };
     for ray in 0..rays {
         let Some(end) = camera.march(program, ray) else {
@@ -106,8 +106,8 @@ fn in_picture(program: &Program, settings: &RenderSettings, facts: &FieldFacts) 
         let place = end.map(Interval::point);
         if let Some(gauge) = gauge(&place) {
             let bound = bound(program, place, gauge.off);
-            let error = error_at(program, end, &bound).unwrap_or(0.0);
-            found = found.max(error / gauge.unit.max(f64::MIN_POSITIVE));
+            let error = error_at(program, end, &bound).unwrap_or_default();
+            found = found.or(error.per(gauge.unit));
         }
     }
     let finite = region.is_finite();

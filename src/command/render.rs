@@ -10,7 +10,7 @@ use crate::terminal::Terminal;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use sdfc_playground::picture::png;
 use sdfc_runtime::engine::Engine;
-use sdfc_runtime::frame::{CellUse, Frame, Mode, Normals, Occlusion, Stats, Tonemap};
+use sdfc_runtime::frame::{CellUse, Frame, Mode, Normals, Occlusion, Tonemap};
 use sdfc_runtime::settings::{LARGEST_SIDE, Overrides, resolve};
 use sdfc_runtime::unseen;
 use std::path::{Path, PathBuf};
@@ -195,7 +195,7 @@ pub(super) fn draw(
     terminal.write(&summary(to, &frame, engine, took, &detail));
     let rounding = rounding::warning_in(&scene, &settings);
     let unseen = unseen::notes(scene.module(), &settings, &frame.stats);
-    for warning in troubles(&frame.stats, settings.steps)
+    for warning in troubles(&frame, settings.steps)
         .into_iter()
         .chain(unseen)
         .chain(rounding)
@@ -251,8 +251,9 @@ fn out_of_memory(cells: u64) -> String {
     }
 }
 
-/// Rays of which the picture does not show the truth.
-fn troubles(stats: &Stats, steps: u32) -> Vec<String> {
+/// Rays and pixels of which the picture does not show the truth.
+fn troubles(frame: &Frame, steps: u32) -> Vec<String> {
+    let stats = &frame.stats;
     let share = |count: u64| {
         let all = stats.rays().max(1);
         format!(
@@ -279,6 +280,14 @@ fn troubles(stats: &Stats, steps: u32) -> Vec<String> {
              numbers, as high powers have far away. Stop its iterations sooner, or say with \
              `within` where it ends",
             share(stats.nans)
+        ));
+    }
+    let (colorless, pixels) = (frame.colorless(), frame.color.len());
+    if colorless > 0 {
+        troubles.push(format!(
+            "{colorless} of {pixels} pixels are black, since their colour is not a number: beside a surface \
+             there, a field has values beyond all numbers. Stop its iterations sooner, or say with `within` \
+             where it ends"
         ));
     }
     troubles

@@ -24,12 +24,40 @@ pub struct Worst {
     pub at_most: f64,
     /// The bound at the worst of the points that were looked at.
     pub found: f64,
+    /// Nothing bounds the error at one of these, and `f32` puts it on the other side of a surface.
+    pub is_beyond: bool,
 }
 
 impl Worst {
     /// Whether the search came to an end: both numbers are nearly the same.
     pub fn is_settled(&self) -> bool {
         self.at_most <= 4.0 * self.found
+    }
+}
+
+/// An error that was found at a point.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Found {
+    pub(super) error: f64,
+    /// Nothing bounds it.
+    is_beyond: bool,
+}
+
+impl Found {
+    /// The larger of two errors.
+    pub(super) fn or(self, other: Self) -> Self {
+        Self {
+            error: self.error.max(other.error),
+            is_beyond: self.is_beyond || other.is_beyond,
+        }
+    }
+
+    /// The same in another unit.
+    pub(super) fn per(self, unit: f64) -> Self {
+        Self {
+            error: self.error / unit.max(f64::MIN_POSITIVE),
+            ..self
+        }
     }
 }
 
@@ -71,7 +99,7 @@ impl Eq for Part {}
 pub(super) fn worst(
     program: &Program,
     region: &Bounds,
-    mut found: f64,
+    mut found: Found,
     gauge: impl Fn(&[Interval; 3]) -> Option<Gauge>,
 ) -> Option<Worst> {
     let measured = |place: [Interval; 3]| {
@@ -91,9 +119,9 @@ pub(super) fn worst(
         left = left.saturating_sub(3);
         let halves = halves(&part.place);
         if let Some(error) = at_middle(program, &part.place, &gauge) {
-            found = found.max(error);
+            found = found.or(error);
         }
-        let done = part.score <= NEAR * found || left == 0;
+        let done = part.score <= NEAR * found.error || left == 0;
         match halves {
             Some(halves) if !done => parts.extend(halves.into_iter().filter_map(measured)),
             _ => settled = Some(settled.map_or(part.score, |most| most.max(part.score))),
@@ -105,8 +133,9 @@ pub(super) fn worst(
     let waiting = parts.peek().map(|part| part.score);
     let at_most = settled.into_iter().chain(waiting).reduce(f64::max)?;
     Some(Worst {
-        at_most: at_most.max(found),
-        found,
+        at_most: at_most.max(found.error),
+        found: found.error,
+        is_beyond: found.is_beyond,
     })
 }
 
@@ -116,7 +145,7 @@ fn at_middle(
     program: &Program,
     place: &[Interval; 3],
     gauge: &impl Fn(&[Interval; 3]) -> Option<Gauge>,
-) -> Option<f64> {
+) -> Option<Found> {
     let reach = place.iter().map(|side| (side.hi - side.lo).powi(2));
     let reach = reach.sum::<f64>().sqrt() / 2.0;
     let middle = place.map(|side| Interval::point(side.lo + 0.4871 * (side.hi - side.lo)));
@@ -125,26 +154,32 @@ fn at_middle(
     let near = bound.value.lo.abs().min(bound.value.hi.abs()) <= 2.0 * reach;
     let error = error_at(program, middle.map(|side| side.lo), &bound)?;
     let is_known = bound.error.is_finite();
-    (near || is_known && bound.may_be_zero()).then(|| error / gauge.unit.max(f64::MIN_POSITIVE))
+    (near || is_known && bound.may_be_zero()).then(|| error.per(gauge.unit))
 }
 
 /// The error at a point, given its bound there; none at a tear, and where the field is no number.
 ///
 /// Where nothing bounds it, as beyond the range of `f32`, the value in `f32` tells whether the point is on the same
 /// side of the surface. Rays that meet what is no number are counted when the picture is drawn.
-pub(super) fn error_at(program: &Program, point: [f64; 3], bound: &Rounded) -> Option<f64> {
+pub(super) fn error_at(program: &Program, point: [f64; 3], bound: &Rounded) -> Option<Found> {
     if bound.torn {
         return None;
     }
     if bound.error.is_finite() {
-        return Some(bound.error);
+        return Some(Found {
+            error: bound.error,
+            is_beyond: false,
+        });
     }
     let [x, y, z] = point.map(|v| v as f32);
     let single = f64::from(evaluate::<f32>(program, V3::of(x, y, z)));
     let double = evaluate_f64(program, point);
     let moves_surface = (single < 0.0) != (double < 0.0);
     let error = (single - double).abs();
-    (moves_surface && error.is_finite()).then_some(error)
+    (moves_surface && error.is_finite()).then_some(Found {
+        error,
+        is_beyond: true,
+    })
 }
 
 /// A box cut in two across its longest side; `None` if it is too small for that.

@@ -36,6 +36,21 @@ const SCENES: &[(&str, &str, &str)] = &[
         "(100.00 %) met a distance that is not a number",
     ),
     (
+        "a Julia set without a bailout in a box",
+        "camera { from: [3.2, 1.6, 2.6], look: [0, 0, 0], fov: 40deg }\n\
+         fn q2(a: vec4, c: vec4) -> vec4 =\n\
+             [a.x*a.x - a.y*a.y - a.z*a.z - a.w*a.w, 2*a.x*a.y, 2*a.x*a.z, 2*a.x*a.w] + c;\n\
+         fn it(a: vec4, c: vec4, n) -> vec4 = if n == 0 { a } else { it(q2(a, c), c, n - 1) };\n\
+         field(fn(p) => length(it([p.x, p.y, p.z, 0], [-0.2, 0.6, 0.2, 0.2], 9)) - 2, within: 4)",
+        "the field has values beyond all numbers of f32",
+    ),
+    (
+        "a ball that is no number on one side, and a floor",
+        "camera { from: [3.2, 1.6, 2.6], look: [0, 0, 0], fov: 40deg }\n\
+         field(fn(p) => length(p) - 1 + exp(900 * p.x) - exp(900 * p.x)) | plane(Y, at: -1)",
+        "pixels are black, since their colour is not a number",
+    ),
+    (
         "a field without a sign",
         "field(fn(p) => abs(length(p) - 1), within: 3)",
         "nothing is seen: the field is nowhere below zero",
