@@ -127,7 +127,7 @@ fn flat(mut bounds: Bounds, plane: bool) -> Bounds {
 /// How many rays look for a surface, and how many steps each takes at most.
 const RAYS: u32 = 12;
 const STEPS: u32 = 64;
-/// How many pixels a ray out of steps is from a surface at most, to count as on it.
+/// The most pixels from a surface at which a ray out of steps counts as on it.
 const BESIDE: f64 = 4.0;
 
 /// Half a unit in the last place, as a share of a number.
@@ -207,7 +207,7 @@ impl Camera {
         point.grown(self.far + aside)
     }
 
-    /// Where one of [`RAYS`], spread over the picture, ends on a surface. A ray out of steps does where it is
+    /// The end on a surface of one of [`RAYS`], spread over the picture. A ray out of steps ends there if it is
     /// within some pixels of one.
     fn march(&self, program: &Program, ray: u32) -> Option<[f64; 3]> {
         // The golden ratio's multiples fill the picture evenly, from the bottom to the top.

@@ -64,8 +64,8 @@ pub(crate) fn inverse<R: Real>(direction: R::Vec3) -> R::Vec3 {
     .named("inverse")
 }
 
-/// Where a ray enters and leaves a box, as (enter, leave) with `enter ≥ 0` and `leave ≤ far`; it
-/// misses the box if `leave < enter`.
+/// The ways along a ray to where it enters and leaves a box, as (enter, leave) with `enter ≥ 0` and
+/// `leave ≤ far`; it misses the box if `leave < enter`.
 #[inline(always)]
 pub fn crossing<R: Real>(
     origin: R::Vec3,

@@ -83,7 +83,7 @@ pub fn leave<R: Real>(
     let a = ((low - origin) * inverse).named("a");
     let b = ((high - origin) * inverse).named("b");
     let last = a.max(b).named("last");
-    // From where it leaves the box across an axis, its distance from that grows less than the light's radius, or more.
+    // Beyond a face, the distance from that and the light's radius grow with the way: they are equal at the end.
     let across = |last: R, inverse: R| {
         let gain = lit::<R>(1.0) - size * inverse.abs();
         let end = last / gain.max(lit(1e-6));

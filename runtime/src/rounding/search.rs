@@ -159,8 +159,8 @@ fn at_middle(
 
 /// The error at a point, given its bound there; none at a tear, and where the field is no number.
 ///
-/// Where nothing bounds it, as beyond the range of `f32`, the value in `f32` tells whether the point is on the same
-/// side of the surface. Rays that meet what is no number are counted when the picture is drawn.
+/// An error that nothing bounds, as beyond the range of `f32`, counts if the value in `f32` is on the other side of
+/// the surface. Rays that meet what is no number are counted when the picture is drawn.
 pub(super) fn error_at(program: &Program, point: [f64; 3], bound: &Rounded) -> Option<Found> {
     if bound.torn {
         return None;

@@ -1,6 +1,6 @@
 //! Arithmetic of raw fields: numbers in, a number out. All of it is defined for all numbers: a
 //! division by zero gives a very large number, the root of a negative number is zero.
-//! What is no number, as values beyond all numbers leave, stays none; the logarithm of it is large.
+//! A value that is no number, as values beyond all numbers leave, stays none; the logarithm of it is large.
 //!
 //! Truth values are numbers, 1 and 0. What jumps says so ([`Real::jumping`]), so that nobody takes
 //! the flat stretches beside a jump for a small slope.
