@@ -48,20 +48,28 @@ pub fn half_pixel<R: Real>(t: R, footprint: R, growth: R) -> R {
     footprint + growth * t
 }
 
-/// The way along a ray per unit across each axis.
+/// The ways along a ray to the first and the last of a box's two faces across each axis, and those per unit across it.
 #[inline(always)]
-pub(crate) fn inverse<R: Real>(direction: R::Vec3) -> R::Vec3 {
+pub(crate) fn faces<R: Real>(
+    origin: R::Vec3,
+    direction: R::Vec3,
+    low: R::Vec3,
+    high: R::Vec3,
+) -> [R::Vec3; 3] {
     // Directions along a face are moved off it by so little that nothing is seen of it.
     let inverse = |d: R| {
         let tiny = lit::<R>(1e-12);
         lit::<R>(1.0) / (d.abs().max(tiny) * d.side())
     };
-    R::Vec3::new(
+    let inverse = R::Vec3::new(
         inverse(direction.x()),
         inverse(direction.y()),
         inverse(direction.z()),
     )
-    .named("inverse")
+    .named("inverse");
+    let a = ((low - origin) * inverse).named("a");
+    let b = ((high - origin) * inverse).named("b");
+    [a.min(b).named("first"), a.max(b).named("last"), inverse]
 }
 
 /// The ways along a ray to where it enters and leaves a box, as (enter, leave) with `enter ≥ 0` and
@@ -74,11 +82,7 @@ pub fn crossing<R: Real>(
     high: R::Vec3,
     far: R,
 ) -> R::Vec2 {
-    let inverse = inverse::<R>(direction);
-    let a = ((low - origin) * inverse).named("a");
-    let b = ((high - origin) * inverse).named("b");
-    let first = a.min(b).named("first");
-    let last = a.max(b).named("last");
+    let [first, last, _] = faces::<R>(origin, direction, low, high);
     let enter = first.max_component();
     let leave = last.x().min(last.y()).min(last.z());
     R::Vec2::new(enter.max(lit(0.0)), leave.min(far))

@@ -8,7 +8,7 @@
 //! Of a light with a size (`sized`) a part is seen where its centre is hidden. Rays to points around its rim find the
 //! edges of what hides it. On each side a light reaches no farther than half of the way to what is there.
 
-use crate::camera::{inverse, unit};
+use crate::camera::{faces, unit};
 use crate::marching;
 use crate::occlusion::frame_around;
 use sdfc_vm::real::{Real, Vector3, lit};
@@ -79,10 +79,7 @@ pub fn leave<R: Real>(
     reach: R,
     size: R,
 ) -> R {
-    let inverse = inverse::<R>(direction);
-    let a = ((low - origin) * inverse).named("a");
-    let b = ((high - origin) * inverse).named("b");
-    let last = a.max(b).named("last");
+    let [_, last, inverse] = faces::<R>(origin, direction, low, high);
     // Beyond a face, the distance from that and the light's radius grow with the way: they are equal at the end.
     let across = |last: R, inverse: R| {
         let gain = lit::<R>(1.0) - size * inverse.abs();
