@@ -36,6 +36,8 @@ use std::collections::HashMap;
 const FRACTIONS: [f64; 4] = [1.0, 0.25, 0.0625, 0.015625];
 /// The overlap of two boxes that counts as none, as a fraction of their coordinates: the error of sums in `f64`.
 const TOUCHING: f64 = 1e-9;
+/// The value that counts as zero, as a fraction of the coordinates: operations round their parameters to `f32`.
+const ROUNDED: f64 = 4.0 * f32::EPSILON as f64;
 /// The most boxes that are compared for a scene.
 const MOST_BOXES: usize = 2_000_000;
 /// The most operations on intervals that are run for a scene.
@@ -134,30 +136,81 @@ impl Lengthening<'_> {
         for child in children_mut(&mut kind) {
             *child = self.all(*child);
         }
-        if let ShapeKind::Combine {
-            op: Op::Subtraction,
-            children,
-            ..
-        } = &mut kind
-        {
-            let body = children[0];
-            let within = self.cutters_within(body);
-            let mut cut = Cut {
-                body,
-                size: size(&self.bounds(body)),
-                present_size: size(&self.present.of(World::from(&*self.scene), body)),
-                others: Vec::new(),
-            };
-            self.cutters(&mut children[1..], &mut Vec::new(), &mut cut, &within);
-            if self.is_live {
-                for child in &mut children[1..] {
-                    *child = self.followed(*child, &mut Vec::new(), &cut);
-                }
+        match &mut kind {
+            ShapeKind::Combine {
+                op: Op::Subtraction,
+                children,
+                ..
+            } => {
+                let (body, cutters) = children.split_at_mut(1);
+                self.cut(body[0], cutters);
             }
+            ShapeKind::Combine {
+                op: Op::Intersection,
+                children,
+                ..
+            } => self.complements(id, children),
+            _ => {}
         }
         let new = self.with(id, kind);
         self.known.insert(id, new);
         new
+    }
+
+    /// Makes the cutters of a body longer.
+    fn cut(&mut self, body: ShapeId, cutters: &mut [ShapeId]) {
+        let within = self.cutters_within(body);
+        let shapes: Vec<ShapeId> = [body].into_iter().chain(cutters.iter().copied()).collect();
+        let mut cut = Cut {
+            body,
+            size: size_of(&shapes, |id| self.bounds(id)),
+            present_size: size_of(&shapes, |id| self.present.of(World::from(&*self.scene), id)),
+            others: Vec::new(),
+        };
+        self.cutters(cutters, &mut Vec::new(), &mut cut, &within);
+        if self.is_live {
+            for cutter in cutters {
+                *cutter = self.followed(*cutter, &mut Vec::new(), &cut);
+            }
+        }
+    }
+
+    /// Makes the complements in an intersection longer: each cuts what the others have in common.
+    fn complements(&mut self, id: ShapeId, children: &mut [ShapeId]) {
+        let inner = |this: &Self, child: ShapeId| match this.kind(child) {
+            ShapeKind::Distance {
+                op: Op::Complement,
+                child,
+                ..
+            } => Some(*child),
+            _ => None,
+        };
+        let (cutters, bodies): (Vec<usize>, Vec<usize>) =
+            (0..children.len()).partition(|&at| inner(self, children[at]).is_some());
+        let mut inside: Vec<ShapeId> = cutters
+            .iter()
+            .filter_map(|&at| inner(self, children[at]))
+            .collect();
+        let bodies: Vec<ShapeId> = bodies.into_iter().map(|at| children[at]).collect();
+        let body = match (bodies.as_slice(), inside.is_empty()) {
+            (_, true) | ([], _) => return,
+            ([body], _) => *body,
+            _ => {
+                let mut kind = self.kind(id).clone();
+                if let ShapeKind::Combine { children, .. } = &mut kind {
+                    *children = bodies;
+                }
+                self.pushed(id, kind)
+            }
+        };
+        self.cut(body, &mut inside);
+        for (at, cutter) in cutters.into_iter().zip(inside) {
+            let mut kind = self.kind(children[at]).clone();
+            for child in children_mut(&mut kind) {
+                *child = cutter;
+            }
+            children[at] = self.with(children[at], kind);
+        }
     }
 
     fn kind(&self, id: ShapeId) -> &ShapeKind {
@@ -355,6 +408,15 @@ fn composed(outer: &Rows, inner: &Rows) -> Rows {
             sum + shift
         })
     })
+}
+
+/// The size of a body; of the largest of its cutters, which follow it, where the body has no end.
+fn size_of(shapes: &[ShapeId], mut bounds: impl FnMut(ShapeId) -> Bounds) -> f64 {
+    let mut sizes = shapes.iter().map(|&id| size(&bounds(id)));
+    match sizes.next() {
+        Some(body) if body.is_finite() => body,
+        _ => sizes.fold(f64::NEG_INFINITY, f64::max),
+    }
 }
 
 /// The longest side of a box, but for the axes along which it has no end.

@@ -7,7 +7,7 @@ use super::copies::{Level, Region};
 use super::mapped::{MappedRange, axial, is_round, rows_of_frame};
 use super::room::{Part, largest};
 use super::section::{Section, around, moved};
-use super::{Lengthening, Rows, SAME, TOUCHING, composed};
+use super::{Lengthening, ROUNDED, Rows, SAME, TOUCHING, composed};
 use crate::bounds::inverse;
 use crate::scene::{Scene, ShapeId, ShapeKind};
 use sdfc_vm::bounds::Bounds;
@@ -113,7 +113,7 @@ impl Lengthening<'_> {
             constant.map_or(Interval::ALL, Interval::point)
         };
         let mut range = MappedRange::new(scene, &mut uniform);
-        let mut is_in = |&p: &[f64; 3]| range.most_at(id, moved(rows, p)) <= TOUCHING * size;
+        let mut is_in = |&p: &[f64; 3]| range.most_at(id, moved(rows, p)) <= ROUNDED * size;
         (is_finite && points.iter().all(&mut is_in)).then_some((axis, span))
     }
 

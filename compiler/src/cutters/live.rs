@@ -181,6 +181,19 @@ impl Lengthening<'_> {
             end.is_finite().then(|| Linear::constant(end))
         };
         match self.kind(id).clone() {
+            ShapeKind::Primitive {
+                op: Op::Plane,
+                parameters,
+            } => {
+                let [x, y, z, at] = parameters.as_slice() else {
+                    return None;
+                };
+                let normal = [x, y, z].map(|&id| self.scene.expressions.as_constant(id));
+                let is_across = (0..3).all(|other| {
+                    normal[other] == Some(if other == axis { sign } else { 0.0 })
+                });
+                is_across.then(|| Linear::of(&self.scene.expressions, *at))
+            }
             ShapeKind::Primitive { op, parameters } => {
                 let of = |at: &usize| Linear::of(&self.scene.expressions, parameters[*at]);
                 let ends = extents(op, axis);

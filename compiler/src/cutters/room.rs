@@ -7,7 +7,7 @@
 use super::copies::{Level, Region};
 use super::mapped::{MappedRange, Place, rows_of_frame};
 use super::section::Section;
-use super::{Cut, Lengthening, Rows, Step, TOUCHING, composed};
+use super::{Cut, Lengthening, ROUNDED, Rows, Step, TOUCHING, composed};
 use crate::bounds::inverse;
 use crate::scene::{ShapeId, ShapeKind};
 use sdfc_vm::bounds::Bounds;
@@ -174,7 +174,7 @@ impl Lengthening<'_> {
             let (axis, side) = longest(region, &bounds);
             let place = region.place(bounds);
             let touching =
-                TOUCHING * largest(&place.bounds().mapped(&region.rows)).max(largest(&bounds));
+                ROUNDED * largest(&place.bounds().mapped(&region.rows)).max(largest(&bounds));
             let value = range.over(body, &region.rows, &place);
             if value.lo >= -touching {
                 continue;
