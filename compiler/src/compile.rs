@@ -2,6 +2,7 @@
 
 use crate::bounds::{Boxes, World};
 use crate::cutters::lengthened_within;
+use crate::distribute::distributed;
 use crate::expression::{ExprId, ParamId, Stage};
 use crate::graph::{Graph, Node, Number};
 use crate::lower::{Purpose, channel_numbers, lower, lower_origins};
@@ -147,6 +148,7 @@ pub(crate) fn compile_with(
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
     let mut boxes = Boxes::lasting();
     let root = lengthened_within(&mut scene, &mut boxes, root);
+    let root = distributed(&mut scene, root);
     let mut present = Boxes::at(0.0, HashMap::new());
     let subject = subject(&mut scene, &mut present, root);
     let size = size(&scene, &mut present, root, subject);

@@ -7,6 +7,7 @@ pub mod clauses;
 mod climb;
 pub mod compile;
 pub mod cutters;
+mod distribute;
 pub mod dump;
 pub mod elaborate;
 pub mod export;

@@ -95,6 +95,8 @@ functions! {
     claim_surface = claim::surface(offset, next, value, field);
     shadow_leave = shadow::leave(origin, direction, low, high, reach, size);
     shadow_limit = shadow::limit(t, size);
+    shadow_pause = shadow::pause(t, way);
+    shadow_before = shadow::before(last, claim_t, t);
     shadow_moved = shadow::moved(way, direction, t, leave, value);
     occlusion_limit = occlusion::limit(height);
 

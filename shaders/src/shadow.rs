@@ -36,8 +36,26 @@ pub fn hurry<R: Real>(count: R) -> R {
 /// The visibility by the point before where that tells nothing.
 pub const NO_LAST: f32 = 1e30;
 
-/// The place of a claim on the ray where there is none.
-pub const NO_CLAIM: f32 = -1.0;
+/// The place of a claim on the ray where there is none. The negative of a place stands for none, too; see [`pause`].
+pub const NO_CLAIM: f32 = -1e30;
+
+/// The part of the way to a surface on which no other one can be much nearer.
+const PAUSE: f64 = 1.0;
+
+/// The number that stands for no claim after one at `t` that took more than one look to a surface, `way` away: the
+/// field is no distance there, and may rise where the surface comes nearer. So from the place on of which this is the
+/// negative, points claim once more, falling or not.
+#[inline(always)]
+pub fn pause<R: Real>(t: R, way: R::Vec3) -> R {
+    -(t + way.length() * lit(PAUSE))
+}
+
+/// The visibility by the point before, with which that of a point at `t` is compared: none after a pause.
+#[inline(always)]
+pub fn before<R: Real>(last: R, claim_t: R, t: R) -> R {
+    let is_over = R::and(claim_t.less(lit(0.0)), (-claim_t).less(t));
+    R::select(is_over, lit(f64::from(NO_LAST)), last)
+}
 
 /// The visibility by a point at `t` alone, with the field `h` there taken for a distance: from −1, all of the light
 /// covered, on.

@@ -222,6 +222,7 @@ fn slope(slope: &Slope) -> String {
         Slope::Largest(factor) if *factor == 1.0 => "that of the steepest operand".to_owned(),
         Slope::Largest(factor) => format!("that of the steepest operand, times {factor}"),
         Slope::LargestOrOne => "that of the steepest operand, at least 1".to_owned(),
+        Slope::Step => "none: the value jumps, and is a safe step on both sides".to_owned(),
         Slope::Sum => "the sum of the operands'".to_owned(),
         Slope::Norm => "the root of the sum of the operands' squares".to_owned(),
         Slope::Plus(_) => "the operand's, plus what follows from the arguments".to_owned(),

@@ -98,6 +98,8 @@ pub enum Slope {
     Largest(f64),
     /// The largest operand's, but at least one: the operation adds a distance of its own.
     LargestOrOne,
+    /// The same for steps: the value jumps, and is a safe step on both sides.
+    Step,
     /// The sum of the operands'.
     Sum,
     /// The root of the sum of the operands' squares.

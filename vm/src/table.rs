@@ -655,7 +655,7 @@ macro_rules! for_each_operation {
             Bounded "bounded" = distance::bounded(d: Value, p: Point; centre: Vec3, margin: Scalar, half: Vec3) -> Value, prepare::corners, Meta {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
-                slope: Slope::LargestOrOne,
+                slope: Slope::Step,
                 bounds: BoundsRule::Map(volumes::bounded),
                 only_signs: true,
                 source: "the larger of two bounds",

@@ -280,7 +280,7 @@ impl ShapeSlopes {
             Slope::Constant(slope) => slope,
             Slope::Of(slope) => greatest(&ends(), slope),
             Slope::Largest(factor) => largest * factor,
-            Slope::LargestOrOne => largest.max(1.0),
+            Slope::LargestOrOne | Slope::Step => largest.max(1.0),
             Slope::Sum => operands.iter().sum(),
             Slope::Norm => operands.iter().map(|v| v * v).sum::<f64>().sqrt(),
             Slope::Plus(more) => largest + greatest(&ends(), more),

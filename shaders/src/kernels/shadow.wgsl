@@ -118,8 +118,10 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.gradient = vec3f(0.0);
             } else {
                 var to = NO_CLAIM;
+                var none = NO_CLAIM;
                 if outcome > 0.0 {
                     let way = claim_surface(ray.offset, next, ray.value, field);
+                    if ray.round > 0.0 { none = shadow_pause(ray.claim_t, way); }
                     let before = ray.visibility;
                     // At the light, not where the ray leaves the bounds: light does not depend on these.
                     var end = reach;
@@ -141,7 +143,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 }
                 let moves = to > 0.0 && ray.again == 0.0 && ray.visibility > dark;
                 ray.again = select(0.0, 1.0, moves);
-                ray.claim_t = select(NO_CLAIM, to, moves);
+                ray.claim_t = select(none, to, moves);
                 ray.phase = select(0.0, MOVED, moves);
                 ray.round = 0.0;
                 ray.offset = vec3f(0.0);
@@ -242,7 +244,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
             if !ends {
                 // A claim is checked once the ray has passed the point where it is greatest.
-                let claims = shadow_claims(seen_here, ray.last, claimed) > 0.0;
+                let last = shadow_before(ray.last, ray.claim_t, t);
+                let claims = shadow_claims(seen_here, last, claimed) > 0.0;
                 ray.last = seen_here;
                 if claims {
                     ray.claim_t = t;

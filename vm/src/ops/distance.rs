@@ -78,13 +78,15 @@ pub fn elongate_correct<R: Real>(d: R, p: R::Vec3, half: R::Vec3) -> R {
 }
 
 /// A distance that can be trusted only near its shape, which lies in the box of the half sizes
-/// `half` around `centre`: within `margin` of the box. Farther out, the box's distance takes over;
-/// being the larger of two distances there, it is what is left.
+/// `half` around `centre`: within `margin` of the box. Farther out, the box's distance takes over.
+///
+/// What can be trusted is a box's neighbourhood, with all ways from there to the shape. So it counts in full up to its
+/// end, where the value jumps: with a limit, it would be the same everywhere near a corner, and lead nowhere.
 #[inline(always)]
 pub fn bounded<R: Real>(d: R, p: R::Vec3, centre: R::Vec3, margin: R, half: R::Vec3) -> R {
     let beyond = cuboid::<R>(p - centre, half).named("beyond");
-    let is_known = R::or(is_number(d), margin.less(beyond));
-    R::select(is_known, d.min(margin).max(beyond), d)
+    let is_outside = margin.less(beyond);
+    R::select(is_outside, beyond, d.at_least(beyond)).jumping(is_outside)
 }
 
 /// A repeated shape's distance, of which only the copy in the point's own cell was evaluated, made safe: at

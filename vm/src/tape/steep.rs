@@ -132,7 +132,7 @@ fn of_operation(
         Slope::Norm => operands.into_iter().map(|v| v * v).sum::<f64>().sqrt(),
         Slope::Plus(more) => largest + more(&numbers()) * stretch.max(1.0),
         Slope::Times(factor) => largest * factor(&numbers()),
-        Slope::Stretch(_) | Slope::Unknown => f64::INFINITY,
+        Slope::Stretch(_) | Slope::Step | Slope::Unknown => f64::INFINITY,
     }
 }
 

@@ -18,7 +18,7 @@ fn bound(case: &Case) -> Option<f64> {
         Slope::Norm => (case.op.row().arity() as f64).sqrt(),
         Slope::Plus(f) => 1.0 + f(&a),
         Slope::Times(f) => f(&a),
-        Slope::Stretch(_) | Slope::Unknown => return None,
+        Slope::Stretch(_) | Slope::Step | Slope::Unknown => return None,
     })
 }
 

@@ -68,7 +68,7 @@ impl Slopes {
             Slope::Constant(slope) => slope * at,
             Slope::Of(slope) => slope(numbers) * at,
             Slope::Largest(factor) => largest * factor,
-            Slope::LargestOrOne => largest.max(at),
+            Slope::LargestOrOne | Slope::Step => largest.max(at),
             Slope::Sum => each().sum(),
             Slope::Norm => each().map(|v| v * v).sum::<f64>().sqrt(),
             Slope::Plus(more) => largest + more(numbers) * at,

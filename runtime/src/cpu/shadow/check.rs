@@ -27,6 +27,7 @@ impl<const FORM: u32> Shared<FORM> {
         let outcome = claim::outcome::<f32>(at, gradient, b.round.0[i], value, field, next, limit);
         let repeats = looks & (outcome == 0.0);
         let finds = looks & (outcome > 0.0);
+        let is_misled = finds & (b.round.0[i] > 0.0);
 
         let way = claim::surface::<f32>(offset, next, value, field);
         let (t, v) = (b.claim_t.0[i], b.visibility.0[i]);
@@ -71,7 +72,12 @@ impl<const FORM: u32> Shared<FORM> {
         b.round.0[i] = if moves { 0.0 } else { round };
         let again = if finished { 0.0 } else { b.again.0[i] };
         b.again.0[i] = if moves { 1.0 } else { again };
-        let kept = if finished { shadow::NO_CLAIM } else { t };
+        let none = if is_misled {
+            shadow::pause::<f32>(t, way)
+        } else {
+            shadow::NO_CLAIM
+        };
+        let kept = if finished { none } else { t };
         b.claim_t.0[i] = if moves { to } else { kept };
         // Where nothing is behind a claim, the next point may claim what is farther.
         let forgets = finished & !finds;
