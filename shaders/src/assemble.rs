@@ -539,6 +539,7 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("DONE", word(shadow::DONE)),
         ("MOVED", format!("{:?}", claim::MOVED)),
         ("NOTHING", format!("{:?}", claim::NOTHING)),
+        ("TOO_FAR", format!("{:?}", claim::TOO_FAR)),
         ("NO_CLAIM", format!("{:?}", shadow::NO_CLAIM)),
         ("NO_LAST", format!("{:?}", shadow::NO_LAST)),
         ("RIM_RAYS", format!("{:?}", shadow::RIM_RAYS)),

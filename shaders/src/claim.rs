@@ -12,6 +12,7 @@
 //! | 0.5 | the value at a place to which a shadow's claim was moved |
 //! | 1 to 3 | beside it along x, y and z, for the gradient |
 //! | 4 | a little beyond the place where the gradient says that the surface is |
+//! | 5 on | the same on a part of the way, where the field was far below what the gradient says |
 //!
 //! Where the field is above zero in phase 4, another face begins there, or the field falls more slowly from there
 //! on: the look goes on from that place, along the edge between the faces, in at most eight rounds of these
@@ -43,6 +44,11 @@ const SHARPEST: f64 = 0.2;
 const THIN: f64 = 0.1;
 /// The depth below zero from which on the field is no rounding, in units of what that can make of it.
 const NOISE: f64 = 4.0;
+/// The depth of the field below what the gradient says, in units of the value, from which on the line through both ends
+/// of a look tells nothing of the surface between them.
+const TOO_DEEP: f64 = 0.5;
+/// The last phase of a look.
+const LAST_PHASE: f64 = 9.0;
 /// The distance of a surface that is not there.
 pub const NOTHING: f32 = 1e18;
 /// The phase in which a claim that was moved takes its value.
@@ -59,6 +65,13 @@ fn rounding<R: Real>(at: R::Vec3) -> R {
 pub fn apart<R: Real>(value: R, at: R::Vec3, limit: R) -> R {
     let least = (rounding::<R>(at) * lit(APART_ROUNDINGS)).max(limit * lit(APART_LIMIT));
     (value.abs() * lit(APART)).max(least)
+}
+
+/// The part of the way on which the look of a phase goes.
+#[inline(always)]
+fn part<R: Real>(phase: R) -> R {
+    let times = (phase - lit(4.0)).max(lit(0.0)).named("times");
+    lit::<R>(1.0) / (times * times + lit(1.0))
 }
 
 /// The way of the look in phase 4, from the place of a round that is `offset` away from the claim: a little beyond the
@@ -82,16 +95,17 @@ fn look<R: Real>(value: R, gradient: R::Vec3, offset: R::Vec3, rounding: R, limi
     along * R::select(value.less(lit(0.0)), share, -share)
 }
 
-/// The offset of the place of phase 4, from which the next round goes on. `at` is the place of this round.
+/// The offset of the place of a look, from which the next round goes on. `at` is the place of this round.
 #[inline(always)]
 pub fn offset<R: Real>(
     at: R::Vec3,
     offset: R::Vec3,
+    phase: R,
     value: R,
     gradient: R::Vec3,
     limit: R,
 ) -> R::Vec3 {
-    offset + look::<R>(value, gradient, offset, rounding::<R>(at), limit)
+    offset + look::<R>(value, gradient, offset, rounding::<R>(at), limit) * part(phase)
 }
 
 /// The point at which a phase evaluates the field. `at` is the place of the round, `offset` away from the claim.
@@ -113,7 +127,7 @@ pub fn place<R: Real>(
         R::select(here, apart, zero)
     };
     let beside = R::Vec3::new(along(1.0), along(2.0), along(3.0));
-    let looks = R::select(phase.less(lit(3.5)), zero, lit(1.0)).named("looks");
+    let looks = R::select(phase.less(lit(3.5)), zero, part(phase)).named("looks");
     at + beside + look::<R>(value, gradient, offset, rounding::<R>(at), limit) * looks
 }
 
@@ -129,27 +143,40 @@ pub fn gradient<R: Real>(gradient: R::Vec3, phase: R, change: R, apart: R) -> R:
     gradient + R::Vec3::new(along(1.0), along(2.0), along(3.0))
 }
 
-/// The outcome of phase 4, in which the field is `field` at the offset `next` from a claim, and `value` at the place
-/// `at` of the round: 1 where a surface is there, −1 where nothing is that matters, and 0 where another round tells.
-/// A look that goes nowhere finds nothing.
+/// The outcome of a look that does not tell where the surface is: the next phase takes a part of the way.
+pub const TOO_FAR: f32 = 2.0;
+
+/// The outcome of a look, in which the field is `field` at the offset `next` from a claim, and `value` at the place `at`
+/// of the round, with the offset `offset`: 1 where a surface is there, −1 where nothing is that matters, and 0 where
+/// another round tells. [`TOO_FAR`] where it is beyond the surface by more than the gradient says. A look that goes
+/// nowhere finds nothing.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "the state of a claim")]
 pub fn outcome<R: Real>(
     at: R::Vec3,
     gradient: R::Vec3,
     round: R,
+    phase: R,
     value: R,
     field: R,
+    offset: R::Vec3,
     next: R::Vec3,
     limit: R,
 ) -> R {
     // Of what was divided by a large bound, rounding makes less.
     let noise = rounding::<R>(at) * gradient.length().min(lit(1.0)) * lit(NOISE);
     let there = value.min(field).less(-noise);
+    let expected = value + gradient.dot(next - offset);
+    let is_deep = field.less(expected - value * lit(TOO_DEEP));
+    let is_outside = lit::<R>(0.0).less(value);
+    let may_go_on = R::and(is_outside, phase.less(lit(LAST_PHASE - 0.5)));
+    let is_too_far = R::and(R::and(there, is_deep), may_go_on);
     let is_last = lit::<R>(ROUNDS - 1.5).less(round);
     let moved = R::or(field.less(value), value.less(field));
     let is_far = (limit * limit).less(next.dot(next));
     let goes_on = R::and(moved, R::not(R::or(is_last, is_far)));
-    R::select(there, lit(1.0), R::select(goes_on, lit(0.0), lit(-1.0)))
+    let found = R::select(is_too_far, lit(f64::from(TOO_FAR)), lit(1.0));
+    R::select(there, found, R::select(goes_on, lit(0.0), lit(-1.0)))
 }
 
 /// The value from which another round goes on after an outcome of 0. What is below zero there is rounding, and only a

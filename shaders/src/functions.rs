@@ -87,17 +87,18 @@ functions! {
     jumps = normals::jumps(value, slope, apart);
 
     claim_apart = claim::apart(value, at, limit);
-    claim_offset = claim::offset(at, offset, value, gradient, limit);
+    claim_offset = claim::offset(at, offset, phase, value, gradient, limit);
     claim_place = claim::place(at, offset, phase, value, gradient, limit);
     claim_gradient = claim::gradient(gradient, phase, change, apart);
-    claim_outcome = claim::outcome(at, gradient, round, value, field, next, limit);
+    claim_outcome = claim::outcome(at, gradient, round, phase, value, field, offset, next, limit);
     claim_repeated = claim::repeated(field);
     claim_surface = claim::surface(offset, next, value, field);
     shadow_leave = shadow::leave(origin, direction, low, high, reach, size);
     shadow_limit = shadow::limit(t, size);
     shadow_pause = shadow::pause(t, way);
     shadow_before = shadow::before(last, claim_t, t);
-    shadow_moved = shadow::moved(way, direction, t, leave, value);
+    shadow_moved = shadow::moved(way, gradient, direction, t, leave, value, round, moves);
+    shadow_aside = shadow::aside(way, gradient, direction, round);
     occlusion_limit = occlusion::limit(height);
 
     march_noise = marching::noise(rounding, slope, raw);

@@ -326,8 +326,8 @@ shared! {
         value: f32,
         /// 1 where the ray ends after the check of the claim.
         ends: f32,
-        /// 1 where the claim was moved along the ray and is checked once more.
-        again: f32,
+        /// The number of times that the claim was moved, to be checked once more.
+        moves: f32,
         /// How many evaluations it took; [`crate::shadow::DONE`] is set when it has ended.
         steps: u32,
         /// The field at the point before.

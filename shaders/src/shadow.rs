@@ -114,20 +114,58 @@ pub fn leave<R: Real>(
 /// moved.
 const MAX_AHEAD: f64 = 0.2;
 
+/// The cosine of the angle between the way to a point of a surface and the normal there from which on that is
+/// the nearest one.
+const NEAREST: f64 = 0.98;
+/// The most times that a claim is moved.
+const MOVES: f64 = 2.0;
+
 /// The place along the ray beside the point of a surface that is `way` away from a claim at `t`, where the claim is
-/// checked once more; [`NO_CLAIM`] where that would tell nothing new.
+/// checked once more; [`NO_CLAIM`] where that would tell nothing new. The surface was found after so many rounds by the
+/// `gradient`, and the claim was moved `moves` times before.
 #[inline(always)]
-pub fn moved<R: Real>(way: R::Vec3, direction: R::Vec3, t: R, leave: R, value: R) -> R {
+#[expect(clippy::too_many_arguments, reason = "the state of a claim")]
+pub fn moved<R: Real>(
+    way: R::Vec3,
+    gradient: R::Vec3,
+    direction: R::Vec3,
+    t: R,
+    leave: R,
+    value: R,
+    round: R,
+    moves: R,
+) -> R {
     let ahead = way.dot(direction).named("ahead");
-    let across = (way - direction * ahead).length().named("across");
+    let beside = (way - direction * ahead).named("beside");
+    let across = beside.length().named("across");
     let is_beside = ahead.abs().less(across * lit(MAX_AHEAD));
+    // What one look finds is the nearest point, and leads to no other at the same place.
+    let along = beside.dot(gradient).abs().named("along");
+    let least = across * gradient.length() * lit(NEAREST);
+    let is_nearest = R::or(round.less(lit(0.5)), least.less(along));
     let to = t + ahead;
     let is_on_ray = R::and(lit::<R>(0.0).less(to), to.less(leave));
+    let is_open = R::and(lit::<R>(0.0).less(value), moves.less(lit(MOVES - 0.5)));
     let moves = R::and(
-        is_on_ray,
-        R::and(R::not(is_beside), lit::<R>(0.0).less(value)),
+        R::and(is_on_ray, is_open),
+        R::not(R::and(is_beside, is_nearest)),
     );
     R::select(moves, to, lit(f64::from(NO_CLAIM)))
+}
+
+/// The offset at which a moved claim is checked: none where the first look led to the surface, `way` away. Else the
+/// nearest point of the plane through the point that was found, since the field leads there by a roundabout way.
+#[inline(always)]
+pub fn aside<R: Real>(
+    way: R::Vec3,
+    gradient: R::Vec3,
+    direction: R::Vec3,
+    round: R,
+) -> R::Vec3 {
+    let beside = way - direction * way.dot(direction);
+    let square = gradient.dot(gradient).max(lit(1e-30)).named("square");
+    let share = (beside.dot(gradient) / square).named("share");
+    gradient * R::select(round.less(lit(0.5)), lit(0.0), share)
 }
 
 /// Visibility after a claim at `t`, from the point of a surface that is `way` away from it: how far that point is

@@ -21,8 +21,14 @@ fn checked(field: impl Fn(V3<f32>) -> f32, claim: V3<f32>, distance: f32) -> f32
             phase += 1.0;
             continue;
         }
-        let next = claim::offset::<f32>(at, offset, value, gradient, limit);
-        let outcome = claim::outcome::<f32>(at, gradient, round, value, found, next, limit);
+        let next = claim::offset::<f32>(at, offset, phase, value, gradient, limit);
+        let outcome = claim::outcome::<f32>(
+            at, gradient, round, phase, value, found, offset, next, limit,
+        );
+        if outcome == claim::TOO_FAR {
+            phase += 1.0;
+            continue;
+        }
         if outcome > 0.0 {
             return claim::surface::<f32>(offset, next, value, found).length();
         }
@@ -86,8 +92,8 @@ fn where_a_field_only_touches_zero_there_is_nothing() {
 fn only_a_claim_itself_is_in_a_solid() {
     let (at, up) = (V3::of(0.0, 1.0, 0.0), V3::of(0.0, 1.0, 0.0));
     let way = V3::of(0.5, 0.0, 0.0);
-    let later = claim::offset::<f32>(at, way, claim::repeated::<f32>(-1e-7), up, 1.0);
+    let later = claim::offset::<f32>(at, way, 4.0, claim::repeated::<f32>(-1e-7), up, 1.0);
     assert!(later.y < 0.0, "{later:?}");
-    let first = claim::offset::<f32>(at, V3::splat(0.0), -0.25, up, 1.0);
+    let first = claim::offset::<f32>(at, V3::splat(0.0), 4.0, -0.25, up, 1.0);
     assert!(first.y > 0.25, "{first:?}");
 }

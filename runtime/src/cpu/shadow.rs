@@ -19,7 +19,7 @@ lanes! {
     ShadowLanes {
         start_x, start_y, start_z, direction_x, direction_y, direction_z, leave,
         axis_x, axis_y, axis_z, reach, size, number, best, cleared, begun,
-        t, visibility, steps, least, side, rounding, before, step, fall, last, claim_t, ends, again,
+        t, visibility, steps, least, side, rounding, before, step, fall, last, claim_t, ends, moves,
         value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
     }
 }
@@ -126,7 +126,7 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
             b.phase.0[lane] = 0.0;
             b.last.0[lane] = 1.0;
             b.claim_t.0[lane] = shadow::NO_CLAIM;
-            b.again.0[lane] = 0.0;
+            b.moves.0[lane] = 0.0;
         }
         if FORM == SIZED {
             b.axis_x.0[lane] = direction.x;

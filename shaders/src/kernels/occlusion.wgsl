@@ -69,8 +69,10 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         around.steps += 1.0;
         var clear = field;
         if !is_nan(field) {
-            let next = claim_offset(at, around.offset, around.value, around.gradient, limit);
-            let outcome = claim_outcome(at, around.gradient, around.round, around.value, field, next, limit);
+            let next = claim_offset(at, around.offset, around.phase, around.value, around.gradient, limit);
+            let outcome = claim_outcome(
+                at, around.gradient, around.round, around.phase, around.value, field, around.offset, next, limit
+            );
             if around.phase == 0.0 {
                 if occlusion_claims(field, height, slope) > 0.0 {
                     around.value = field;
@@ -82,6 +84,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             } else if around.phase < 3.5 {
                 let sideways = claim_apart(around.value, at, limit);
                 around.gradient = claim_gradient(around.gradient, around.phase, field - around.value, sideways);
+                around.phase += 1.0;
+                continue;
+            } else if outcome == TOO_FAR {
                 around.phase += 1.0;
                 continue;
             } else if outcome == 0.0 {

@@ -101,14 +101,19 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let dark = 0.0;
 #end
         if checking {
-            let next = claim_offset(at, ray.offset, ray.value, ray.gradient, limit);
-            let outcome = claim_outcome(at, ray.gradient, ray.round, ray.value, field, next, limit);
+            let next = claim_offset(at, ray.offset, ray.phase, ray.value, ray.gradient, limit);
+            let outcome = claim_outcome(
+                at, ray.gradient, ray.round, ray.phase, ray.value, field, ray.offset, next, limit
+            );
             if ray.phase < 0.75 {
-                ray.value = field;
+                let is_aside = any(ray.offset != vec3f(0.0));
+                ray.value = select(field, claim_repeated(field), is_aside);
                 ray.phase = 1.0;
             } else if ray.phase < 3.5 {
                 let sideways = claim_apart(ray.value, at, limit);
                 ray.gradient = claim_gradient(ray.gradient, ray.phase, field - ray.value, sideways);
+                ray.phase += 1.0;
+            } else if outcome == TOO_FAR {
                 ray.phase += 1.0;
             } else if outcome == 0.0 {
                 ray.offset = next;
@@ -119,6 +124,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             } else {
                 var to = NO_CLAIM;
                 var none = NO_CLAIM;
+                var aside = vec3f(0.0);
                 if outcome > 0.0 {
                     let way = claim_surface(ray.offset, next, ray.value, field);
                     if ray.round > 0.0 { none = shadow_pause(ray.claim_t, way); }
@@ -136,17 +142,20 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                         );
                     }
 #end
-                    to = shadow_moved(way, direction, ray.claim_t, end, ray.value);
+                    to = shadow_moved(
+                        way, ray.gradient, direction, ray.claim_t, end, ray.value, ray.round, ray.moves
+                    );
+                    aside = shadow_aside(way, ray.gradient, direction, ray.round);
                 } else {
                     // Where nothing is behind a claim, the next point may claim what is farther.
                     ray.last = NO_LAST;
                 }
-                let moves = to > 0.0 && ray.again == 0.0 && ray.visibility > dark;
-                ray.again = select(0.0, 1.0, moves);
+                let moves = to > 0.0 && ray.visibility > dark;
+                ray.moves = select(0.0, ray.moves + 1.0, moves);
                 ray.claim_t = select(none, to, moves);
                 ray.phase = select(0.0, MOVED, moves);
                 ray.round = 0.0;
-                ray.offset = vec3f(0.0);
+                ray.offset = select(vec3f(0.0), aside, moves);
                 ray.gradient = vec3f(0.0);
                 ends = !moves && (ray.ends > 0.0 || ray.visibility <= dark);
             }

@@ -131,10 +131,13 @@ impl Walk for Checks<'_> {
             let measures = phase < 3.5;
             let apart = claim::apart::<f32>(value, at, limit);
             let measured = claim::gradient::<f32>(gradient, phase, field - value, apart);
-            let next = claim::offset::<f32>(at, offset, value, gradient, limit);
-            let outcome =
-                claim::outcome::<f32>(at, gradient, b.round.0[i], value, field, next, limit);
+            let next = claim::offset::<f32>(at, offset, phase, value, gradient, limit);
+            let round = b.round.0[i];
+            let outcome = claim::outcome::<f32>(
+                at, gradient, round, phase, value, field, offset, next, limit,
+            );
             let repeats = !measures & (outcome == 0.0);
+            let shortens = !measures & (outcome == claim::TOO_FAR);
             let way = claim::surface::<f32>(offset, next, value, field);
             let found = if outcome > 0.0 {
                 way.length()
@@ -145,17 +148,17 @@ impl Walk for Checks<'_> {
             let nan = is_nan(field);
             // What is no number hides nothing.
             b.distance.0[i] = if nan { claim::NOTHING } else { found };
-            let kept = |measured: f32| if measures { measured } else { 0.0 };
-            b.gradient_x.0[i] = kept(measured.x);
-            b.gradient_y.0[i] = kept(measured.y);
-            b.gradient_z.0[i] = kept(measured.z);
+            let left = if shortens { gradient } else { V3::splat(0.0) };
+            b.gradient_x.0[i] = if measures { measured.x } else { left.x };
+            b.gradient_y.0[i] = if measures { measured.y } else { left.y };
+            b.gradient_z.0[i] = if measures { measured.z } else { left.z };
             b.offset_x.0[i] = if repeats { next.x } else { offset.x };
             b.offset_y.0[i] = if repeats { next.y } else { offset.y };
             b.offset_z.0[i] = if repeats { next.z } else { offset.z };
             b.value.0[i] = if repeats { repeated } else { value };
             b.round.0[i] += if repeats { 1.0 } else { 0.0 };
-            b.phase.0[i] = if measures { phase + 1.0 } else { 1.0 };
-            *ended = nan | (!measures & !repeats);
+            b.phase.0[i] = if measures | shortens { phase + 1.0 } else { 1.0 };
+            *ended = nan | (!measures & !repeats & !shortens);
         }
     }
 

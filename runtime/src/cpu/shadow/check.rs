@@ -23,10 +23,13 @@ impl<const FORM: u32> Shared<FORM> {
 
         let apart = claim::apart::<f32>(value, at, limit);
         let measured = claim::gradient::<f32>(gradient, phase, field - value, apart);
-        let next = claim::offset::<f32>(at, offset, value, gradient, limit);
-        let outcome = claim::outcome::<f32>(at, gradient, b.round.0[i], value, field, next, limit);
+        let next = claim::offset::<f32>(at, offset, phase, value, gradient, limit);
+        let outcome = claim::outcome::<f32>(
+            at, gradient, b.round.0[i], phase, value, field, offset, next, limit,
+        );
         let repeats = looks & (outcome == 0.0);
-        let finds = looks & (outcome > 0.0);
+        let shortens = looks & (outcome == claim::TOO_FAR);
+        let finds = looks & (outcome == 1.0);
         let is_misled = finds & (b.round.0[i] > 0.0);
 
         let way = claim::surface::<f32>(offset, next, value, field);
@@ -44,14 +47,18 @@ impl<const FORM: u32> Shared<FORM> {
             (visible, end)
         };
         b.visibility.0[i] = if finds { visible } else { v };
-        let to = shadow::moved::<f32>(way, direction, t, end, value);
+        let (round, moved) = (b.round.0[i], b.moves.0[i]);
+        let to = shadow::moved::<f32>(way, gradient, direction, t, end, value, round, moved);
+        let aside = shadow::aside::<f32>(way, gradient, direction, round);
         let is_dark = self.is_dark(b, i);
-        let moves = finds & (to > 0.0) & (b.again.0[i] == 0.0) & !is_dark;
-        let finished = looks & !repeats & !moves;
+        let moves = finds & (to > 0.0) & !is_dark;
+        let finished = looks & !repeats & !shortens & !moves;
 
         let repeated = claim::repeated::<f32>(field);
         let kept = if repeats { repeated } else { value };
-        b.value.0[i] = if starts { field } else { kept };
+        let is_aside = offset.dot(offset) > 0.0;
+        let begun = if is_aside { repeated } else { field };
+        b.value.0[i] = if starts { begun } else { kept };
         let zeroed = if repeats | moves {
             V3::splat(0.0)
         } else {
@@ -60,18 +67,18 @@ impl<const FORM: u32> Shared<FORM> {
         b.gradient_x.0[i] = if measures { measured.x } else { zeroed.x };
         b.gradient_y.0[i] = if measures { measured.y } else { zeroed.y };
         b.gradient_z.0[i] = if measures { measured.z } else { zeroed.z };
-        let zeroed = if moves { V3::splat(0.0) } else { offset };
+        let zeroed = if moves { aside } else { offset };
         b.offset_x.0[i] = if repeats { next.x } else { zeroed.x };
         b.offset_y.0[i] = if repeats { next.y } else { zeroed.y };
         b.offset_z.0[i] = if repeats { next.z } else { zeroed.z };
-        let ahead = if measures { phase + 1.0 } else { phase };
+        let ahead = if measures | shortens { phase + 1.0 } else { phase };
         let ahead = if starts | repeats { 1.0 } else { ahead };
         let ahead = if moves { claim::MOVED } else { ahead };
         b.phase.0[i] = if finished { 0.0 } else { ahead };
         let round = b.round.0[i] + if repeats { 1.0 } else { 0.0 };
         b.round.0[i] = if moves { 0.0 } else { round };
-        let again = if finished { 0.0 } else { b.again.0[i] };
-        b.again.0[i] = if moves { 1.0 } else { again };
+        let before = if finished { 0.0 } else { moved };
+        b.moves.0[i] = before + if moves { 1.0 } else { 0.0 };
         let none = if is_misled {
             shadow::pause::<f32>(t, way)
         } else {
