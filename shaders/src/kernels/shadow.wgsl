@@ -154,7 +154,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.moves = select(0.0, ray.moves + 1.0, moves);
                 ray.claim_t = select(none, to, moves);
                 ray.phase = select(0.0, MOVED, moves);
-                ray.round = 0.0;
+                // After a roundabout way the next one counts as one, too.
+                ray.round = select(0.0, min(ray.round, 1.0), moves);
                 ray.offset = select(vec3f(0.0), aside, moves);
                 ray.gradient = vec3f(0.0);
                 ends = !moves && (ray.ends > 0.0 || ray.visibility <= dark);

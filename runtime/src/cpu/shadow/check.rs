@@ -76,7 +76,8 @@ impl<const FORM: u32> Shared<FORM> {
         let ahead = if moves { claim::MOVED } else { ahead };
         b.phase.0[i] = if finished { 0.0 } else { ahead };
         let round = b.round.0[i] + if repeats { 1.0 } else { 0.0 };
-        b.round.0[i] = if moves { 0.0 } else { round };
+        // After a roundabout way the next one counts as one, too.
+        b.round.0[i] = if moves & (round > 1.0) { 1.0 } else { round };
         let before = if finished { 0.0 } else { moved };
         b.moves.0[i] = before + if moves { 1.0 } else { 0.0 };
         let none = if is_misled {
