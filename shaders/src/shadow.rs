@@ -39,8 +39,8 @@ pub const NO_LAST: f32 = 1e30;
 /// The place of a claim on the ray where there is none. The negative of a place stands for none, too; see [`pause`].
 pub const NO_CLAIM: f32 = -1e30;
 
-/// The part of the way to a surface on which no other one can be much nearer.
-const PAUSE: f64 = 1.0;
+/// The way on which a ray makes no other claim, in units of the way to the surface that the last one led to.
+const PAUSE: f64 = 2.0;
 
 /// The number that stands for no claim after one at `t` that took more than one look to a surface, `way` away: the
 /// field is no distance there, and may rise where the surface comes nearer. So from the place on of which this is the
@@ -156,12 +156,7 @@ pub fn moved<R: Real>(
 /// The offset at which a moved claim is checked: none where the first look led to the surface, `way` away. Else the
 /// nearest point of the plane through the point that was found, since the field leads there by a roundabout way.
 #[inline(always)]
-pub fn aside<R: Real>(
-    way: R::Vec3,
-    gradient: R::Vec3,
-    direction: R::Vec3,
-    round: R,
-) -> R::Vec3 {
+pub fn aside<R: Real>(way: R::Vec3, gradient: R::Vec3, direction: R::Vec3, round: R) -> R::Vec3 {
     let beside = way - direction * way.dot(direction);
     let square = gradient.dot(gradient).max(lit(1e-30)).named("square");
     let share = (beside.dot(gradient) / square).named("share");

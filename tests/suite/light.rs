@@ -101,6 +101,59 @@ fn a_tall_post_far_away_changes_no_penumbra() {
     assert_eq!(other_channels(&texts[0], &texts[1]), 0);
 }
 
+/// The penumbras of wide lights are those of surfaces, whatever the fields are that make these, alone or in a map.
+#[test]
+fn wide_lights_see_no_fields() {
+    let scene = |light: &str, shape: &str| {
+        format!(
+            "camera {{ from: [2, 2.4, 3], look: [0, 0, 0], fov: 40deg }}\n\
+             light {{ {light} }}\n\
+             render {{ occlusion: off, far: 60 }}\n\
+             {shape} | plane(Y, at: -0.6)\n"
+        )
+    };
+    let wavy = "warp(fn(p) => [p.x, p.y + 0.2 * sin(3 * p.x), p.z])";
+    let two = |ball: &str, map: &str| format!("({ball} | sphere(0.3).translate(0.9, 0, 0)).{map}");
+    let ball = "sphere(0.5)";
+    let mut pairs: Vec<[String; 2]> = [
+        "field(fn(p) => dot(p, p) - 0.25)",
+        "field(fn(p) => pow(length(p), 3) - 0.125)",
+        "field(fn(p) => exp(length(p)) - exp(0.5))",
+        "field(fn(p) => (length(p) - 0.5) * (1 + 0.2 * length(p)))",
+    ]
+    .map(|field| [field.to_owned(), ball.to_owned()])
+    .to_vec();
+    for field in [
+        "field(fn(p) => 50 * (length(p) - 0.5))",
+        "field(fn(p) => 0.02 * (length(p) - 0.5))",
+    ] {
+        for map in [wavy, "twist(20deg)"] {
+            pairs.push([two(field, map), two(ball, map)]);
+        }
+    }
+    let turned = "fn turned(p: vec3) -> vec3 { let c = cos(1.2 * p.y); let s = sin(1.2 * p.y); \
+        [c * p.x - s * p.z, p.y, s * p.x + c * p.z] }\n";
+    let bar = "field(fn(p) => { let q = abs(turned(p)) - [0.2, 0.5, 0.2]; \
+        length(max(q, vec3(0))) + min(max(q.x, max(q.y, q.z)), 0) }, lipschitz: 2)";
+    pairs.push([
+        format!("{turned}box(0.4, 1, 0.4).warp(turned)"),
+        format!("{turned}{bar}"),
+    ]);
+    let mut failures = Vec::new();
+    for light in [
+        "dir: [0.5, 0.8, 0.3], shadow: soft(0.4)",
+        "dir: [-0.6, 0.8, 0.2], shadow: plain(0.3)",
+    ] {
+        for [one, other] in &pairs {
+            let count = other_channels(&scene(light, one), &scene(light, other));
+            if count > MAX_EDGE_CHANNELS {
+                failures.push(format!("{light}, {one}: {count} channels"));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
 /// A solid whose crossing by a ray is known in closed form.
 #[derive(Clone, Copy)]
 enum Solid {

@@ -189,9 +189,8 @@ impl Lengthening<'_> {
                     return None;
                 };
                 let normal = [x, y, z].map(|&id| self.scene.expressions.as_constant(id));
-                let is_across = (0..3).all(|other| {
-                    normal[other] == Some(if other == axis { sign } else { 0.0 })
-                });
+                let is_across = (0..3)
+                    .all(|other| normal[other] == Some(if other == axis { sign } else { 0.0 }));
                 is_across.then(|| Linear::of(&self.scene.expressions, *at))
             }
             ShapeKind::Primitive { op, parameters } => {

@@ -157,7 +157,11 @@ impl Walk for Checks<'_> {
             b.offset_z.0[i] = if repeats { next.z } else { offset.z };
             b.value.0[i] = if repeats { repeated } else { value };
             b.round.0[i] += if repeats { 1.0 } else { 0.0 };
-            b.phase.0[i] = if measures | shortens { phase + 1.0 } else { 1.0 };
+            b.phase.0[i] = if measures | shortens {
+                phase + 1.0
+            } else {
+                1.0
+            };
             *ended = nan | (!measures & !repeats & !shortens);
         }
     }

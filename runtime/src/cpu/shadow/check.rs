@@ -25,7 +25,15 @@ impl<const FORM: u32> Shared<FORM> {
         let measured = claim::gradient::<f32>(gradient, phase, field - value, apart);
         let next = claim::offset::<f32>(at, offset, phase, value, gradient, limit);
         let outcome = claim::outcome::<f32>(
-            at, gradient, b.round.0[i], phase, value, field, offset, next, limit,
+            at,
+            gradient,
+            b.round.0[i],
+            phase,
+            value,
+            field,
+            offset,
+            next,
+            limit,
         );
         let repeats = looks & (outcome == 0.0);
         let shortens = looks & (outcome == claim::TOO_FAR);
@@ -71,7 +79,11 @@ impl<const FORM: u32> Shared<FORM> {
         b.offset_x.0[i] = if repeats { next.x } else { zeroed.x };
         b.offset_y.0[i] = if repeats { next.y } else { zeroed.y };
         b.offset_z.0[i] = if repeats { next.z } else { zeroed.z };
-        let ahead = if measures | shortens { phase + 1.0 } else { phase };
+        let ahead = if measures | shortens {
+            phase + 1.0
+        } else {
+            phase
+        };
         let ahead = if starts | repeats { 1.0 } else { ahead };
         let ahead = if moves { claim::MOVED } else { ahead };
         b.phase.0[i] = if finished { 0.0 } else { ahead };
