@@ -145,18 +145,16 @@ fn shape(r: &mut Random, depth: usize) -> Shape {
         }
         15 => displaced(r, depth),
         16 => {
-            // fault: what a map bends is divided as a whole by the largest slope in it, so a flat field in a union
-            // hides the shapes beside it from soft light. Such fields are not multiplied.
             let child = shape(r, depth + 1);
-            child.valued(match r.below(4) {
-                0 => format!("twist({}deg)", r.below(60)),
-                1 => format!("bend({}deg)", r.below(50)),
-                2 => format!(
+            match r.below(4) {
+                0 => child.then(format!("twist({}deg)", r.below(60))),
+                1 => child.then(format!("bend({}deg)", r.below(50))),
+                2 => child.then(format!(
                     "warp(fn(p) => p + {} * [sin(4 * p.y), sin(4 * p.z), sin(4 * p.x)])",
                     between(r, 0.02, 0.1)
-                ),
-                _ => format!("elongate([{}, 0, 0.1])", between(r, 0.05, 0.4)),
-            })
+                )),
+                _ => child.valued(format!("elongate([{}, 0, 0.1])", between(r, 0.05, 0.4))),
+            }
         }
         17 => copies(r),
         _ => {
