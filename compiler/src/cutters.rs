@@ -12,6 +12,7 @@
 
 mod copies;
 mod cover;
+mod halves;
 mod linear;
 mod live;
 mod live_sketch;
@@ -28,6 +29,7 @@ use crate::scene::{Scene, Shape, ShapeId, ShapeKind, children_mut};
 use crate::slope::Ranges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::real::Vector3;
+use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
@@ -110,6 +112,8 @@ struct Cut {
     size: f64,
     /// The size at the present values of the parameters.
     present_size: f64,
+    /// The distance from cutters as far as which they are blended with the body.
+    reach: f64,
     others: Vec<Other>,
 }
 
@@ -138,12 +142,20 @@ impl Lengthening<'_> {
         }
         match &mut kind {
             ShapeKind::Combine {
-                op: Op::Subtraction,
+                op,
                 children,
-                ..
-            } => {
+                parameters,
+            } if op.row().meta.set == Some(SetOperation::Subtraction) => {
+                let reach = match (*op, parameters.first()) {
+                    (Op::Subtraction, _) => Some(0.0),
+                    // One that is exponential has no end.
+                    (Op::ExponentialSubtraction, _) | (_, None) => None,
+                    (_, Some(&width)) => self.scene.expressions.as_constant(width),
+                };
                 let (body, cutters) = children.split_at_mut(1);
-                self.cut(body[0], cutters);
+                if let Some(reach) = reach {
+                    self.cut(body[0], cutters, reach);
+                }
             }
             ShapeKind::Combine {
                 op: Op::Intersection,
@@ -157,18 +169,19 @@ impl Lengthening<'_> {
         new
     }
 
-    /// Makes the cutters of a body longer.
-    fn cut(&mut self, body: ShapeId, cutters: &mut [ShapeId]) {
+    /// Makes the cutters of a body longer, which are blended with it as far as `reach` away from them.
+    fn cut(&mut self, body: ShapeId, cutters: &mut [ShapeId], reach: f64) {
         let within = self.cutters_within(body);
         let shapes: Vec<ShapeId> = [body].into_iter().chain(cutters.iter().copied()).collect();
         let mut cut = Cut {
             body,
             size: size_of(&shapes, |id| self.bounds(id)),
             present_size: size_of(&shapes, |id| self.present.of(World::from(&*self.scene), id)),
+            reach,
             others: Vec::new(),
         };
         self.cutters(cutters, &mut Vec::new(), &mut cut, &within);
-        if self.is_live {
+        if self.is_live && reach == 0.0 {
             for cutter in cutters {
                 *cutter = self.followed(*cutter, &mut Vec::new(), &cut);
             }
@@ -203,7 +216,7 @@ impl Lengthening<'_> {
                 self.pushed(id, kind)
             }
         };
-        self.cut(body, &mut inside);
+        self.cut(body, &mut inside, 0.0);
         for (at, cutter) in cutters.into_iter().zip(inside) {
             let mut kind = self.kind(children[at]).clone();
             for child in children_mut(&mut kind) {
@@ -286,6 +299,17 @@ impl Lengthening<'_> {
     fn cutter(&mut self, id: ShapeId, path: &mut Vec<Step>, cut: &mut Cut) -> ShapeId {
         let mut kind = self.kind(id).clone();
         let step = match &mut kind {
+            // A blend reaches beyond what bounds a part of such cutters.
+            ShapeKind::Combine {
+                op: Op::Intersection | Op::Subtraction,
+                ..
+            }
+            | ShapeKind::Domain { .. }
+                if cut.reach > 0.0 =>
+            {
+                return id;
+            }
+            ShapeKind::Distance { .. } if cut.reach > 0.0 => return self.longer(id, path, cut),
             ShapeKind::Combine {
                 op: Op::Union,
                 children,
@@ -302,8 +326,11 @@ impl Lengthening<'_> {
                 // One after the other: what is added to one is cut to what the others are by then.
                 for at in 0..children.len() {
                     let others = (0..children.len()).filter(|&other| other != at);
+                    let others: Vec<ShapeId> = others.map(|other| children[other]).collect();
+                    children[at] = self.opened(children[at], &others, path, cut);
                     let within = others
-                        .map(|other| self.bounds(children[other]))
+                        .iter()
+                        .map(|&other| self.bounds(other))
                         .fold(Bounds::EVERYTHING, |common, own| common.common(&own));
                     path.push(Step::Within(within));
                     children[at] = self.cutter(children[at], path, cut);
@@ -321,8 +348,12 @@ impl Lengthening<'_> {
             }
             ShapeKind::Primitive { .. } => {
                 let id = self.longer(id, path, cut);
-                return self.farther(id, path, cut);
+                return match cut.reach > 0.0 {
+                    true => id,
+                    false => self.farther(id, path, cut),
+                };
             }
+            ShapeKind::Polygon { .. } if cut.reach > 0.0 => return id,
             ShapeKind::Polygon { .. } => return self.wider(id, path, cut),
             ShapeKind::Painted { .. } => None,
             ShapeKind::Frame { matrix, .. } => match self.constants(matrix) {

@@ -230,34 +230,39 @@ fn is_convex(scene: &Scene, id: ShapeId) -> bool {
         ShapeKind::Polygon { .. } => {
             super::section::corners(scene, id).is_some_and(|corners| turns_one_way(&corners))
         }
-        ShapeKind::Primitive { op, .. } => matches!(
-            op,
-            Op::Sphere
-                | Op::Cuboid
-                | Op::RoundedCuboid
-                | Op::Capsule
-                | Op::CapsuleBetween
-                | Op::Cylinder
-                | Op::RoundedCylinder
-                | Op::CylinderBetween
-                | Op::Cone
-                | Op::RoundedCone
-                | Op::RoundCone
-                | Op::Ellipsoid
-                | Op::Plane
-                | Op::Slab
-                | Op::Prism
-                | Op::Octahedron
-                | Op::Tetrahedron
-                | Op::Pyramid
-                | Op::Circle
-                | Op::Rect
-                | Op::RoundedRect
-                | Op::Segment
-                | Op::Ngon
-        ),
+        ShapeKind::Primitive { op, .. } => is_convex_row(*op),
         _ => false,
     }
+}
+
+/// Reports whether the solids of a row are convex.
+pub(super) fn is_convex_row(op: Op) -> bool {
+    matches!(
+        op,
+        Op::Sphere
+            | Op::Cuboid
+            | Op::RoundedCuboid
+            | Op::Capsule
+            | Op::CapsuleBetween
+            | Op::Cylinder
+            | Op::RoundedCylinder
+            | Op::CylinderBetween
+            | Op::Cone
+            | Op::RoundedCone
+            | Op::RoundCone
+            | Op::Ellipsoid
+            | Op::Plane
+            | Op::Slab
+            | Op::Prism
+            | Op::Octahedron
+            | Op::Tetrahedron
+            | Op::Pyramid
+            | Op::Circle
+            | Op::Rect
+            | Op::RoundedRect
+            | Op::Segment
+            | Op::Ngon
+    )
 }
 
 /// Reports whether a polygon turns one way at all corners, once around.

@@ -4,6 +4,7 @@
 //! cancel would leave it so. Solids of revolution around the axis of a ring are evaluated in its half plane, where
 //! their walls are straight.
 
+use super::cover::is_convex_row;
 use super::section::{corners, moved};
 use super::{Rows, SAME, TOUCHING, composed};
 use crate::bounds::{World, inverse};
@@ -11,10 +12,14 @@ use crate::expression::ExprId;
 use crate::scene::{NO_EDGE, Scene, ShapeId, ShapeKind};
 use crate::shape_range::ShapeRange;
 use crate::symmetry::is_turned;
+use sdfc_vm::apply::{Applied, apply, laid_out};
 use sdfc_vm::bounds::Bounds;
+use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
-use sdfc_vm::real::Real;
+use sdfc_vm::real::{Real, Vector3};
+use sdfc_vm::row::Exactness;
 use sdfc_vm::table::Op;
+use sdfc_vm::vector::V3;
 
 /// A set of points in some frame.
 #[derive(Clone, Copy)]
@@ -157,7 +162,62 @@ impl<'s, 'u> MappedRange<'s, 'u> {
         {
             return self.range.over(id, &Place::half_plane(ring).mapped(&axial));
         }
-        self.range.over(id, &place.bounds().mapped(rows))
+        let rows = match is_round(self.scene, id) {
+            true => unturned(rows).unwrap_or(*rows),
+            false => *rows,
+        };
+        let value = self.range.over(id, &place.bounds().mapped(&rows));
+        match place {
+            Place::Box(bounds) => match self.supported(id, &rows, bounds) {
+                Some(least) if least > value.lo => Interval {
+                    lo: least.min(value.hi),
+                    ..value
+                },
+                _ => value,
+            },
+            Place::Ring(_) => value,
+        }
+    }
+
+    /// The least value in a box by the plane that touches a convex solid's distance in the middle: a turned box has no
+    /// larger one around it.
+    fn supported(&self, id: ShapeId, rows: &Rows, bounds: &Bounds) -> Option<f64> {
+        let ShapeKind::Primitive { op, parameters } = &self.scene.shapes[id.0 as usize].kind else {
+            return None;
+        };
+        if op.row().meta.exactness != Exactness::Exact || !is_convex_row(*op) {
+            return None;
+        }
+        let constant = |&id| self.scene.expressions.as_constant(id);
+        let numbers: Vec<f64> = parameters.iter().map(constant).collect::<Option<_>>()?;
+        let middle = moved(rows, bounds.centre());
+        if !middle.iter().all(|v| v.is_finite()) {
+            return None;
+        }
+        let number = |axis: usize| {
+            let mut gradient = [0.0; 3];
+            gradient[axis] = 1.0;
+            let [x, y, z] = gradient;
+            Dual {
+                value: middle[axis],
+                gradient: V3::of(x, y, z),
+            }
+        };
+        let point = Vector3::new(number(0), number(1), number(2));
+        let none = Dual {
+            value: 0.0,
+            gradient: V3::of(0.0, 0.0, 0.0),
+        };
+        let Applied::Value(found) = apply(*op, point, [none; 3], &laid_out(*op, &numbers)) else {
+            return None;
+        };
+        let slopes = [found.gradient.x, found.gradient.y, found.gradient.z];
+        let reach = |axis: usize| {
+            let along: f64 = (0..3).map(|row| slopes[row] * rows[row][axis]).sum();
+            along.abs() * (bounds.max[axis] - bounds.min[axis]) / 2.0
+        };
+        let least = found.value - (0..3).map(reach).sum::<f64>();
+        least.is_finite().then_some(least)
     }
 }
 
@@ -219,6 +279,24 @@ pub(super) fn rows_of_frame(scene: &Scene, matrix: &[ExprId; 12]) -> Option<Rows
         rows[at / 4][at % 4] = scene.expressions.as_constant(id)?;
     }
     Some(rows)
+}
+
+/// The map without its turn around the y axis, with the same distances from that.
+fn unturned(rows: &Rows) -> Option<Rows> {
+    let [x, y, z] = rows;
+    let zero = |value: f64| value.abs() <= TOUCHING;
+    let is_axis = [x[1], z[1], y[0], y[2]].into_iter().all(zero);
+    let radial = x[0].hypot(z[0]);
+    let even = [x[0] * x[2] + z[0] * z[2], radial - x[2].hypot(z[2])];
+    if !is_axis || radial <= 0.0 || !even.iter().all(|v| v.abs() <= TOUCHING * radial.max(1.0)) {
+        return None;
+    }
+    let shift = |column: usize| (x[column] * x[3] + z[column] * z[3]) / radial;
+    Some([
+        [radial, 0.0, 0.0, shift(0)],
+        [0.0, y[1], 0.0, y[3]],
+        [0.0, 0.0, radial, shift(2)],
+    ])
 }
 
 /// Reports whether a shape is a solid of revolution around the y axis.

@@ -25,6 +25,8 @@ pub(super) struct Part {
     pub(super) id: ShapeId,
     /// It is as wide beyond its flat faces as in its middle; else it is the grown one.
     pub(super) is_straight: bool,
+    /// The distance from the part, in its frame, as far as which it is blended with the body.
+    pub(super) reach: f64,
     /// The axis of the region's frame along which the face moves.
     pub(super) axis: usize,
     /// The map from the region's frame to that of the part.
@@ -66,6 +68,10 @@ impl Lengthening<'_> {
             return true;
         }
         let outer = around(region).mapped(&region.rows);
+        if part.reach > 0.0 {
+            // Others hold the part, but not what is near to it.
+            return self.is_outside(part, region, cut.body, &[]);
+        }
         let near: Vec<(ShapeId, Level)> = cut
             .others
             .iter()
@@ -191,7 +197,7 @@ impl Lengthening<'_> {
                     }
                     (_, place) => range.over(part.id, &level.rows, &place),
                 };
-                if own.lo >= -touching {
+                if own.lo >= part.reach - touching {
                     continue;
                 }
             }

@@ -132,6 +132,7 @@ impl Lengthening<'_> {
                 let part = Part {
                     id: candidate,
                     is_straight: false,
+                    reach: 0.0,
                     axis: 0,
                     frame: edge.frame(),
                     sections: Some([section(edge.ends), section(far)]),
@@ -167,6 +168,7 @@ impl Lengthening<'_> {
         let part = Part {
             id,
             is_straight: false,
+            reach: 0.0,
             axis: 0,
             frame: edge.frame(),
             sections: None,

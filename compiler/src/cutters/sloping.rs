@@ -113,6 +113,7 @@ impl Lengthening<'_> {
                 let part = Part {
                     id: candidate,
                     is_straight: false,
+                    reach: 0.0,
                     axis: 1,
                     frame: new.frame,
                     sections: Some([spindle.section(upper), new.section(upper)]),
@@ -150,6 +151,7 @@ impl Lengthening<'_> {
         let part = Part {
             id,
             is_straight: false,
+            reach: 0.0,
             axis: 1,
             frame: spindle.frame,
             sections: None,

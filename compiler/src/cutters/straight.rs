@@ -81,9 +81,15 @@ impl Lengthening<'_> {
         cut: &Cut,
     ) -> f64 {
         let at = if upper { own.max[axis] } else { own.min[axis] };
+        // What is as near to a cutter as it is blended must be free, too.
+        let reach = cut.reach / scale(path);
         let between = |a: f64, b: f64| {
-            let mut added = *own;
-            (added.min[axis], added.max[axis]) = (a.min(b), a.max(b));
+            let mut added = own.grown(reach);
+            if a == at || b == at {
+                let far = if a == at { b } else { a };
+                let far = far + if far > at { reach } else { -reach };
+                (added.min[axis], added.max[axis]) = (at.min(far), at.max(far));
+            }
             added
         };
         let way = if upper { out } else { -out };
@@ -91,6 +97,7 @@ impl Lengthening<'_> {
         let part = Part {
             id,
             is_straight: true,
+            reach,
             axis,
             frame: SAME,
             sections: Some(self.straight_sections(id, own, (axis, at, at + way))),
