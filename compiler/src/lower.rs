@@ -140,6 +140,7 @@ fn walk(
         purpose,
         trail: Trail::default(),
         unbounded: HashSet::new(),
+        hollow: HashSet::new(),
         diagnostics: Vec::new(),
     };
     let root = lowering.shape(shape, At::world(world), Wanted::Step);
@@ -167,6 +168,8 @@ struct Lowering<'a> {
     trail: Trail,
     /// Shapes whose slope has no bound.
     unbounded: HashSet<ShapeId>,
+    /// The fields of which it was said that they have no inside.
+    hollow: HashSet<ShapeId>,
     diagnostics: Vec<Diagnostic>,
 }
 

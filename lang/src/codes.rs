@@ -618,7 +618,8 @@ another unit was meant.
 
 W0402 "a shape that is never seen" "\
 A shape is cut away where there is nothing to cut, or intersected with one that it does not touch.
-Perhaps it is somewhere else than was meant.
+Perhaps it is somewhere else than was meant. Or a field is below zero nowhere, as `abs(d)` and `d * d`: a surface is
+where the sign changes, so such a sheet needs some thickness, `abs(d) - 0.01`.
 
     box(1) - sphere(0.2).translate(5, 0, 0)
     box(1) - sphere(0.2).translate(0.5, 0, 0)";

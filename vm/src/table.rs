@@ -651,8 +651,8 @@ macro_rules! for_each_operation {
                 source: "the larger of the steps that are safe within the cube and by the power beyond",
                 ..DISTANCE
             };
-            /// A distance that holds only within `margin` of a box around its shape; farther out, that to the box. Its parameters are made of the box's two corners and the margin.
-            Bounded "bounded" = distance::bounded(d: Value, p: Point; centre: Vec3, margin: Scalar, half: Vec3) -> Value, prepare::corners, Meta {
+            /// A distance that holds only within `margin` of a box around its shape; farther out, that to the box. No step is longer than `limit`. Its parameters are made of the box's two corners, the margin and the limit.
+            Bounded "bounded" = distance::bounded(d: Value, p: Point; centre: Vec3, margin: Scalar, half: Vec3, limit: Scalar) -> Value, prepare::corners, Meta {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
                 slope: Slope::Step,

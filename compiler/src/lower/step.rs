@@ -8,9 +8,10 @@ use super::{At, Lowering};
 use crate::bounds::World;
 use crate::elaborate::short;
 use crate::graph::{Node, NodeId, Number};
-use crate::scene::ShapeId;
+use crate::scene::{ShapeId, ShapeKind};
 use crate::seen::farthest;
-use crate::slope::{Refuted, STEEPEST, is_endless, margin, near};
+use crate::shape_range::ShapeRange;
+use crate::slope::{Ranges, Refuted, STEEPEST, is_endless, margin, near};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
@@ -42,6 +43,7 @@ impl Lowering<'_> {
         if self.scene.shapes[id.0 as usize].plane && self.scene.plane {
             return node;
         }
+        self.report_hollow(id);
         let everywhere = self.slope(id, &Bounds::EVERYTHING);
         if is_tidy(everywhere) || everywhere < MIN_SLOPE {
             return node;
@@ -68,7 +70,12 @@ impl Lowering<'_> {
             }
             let divided = self.divided(node, near, at);
             let corners = bounds.min.into_iter().chain(bounds.max);
-            let numbers: Vec<f64> = corners.chain([margin]).collect();
+            // No surface is farther, but by a slope that was guessed some may be nearer than it seems.
+            let limit = match self.unbounded.contains(&id) {
+                true => margin,
+                false => margin + 2.0 * bounds.half_diagonal(),
+            };
+            let numbers: Vec<f64> = corners.chain([margin, limit]).collect();
             return self.row(Op::Bounded, at, divided, &numbers);
         }
         let first = self.known_slope(id, &Bounds::centred([unit; 3]));
@@ -82,6 +89,29 @@ impl Lowering<'_> {
         }
         let (factor, exponent) = power(&growth, first);
         self.row(Op::FieldGrowth, at, node, &[unit, first, factor, exponent])
+    }
+
+    /// Reports a field that intervals prove to be below zero nowhere: what is zero there is no surface.
+    fn report_hollow(&mut self, id: ShapeId) {
+        let shape = &self.scene.shapes[id.0 as usize];
+        let ShapeKind::Field { region, .. } = shape.kind else {
+            return;
+        };
+        let (span, world) = (shape.span, World::from(&*self.scene));
+        if self.hollow.contains(&id) {
+            return;
+        }
+        let ranges = Ranges::of(world);
+        let mut uniform = |id| ranges.of_number(&self.scene.expressions, id);
+        let value = ShapeRange::new(world, &mut uniform).over(id, &region);
+        if value.lo >= 0.0 {
+            self.hollow.insert(id);
+            self.diagnostics.push(
+                Diagnostic::warning(codes::W0402, span, "this field is below zero nowhere")
+                    .primary("so it has no inside, and nothing of it is seen")
+                    .help("give a sheet some thickness: subtract that, `abs(d) - 0.01`, or use `.shell(0.01)`"),
+            );
+        }
     }
 
     /// The bounds of a shape's slope in cubes around the origin, each twice as large as the one before, as far as rays

@@ -5,8 +5,9 @@
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::{evaluate, evaluate_f64};
 use sdfc_vm::interval::Interval;
-use sdfc_vm::program::Program;
+use sdfc_vm::program::{Code, Program};
 use sdfc_vm::rounding::{Rounded, bound};
+use sdfc_vm::tape::steep;
 use sdfc_vm::vector::V3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -154,7 +155,29 @@ fn at_middle(
     let near = bound.value.lo.abs().min(bound.value.hi.abs()) <= 2.0 * reach;
     let error = error_at(program, middle.map(|side| side.lo), &bound)?;
     let is_known = bound.error.is_finite();
-    (near || is_known && bound.may_be_zero()).then(|| error.per(gauge.unit))
+    let may_be = near || is_known && bound.may_be_zero();
+    let is_there = error.is_beyond || !is_raw(program) || changes_sign(program, place);
+    (may_be && is_there).then(|| error.per(gauge.unit))
+}
+
+/// Reports whether values of a program may be far from distances.
+fn is_raw(program: &Program) -> bool {
+    let is_raw = |code: &Code| matches!(code, Code::Op(op) if steep::is_raw(*op));
+    program.code.iter().any(|i| is_raw(&i.code))
+}
+
+/// Reports whether the field has both signs at the corners of a box. Near a pole, the value of a field that was divided
+/// by a bound of its slope is small though no surface is near.
+fn changes_sign(program: &Program, place: &[Interval; 3]) -> bool {
+    let corner = |corner: usize| {
+        std::array::from_fn(|axis| match corner >> axis & 1 {
+            0 => place[axis].lo,
+            _ => place[axis].hi,
+        })
+    };
+    let mut signs = (0..8).map(|at| evaluate_f64(program, corner(at)) < 0.0);
+    let first = signs.next();
+    signs.any(|sign| Some(sign) != first)
 }
 
 /// The error at a point, given its bound there; none at a tear, and where the field is no number.

@@ -81,12 +81,21 @@ pub fn elongate_correct<R: Real>(d: R, p: R::Vec3, half: R::Vec3) -> R {
 /// `half` around `centre`: within `margin` of the box. Farther out, the box's distance takes over.
 ///
 /// What can be trusted is a box's neighbourhood, with all ways from there to the shape. So it counts in full up to its
-/// end, where the value jumps: with a limit, it would be the same everywhere near a corner, and lead nowhere.
+/// end, where the value jumps: with a close limit, it would be the same everywhere near a corner, and lead nowhere.
+/// No step is longer than `limit`, for values beyond all numbers and slopes that were guessed.
 #[inline(always)]
-pub fn bounded<R: Real>(d: R, p: R::Vec3, centre: R::Vec3, margin: R, half: R::Vec3) -> R {
+pub fn bounded<R: Real>(
+    d: R,
+    p: R::Vec3,
+    centre: R::Vec3,
+    margin: R,
+    half: R::Vec3,
+    limit: R,
+) -> R {
     let beyond = cuboid::<R>(p - centre, half).named("beyond");
     let is_outside = margin.less(beyond);
-    R::select(is_outside, beyond, d.at_least(beyond)).jumping(is_outside)
+    let near = d.at_most(limit).at_least(beyond);
+    R::select(is_outside, beyond, near).jumping(is_outside)
 }
 
 /// A repeated shape's distance, of which only the copy in the point's own cell was evaluated, made safe: at

@@ -385,12 +385,13 @@ pub fn growth<R: Real>(a: &[R]) -> Vec<R> {
     ]
 }
 
-/// The corners of a box and a margin, to its middle, the margin, and its half sizes.
+/// The corners of a box, a margin and a limit, to its middle, the margin, its half sizes, and the limit.
 pub fn corners<R: Real>(a: &[R]) -> Vec<R> {
     let (low, high) = (vec3::<R>(a), vec3::<R>(&a[3..]));
     let mut v = from_vec3::<R>((low + high) * lit::<R>(0.5));
     v.push(a[6]);
     v.extend(from_vec3::<R>((high - low) * lit::<R>(0.5)));
+    v.push(a[7]);
     v
 }
 

@@ -235,7 +235,7 @@ fn a_bounded_distance_is_safe() {
     let (c, r, margin) = ([0.5, 0.0, 0.25], 0.5, 0.25);
     let low = c.map(|v| v - r);
     let high = c.map(|v| v + r);
-    let case = Case::new(Op::Bounded, &[low, high, [margin, 0.0, 0.0]].concat()[..7]);
+    let case = Case::new(Op::Bounded, &[low, high, [margin, 2.0, 0.0]].concat()[..8]);
     let mut near = 0;
     for _ in 0..2000 {
         let p = random.point(1.5);
@@ -260,7 +260,7 @@ fn a_bounded_distance_is_safe() {
 /// Values that are no numbers are handed on, and hidden by no minimum, but where a box decides alone.
 #[test]
 fn steps_of_what_is_no_number_are_none() {
-    let bounded = Case::new(Op::Bounded, &[-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.25]);
+    let bounded = Case::new(Op::Bounded, &[-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.25, 4.0]);
     assert!(on(&bounded, f64::NAN, [0.5, 0.25, 0.0]).is_nan());
     assert!(on(&bounded, f64::NAN, [1.125, 0.25, 0.0]).is_nan());
     assert_eq!(on(&bounded, f64::NAN, [3.0, 0.25, 0.0]), 2.0);

@@ -125,7 +125,7 @@ impl Random {
                 vec![0.0, 1.0, 1.0],
             ]
             .concat(),
-            Op::Bounded => vec![-0.5, -1.0, -0.75, 0.5, 0.25, 1.0, 0.5],
+            Op::Bounded => vec![-0.5, -1.0, -0.75, 0.5, 0.25, 1.0, 0.5, 4.0],
             Op::NoiseOctave | Op::RidgeOctave => vec![self.coarse(0.5, 3.0), 0.5, 3.0],
             Op::Noise => vec![7.0],
             _ => (0..row.parameter_width())
