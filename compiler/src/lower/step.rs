@@ -171,8 +171,18 @@ impl Lowering<'_> {
         let world = World::from(&*self.scene);
         let guess = self.slopes.guess(world, self.boxes, id, region);
         if self.unbounded.insert(id) {
-            let span = self.scene.shapes[id.0 as usize].span;
-            self.diagnostics.push(unbounded(span, guess));
+            let shape = &self.scene.shapes[id.0 as usize];
+            let (states_slope, states_end) = match &shape.kind {
+                ShapeKind::Field { slope, region, .. } => (slope.is_some(), region.is_finite()),
+                _ => (false, false),
+            };
+            let advice = [
+                (!states_slope).then_some("state a bound, `field(…, lipschitz: 2)`"),
+                (!states_end).then_some("say where the shape ends, `field(…, within: 4)`"),
+                Some("keep away from poles with `max`"),
+            ];
+            let advice: Vec<&str> = advice.into_iter().flatten().collect();
+            self.diagnostics.push(unbounded(shape.span, guess, &advice));
         }
         guess.clamp(MIN_SLOPE, STEEPEST)
     }
@@ -223,7 +233,7 @@ impl Lowering<'_> {
 }
 
 /// The warning about a field that has no bound of its slope, or none that numbers of `f32` could tell.
-fn unbounded(span: Span, guess: f64) -> Diagnostic {
+fn unbounded(span: Span, guess: f64, advice: &[&str]) -> Diagnostic {
     let warning = Diagnostic::warning(
         codes::W0501,
         span,
@@ -232,10 +242,7 @@ fn unbounded(span: Span, guess: f64) -> Diagnostic {
     if guess < STEEPEST {
         return warning
             .primary("it may rise arbitrarily fast, so rays may step over it")
-            .help(
-                "state a bound, `field(…, lipschitz: 2)`, say where the shape ends, \
-                 `field(…, within: 4)`, or keep away from poles with `max`",
-            );
+            .help(one_of(advice));
     }
     warning
         .primary(format!(
@@ -245,6 +252,14 @@ fn unbounded(span: Span, guess: f64) -> Diagnostic {
             "write the same surface less steep: compare a root or a logarithm, `pow(a, 1/8) - 1` or `ln(a)` \
              for `a - 1`",
         )
+}
+
+/// Words as a list of which one is to be chosen.
+fn one_of(words: &[&str]) -> String {
+    match words {
+        [others @ .., last] if !others.is_empty() => format!("{}, or {last}", others.join(", ")),
+        _ => words.concat(),
+    }
 }
 
 /// A cube around the origin, and that which is twice as large.
