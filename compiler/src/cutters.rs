@@ -25,7 +25,7 @@ mod straight;
 
 use crate::bounds::{Boxes, World, inverse};
 use crate::expression::{ExprId, Expression};
-use crate::scene::{Scene, Shape, ShapeId, ShapeKind, children_mut};
+use crate::scene::{Scene, ShapeId, ShapeKind, children_mut};
 use crate::slope::Ranges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::real::Vector3;
@@ -213,7 +213,7 @@ impl Lengthening<'_> {
                 if let ShapeKind::Combine { children, .. } = &mut kind {
                     *children = bodies;
                 }
-                self.pushed(id, kind)
+                self.scene.derived(id, kind)
             }
         };
         self.cut(body, &mut inside, 0.0);
@@ -236,14 +236,7 @@ impl Lengthening<'_> {
         if children_mut(&mut old) == children_mut(&mut kind) {
             return id;
         }
-        self.pushed(id, kind)
-    }
-
-    /// A new shape, with the name and the text of another one.
-    fn pushed(&mut self, like: ShapeId, kind: ShapeKind) -> ShapeId {
-        let shape = self.scene.shapes[like.0 as usize].clone();
-        self.scene.shapes.push(Shape { kind, ..shape });
-        ShapeId(self.scene.shapes.len() as u32 - 1)
+        self.scene.derived(id, kind)
     }
 
     /// The cutters of a body that was cut before.

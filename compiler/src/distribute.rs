@@ -1,11 +1,11 @@
 //! Maps of combined shapes, as combinations of mapped shapes.
 //!
-//! What a map bends or stretches is divided by a bound of its slope as a whole (`lower/step.rs`). Of a union the
+//! A bent or stretched shape is divided by a bound of its slope as a whole (`lower/step.rs`). Of a union the
 //! smallest value counts, so one operand that is written times a constant would hide another that is nearer from light,
 //! or be hidden by it. Hard unions, intersections and subtractions therefore go above the map, where each operand has
 //! a bound of its own. The values that the scene writes stay the same.
 
-use crate::scene::{Scene, Shape, ShapeId, ShapeKind, children, children_mut};
+use crate::scene::{Scene, ShapeId, ShapeKind, children, children_mut};
 use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
@@ -40,7 +40,11 @@ impl Distribution<'_> {
             *child = self.all(*child);
         }
         let is_same = children(&old) == children(&kind);
-        let mut new = if is_same { id } else { self.pushed(id, kind) };
+        let mut new = if is_same {
+            id
+        } else {
+            self.scene.derived(id, kind)
+        };
         if is_map(self.kind(new)) {
             new = self.above(new);
         }
@@ -72,7 +76,7 @@ impl Distribution<'_> {
             children: mapped,
             parameters: Vec::new(),
         };
-        self.pushed(id, kind)
+        self.scene.derived(id, kind)
     }
 
     /// The operation and the operands that a shape is made of, if their values are of different steepness.
@@ -112,7 +116,7 @@ impl Distribution<'_> {
                     children: group,
                     parameters: Vec::new(),
                 };
-                self.pushed(id, kind)
+                self.scene.derived(id, kind)
             }
         });
         groups.collect()
@@ -141,14 +145,7 @@ impl Distribution<'_> {
         for own in children_mut(&mut kind) {
             *own = child;
         }
-        self.pushed(id, kind)
-    }
-
-    /// A new shape, with the name and the text of another one.
-    fn pushed(&mut self, like: ShapeId, kind: ShapeKind) -> ShapeId {
-        let shape = self.scene.shapes[like.0 as usize].clone();
-        self.scene.shapes.push(Shape { kind, ..shape });
-        ShapeId(self.scene.shapes.len() as u32 - 1)
+        self.scene.derived(id, kind)
     }
 }
 

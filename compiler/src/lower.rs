@@ -140,7 +140,7 @@ fn walk(
         purpose,
         trail: Trail::default(),
         unbounded: HashSet::new(),
-        hollow: HashSet::new(),
+        entered: HashSet::new(),
         diagnostics: Vec::new(),
     };
     let root = lowering.shape(shape, At::world(world), Wanted::Step);
@@ -168,8 +168,8 @@ struct Lowering<'a> {
     trail: Trail,
     /// Shapes whose slope has no bound.
     unbounded: HashSet<ShapeId>,
-    /// The fields of which it was said that they have no inside.
-    hollow: HashSet<ShapeId>,
+    /// The fields of which it was asked whether they have an inside.
+    entered: HashSet<ShapeId>,
     diagnostics: Vec<Diagnostic>,
 }
 

@@ -59,6 +59,15 @@ pub struct Scene {
     pub printed: Vec<String>,
 }
 
+impl Scene {
+    /// A new shape, with the name and the text of another one.
+    pub(crate) fn derived(&mut self, like: ShapeId, kind: ShapeKind) -> ShapeId {
+        let shape = self.shapes[like.0 as usize].clone();
+        self.shapes.push(Shape { kind, ..shape });
+        ShapeId(self.shapes.len() as u32 - 1)
+    }
+}
+
 /// A parameter.
 #[derive(Clone, Debug)]
 pub struct Param {

@@ -68,6 +68,6 @@ impl Lengthening<'_> {
             farthest = farthest.max(end + out);
         }
         parameters[3] = self.scene.expressions.constant(farthest);
-        self.pushed(id, kind)
+        self.scene.derived(id, kind)
     }
 }

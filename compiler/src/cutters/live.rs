@@ -110,7 +110,7 @@ impl Lengthening<'_> {
         if !is_longer {
             return id;
         }
-        let child = self.pushed(id, kind);
+        let child = self.scene.derived(id, kind);
         self.moved(id, child, centre)
     }
 

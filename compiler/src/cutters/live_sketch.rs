@@ -25,7 +25,7 @@ impl Lengthening<'_> {
         if !is_wider {
             return id;
         }
-        self.pushed(id, ShapeKind::Polygon { points })
+        self.scene.derived(id, ShapeKind::Polygon { points })
     }
 
     /// Moves the outermost edge on a side and reports whether that was possible.

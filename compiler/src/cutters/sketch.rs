@@ -181,7 +181,7 @@ impl Lengthening<'_> {
         let expressions = &mut self.scene.expressions;
         let corner = |p: &Point| p.map(|v| expressions.constant(v));
         let points = points.iter().map(corner).collect();
-        self.pushed(like, ShapeKind::Polygon { points })
+        self.scene.derived(like, ShapeKind::Polygon { points })
     }
 }
 

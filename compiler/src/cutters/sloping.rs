@@ -178,7 +178,9 @@ impl Lengthening<'_> {
             .map(|v| expressions.constant(v))
             .collect();
         let op = spindle.op;
-        let child = self.pushed(like, ShapeKind::Primitive { op, parameters });
+        let child = self
+            .scene
+            .derived(like, ShapeKind::Primitive { op, parameters });
         match op {
             Op::CylinderBetween => child,
             _ => self.moved(like, child, [0.0, (low + high) / 2.0, 0.0]),

@@ -50,7 +50,7 @@ impl Lengthening<'_> {
         if centre == [0.0; 3] && own == self.bounds(id) {
             return id;
         }
-        let child = self.pushed(id, kind);
+        let child = self.scene.derived(id, kind);
         self.moved(id, child, centre)
     }
 
@@ -67,7 +67,7 @@ impl Lengthening<'_> {
             matrix,
             scale,
         };
-        self.pushed(like, kind)
+        self.scene.derived(like, kind)
     }
 
     /// The length by which a face of a box can be moved out, at most `out`; zero where it stands out as much.

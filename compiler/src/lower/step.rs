@@ -98,14 +98,13 @@ impl Lowering<'_> {
             return;
         };
         let (span, world) = (shape.span, World::from(&*self.scene));
-        if self.hollow.contains(&id) {
+        if !self.entered.insert(id) {
             return;
         }
         let ranges = Ranges::of(world);
         let mut uniform = |id| ranges.of_number(&self.scene.expressions, id);
         let value = ShapeRange::new(world, &mut uniform).over(id, &region);
         if value.lo >= 0.0 {
-            self.hollow.insert(id);
             self.diagnostics.push(
                 Diagnostic::warning(codes::W0402, span, "this field is below zero nowhere")
                     .primary("so it has no inside, and nothing of it is seen")

@@ -6,11 +6,11 @@ use sdfc_shaders::interpreter::cut::STALE;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::FloatInterval;
 use sdfc_vm::lanes::{Column, LANES};
-use sdfc_vm::program::{Code, Instruction, Program};
+use sdfc_vm::program::Program;
 use sdfc_vm::tape::choose::Chooser;
 use sdfc_vm::tape::machine::Machine;
 use sdfc_vm::tape::prune::Pruner;
-use sdfc_vm::tape::steep::may_jump;
+use sdfc_vm::tape::steep::{divides_raw, may_jump};
 use sdfc_vm::tape::{Clause, Tape};
 use std::sync::Arc;
 
@@ -97,7 +97,7 @@ pub(super) fn deepen(
     // Raw fields are divided by a bound of their slope that holds everywhere; in a cell it may be
     // far smaller. Distances have a slope of one nearly everywhere, which needs no finding out.
     // Only who looks for the surface asks.
-    let slopes = cut.band == 0.0 && program.code.iter().any(is_raw);
+    let slopes = cut.band == 0.0 && program.code.iter().any(divides_raw);
     let jumps = slopes && program.code.iter().any(may_jump);
     cells.jumps = jumps && Worker::new(program, tape).jumps(cells.region(), tape);
     let looks = Looks { slopes, jumps };
@@ -139,11 +139,6 @@ struct Looks {
     slopes: bool,
     /// Set where the field may jump.
     jumps: bool,
-}
-
-/// Whether an instruction divides a raw field by a bound of its slope.
-fn is_raw(i: &Instruction) -> bool {
-    matches!(i.code, Code::Op(op) if sdfc_vm::tape::steep::is_raw(op))
 }
 
 /// How many of these cells are cut before clauses are counted again: so few that, even if nothing could be
@@ -392,7 +387,7 @@ impl<'a> Worker<'a> {
 
     /// Whether a tape divides a raw field.
     fn is_raw(&self, tape: &[Clause]) -> bool {
-        let raw = |clause: &Clause| is_raw(&self.program.code[clause.at as usize]);
+        let raw = |clause: &Clause| divides_raw(&self.program.code[clause.at as usize]);
         tape.iter().any(raw)
     }
 

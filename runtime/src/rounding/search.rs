@@ -5,9 +5,9 @@
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::{evaluate, evaluate_f64};
 use sdfc_vm::interval::Interval;
-use sdfc_vm::program::{Code, Program};
+use sdfc_vm::program::Program;
 use sdfc_vm::rounding::{Rounded, bound};
-use sdfc_vm::tape::steep;
+use sdfc_vm::tape::steep::divides_raw;
 use sdfc_vm::vector::V3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -156,14 +156,9 @@ fn at_middle(
     let error = error_at(program, middle.map(|side| side.lo), &bound)?;
     let is_known = bound.error.is_finite();
     let may_be = near || is_known && bound.may_be_zero();
-    let is_there = error.is_beyond || !is_raw(program) || changes_sign(program, place);
+    let is_there =
+        error.is_beyond || !program.code.iter().any(divides_raw) || changes_sign(program, place);
     (may_be && is_there).then(|| error.per(gauge.unit))
-}
-
-/// Reports whether values of a program may be far from distances.
-fn is_raw(program: &Program) -> bool {
-    let is_raw = |code: &Code| matches!(code, Code::Op(op) if steep::is_raw(*op));
-    program.code.iter().any(|i| is_raw(&i.code))
 }
 
 /// Reports whether the field has both signs at the corners of a box. Near a pole, the value of a field that was divided

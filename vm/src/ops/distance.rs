@@ -80,7 +80,7 @@ pub fn elongate_correct<R: Real>(d: R, p: R::Vec3, half: R::Vec3) -> R {
 /// A distance that can be trusted only near its shape, which lies in the box of the half sizes
 /// `half` around `centre`: within `margin` of the box. Farther out, the box's distance takes over.
 ///
-/// What can be trusted is a box's neighbourhood, with all ways from there to the shape. So it counts in full up to its
+/// The trusted neighbourhood of the box holds all ways from there to the shape. So the value counts in full up to its
 /// end, where the value jumps: with a close limit, it would be the same everywhere near a corner, and lead nowhere.
 /// No step is longer than `limit`, for values beyond all numbers and slopes that were guessed.
 #[inline(always)]

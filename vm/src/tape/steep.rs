@@ -141,6 +141,11 @@ pub fn is_raw(op: Op) -> bool {
     matches!(op, Op::FieldDistance | Op::FieldGrowth)
 }
 
+/// Reports whether an instruction divides a raw field by a bound of its slope.
+pub fn divides_raw(i: &Instruction) -> bool {
+    matches!(i.code, Code::Op(op) if is_raw(op))
+}
+
 /// Reports whether an instruction's value may jump: where its gradient has no bound, the field may have a step.
 ///
 /// All others, such as polynomials and roots, are continuous however steep they are.
