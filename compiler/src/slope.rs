@@ -31,6 +31,8 @@ pub const MAX_BOXES: usize = 3_000;
 /// to so much of what it was, or it is left as it is.
 const PATIENCE: usize = 64;
 const WORTH_WHILE: f64 = 0.999;
+/// The number of boxes after which a bound that is still endless is given up.
+const ENDLESS: usize = 512;
 
 /// A field that is as steep as this is no field to march on, and is said to have no bound.
 pub const STEEPEST: f64 = 1e15;
@@ -105,7 +107,19 @@ pub(crate) fn bound(
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Option<f64> {
-    let mut search = Search::new(expressions, numbers, ranges);
+    let search = Search::new(expressions, numbers, ranges);
+    let (bound, search) = searched(search, region, budget, ENDLESS);
+    let is_bound = bound < STEEPEST && !is_loose(bound, search, region);
+    is_bound.then_some(bound)
+}
+
+/// The bound that a search ends with, and the search.
+fn searched(
+    mut search: Search,
+    region: &Bounds,
+    budget: &mut Budget,
+    patience: usize,
+) -> (f64, Search) {
     let whole = search.whole(region);
     let is_finite = whole.is_finite();
     let mut queue = BinaryHeap::from([whole]);
@@ -118,7 +132,8 @@ pub(crate) fn bound(
         let found = search.look_inside(&worst);
         let hopeless = found >= STEEPEST * STEEPEST;
         let slow = looked_at.is_power_of_two() && looked_at >= PATIENCE && {
-            let slow = worst.upper > before * WORTH_WHILE;
+            let is_endless = worst.upper.is_infinite() && looked_at >= patience;
+            let slow = worst.upper > before * WORTH_WHILE || is_endless;
             before = worst.upper;
             slow
         };
@@ -130,8 +145,56 @@ pub(crate) fn bound(
         queue.extend(search.halves(&worst));
     }
     let bound = queue.peek().map_or(0.0, |worst| worst.upper.sqrt());
-    let is_bound = bound < STEEPEST && !is_loose(bound, search, region);
-    is_bound.then_some(bound)
+    (bound, search)
+}
+
+/// The values of a number around zero, and a bound of its slope where it has one of these.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Capped {
+    pub(crate) values: Interval,
+    /// `None` where none is known.
+    pub(crate) slope: Option<f64>,
+}
+
+/// The operations that are spent on a bound of it.
+const CAPPED_OPERATIONS: usize = 4 * MAX_OPERATIONS;
+/// The depths below zero up to which values are kept, in units of what half of the points outside do not exceed.
+const DEPTHS: [f64; 2] = [0.25, 0.015625];
+
+/// The values by which rays march on a number whose slope has no bound in a region: it may have poles there. Values beyond
+/// them count as their ends, so the bound holds for all of the region. `None` where the number is nowhere above zero.
+pub(crate) fn capped(
+    expressions: &Expressions,
+    number: ExprId,
+    region: &Bounds,
+    ranges: &Ranges,
+) -> Option<Capped> {
+    let mut budget = Budget(CAPPED_OPERATIONS);
+    let new = || Search::new(expressions, &[number], ranges);
+    let mut search = new();
+    let values = points(region).map(|point| search.at(point).0);
+    let mut outside: Vec<f64> = values.filter(|v| v.is_finite() && *v > 0.0).collect();
+    outside.sort_by(f64::total_cmp);
+    let usual = *outside.get(outside.len() / 2)?;
+    let tops = [f64::INFINITY, usual];
+    let range = |depth: f64, hi: f64| Interval {
+        lo: -usual * depth,
+        hi,
+    };
+    let all = DEPTHS
+        .into_iter()
+        .flat_map(|depth| tops.map(|top| range(depth, top)));
+    for values in all {
+        let (slope, search) = searched(new().among(values), region, &mut budget, usize::MAX);
+        if slope < STEEPEST && slope <= search.found() * LOOSE {
+            let slope = Some(slope);
+            return Some(Capped { values, slope });
+        }
+    }
+    Some(Capped {
+        values: range(DEPTHS[0], f64::INFINITY),
+        slope: None,
+    })
 }
 
 /// Reports whether a bound is [`LOOSE`]. Where nothing but flat points were found, nothing is known of it.
@@ -150,24 +213,54 @@ pub(crate) fn is_endless(slope: f64) -> bool {
     slope * LOOSE >= STEEPEST
 }
 
+/// The halvings that lead to a zero.
+const HALVINGS: usize = 12;
 /// The number of points at which a slope is tried.
 const TRIED_POINTS: usize = 400;
 
-/// Twice the slope that nine tenths of the points tried in a region do not exceed. Points where the numbers are flat,
-/// as what is clamped is almost everywhere, tell nothing of the rest.
+/// Twice the slope that nine tenths of the points tried in a region do not exceed, nor nine tenths of those where a single
+/// number is zero. Points where the numbers are flat, as what is clamped is almost everywhere, tell nothing of the rest.
 pub(crate) fn tried(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
     ranges: &Ranges,
 ) -> f64 {
-    let tried = slopes_in(expressions, numbers, region, ranges);
-    let slopes = tried.into_iter().map(|(slope, _)| slope);
-    let mut found: Vec<f64> = slopes.filter(|slope| *slope > 0.0).collect();
-    found.sort_by(f64::total_cmp);
-    found
-        .get(found.len() * 9 / 10)
-        .map_or(1.0, |slope| 2.0 * slope)
+    let mut search = Search::new(expressions, numbers, ranges);
+    let points: Vec<_> = points(region)
+        .map(|point| (search.at(point), point))
+        .collect();
+    let usual = |slopes: &mut dyn Iterator<Item = f64>| {
+        let mut found: Vec<f64> = slopes
+            .filter(|slope| slope.is_finite() && *slope > 0.0)
+            .collect();
+        found.sort_by(f64::total_cmp);
+        found.get(found.len() * 9 / 10).copied()
+    };
+    let anywhere = usual(&mut points.iter().map(|((_, slope), _)| *slope));
+    let pairs = points.windows(2).filter(|_| numbers.len() == 1);
+    let mut zeros = pairs.filter_map(|pair| {
+        let [((first, _), from), ((second, _), to)] = [pair[0], pair[1]];
+        (first * second < 0.0).then(|| slope_at_zero(&mut search, [from, to], first))
+    });
+    let at_zero = usual(&mut zeros);
+    let most = [anywhere, at_zero].into_iter().flatten().reduce(f64::max);
+    most.map_or(1.0, |slope| 2.0 * slope)
+}
+
+/// The slope where a number changes its sign between two points, and is `first` at the first of them.
+fn slope_at_zero(search: &mut Search, [mut from, mut to]: [[f64; 3]; 2], first: f64) -> f64 {
+    let mut slope = 0.0;
+    for _ in 0..HALVINGS {
+        let middle = std::array::from_fn(|axis| (from[axis] + to[axis]) / 2.0);
+        let (value, here) = search.at(middle);
+        slope = here;
+        match value * first > 0.0 {
+            true => from = middle,
+            false => to = middle,
+        }
+    }
+    slope
 }
 
 /// The steepest of the points tried in a region, and the slope there.
@@ -193,21 +286,24 @@ fn slopes_in(
 
 /// The slopes at points, by a search that has looked elsewhere.
 fn slopes_at(mut search: Search, region: &Bounds) -> Vec<(f64, [f64; 3])> {
-    let region = region.common(&Bounds::centred([1e6; 3]));
-    let centre = region.centre();
-    (0..TRIED_POINTS as u32)
-        .map(|number| {
-            let size = 0.25_f64.powi(number as i32 % 4);
-            let near = |corner: [f64; 3]| {
-                std::array::from_fn(|i| centre[i] + (corner[i] - centre[i]) * size)
-            };
-            let part = Bounds {
-                min: near(region.min),
-                max: near(region.max),
-            };
-            let point = part.spread(number + 1);
-            (search.slope_at(point), point)
-        })
+    points(region)
+        .map(|point| (search.at(point).1, point))
         .filter(|(slope, _)| slope.is_finite())
         .collect()
+}
+
+/// Points of a region, near its middle and far out alike.
+fn points(region: &Bounds) -> impl Iterator<Item = [f64; 3]> {
+    let region = region.common(&Bounds::centred([1e6; 3]));
+    let centre = region.centre();
+    (0..TRIED_POINTS as u32).map(move |number| {
+        let size = 0.25_f64.powi(number as i32 % 4);
+        let near =
+            |corner: [f64; 3]| std::array::from_fn(|i| centre[i] + (corner[i] - centre[i]) * size);
+        let part = Bounds {
+            min: near(region.min),
+            max: near(region.max),
+        };
+        part.spread(number + 1)
+    })
 }

@@ -98,7 +98,9 @@ functions! {
     shadow_pause = shadow::pause(t, way);
     shadow_before = shadow::before(last, claim_t, t);
     shadow_moved = shadow::moved(way, gradient, direction, t, leave, value, round, moves);
-    shadow_aside = shadow::aside(way, gradient, direction, round);
+    shadow_across = shadow::across(way, direction);
+    shadow_aside = shadow::aside(across, gradient);
+    shadow_bent = shadow::bent(across, aside, height);
     occlusion_limit = occlusion::limit(height);
 
     march_noise = marching::noise(rounding, slope, raw);

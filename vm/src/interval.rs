@@ -255,6 +255,16 @@ impl<E: End> IntervalOf<E> {
             hi: E::select(known, hi.up(), E::INFINITY),
         }
     }
+    /// Sums rounded outwards. One that is zero is exact: squares of boxes at the origin do not go below zero.
+    #[inline(always)]
+    fn summed(lo: E, hi: E) -> Self {
+        let wide = Self::widened(lo, hi);
+        let zero = lit::<E>(0.0);
+        Self {
+            lo: E::select(lo == zero, zero, wide.lo),
+            hi: E::select(hi == zero, zero, wide.hi),
+        }
+    }
     /// The hull of four numbers, rounded outwards.
     #[inline(always)]
     fn of_four([a, b, c, d]: [E; 4]) -> Self {
@@ -302,14 +312,14 @@ impl<E: End> Add for IntervalOf<E> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self::widened(self.lo + other.lo, self.hi + other.hi)
+        Self::summed(self.lo + other.lo, self.hi + other.hi)
     }
 }
 impl<E: End> Sub for IntervalOf<E> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self::widened(self.lo - other.hi, self.hi - other.lo)
+        Self::summed(self.lo - other.hi, self.hi - other.lo)
     }
 }
 impl<E: End> Neg for IntervalOf<E> {

@@ -11,7 +11,7 @@ use crate::graph::{Node, NodeId, Number};
 use crate::scene::{ShapeId, ShapeKind};
 use crate::seen::farthest;
 use crate::shape_range::ShapeRange;
-use crate::slope::{Ranges, Refuted, STEEPEST, is_endless, margin, near};
+use crate::slope::{Capped, Ranges, Refuted, STEEPEST, is_endless, margin, near};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
@@ -64,7 +64,7 @@ impl Lowering<'_> {
         let is_large = reach.is_some_and(|reach| reach > LARGE * unit);
         if bounds.is_finite() && !is_large {
             let margin = margin(&bounds);
-            let near = self.known_slope(id, &near(&bounds));
+            let (node, near) = self.capped(node, id, &near(&bounds), at);
             if near * WORTH_WHILE > everywhere {
                 return self.divided(node, everywhere, at);
             }
@@ -89,6 +89,29 @@ impl Lowering<'_> {
         }
         let (factor, exponent) = power(&growth, first);
         self.row(Op::FieldGrowth, at, node, &[unit, first, factor, exponent])
+    }
+
+    /// A value and a bound of its slope in a region. Where only poles are in the way of a bound, deep inside or far from
+    /// the surface, values there are cut off.
+    fn capped(&mut self, node: NodeId, id: ShapeId, region: &Bounds, at: At) -> (NodeId, f64) {
+        if self.slope(id, region).is_infinite() {
+            let world = World::from(&*self.scene);
+            if let Some(Capped { values, slope }) = self.slopes.capped(world, id, region) {
+                let mut end = |node: NodeId, op: Op, end: f64| match end.is_finite() {
+                    true => {
+                        let end = Node::Constant(Number::Constant(end as f32));
+                        let end = self.graph.add(end);
+                        self.apply(op, at, vec![node, end], Vec::new())
+                    }
+                    false => node,
+                };
+                let node = end(node, Op::Max, values.lo);
+                let node = end(node, Op::Min, values.hi);
+                let slope = slope.map(|slope| slope.max(MIN_SLOPE));
+                return (node, slope.unwrap_or_else(|| self.known_slope(id, region)));
+            }
+        }
+        (node, self.known_slope(id, region))
     }
 
     /// Reports a field that intervals prove to be below zero nowhere: what is zero there is no surface.

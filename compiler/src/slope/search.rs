@@ -34,6 +34,8 @@ pub(super) struct Search {
     ranges: Vec<Interval>,
     /// The square of the steepest slope that was found.
     found: f64,
+    /// The values at which the slope matters.
+    values: Interval,
 }
 
 impl Search {
@@ -64,7 +66,13 @@ impl Search {
             halved: Vec::new(),
             ranges: ranged.into_iter().map(|(_, range)| range).collect(),
             found: 0.0,
+            values: Interval::ALL,
         }
+    }
+
+    /// The same search with slopes that matter only where all numbers are in a range.
+    pub(super) fn among(self, values: Interval) -> Self {
+        Self { values, ..self }
     }
 
     /// What looking at a box costs.
@@ -108,17 +116,23 @@ impl Search {
         narrow < wide * 0.999
     }
 
-    /// The least and the largest square of the slope that may be in a box.
+    /// The least and the largest square of the slope that may be in a box, where it matters.
     fn squares(&mut self, bounds: &Bounds, ranges: &[Interval]) -> (f64, f64) {
         let (mut lower, mut upper) = (0.0_f64, 0.0_f64);
+        let (mut is_within, mut is_without) = (true, false);
         for number in &mut self.over {
-            let gradient = number.over(bounds, ranges).gradient;
+            let Dual { value, gradient } = number.over(bounds, ranges);
             for component in [gradient.x, gradient.y, gradient.z] {
                 lower += component.abs().lo.powi(2);
             }
             upper += number.steepest().powi(2);
+            is_within &= self.values.lo <= value.lo && value.hi <= self.values.hi;
+            is_without |= value.hi < self.values.lo || self.values.hi < value.lo;
         }
-        (lower, upper)
+        if is_without {
+            return (0.0, 0.0);
+        }
+        (if is_within { lower } else { 0.0 }, upper)
     }
 
     /// A box with the bound over it, given that over a larger one.
@@ -139,9 +153,11 @@ impl Search {
         for share in &SAMPLES[..samples] {
             let at = |range: &Interval| Interval::point(range.lo + (range.hi - range.lo) * share);
             let ranges: Vec<Interval> = piece.ranges.iter().map(at).collect();
+            let matter = self.values;
             let gradients = self.at.iter_mut().map(|number| {
-                let gradient = number.over(&piece.bounds, &ranges).gradient;
-                gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2)
+                let Dual { value, gradient } = number.over(&piece.bounds, &ranges);
+                let square = gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2);
+                if matter.lo <= value && value <= matter.hi { square } else { 0.0 }
             });
             // What is not a number was not found.
             self.found = self.found.max(gradients.sum());
@@ -154,19 +170,21 @@ impl Search {
         self.found.sqrt()
     }
 
-    /// The slope at a point, with all parameters in the middle of their ranges.
-    pub(super) fn slope_at(&mut self, point: [f64; 3]) -> f64 {
+    /// The last number at a point and the slope of all of them, with all parameters in the middle of their ranges.
+    pub(super) fn at(&mut self, point: [f64; 3]) -> (f64, f64) {
         let bounds = Bounds {
             min: point,
             max: point,
         };
         let middle = |range: &Interval| Interval::point(range.lo + (range.hi - range.lo) / 2.0);
         let ranges: Vec<Interval> = self.ranges.iter().map(middle).collect();
-        let gradients = self.at.iter_mut().map(|number| {
-            let gradient = number.over(&bounds, &ranges).gradient;
-            gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2)
-        });
-        gradients.sum::<f64>().sqrt()
+        let (mut last, mut square) = (0.0, 0.0);
+        for number in &mut self.at {
+            let Dual { value, gradient } = number.over(&bounds, &ranges);
+            last = value;
+            square += gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2);
+        }
+        (last, square.sqrt())
     }
 
     /// Both halves of a box: of space, or of a range where that pays.

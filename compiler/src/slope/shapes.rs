@@ -4,7 +4,7 @@
 //! what a scene writes itself (fields, displacements, warps). It holds for all points of the region and
 //! for all values of the parameters.
 
-use super::{Budget, Ranges, bound, steepest, tried};
+use super::{Budget, Capped, Ranges, bound, capped, steepest, tried};
 use crate::bounds::{Boxes, World};
 use crate::expression::ExprId;
 use crate::range::range_over;
@@ -34,6 +34,8 @@ pub(crate) struct ShapeSlopes {
     size: f64,
     /// The fields whose stated bound was tried; with where it does not hold, if it does not.
     stated: HashMap<ShapeId, Option<Refuted>>,
+    /// The values by which rays march on fields without a bound.
+    capped: HashMap<ShapeId, Option<Capped>>,
 }
 
 /// A place at which a field is steeper than the scene states.
@@ -63,6 +65,7 @@ impl ShapeSlopes {
             is_guessing: false,
             size,
             stated: HashMap::new(),
+            capped: HashMap::new(),
         }
     }
 
@@ -103,6 +106,23 @@ impl ShapeSlopes {
         self.is_guessing = false;
         self.searched.clear();
         if guess.is_finite() { guess } else { 1.0 }
+    }
+
+    /// The values by which rays march on a field whose slope has no bound in a region; see [`capped`].
+    pub(crate) fn capped(
+        &mut self,
+        world: World<'_>,
+        id: ShapeId,
+        region: &Bounds,
+    ) -> Option<Capped> {
+        let ShapeKind::Field { value, .. } = world.shapes[id.0 as usize].kind else {
+            return None;
+        };
+        let (graph, ranges) = (world.expressions, &self.ranges);
+        *self
+            .capped
+            .entry(id)
+            .or_insert_with(|| capped(graph, value, region, ranges))
     }
 
     /// Whether a shape's bound depends on the region.

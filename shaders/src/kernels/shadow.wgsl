@@ -105,7 +105,12 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             let outcome = claim_outcome(
                 at, ray.gradient, ray.round, ray.phase, ray.value, field, ray.offset, next, limit
             );
-            if ray.phase < 0.75 {
+            if ray.phase == TOUCHED {
+                // The gradient holds where the surface was found, the value how steep the field was there.
+                ray.offset = shadow_bent(ray.gradient, ray.offset, field / max(ray.value, 1e-30));
+                ray.gradient = vec3f(0.0);
+                ray.phase = MOVED;
+            } else if ray.phase < 0.75 {
                 let is_aside = any(ray.offset != vec3f(0.0));
                 ray.value = select(field, claim_repeated(field), is_aside);
                 ray.phase = 1.0;
@@ -124,7 +129,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             } else {
                 var to = NO_CLAIM;
                 var none = NO_CLAIM;
-                var aside = vec3f(0.0);
+                var across = vec3f(0.0);
                 if outcome > 0.0 {
                     let way = claim_surface(ray.offset, next, ray.value, field);
                     if ray.round > 0.0 { none = shadow_pause(ray.claim_t, way); }
@@ -145,7 +150,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                     to = shadow_moved(
                         way, ray.gradient, direction, ray.claim_t, end, ray.value, ray.round, ray.moves
                     );
-                    aside = shadow_aside(way, ray.gradient, direction, ray.round);
+                    across = shadow_across(way, direction);
                 } else {
                     // Where nothing is behind a claim, the next point may claim what is farther.
                     ray.last = NO_LAST;
@@ -153,11 +158,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 let moves = to > 0.0 && ray.visibility > dark;
                 ray.moves = select(0.0, ray.moves + 1.0, moves);
                 ray.claim_t = select(none, to, moves);
-                ray.phase = select(0.0, MOVED, moves);
                 // After a roundabout way the next one counts as one, too.
-                ray.round = select(0.0, min(ray.round, 1.0), moves);
-                ray.offset = select(vec3f(0.0), aside, moves);
-                ray.gradient = vec3f(0.0);
+                let bends = moves && ray.round > 0.0;
+                ray.phase = select(select(0.0, MOVED, moves), TOUCHED, bends);
+                ray.round = select(0.0, 1.0, bends);
+                ray.offset = select(vec3f(0.0), shadow_aside(across, ray.gradient), bends);
+                ray.value = select(ray.value, length3(ray.gradient), bends);
+                ray.gradient = select(vec3f(0.0), across, bends);
                 ends = !moves && (ray.ends > 0.0 || ray.visibility <= dark);
             }
             if out_of_steps { ray.steps |= DONE; }

@@ -17,9 +17,10 @@ impl<const FORM: u32> Shared<FORM> {
         let size = size_of::<FORM>(b, i, self.size);
         let (at, offset, gradient) = (place_of(b, i), offset_of(b, i), gradient_of(b, i));
         let limit = shadow::limit(b.claim_t.0[i], size);
-        let starts = phase < 0.75;
-        let measures = !starts & (phase < 3.5);
-        let looks = !starts & !measures;
+        let touches = phase == claim::TOUCHED;
+        let starts = !touches & (phase < 0.75);
+        let looks = phase > 3.5;
+        let measures = !looks & (phase > 0.75);
 
         let apart = claim::apart::<f32>(value, at, limit);
         let measured = claim::gradient::<f32>(gradient, phase, field - value, apart);
@@ -57,25 +58,34 @@ impl<const FORM: u32> Shared<FORM> {
         b.visibility.0[i] = if finds { visible } else { v };
         let (round, moved) = (b.round.0[i], b.moves.0[i]);
         let to = shadow::moved::<f32>(way, gradient, direction, t, end, value, round, moved);
-        let aside = shadow::aside::<f32>(way, gradient, direction, round);
+        let across = shadow::across::<f32>(way, direction);
+        let aside = shadow::aside::<f32>(across, gradient);
+        // Here the gradient holds where the surface was found, and the value how steep the field was there.
+        let bent = shadow::bent::<f32>(gradient, offset, field / value.max(1e-30));
         let is_dark = self.is_dark(b, i);
         let moves = finds & (to > 0.0) & !is_dark;
+        // After a roundabout way the next one counts as one, too.
+        let bends = moves & is_misled;
         let finished = looks & !repeats & !shortens & !moves;
 
         let repeated = claim::repeated::<f32>(field);
         let kept = if repeats { repeated } else { value };
         let is_aside = offset.dot(offset) > 0.0;
         let begun = if is_aside { repeated } else { field };
+        let kept = if bends { gradient.length() } else { kept };
         b.value.0[i] = if starts { begun } else { kept };
-        let zeroed = if repeats | moves {
+        let zeroed = if repeats | moves | touches {
             V3::splat(0.0)
         } else {
             gradient
         };
+        let zeroed = if bends { across } else { zeroed };
         b.gradient_x.0[i] = if measures { measured.x } else { zeroed.x };
         b.gradient_y.0[i] = if measures { measured.y } else { zeroed.y };
         b.gradient_z.0[i] = if measures { measured.z } else { zeroed.z };
-        let zeroed = if moves { aside } else { offset };
+        let zeroed = if moves { V3::splat(0.0) } else { offset };
+        let zeroed = if bends { aside } else { zeroed };
+        let zeroed = if touches { bent } else { zeroed };
         b.offset_x.0[i] = if repeats { next.x } else { zeroed.x };
         b.offset_y.0[i] = if repeats { next.y } else { zeroed.y };
         b.offset_z.0[i] = if repeats { next.z } else { zeroed.z };
@@ -85,11 +95,11 @@ impl<const FORM: u32> Shared<FORM> {
             phase
         };
         let ahead = if starts | repeats { 1.0 } else { ahead };
-        let ahead = if moves { claim::MOVED } else { ahead };
+        let ahead = if moves | touches { claim::MOVED } else { ahead };
+        let ahead = if bends { claim::TOUCHED } else { ahead };
         b.phase.0[i] = if finished { 0.0 } else { ahead };
         let round = b.round.0[i] + if repeats { 1.0 } else { 0.0 };
-        // After a roundabout way the next one counts as one, too.
-        b.round.0[i] = if moves & (round > 1.0) { 1.0 } else { round };
+        b.round.0[i] = if bends { 1.0 } else { round };
         let before = if finished { 0.0 } else { moved };
         b.moves.0[i] = before + if moves { 1.0 } else { 0.0 };
         let none = if is_misled {
