@@ -232,4 +232,13 @@ impl<'a> Tracer<'a> {
             .is_none_or(|normal| normal::is_at_edge(field, p, normal, half_pixel(middle)));
         ended
     }
+
+    /// The normal of a pixel's surface: the one that is proved, or else the one that is most likely where the ray ends.
+    pub(crate) fn shown_normal(&self, ray: &Ray, ended: &Ended) -> [f64; 3] {
+        let side = if ended.inside { -1.0 } else { 1.0 };
+        ended.normal.unwrap_or_else(|| match ended.depth {
+            Some(depth) => normal::likely(self.asker.field(), ray.at(depth), ray.direction, side),
+            None => ray.direction.map(|v| -v),
+        })
+    }
 }

@@ -95,9 +95,9 @@ functions! {
     claim_surface = claim::surface(offset, next, value, field);
     shadow_leave = shadow::leave(origin, direction, low, high, reach, size);
     shadow_limit = shadow::limit(t, size);
-    shadow_pause = shadow::pause(t, way);
-    shadow_before = shadow::before(last, claim_t, t);
     shadow_moved = shadow::moved(way, gradient, direction, t, leave, value, round, moves);
+    shadow_earlier = shadow::earlier(t, size, moves);
+    shadow_is_vain = shadow::is_vain(h, t, size, visibility);
     shadow_across = shadow::across(way, direction);
     shadow_aside = shadow::aside(across, gradient);
     shadow_bent = shadow::bent(across, aside, height);

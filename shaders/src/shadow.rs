@@ -36,26 +36,8 @@ pub fn hurry<R: Real>(count: R) -> R {
 /// The visibility by the point before where that tells nothing.
 pub const NO_LAST: f32 = 1e30;
 
-/// The place of a claim on the ray where there is none. The negative of a place stands for none, too; see [`pause`].
+/// The place of a claim on the ray where there is none.
 pub const NO_CLAIM: f32 = -1e30;
-
-/// The way on which a ray makes no other claim, in units of the way to the surface that the last one led to.
-const PAUSE: f64 = 2.0;
-
-/// The number that stands for no claim after one at `t` that took more than one look to a surface, `way` away: the
-/// field is no distance there, and may rise where the surface comes nearer. So from the place on of which this is the
-/// negative, points claim once more, falling or not.
-#[inline(always)]
-pub fn pause<R: Real>(t: R, way: R::Vec3) -> R {
-    -(t + way.length() * lit(PAUSE))
-}
-
-/// The visibility by the point before, with which that of a point at `t` is compared: none after a pause.
-#[inline(always)]
-pub fn before<R: Real>(last: R, claim_t: R, t: R) -> R {
-    let is_over = R::and(claim_t.less(lit(0.0)), (-claim_t).less(t));
-    R::select(is_over, lit(f64::from(NO_LAST)), last)
-}
 
 /// The visibility by a point at `t` alone, with the field `h` there taken for a distance: from −1, all of the light
 /// covered, on.
@@ -118,7 +100,7 @@ const MAX_AHEAD: f64 = 0.2;
 /// the nearest one.
 const NEAREST: f64 = 0.98;
 /// The most times that a claim is moved.
-const MOVES: f64 = 2.0;
+const MOVES: f64 = 3.0;
 
 /// The place along the ray beside the point of a surface that is `way` away from a claim at `t`, where the claim is
 /// checked once more; [`NO_CLAIM`] where that would tell nothing new. The surface was found after so many rounds by the
@@ -153,6 +135,26 @@ pub fn moved<R: Real>(
     R::select(moves, to, lit(f64::from(NO_CLAIM)))
 }
 
+/// The way back from a claim that nothing is behind, in radii of the light there.
+const BACK: f64 = 0.5;
+/// The share of the visibility so far that a moved claim must fall short of.
+const GAINS: f64 = 0.999;
+
+/// The place before a claim at `t` that nothing is behind, where another one is made; [`NO_CLAIM`] for a moved one. The
+/// field may be least where a cutter ends or copies have their box, and the surface beside the ray before that.
+#[inline(always)]
+pub fn earlier<R: Real>(t: R, size: R, moves: R) -> R {
+    let to = t * (lit::<R>(1.0) - size.min(lit(1.0)) * lit(BACK));
+    R::select(moves.less(lit(0.5)), to, lit(f64::from(NO_CLAIM)))
+}
+
+/// 1 where a moved claim at `t` with the value `h` can darken no more than the ones before, else 0.
+#[inline(always)]
+pub fn is_vain<R: Real>(h: R, t: R, size: R, visibility: R) -> R {
+    let is_less = seen(h, t, size).less(visibility * lit(GAINS));
+    R::select(is_less, lit(0.0), lit(1.0))
+}
+
 /// The offset from the ray of a point of a surface that is `way` away from a claim.
 #[inline(always)]
 pub fn across<R: Real>(way: R::Vec3, direction: R::Vec3) -> R::Vec3 {
@@ -174,7 +176,9 @@ pub fn bent<R: Real>(across: R::Vec3, aside: R::Vec3, height: R) -> R::Vec3 {
     let along = aside - across;
     let height = height.max(lit(0.0)).named("height");
     // Twice the radius times the height.
-    let curve = (along.dot(along) - height * height).max(lit(0.0)).named("curve");
+    let curve = (along.dot(along) - height * height)
+        .max(lit(0.0))
+        .named("curve");
     let far = (height * aside.length() * lit(2.0)).named("far");
     across + along * (curve / (curve + far).max(lit(1e-30)))
 }

@@ -2,6 +2,7 @@
 //! normals are those that the engine `reference` proves.
 
 use crate::corpus::{compiled, name, on_large_stack, scenes};
+use crate::metamorphic::draw::{self, Way};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, Loaded, open};
 use sdfc_runtime::frame::{CellUse, Mode, RenderSettings};
@@ -76,6 +77,28 @@ fn pictures_of_all_engines_are_near_the_truth() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// What cannot be proved is shown as it most likely is. Noise is proved nowhere.
+#[test]
+fn unproved_hits_have_the_normals_of_the_field() {
+    let text = "camera { from: [2, 3, 4], look: [0, 0, 0], fov: 35deg }\n\
+        field(fn(p) => length(p) - 1 + 0.1 * noise(p * 5))\n";
+    let way = Way {
+        size: [48, 36],
+        passes: PassOptions::default(),
+        cells: CellUse::Auto,
+        scale: 1.0,
+    };
+    let [truth, drawn] = [EngineKind::Reference, EngineKind::Cpu].map(|kind| {
+        let mut engine = open(kind).expect("both run on the CPU");
+        draw::frame(&mut *engine, text, &way).expect("it compiles")
+    });
+    let alike = |a: &[f32; 3], b: &[f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02);
+    let pairs = truth.normal.iter().zip(&drawn.normal);
+    let others = pairs.filter(|(a, b)| !alike(a, b)).count();
+    assert!(truth.stats.undecided > 200, "{:?}", truth.stats);
+    assert!(others < 10, "{others} normals are others");
 }
 
 /// With fewer steps than by default four examples had rays that came to no end.

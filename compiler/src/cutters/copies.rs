@@ -55,14 +55,18 @@ impl Region {
                     }
                 }
                 Step::Copies { op, numbers } => match turns(*op, numbers) {
+                    Some(turns)
+                        if *op == Op::Mirror && regions.len() * turns.len() <= MOST_PLACES =>
+                    {
+                        let mut shown = Bounds::EVERYTHING;
+                        for axis in (0..3).filter(|&axis| numbers[axis] != 0.0) {
+                            shown.min[axis] = 0.0;
+                        }
+                        regions.retain_mut(|region| region.reaches_into(&shown));
+                        regions = copied(&regions, &turns);
+                    }
                     Some(turns) if regions.len() * turns.len() <= MOST_PLACES => {
-                        let each = turns.iter().flat_map(|turn| {
-                            regions.iter().map(move |region| Self {
-                                rows: composed(turn, &region.rows),
-                                ..region.clone()
-                            })
-                        });
-                        regions = each.collect();
+                        regions = copied(&regions, &turns);
                     }
                     _ => {
                         let BoundsRule::Map(rule) = op.row().meta.bounds else {
@@ -129,6 +133,15 @@ impl Region {
         }
     }
 
+    /// Leaves out what lies beyond a box, as behind a mirror's plane. Tells if more than a face is left.
+    fn reaches_into(&mut self, within: &Bounds) -> bool {
+        let sides = self.bounds.min.into_iter().chain(self.bounds.max);
+        let size = sides.fold(0.0, |most: f64, side| most.max(side.abs()));
+        self.clip(within);
+        let Bounds { min, max } = self.bounds;
+        (0..3).all(|axis| max[axis] - min[axis] > TOUCHING * size)
+    }
+
     /// Takes the box around it in the frame where the rows lead to.
     fn become_box(&mut self) {
         let back = inverse(self.rows.as_flattened()).filter(|_| !self.is_ring);
@@ -190,8 +203,35 @@ impl Region {
     }
 }
 
-/// The maps to each copy of a ring, if there are few.
+/// Regions at the ends of maps.
+fn copied(regions: &[Region], maps: &[Rows]) -> Vec<Region> {
+    let each = maps.iter().flat_map(|map| {
+        regions.iter().map(move |region| Region {
+            rows: composed(map, &region.rows),
+            ..region.clone()
+        })
+    });
+    each.collect()
+}
+
+/// The maps to both sides of the planes of a mirror across `axes`.
+fn reflections(axes: &[f64]) -> Vec<Rows> {
+    let mut maps = vec![SAME];
+    for axis in (0..3).filter(|&axis| axes[axis] != 0.0) {
+        let images = maps.clone().into_iter().map(|mut map| {
+            map[axis][axis] = -1.0;
+            map
+        });
+        maps.extend(images.collect::<Vec<_>>());
+    }
+    maps
+}
+
+/// The maps to each copy of a ring, if there are few, or of a mirror.
 fn turns(op: Op, numbers: &[f64]) -> Option<Vec<Rows>> {
+    if op == Op::Mirror {
+        return Some(reflections(numbers));
+    }
     let across = match op {
         Op::Polar => 2,
         Op::PolarPlane => 1,

@@ -157,7 +157,11 @@ impl Search {
             let gradients = self.at.iter_mut().map(|number| {
                 let Dual { value, gradient } = number.over(&piece.bounds, &ranges);
                 let square = gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2);
-                if matter.lo <= value && value <= matter.hi { square } else { 0.0 }
+                if matter.lo <= value && value <= matter.hi {
+                    square
+                } else {
+                    0.0
+                }
             });
             // What is not a number was not found.
             self.found = self.found.max(gradients.sum());

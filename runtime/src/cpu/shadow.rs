@@ -363,8 +363,7 @@ impl<const FORM: u32> Shared<FORM> {
         }
         let new = shadow::seen(h, t, self.size);
         let is_inside = (h < -noise) & !goes_back;
-        let last = shadow::before(b.last.0[i], b.claim_t.0[i], t);
-        let claims = (shadow::claims(new, last, v) > 0.0) & !goes_back;
+        let claims = (shadow::claims(new, b.last.0[i], v) > 0.0) & !goes_back;
         let claim = |old: f32, new: f32| if claims { new } else { old };
         b.claim_t.0[i] = claim(b.claim_t.0[i], t);
         b.value.0[i] = claim(b.value.0[i], h);

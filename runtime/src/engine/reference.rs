@@ -145,8 +145,7 @@ impl Evaluator for Prover<'_> {
                 .ray(pixel.map(f64::from), frame.offset.map(f64::from));
             let half_pixel = |t| self.camera.half_pixel(t);
             let ended = self.tracer.ray(&ray, self.far, half_pixel);
-            let back = ray.direction.map(|v| -v);
-            *normal = ended.normal.unwrap_or(back).map(|v| v as f32);
+            *normal = self.tracer.shown_normal(&ray, &ended).map(|v| v as f32);
             let start = f64::from(frame.approach) * self.camera.slant(&ray);
             *to = record(&ended, start, self.tracer.evaluations() - before);
         }

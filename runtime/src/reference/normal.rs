@@ -21,6 +21,18 @@ pub(super) fn normal(field: &Field, p: [f64; 3], near: f64, side: f64) -> Option
     (!turns(field, p, normal, near, ALIKE)).then_some(normal)
 }
 
+/// The direction of the gradient at a point where no normal is proved, turned to the side of the ray; the direction back
+/// along the ray where that is none, or faces away from the eye.
+pub(super) fn likely(field: &Field, p: [f64; 3], direction: [f64; 3], side: f64) -> [f64; 3] {
+    let gradient = field.gradient(p).map(|v| v * side);
+    let size = length(gradient);
+    let faces_eye = dot(gradient, direction) < 0.0;
+    match faces_eye && size > 1e-30 && size < 1e30 {
+        true => gradient.map(|v| v / size),
+        false => direction.map(|v| -v),
+    }
+}
+
 /// Whether the surface has an edge within half a pixel, `half`, of a hit at `p`.
 pub(super) fn is_at_edge(field: &Field, p: [f64; 3], normal: [f64; 3], half: f64) -> bool {
     turns(field, p, normal, half, BEND)

@@ -105,6 +105,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             let outcome = claim_outcome(
                 at, ray.gradient, ray.round, ray.phase, ray.value, field, ray.offset, next, limit
             );
+            // Whether the check has ended.
+            var finishes = false;
             if ray.phase == TOUCHED {
                 // The gradient holds where the surface was found, the value how steep the field was there.
                 ray.offset = shadow_bent(ray.gradient, ray.offset, field / max(ray.value, 1e-30));
@@ -114,6 +116,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 let is_aside = any(ray.offset != vec3f(0.0));
                 ray.value = select(field, claim_repeated(field), is_aside);
                 ray.phase = 1.0;
+                let most = shadow_claimed(ray.visibility, ray.number);
+                finishes = !is_aside && shadow_is_vain(field, ray.claim_t, ray.size, most) > 0.0;
             } else if ray.phase < 3.5 {
                 let sideways = claim_apart(ray.value, at, limit);
                 ray.gradient = claim_gradient(ray.gradient, ray.phase, field - ray.value, sideways);
@@ -126,46 +130,60 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 ray.phase = 1.0;
                 ray.value = claim_repeated(field);
                 ray.gradient = vec3f(0.0);
-            } else {
-                var to = NO_CLAIM;
-                var none = NO_CLAIM;
-                var across = vec3f(0.0);
-                if outcome > 0.0 {
-                    let way = claim_surface(ray.offset, next, ray.value, field);
-                    if ray.round > 0.0 { none = shadow_pause(ray.claim_t, way); }
-                    let before = ray.visibility;
-                    // At the light, not where the ray leaves the bounds: light does not depend on these.
-                    var end = reach;
-                    ray.visibility = shadow_beside(
-                        before, way, direction, ray.claim_t, ray.size, ray.value, end
-                    );
+            } else if outcome > 0.0 {
+                let way = claim_surface(ray.offset, next, ray.value, field);
+                let before = ray.visibility;
+                // At the light, not where the ray leaves the bounds: light does not depend on these.
+                var end = reach;
+                ray.visibility = shadow_beside(
+                    before, way, direction, ray.claim_t, ray.size, ray.value, end
+                );
 #if sized
-                    if is_rim {
-                        end = shadow_rim_reach(direction, axis, reach);
-                        ray.visibility = shadow_beside_rim(
-                            before, way, direction, axis, ray.claim_t, ray.size, end
-                        );
-                    }
-#end
-                    to = shadow_moved(
-                        way, ray.gradient, direction, ray.claim_t, end, ray.value, ray.round, ray.moves
+                if is_rim {
+                    end = shadow_rim_reach(direction, axis, reach);
+                    ray.visibility = shadow_beside_rim(
+                        before, way, direction, axis, ray.claim_t, ray.size, end
                     );
-                    across = shadow_across(way, direction);
-                } else {
-                    // Where nothing is behind a claim, the next point may claim what is farther.
-                    ray.last = NO_LAST;
                 }
-                let moves = to > 0.0 && ray.visibility > dark;
-                ray.moves = select(0.0, ray.moves + 1.0, moves);
-                ray.claim_t = select(none, to, moves);
-                // After a roundabout way the next one counts as one, too.
-                let bends = moves && ray.round > 0.0;
-                ray.phase = select(select(0.0, MOVED, moves), TOUCHED, bends);
-                ray.round = select(0.0, 1.0, bends);
-                ray.offset = select(vec3f(0.0), shadow_aside(across, ray.gradient), bends);
-                ray.value = select(ray.value, length3(ray.gradient), bends);
-                ray.gradient = select(vec3f(0.0), across, bends);
-                ends = !moves && (ray.ends > 0.0 || ray.visibility <= dark);
+#end
+                let to = shadow_moved(
+                    way, ray.gradient, direction, ray.claim_t, end, ray.value, ray.round, ray.moves
+                );
+                if to > 0.0 && ray.visibility > dark {
+                    // After a roundabout way the next one counts as one, too.
+                    let bends = ray.round > 0.0;
+                    let across = shadow_across(way, direction);
+                    ray.claim_t = to;
+                    ray.moves += 1.0;
+                    ray.phase = select(MOVED, TOUCHED, bends);
+                    ray.round = select(0.0, 1.0, bends);
+                    ray.offset = select(vec3f(0.0), shadow_aside(across, ray.gradient), bends);
+                    ray.value = select(ray.value, length3(ray.gradient), bends);
+                    ray.gradient = select(vec3f(0.0), across, bends);
+                } else {
+                    finishes = true;
+                    // After a roundabout way the next point may claim what is farther.
+                    ray.last = select(ray.last, NO_LAST, ray.round > 0.0);
+                }
+            } else {
+                let to = shadow_earlier(ray.claim_t, ray.size, ray.moves);
+                finishes = to <= 0.0;
+                ray.claim_t = to;
+                ray.moves += 1.0;
+                ray.round = 0.0;
+                ray.phase = MOVED;
+                ray.offset = vec3f(0.0);
+                ray.gradient = vec3f(0.0);
+                ray.last = NO_LAST;
+            }
+            if finishes {
+                ray.claim_t = NO_CLAIM;
+                ray.moves = 0.0;
+                ray.phase = 0.0;
+                ray.round = 0.0;
+                ray.offset = vec3f(0.0);
+                ray.gradient = vec3f(0.0);
+                ends = ray.ends > 0.0 || ray.visibility <= dark;
             }
             if out_of_steps { ray.steps |= DONE; }
             if !ends { continue; }
@@ -261,8 +279,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 #end
             if !ends {
                 // A claim is checked once the ray has passed the point where it is greatest.
-                let last = shadow_before(ray.last, ray.claim_t, t);
-                let claims = shadow_claims(seen_here, last, claimed) > 0.0;
+                let claims = shadow_claims(seen_here, ray.last, claimed) > 0.0;
                 ray.last = seen_here;
                 if claims {
                     ray.claim_t = t;

@@ -66,56 +66,60 @@ impl<const FORM: u32> Shared<FORM> {
         let moves = finds & (to > 0.0) & !is_dark;
         // After a roundabout way the next one counts as one, too.
         let bends = moves & is_misled;
-        let finished = looks & !repeats & !shortens & !moves;
+        let is_aside = offset.dot(offset) > 0.0;
+        let most = shadow::claimed(v, b.number.0[i]);
+        let is_vain = starts & !is_aside & (shadow::is_vain::<f32>(field, t, size, most) > 0.0);
+        let closes = looks & !repeats & !shortens & !moves;
+        let earlier = shadow::earlier(t, size, moved);
+        let returns = closes & !finds & (earlier > 0.0);
+        let finished = is_vain | (closes & !returns);
+        let begins = finished | returns;
 
         let repeated = claim::repeated::<f32>(field);
         let kept = if repeats { repeated } else { value };
-        let is_aside = offset.dot(offset) > 0.0;
         let begun = if is_aside { repeated } else { field };
         let kept = if bends { gradient.length() } else { kept };
         b.value.0[i] = if starts { begun } else { kept };
-        let zeroed = if repeats | moves | touches {
-            V3::splat(0.0)
+        let none = V3::splat(0.0);
+        let kept = if repeats | moves | touches | begins {
+            none
         } else {
             gradient
         };
-        let zeroed = if bends { across } else { zeroed };
-        b.gradient_x.0[i] = if measures { measured.x } else { zeroed.x };
-        b.gradient_y.0[i] = if measures { measured.y } else { zeroed.y };
-        b.gradient_z.0[i] = if measures { measured.z } else { zeroed.z };
-        let zeroed = if moves { V3::splat(0.0) } else { offset };
-        let zeroed = if bends { aside } else { zeroed };
-        let zeroed = if touches { bent } else { zeroed };
-        b.offset_x.0[i] = if repeats { next.x } else { zeroed.x };
-        b.offset_y.0[i] = if repeats { next.y } else { zeroed.y };
-        b.offset_z.0[i] = if repeats { next.z } else { zeroed.z };
+        let kept = if bends { across } else { kept };
+        b.gradient_x.0[i] = if measures { measured.x } else { kept.x };
+        b.gradient_y.0[i] = if measures { measured.y } else { kept.y };
+        b.gradient_z.0[i] = if measures { measured.z } else { kept.z };
+        let kept = if moves | begins { none } else { offset };
+        let kept = if bends { aside } else { kept };
+        let kept = if touches { bent } else { kept };
+        b.offset_x.0[i] = if repeats { next.x } else { kept.x };
+        b.offset_y.0[i] = if repeats { next.y } else { kept.y };
+        b.offset_z.0[i] = if repeats { next.z } else { kept.z };
         let ahead = if measures | shortens {
             phase + 1.0
         } else {
             phase
         };
         let ahead = if starts | repeats { 1.0 } else { ahead };
-        let ahead = if moves | touches { claim::MOVED } else { ahead };
+        let ahead = if moves | touches | returns {
+            claim::MOVED
+        } else {
+            ahead
+        };
         let ahead = if bends { claim::TOUCHED } else { ahead };
         b.phase.0[i] = if finished { 0.0 } else { ahead };
         let round = b.round.0[i] + if repeats { 1.0 } else { 0.0 };
+        let round = if begins { 0.0 } else { round };
         b.round.0[i] = if bends { 1.0 } else { round };
-        let before = if finished { 0.0 } else { moved };
-        b.moves.0[i] = before + if moves { 1.0 } else { 0.0 };
-        let none = if is_misled {
-            shadow::pause::<f32>(t, way)
-        } else {
-            shadow::NO_CLAIM
-        };
-        let kept = if finished { none } else { t };
-        b.claim_t.0[i] = if moves { to } else { kept };
-        // Where nothing is behind a claim, the next point may claim what is farther.
-        let forgets = finished & !finds;
-        b.last.0[i] = if forgets {
-            shadow::NO_LAST
-        } else {
-            b.last.0[i]
-        };
+        let kept = if moves | returns { moved + 1.0 } else { moved };
+        b.moves.0[i] = if finished { 0.0 } else { kept };
+        let kept = if returns { earlier } else { t };
+        let kept = if moves { to } else { kept };
+        b.claim_t.0[i] = if finished { shadow::NO_CLAIM } else { kept };
+        // Where the field led nowhere, or by a roundabout way, the next point may claim what is farther.
+        let strays = closes & (!finds | is_misled);
+        b.last.0[i] = if strays { shadow::NO_LAST } else { b.last.0[i] };
         let done = finished & ((b.ends.0[i] > 0.0) | is_dark | out_of_steps);
         (!finished & out_of_steps, done)
     }

@@ -87,8 +87,7 @@ impl<const FORM: u32> Shared<FORM> {
         let is_central = runs & (number == 0.0);
         b.cleared.0[i] = if is_central { cleared } else { b.cleared.0[i] };
         let claimed = shadow::claimed(b.visibility.0[i], number);
-        let last = shadow::before(b.last.0[i], kept, t);
-        let claims = runs & (shadow::claims(seen, last, claimed) > 0.0);
+        let claims = runs & (shadow::claims(seen, b.last.0[i], claimed) > 0.0);
         b.last.0[i] = if runs { seen } else { b.last.0[i] };
         let claim_t = if claims { t } else { kept };
         b.claim_t.0[i] = claim_t;
