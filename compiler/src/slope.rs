@@ -108,7 +108,7 @@ pub(crate) fn bound(
     budget: &mut Budget,
 ) -> Option<f64> {
     let search = Search::new(expressions, numbers, ranges);
-    let (bound, search) = searched(search, region, budget, ENDLESS);
+    let (bound, search) = searched(search, region, budget, [MAX_BOXES, ENDLESS]);
     let is_bound = bound < STEEPEST && !is_loose(bound, search, region);
     is_bound.then_some(bound)
 }
@@ -118,13 +118,13 @@ fn searched(
     mut search: Search,
     region: &Bounds,
     budget: &mut Budget,
-    patience: usize,
+    [boxes, patience]: [usize; 2],
 ) -> (f64, Search) {
     let whole = search.whole(region);
     let is_finite = whole.is_finite();
     let mut queue = BinaryHeap::from([whole]);
     let size = search.cost().max(1);
-    let affordable = (budget.0 / 2 / size).min(MAX_BOXES);
+    let affordable = (budget.0 / 2 / size).min(boxes);
     // What the bound was when half as many boxes had been looked at.
     let mut before = f64::INFINITY;
     for looked_at in 1..=affordable {
@@ -156,10 +156,12 @@ pub(crate) struct Capped {
     pub(crate) slope: Option<f64>,
 }
 
-/// The operations that are spent on a bound of it.
+/// The operations that are spent on a bound of it, and the boxes that are looked at most.
 const CAPPED_OPERATIONS: usize = 4 * MAX_OPERATIONS;
-/// The depths below zero up to which values are kept, in units of what half of the points outside do not exceed.
-const DEPTHS: [f64; 2] = [0.25, 0.015625];
+const CAPPED_BOXES: usize = 4 * MAX_BOXES;
+/// The depths below zero up to which values are kept, in units of what half of the points outside do not exceed. By the
+/// first, light still sees how deep in a solid it looks.
+const DEPTHS: [f64; 2] = [0.5, 0.015625];
 
 /// The values by which rays march on a number whose slope has no bound in a region: it may have poles there. Values beyond
 /// them count as their ends, so the bound holds for all of the region. `None` where the number is nowhere above zero.
@@ -185,7 +187,12 @@ pub(crate) fn capped(
         .into_iter()
         .flat_map(|depth| tops.map(|top| range(depth, top)));
     for values in all {
-        let (slope, search) = searched(new().among(values), region, &mut budget, usize::MAX);
+        let (slope, search) = searched(
+            new().among(values),
+            region,
+            &mut budget,
+            [CAPPED_BOXES, usize::MAX],
+        );
         if slope < STEEPEST && slope <= search.found() * LOOSE {
             let slope = Some(slope);
             return Some(Capped { values, slope });

@@ -537,7 +537,6 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("FOG", word(layout::FOG)),
         ("HEMISPHERE", word(layout::HEMISPHERE)),
         ("DONE", word(shadow::DONE)),
-        ("TOUCHED", format!("{:?}", claim::TOUCHED)),
         ("MOVED", format!("{:?}", claim::MOVED)),
         ("NOTHING", format!("{:?}", claim::NOTHING)),
         ("TOO_FAR", format!("{:?}", claim::TOO_FAR)),

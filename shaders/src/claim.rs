@@ -9,7 +9,6 @@
 //! | phase | evaluated |
 //! |---|---|
 //! | 0 | the value |
-//! | 0.25 | the height of a plane that touches the surface, beside a shadow's claim that was moved |
 //! | 0.5 | the value at a place to which a shadow's claim was moved |
 //! | 1 to 3 | beside it along x, y and z, for the gradient |
 //! | 4 | a little beyond the place where the gradient says that the surface is |
@@ -47,13 +46,11 @@ const THIN: f64 = 0.1;
 const NOISE: f64 = 4.0;
 /// The depth of the field below what the gradient says, in units of the value, from which on the line through both ends
 /// of a look tells nothing of the surface between them.
-const TOO_DEEP: f64 = 0.5;
+const TOO_DEEP: f64 = 0.15;
 /// The last phase of a look.
 const LAST_PHASE: f64 = 9.0;
 /// The distance of a surface that is not there.
 pub const NOTHING: f32 = 1e18;
-/// The phase in which a claim that was moved takes the height of the plane that touches the surface.
-pub const TOUCHED: f32 = 0.25;
 /// The phase in which a claim that was moved takes its value.
 pub const MOVED: f32 = 0.5;
 

@@ -98,9 +98,7 @@ functions! {
     shadow_moved = shadow::moved(way, gradient, direction, t, leave, value, round, moves);
     shadow_earlier = shadow::earlier(t, size, moves);
     shadow_is_vain = shadow::is_vain(h, t, size, visibility);
-    shadow_across = shadow::across(way, direction);
-    shadow_aside = shadow::aside(across, gradient);
-    shadow_bent = shadow::bent(across, aside, height);
+    shadow_aside = shadow::aside(way, gradient, direction);
     occlusion_limit = occlusion::limit(height);
 
     march_noise = marching::noise(rounding, slope, raw);

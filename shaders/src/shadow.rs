@@ -155,32 +155,14 @@ pub fn is_vain<R: Real>(h: R, t: R, size: R, visibility: R) -> R {
     R::select(is_less, lit(0.0), lit(1.0))
 }
 
-/// The offset from the ray of a point of a surface that is `way` away from a claim.
+/// The offset at which a moved claim is checked after a roundabout way: from the ray to its nearest point on the plane
+/// through the point of a surface that is `way` away.
 #[inline(always)]
-pub fn across<R: Real>(way: R::Vec3, direction: R::Vec3) -> R::Vec3 {
-    way - direction * way.dot(direction)
-}
-
-/// The offset from the ray of its nearest point on the plane through a point of a surface that is `across` the ray.
-#[inline(always)]
-pub fn aside<R: Real>(across: R::Vec3, gradient: R::Vec3) -> R::Vec3 {
+pub fn aside<R: Real>(way: R::Vec3, gradient: R::Vec3, direction: R::Vec3) -> R::Vec3 {
+    let beside = way - direction * way.dot(direction);
     let square = gradient.dot(gradient).max(lit(1e-30)).named("square");
-    let share = (across.dot(gradient) / square).named("share");
+    let share = (beside.dot(gradient) / square).named("share");
     gradient * share
-}
-
-/// The offset at which a moved claim is checked, towards the nearest point of the sphere that touches the plane in the
-/// point `across` the ray. The sphere is `height` below the plane's point `aside`.
-#[inline(always)]
-pub fn bent<R: Real>(across: R::Vec3, aside: R::Vec3, height: R) -> R::Vec3 {
-    let along = aside - across;
-    let height = height.max(lit(0.0)).named("height");
-    // Twice the radius times the height.
-    let curve = (along.dot(along) - height * height)
-        .max(lit(0.0))
-        .named("curve");
-    let far = (height * aside.length() * lit(2.0)).named("far");
-    across + along * (curve / (curve + far).max(lit(1e-30)))
 }
 
 /// Visibility after a claim at `t`, from the point of a surface that is `way` away from it: how far that point is

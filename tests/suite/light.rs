@@ -120,6 +120,8 @@ fn wide_lights_see_no_fields() {
         "field(fn(p) => pow(length(p), 3) - 0.125)",
         "field(fn(p) => exp(length(p)) - exp(0.5))",
         "field(fn(p) => (length(p) - 0.5) * (1 + 0.2 * length(p)))",
+        "field(fn(p) => pow(dot(p, p), 6) - pow(0.25, 6))",
+        "field(fn(p) => exp(10 * length(p)) - exp(5))",
     ]
     .map(|field| [field.to_owned(), ball.to_owned()])
     .to_vec();
@@ -138,6 +140,12 @@ fn wide_lights_see_no_fields() {
     pairs.push([
         format!("{turned}box(0.4, 1, 0.4).warp(turned)"),
         format!("{turned}{bar}"),
+    ]);
+    // Half of a slot that ends at the plane of its mirror.
+    let slotted = |slot: &str| format!("(box(1.2, 0.6, 1.2) - {slot})");
+    pairs.push([
+        slotted("box(0.2, 0.6, 2).translate(0.1, 0.2, 0).mirror(X)"),
+        slotted("box(0.4, 0.6, 2).translate(0, 0.2, 0)"),
     ]);
     let mut failures = Vec::new();
     for light in [

@@ -58,11 +58,7 @@ impl Region {
                     Some(turns)
                         if *op == Op::Mirror && regions.len() * turns.len() <= MOST_PLACES =>
                     {
-                        let mut shown = Bounds::EVERYTHING;
-                        for axis in (0..3).filter(|&axis| numbers[axis] != 0.0) {
-                            shown.min[axis] = 0.0;
-                        }
-                        regions.retain_mut(|region| region.reaches_into(&shown));
+                        regions.retain_mut(|region| region.is_mirrored(numbers));
                         regions = copied(&regions, &turns);
                     }
                     Some(turns) if regions.len() * turns.len() <= MOST_PLACES => {
@@ -133,13 +129,17 @@ impl Region {
         }
     }
 
-    /// Leaves out what lies beyond a box, as behind a mirror's plane. Tells if more than a face is left.
-    fn reaches_into(&mut self, within: &Bounds) -> bool {
-        let sides = self.bounds.min.into_iter().chain(self.bounds.max);
-        let size = sides.fold(0.0, |most: f64, side| most.max(side.abs()));
-        self.clip(within);
-        let Bounds { min, max } = self.bounds;
-        (0..3).all(|axis| max[axis] - min[axis] > TOUCHING * size)
+    /// Leaves out what lies behind a mirror's planes, across `axes`. Tells if more than a face is left.
+    fn is_mirrored(&mut self, axes: &[f64]) -> bool {
+        let bounds = self.place(self.bounds).bounds().mapped(&self.rows);
+        let mut shown = Bounds::EVERYTHING;
+        let mut is_shown = true;
+        for axis in (0..3).filter(|&axis| axes[axis] != 0.0) {
+            shown.min[axis] = 0.0;
+            is_shown &= bounds.max[axis] > TOUCHING * bounds.min[axis].abs();
+        }
+        self.clip(&shown);
+        is_shown
     }
 
     /// Takes the box around it in the frame where the rows lead to.

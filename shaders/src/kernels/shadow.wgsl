@@ -107,12 +107,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             );
             // Whether the check has ended.
             var finishes = false;
-            if ray.phase == TOUCHED {
-                // The gradient holds where the surface was found, the value how steep the field was there.
-                ray.offset = shadow_bent(ray.gradient, ray.offset, field / max(ray.value, 1e-30));
-                ray.gradient = vec3f(0.0);
-                ray.phase = MOVED;
-            } else if ray.phase < 0.75 {
+            if ray.phase < 0.75 {
                 let is_aside = any(ray.offset != vec3f(0.0));
                 ray.value = select(field, claim_repeated(field), is_aside);
                 ray.phase = 1.0;
@@ -152,14 +147,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
                 if to > 0.0 && ray.visibility > dark {
                     // After a roundabout way the next one counts as one, too.
                     let bends = ray.round > 0.0;
-                    let across = shadow_across(way, direction);
+                    let aside = shadow_aside(way, ray.gradient, direction);
                     ray.claim_t = to;
                     ray.moves += 1.0;
-                    ray.phase = select(MOVED, TOUCHED, bends);
+                    ray.phase = MOVED;
                     ray.round = select(0.0, 1.0, bends);
-                    ray.offset = select(vec3f(0.0), shadow_aside(across, ray.gradient), bends);
-                    ray.value = select(ray.value, length3(ray.gradient), bends);
-                    ray.gradient = select(vec3f(0.0), across, bends);
+                    ray.offset = select(vec3f(0.0), aside, bends);
+                    ray.gradient = vec3f(0.0);
                 } else {
                     finishes = true;
                     // After a roundabout way the next point may claim what is farther.

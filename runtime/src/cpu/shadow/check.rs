@@ -17,8 +17,7 @@ impl<const FORM: u32> Shared<FORM> {
         let size = size_of::<FORM>(b, i, self.size);
         let (at, offset, gradient) = (place_of(b, i), offset_of(b, i), gradient_of(b, i));
         let limit = shadow::limit(b.claim_t.0[i], size);
-        let touches = phase == claim::TOUCHED;
-        let starts = !touches & (phase < 0.75);
+        let starts = phase < 0.75;
         let looks = phase > 3.5;
         let measures = !looks & (phase > 0.75);
 
@@ -58,10 +57,7 @@ impl<const FORM: u32> Shared<FORM> {
         b.visibility.0[i] = if finds { visible } else { v };
         let (round, moved) = (b.round.0[i], b.moves.0[i]);
         let to = shadow::moved::<f32>(way, gradient, direction, t, end, value, round, moved);
-        let across = shadow::across::<f32>(way, direction);
-        let aside = shadow::aside::<f32>(across, gradient);
-        // Here the gradient holds where the surface was found, and the value how steep the field was there.
-        let bent = shadow::bent::<f32>(gradient, offset, field / value.max(1e-30));
+        let aside = shadow::aside::<f32>(way, gradient, direction);
         let is_dark = self.is_dark(b, i);
         let moves = finds & (to > 0.0) & !is_dark;
         // After a roundabout way the next one counts as one, too.
@@ -78,21 +74,18 @@ impl<const FORM: u32> Shared<FORM> {
         let repeated = claim::repeated::<f32>(field);
         let kept = if repeats { repeated } else { value };
         let begun = if is_aside { repeated } else { field };
-        let kept = if bends { gradient.length() } else { kept };
         b.value.0[i] = if starts { begun } else { kept };
         let none = V3::splat(0.0);
-        let kept = if repeats | moves | touches | begins {
+        let kept = if repeats | moves | begins {
             none
         } else {
             gradient
         };
-        let kept = if bends { across } else { kept };
         b.gradient_x.0[i] = if measures { measured.x } else { kept.x };
         b.gradient_y.0[i] = if measures { measured.y } else { kept.y };
         b.gradient_z.0[i] = if measures { measured.z } else { kept.z };
         let kept = if moves | begins { none } else { offset };
         let kept = if bends { aside } else { kept };
-        let kept = if touches { bent } else { kept };
         b.offset_x.0[i] = if repeats { next.x } else { kept.x };
         b.offset_y.0[i] = if repeats { next.y } else { kept.y };
         b.offset_z.0[i] = if repeats { next.z } else { kept.z };
@@ -102,12 +95,7 @@ impl<const FORM: u32> Shared<FORM> {
             phase
         };
         let ahead = if starts | repeats { 1.0 } else { ahead };
-        let ahead = if moves | touches | returns {
-            claim::MOVED
-        } else {
-            ahead
-        };
-        let ahead = if bends { claim::TOUCHED } else { ahead };
+        let ahead = if moves | returns { claim::MOVED } else { ahead };
         b.phase.0[i] = if finished { 0.0 } else { ahead };
         let round = b.round.0[i] + if repeats { 1.0 } else { 0.0 };
         let round = if begins { 0.0 } else { round };
