@@ -178,6 +178,11 @@ pub(crate) fn capped(
     let mut outside: Vec<f64> = values.filter(|v| v.is_finite() && *v > 0.0).collect();
     outside.sort_by(f64::total_cmp);
     let usual = *outside.get(outside.len() / 2)?;
+    // Ends are numbers of `f32`.
+    let is_told = usual < f64::from(f32::MAX) && usual * DEPTHS[1] > f64::from(f32::MIN_POSITIVE);
+    if !is_told {
+        return None;
+    }
     let tops = [f64::INFINITY, usual];
     let range = |depth: f64, hi: f64| Interval {
         lo: -usual * depth,
