@@ -157,8 +157,10 @@ pub(crate) struct Capped {
 }
 
 /// The operations that are spent on a bound of it, and the boxes that are looked at most.
-const CAPPED_OPERATIONS: usize = 4 * MAX_OPERATIONS;
+const CAPPED_OPERATIONS: usize = 2 * MAX_OPERATIONS;
 const CAPPED_BOXES: usize = 4 * MAX_BOXES;
+/// The number of those after which a bound that is still endless is given up: each pole takes some dozens.
+const CAPPED_ENDLESS: usize = 1024;
 /// The depths below zero up to which values are kept, in units of what half of the points outside do not exceed. By the
 /// first, light still sees how deep in a solid it looks.
 const DEPTHS: [f64; 2] = [0.5, 0.015625];
@@ -196,11 +198,15 @@ pub(crate) fn capped(
             new().among(values),
             region,
             &mut budget,
-            [CAPPED_BOXES, usize::MAX],
+            [CAPPED_BOXES, CAPPED_ENDLESS],
         );
         if slope < STEEPEST && slope <= search.found() * LOOSE {
             let slope = Some(slope);
             return Some(Capped { values, slope });
+        }
+        // No pole is in the way.
+        if slope.is_finite() {
+            break;
         }
     }
     Some(Capped {
