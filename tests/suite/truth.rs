@@ -79,7 +79,7 @@ fn pictures_of_all_engines_are_near_the_truth() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// What cannot be proved is shown as it most likely is. Noise is proved nowhere.
+/// Unproved hits are shown as they most likely are. Noise is proved nowhere.
 #[test]
 fn unproved_hits_have_the_normals_of_the_field() {
     let text = "camera { from: [2, 3, 4], look: [0, 0, 0], fov: 35deg }\n\

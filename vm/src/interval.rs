@@ -260,9 +260,10 @@ impl<E: End> IntervalOf<E> {
     fn summed(lo: E, hi: E) -> Self {
         let wide = Self::widened(lo, hi);
         let zero = lit::<E>(0.0);
+        let known = is_number(lo) & is_number(hi);
         Self {
-            lo: E::select(lo == zero, zero, wide.lo),
-            hi: E::select(hi == zero, zero, wide.hi),
+            lo: E::select(known & (lo == zero), zero, wide.lo),
+            hi: E::select(known & (hi == zero), zero, wide.hi),
         }
     }
     /// The hull of four numbers, rounded outwards.

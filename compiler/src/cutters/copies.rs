@@ -55,13 +55,10 @@ impl Region {
                     }
                 }
                 Step::Copies { op, numbers } => match turns(*op, numbers) {
-                    Some(turns)
-                        if *op == Op::Mirror && regions.len() * turns.len() <= MOST_PLACES =>
-                    {
-                        regions.retain_mut(|region| region.is_mirrored(numbers));
-                        regions = copied(&regions, &turns);
-                    }
                     Some(turns) if regions.len() * turns.len() <= MOST_PLACES => {
+                        if *op == Op::Mirror {
+                            regions.retain_mut(|region| region.is_mirrored(numbers));
+                        }
                         regions = copied(&regions, &turns);
                     }
                     _ => {

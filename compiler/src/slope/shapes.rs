@@ -34,8 +34,8 @@ pub(crate) struct ShapeSlopes {
     size: f64,
     /// The fields whose stated bound was tried; with where it does not hold, if it does not.
     stated: HashMap<ShapeId, Option<Refuted>>,
-    /// The values by which rays march on fields without a bound.
-    capped: HashMap<ShapeId, Option<Capped>>,
+    /// The values by which rays march on fields without a bound, by the corners of their region.
+    capped: HashMap<(ShapeId, [u64; 6]), Option<Capped>>,
 }
 
 /// A place at which a field is steeper than the scene states.
@@ -53,6 +53,13 @@ pub(crate) struct Refuted {
 const REFUTES: f64 = 1.0 + 1e-6;
 /// The half side of the cube in which an endless field is tried, in sizes of the scene.
 const TRIED_CUBE: f64 = 4.0;
+
+/// The corners of a region as keys.
+fn corners(region: &Bounds) -> [u64; 6] {
+    let [x, y, z] = region.min.map(f64::to_bits);
+    let [u, v, w] = region.max.map(f64::to_bits);
+    [x, y, z, u, v, w]
+}
 
 impl ShapeSlopes {
     pub(crate) fn new(world: World<'_>, size: f64) -> Self {
@@ -121,7 +128,7 @@ impl ShapeSlopes {
         let (graph, ranges) = (world.expressions, &self.ranges);
         *self
             .capped
-            .entry(id)
+            .entry((id, corners(region)))
             .or_insert_with(|| capped(graph, value, region, ranges))
     }
 
@@ -387,16 +394,7 @@ impl ShapeSlopes {
 
     /// A bound of the slope of numbers of point stage, searched once for each region.
     fn written(&mut self, world: World<'_>, numbers: &[ExprId], region: &Bounds) -> f64 {
-        let corners: Vec<u64> = region
-            .min
-            .iter()
-            .chain(&region.max)
-            .map(|v| v.to_bits())
-            .collect();
-        let key = (
-            numbers.to_vec(),
-            std::array::from_fn(|corner| corners[corner]),
-        );
+        let key = (numbers.to_vec(), corners(region));
         if let Some(&known) = self.searched.get(&key) {
             return known;
         }
