@@ -13,6 +13,7 @@
 mod copies;
 mod cover;
 mod halves;
+mod inner;
 mod linear;
 mod live;
 mod live_sketch;
@@ -108,7 +109,8 @@ enum Step {
 
 /// The body that a cutter cuts, its size, and the other cutters.
 struct Cut {
-    body: ShapeId,
+    /// Absent where all of space is to be kept.
+    body: Option<ShapeId>,
     size: f64,
     /// The size at the present values of the parameters.
     present_size: f64,
@@ -164,6 +166,7 @@ impl Lengthening<'_> {
             } => self.complements(id, children),
             _ => {}
         }
+        self.join_inner(&mut kind);
         let new = self.with(id, kind);
         self.known.insert(id, new);
         new
@@ -174,7 +177,7 @@ impl Lengthening<'_> {
         let within = self.cutters_within(body);
         let shapes: Vec<ShapeId> = [body].into_iter().chain(cutters.iter().copied()).collect();
         let mut cut = Cut {
-            body,
+            body: Some(body),
             size: size_of(&shapes, |id| self.bounds(id)),
             present_size: size_of(&shapes, |id| self.present.of(World::from(&*self.scene), id)),
             reach,

@@ -93,7 +93,7 @@ impl Lengthening<'_> {
             let mut by = [0.0; 2];
             for (side, by) in [-1.0, 1.0].into_iter().zip(&mut by) {
                 if let Some((face, side, scale)) = self.outside((flat.axis, side), &half, path)
-                    && let Some(reach) = self.reach(cut.body, side)
+                    && let Some(reach) = cut.body.and_then(|body| self.reach(body, side))
                     && self.stands_between(&face.plus(&reach, -1.0), out)
                 {
                     *by = out * scale;

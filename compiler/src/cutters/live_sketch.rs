@@ -60,8 +60,9 @@ impl Lengthening<'_> {
         else {
             return false;
         };
-        let is_flush = self
-            .reach(cut.body, side_of_body)
+        let is_flush = cut
+            .body
+            .and_then(|body| self.reach(body, side_of_body))
             .is_some_and(|reach| self.stands_between(&face.plus(&reach, -1.0), out));
         let ways = [((at + count - 1) % count, at), ((next + 1) % count, next)]
             .map(|(from, to)| self.way(points[from], points[to], (axis, side)));

@@ -47,7 +47,7 @@ impl Lengthening<'_> {
         let Some(regions) = Region::all(added, &part.frame, path) else {
             return false;
         };
-        let is_plane = self.scene.shapes[cut.body.0 as usize].plane;
+        let is_plane = self.scene.shapes[cut.body.unwrap_or(part.id).0 as usize].plane;
         regions.into_iter().all(|mut region| {
             if is_plane {
                 (region.bounds.min[2], region.bounds.max[2]) = (0.0, 0.0);
@@ -64,7 +64,11 @@ impl Lengthening<'_> {
             return false;
         };
         let around = |region: &Region| region.place(region.bounds).bounds();
-        if self.is_clear(cut.body, &back, &around(region)) {
+        let is_clear = |this: &mut Self, region: &Region| {
+            cut.body
+                .is_some_and(|body| this.is_clear(body, &back, &around(region)))
+        };
+        if is_clear(self, region) {
             return true;
         }
         let outer = around(region).mapped(&region.rows);
@@ -87,7 +91,7 @@ impl Lengthening<'_> {
         if left.bounds.is_empty() {
             return true;
         }
-        left.bounds != region.bounds && self.is_clear(cut.body, &back, &around(&left))
+        left.bounds != region.bounds && is_clear(self, &left)
             || self.is_outside(part, &left, cut.body, &near)
     }
 
@@ -127,7 +131,7 @@ impl Lengthening<'_> {
         &mut self,
         part: &Part,
         region: &Region,
-        body: ShapeId,
+        body: Option<ShapeId>,
         cutters: &[(ShapeId, Level)],
     ) -> bool {
         let (ShapeKind::Primitive { op, .. } | ShapeKind::Distance { op, .. }) = self.kind(part.id)
@@ -146,7 +150,7 @@ impl Lengthening<'_> {
         part: &Part,
         middle: Option<([f64; 3], Vec<usize>)>,
         region: &Region,
-        body: ShapeId,
+        body: Option<ShapeId>,
         cutters: &[(ShapeId, Level)],
     ) -> bool {
         let scene = &*self.scene;
@@ -181,7 +185,9 @@ impl Lengthening<'_> {
             let place = region.place(bounds);
             let touching =
                 ROUNDED * largest(&place.bounds().mapped(&region.rows)).max(largest(&bounds));
-            let value = range.over(body, &region.rows, &place);
+            let value = body.map_or(Interval::point(f64::NEG_INFINITY), |body| {
+                range.over(body, &region.rows, &place)
+            });
             if value.lo >= -touching {
                 continue;
             }
