@@ -3,6 +3,7 @@
 //! of boxes does nothing but arithmetic.
 
 mod blend;
+mod held;
 mod norm;
 mod period;
 mod relative;
@@ -38,6 +39,10 @@ pub(crate) trait OverBox: Apply {
         _relative: &[Option<Relative>],
     ) -> Option<Relative> {
         None
+    }
+    /// The result of a step with its jumps held; see [`held`].
+    fn held(self, _step: &Step<Self>, _before: &[Self]) -> Self {
+        self
     }
 }
 
@@ -102,6 +107,9 @@ impl OverBox for Dual<Interval> {
     ) -> Option<Relative> {
         relative::refine(self, step, steps, before, relative)
     }
+    fn held(self, step: &Step<Self>, before: &[Self]) -> Self {
+        held::held(step, before, self)
+    }
 }
 
 /// What a number that depends on no point is.
@@ -124,6 +132,8 @@ pub(crate) struct BoxNumber<R> {
     relates: bool,
     /// Set where the length of a gradient is bounded more closely than by its components.
     has_norms: bool,
+    /// Set where jumps are held.
+    is_held: bool,
 }
 
 /// How one of the numbers is found; operands are places of earlier steps.
@@ -164,6 +174,7 @@ impl<R: OverBox> BoxNumber<R> {
             relative: Vec::with_capacity(order.len()),
             relates: false,
             has_norms: false,
+            is_held: false,
         };
         for &id in &order {
             let step = match expressions.get(id) {
@@ -217,6 +228,14 @@ impl<R: OverBox> BoxNumber<R> {
         field
     }
 
+    /// The same number with its jumps held; see [`held`].
+    pub(crate) fn holding(self) -> Self {
+        Self {
+            is_held: true,
+            ..self
+        }
+    }
+
     /// Adds a step, or what it gives where that is the same in all boxes.
     fn add(&mut self, step: Step<R>) {
         let value = step.value(&Bounds::EVERYTHING, &[], &self.values);
@@ -263,6 +282,9 @@ impl<R: OverBox> BoxNumber<R> {
         self.relative.clear();
         for step in &self.steps {
             let mut value = step.value(bounds, ranges, &self.values);
+            if self.is_held {
+                value = value.held(step, &self.values);
+            }
             let relative = match self.relates {
                 true => value.refined(step, &self.steps, &self.values, &self.relative),
                 false => None,

@@ -9,6 +9,7 @@
 //! of the parameters. The budget is the scene's, so that a thousand fields take no thousand times as long
 //! as one: where it is spent, bounds are less tight.
 
+mod pieces;
 mod search;
 mod shapes;
 

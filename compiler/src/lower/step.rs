@@ -44,6 +44,9 @@ impl Lowering<'_> {
             return node;
         }
         self.report_hollow(id);
+        if let Some(node) = self.piecewise(id, &Bounds::EVERYTHING, at) {
+            return node;
+        }
         let everywhere = self.slope(id, &Bounds::EVERYTHING);
         if is_tidy(everywhere) || everywhere < MIN_SLOPE {
             return node;
@@ -64,19 +67,20 @@ impl Lowering<'_> {
         let is_large = reach.is_some_and(|reach| reach > LARGE * unit);
         if bounds.is_finite() && !is_large {
             let margin = margin(&bounds);
+            if let Some(node) = self.piecewise(id, &near(&bounds), at) {
+                return self.bounded(node, &bounds, [margin, full(&bounds)], at);
+            }
             let (node, near) = self.capped(node, id, &near(&bounds), at);
             if near * WORTH_WHILE > everywhere {
                 return self.divided(node, everywhere, at);
             }
             let divided = self.divided(node, near, at);
-            let corners = bounds.min.into_iter().chain(bounds.max);
-            // No surface is farther, but by a slope that was guessed some may be nearer than it seems.
+            // By a slope that was guessed, some surface may be nearer than it seems.
             let limit = match self.unbounded.contains(&id) {
                 true => margin,
-                false => margin + 2.0 * bounds.half_diagonal(),
+                false => full(&bounds),
             };
-            let numbers: Vec<f64> = corners.chain([margin, limit]).collect();
-            return self.row(Op::Bounded, at, divided, &numbers);
+            return self.bounded(divided, &bounds, [margin, limit], at);
         }
         let first = self.known_slope(id, &Bounds::centred([unit; 3]));
         if first * WORTH_WHILE > everywhere {
@@ -89,6 +93,29 @@ impl Lowering<'_> {
         }
         let (factor, exponent) = power(&growth, first);
         self.row(Op::FieldGrowth, at, node, &[unit, first, factor, exponent])
+    }
+
+    /// A value that holds near the box of its shape; farther out, the distance to the box.
+    fn bounded(
+        &mut self,
+        node: NodeId,
+        bounds: &Bounds,
+        [margin, limit]: [f64; 2],
+        at: At,
+    ) -> NodeId {
+        let corners = bounds.min.into_iter().chain(bounds.max);
+        let numbers: Vec<f64> = corners.chain([margin, limit]).collect();
+        self.row(Op::Bounded, at, node, &numbers)
+    }
+
+    /// A field that jumps, as a step that is safe in a region: found piece by piece, whatever slope is stated.
+    fn piecewise(&mut self, id: ShapeId, region: &Bounds, at: At) -> Option<NodeId> {
+        let ShapeKind::Field { value, .. } = self.scene.shapes[id.0 as usize].kind else {
+            return None;
+        };
+        let expressions = &mut self.scene.expressions;
+        let step = self.slopes.stepped(expressions, value, region)?;
+        Some(self.field(step, at))
     }
 
     /// A value and a bound of its slope in a region. Where only poles are in the way of a bound, deep inside or far from
@@ -274,6 +301,11 @@ fn unbounded(span: Span, guess: f64, advice: &[&str]) -> Diagnostic {
             "write the same surface less steep: compare a root or a logarithm, `pow(a, 1/8) - 1` or `ln(a)` \
              for `a - 1`",
         )
+}
+
+/// The largest distance that a surface in a box may have from a place near it.
+fn full(bounds: &Bounds) -> f64 {
+    margin(bounds) + 2.0 * bounds.half_diagonal()
 }
 
 /// Words as a list of which one is to be chosen.

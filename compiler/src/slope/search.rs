@@ -75,6 +75,12 @@ impl Search {
         Self { values, ..self }
     }
 
+    /// The same search of the numbers' pieces, with their jumps held.
+    pub(super) fn holding(self) -> Self {
+        let over = self.over.into_iter().map(BoxNumber::holding).collect();
+        Self { over, ..self }
+    }
+
     /// What looking at a box costs.
     pub(super) fn cost(&self) -> usize {
         let once: usize = self.over.iter().map(BoxNumber::cost).sum();

@@ -4,9 +4,9 @@
 //! what a scene writes itself (fields, displacements, warps). It holds for all points of the region and
 //! for all values of the parameters.
 
-use super::{Budget, Capped, Ranges, bound, capped, steepest, tried};
+use super::{Budget, Capped, Ranges, bound, capped, pieces, steepest, tried};
 use crate::bounds::{Boxes, World};
-use crate::expression::ExprId;
+use crate::expression::{ExprId, Expressions};
 use crate::range::range_over;
 use crate::scene::{ShapeId, ShapeKind};
 use sdfc_vm::apply::{Applied, apply, laid_out};
@@ -36,6 +36,8 @@ pub(crate) struct ShapeSlopes {
     stated: HashMap<ShapeId, Option<Refuted>>,
     /// The values by which rays march on fields without a bound, by the corners of their region.
     capped: HashMap<(ShapeId, [u64; 6]), Option<Capped>>,
+    /// Steps on numbers that jump, by the corners of their region.
+    stepped: HashMap<(ExprId, [u64; 6]), Option<ExprId>>,
 }
 
 /// A place at which a field is steeper than the scene states.
@@ -73,6 +75,7 @@ impl ShapeSlopes {
             size,
             stated: HashMap::new(),
             capped: HashMap::new(),
+            stepped: HashMap::new(),
         }
     }
 
@@ -130,6 +133,30 @@ impl ShapeSlopes {
             .capped
             .entry((id, corners(region)))
             .or_insert_with(|| capped(graph, value, region, ranges))
+    }
+
+    /// A written number that jumps, as a step that is safe in a region; see [`pieces`]. A number whose slope has a bound
+    /// there does not jump.
+    pub(crate) fn stepped(
+        &mut self,
+        expressions: &mut Expressions,
+        number: ExprId,
+        region: &Bounds,
+    ) -> Option<ExprId> {
+        if !pieces::has_jumps(expressions, number) {
+            return None;
+        }
+        let key = (number, corners(region));
+        if let Some(&known) = self.stepped.get(&key) {
+            return known;
+        }
+        let (ranges, budget) = (&self.ranges, &mut self.budget);
+        let step = match bound(expressions, &[number], region, ranges, budget) {
+            Some(_) => None,
+            None => pieces::step(expressions, number, region, ranges, budget),
+        };
+        self.stepped.insert(key, step);
+        step
     }
 
     /// Whether a shape's bound depends on the region.

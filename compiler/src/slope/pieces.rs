@@ -1,0 +1,328 @@
+//! Steps on fields that jump: where a floor, a remainder or a choice changes, the value does, however little the point
+//! moves.
+//!
+//! Such a field is made of pieces that are smooth. A way to a change of sign stays in the piece of its point, or leaves
+//! it. In it, the value divided by the piece's slope is safe. A way through a jump is at least as long as that to the
+//! jump, and as the neighbouring piece's own value says, where that has the same sign. So the nearest place
+//! of every jump is looked at with the value that the field has beyond, and steps end where the next one is.
+
+use super::{Budget, ENDLESS, MAX_BOXES, Ranges, STEEPEST, Search, is_loose, searched};
+use crate::expression::{ExprId, Expression, Expressions, Stage};
+use crate::uniforms::operands_first;
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::table::Op;
+use std::collections::{HashMap, HashSet};
+
+/// The most jumps of which corners are looked at, where all of them meet.
+const MAX_AT_CORNERS: usize = 2;
+/// The most numbers that the pieces beside a point may take together.
+const MAX_NUMBERS: usize = 4_000;
+/// The way to a change of sign that a piece does not have.
+const FAR_AWAY: f64 = 1e9;
+
+/// A place where operations of a field jump.
+struct Jump {
+    /// The number that is whole there, or zero.
+    number: ExprId,
+    /// It is one whole number of many.
+    is_whole: bool,
+    /// The operations.
+    operations: Vec<ExprId>,
+    /// The bound of the number's slope.
+    slope: f64,
+}
+
+/// A number that jumps, as a step: its sign, and a distance in which it does not change that. The bounds of
+/// slopes hold in the region. `None` where it does not jump, or its pieces have no bound.
+pub(crate) fn step(
+    expressions: &mut Expressions,
+    number: ExprId,
+    region: &Bounds,
+    ranges: &Ranges,
+    budget: &mut Budget,
+) -> Option<ExprId> {
+    let order = operands_first(expressions, number, |_| false);
+    let slope = held_slope(expressions, number, region, ranges, budget)?;
+    let jumps = found(expressions, &order, region, ranges, budget)?;
+    if jumps.is_empty() {
+        return None;
+    }
+    let pieces = jumps.len() + usize::from(jumps.len() == MAX_AT_CORNERS);
+    let is_nested = is_nested(expressions, &jumps);
+    let has_pieces = !is_nested && order.len() * pieces <= MAX_NUMBERS;
+    let mut writer = Writer {
+        expressions,
+        order: &order,
+        number,
+        slope,
+    };
+    Some(writer.step(&jumps, has_pieces))
+}
+
+/// Reports whether a number has operations that jump.
+pub(crate) fn has_jumps(expressions: &Expressions, number: ExprId) -> bool {
+    let order = operands_first(expressions, number, |_| false);
+    order.into_iter().any(|id| jumps(expressions, id))
+}
+
+/// Reports whether an operation jumps where its operand does not.
+fn jumps(expressions: &Expressions, id: ExprId) -> bool {
+    let Expression::Apply { op, .. } = expressions.get(id) else {
+        return false;
+    };
+    let is_one = matches!(
+        op,
+        Op::Floor
+            | Op::Ceil
+            | Op::Round
+            | Op::Trunc
+            | Op::Fract
+            | Op::Modulo
+            | Op::Less
+            | Op::Step
+            | Op::Sign
+    );
+    is_one && expressions.stage(id) > Stage::Uniform
+}
+
+/// A bound of a number's slope with its jumps held.
+fn held_slope(
+    expressions: &Expressions,
+    number: ExprId,
+    region: &Bounds,
+    ranges: &Ranges,
+    budget: &mut Budget,
+) -> Option<f64> {
+    let search = Search::new(expressions, &[number], ranges).holding();
+    let (bound, search) = searched(search, region, budget, [MAX_BOXES, ENDLESS]);
+    let is_bound = bound < STEEPEST && !is_loose(bound, search, region);
+    is_bound.then_some(bound)
+}
+
+/// The jumps of a number, whose operands are in order. What jumps only where something else does is none of them.
+fn found(
+    expressions: &mut Expressions,
+    order: &[ExprId],
+    region: &Bounds,
+    ranges: &Ranges,
+    budget: &mut Budget,
+) -> Option<Vec<Jump>> {
+    let mut found: Vec<Jump> = Vec::new();
+    for &id in order {
+        if !jumps(expressions, id) {
+            continue;
+        }
+        let Expression::Apply { op, values, .. } = expressions.get(id).clone() else {
+            continue;
+        };
+        let (number, is_whole) = match (op, values.as_slice()) {
+            (Op::Less | Op::Step, &[a, b]) => (expressions.call(Op::Sub, &[a, b]), false),
+            (Op::Sign, &[a]) => (a, false),
+            (Op::Round, &[a]) => {
+                let half = expressions.constant(0.5);
+                (expressions.call(Op::Add, &[a, half]), true)
+            }
+            (Op::Modulo, &[a, b]) => (expressions.call(Op::Div, &[a, b]), true),
+            (_, &[a]) => (a, true),
+            _ => return None,
+        };
+        let known = found
+            .iter_mut()
+            .find(|jump| jump.number == number && jump.is_whole == is_whole);
+        if let Some(jump) = known {
+            jump.operations.push(id);
+            continue;
+        }
+        let slope = held_slope(expressions, number, region, ranges, budget)?;
+        if slope > 0.0 {
+            found.push(Jump {
+                number,
+                is_whole,
+                operations: vec![id],
+                slope,
+            });
+        }
+    }
+    Some(found)
+}
+
+/// Reports whether the place of a jump follows another jump.
+fn is_nested(expressions: &Expressions, jumps: &[Jump]) -> bool {
+    let operations: HashSet<ExprId> = jumps
+        .iter()
+        .flat_map(|jump| jump.operations.iter().copied())
+        .collect();
+    jumps.iter().any(|jump| {
+        let order = operands_first(expressions, jump.number, |_| false);
+        order.iter().any(|id| operations.contains(id))
+    })
+}
+
+/// Writes the step of a number.
+struct Writer<'a> {
+    expressions: &'a mut Expressions,
+    /// The number's operands, in order.
+    order: &'a [ExprId],
+    number: ExprId,
+    /// The bound of its pieces' slope.
+    slope: f64,
+}
+
+/// A jump's nearest place.
+struct Nearest<'a> {
+    jump: &'a Jump,
+    /// The distance of it, and that of the next one.
+    near: ExprId,
+    far: Option<ExprId>,
+    /// What the whole number is more beyond.
+    shift: Option<ExprId>,
+}
+
+impl Writer<'_> {
+    fn step(&mut self, jumps: &[Jump], has_pieces: bool) -> ExprId {
+        let nearest: Vec<Nearest> = jumps.iter().map(|jump| self.nearest(jump)).collect();
+        let is_below = self.is_below(self.number);
+        let mut step = self.way(self.number);
+        let mut ways: Vec<ExprId> = Vec::new();
+        for place in &nearest {
+            let beyond = match has_pieces {
+                true => self.beyond(&[place], is_below, place.near),
+                false => place.near,
+            };
+            ways.push(beyond);
+            ways.extend(place.far);
+        }
+        match (nearest.as_slice(), has_pieces) {
+            (_, false) | ([] | [_], _) => {}
+            ([first, second], true) => {
+                let near = self.call(Op::Max, &[first.near, second.near]);
+                let corner = self.beyond(&[first, second], is_below, near);
+                ways.push(corner);
+            }
+            // Of more, what lies beyond two of them is not looked at.
+            ([first, others @ ..], true) => {
+                let far = self.expressions.constant(FAR_AWAY);
+                let (mut least, mut next) = (first.near, far);
+                for other in others {
+                    let larger = self.call(Op::Max, &[least, other.near]);
+                    next = self.call(Op::Min, &[next, larger]);
+                    least = self.call(Op::Min, &[least, other.near]);
+                }
+                ways.push(next);
+            }
+        }
+        for way in ways {
+            step = self.call(Op::Min, &[step, way]);
+        }
+        let inside = self.call(Op::Neg, &[step]);
+        self.call(Op::Select, &[is_below, inside, step])
+    }
+
+    /// The nearest place of a jump.
+    fn nearest<'a>(&mut self, jump: &'a Jump) -> Nearest<'a> {
+        let number = jump.number;
+        if !jump.is_whole {
+            let size = self.call(Op::Abs, &[number]);
+            return Nearest {
+                jump,
+                near: self.divided(size, jump.slope),
+                far: None,
+                shift: None,
+            };
+        }
+        let [half, one, two] = [0.5, 1.0, 2.0].map(|value| self.expressions.constant(value));
+        let share = self.call(Op::Fract, &[number]);
+        let rest = self.call(Op::Sub, &[one, share]);
+        let [near, far] = [Op::Min, Op::Max].map(|op| self.call(op, &[share, rest]));
+        let is_above = self.call(Op::Less, &[half, share]);
+        let twice = self.call(Op::Mul, &[is_above, two]);
+        Nearest {
+            jump,
+            near: self.divided(near, jump.slope),
+            far: Some(self.divided(far, jump.slope)),
+            shift: Some(self.call(Op::Sub, &[twice, one])),
+        }
+    }
+
+    /// A safe way through all of some jumps, which is at least `near`.
+    fn beyond(&mut self, places: &[&Nearest], is_below: ExprId, near: ExprId) -> ExprId {
+        let piece = self.piece(places);
+        let is_other_below = self.is_below(piece);
+        let change = self.call(Op::Sub, &[is_below, is_other_below]);
+        let changes = self.call(Op::Abs, &[change]);
+        let way = self.way(piece);
+        let same = self.call(Op::Max, &[near, way]);
+        self.call(Op::Select, &[changes, near, same])
+    }
+
+    /// The number with other values of the operations that jump at some places.
+    fn piece(&mut self, places: &[&Nearest]) -> ExprId {
+        let mut shifts: HashMap<ExprId, Option<ExprId>> = HashMap::new();
+        for place in places {
+            shifts.extend(place.jump.operations.iter().map(|&id| (id, place.shift)));
+        }
+        let mut new: HashMap<ExprId, ExprId> = HashMap::new();
+        for &id in self.order {
+            let Expression::Apply {
+                op,
+                point,
+                values,
+                parameters,
+            } = self.expressions.get(id).clone()
+            else {
+                continue;
+            };
+            let other = |id: &ExprId| new.get(id).copied().unwrap_or(*id);
+            let values: Vec<ExprId> = values.iter().map(other).collect();
+            let point = point.map(|point| point.map(|id| other(&id)));
+            let written = self.expressions.apply(op, point, &values, &parameters);
+            let written = match shifts.get(&id) {
+                Some(&shift) => self.shifted(written, op, &values, shift),
+                None => written,
+            };
+            new.insert(id, written);
+        }
+        new.get(&self.number).copied().unwrap_or(self.number)
+    }
+
+    /// The result of an operation beyond a jump.
+    fn shifted(
+        &mut self,
+        id: ExprId,
+        op: Op,
+        values: &[ExprId],
+        shift: Option<ExprId>,
+    ) -> ExprId {
+        let one = self.expressions.constant(1.0);
+        match (op, shift) {
+            (Op::Sign, _) => self.call(Op::Neg, &[id]),
+            (Op::Fract, Some(shift)) => self.call(Op::Sub, &[id, shift]),
+            (Op::Modulo, Some(shift)) => {
+                let by = self.call(Op::Mul, &[shift, values[1]]);
+                self.call(Op::Sub, &[id, by])
+            }
+            (_, Some(shift)) => self.call(Op::Add, &[id, shift]),
+            (_, None) => self.call(Op::Sub, &[one, id]),
+        }
+    }
+
+    /// The way to a change of sign that a piece's value tells.
+    fn way(&mut self, piece: ExprId) -> ExprId {
+        let size = self.call(Op::Abs, &[piece]);
+        self.divided(size, self.slope.max(1.0 / FAR_AWAY))
+    }
+
+    fn is_below(&mut self, id: ExprId) -> ExprId {
+        let zero = self.expressions.constant(0.0);
+        self.call(Op::Less, &[id, zero])
+    }
+
+    fn divided(&mut self, id: ExprId, slope: f64) -> ExprId {
+        let factor = self.expressions.constant(1.0 / slope);
+        self.call(Op::Mul, &[id, factor])
+    }
+
+    fn call(&mut self, op: Op, values: &[ExprId]) -> ExprId {
+        self.expressions.call(op, values)
+    }
+}
