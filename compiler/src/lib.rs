@@ -30,3 +30,4 @@ mod subject;
 mod symmetry;
 pub mod uniforms;
 pub mod wgsl;
+mod written;

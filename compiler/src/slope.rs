@@ -9,6 +9,7 @@
 //! of the parameters. The budget is the scene's, so that a thousand fields take no thousand times as long
 //! as one: where it is spent, bounds are less tight.
 
+mod ends;
 mod pieces;
 mod search;
 mod shapes;
@@ -21,6 +22,7 @@ use sdfc_vm::interval::Interval;
 use search::Search;
 use std::collections::BinaryHeap;
 
+pub(crate) use pieces::has_jumps;
 pub(crate) use shapes::{Refuted, ShapeSlopes, margin, near};
 
 /// How many operations are spent on all of a scene before bounds are left as they are; none gets more

@@ -83,6 +83,36 @@ impl Uniforms {
     }
 }
 
+/// A number with some of what it is computed from exchanged. `change` gets each part, that part made of the new
+/// operands, and these.
+pub(crate) fn rewritten(
+    expressions: &mut Expressions,
+    number: ExprId,
+    mut change: impl FnMut(&mut Expressions, ExprId, ExprId, &[ExprId]) -> ExprId,
+) -> ExprId {
+    let mut new: HashMap<ExprId, ExprId> = HashMap::new();
+    for id in operands_first(expressions, number, |_| false) {
+        let other = |id: &ExprId| new.get(id).copied().unwrap_or(*id);
+        let changed = match expressions.get(id).clone() {
+            Expression::Apply {
+                op,
+                point,
+                values,
+                parameters,
+            } => {
+                let point = point.map(|point| point.map(|id| other(&id)));
+                let [values, parameters] =
+                    [values, parameters].map(|ids| ids.iter().map(other).collect::<Vec<_>>());
+                let written = expressions.apply(op, point, &values, &parameters);
+                change(expressions, id, written, &values)
+            }
+            _ => change(expressions, id, id, &[]),
+        };
+        new.insert(id, changed);
+    }
+    new.get(&number).copied().unwrap_or(number)
+}
+
 /// The number and all that it is computed from, each after its operands, but for those that are
 /// `known`. A loop and not a recursion: sums can be as long as the text's loops run.
 pub fn operands_first(

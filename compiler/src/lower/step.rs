@@ -8,13 +8,16 @@ use super::{At, Lowering};
 use crate::bounds::World;
 use crate::elaborate::short;
 use crate::graph::{Node, NodeId, Number};
-use crate::scene::{ShapeId, ShapeKind};
+use crate::expression::ExprId;
+use crate::scene::{ShapeId, ShapeKind, children};
 use crate::seen::farthest;
 use crate::shape_range::ShapeRange;
-use crate::slope::{Capped, Ranges, Refuted, STEEPEST, is_endless, margin, near};
+use crate::slope::{Capped, Ranges, Refuted, STEEPEST, has_jumps, is_endless, margin, near};
+use crate::written::written;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
+use std::collections::HashSet;
 
 /// A bound of one but for rounding is one.
 const TIDY: f64 = 1.0 + 1e-9;
@@ -108,14 +111,38 @@ impl Lowering<'_> {
         self.row(Op::Bounded, at, node, &numbers)
     }
 
-    /// A field that jumps, as a step that is safe in a region: found piece by piece, whatever slope is stated.
+    /// A shape whose value jumps, as a step that is safe in a region: found piece by piece, whatever slope is stated.
     fn piecewise(&mut self, id: ShapeId, region: &Bounds, at: At) -> Option<NodeId> {
-        let ShapeKind::Field { value, .. } = self.scene.shapes[id.0 as usize].kind else {
+        if !self.jumps(id) {
             return None;
+        }
+        let value = match self.scene.shapes[id.0 as usize].kind {
+            ShapeKind::Field { value, .. } => value,
+            _ => written(self.scene, id)?,
         };
         let expressions = &mut self.scene.expressions;
         let step = self.slopes.stepped(expressions, value, region)?;
         Some(self.field(step, at))
+    }
+
+    /// Reports whether operations that jump are in a shape.
+    fn jumps(&self, id: ShapeId) -> bool {
+        let (mut seen, mut open) = (HashSet::from([id]), vec![id]);
+        while let Some(id) = open.pop() {
+            let kind = &self.scene.shapes[id.0 as usize].kind;
+            let numbers: &[ExprId] = match kind {
+                ShapeKind::Field { value, .. } => &[*value],
+                ShapeKind::Displace { amount, .. } => &[*amount],
+                ShapeKind::Warp { point, .. } => point,
+                _ => &[],
+            };
+            let jumps = |&number: &ExprId| has_jumps(&self.scene.expressions, number);
+            if numbers.iter().any(jumps) {
+                return true;
+            }
+            open.extend(children(kind).iter().filter(|&&child| seen.insert(child)));
+        }
+        false
     }
 
     /// A value and a bound of its slope in a region. Where only poles are in the way of a bound, deep inside or far from

@@ -4,11 +4,13 @@
 //! Such a field is made of pieces that are smooth. A way to a change of sign stays in the piece of its point, or leaves
 //! it. In it, the value divided by the piece's slope is safe. A way through a jump is at least as long as that to the
 //! jump, and as the neighbouring piece's own value says, where that has the same sign. So the nearest place
-//! of every jump is looked at with the value that the field has beyond, and steps end where the next one is.
+//! of every jump is looked at with the value that the field has beyond, and steps end where the next one is, unless the
+//! value has the same sign in whatever piece, by more than the step.
 
-use super::{Budget, ENDLESS, MAX_BOXES, Ranges, STEEPEST, Search, is_loose, searched};
+use super::ends::ends;
+use super::{Budget, ENDLESS, MAX_BOXES, Ranges, STEEPEST, Search, bound, is_loose, searched};
 use crate::expression::{ExprId, Expression, Expressions, Stage};
-use crate::uniforms::operands_first;
+use crate::uniforms::{operands_first, rewritten};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
@@ -41,6 +43,9 @@ pub(crate) fn step(
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Option<ExprId> {
+    let number = rewritten(expressions, number, |expressions, id, written, values| {
+        sided(expressions, id, values).unwrap_or(written)
+    });
     let order = operands_first(expressions, number, |_| false);
     let slope = held_slope(expressions, number, region, ranges, budget)?;
     let jumps = found(expressions, &order, region, ranges, budget)?;
@@ -50,13 +55,41 @@ pub(crate) fn step(
     let pieces = jumps.len() + usize::from(jumps.len() == MAX_AT_CORNERS);
     let is_nested = is_nested(expressions, &jumps);
     let has_pieces = !is_nested && order.len() * pieces <= MAX_NUMBERS;
+    let ways = ways_to_ends(expressions, number, region, ranges, budget);
     let mut writer = Writer {
         expressions,
-        order: &order,
         number,
         slope,
     };
-    Some(writer.step(&jumps, has_pieces))
+    Some(writer.step(&jumps, has_pieces, &ways))
+}
+
+/// Safe ways to a change of sign by the least and by the greatest that a number may be; they are below zero where these
+/// tell none.
+fn ways_to_ends(
+    expressions: &mut Expressions,
+    number: ExprId,
+    region: &Bounds,
+    ranges: &Ranges,
+    budget: &mut Budget,
+) -> Vec<ExprId> {
+    let Some([lo, hi]) = ends(expressions, number) else {
+        return Vec::new();
+    };
+    let below = expressions.call(Op::Neg, &[hi]);
+    let mut ways = Vec::new();
+    for end in [lo, below] {
+        let count = operands_first(expressions, end, |_| false).len();
+        let slope = match count <= MAX_NUMBERS {
+            true => bound(expressions, &[end], region, ranges, budget),
+            false => None,
+        };
+        if let Some(slope) = slope.filter(|slope| *slope > 0.0) {
+            let factor = expressions.constant(1.0 / slope);
+            ways.push(expressions.call(Op::Mul, &[end, factor]));
+        }
+    }
+    ways
 }
 
 /// Reports whether a number has operations that jump.
@@ -83,6 +116,41 @@ fn jumps(expressions: &Expressions, id: ExprId) -> bool {
             | Op::Sign
     );
     is_one && expressions.stage(id) > Stage::Uniform
+}
+
+/// An operation that is the same on both sides of a jump and another one in it, or jumps towards the larger side, as
+/// operations that belong to the side above.
+fn sided(expressions: &mut Expressions, id: ExprId, values: &[ExprId]) -> Option<ExprId> {
+    let (true, Expression::Apply { op, .. }, &[a]) =
+        (jumps(expressions, id), expressions.get(id), values)
+    else {
+        return None;
+    };
+    let op = *op;
+    let is_below = |expressions: &mut Expressions| {
+        let zero = expressions.constant(0.0);
+        expressions.call(Op::Less, &[a, zero])
+    };
+    let ceil = |expressions: &mut Expressions| {
+        let opposite = expressions.call(Op::Neg, &[a]);
+        let floor = expressions.call(Op::Floor, &[opposite]);
+        expressions.call(Op::Neg, &[floor])
+    };
+    match op {
+        Op::Sign => {
+            let (one, two) = (expressions.constant(1.0), expressions.constant(2.0));
+            let is_below = is_below(expressions);
+            let twice = expressions.call(Op::Mul, &[is_below, two]);
+            Some(expressions.call(Op::Sub, &[one, twice]))
+        }
+        Op::Ceil => Some(ceil(expressions)),
+        Op::Trunc => {
+            let (is_below, ceil) = (is_below(expressions), ceil(expressions));
+            let floor = expressions.call(Op::Floor, &[a]);
+            Some(expressions.call(Op::Select, &[is_below, ceil, floor]))
+        }
+        _ => None,
+    }
 }
 
 /// A bound of a number's slope with its jumps held.
@@ -117,7 +185,6 @@ fn found(
         };
         let (number, is_whole) = match (op, values.as_slice()) {
             (Op::Less | Op::Step, &[a, b]) => (expressions.call(Op::Sub, &[a, b]), false),
-            (Op::Sign, &[a]) => (a, false),
             (Op::Round, &[a]) => {
                 let half = expressions.constant(0.5);
                 (expressions.call(Op::Add, &[a, half]), true)
@@ -161,8 +228,6 @@ fn is_nested(expressions: &Expressions, jumps: &[Jump]) -> bool {
 /// Writes the step of a number.
 struct Writer<'a> {
     expressions: &'a mut Expressions,
-    /// The number's operands, in order.
-    order: &'a [ExprId],
     number: ExprId,
     /// The bound of its pieces' slope.
     slope: f64,
@@ -179,7 +244,8 @@ struct Nearest<'a> {
 }
 
 impl Writer<'_> {
-    fn step(&mut self, jumps: &[Jump], has_pieces: bool) -> ExprId {
+    /// The step; `ends` are ways by what the number is in all of its pieces.
+    fn step(&mut self, jumps: &[Jump], has_pieces: bool, ends: &[ExprId]) -> ExprId {
         let nearest: Vec<Nearest> = jumps.iter().map(|jump| self.nearest(jump)).collect();
         let is_below = self.is_below(self.number);
         let mut step = self.way(self.number);
@@ -213,6 +279,9 @@ impl Writer<'_> {
         }
         for way in ways {
             step = self.call(Op::Min, &[step, way]);
+        }
+        for &end in ends {
+            step = self.call(Op::Max, &[step, end]);
         }
         let inside = self.call(Op::Neg, &[step]);
         self.call(Op::Select, &[is_below, inside, step])
@@ -261,49 +330,14 @@ impl Writer<'_> {
         for place in places {
             shifts.extend(place.jump.operations.iter().map(|&id| (id, place.shift)));
         }
-        let mut new: HashMap<ExprId, ExprId> = HashMap::new();
-        for &id in self.order {
-            let Expression::Apply {
-                op,
-                point,
-                values,
-                parameters,
-            } = self.expressions.get(id).clone()
-            else {
-                continue;
-            };
-            let other = |id: &ExprId| new.get(id).copied().unwrap_or(*id);
-            let values: Vec<ExprId> = values.iter().map(other).collect();
-            let point = point.map(|point| point.map(|id| other(&id)));
-            let written = self.expressions.apply(op, point, &values, &parameters);
-            let written = match shifts.get(&id) {
-                Some(&shift) => self.shifted(written, op, &values, shift),
-                None => written,
-            };
-            new.insert(id, written);
-        }
-        new.get(&self.number).copied().unwrap_or(self.number)
-    }
-
-    /// The result of an operation beyond a jump.
-    fn shifted(
-        &mut self,
-        id: ExprId,
-        op: Op,
-        values: &[ExprId],
-        shift: Option<ExprId>,
-    ) -> ExprId {
-        let one = self.expressions.constant(1.0);
-        match (op, shift) {
-            (Op::Sign, _) => self.call(Op::Neg, &[id]),
-            (Op::Fract, Some(shift)) => self.call(Op::Sub, &[id, shift]),
-            (Op::Modulo, Some(shift)) => {
-                let by = self.call(Op::Mul, &[shift, values[1]]);
-                self.call(Op::Sub, &[id, by])
+        rewritten(self.expressions, self.number, |e, id, written, values| {
+            match (shifts.get(&id), e.get(id)) {
+                (Some(&shift), &Expression::Apply { op, .. }) => {
+                    shifted(e, written, op, values, shift)
+                }
+                _ => written,
             }
-            (_, Some(shift)) => self.call(Op::Add, &[id, shift]),
-            (_, None) => self.call(Op::Sub, &[one, id]),
-        }
+        })
     }
 
     /// The way to a change of sign that a piece's value tells.
@@ -324,5 +358,27 @@ impl Writer<'_> {
 
     fn call(&mut self, op: Op, values: &[ExprId]) -> ExprId {
         self.expressions.call(op, values)
+    }
+}
+
+/// The result of an operation beyond a jump.
+fn shifted(
+    expressions: &mut Expressions,
+    id: ExprId,
+    op: Op,
+    values: &[ExprId],
+    shift: Option<ExprId>,
+) -> ExprId {
+    match (op, shift) {
+        (Op::Fract, Some(shift)) => expressions.call(Op::Sub, &[id, shift]),
+        (Op::Modulo, Some(shift)) => {
+            let by = expressions.call(Op::Mul, &[shift, values[1]]);
+            expressions.call(Op::Sub, &[id, by])
+        }
+        (_, Some(shift)) => expressions.call(Op::Add, &[id, shift]),
+        (_, None) => {
+            let one = expressions.constant(1.0);
+            expressions.call(Op::Sub, &[one, id])
+        }
     }
 }
