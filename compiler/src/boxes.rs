@@ -8,6 +8,7 @@ mod norm;
 mod period;
 mod relative;
 
+pub(crate) use held::Held;
 pub(crate) use period::Along;
 
 use crate::expression::{ExprId, Expression, Expressions, Stage};
@@ -41,7 +42,7 @@ pub(crate) trait OverBox: Apply {
         None
     }
     /// The result of a step with its jumps held; see [`held`].
-    fn held(self, _step: &Step<Self>, _before: &[Self]) -> Self {
+    fn held(self, _step: &Step<Self>, _before: &[Self], _held: Held) -> Self {
         self
     }
 }
@@ -107,8 +108,8 @@ impl OverBox for Dual<Interval> {
     ) -> Option<Relative> {
         relative::refine(self, step, steps, before, relative)
     }
-    fn held(self, step: &Step<Self>, before: &[Self]) -> Self {
-        held::held(step, before, self)
+    fn held(self, step: &Step<Self>, before: &[Self], held: Held) -> Self {
+        held::held(step, before, self, held)
     }
 }
 
@@ -133,7 +134,7 @@ pub(crate) struct BoxNumber<R> {
     /// Set where the length of a gradient is bounded more closely than by its components.
     has_norms: bool,
     /// Set where jumps are held.
-    is_held: bool,
+    held: Option<Held>,
 }
 
 /// How one of the numbers is found; operands are places of earlier steps.
@@ -174,7 +175,7 @@ impl<R: OverBox> BoxNumber<R> {
             relative: Vec::with_capacity(order.len()),
             relates: false,
             has_norms: false,
-            is_held: false,
+            held: None,
         };
         for &id in &order {
             let step = match expressions.get(id) {
@@ -229,9 +230,9 @@ impl<R: OverBox> BoxNumber<R> {
     }
 
     /// The same number with its jumps held; see [`held`].
-    pub(crate) fn holding(self) -> Self {
+    pub(crate) fn holding(self, held: Held) -> Self {
         Self {
-            is_held: true,
+            held: Some(held),
             ..self
         }
     }
@@ -282,8 +283,8 @@ impl<R: OverBox> BoxNumber<R> {
         self.relative.clear();
         for step in &self.steps {
             let mut value = step.value(bounds, ranges, &self.values);
-            if self.is_held {
-                value = value.held(step, &self.values);
+            if let Some(held) = self.held {
+                value = value.held(step, &self.values, held);
             }
             let relative = match self.relates {
                 true => value.refined(step, &self.steps, &self.values, &self.relative),

@@ -1,44 +1,52 @@
 //! Numbers that jump, with their jumps held: each operation that jumps keeps the whole value or the choice that it has
-//! at some point, or takes that of a neighbour, and is smooth beyond. A slope found so bounds every piece of the
-//! number, as far as the neighbouring pieces reach.
+//! at some point, and is smooth beyond. A slope found so bounds every piece of the number.
 
 use super::Step;
 use super::relative::is_flat;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
-use sdfc_vm::real::Vector3;
+use sdfc_vm::real::{Real, Vector3};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 
 type Number = Dual<Interval>;
 
+/// The extent of the pieces that are looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Held {
+    /// Each piece where it is.
+    Own,
+    /// Each piece where the pieces beside it are, too.
+    Beside,
+}
+
 /// The result of a step with its jumps held, or the one given where it has none.
-pub(super) fn held(step: &Step<Number>, before: &[Number], value: Number) -> Number {
+pub(super) fn held(step: &Step<Number>, before: &[Number], value: Number, held: Held) -> Number {
     let Step::Apply { op, values, .. } = step else {
         return value;
     };
     let operand = |at: usize| before[values[at]];
-    let fixed = |lo: f64, hi: f64| Number::fixed(Interval { lo, hi });
+    let more = if held == Held::Beside { 1.0 } else { 0.0 };
+    let grown = |range: Interval, by: f64| Interval {
+        lo: range.lo - by,
+        hi: range.hi + by,
+    };
+    let choice = |lo: f64, hi: f64| match held {
+        Held::Own => Number::fixed(value.value),
+        Held::Beside => Number::fixed(Interval { lo, hi }),
+    };
     match op {
-        Op::Floor | Op::Ceil | Op::Round | Op::Trunc => {
-            fixed(value.value.lo - 1.0, value.value.hi + 1.0)
-        }
+        Op::Floor | Op::Ceil | Op::Round | Op::Trunc => Number::fixed(grown(value.value, more)),
         Op::Fract => Number {
-            value: Interval { lo: -1.0, hi: 2.0 },
+            value: grown(operand(0).value.fract(), more),
             gradient: operand(0).gradient,
         },
-        Op::Modulo if is_flat(&operand(1)) => {
-            let most = operand(1).value.magnitude();
-            Number {
-                value: Interval {
-                    lo: -2.0 * most,
-                    hi: 2.0 * most,
-                },
-                gradient: operand(0).gradient,
-            }
-        }
-        Op::Less | Op::Step => fixed(0.0, 1.0),
-        Op::Sign => fixed(-1.0, 1.0),
+        Op::Modulo if is_flat(&operand(1)) => Number {
+            value: remainder(operand(1).value, more),
+            gradient: operand(0).gradient,
+        },
+        Op::Less | Op::Step => choice(0.0, 1.0),
+        Op::Sign => choice(-1.0, 1.0),
         Op::Select if is_flat(&operand(0)) => {
             let (a, b) = (operand(1), operand(2));
             match operand(0).value {
@@ -55,6 +63,15 @@ pub(super) fn held(step: &Step<Number>, before: &[Number], value: Number) -> Num
             }
         }
         _ => value,
+    }
+}
+
+/// All remainders of divisions by numbers in a range, as far as `more` divisors beyond.
+fn remainder(divisor: Interval, more: f64) -> Interval {
+    let most = divisor.magnitude() * more;
+    Interval {
+        lo: divisor.lo.min(0.0) - most,
+        hi: divisor.hi.max(0.0) + most,
     }
 }
 

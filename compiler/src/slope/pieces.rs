@@ -8,10 +8,12 @@
 //! value has the same sign in whatever piece, by more than the step.
 
 use super::ends::ends;
-use super::{Budget, ENDLESS, MAX_BOXES, Ranges, STEEPEST, Search, bound, is_loose, searched};
+use super::{Budget, ENDLESS, MAX_BOXES, Ranges, STEEPEST, Search, bound, is_loose, points, searched};
+use crate::boxes::Held;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::uniforms::{operands_first, rewritten};
 use sdfc_vm::bounds::Bounds;
+use sdfc_vm::dual::Dual;
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 
@@ -19,6 +21,13 @@ use std::collections::{HashMap, HashSet};
 const MAX_AT_CORNERS: usize = 2;
 /// The most numbers that the pieces beside a point may take together.
 const MAX_NUMBERS: usize = 4_000;
+/// The least number of places at which a jump must be tried to say that nothing changes there.
+const LEAST_TRIED: usize = 16;
+/// The most moves of a point to the place of a jump, and the distance from which on it is there.
+const MOVES: usize = 12;
+const CLOSE: f64 = 1e-9;
+/// The difference of values that counts as rounding, as a fraction of them.
+const ROUNDED: f64 = 1e-6;
 /// The way to a change of sign that a piece does not have.
 const FAR_AWAY: f64 = 1e9;
 
@@ -34,27 +43,44 @@ struct Jump {
     slope: f64,
 }
 
+/// A bound of the slope of a number that does not change where its operations jump, as far as points that are tried
+/// in a part of the region show: it is as steep as its pieces. `None` where it jumps, or there is no bound.
+pub(crate) fn continuous(
+    expressions: &Expressions,
+    number: ExprId,
+    [region, tried]: [&Bounds; 2],
+    ranges: &Ranges,
+    budget: &mut Budget,
+) -> Option<f64> {
+    let slope = held_slope(expressions, number, Held::Own, region, ranges, budget)?;
+    let mut expressions = expressions.clone();
+    let number = sided(&mut expressions, number);
+    let jumps = found(&mut expressions, number, region, ranges, budget)?;
+    let mut is_seen = |jump: &Jump| is_seen(&mut expressions, number, slope, jump, tried, ranges);
+    (!jumps.iter().any(&mut is_seen)).then_some(slope)
+}
+
 /// A number that jumps, as a step: its sign, and a distance in which it does not change that. The bounds of
-/// slopes hold in the region. `None` where it does not jump, or its pieces have no bound.
+/// slopes hold in the region, and jumps are tried in a part of it. `None` where it does not jump, or its pieces have no
+/// bound.
 pub(crate) fn step(
     expressions: &mut Expressions,
     number: ExprId,
-    region: &Bounds,
+    [region, tried]: [&Bounds; 2],
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Option<ExprId> {
-    let number = rewritten(expressions, number, |expressions, id, written, values| {
-        sided(expressions, id, values).unwrap_or(written)
-    });
-    let order = operands_first(expressions, number, |_| false);
-    let slope = held_slope(expressions, number, region, ranges, budget)?;
-    let jumps = found(expressions, &order, region, ranges, budget)?;
+    let number = sided(expressions, number);
+    let slope = held_slope(expressions, number, Held::Beside, region, ranges, budget)?;
+    let mut jumps = found(expressions, number, region, ranges, budget)?;
+    jumps.retain(|jump| is_seen(expressions, number, slope, jump, tried, ranges));
     if jumps.is_empty() {
         return None;
     }
     let pieces = jumps.len() + usize::from(jumps.len() == MAX_AT_CORNERS);
     let is_nested = is_nested(expressions, &jumps);
-    let has_pieces = !is_nested && order.len() * pieces <= MAX_NUMBERS;
+    let count = operands_first(expressions, number, |_| false).len();
+    let has_pieces = !is_nested && count * pieces <= MAX_NUMBERS;
     let ways = ways_to_ends(expressions, number, region, ranges, budget);
     let mut writer = Writer {
         expressions,
@@ -118,9 +144,19 @@ fn jumps(expressions: &Expressions, id: ExprId) -> bool {
     is_one && expressions.stage(id) > Stage::Uniform
 }
 
-/// An operation that is the same on both sides of a jump and another one in it, or jumps towards the larger side, as
-/// operations that belong to the side above.
-fn sided(expressions: &mut Expressions, id: ExprId, values: &[ExprId]) -> Option<ExprId> {
+/// A number all of whose jumps belong to the side above.
+fn sided(expressions: &mut Expressions, number: ExprId) -> ExprId {
+    rewritten(expressions, number, |expressions, id, written, values| {
+        sided_operation(expressions, id, values).unwrap_or(written)
+    })
+}
+
+/// An operation that is another one in a jump than on both sides, or jumps after it, as operations that do not.
+fn sided_operation(
+    expressions: &mut Expressions,
+    id: ExprId,
+    values: &[ExprId],
+) -> Option<ExprId> {
     let (true, Expression::Apply { op, .. }, &[a]) =
         (jumps(expressions, id), expressions.get(id), values)
     else {
@@ -157,26 +193,27 @@ fn sided(expressions: &mut Expressions, id: ExprId, values: &[ExprId]) -> Option
 fn held_slope(
     expressions: &Expressions,
     number: ExprId,
+    held: Held,
     region: &Bounds,
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Option<f64> {
-    let search = Search::new(expressions, &[number], ranges).holding();
+    let search = Search::new(expressions, &[number], ranges).holding(held);
     let (bound, search) = searched(search, region, budget, [MAX_BOXES, ENDLESS]);
     let is_bound = bound < STEEPEST && !is_loose(bound, search, region);
     is_bound.then_some(bound)
 }
 
-/// The jumps of a number, whose operands are in order. What jumps only where something else does is none of them.
+/// The jumps of a number. What jumps only where something else does is none of them.
 fn found(
     expressions: &mut Expressions,
-    order: &[ExprId],
+    number: ExprId,
     region: &Bounds,
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Option<Vec<Jump>> {
     let mut found: Vec<Jump> = Vec::new();
-    for &id in order {
+    for id in operands_first(expressions, number, |_| false) {
         if !jumps(expressions, id) {
             continue;
         }
@@ -200,7 +237,7 @@ fn found(
             jump.operations.push(id);
             continue;
         }
-        let slope = held_slope(expressions, number, region, ranges, budget)?;
+        let slope = held_slope(expressions, number, Held::Own, region, ranges, budget)?;
         if slope > 0.0 {
             found.push(Jump {
                 number,
@@ -211,6 +248,72 @@ fn found(
         }
     }
     Some(found)
+}
+
+/// Reports whether a number changes where one of its operations jumps, at one of the points that are tried.
+fn is_seen(
+    expressions: &mut Expressions,
+    number: ExprId,
+    slope: f64,
+    jump: &Jump,
+    region: &Bounds,
+    ranges: &Ranges,
+) -> bool {
+    let mut writer = Writer {
+        expressions,
+        number,
+        slope,
+    };
+    let nearest = writer.nearest(jump);
+    let piece = writer.piece(&[&nearest]);
+    let mut place = Search::new(expressions, &[jump.number], ranges);
+    let mut sides = Search::new(expressions, &[number, piece], ranges);
+    let mut tried = 0;
+    for point in points(region) {
+        let Some((point, off)) = moved_to(&mut place, point, jump.is_whole) else {
+            continue;
+        };
+        let is_inside = (0..3).all(|i| region.min[i] <= point[i] && point[i] <= region.max[i]);
+        if !is_inside {
+            tried += 1;
+            continue;
+        }
+        let values: Vec<f64> = sides.duals_at(point).map(|dual| dual.value).collect();
+        let &[here, beyond] = values.as_slice() else {
+            continue;
+        };
+        if !(here.is_finite() && beyond.is_finite()) {
+            continue;
+        }
+        let rounding = ROUNDED * (1.0 + here.abs().max(beyond.abs()));
+        if (here - beyond).abs() > 4.0 * slope * off + rounding {
+            return true;
+        }
+        tried += 1;
+    }
+    tried < LEAST_TRIED
+}
+
+/// The place where a number is whole, or zero, near a point, and how far off that may be.
+fn moved_to(place: &mut Search, mut point: [f64; 3], is_whole: bool) -> Option<([f64; 3], f64)> {
+    let mut goal = None;
+    for _ in 0..MOVES {
+        let Dual { value, gradient } = place.duals_at(point).next()?;
+        let goal = *goal.get_or_insert(if is_whole { value.round() } else { 0.0 });
+        let square = gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2);
+        let share = (goal - value) / square;
+        if !share.is_finite() {
+            return None;
+        }
+        let off = share.abs() * square.sqrt();
+        let reach = point.iter().fold(1.0, |most: f64, v| most.max(v.abs()));
+        if off <= CLOSE * reach {
+            return Some((point, off));
+        }
+        let step = [gradient.x, gradient.y, gradient.z].map(|part| part * share);
+        point = std::array::from_fn(|axis| point[axis] + step[axis]);
+    }
+    None
 }
 
 /// Reports whether the place of a jump follows another jump.

@@ -2,7 +2,7 @@
 //! parameters.
 
 use super::Ranges;
-use crate::boxes::{BoxNumber, UniformValue};
+use crate::boxes::{BoxNumber, Held, UniformValue};
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
@@ -76,8 +76,9 @@ impl Search {
     }
 
     /// The same search of the numbers' pieces, with their jumps held.
-    pub(super) fn holding(self) -> Self {
-        let over = self.over.into_iter().map(BoxNumber::holding).collect();
+    pub(super) fn holding(self, held: Held) -> Self {
+        let over = self.over.into_iter();
+        let over = over.map(|number| number.holding(held)).collect();
         Self { over, ..self }
     }
 
@@ -182,19 +183,26 @@ impl Search {
 
     /// The last number at a point and the slope of all of them, with all parameters in the middle of their ranges.
     pub(super) fn at(&mut self, point: [f64; 3]) -> (f64, f64) {
+        let all = self.duals_at(point);
+        let (mut last, mut square) = (0.0, 0.0);
+        for Dual { value, gradient } in all {
+            last = value;
+            square += gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2);
+        }
+        (last, square.sqrt())
+    }
+
+    /// The numbers at a point with their gradients, with all parameters in the middle of their ranges.
+    pub(super) fn duals_at(&mut self, point: [f64; 3]) -> impl Iterator<Item = Dual<f64>> {
         let bounds = Bounds {
             min: point,
             max: point,
         };
         let middle = |range: &Interval| Interval::point(range.lo + (range.hi - range.lo) / 2.0);
         let ranges: Vec<Interval> = self.ranges.iter().map(middle).collect();
-        let (mut last, mut square) = (0.0, 0.0);
-        for number in &mut self.at {
-            let Dual { value, gradient } = number.over(&bounds, &ranges);
-            last = value;
-            square += gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2);
-        }
-        (last, square.sqrt())
+        self.at
+            .iter_mut()
+            .map(move |number| number.over(&bounds, &ranges))
     }
 
     /// Both halves of a box: of space, or of a range where that pays.

@@ -150,10 +150,11 @@ impl ShapeSlopes {
         if let Some(&known) = self.stepped.get(&key) {
             return known;
         }
+        let seen = self.seen(region);
         let (ranges, budget) = (&self.ranges, &mut self.budget);
         let step = match bound(expressions, &[number], region, ranges, budget) {
             Some(_) => None,
-            None => pieces::step(expressions, number, region, ranges, budget),
+            None => pieces::step(expressions, number, [region, &seen], ranges, budget),
         };
         self.stepped.insert(key, step);
         step
@@ -270,13 +271,7 @@ impl ShapeSlopes {
             return *known;
         }
         let stated = self.range(world, slope).hi;
-        let seen = Bounds::centred([self.size * TRIED_CUBE; 3]);
-        let found = near(&boxes.of(world, id));
-        let region = if found.is_finite() {
-            found
-        } else {
-            found.common(&seen)
-        };
+        let region = self.seen(&near(&boxes.of(world, id)));
         let refuted = steepest(world.expressions, &[value], &region, &self.ranges)
             .filter(|(slope, _)| *slope > stated * REFUTES)
             .map(|(slope, place)| Refuted {
@@ -286,6 +281,14 @@ impl ShapeSlopes {
             });
         self.stated.insert(id, refuted);
         refuted
+    }
+
+    /// The part of a region in which points are tried.
+    fn seen(&self, region: &Bounds) -> Bounds {
+        match region.is_finite() {
+            true => *region,
+            false => region.common(&Bounds::centred([self.size * TRIED_CUBE; 3])),
+        }
     }
 
     /// Tells if a stated bound may be used in a region of a field's frame.
@@ -425,8 +428,17 @@ impl ShapeSlopes {
         if let Some(&known) = self.searched.get(&key) {
             return known;
         }
-        let (graph, ranges, budget) = (world.expressions, &self.ranges, &mut self.budget);
-        let found = bound(graph, numbers, region, ranges, budget).or_else(|| {
+        let graph = world.expressions;
+        let seen = self.seen(region);
+        let (ranges, budget) = (&self.ranges, &mut self.budget);
+        let found = bound(graph, numbers, region, ranges, budget);
+        let found = found.or_else(|| match numbers {
+            &[number] if pieces::has_jumps(graph, number) => {
+                pieces::continuous(graph, number, [region, &seen], ranges, budget)
+            }
+            _ => None,
+        });
+        let found = found.or_else(|| {
             self.is_guessing
                 .then(|| tried(graph, numbers, region, ranges))
         });
