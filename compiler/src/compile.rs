@@ -12,6 +12,7 @@ use crate::passes::{Context, Done, PassOptions, optimize};
 use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
 use crate::schedule::schedule;
 use crate::seen::size;
+use crate::slope::ShapeSlopes;
 use crate::subject::{outline, subject};
 use crate::uniforms::Uniforms;
 use crate::wgsl;
@@ -152,11 +153,12 @@ pub(crate) fn compile_with(
     let mut present = Boxes::at(0.0, HashMap::new());
     let subject = subject(&mut scene, &mut present, root);
     let size = size(&scene, &mut present, root, subject);
+    let mut slopes = ShapeSlopes::new(World::from(&scene), size);
     let (graph, mut diagnostics) = lower(
         &mut scene,
         root,
         Purpose::Distance,
-        size,
+        &mut slopes,
         &mut uniforms,
         &mut boxes,
     );
@@ -168,13 +170,21 @@ pub(crate) fn compile_with(
     let (materials, fallback) = materials(&scene, root);
     let surface = match trail {
         Some(trail) => {
-            let (graph, found) = lower_origins(&mut scene, root, size, &mut uniforms, &mut boxes);
+            let (graph, found) =
+                lower_origins(&mut scene, root, &mut slopes, &mut uniforms, &mut boxes);
             *trail = found;
             Some((graph, Purpose::Origins))
         }
         None if materials > 1 => {
             let purpose = Purpose::Surface;
-            let (graph, _) = lower(&mut scene, root, purpose, size, &mut uniforms, &mut boxes);
+            let (graph, _) = lower(
+                &mut scene,
+                root,
+                purpose,
+                &mut slopes,
+                &mut uniforms,
+                &mut boxes,
+            );
             Some((graph, purpose))
         }
         None => None,
@@ -196,7 +206,7 @@ pub(crate) fn compile_with(
                 &mut scene,
                 subject,
                 purpose,
-                size,
+                &mut slopes,
                 &mut uniforms,
                 &mut boxes,
             )

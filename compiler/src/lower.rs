@@ -87,16 +87,16 @@ pub enum Purpose {
 }
 
 /// Lowers a shape of the scene; the uniform numbers that it reads are collected in `uniforms`.
-/// `boxes` are those that hold for all values of the parameters, and `size` is about half that of what is seen.
+/// `boxes` and `slopes` are those that hold for all values of the parameters.
 pub(crate) fn lower(
     scene: &mut Scene,
     shape: ShapeId,
     purpose: Purpose,
-    size: f64,
+    slopes: &mut ShapeSlopes,
     uniforms: &mut Uniforms,
     boxes: &mut Boxes,
 ) -> (Graph, Vec<Diagnostic>) {
-    let (graph, _, diagnostics) = walk(scene, shape, purpose, size, uniforms, boxes);
+    let (graph, _, diagnostics) = walk(scene, shape, purpose, slopes, uniforms, boxes);
     (graph, diagnostics)
 }
 
@@ -105,11 +105,11 @@ pub(crate) fn lower(
 pub(crate) fn lower_origins(
     scene: &mut Scene,
     shape: ShapeId,
-    size: f64,
+    slopes: &mut ShapeSlopes,
     uniforms: &mut Uniforms,
     boxes: &mut Boxes,
 ) -> (Graph, Trail) {
-    let (graph, trail, _) = walk(scene, shape, Purpose::Origins, size, uniforms, boxes);
+    let (graph, trail, _) = walk(scene, shape, Purpose::Origins, slopes, uniforms, boxes);
     (graph, trail)
 }
 
@@ -117,7 +117,7 @@ fn walk(
     scene: &mut Scene,
     shape: ShapeId,
     purpose: Purpose,
-    size: f64,
+    slopes: &mut ShapeSlopes,
     uniforms: &mut Uniforms,
     boxes: &mut Boxes,
 ) -> (Graph, Trail, Vec<Diagnostic>) {
@@ -125,10 +125,9 @@ fn walk(
     let coverage = paint::coverage(scene);
     let mut graph = Graph::default();
     let world = graph.add(Node::World);
-    let slopes = ShapeSlopes::new(World::from(&*scene), size);
     let mut lowering = Lowering {
+        size: slopes.size(),
         slopes,
-        size,
         scene,
         boxes,
         paints,
@@ -150,7 +149,7 @@ fn walk(
 }
 
 struct Lowering<'a> {
-    slopes: ShapeSlopes,
+    slopes: &'a mut ShapeSlopes,
     /// About half the size of what is seen, in units of the world.
     size: f64,
     scene: &'a mut Scene,

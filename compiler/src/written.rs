@@ -107,12 +107,7 @@ fn row(
 }
 
 /// A number at another point.
-fn at(
-    e: &mut Expressions,
-    number: ExprId,
-    point: [ExprId; 3],
-    left: &mut usize,
-) -> Option<ExprId> {
+fn at(e: &mut Expressions, number: ExprId, point: [ExprId; 3], left: &mut usize) -> Option<ExprId> {
     *left = left.checked_sub(operands_first(e, number, |_| false).len())?;
     Some(rewritten(e, number, |e, id, written, _| match e.get(id) {
         Expression::Coordinate(axis) => point[usize::from(*axis)],

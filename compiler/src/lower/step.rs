@@ -7,8 +7,8 @@
 use super::{At, Lowering};
 use crate::bounds::World;
 use crate::elaborate::short;
-use crate::graph::{Node, NodeId, Number};
 use crate::expression::ExprId;
+use crate::graph::{Node, NodeId, Number};
 use crate::scene::{ShapeId, ShapeKind, children};
 use crate::seen::farthest;
 use crate::shape_range::ShapeRange;

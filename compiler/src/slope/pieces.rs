@@ -8,7 +8,9 @@
 //! value has the same sign in whatever piece, by more than the step.
 
 use super::ends::ends;
-use super::{Budget, ENDLESS, MAX_BOXES, Ranges, STEEPEST, Search, bound, is_loose, points, searched};
+use super::{
+    Budget, ENDLESS, MAX_BOXES, Ranges, STEEPEST, Search, bound, is_loose, points, searched,
+};
 use crate::boxes::Held;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::uniforms::{operands_first, rewritten};
@@ -23,6 +25,9 @@ const MAX_AT_CORNERS: usize = 2;
 const MAX_NUMBERS: usize = 4_000;
 /// The least number of places at which a jump must be tried to say that nothing changes there.
 const LEAST_TRIED: usize = 16;
+/// The operations that trying a jump may take, and the points that are tried whatever it takes.
+const MAX_TRIED: usize = 200_000;
+const LEAST_TRIED_POINTS: usize = 64;
 /// The most moves of a point to the place of a jump, and the distance from which on it is there.
 const MOVES: usize = 12;
 const CLOSE: f64 = 1e-9;
@@ -152,11 +157,7 @@ fn sided(expressions: &mut Expressions, number: ExprId) -> ExprId {
 }
 
 /// An operation that is another one in a jump than on both sides, or jumps after it, as operations that do not.
-fn sided_operation(
-    expressions: &mut Expressions,
-    id: ExprId,
-    values: &[ExprId],
-) -> Option<ExprId> {
+fn sided_operation(expressions: &mut Expressions, id: ExprId, values: &[ExprId]) -> Option<ExprId> {
     let (true, Expression::Apply { op, .. }, &[a]) =
         (jumps(expressions, id), expressions.get(id), values)
     else {
@@ -268,8 +269,10 @@ fn is_seen(
     let piece = writer.piece(&[&nearest]);
     let mut place = Search::new(expressions, &[jump.number], ranges);
     let mut sides = Search::new(expressions, &[number, piece], ranges);
+    let cost = 2 * place.cost() + sides.cost();
+    let most = (MAX_TRIED / cost).max(LEAST_TRIED_POINTS);
     let mut tried = 0;
-    for point in points(region) {
+    for point in points(region).take(most) {
         let Some((point, off)) = moved_to(&mut place, point, jump.is_whole) else {
             continue;
         };
@@ -433,14 +436,16 @@ impl Writer<'_> {
         for place in places {
             shifts.extend(place.jump.operations.iter().map(|&id| (id, place.shift)));
         }
-        rewritten(self.expressions, self.number, |e, id, written, values| {
-            match (shifts.get(&id), e.get(id)) {
+        rewritten(
+            self.expressions,
+            self.number,
+            |e, id, written, values| match (shifts.get(&id), e.get(id)) {
                 (Some(&shift), &Expression::Apply { op, .. }) => {
                     shifted(e, written, op, values, shift)
                 }
                 _ => written,
-            }
-        })
+            },
+        )
     }
 
     /// The way to a change of sign that a piece's value tells.

@@ -25,7 +25,9 @@ pub(crate) struct ShapeSlopes {
     /// Bounds of shapes that are the same in every region.
     everywhere: HashMap<ShapeId, f64>,
     /// Bounds of written numbers, by the corners of their region.
-    searched: HashMap<(Vec<ExprId>, [u64; 6]), f64>,
+    searched: HashMap<(Vec<ExprId>, [u64; 6]), Option<f64>>,
+    /// Guesses of the same.
+    guessed: HashMap<(Vec<ExprId>, [u64; 6]), f64>,
     /// Whether a shape's bound depends on the region.
     varies: Vec<bool>,
     /// Whether numbers are found by trying points instead of bounds.
@@ -70,6 +72,7 @@ impl ShapeSlopes {
             budget: Budget::default(),
             everywhere: HashMap::new(),
             searched: HashMap::new(),
+            guessed: HashMap::new(),
             varies: Vec::new(),
             is_guessing: false,
             size,
@@ -77,6 +80,11 @@ impl ShapeSlopes {
             capped: HashMap::new(),
             stepped: HashMap::new(),
         }
+    }
+
+    /// About half the size of what is seen.
+    pub(crate) fn size(&self) -> f64 {
+        self.size
     }
 
     /// A bound of the shape's slope within a region, in the frame of the shape; infinite where none is
@@ -111,10 +119,8 @@ impl ShapeSlopes {
         region: &Bounds,
     ) -> f64 {
         self.is_guessing = true;
-        self.searched.clear();
         let guess = self.find(world, boxes, id, region);
         self.is_guessing = false;
-        self.searched.clear();
         if guess.is_finite() { guess } else { 1.0 }
     }
 
@@ -151,10 +157,12 @@ impl ShapeSlopes {
             return known;
         }
         let seen = self.seen(region);
-        let (ranges, budget) = (&self.ranges, &mut self.budget);
-        let step = match bound(expressions, &[number], region, ranges, budget) {
+        let step = match self.proved(expressions, &[number], region) {
             Some(_) => None,
-            None => pieces::step(expressions, number, [region, &seen], ranges, budget),
+            None => {
+                let (ranges, budget) = (&self.ranges, &mut self.budget);
+                pieces::step(expressions, number, [region, &seen], ranges, budget)
+            }
         };
         self.stepped.insert(key, step);
         step
@@ -422,27 +430,41 @@ impl ShapeSlopes {
         }
     }
 
-    /// A bound of the slope of numbers of point stage, searched once for each region.
+    /// A bound of the slope of numbers of point stage, or a guess; infinite where none is known.
     fn written(&mut self, world: World<'_>, numbers: &[ExprId], region: &Bounds) -> f64 {
+        if let Some(bound) = self.proved(world.expressions, numbers, region) {
+            return bound;
+        }
+        if !self.is_guessing {
+            return f64::INFINITY;
+        }
+        let key = (numbers.to_vec(), corners(region));
+        let (graph, ranges) = (world.expressions, &self.ranges);
+        let guess = self.guessed.entry(key);
+        *guess.or_insert_with(|| tried(graph, numbers, region, ranges).max(MIN_SLOPE))
+    }
+
+    /// A bound of the slope of numbers of point stage, searched once for each region.
+    fn proved(
+        &mut self,
+        expressions: &Expressions,
+        numbers: &[ExprId],
+        region: &Bounds,
+    ) -> Option<f64> {
         let key = (numbers.to_vec(), corners(region));
         if let Some(&known) = self.searched.get(&key) {
             return known;
         }
-        let graph = world.expressions;
         let seen = self.seen(region);
         let (ranges, budget) = (&self.ranges, &mut self.budget);
-        let found = bound(graph, numbers, region, ranges, budget);
+        let found = bound(expressions, numbers, region, ranges, budget);
         let found = found.or_else(|| match numbers {
-            &[number] if pieces::has_jumps(graph, number) => {
-                pieces::continuous(graph, number, [region, &seen], ranges, budget)
+            &[number] if pieces::has_jumps(expressions, number) => {
+                pieces::continuous(expressions, number, [region, &seen], ranges, budget)
             }
             _ => None,
         });
-        let found = found.or_else(|| {
-            self.is_guessing
-                .then(|| tried(graph, numbers, region, ranges))
-        });
-        let found = found.map_or(f64::INFINITY, |slope| slope.max(MIN_SLOPE));
+        let found = found.map(|slope| slope.max(MIN_SLOPE));
         self.searched.insert(key, found);
         found
     }

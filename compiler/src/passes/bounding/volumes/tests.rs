@@ -1,11 +1,12 @@
 //! Boxes hold: values keep their distance from them at random points.
 
 use super::{Volume, Volumes};
-use crate::bounds::Boxes;
+use crate::bounds::{Boxes, World};
 use crate::elaborate::{Loader, Options, elaborate};
 use crate::graph::{Graph, Node};
 use crate::lower::{Purpose, lower};
 use crate::schedule::schedule;
+use crate::slope::ShapeSlopes;
 use crate::uniforms::Uniforms;
 use sdfc_lang::Sources;
 use sdfc_vm::evaluate::evaluate_f64;
@@ -34,7 +35,16 @@ fn graph(path: &Path) -> Graph {
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
     let mut boxes = Boxes::lasting();
     let purpose = Purpose::Distance;
-    lower(&mut scene, root, purpose, 1.0, &mut uniforms, &mut boxes).0
+    let mut slopes = ShapeSlopes::new(World::from(&scene), 1.0);
+    lower(
+        &mut scene,
+        root,
+        purpose,
+        &mut slopes,
+        &mut uniforms,
+        &mut boxes,
+    )
+    .0
 }
 
 /// The distance to a box in the world's space.
