@@ -651,6 +651,15 @@ macro_rules! for_each_operation {
                 source: "the larger of the steps that are safe within the cube and by the power beyond",
                 ..DISTANCE
             };
+            /// A raw field that jumps, as the distance `step` in which its sign does not change, with that sign.
+            Piecewise "piecewise" = distance::piecewise(v: Value, step: Value;) -> Value, prepare::same, Meta {
+                category: Category::Internal,
+                exactness: Exactness::Bound,
+                slope: Slope::Constant(1.0),
+                only_signs: true,
+                source: "what leads through a jump is at least as long as the way to it, and as the value beyond it says",
+                ..DISTANCE
+            };
             /// A distance that holds only within `margin` of a box around its shape; farther out, that to the box. No step is longer than `limit`. Its parameters are made of the box's two corners, the margin and the limit.
             Bounded "bounded" = distance::bounded(d: Value, p: Point; centre: Vec3, margin: Scalar, half: Vec3, limit: Scalar) -> Value, prepare::corners, Meta {
                 category: Category::Internal,

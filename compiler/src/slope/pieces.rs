@@ -389,8 +389,7 @@ impl Writer<'_> {
         for &end in ends {
             step = self.call(Op::Max, &[step, end]);
         }
-        let inside = self.call(Op::Neg, &[step]);
-        self.call(Op::Select, &[is_below, inside, step])
+        self.call(Op::Piecewise, &[self.number, step])
     }
 
     /// The nearest place of a jump.

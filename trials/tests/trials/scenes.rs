@@ -66,8 +66,8 @@ fn demand(what: &str, text: &str, [a, b]: [&[f32]; 2], rounding: f32) {
 
 /// Tells if a program's value is a safe step rather than the value that was written.
 fn guides(program: &Program) -> bool {
-    use Op::{Bounded, FieldDistance, FieldGrowth};
-    let steps = [Bounded, FieldDistance, FieldGrowth].map(Code::Op);
+    use Op::{Bounded, FieldDistance, FieldGrowth, Piecewise};
+    let steps = [Bounded, FieldDistance, FieldGrowth, Piecewise].map(Code::Op);
     program.code.iter().any(|i| steps.contains(&i.code))
 }
 

@@ -62,6 +62,13 @@ pub fn field_growth<R: Real>(
     R::select(is_number(v), signed, v)
 }
 
+/// A raw field that jumps, as a distance in which its sign does not change, found from its pieces, with that sign.
+#[inline(always)]
+pub fn piecewise<R: Real>(v: R, step: R) -> R {
+    let signed = R::select(v.less(lit(0.0)), -step, step);
+    R::select(is_number(v), signed, v)
+}
+
 /// Tells a number from what is none, which minima and maxima drop. Intervals always hold numbers.
 #[inline(always)]
 fn is_number<R: Real>(v: R) -> R::Bool {

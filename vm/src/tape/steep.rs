@@ -138,7 +138,7 @@ fn of_operation(
 
 /// Whether an operation makes a distance of a raw field.
 pub fn is_raw(op: Op) -> bool {
-    matches!(op, Op::FieldDistance | Op::FieldGrowth)
+    matches!(op, Op::FieldDistance | Op::FieldGrowth | Op::Piecewise)
 }
 
 /// Reports whether an instruction divides a raw field by a bound of its slope.

@@ -268,5 +268,8 @@ fn steps_of_what_is_no_number_are_none() {
     assert!(on(&growth, f64::NAN, [0.25, 0.25, 0.0]).is_nan());
     assert!(on(&growth, f64::NAN, [25.0, 0.25, 0.0]).is_nan());
     assert_eq!(on(&growth, 0.0, [0.25, 0.25, 0.0]), 0.0);
+    let piecewise = |value: f64| Case::new(Op::Piecewise, &[]).with([0.0; 3], [value, 0.25, 0.0]);
+    assert!(piecewise(f64::NAN).is_nan());
+    assert_eq!(piecewise(-3.0), -0.25);
     assert!(on(&growth, f64::INFINITY, [25.0, 0.25, 0.0]) > 0.0);
 }

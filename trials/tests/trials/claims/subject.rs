@@ -255,6 +255,8 @@ fn stated(graph: &Graph, reached: Bounds) -> (NodeId, Vec<StatedSlope>) {
             let near = inside(Bounds::centred([side; 3]), 1.0 / inverse);
             (values[0], std::iter::once(near).chain(grown).collect())
         }
+        // No bound is stated of a value that jumps.
+        Op::Piecewise => (values[0], Vec::new()),
         Op::Bounded => {
             let near = Bounds {
                 min: [0, 1, 2].map(|i| numbers[i] - numbers[4 + i] - numbers[3]),
