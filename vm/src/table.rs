@@ -655,7 +655,7 @@ macro_rules! for_each_operation {
             Piecewise "piecewise" = distance::piecewise(v: Value, step: Value;) -> Value, prepare::same, Meta {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
-                slope: Slope::Constant(1.0),
+                slope: Slope::Unknown,
                 only_signs: true,
                 source: "what leads through a jump is at least as long as the way to it, and as the value beyond it says",
                 ..DISTANCE

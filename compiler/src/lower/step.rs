@@ -248,13 +248,13 @@ impl Lowering<'_> {
         let guess = self.slopes.guess(world, self.boxes, id, region);
         if self.unbounded.insert(id) {
             let shape = &self.scene.shapes[id.0 as usize];
-            let (states_slope, states_end) = match &shape.kind {
-                ShapeKind::Field { slope, region, .. } => (slope.is_some(), region.is_finite()),
+            let (may_state_slope, may_state_end) = match &shape.kind {
+                ShapeKind::Field { slope, region, .. } => (slope.is_none(), !region.is_finite()),
                 _ => (false, false),
             };
             let advice = [
-                (!states_slope).then_some("state a bound, `field(…, lipschitz: 2)`"),
-                (!states_end).then_some("say where the shape ends, `field(…, within: 4)`"),
+                may_state_slope.then_some("state a bound, `field(…, lipschitz: 2)`"),
+                may_state_end.then_some("say where the shape ends, `field(…, within: 4)`"),
                 Some("keep away from poles with `max`"),
             ];
             let advice: Vec<&str> = advice.into_iter().flatten().collect();

@@ -58,13 +58,18 @@ pub fn field_growth<R: Real>(
     let near = (v * inverse).abs().min(inside).named("near");
     let grown = (v * beyond * shrunk).abs().min(way * share).named("grown");
     let step = near.max(grown).named("step");
-    let signed = R::select(v.less(lit(0.0)), -step, step);
-    R::select(is_number(v), signed, v)
+    signed::<R>(v, step)
 }
 
 /// A raw field that jumps, as a distance in which its sign does not change, found from its pieces, with that sign.
 #[inline(always)]
 pub fn piecewise<R: Real>(v: R, step: R) -> R {
+    signed::<R>(v, step)
+}
+
+/// A step with the sign of a value; what is no number stays none.
+#[inline(always)]
+fn signed<R: Real>(v: R, step: R) -> R {
     let signed = R::select(v.less(lit(0.0)), -step, step);
     R::select(is_number(v), signed, v)
 }
