@@ -21,6 +21,8 @@ use std::collections::{HashMap, HashSet};
 
 /// The most jumps of which corners are looked at, where all of them meet.
 const MAX_AT_CORNERS: usize = 2;
+/// The most jumps of which what lies beyond is looked at: each costs as much as the field.
+const MAX_PIECES: usize = 6;
 /// The most numbers that the pieces beside a point may take together.
 const MAX_NUMBERS: usize = 4_000;
 /// The least number of places at which a jump must be tried to say that nothing changes there.
@@ -85,7 +87,8 @@ pub(crate) fn step(
     let pieces = jumps.len() + usize::from(jumps.len() == MAX_AT_CORNERS);
     let is_nested = is_nested(expressions, &jumps);
     let count = operands_first(expressions, number, |_| false).len();
-    let has_pieces = !is_nested && count * pieces <= MAX_NUMBERS;
+    let is_short = pieces <= MAX_PIECES && count * pieces <= MAX_NUMBERS;
+    let has_pieces = !is_nested && is_short;
     let ways = ways_to_ends(expressions, number, region, ranges, budget);
     let mut writer = Writer {
         expressions,
