@@ -36,7 +36,6 @@ mod reference;
 mod scope;
 mod shapes;
 mod stage;
-mod symbolic;
 mod transform;
 mod value;
 mod vectors;

@@ -636,8 +636,8 @@ A ray is safe on a field because the field changes no faster than the ray moves,
 bound on its slope. Near a pole (a division by something that reaches zero, a root at zero) there is
 no bound, and rays may step over the surface. Where the slope is greater than 1e15 no step can be told from
 it. A root or a logarithm of both sides has the same surface.
-Fields that jump by `floor`, `%` or `if` are marched piece by piece and need no bound, but within `twist` and `bend`,
-in blends with copies, and where pieces have poles.
+Fields that jump by `floor`, `%` or `if` are marched piece by piece and need no bound, but where pieces have poles, or
+where blends and offsets of them follow live parameters.
 
     field(fn(p) => 1 / p.x - 1)
     field(fn(p) => 1 / max(p.x, 0.1) - 1)

@@ -1,13 +1,13 @@
 //! Numbers that jump, with their jumps held: each operation that jumps keeps the whole value or the choice that it has
-//! at some point, and is smooth beyond. A slope found so bounds every piece of the number.
+//! at some point, and is smooth beyond. A slope found so bounds every piece of the number. Floors, fractions, remainders and comparisons
+//! are held; what else jumps is written by them (`slope/pieces.rs`).
 
 use super::Step;
 use super::relative::is_flat;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
-use sdfc_vm::real::{Real, Vector3};
+use sdfc_vm::real::{Real, lit};
 use sdfc_vm::table::Op;
-use sdfc_vm::vector::V3;
 
 type Number = Dual<Interval>;
 
@@ -27,40 +27,25 @@ pub(super) fn held(step: &Step<Number>, before: &[Number], value: Number, held: 
     };
     let operand = |at: usize| before[values[at]];
     let more = if held == Held::Beside { 1.0 } else { 0.0 };
-    let grown = |range: Interval, by: f64| Interval {
-        lo: range.lo - by,
-        hi: range.hi + by,
-    };
-    let choice = |lo: f64, hi: f64| match held {
-        Held::Own => Number::fixed(value.value),
-        Held::Beside => Number::fixed(Interval { lo, hi }),
+    let grown = |range: Interval| Interval {
+        lo: range.lo - more,
+        hi: range.hi + more,
     };
     match op {
-        Op::Floor | Op::Ceil | Op::Round | Op::Trunc => Number::fixed(grown(value.value, more)),
+        Op::Floor => Number::fixed(grown(value.value)),
+        Op::Less if held == Held::Own => Number::fixed(value.value),
+        Op::Less => Number::fixed(Interval { lo: 0.0, hi: 1.0 }),
         Op::Fract => Number {
-            value: grown(operand(0).value.fract(), more),
+            value: grown(operand(0).value.fract()),
             gradient: operand(0).gradient,
         },
         Op::Modulo if is_flat(&operand(1)) => Number {
             value: remainder(operand(1).value, more),
             gradient: operand(0).gradient,
         },
-        Op::Less | Op::Step => choice(0.0, 1.0),
-        Op::Sign => choice(-1.0, 1.0),
         Op::Select if is_flat(&operand(0)) => {
-            let (a, b) = (operand(1), operand(2));
-            match operand(0).value {
-                condition if condition.lo > 0.5 => a,
-                condition if condition.hi <= 0.5 => b,
-                _ => Number {
-                    value: hull(a.value, b.value),
-                    gradient: V3::of(
-                        hull(a.gradient.x(), b.gradient.x()),
-                        hull(a.gradient.y(), b.gradient.y()),
-                        hull(a.gradient.z(), b.gradient.z()),
-                    ),
-                },
-            }
+            let condition = lit::<Number>(0.5).less(operand(0));
+            Number::select(condition, operand(1), operand(2))
         }
         _ => value,
     }
@@ -72,13 +57,5 @@ fn remainder(divisor: Interval, more: f64) -> Interval {
     Interval {
         lo: divisor.lo.min(0.0) - most,
         hi: divisor.hi.max(0.0) + most,
-    }
-}
-
-/// The range around two.
-fn hull(a: Interval, b: Interval) -> Interval {
-    Interval {
-        lo: a.lo.min(b.lo),
-        hi: a.hi.max(b.hi),
     }
 }

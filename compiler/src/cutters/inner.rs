@@ -1,6 +1,6 @@
 //! Longer operands of unions whose values inside show.
 //!
-//! Where two operands touch, or overlap a little, the smaller of their values is near zero deep inside the solid. An
+//! The smaller of the values of two operands that touch, or overlap a little, is near zero deep inside the solid. An
 //! inset, a shell or a blend by such values opens a gap at the seam. So a face of an operand is moved into the others
 //! where they hold all that this adds: the solid is the same set of points.
 

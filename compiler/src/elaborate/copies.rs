@@ -3,11 +3,11 @@
 use super::Elaborator;
 use super::bound::{Bound, short};
 use super::evaluate::Outcome;
-use super::symbolic::Symbolic;
 use super::value::Value;
 use crate::bounds::inverse;
 use crate::expression::ExprId;
 use crate::scene::{Others, ShapeId, ShapeKind};
+use crate::symbolic::Symbolic;
 use crate::symmetry::Symmetries;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;

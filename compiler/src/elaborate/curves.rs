@@ -3,10 +3,10 @@
 use super::Elaborator;
 use super::bound::Bound;
 use super::evaluate::Outcome;
-use super::symbolic::Symbolic;
 use super::value::Value;
 use crate::expression::ExprId;
 use crate::scene::ShapeKind;
+use crate::symbolic::Symbolic;
 use sdfc_vm::ops::affine;
 use sdfc_vm::real::lit;
 use sdfc_vm::table::Op;

@@ -2,22 +2,23 @@
 //!
 //! The quotient is the distance to first order: it is right at the surface, and its slope there is one,
 //! whatever factor the field was written with. The gradient is written out by running the bodies of the
-//! table on duals of [`Symbolic`] numbers (`formula`), so it is exact.
+//! table on duals of [`Symbolic`] numbers ([`crate::formula`]), so it is exact.
 //!
 //! Choices are made among distances: of a union, a repetition or a `max` in a field each operand is
 //! normalized by itself, so that the result has no jumps where they meet. A shape that is a distance stays
 //! as it is.
 
-mod formula;
+mod quotient;
 
 use super::Elaborator;
 use super::bound::Bound;
 use super::evaluate::Outcome;
-use super::symbolic::{Symbolic, simplified, with_graph};
 use super::value::Value;
 use crate::expression::ExprId;
+use crate::formula::Formula;
 use crate::scene::{MaterialId, ShapeId, ShapeKind, children};
-use formula::{Formula, Limits, here, quotient};
+use crate::symbolic::{Symbolic, simplified, with_graph};
+use quotient::{Limits, here, normalized, quotient};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::{Category, Exactness};
@@ -189,7 +190,7 @@ impl<'a> Elaborator<'a> {
         let mut formula = Formula::default();
         formula.read(&self.graph, value);
         let limits = self.limits(&region, call);
-        let made = with_graph(&mut self.graph, || formula.normalized(value, limits));
+        let made = with_graph(&mut self.graph, || normalized(&formula, value, limits));
         let value = made.map_err(|message| refused(message, call.span))?.0;
         let kind = ShapeKind::Field {
             value,
@@ -217,7 +218,7 @@ impl<'a> Elaborator<'a> {
         let plane = self.shapes[id.0 as usize].plane;
         let region = self.bounds_of(id);
         let mut formula = Formula::default();
-        self.read_numbers(id, &mut formula);
+        formula.read_shape(&self.graph, &self.shapes, id);
         let limits = self.limits(&region, call);
         let shapes = &self.shapes;
         let made = with_graph(&mut self.graph, || {
@@ -238,24 +239,6 @@ impl<'a> Elaborator<'a> {
             }
             None => field,
         })
-    }
-
-    /// Lets a formula read all written numbers of a shape.
-    fn read_numbers(&self, id: ShapeId, formula: &mut Formula) {
-        let kind = &self.shapes[id.0 as usize].kind;
-        match kind {
-            ShapeKind::Field { value, .. } => formula.read(&self.graph, *value),
-            ShapeKind::Displace { amount, .. } => formula.read(&self.graph, *amount),
-            ShapeKind::Warp { point, .. } => {
-                for &number in point {
-                    formula.read(&self.graph, number);
-                }
-            }
-            _ => {}
-        }
-        for &child in children(kind) {
-            self.read_numbers(child, formula);
-        }
     }
 
     /// The material that all of a shape has, if it has one.

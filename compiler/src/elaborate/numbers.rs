@@ -3,9 +3,9 @@
 //! cannot be added.
 
 use super::Elaborator;
-use super::symbolic::simplified;
 use super::value::{Number, Value, Vector};
 use crate::expression::{ExprId, Stage};
+use crate::symbolic::simplified;
 use sdfc_lang::ast::{BinaryOp, Unary};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::table::Op;

@@ -3,11 +3,11 @@
 use super::Elaborator;
 use super::bound::Bound;
 use super::evaluate::Outcome;
-use super::symbolic::{Symbolic, with_graph};
 use super::value::Value;
 use crate::expression::ExprId;
 use crate::scene::children;
 use crate::scene::{Material, MaterialId, Shape, ShapeId, ShapeKind};
+use crate::symbolic::{Symbolic, with_graph};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::row::{ArgumentKind, Category};
 use sdfc_vm::table::{Op, prepare};

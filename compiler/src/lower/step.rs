@@ -8,6 +8,7 @@ use super::{At, Lowering};
 use crate::bounds::World;
 use crate::elaborate::short;
 use crate::expression::ExprId;
+use crate::formula::numbers;
 use crate::graph::{Node, NodeId, Number};
 use crate::scene::{ShapeId, ShapeKind, children};
 use crate::seen::farthest;
@@ -130,14 +131,8 @@ impl Lowering<'_> {
         let (mut seen, mut open) = (HashSet::from([id]), vec![id]);
         while let Some(id) = open.pop() {
             let kind = &self.scene.shapes[id.0 as usize].kind;
-            let numbers: &[ExprId] = match kind {
-                ShapeKind::Field { value, .. } => &[*value],
-                ShapeKind::Displace { amount, .. } => &[*amount],
-                ShapeKind::Warp { point, .. } => point,
-                _ => &[],
-            };
             let jumps = |&number: &ExprId| has_jumps(&self.scene.expressions, number);
-            if numbers.iter().any(jumps) {
+            if numbers(kind).iter().any(jumps) {
                 return true;
             }
             open.extend(children(kind).iter().filter(|&&child| seen.insert(child)));

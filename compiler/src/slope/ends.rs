@@ -1,4 +1,5 @@
-//! What a number that jumps is at least and at most, as numbers that do not jump: interval arithmetic on expressions.
+//! The least and the greatest that a number which jumps may be, as numbers that do not jump: interval arithmetic on
+//! expressions.
 //!
 //! A floor is between its operand and one less, a fraction between zero and one, a choice between both of what is chosen
 //! from. The ends hold in every piece of the number, so a step by them need not end where the next piece begins.
@@ -48,21 +49,12 @@ struct Writer<'a>(&'a mut Expressions);
 impl Writer<'_> {
     /// The ends of an operation that jumps.
     fn jump(&mut self, op: Op, operands: &[Ends]) -> Option<Ends> {
-        let below = |this: &mut Self, by: f64| {
-            let by = this.constant(by);
-            this.call(Op::Sub, &[operands[0][0], by])
-        };
-        let above = |this: &mut Self, by: f64| {
-            let by = this.constant(by);
-            this.call(Op::Add, &[operands[0][1], by])
-        };
         Some(match op {
-            Op::Floor => [below(self, 1.0), operands[0][1]],
-            Op::Ceil => [operands[0][0], above(self, 1.0)],
-            Op::Round => [below(self, 0.5), above(self, 0.5)],
-            Op::Trunc => [below(self, 1.0), above(self, 1.0)],
-            Op::Fract | Op::Less | Op::Step => self.between(0.0, 1.0),
-            Op::Sign => self.between(-1.0, 1.0),
+            Op::Floor => {
+                let one = self.constant(1.0);
+                [self.call(Op::Sub, &[operands[0][0], one]), operands[0][1]]
+            }
+            Op::Fract | Op::Less => self.between(0.0, 1.0),
             Op::Modulo => {
                 let zero = self.constant(0.0);
                 [

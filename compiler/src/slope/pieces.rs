@@ -13,6 +13,7 @@ use super::{
 };
 use crate::boxes::Held;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
+use crate::scene::NOWHERE;
 use crate::uniforms::{operands_first, rewritten};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
@@ -35,8 +36,6 @@ const MOVES: usize = 12;
 const CLOSE: f64 = 1e-9;
 /// The difference of values that counts as rounding, as a fraction of them.
 const ROUNDED: f64 = 1e-6;
-/// The way to a change of sign that a piece does not have.
-const FAR_AWAY: f64 = 1e9;
 
 /// A place where operations of a field jump.
 struct Jump {
@@ -59,9 +58,9 @@ pub(crate) fn continuous(
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Option<f64> {
-    let slope = held_slope(expressions, number, Held::Own, region, ranges, budget)?;
     let mut expressions = expressions.clone();
     let number = sided(&mut expressions, number);
+    let slope = held_slope(&expressions, number, Held::Own, region, ranges, budget)?;
     let jumps = found(&mut expressions, number, region, ranges, budget)?;
     let mut is_seen = |jump: &Jump| is_seen(&mut expressions, number, slope, jump, tried, ranges);
     (!jumps.iter().any(&mut is_seen)).then_some(slope)
@@ -152,45 +151,51 @@ fn jumps(expressions: &Expressions, id: ExprId) -> bool {
     is_one && expressions.stage(id) > Stage::Uniform
 }
 
-/// A number all of whose jumps belong to the side above.
+/// A number that jumps by floors, fractions, remainders and comparisons alone: in the place of a jump, these have the
+/// value of the side above.
 fn sided(expressions: &mut Expressions, number: ExprId) -> ExprId {
-    rewritten(expressions, number, |expressions, id, written, values| {
-        sided_operation(expressions, id, values).unwrap_or(written)
-    })
+    rewritten(
+        expressions,
+        number,
+        |expressions, id, written, values| match (jumps(expressions, id), expressions.get(id)) {
+            (true, &Expression::Apply { op, .. }) => {
+                sided_operation(expressions, op, values).unwrap_or(written)
+            }
+            _ => written,
+        },
+    )
 }
 
-/// An operation that is another one in a jump than on both sides, or jumps after it, as operations that do not.
-fn sided_operation(expressions: &mut Expressions, id: ExprId, values: &[ExprId]) -> Option<ExprId> {
-    let (true, Expression::Apply { op, .. }, &[a]) =
-        (jumps(expressions, id), expressions.get(id), values)
-    else {
-        return None;
+/// An operation by those that are left.
+fn sided_operation(e: &mut Expressions, op: Op, values: &[ExprId]) -> Option<ExprId> {
+    let [zero, half, one, two] = [0.0, 0.5, 1.0, 2.0].map(|value| e.constant(value));
+    let ceil = |e: &mut Expressions, a: ExprId| {
+        let opposite = e.call(Op::Neg, &[a]);
+        let floor = e.call(Op::Floor, &[opposite]);
+        e.call(Op::Neg, &[floor])
     };
-    let op = *op;
-    let is_below = |expressions: &mut Expressions| {
-        let zero = expressions.constant(0.0);
-        expressions.call(Op::Less, &[a, zero])
-    };
-    let ceil = |expressions: &mut Expressions| {
-        let opposite = expressions.call(Op::Neg, &[a]);
-        let floor = expressions.call(Op::Floor, &[opposite]);
-        expressions.call(Op::Neg, &[floor])
-    };
-    match op {
-        Op::Sign => {
-            let (one, two) = (expressions.constant(1.0), expressions.constant(2.0));
-            let is_below = is_below(expressions);
-            let twice = expressions.call(Op::Mul, &[is_below, two]);
-            Some(expressions.call(Op::Sub, &[one, twice]))
+    Some(match (op, values) {
+        (Op::Sign, &[a]) => {
+            let is_below = e.call(Op::Less, &[a, zero]);
+            let twice = e.call(Op::Mul, &[is_below, two]);
+            e.call(Op::Sub, &[one, twice])
         }
-        Op::Ceil => Some(ceil(expressions)),
-        Op::Trunc => {
-            let (is_below, ceil) = (is_below(expressions), ceil(expressions));
-            let floor = expressions.call(Op::Floor, &[a]);
-            Some(expressions.call(Op::Select, &[is_below, ceil, floor]))
+        (Op::Step, &[edge, a]) => {
+            let is_below = e.call(Op::Less, &[a, edge]);
+            e.call(Op::Sub, &[one, is_below])
         }
-        _ => None,
-    }
+        (Op::Ceil, &[a]) => ceil(e, a),
+        (Op::Round, &[a]) => {
+            let more = e.call(Op::Add, &[a, half]);
+            e.call(Op::Floor, &[more])
+        }
+        (Op::Trunc, &[a]) => {
+            let is_below = e.call(Op::Less, &[a, zero]);
+            let (ceil, floor) = (ceil(e, a), e.call(Op::Floor, &[a]));
+            e.call(Op::Select, &[is_below, ceil, floor])
+        }
+        _ => return None,
+    })
 }
 
 /// A bound of a number's slope with its jumps held.
@@ -225,11 +230,7 @@ fn found(
             continue;
         };
         let (number, is_whole) = match (op, values.as_slice()) {
-            (Op::Less | Op::Step, &[a, b]) => (expressions.call(Op::Sub, &[a, b]), false),
-            (Op::Round, &[a]) => {
-                let half = expressions.constant(0.5);
-                (expressions.call(Op::Add, &[a, half]), true)
-            }
+            (Op::Less, &[a, b]) => (expressions.call(Op::Sub, &[a, b]), false),
             (Op::Modulo, &[a, b]) => (expressions.call(Op::Div, &[a, b]), true),
             (_, &[a]) => (a, true),
             _ => return None,
@@ -348,7 +349,7 @@ struct Nearest<'a> {
     /// The distance of it, and that of the next one.
     near: ExprId,
     far: Option<ExprId>,
-    /// What the whole number is more beyond.
+    /// The difference of the whole number beyond.
     shift: Option<ExprId>,
 }
 
@@ -376,7 +377,7 @@ impl Writer<'_> {
             }
             // Of more, what lies beyond two of them is not looked at.
             ([first, others @ ..], true) => {
-                let far = self.expressions.constant(FAR_AWAY);
+                let far = self.expressions.constant(NOWHERE);
                 let (mut least, mut next) = (first.near, far);
                 for other in others {
                     let larger = self.call(Op::Max, &[least, other.near]);
@@ -453,7 +454,7 @@ impl Writer<'_> {
     /// The way to a change of sign that a piece's value tells.
     fn way(&mut self, piece: ExprId) -> ExprId {
         let size = self.call(Op::Abs, &[piece]);
-        self.divided(size, self.slope.max(1.0 / FAR_AWAY))
+        self.divided(size, self.slope.max(1.0 / NOWHERE))
     }
 
     fn is_below(&mut self, id: ExprId) -> ExprId {

@@ -25,17 +25,23 @@ pub(crate) struct Symbolic(pub(crate) ExprId);
 pub(crate) struct Condition(ExprId);
 
 impl Symbolic {
-    /// A coordinate of the point.
-    pub(crate) fn coordinate(axis: u8) -> Self {
-        Self(GRAPH.with_borrow_mut(|graph| graph.coordinate(axis)))
+    /// The point itself.
+    pub(crate) fn place() -> V3<Self> {
+        let [x, y, z] =
+            [0, 1, 2].map(|axis| Self(GRAPH.with_borrow_mut(|graph| graph.coordinate(axis))));
+        V3::of(x, y, z)
     }
-}
 
-/// A row of noise at a point.
-fn noise(op: Op, p: V3<Symbolic>, parameters: &[Symbolic]) -> Symbolic {
-    let parameters: Vec<ExprId> = parameters.iter().map(|number| number.0).collect();
-    let point = Some([p.x.0, p.y.0, p.z.0]);
-    Symbolic(GRAPH.with_borrow_mut(|graph| graph.apply(op, point, &[], &parameters)))
+    /// The value of a row, as one operation.
+    pub(crate) fn applied(op: Op, p: V3<Self>, values: &[Self], parameters: &[Self]) -> Self {
+        let [values, parameters] = [values, parameters]
+            .map(|numbers| numbers.iter().map(|number| number.0).collect::<Vec<_>>());
+        let point = op.row().reads_point().then_some([p.x.0, p.y.0, p.z.0]);
+        if point.is_none() && parameters.is_empty() {
+            return Self(call(op, &values));
+        }
+        Self(GRAPH.with_borrow_mut(|graph| graph.apply(op, point, &values, &parameters)))
+    }
 }
 
 /// Runs `work` while symbolic numbers mean those of `graph`.
@@ -142,11 +148,14 @@ impl Real for Symbolic {
         unreachable!("noise is a row of its own")
     }
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
-        (noise(Op::Noise, p, &[seed]), Self::noise_slope(p, seed))
+        (
+            Self::applied(Op::Noise, p, &[], &[seed]),
+            Self::noise_slope(p, seed),
+        )
     }
     fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
         let (zero, one) = (Self::constant(0.0), Self::constant(1.0));
-        let along = |x, y, z| noise(Op::NoiseSlope, p, &[x, y, z, seed]);
+        let along = |x, y, z| Self::applied(Op::NoiseSlope, p, &[], &[x, y, z, seed]);
         V3::of(
             along(one, zero, zero),
             along(zero, one, zero),
