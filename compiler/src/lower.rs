@@ -126,7 +126,6 @@ fn walk(
     let mut graph = Graph::default();
     let world = graph.add(Node::World);
     let mut lowering = Lowering {
-        size: slopes.size(),
         slopes,
         scene,
         boxes,
@@ -150,8 +149,6 @@ fn walk(
 
 struct Lowering<'a> {
     slopes: &'a mut ShapeSlopes,
-    /// About half the size of what is seen, in units of the world.
-    size: f64,
     scene: &'a mut Scene,
     boxes: &'a mut Boxes,
     paints: Vec<Paints>,

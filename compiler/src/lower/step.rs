@@ -48,7 +48,8 @@ impl Lowering<'_> {
             return node;
         }
         self.report_hollow(id);
-        if let Some(node) = self.piecewise(id, &Bounds::EVERYTHING, at) {
+        let jumping = self.jumping(id);
+        if let Some(node) = self.piecewise(jumping, &Bounds::EVERYTHING, at) {
             return node;
         }
         let everywhere = self.slope(id, &Bounds::EVERYTHING);
@@ -66,12 +67,12 @@ impl Lowering<'_> {
             // No surface to step over, and no value that could be taken for one.
             return self.graph.add(Node::Constant(Number::Constant(FAR_AWAY)));
         }
-        let unit = self.size * at.unit;
+        let unit = self.slopes.size() * at.unit;
         let reach = farthest(bounds.min.into_iter().chain(bounds.max));
         let is_large = reach.is_some_and(|reach| reach > LARGE * unit);
         if bounds.is_finite() && !is_large {
             let margin = margin(&bounds);
-            if let Some(node) = self.piecewise(id, &near(&bounds), at) {
+            if let Some(node) = self.piecewise(jumping, &near(&bounds), at) {
                 return self.bounded(node, &bounds, [margin, full(&bounds)], at);
             }
             let (node, near) = self.capped(node, id, &near(&bounds), at);
@@ -112,17 +113,19 @@ impl Lowering<'_> {
         self.row(Op::Bounded, at, node, &numbers)
     }
 
-    /// A shape whose value jumps, as a step that is safe in a region: found piece by piece, whatever slope is stated.
-    fn piecewise(&mut self, id: ShapeId, region: &Bounds, at: At) -> Option<NodeId> {
-        if !self.jumps(id) {
-            return None;
+    /// The value of a shape in which operations jump, as a number.
+    fn jumping(&mut self, id: ShapeId) -> Option<ExprId> {
+        match self.scene.shapes[id.0 as usize].kind {
+            _ if !self.jumps(id) => None,
+            ShapeKind::Field { value, .. } => Some(value),
+            _ => written(self.scene, id),
         }
-        let value = match self.scene.shapes[id.0 as usize].kind {
-            ShapeKind::Field { value, .. } => value,
-            _ => written(self.scene, id)?,
-        };
+    }
+
+    /// A number that jumps, as a step that is safe in a region: found piece by piece, whatever slope is stated.
+    fn piecewise(&mut self, number: Option<ExprId>, region: &Bounds, at: At) -> Option<NodeId> {
         let expressions = &mut self.scene.expressions;
-        let step = self.slopes.stepped(expressions, value, region)?;
+        let step = self.slopes.stepped(expressions, number?, region)?;
         Some(self.field(step, at))
     }
 
