@@ -5,52 +5,68 @@ use super::section::{Section, outline};
 use super::{Cut, FRACTIONS, Lengthening, SAME, Step, scale};
 use crate::scene::{ShapeId, ShapeKind};
 use sdfc_vm::bounds::Bounds;
+use sdfc_vm::row::Flat;
 use sdfc_vm::table::Op;
 
 impl Lengthening<'_> {
     /// Moves flat faces of a shape outwards where that is possible.
     pub(super) fn longer(&mut self, id: ShapeId, path: &[Step], cut: &Cut) -> ShapeId {
+        match self.kind(id) {
+            ShapeKind::Primitive { op, .. } | ShapeKind::Distance { op, .. } => {
+                self.longer_along(id, op.row().meta.flats, path, cut)
+            }
+            _ => id,
+        }
+    }
+
+    /// The same along some axes, one after the other: what grew along one is wider for the next. Recursion over axes.
+    fn longer_along(&mut self, id: ShapeId, flats: &[Flat], path: &[Step], cut: &Cut) -> ShapeId {
+        let Some((flat, others)) = flats.split_first() else {
+            return id;
+        };
         let mut kind = self.kind(id).clone();
-        let (ShapeKind::Primitive { op, parameters } | ShapeKind::Distance { op, parameters, .. }) =
+        let (ShapeKind::Primitive { parameters, .. } | ShapeKind::Distance { parameters, .. }) =
             &mut kind
         else {
             return id;
         };
         let plane = self.scene.shapes[id.0 as usize].plane;
-        let mut own = self.bounds(id);
-        let mut centre = [0.0; 3];
+        let before = self.bounds(id);
         let out = cut.size / scale(path);
-        if !out.is_finite() {
+        let is_constant = self
+            .scene
+            .expressions
+            .as_constant(parameters[flat.half])
+            .is_some();
+        let mut sides = (0..3).filter(|&axis| !(plane && axis == 2));
+        let is_finite =
+            sides.all(|axis| before.min[axis] < before.max[axis] && before.min[axis].is_finite());
+        if !out.is_finite() || !is_finite {
             return id;
         }
-        for flat in op.row().meta.flats {
-            let half = parameters[flat.half];
-            if self.scene.expressions.as_constant(half).is_none() {
-                continue;
-            }
-            let mut sides = (0..3).filter(|&axis| !(plane && axis == 2));
-            if !sides.all(|axis| own.min[axis] < own.max[axis] && own.min[axis].is_finite()) {
-                continue;
-            }
-            let before = own;
-            for upper in [true, false] {
-                let by = self.room(id, &own, (flat.axis, upper), out, path, cut);
-                let side = match upper {
-                    true => &mut own.max[flat.axis],
-                    false => &mut own.min[flat.axis],
-                };
-                *side += if upper { by } else { -by };
-            }
-            if own != before {
-                let (low, high) = (own.min[flat.axis], own.max[flat.axis]);
-                centre[flat.axis] = (low + high) / 2.0;
-                parameters[flat.half] = self.scene.expressions.constant((high - low) / 2.0);
-            }
+        let mut own = before;
+        for upper in [true, false].into_iter().filter(|_| is_constant) {
+            let by = self.room(id, &own, (flat.axis, upper), out, path, cut);
+            let side = match upper {
+                true => &mut own.max[flat.axis],
+                false => &mut own.min[flat.axis],
+            };
+            *side += if upper { by } else { -by };
         }
-        if centre == [0.0; 3] && own == self.bounds(id) {
-            return id;
+        if own == before {
+            return self.longer_along(id, others, path, cut);
         }
+        let (low, high) = (own.min[flat.axis], own.max[flat.axis]);
+        parameters[flat.half] = self.scene.expressions.constant((high - low) / 2.0);
+        let mut centre = [0.0; 3];
+        centre[flat.axis] = (low + high) / 2.0;
         let child = self.scene.derived(id, kind);
+        let mut outwards = SAME;
+        for (row, shift) in outwards.iter_mut().zip(centre) {
+            row[3] = shift;
+        }
+        let path = [path, &[Step::Map(outwards)]].concat();
+        let child = self.longer_along(child, others, &path, cut);
         self.moved(id, child, centre)
     }
 

@@ -3,9 +3,9 @@
 //!
 //! Such a field is made of pieces that are smooth. A way to a change of sign stays in the piece of its point, or leaves
 //! it. In it, the value divided by the piece's slope is safe. A way through a jump is at least as long as that to the
-//! jump, and as the neighbouring piece's own value says, where that has the same sign. So the nearest place
-//! of every jump is looked at with the value that the field has beyond, and steps end where the next one is, unless the
-//! value has the same sign in whatever piece, by more than the step.
+//! jump, and as the neighbouring piece's own value says, where that has the same sign, or the way to the next jump there.
+//! So the nearest place of every jump is looked at with the value that the field has beyond, and steps end where the
+//! next one is, unless the value has the same sign in whatever piece, by more than the step.
 
 use super::ends::ends;
 use super::{
@@ -18,10 +18,8 @@ use crate::uniforms::{operands_first, rewritten};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::table::Op;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
-/// The most jumps of which corners are looked at, where all of them meet.
-const MAX_AT_CORNERS: usize = 2;
 /// The most jumps of which what lies beyond is looked at: each costs as much as the field.
 const MAX_PIECES: usize = 6;
 /// The most numbers that the pieces beside a point may take together.
@@ -62,7 +60,12 @@ pub(crate) fn continuous(
     let number = sided(&mut expressions, number);
     let slope = held_slope(&expressions, number, Held::Own, region, ranges, budget)?;
     let jumps = found(&mut expressions, number, region, ranges, budget)?;
-    let mut is_seen = |jump: &Jump| is_seen(&mut expressions, number, slope, jump, tried, ranges);
+    let mut writer = Writer {
+        expressions: &mut expressions,
+        number,
+        slope,
+    };
+    let mut is_seen = |jump: &Jump| writer.is_seen(jump, &[], tried, ranges);
     (!jumps.iter().any(&mut is_seen)).then_some(slope)
 }
 
@@ -78,23 +81,18 @@ pub(crate) fn step(
 ) -> Option<ExprId> {
     let number = sided(expressions, number);
     let slope = held_slope(expressions, number, Held::Beside, region, ranges, budget)?;
-    let mut jumps = found(expressions, number, region, ranges, budget)?;
-    jumps.retain(|jump| is_seen(expressions, number, slope, jump, tried, ranges));
-    if jumps.is_empty() {
-        return None;
-    }
-    let pieces = jumps.len() + usize::from(jumps.len() == MAX_AT_CORNERS);
-    let is_nested = is_nested(expressions, &jumps);
-    let count = operands_first(expressions, number, |_| false).len();
-    let is_short = pieces <= MAX_PIECES && count * pieces <= MAX_NUMBERS;
-    let has_pieces = !is_nested && is_short;
-    let ways = ways_to_ends(expressions, number, region, ranges, budget);
+    let jumps = found(expressions, number, region, ranges, budget)?;
     let mut writer = Writer {
         expressions,
         number,
         slope,
     };
-    Some(writer.step(&jumps, has_pieces, &ways))
+    let jumps = writer.all_seen(jumps, tried, ranges);
+    if jumps.is_empty() {
+        return None;
+    }
+    let ways = ways_to_ends(writer.expressions, number, region, ranges, budget);
+    Some(writer.step(&jumps, &ways))
 }
 
 /// Safe ways to a change of sign by the least and by the greatest that a number may be; they are below zero where these
@@ -152,7 +150,7 @@ fn jumps(expressions: &Expressions, id: ExprId) -> bool {
 }
 
 /// A number that jumps by floors, fractions, remainders and comparisons alone: in the place of a jump, these have the
-/// value of the side above.
+/// value of one side.
 fn sided(expressions: &mut Expressions, number: ExprId) -> ExprId {
     rewritten(
         expressions,
@@ -166,19 +164,26 @@ fn sided(expressions: &mut Expressions, number: ExprId) -> ExprId {
     )
 }
 
-/// An operation by those that are left.
+/// An operation by those that are left, with the same value everywhere.
 fn sided_operation(e: &mut Expressions, op: Op, values: &[ExprId]) -> Option<ExprId> {
-    let [zero, half, one, two] = [0.0, 0.5, 1.0, 2.0].map(|value| e.constant(value));
+    let [zero, half, one] = [0.0, 0.5, 1.0].map(|value| e.constant(value));
     let ceil = |e: &mut Expressions, a: ExprId| {
-        let opposite = e.call(Op::Neg, &[a]);
+        let opposite = match e.get(a) {
+            Expression::Apply {
+                op: Op::Neg,
+                values,
+                ..
+            } => values[0],
+            _ => e.call(Op::Neg, &[a]),
+        };
         let floor = e.call(Op::Floor, &[opposite]);
         e.call(Op::Neg, &[floor])
     };
     Some(match (op, values) {
         (Op::Sign, &[a]) => {
+            let is_above = e.call(Op::Less, &[zero, a]);
             let is_below = e.call(Op::Less, &[a, zero]);
-            let twice = e.call(Op::Mul, &[is_below, two]);
-            e.call(Op::Sub, &[one, twice])
+            e.call(Op::Sub, &[is_above, is_below])
         }
         (Op::Step, &[edge, a]) => {
             let is_below = e.call(Op::Less, &[a, edge]);
@@ -255,52 +260,6 @@ fn found(
     Some(found)
 }
 
-/// Reports whether a number changes where one of its operations jumps, at one of the points that are tried.
-fn is_seen(
-    expressions: &mut Expressions,
-    number: ExprId,
-    slope: f64,
-    jump: &Jump,
-    region: &Bounds,
-    ranges: &Ranges,
-) -> bool {
-    let mut writer = Writer {
-        expressions,
-        number,
-        slope,
-    };
-    let nearest = writer.nearest(jump);
-    let piece = writer.piece(&[&nearest]);
-    let mut place = Search::new(expressions, &[jump.number], ranges);
-    let mut sides = Search::new(expressions, &[number, piece], ranges);
-    let cost = 2 * place.cost() + sides.cost();
-    let most = (MAX_TRIED / cost).max(LEAST_TRIED_POINTS);
-    let mut tried = 0;
-    for point in points(region).take(most) {
-        let Some((point, off)) = moved_to(&mut place, point, jump.is_whole) else {
-            continue;
-        };
-        let is_inside = (0..3).all(|i| region.min[i] <= point[i] && point[i] <= region.max[i]);
-        if !is_inside {
-            tried += 1;
-            continue;
-        }
-        let values: Vec<f64> = sides.duals_at(point).map(|dual| dual.value).collect();
-        let &[here, beyond] = values.as_slice() else {
-            continue;
-        };
-        if !(here.is_finite() && beyond.is_finite()) {
-            continue;
-        }
-        let rounding = ROUNDED * (1.0 + here.abs().max(beyond.abs()));
-        if (here - beyond).abs() > 4.0 * slope * off + rounding {
-            return true;
-        }
-        tried += 1;
-    }
-    tried < LEAST_TRIED
-}
-
 /// The place where a number is whole, or zero, near a point, and how far off that may be.
 fn moved_to(place: &mut Search, mut point: [f64; 3], is_whole: bool) -> Option<([f64; 3], f64)> {
     let mut goal = None;
@@ -323,18 +282,6 @@ fn moved_to(place: &mut Search, mut point: [f64; 3], is_whole: bool) -> Option<(
     None
 }
 
-/// Reports whether the place of a jump follows another jump.
-fn is_nested(expressions: &Expressions, jumps: &[Jump]) -> bool {
-    let operations: HashSet<ExprId> = jumps
-        .iter()
-        .flat_map(|jump| jump.operations.iter().copied())
-        .collect();
-    jumps.iter().any(|jump| {
-        let order = operands_first(expressions, jump.number, |_| false);
-        order.iter().any(|id| operations.contains(id))
-    })
-}
-
 /// Writes the step of a number.
 struct Writer<'a> {
     expressions: &'a mut Expressions,
@@ -354,41 +301,96 @@ struct Nearest<'a> {
 }
 
 impl Writer<'_> {
+    /// The jumps at which the number changes, or one of the pieces beyond these does.
+    fn all_seen(&mut self, jumps: Vec<Jump>, region: &Bounds, ranges: &Ranges) -> Vec<Jump> {
+        let (mut seen, mut others): (Vec<Jump>, Vec<Jump>) = jumps
+            .into_iter()
+            .partition(|jump| self.is_seen(jump, &[], region, ranges));
+        let mut at = 0;
+        while at < seen.len() {
+            let beyond = self.nearest(&seen[at]);
+            let (more, rest) = others
+                .into_iter()
+                .partition(|jump| self.is_seen(jump, &[&beyond], region, ranges));
+            others = rest;
+            seen.extend::<Vec<Jump>>(more);
+            at += 1;
+        }
+        seen
+    }
+
+    /// Reports whether the number, or a piece of it beyond some places, changes where operations jump, at one of the
+    /// points that are tried.
+    fn is_seen(
+        &mut self,
+        jump: &Jump,
+        places: &[&Nearest],
+        region: &Bounds,
+        ranges: &Ranges,
+    ) -> bool {
+        let nearest = self.nearest(jump);
+        let here = self.piece(self.number, places);
+        let beyond = self.piece(self.number, &[places, &[&nearest]].concat());
+        let number = self.piece(jump.number, places);
+        let mut place = Search::new(self.expressions, &[number], ranges);
+        let mut sides = Search::new(self.expressions, &[here, beyond], ranges);
+        let cost = 2 * place.cost() + sides.cost();
+        let most = (MAX_TRIED / cost).max(LEAST_TRIED_POINTS);
+        let mut tried = 0;
+        for point in points(region).take(most) {
+            let Some((point, off)) = moved_to(&mut place, point, jump.is_whole) else {
+                continue;
+            };
+            let is_inside = (0..3).all(|i| region.min[i] <= point[i] && point[i] <= region.max[i]);
+            if !is_inside {
+                tried += 1;
+                continue;
+            }
+            let values: Vec<f64> = sides.duals_at(point).map(|dual| dual.value).collect();
+            let &[here, beyond] = values.as_slice() else {
+                continue;
+            };
+            if !(here.is_finite() && beyond.is_finite()) {
+                continue;
+            }
+            let rounding = ROUNDED * (1.0 + here.abs().max(beyond.abs()));
+            if (here - beyond).abs() > 4.0 * self.slope * off + rounding {
+                return true;
+            }
+            tried += 1;
+        }
+        tried < LEAST_TRIED
+    }
+
     /// The step; `ends` are ways by what the number is in all of its pieces.
-    fn step(&mut self, jumps: &[Jump], has_pieces: bool, ends: &[ExprId]) -> ExprId {
+    fn step(&mut self, jumps: &[Jump], ends: &[ExprId]) -> ExprId {
         let nearest: Vec<Nearest> = jumps.iter().map(|jump| self.nearest(jump)).collect();
+        let count = operands_first(self.expressions, self.number, |_| false).len();
+        let has_pieces = jumps.len() <= MAX_PIECES && count * jumps.len() <= MAX_NUMBERS;
         let is_below = self.is_below(self.number);
         let mut step = self.way(self.number);
-        let mut ways: Vec<ExprId> = Vec::new();
-        for place in &nearest {
-            let beyond = match has_pieces {
-                true => self.beyond(&[place], is_below, place.near),
-                false => place.near,
-            };
-            ways.push(beyond);
-            ways.extend(place.far);
-        }
-        match (nearest.as_slice(), has_pieces) {
-            (_, false) | ([] | [_], _) => {}
-            ([first, second], true) => {
-                let near = self.call(Op::Max, &[first.near, second.near]);
-                let corner = self.beyond(&[first, second], is_below, near);
-                ways.push(corner);
-            }
-            // Of more, what lies beyond two of them is not looked at.
-            ([first, others @ ..], true) => {
-                let far = self.expressions.constant(NOWHERE);
-                let (mut least, mut next) = (first.near, far);
-                for other in others {
-                    let larger = self.call(Op::Max, &[least, other.near]);
-                    next = self.call(Op::Min, &[next, larger]);
-                    least = self.call(Op::Min, &[least, other.near]);
+        for (at, place) in nearest.iter().enumerate() {
+            let mut beyond = place.near;
+            if has_pieces {
+                let piece = self.piece(self.number, &[place]);
+                let mut way = self.way(piece);
+                for (other, jump) in jumps.iter().enumerate().filter(|(other, _)| *other != at) {
+                    let number = self.piece(jump.number, &[place]);
+                    let own = self.piece(place.jump.number, &[&nearest[other]]);
+                    let is_apart = (number, own) == (jump.number, place.jump.number);
+                    let near = match is_apart && jumps.len() == 2 {
+                        // Both may be passed at once, and what lies beyond the corner counts.
+                        true => self.beyond_corner(place, &nearest[other], is_below),
+                        false => self.near(jump, number),
+                    };
+                    way = self.call(Op::Min, &[way, near]);
                 }
-                ways.push(next);
+                beyond = self.beyond(piece, is_below, [place.near, way]);
             }
-        }
-        for way in ways {
-            step = self.call(Op::Min, &[step, way]);
+            step = self.call(Op::Min, &[step, beyond]);
+            if let Some(far) = place.far {
+                step = self.call(Op::Min, &[step, far]);
+            }
         }
         for &end in ends {
             step = self.call(Op::Max, &[step, end]);
@@ -396,59 +398,76 @@ impl Writer<'_> {
         self.call(Op::Piecewise, &[self.number, step])
     }
 
+    /// A safe way through two jumps whose places do not depend on each other.
+    fn beyond_corner(&mut self, first: &Nearest, second: &Nearest, is_below: ExprId) -> ExprId {
+        let near = self.call(Op::Max, &[first.near, second.near]);
+        let piece = self.piece(self.number, &[first, second]);
+        let way = self.way(piece);
+        self.beyond(piece, is_below, [near, way])
+    }
+
+    /// The distance of the nearest place where a jump's number, as it is written here, is whole or zero.
+    fn near(&mut self, jump: &Jump, number: ExprId) -> ExprId {
+        let size = match jump.is_whole {
+            false => self.call(Op::Abs, &[number]),
+            true => {
+                let one = self.expressions.constant(1.0);
+                let share = self.call(Op::Fract, &[number]);
+                let rest = self.call(Op::Sub, &[one, share]);
+                self.call(Op::Min, &[share, rest])
+            }
+        };
+        self.divided(size, jump.slope)
+    }
+
     /// The nearest place of a jump.
     fn nearest<'a>(&mut self, jump: &'a Jump) -> Nearest<'a> {
-        let number = jump.number;
+        let near = self.near(jump, jump.number);
         if !jump.is_whole {
-            let size = self.call(Op::Abs, &[number]);
             return Nearest {
                 jump,
-                near: self.divided(size, jump.slope),
+                near,
                 far: None,
                 shift: None,
             };
         }
         let [half, one, two] = [0.5, 1.0, 2.0].map(|value| self.expressions.constant(value));
-        let share = self.call(Op::Fract, &[number]);
+        let share = self.call(Op::Fract, &[jump.number]);
         let rest = self.call(Op::Sub, &[one, share]);
-        let [near, far] = [Op::Min, Op::Max].map(|op| self.call(op, &[share, rest]));
+        let far = self.call(Op::Max, &[share, rest]);
         let is_above = self.call(Op::Less, &[half, share]);
         let twice = self.call(Op::Mul, &[is_above, two]);
         Nearest {
             jump,
-            near: self.divided(near, jump.slope),
+            near,
             far: Some(self.divided(far, jump.slope)),
             shift: Some(self.call(Op::Sub, &[twice, one])),
         }
     }
 
-    /// A safe way through all of some jumps, which is at least `near`.
-    fn beyond(&mut self, places: &[&Nearest], is_below: ExprId, near: ExprId) -> ExprId {
-        let piece = self.piece(places);
+    /// A safe way into a piece, at least `near` long, and a `way` there that leads to no change of its sign.
+    fn beyond(&mut self, piece: ExprId, is_below: ExprId, [near, way]: [ExprId; 2]) -> ExprId {
         let is_other_below = self.is_below(piece);
         let change = self.call(Op::Sub, &[is_below, is_other_below]);
         let changes = self.call(Op::Abs, &[change]);
-        let way = self.way(piece);
         let same = self.call(Op::Max, &[near, way]);
         self.call(Op::Select, &[changes, near, same])
     }
 
-    /// The number with other values of the operations that jump at some places.
-    fn piece(&mut self, places: &[&Nearest]) -> ExprId {
+    /// A number with other values of the operations that jump at some places.
+    fn piece(&mut self, number: ExprId, places: &[&Nearest]) -> ExprId {
         let mut shifts: HashMap<ExprId, Option<ExprId>> = HashMap::new();
         for place in places {
             shifts.extend(place.jump.operations.iter().map(|&id| (id, place.shift)));
         }
-        rewritten(
-            self.expressions,
-            self.number,
-            |e, id, written, values| match (shifts.get(&id), e.get(id)) {
+        rewritten(self.expressions, number, |e, id, written, values| {
+            match (shifts.get(&id), e.get(id)) {
                 (Some(&shift), &Expression::Apply { op, .. }) => {
                     shifted(e, written, op, values, shift)
                 }
                 _ => written,
-            },
-        )
+            }
+        })
     }
 
     /// The way to a change of sign that a piece's value tells.
