@@ -10,6 +10,9 @@
 //! as one: where it is spent, bounds are less tight.
 
 mod ends;
+mod held;
+mod jumps;
+mod local;
 mod pieces;
 mod search;
 mod shapes;
@@ -22,7 +25,7 @@ use sdfc_vm::interval::Interval;
 use search::Search;
 use std::collections::BinaryHeap;
 
-pub(crate) use pieces::has_jumps;
+pub(crate) use jumps::{Known, has_jumps};
 pub(crate) use shapes::{Refuted, ShapeSlopes, margin, near};
 
 /// How many operations are spent on all of a scene before bounds are left as they are; none gets more

@@ -29,10 +29,11 @@ pub fn exponential<R: Real>(x: R) -> R {
 }
 
 /// The logarithm to base two of `x`, which is raised to 1.2e-38 if it is smaller; absolute error
-/// below 6e-7 near 1, three units in the last place elsewhere.
+/// below 6e-7 near 1, three units in the last place elsewhere. It is at least 128 of what is no number.
 #[inline(always)]
 pub fn logarithm<R: Real>(x: R) -> R {
-    let x = x.at_least(lit(1.2e-38));
+    // What is no number has a sign, which is no part of its exponent.
+    let x = x.at_least(lit(1.2e-38)).abs();
     let m = x.mantissa().named("m");
     let high = lit::<R>(std::f64::consts::SQRT_2).less(m);
     let m = R::select(high, m * lit(0.5), m);

@@ -468,7 +468,12 @@ impl<E: End> Real for IntervalOf<E> {
     }
     #[inline(always)]
     fn log2(self) -> Self {
-        self.increasing(E::log2)
+        let range = self.increasing(E::log2);
+        // Beyond all numbers, and of what is none, it may be anything.
+        Self {
+            lo: range.lo,
+            hi: E::select(self.hi < E::INFINITY, range.hi, E::INFINITY),
+        }
     }
     #[inline(always)]
     fn power_of_two(self) -> Self {

@@ -1,6 +1,6 @@
 //! Numbers that jump, with their jumps held: each operation that jumps keeps the whole value or the choice that it has
-//! at some point, and is smooth beyond. A slope found so bounds every piece of the number. Floors, fractions, remainders and comparisons
-//! are held; what else jumps is written by them (`slope/pieces.rs`).
+//! at some point, and is smooth beyond. A slope found so bounds every piece of the number. Floors, fractions,
+//! remainders, comparisons and angles are held; what else jumps is written by them (`slope/jumps.rs`).
 
 use super::Step;
 use super::relative::is_flat;
@@ -27,10 +27,7 @@ pub(super) fn held(step: &Step<Number>, before: &[Number], value: Number, held: 
     };
     let operand = |at: usize| before[values[at]];
     let more = if held == Held::Beside { 1.0 } else { 0.0 };
-    let grown = |range: Interval| Interval {
-        lo: range.lo - more,
-        hi: range.hi + more,
-    };
+    let grown = |range: Interval| grown_by(range, more);
     match op {
         Op::Floor => Number::fixed(grown(value.value)),
         Op::Less if held == Held::Own => Number::fixed(value.value),
@@ -43,11 +40,22 @@ pub(super) fn held(step: &Step<Number>, before: &[Number], value: Number, held: 
             value: remainder(operand(1).value, more),
             gradient: operand(0).gradient,
         },
+        Op::Atan2 => Number {
+            value: grown_by(value.value, more * std::f64::consts::TAU),
+            gradient: operand(0).atan2(operand(1)).gradient,
+        },
         Op::Select if is_flat(&operand(0)) => {
             let condition = lit::<Number>(0.5).less(operand(0));
             Number::select(condition, operand(1), operand(2))
         }
         _ => value,
+    }
+}
+
+fn grown_by(range: Interval, more: f64) -> Interval {
+    Interval {
+        lo: range.lo - more,
+        hi: range.hi + more,
     }
 }
 

@@ -13,7 +13,7 @@ use crate::graph::{Node, NodeId, Number};
 use crate::scene::{ShapeId, ShapeKind, children};
 use crate::seen::farthest;
 use crate::shape_range::ShapeRange;
-use crate::slope::{Capped, Ranges, Refuted, STEEPEST, has_jumps, is_endless, margin, near};
+use crate::slope::{Capped, Known, Ranges, Refuted, STEEPEST, has_jumps, is_endless, margin, near};
 use crate::written::written;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
@@ -49,7 +49,7 @@ impl Lowering<'_> {
         }
         self.report_hollow(id);
         let jumping = self.jumping(id);
-        if let Some(node) = self.piecewise(jumping, &Bounds::EVERYTHING, at) {
+        if let Some(node) = self.piecewise(jumping, &Bounds::EVERYTHING, Known::Throughout, at) {
             return node;
         }
         let everywhere = self.slope(id, &Bounds::EVERYTHING);
@@ -72,7 +72,7 @@ impl Lowering<'_> {
         let is_large = reach.is_some_and(|reach| reach > LARGE * unit);
         if bounds.is_finite() && !is_large {
             let margin = margin(&bounds);
-            if let Some(node) = self.piecewise(jumping, &near(&bounds), at) {
+            if let Some(node) = self.piecewise(jumping, &near(&bounds), Known::Locally, at) {
                 return self.bounded(node, &bounds, [margin, full(&bounds)], at);
             }
             let (node, near) = self.capped(node, id, &near(&bounds), at);
@@ -86,6 +86,9 @@ impl Lowering<'_> {
                 false => full(&bounds),
             };
             return self.bounded(divided, &bounds, [margin, limit], at);
+        }
+        if let Some(node) = self.piecewise(jumping, &Bounds::EVERYTHING, Known::Locally, at) {
+            return node;
         }
         let first = self.known_slope(id, &Bounds::centred([unit; 3]));
         if first * WORTH_WHILE > everywhere {
@@ -123,9 +126,15 @@ impl Lowering<'_> {
     }
 
     /// A number that jumps, as a step that is safe in a region: found piece by piece, whatever slope is stated.
-    fn piecewise(&mut self, number: Option<ExprId>, region: &Bounds, at: At) -> Option<NodeId> {
+    fn piecewise(
+        &mut self,
+        number: Option<ExprId>,
+        region: &Bounds,
+        known: Known,
+        at: At,
+    ) -> Option<NodeId> {
         let expressions = &mut self.scene.expressions;
-        let step = self.slopes.stepped(expressions, number?, region)?;
+        let step = self.slopes.stepped(expressions, number?, region, known)?;
         Some(self.field(step, at))
     }
 

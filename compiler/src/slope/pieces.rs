@@ -8,11 +8,12 @@
 //! next one is, unless the value has the same sign in whatever piece, by more than the step.
 
 use super::ends::ends;
-use super::{
-    Budget, ENDLESS, MAX_BOXES, Ranges, STEEPEST, Search, bound, is_loose, points, searched,
-};
+use super::held::Throughout;
+use super::jumps::{Jump, Known, Place, found, sided};
+use super::local::Local;
+use super::{Budget, Ranges, Search, bound, points};
 use crate::boxes::Held;
-use crate::expression::{ExprId, Expression, Expressions, Stage};
+use crate::expression::{ExprId, Expression, Expressions};
 use crate::scene::NOWHERE;
 use crate::uniforms::{operands_first, rewritten};
 use sdfc_vm::bounds::Bounds;
@@ -32,20 +33,10 @@ const LEAST_TRIED_POINTS: usize = 64;
 /// The most moves of a point to the place of a jump, and the distance from which on it is there.
 const MOVES: usize = 12;
 const CLOSE: f64 = 1e-9;
+/// The distance to both sides of a place at which values are looked at, in sizes of the numbers there.
+const BESIDE: f64 = 1e-7;
 /// The difference of values that counts as rounding, as a fraction of them.
 const ROUNDED: f64 = 1e-6;
-
-/// A place where operations of a field jump.
-struct Jump {
-    /// The number that is whole there, or zero.
-    number: ExprId,
-    /// It is one whole number of many.
-    is_whole: bool,
-    /// The operations.
-    operations: Vec<ExprId>,
-    /// The bound of the number's slope.
-    slope: f64,
-}
 
 /// A bound of the slope of a number that does not change where its operations jump, as far as points that are tried
 /// in a part of the region show: it is as steep as its pieces. `None` where it jumps, or there is no bound.
@@ -57,9 +48,14 @@ pub(crate) fn continuous(
     budget: &mut Budget,
 ) -> Option<f64> {
     let mut expressions = expressions.clone();
-    let number = sided(&mut expressions, number);
-    let slope = held_slope(&expressions, number, Held::Own, region, ranges, budget)?;
-    let jumps = found(&mut expressions, number, region, ranges, budget)?;
+    let mut throughout = Throughout {
+        region,
+        ranges,
+        budget,
+    };
+    let number = sided(&mut expressions, number, &throughout);
+    let slope = throughout.slope(&expressions, &[number], Held::Own)?;
+    let jumps = found(&mut expressions, number, Known::Locally, &mut throughout)?;
     let mut writer = Writer {
         expressions: &mut expressions,
         number,
@@ -75,13 +71,19 @@ pub(crate) fn continuous(
 pub(crate) fn step(
     expressions: &mut Expressions,
     number: ExprId,
+    known: Known,
     [region, tried]: [&Bounds; 2],
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Option<ExprId> {
-    let number = sided(expressions, number);
-    let slope = held_slope(expressions, number, Held::Beside, region, ranges, budget)?;
-    let jumps = found(expressions, number, region, ranges, budget)?;
+    let mut throughout = Throughout {
+        region,
+        ranges,
+        budget,
+    };
+    let number = sided(expressions, number, &throughout);
+    let slope = throughout.slope(expressions, &[number], Held::Beside)?;
+    let jumps = found(expressions, number, known, &mut throughout)?;
     let mut writer = Writer {
         expressions,
         number,
@@ -123,163 +125,39 @@ fn ways_to_ends(
     ways
 }
 
-/// Reports whether a number has operations that jump.
-pub(crate) fn has_jumps(expressions: &Expressions, number: ExprId) -> bool {
-    let order = operands_first(expressions, number, |_| false);
-    order.into_iter().any(|id| jumps(expressions, id))
-}
-
-/// Reports whether an operation jumps where its operand does not.
-fn jumps(expressions: &Expressions, id: ExprId) -> bool {
-    let Expression::Apply { op, .. } = expressions.get(id) else {
-        return false;
-    };
-    let is_one = matches!(
-        op,
-        Op::Floor
-            | Op::Ceil
-            | Op::Round
-            | Op::Trunc
-            | Op::Fract
-            | Op::Modulo
-            | Op::Less
-            | Op::Step
-            | Op::Sign
-    );
-    is_one && expressions.stage(id) > Stage::Uniform
-}
-
-/// A number that jumps by floors, fractions, remainders and comparisons alone: in the place of a jump, these have the
-/// value of one side.
-fn sided(expressions: &mut Expressions, number: ExprId) -> ExprId {
-    rewritten(
-        expressions,
-        number,
-        |expressions, id, written, values| match (jumps(expressions, id), expressions.get(id)) {
-            (true, &Expression::Apply { op, .. }) => {
-                sided_operation(expressions, op, values).unwrap_or(written)
-            }
-            _ => written,
-        },
-    )
-}
-
-/// An operation by those that are left, with the same value everywhere.
-fn sided_operation(e: &mut Expressions, op: Op, values: &[ExprId]) -> Option<ExprId> {
-    let [zero, half, one] = [0.0, 0.5, 1.0].map(|value| e.constant(value));
-    let ceil = |e: &mut Expressions, a: ExprId| {
-        let opposite = match e.get(a) {
-            Expression::Apply {
-                op: Op::Neg,
-                values,
-                ..
-            } => values[0],
-            _ => e.call(Op::Neg, &[a]),
-        };
-        let floor = e.call(Op::Floor, &[opposite]);
-        e.call(Op::Neg, &[floor])
-    };
-    Some(match (op, values) {
-        (Op::Sign, &[a]) => {
-            let is_above = e.call(Op::Less, &[zero, a]);
-            let is_below = e.call(Op::Less, &[a, zero]);
-            e.call(Op::Sub, &[is_above, is_below])
-        }
-        (Op::Step, &[edge, a]) => {
-            let is_below = e.call(Op::Less, &[a, edge]);
-            e.call(Op::Sub, &[one, is_below])
-        }
-        (Op::Ceil, &[a]) => ceil(e, a),
-        (Op::Round, &[a]) => {
-            let more = e.call(Op::Add, &[a, half]);
-            e.call(Op::Floor, &[more])
-        }
-        (Op::Trunc, &[a]) => {
-            let is_below = e.call(Op::Less, &[a, zero]);
-            let (ceil, floor) = (ceil(e, a), e.call(Op::Floor, &[a]));
-            e.call(Op::Select, &[is_below, ceil, floor])
-        }
-        _ => return None,
-    })
-}
-
-/// A bound of a number's slope with its jumps held.
-fn held_slope(
-    expressions: &Expressions,
-    number: ExprId,
-    held: Held,
-    region: &Bounds,
-    ranges: &Ranges,
-    budget: &mut Budget,
-) -> Option<f64> {
-    let search = Search::new(expressions, &[number], ranges).holding(held);
-    let (bound, search) = searched(search, region, budget, [MAX_BOXES, ENDLESS]);
-    let is_bound = bound < STEEPEST && !is_loose(bound, search, region);
-    is_bound.then_some(bound)
-}
-
-/// The jumps of a number. What jumps only where something else does is none of them.
-fn found(
-    expressions: &mut Expressions,
-    number: ExprId,
-    region: &Bounds,
-    ranges: &Ranges,
-    budget: &mut Budget,
-) -> Option<Vec<Jump>> {
-    let mut found: Vec<Jump> = Vec::new();
-    for id in operands_first(expressions, number, |_| false) {
-        if !jumps(expressions, id) {
-            continue;
-        }
-        let Expression::Apply { op, values, .. } = expressions.get(id).clone() else {
-            continue;
-        };
-        let (number, is_whole) = match (op, values.as_slice()) {
-            (Op::Less, &[a, b]) => (expressions.call(Op::Sub, &[a, b]), false),
-            (Op::Modulo, &[a, b]) => (expressions.call(Op::Div, &[a, b]), true),
-            (_, &[a]) => (a, true),
-            _ => return None,
-        };
-        let known = found
-            .iter_mut()
-            .find(|jump| jump.number == number && jump.is_whole == is_whole);
-        if let Some(jump) = known {
-            jump.operations.push(id);
-            continue;
-        }
-        let slope = held_slope(expressions, number, Held::Own, region, ranges, budget)?;
-        if slope > 0.0 {
-            found.push(Jump {
-                number,
-                is_whole,
-                operations: vec![id],
-                slope,
-            });
-        }
-    }
-    Some(found)
-}
-
-/// The place where a number is whole, or zero, near a point, and how far off that may be.
-fn moved_to(place: &mut Search, mut point: [f64; 3], is_whole: bool) -> Option<([f64; 3], f64)> {
+/// The nearest of a jump's places near a point, the direction across it, and how far off it may be.
+fn moved_to(
+    search: &mut Search,
+    mut point: [f64; 3],
+    place: Place,
+) -> Option<([f64; 3], [f64; 3], f64)> {
     let mut goal = None;
     for _ in 0..MOVES {
-        let Dual { value, gradient } = place.duals_at(point).next()?;
-        let goal = *goal.get_or_insert(if is_whole { value.round() } else { 0.0 });
+        let Dual { value, gradient } = search.duals_at(point).next()?;
+        let goal = *goal.get_or_insert(if place == Place::Whole {
+            value.round()
+        } else {
+            0.0
+        });
         let square = gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2);
         let share = (goal - value) / square;
         if !share.is_finite() {
             return None;
         }
         let off = share.abs() * square.sqrt();
-        let reach = point.iter().fold(1.0, |most: f64, v| most.max(v.abs()));
-        if off <= CLOSE * reach {
-            return Some((point, off));
+        if off <= CLOSE * reach_of(point) {
+            let across = [gradient.x, gradient.y, gradient.z].map(|part| part / square.sqrt());
+            return Some((point, across, off));
         }
         let step = [gradient.x, gradient.y, gradient.z].map(|part| part * share);
         point = std::array::from_fn(|axis| point[axis] + step[axis]);
     }
     None
+}
+
+/// The size of the numbers around a point.
+fn reach_of(point: [f64; 3]) -> f64 {
+    point.iter().fold(1.0, |most: f64, v| most.max(v.abs()))
 }
 
 /// Writes the step of a number.
@@ -296,7 +174,7 @@ struct Nearest<'a> {
     /// The distance of it, and that of the next one.
     near: ExprId,
     far: Option<ExprId>,
-    /// The difference of the whole number beyond.
+    /// The difference of the operations beyond; that of choices is to what they are not.
     shift: Option<ExprId>,
 }
 
@@ -332,41 +210,61 @@ impl Writer<'_> {
         let here = self.piece(self.number, places);
         let beyond = self.piece(self.number, &[places, &[&nearest]].concat());
         let number = self.piece(jump.number, places);
-        let mut place = Search::new(self.expressions, &[number], ranges);
+        let mut numbers = vec![number];
+        if let Place::Turn(x) = jump.place {
+            numbers.push(self.piece(x, places));
+        }
+        let mut place = Search::new(self.expressions, &numbers, ranges);
         let mut sides = Search::new(self.expressions, &[here, beyond], ranges);
-        let cost = 2 * place.cost() + sides.cost();
+        let cost = 2 * place.cost() + 3 * sides.cost();
         let most = (MAX_TRIED / cost).max(LEAST_TRIED_POINTS);
         let mut tried = 0;
         for point in points(region).take(most) {
-            let Some((point, off)) = moved_to(&mut place, point, jump.is_whole) else {
+            let mut is_tried = false;
+            let Some((point, direction, off)) = moved_to(&mut place, point, jump.place) else {
                 continue;
             };
             let is_inside = (0..3).all(|i| region.min[i] <= point[i] && point[i] <= region.max[i]);
-            if !is_inside {
+            // Where the second number is above zero, an angle turns on.
+            let turns_on = place
+                .duals_at(point)
+                .nth(1)
+                .is_some_and(|other| other.value >= 0.0);
+            if !is_inside || turns_on {
                 tried += 1;
                 continue;
             }
-            let values: Vec<f64> = sides.duals_at(point).map(|dual| dual.value).collect();
-            let &[here, beyond] = values.as_slice() else {
-                continue;
-            };
-            if !(here.is_finite() && beyond.is_finite()) {
-                continue;
+            // What has a value of its own in the very place is seen beside it.
+            let beside = direction.map(|along| along * BESIDE * reach_of(point));
+            for side in [1.0, -1.0] {
+                let at = std::array::from_fn(|axis| point[axis] + side * beside[axis]);
+                let values: Vec<f64> = sides.duals_at(at).map(|dual| dual.value).collect();
+                let &[here, beyond] = values.as_slice() else {
+                    continue;
+                };
+                let off = off + BESIDE * reach_of(point);
+                let rounding = ROUNDED * (1.0 + here.abs().max(beyond.abs()));
+                if (here - beyond).abs() > 4.0 * self.slope * off + rounding {
+                    return true;
+                }
+                is_tried |= here.is_finite() && beyond.is_finite();
             }
-            let rounding = ROUNDED * (1.0 + here.abs().max(beyond.abs()));
-            if (here - beyond).abs() > 4.0 * self.slope * off + rounding {
-                return true;
-            }
-            tried += 1;
+            tried += usize::from(is_tried);
         }
         tried < LEAST_TRIED
     }
 
     /// The step; `ends` are ways by what the number is in all of its pieces.
     fn step(&mut self, jumps: &[Jump], ends: &[ExprId]) -> ExprId {
-        let nearest: Vec<Nearest> = jumps.iter().map(|jump| self.nearest(jump)).collect();
+        let mut nearest: Vec<Nearest> = jumps.iter().map(|jump| self.nearest(jump)).collect();
         let count = operands_first(self.expressions, self.number, |_| false).len();
         let has_pieces = jumps.len() <= MAX_PIECES && count * jumps.len() <= MAX_NUMBERS;
+        if has_pieces {
+            nearest = nearest
+                .iter()
+                .map(|place| self.chosen(place, &nearest))
+                .collect();
+        }
         let is_below = self.is_below(self.number);
         let mut step = self.way(self.number);
         for (at, place) in nearest.iter().enumerate() {
@@ -374,14 +272,14 @@ impl Writer<'_> {
             if has_pieces {
                 let piece = self.piece(self.number, &[place]);
                 let mut way = self.way(piece);
-                for (other, jump) in jumps.iter().enumerate().filter(|(other, _)| *other != at) {
-                    let number = self.piece(jump.number, &[place]);
-                    let own = self.piece(place.jump.number, &[&nearest[other]]);
-                    let is_apart = (number, own) == (jump.number, place.jump.number);
+                for other in (0..jumps.len()).filter(|other| *other != at) {
+                    let near = self.piece(nearest[other].near, &[place]);
+                    let own = self.piece(place.near, &[&nearest[other]]);
+                    let is_apart = (near, own) == (nearest[other].near, place.near);
                     let near = match is_apart && jumps.len() == 2 {
                         // Both may be passed at once, and what lies beyond the corner counts.
                         true => self.beyond_corner(place, &nearest[other], is_below),
-                        false => self.near(jump, number),
+                        false => near,
                     };
                     way = self.call(Op::Min, &[way, near]);
                 }
@@ -406,31 +304,103 @@ impl Writer<'_> {
         self.beyond(piece, is_below, [near, way])
     }
 
-    /// The distance of the nearest place where a jump's number, as it is written here, is whole or zero.
-    fn near(&mut self, jump: &Jump, number: ExprId) -> ExprId {
-        let size = match jump.is_whole {
-            false => self.call(Op::Abs, &[number]),
-            true => {
+    /// The distance of a jump's nearest place.
+    fn near(&mut self, jump: &Jump) -> ExprId {
+        let size = match jump.place {
+            Place::Zero => self.call(Op::Abs, &[jump.number]),
+            Place::Turn(x) => {
+                let zero = self.expressions.constant(0.0);
+                let ahead = self.call(Op::Max, &[x, zero]);
+                let [y, x] = [jump.number, ahead].map(|v| self.call(Op::Mul, &[v, v]));
+                let square = self.call(Op::Add, &[y, x]);
+                self.call(Op::Sqrt, &[square])
+            }
+            Place::Whole => {
                 let one = self.expressions.constant(1.0);
-                let share = self.call(Op::Fract, &[number]);
+                let share = self.call(Op::Fract, &[jump.number]);
                 let rest = self.call(Op::Sub, &[one, share]);
                 self.call(Op::Min, &[share, rest])
             }
         };
-        self.divided(size, jump.slope)
+        self.within(size, jump.slope)
+    }
+
+    /// A distance within which a number changes by no more than a size.
+    fn within(&mut self, size: ExprId, local: Local) -> ExprId {
+        if let Some(slope) = self.expressions.as_constant(local.slope)
+            && local.growth.is_none()
+        {
+            return self.divided(size, slope);
+        }
+        let mut slope = local.slope;
+        if let Some(growth) = local.growth {
+            let more = self.call(Op::Mul, &[growth, size]);
+            slope = self.call(Op::Add, &[slope, more]);
+        }
+        let distance = self.call(Op::Div, &[size, slope]);
+        match local.radius {
+            Some(radius) => self.call(Op::Min, &[distance, radius]),
+            None => distance,
+        }
+    }
+
+    /// The same place; where all of its operations are in what a choice leaves out, it is no nearer than the choice's
+    /// own place.
+    fn chosen<'a>(&mut self, place: &Nearest<'a>, all: &[Nearest]) -> Nearest<'a> {
+        let mut chosen = Nearest { ..*place };
+        for id in operands_first(self.expressions, self.number, |_| false) {
+            let Expression::Apply { op, values, .. } = self.expressions.get(id).clone() else {
+                continue;
+            };
+            let (Op::Select, &[condition, first, second]) = (op, values.as_slice()) else {
+                continue;
+            };
+            let is_choice = |other: &&Nearest| other.jump.operations.contains(&condition);
+            let Some(choice) = all.iter().find(is_choice) else {
+                continue;
+            };
+            for (is_first, other) in [(true, second), (false, first)] {
+                if !self.is_only_in(place.jump, id, [condition, other]) {
+                    continue;
+                }
+                let choice = [condition, choice.near];
+                chosen.near = self.farther(chosen.near, choice, is_first);
+                let far = chosen.far.map(|far| self.farther(far, choice, is_first));
+                chosen.far = far;
+            }
+        }
+        chosen
+    }
+
+    /// A distance, or that of a choice's own place where the choice leaves out its first operand, or its second one.
+    fn farther(&mut self, near: ExprId, choice: [ExprId; 2], is_first: bool) -> ExprId {
+        let [condition, place] = choice;
+        let out = self.call(Op::Max, &[near, place]);
+        let [first, second] = if is_first { [near, out] } else { [out, near] };
+        self.call(Op::Select, &[condition, first, second])
+    }
+
+    /// Reports whether the number has none of a jump's operations but by an operand of a choice, of which the others are
+    /// given.
+    fn is_only_in(&self, jump: &Jump, choice: ExprId, others: [ExprId; 2]) -> bool {
+        let is_in = |id: &ExprId| jump.operations.contains(id);
+        [self.number, others[0], others[1]].into_iter().all(|from| {
+            let order = operands_first(self.expressions, from, |id| id == choice);
+            !order.iter().any(is_in)
+        })
     }
 
     /// The nearest place of a jump.
     fn nearest<'a>(&mut self, jump: &'a Jump) -> Nearest<'a> {
-        let near = self.near(jump, jump.number);
-        if !jump.is_whole {
+        let near = self.near(jump);
+        let Place::Whole = jump.place else {
             return Nearest {
                 jump,
                 near,
                 far: None,
-                shift: None,
+                shift: self.turn(jump),
             };
-        }
+        };
         let [half, one, two] = [0.5, 1.0, 2.0].map(|value| self.expressions.constant(value));
         let share = self.call(Op::Fract, &[jump.number]);
         let rest = self.call(Op::Sub, &[one, share]);
@@ -440,9 +410,20 @@ impl Writer<'_> {
         Nearest {
             jump,
             near,
-            far: Some(self.divided(far, jump.slope)),
+            far: Some(self.within(far, jump.slope)),
             shift: Some(self.call(Op::Sub, &[twice, one])),
         }
+    }
+
+    /// The difference of an angle beyond the place where angles begin again.
+    fn turn(&mut self, jump: &Jump) -> Option<ExprId> {
+        let Place::Turn(_) = jump.place else {
+            return None;
+        };
+        let turns = [std::f64::consts::TAU, -std::f64::consts::TAU];
+        let [more, less] = turns.map(|turn| self.expressions.constant(turn));
+        let is_below = self.is_below(jump.number);
+        Some(self.call(Op::Select, &[is_below, more, less]))
     }
 
     /// A safe way into a piece, at least `near` long, and a `way` there that leads to no change of its sign.

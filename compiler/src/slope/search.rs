@@ -205,6 +205,12 @@ impl Search {
             .map(move |number| number.over(&bounds, &ranges))
     }
 
+    /// The first number and its gradient in a region.
+    pub(super) fn first_over(&mut self, region: &Bounds) -> Option<Dual<Interval>> {
+        let first = self.over.first_mut()?;
+        Some(first.over(region, &self.ranges))
+    }
+
     /// Both halves of a box: of space, or of a range where that pays.
     pub(super) fn halves(&mut self, of: &Piece) -> [Piece; 2] {
         let spaces = of.space_halved();

@@ -4,7 +4,7 @@
 //! what a scene writes itself (fields, displacements, warps). It holds for all points of the region and
 //! for all values of the parameters.
 
-use super::{Budget, Capped, Ranges, bound, capped, pieces, steepest, tried};
+use super::{Budget, Capped, Known, Ranges, bound, capped, has_jumps, pieces, steepest, tried};
 use crate::bounds::{Boxes, World};
 use crate::expression::{ExprId, Expressions};
 use crate::range::range_over;
@@ -39,7 +39,7 @@ pub(crate) struct ShapeSlopes {
     /// The values by which rays march on fields without a bound, by the corners of their region.
     capped: HashMap<(ShapeId, [u64; 6]), Option<Capped>>,
     /// Steps on numbers that jump, by the corners of their region.
-    stepped: HashMap<(ExprId, [u64; 6]), Option<ExprId>>,
+    stepped: HashMap<(ExprId, [u64; 6], Known), Option<ExprId>>,
 }
 
 /// A place at which a field is steeper than the scene states.
@@ -148,20 +148,21 @@ impl ShapeSlopes {
         expressions: &mut Expressions,
         number: ExprId,
         region: &Bounds,
+        known: Known,
     ) -> Option<ExprId> {
-        if !pieces::has_jumps(expressions, number) {
+        if !has_jumps(expressions, number) {
             return None;
         }
-        let key = (number, corners(region));
-        if let Some(&known) = self.stepped.get(&key) {
-            return known;
+        let key = (number, corners(region), known);
+        if let Some(&step) = self.stepped.get(&key) {
+            return step;
         }
         let seen = self.seen(region);
         let step = match self.proved(expressions, &[number], region) {
             Some(_) => None,
             None => {
                 let (ranges, budget) = (&self.ranges, &mut self.budget);
-                pieces::step(expressions, number, [region, &seen], ranges, budget)
+                pieces::step(expressions, number, known, [region, &seen], ranges, budget)
             }
         };
         self.stepped.insert(key, step);
@@ -459,7 +460,7 @@ impl ShapeSlopes {
         let (ranges, budget) = (&self.ranges, &mut self.budget);
         let found = bound(expressions, numbers, region, ranges, budget);
         let found = found.or_else(|| match numbers {
-            &[number] if pieces::has_jumps(expressions, number) => {
+            &[number] if has_jumps(expressions, number) => {
                 pieces::continuous(expressions, number, [region, &seen], ranges, budget)
             }
             _ => None,
