@@ -27,8 +27,8 @@ const EVERY: usize = 12;
 /// The length of rays, in distances of the camera from what it looks at.
 const SEEN: f64 = 40.0;
 /// The most steps of formulas that the oracle runs for a picture, and how many times as many in the long form.
-const EFFORT: u64 = 50_000_000;
-const LONG_EFFORT: u64 = 8;
+const EFFORT: u64 = 20_000_000;
+const LONG_EFFORT: u64 = 20;
 /// The largest depth of a sliver, in halves of a pixel, and the number of points of it that are looked at.
 const SLIVER: f64 = 0.5;
 const SLICES: usize = 64;
