@@ -75,6 +75,10 @@ impl Lowering<'_> {
             if let Some(node) = self.piecewise(jumping, &near(&bounds), Known::Locally, at) {
                 return self.bounded(node, &bounds, [margin, full(&bounds)], at);
             }
+            let unbounded = self.unbounded_number(id, &near(&bounds));
+            if let Some(node) = self.piecewise(unbounded, &near(&bounds), Known::Locally, at) {
+                return self.bounded(node, &bounds, [margin, full(&bounds)], at);
+            }
             let (node, near) = self.capped(node, id, &near(&bounds), at);
             if near * WORTH_WHILE > everywhere {
                 return self.divided(node, everywhere, at);
@@ -88,6 +92,10 @@ impl Lowering<'_> {
             return self.bounded(divided, &bounds, [margin, limit], at);
         }
         if let Some(node) = self.piecewise(jumping, &Bounds::EVERYTHING, Known::Locally, at) {
+            return node;
+        }
+        let unbounded = self.unbounded_number(id, &Bounds::centred([unit; 3]));
+        if let Some(node) = self.piecewise(unbounded, &Bounds::EVERYTHING, Known::Locally, at) {
             return node;
         }
         let first = self.known_slope(id, &Bounds::centred([unit; 3]));
@@ -123,6 +131,27 @@ impl Lowering<'_> {
             ShapeKind::Field { value, .. } => Some(value),
             _ => written(self.scene, id),
         }
+    }
+
+    /// The value of a shape whose slope has no bound in a region, or none to march by, as a number.
+    fn unbounded_number(&mut self, id: ShapeId, region: &Bounds) -> Option<ExprId> {
+        if self.slope(id, region).is_finite() {
+            return None;
+        }
+        let world = World::from(&*self.scene);
+        let capped = self.slopes.capped(world, id, region);
+        let number = match self.scene.shapes[id.0 as usize].kind {
+            ShapeKind::Field { value, .. } => value,
+            _ => written(self.scene, id)?,
+        };
+        let Some(slope) = capped.and_then(|capped| capped.slope) else {
+            return Some(number);
+        };
+        let expressions = &self.scene.expressions;
+        let is_far = self
+            .slopes
+            .is_far_from_usual(expressions, number, slope, region);
+        is_far.then_some(number)
     }
 
     /// A number that jumps, as a step that is safe in a region: found piece by piece, whatever slope is stated.

@@ -31,8 +31,8 @@ impl Throughout<'_> {
         is_bound.then_some(bound)
     }
 
-    /// Reports whether a number is as steep as a bound in few places only.
-    pub(super) fn is_uneven(&self, expressions: &Expressions, number: ExprId, bound: f64) -> bool {
+    /// The slope that half of the points tried do not exceed.
+    pub(super) fn usual(&self, expressions: &Expressions, number: ExprId) -> Option<f64> {
         let mut search = Search::new(expressions, &[number], self.ranges);
         let mut slopes: Vec<f64> = Vec::new();
         for point in points(self.region) {
@@ -40,7 +40,12 @@ impl Throughout<'_> {
             slopes.extend(gradients.map(|g| (g.x * g.x + g.y * g.y + g.z * g.z).sqrt()));
         }
         slopes.sort_by(f64::total_cmp);
-        let usual = slopes.get(slopes.len() / 2);
+        slopes.get(slopes.len() / 2).copied()
+    }
+
+    /// Reports whether a number is as steep as a bound in few places only.
+    pub(super) fn is_uneven(&self, expressions: &Expressions, number: ExprId, bound: f64) -> bool {
+        let usual = self.usual(expressions, number);
         usual.is_some_and(|usual| bound > usual * UNEVEN)
     }
 

@@ -195,7 +195,7 @@ pub(super) fn found(
                 let slope = throughout.slope(expressions, &[number], Held::Own)?;
                 Local::everywhere(expressions, slope)
             }
-            (_, Known::Locally) => local(expressions, number, throughout)?,
+            (_, Known::Locally) => local(expressions, number, Held::Own, throughout)?,
         };
         if expressions.as_constant(slope.slope) != Some(0.0) {
             found.push(Jump {

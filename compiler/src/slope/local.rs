@@ -8,6 +8,7 @@
 use super::held::Throughout;
 use crate::boxes::Held;
 use crate::expression::{ExprId, Expression, Expressions};
+use crate::scene::NOWHERE;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
@@ -31,17 +32,24 @@ impl Local {
             radius: None,
         }
     }
+
+    /// Reports whether it is one bound for all points.
+    pub(super) fn is_constant(&self, expressions: &Expressions) -> bool {
+        self.growth.is_none() && expressions.as_constant(self.slope).is_some()
+    }
 }
 
-/// A bound of a number's changes around each point, the same for all points where it has one that is no worse. Operations that jump are
-/// held. `None` for operations about which nothing is known.
+/// A bound of a number's changes around each point, the same for all points where it has one that is no worse. Operations that jump, and
+/// choices, are held. `None` for operations about which nothing is known.
 pub(super) fn local(
     expressions: &mut Expressions,
     number: ExprId,
+    held: Held,
     throughout: &mut Throughout,
 ) -> Option<Local> {
     let mut writer = Writer {
         e: expressions,
+        held,
         throughout,
         known: HashMap::new(),
     };
@@ -50,6 +58,7 @@ pub(super) fn local(
 
 struct Writer<'a, 'b> {
     e: &'a mut Expressions,
+    held: Held,
     throughout: &'a mut Throughout<'b>,
     known: HashMap<ExprId, Option<Local>>,
 }
@@ -60,7 +69,7 @@ impl Writer<'_, '_> {
         if let Some(&known) = self.known.get(&number) {
             return known;
         }
-        let bound = self.throughout.slope(self.e, &[number], Held::Own);
+        let bound = self.throughout.slope(self.e, &[number], self.held);
         let is_even = bound.is_some_and(|slope| !self.throughout.is_uneven(self.e, number, slope));
         let mut local = None;
         if !is_even {
@@ -82,7 +91,20 @@ impl Writer<'_, '_> {
             }
             (Op::Modulo, &[a, b]) if self.e.as_constant(b).is_some() => self.local(a),
             (Op::Add | Op::Sub, &[a, b]) => self.of_both(a, b, Op::Add),
-            (Op::Min | Op::Max, &[a, b]) | (Op::Select, &[_, a, b]) => self.of_both(a, b, Op::Max),
+            (Op::Min | Op::Max, &[a, b]) => match [a, b].map(|id| self.e.as_constant(id)) {
+                [None, Some(_)] => self.of_limited(number, a),
+                [Some(_), None] => self.of_limited(number, b),
+                _ => self.of_both(a, b, Op::Max),
+            },
+            (Op::Clamp, &[a, low, high])
+                if [low, high]
+                    .map(|id| self.e.as_constant(id))
+                    .iter()
+                    .all(Option::is_some) =>
+            {
+                self.of_limited(number, a)
+            }
+            (Op::Select, &[condition, a, b]) => self.of_choice(condition, a, b),
             (Op::Mul, &[a, b]) => self.of_product(a, b),
             (Op::Div, &[a, b]) => self.of_quotient(a, b),
             (Op::Square, &[a]) => self.of_product(a, a),
@@ -140,6 +162,46 @@ impl Writer<'_, '_> {
         })
     }
 
+    /// One of two numbers, as long as the choice stays.
+    fn of_choice(&mut self, condition: ExprId, a: ExprId, b: ExprId) -> Option<Local> {
+        let (a, b) = (self.local(a)?, self.local(b)?);
+        let mut chosen = |a: Option<ExprId>, b: Option<ExprId>, neither: f64| {
+            a.or(b)?;
+            let neither = self.e.constant(neither);
+            let operands = [condition, a.unwrap_or(neither), b.unwrap_or(neither)];
+            Some(self.e.call(Op::Select, &operands))
+        };
+        Some(Local {
+            slope: chosen(Some(a.slope), Some(b.slope), 0.0)?,
+            growth: chosen(a.growth, b.growth, 0.0),
+            radius: chosen(a.radius, b.radius, NOWHERE),
+        })
+    }
+
+    /// A number that is kept above or below an end. Well beyond it, nothing changes until the number is back.
+    fn of_limited(&mut self, number: ExprId, a: ExprId) -> Option<Local> {
+        let local = self.local(a)?;
+        let Some(growth) = local.growth else {
+            return Some(local);
+        };
+        let beyond = self.call(Op::Sub, &[a, number]);
+        let beyond = self.call(Op::Abs, &[beyond]);
+        let more = self.call(Op::Mul, &[growth, beyond]);
+        let slope = self.call(Op::Add, &[local.slope, more]);
+        let back = self.call(Op::Div, &[beyond, slope]);
+        let back = self.of_two(Op::Min, Some(back), local.radius)?;
+        // The share of the way to where nothing is known any more.
+        let share = self.call(Op::Mul, &[back, growth]);
+        let [zero, half, nowhere] = [0.0, 0.5, NOWHERE].map(|value| self.e.constant(value));
+        let is_beyond = self.call(Op::Less, &[half, share]);
+        let radius = local.radius.unwrap_or(nowhere);
+        Some(Local {
+            slope: self.call(Op::Select, &[is_beyond, zero, local.slope]),
+            growth: local.growth,
+            radius: Some(self.call(Op::Select, &[is_beyond, back, radius])),
+        })
+    }
+
     fn of_product(&mut self, a: ExprId, b: ExprId) -> Option<Local> {
         let (first, second) = (self.local(a)?, self.local(b)?);
         let [a, b] = [a, b].map(|value| self.call(Op::Abs, &[value]));
@@ -178,7 +240,7 @@ impl Writer<'_, '_> {
 
     /// The direction of a vector, up to where the vector may be zero: asin(x) ≤ x / (1 − (1 − 2/π) x) there.
     fn of_angle(&mut self, y: ExprId, x: ExprId) -> Option<Local> {
-        let steep = self.throughout.slope(self.e, &[y, x], Held::Own)?;
+        let steep = self.throughout.slope(self.e, &[y, x], self.held)?;
         let [y, x] = [y, x].map(|v| self.call(Op::Mul, &[v, v]));
         let square = self.call(Op::Add, &[y, x]);
         let length = self.call(Op::Sqrt, &[square]);

@@ -10,7 +10,7 @@
 use super::ends::ends;
 use super::held::Throughout;
 use super::jumps::{Jump, Known, Place, found, sided};
-use super::local::Local;
+use super::local::{Local, local};
 use super::{Budget, Ranges, Search, bound, points};
 use crate::boxes::Held;
 use crate::expression::{ExprId, Expression, Expressions};
@@ -25,6 +25,8 @@ use std::collections::HashMap;
 const MAX_PIECES: usize = 6;
 /// The most numbers that the pieces beside a point may take together.
 const MAX_NUMBERS: usize = 4_000;
+/// The most numbers that a step by bounds around a point may take, beyond those of the value itself.
+const MAX_LOCAL: usize = 256;
 /// The least number of places at which a jump must be tried to say that nothing changes there.
 const LEAST_TRIED: usize = 16;
 /// The operations that trying a jump may take, and the points that are tried whatever it takes.
@@ -54,7 +56,8 @@ pub(crate) fn continuous(
         budget,
     };
     let number = sided(&mut expressions, number, &throughout);
-    let slope = throughout.slope(&expressions, &[number], Held::Own)?;
+    let bound = throughout.slope(&expressions, &[number], Held::Own)?;
+    let slope = Local::everywhere(&mut expressions, bound);
     let jumps = found(&mut expressions, number, Known::Locally, &mut throughout)?;
     let mut writer = Writer {
         expressions: &mut expressions,
@@ -62,7 +65,7 @@ pub(crate) fn continuous(
         slope,
     };
     let mut is_seen = |jump: &Jump| writer.is_seen(jump, &[], tried, ranges);
-    (!jumps.iter().any(&mut is_seen)).then_some(slope)
+    (!jumps.iter().any(&mut is_seen)).then_some(bound)
 }
 
 /// A number that jumps, as a step: its sign, and a distance in which it does not change that. The bounds of
@@ -82,19 +85,35 @@ pub(crate) fn step(
         budget,
     };
     let number = sided(expressions, number, &throughout);
-    let slope = throughout.slope(expressions, &[number], Held::Beside)?;
+    let slope = match (
+        throughout.slope(expressions, &[number], Held::Beside),
+        known,
+    ) {
+        (Some(slope), _) => Local::everywhere(expressions, slope.max(1.0 / NOWHERE)),
+        (None, Known::Throughout) => return None,
+        (None, Known::Locally) => local(expressions, number, Held::Beside, &mut throughout)?,
+    };
     let jumps = found(expressions, number, known, &mut throughout)?;
+    let are_constant = slope.is_constant(expressions)
+        && jumps.iter().all(|jump| jump.slope.is_constant(expressions));
     let mut writer = Writer {
         expressions,
         number,
         slope,
     };
-    let jumps = writer.all_seen(jumps, tried, ranges);
-    if jumps.is_empty() {
+    // Bounds around a point hold up to the next jump, whatever changes there.
+    let jumps = match are_constant {
+        true => writer.all_seen(jumps, tried, ranges),
+        false => jumps,
+    };
+    if jumps.is_empty() && writer.constant_slope().is_some() {
         return None;
     }
     let ways = ways_to_ends(writer.expressions, number, region, ranges, budget);
-    Some(writer.step(&jumps, &ways))
+    let step = writer.step(&jumps, &ways);
+    let [own, all] = [number, step].map(|id| operands_first(expressions, id, |_| false).len());
+    let is_short = are_constant || all <= own + MAX_LOCAL;
+    is_short.then_some(step)
 }
 
 /// Safe ways to a change of sign by the least and by the greatest that a number may be; they are below zero where these
@@ -133,26 +152,32 @@ fn moved_to(
 ) -> Option<([f64; 3], [f64; 3], f64)> {
     let mut goal = None;
     for _ in 0..MOVES {
-        let Dual { value, gradient } = search.duals_at(point).next()?;
+        let dual = search.duals_at(point).next()?;
+        let Dual { value, gradient } = dual;
         let goal = *goal.get_or_insert(if place == Place::Whole {
             value.round()
         } else {
             0.0
         });
-        let square = gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2);
-        let share = (goal - value) / square;
+        let size = length(dual);
+        let share = (goal - value) / (size * size);
         if !share.is_finite() {
             return None;
         }
-        let off = share.abs() * square.sqrt();
+        let off = share.abs() * size;
         if off <= CLOSE * reach_of(point) {
-            let across = [gradient.x, gradient.y, gradient.z].map(|part| part / square.sqrt());
+            let across = [gradient.x, gradient.y, gradient.z].map(|part| part / size);
             return Some((point, across, off));
         }
         let step = [gradient.x, gradient.y, gradient.z].map(|part| part * share);
         point = std::array::from_fn(|axis| point[axis] + step[axis]);
     }
     None
+}
+
+/// The length of a number's gradient.
+fn length(Dual { gradient, .. }: Dual<f64>) -> f64 {
+    (gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2)).sqrt()
 }
 
 /// The size of the numbers around a point.
@@ -165,7 +190,7 @@ struct Writer<'a> {
     expressions: &'a mut Expressions,
     number: ExprId,
     /// The bound of its pieces' slope.
-    slope: f64,
+    slope: Local,
 }
 
 /// A jump's nearest place.
@@ -218,6 +243,7 @@ impl Writer<'_> {
         let mut sides = Search::new(self.expressions, &[here, beyond], ranges);
         let cost = 2 * place.cost() + 3 * sides.cost();
         let most = (MAX_TRIED / cost).max(LEAST_TRIED_POINTS);
+        let steep = self.constant_slope();
         let mut tried = 0;
         for point in points(region).take(most) {
             let mut is_tried = false;
@@ -238,13 +264,15 @@ impl Writer<'_> {
             let beside = direction.map(|along| along * BESIDE * reach_of(point));
             for side in [1.0, -1.0] {
                 let at = std::array::from_fn(|axis| point[axis] + side * beside[axis]);
-                let values: Vec<f64> = sides.duals_at(at).map(|dual| dual.value).collect();
-                let &[here, beyond] = values.as_slice() else {
+                let duals: Vec<Dual<f64>> = sides.duals_at(at).collect();
+                let &[here, beyond] = duals.as_slice() else {
                     continue;
                 };
+                let slope = steep.unwrap_or_else(|| length(here).max(length(beyond)));
+                let (here, beyond) = (here.value, beyond.value);
                 let off = off + BESIDE * reach_of(point);
                 let rounding = ROUNDED * (1.0 + here.abs().max(beyond.abs()));
-                if (here - beyond).abs() > 4.0 * self.slope * off + rounding {
+                if (here - beyond).abs() > 4.0 * slope * off + rounding {
                     return true;
                 }
                 is_tried |= here.is_finite() && beyond.is_finite();
@@ -266,12 +294,12 @@ impl Writer<'_> {
                 .collect();
         }
         let is_below = self.is_below(self.number);
-        let mut step = self.way(self.number);
+        let mut step = self.way(self.number, &[]);
         for (at, place) in nearest.iter().enumerate() {
             let mut beyond = place.near;
             if has_pieces {
                 let piece = self.piece(self.number, &[place]);
-                let mut way = self.way(piece);
+                let mut way = self.way(piece, &[place]);
                 for other in (0..jumps.len()).filter(|other| *other != at) {
                     let near = self.piece(nearest[other].near, &[place]);
                     let own = self.piece(place.near, &[&nearest[other]]);
@@ -300,7 +328,7 @@ impl Writer<'_> {
     fn beyond_corner(&mut self, first: &Nearest, second: &Nearest, is_below: ExprId) -> ExprId {
         let near = self.call(Op::Max, &[first.near, second.near]);
         let piece = self.piece(self.number, &[first, second]);
-        let way = self.way(piece);
+        let way = self.way(piece, &[first, second]);
         self.beyond(piece, is_below, [near, way])
     }
 
@@ -451,10 +479,25 @@ impl Writer<'_> {
         })
     }
 
-    /// The way to a change of sign that a piece's value tells.
-    fn way(&mut self, piece: ExprId) -> ExprId {
+    /// The way to a change of sign that a value tells, where operations are as beyond some places.
+    fn way(&mut self, piece: ExprId, places: &[&Nearest]) -> ExprId {
         let size = self.call(Op::Abs, &[piece]);
-        self.divided(size, self.slope.max(1.0 / NOWHERE))
+        let own = self.slope;
+        let mut beyond = |id: ExprId| self.piece(id, places);
+        let local = Local {
+            slope: beyond(own.slope),
+            growth: own.growth.map(&mut beyond),
+            radius: own.radius.map(&mut beyond),
+        };
+        self.within(size, local)
+    }
+
+    /// The bound of the slope of all pieces, where it is one number.
+    fn constant_slope(&self) -> Option<f64> {
+        match self.slope.growth {
+            Some(_) => None,
+            None => self.expressions.as_constant(self.slope.slope),
+        }
     }
 
     fn is_below(&mut self, id: ExprId) -> ExprId {

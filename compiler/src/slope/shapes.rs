@@ -4,7 +4,10 @@
 //! what a scene writes itself (fields, displacements, warps). It holds for all points of the region and
 //! for all values of the parameters.
 
-use super::{Budget, Capped, Known, Ranges, bound, capped, has_jumps, pieces, steepest, tried};
+use super::held::Throughout;
+use super::{
+    Budget, Capped, Known, LOOSE, Ranges, bound, capped, has_jumps, pieces, steepest, tried,
+};
 use crate::bounds::{Boxes, World};
 use crate::expression::{ExprId, Expressions};
 use crate::range::range_over;
@@ -141,6 +144,23 @@ impl ShapeSlopes {
             .or_insert_with(|| capped(graph, value, region, ranges))
     }
 
+    /// Reports whether a bound of a number's slope in a region is far above its usual slope there: no ray could march by it.
+    pub(crate) fn is_far_from_usual(
+        &mut self,
+        expressions: &Expressions,
+        number: ExprId,
+        bound: f64,
+        region: &Bounds,
+    ) -> bool {
+        let throughout = Throughout {
+            region,
+            ranges: &self.ranges,
+            budget: &mut self.budget,
+        };
+        let usual = throughout.usual(expressions, number);
+        usual.is_some_and(|usual| bound > usual * LOOSE)
+    }
+
     /// A written number that jumps, as a step that is safe in a region; see [`pieces`]. A number whose slope has a bound
     /// there does not jump.
     pub(crate) fn stepped(
@@ -150,7 +170,7 @@ impl ShapeSlopes {
         region: &Bounds,
         known: Known,
     ) -> Option<ExprId> {
-        if !has_jumps(expressions, number) {
+        if known == Known::Throughout && !has_jumps(expressions, number) {
             return None;
         }
         let key = (number, corners(region), known);
