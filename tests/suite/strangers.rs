@@ -1,5 +1,5 @@
 //! Scenes of strangers, against an oracle that shares no definition of a hit with the engines: all on the CPU,
-//! every twelfth on all engines, and with `SDFC_LONG=1` all on all.
+//! every sixteenth on all engines, and with `SDFC_LONG=1` all on all.
 //!
 //! A pixel is wrong if nothing within two pixels of it looks like what an engine drew there: neither silhouettes
 //! nor edges excuse more. Scenes are in `tests/strangers`; the first line of each says its class. A line
@@ -23,7 +23,7 @@ const SIZE: [u32; 2] = [96, 72];
 /// The largest distance of a pixel from what it shows, in pixels.
 const AROUND: isize = 2;
 /// Of how many scenes one is drawn by all engines.
-const EVERY: usize = 12;
+const EVERY: usize = 16;
 /// The length of rays, in distances of the camera from what it looks at.
 const SEEN: f64 = 40.0;
 /// The most steps of formulas that the oracle runs for a picture, and how many times as many in the long form.
