@@ -39,8 +39,8 @@ impl Local {
     }
 }
 
-/// A bound of a number's changes around each point, the same for all points where it has one that is no worse. Operations that jump, and
-/// choices, are held. `None` for operations about which nothing is known.
+/// A bound of a number's changes around each point, the same for all points where it has one that is no worse.
+/// Operations that jump, and choices, are held. `None` for operations about which nothing is known.
 pub(super) fn local(
     expressions: &mut Expressions,
     number: ExprId,
