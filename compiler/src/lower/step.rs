@@ -139,6 +139,10 @@ impl Lowering<'_> {
             return None;
         }
         let world = World::from(&*self.scene);
+        // Nothing marches by numbers beyond all of `f32`.
+        if self.slopes.guess(world, self.boxes, id, region) >= STEEPEST {
+            return None;
+        }
         let capped = self.slopes.capped(world, id, region);
         let number = match self.scene.shapes[id.0 as usize].kind {
             ShapeKind::Field { value, .. } => value,

@@ -89,7 +89,7 @@ impl Writer<'_, '_> {
             (Op::Neg | Op::Abs | Op::Fract | Op::Sin | Op::Cos | Op::Atan | Op::Tanh, &[a]) => {
                 self.local(a)
             }
-            (Op::Modulo, &[a, b]) if self.e.as_constant(b).is_some() => self.local(a),
+            (Op::Modulo, &[a, b]) => self.of_remainder(number, a, b),
             (Op::Add | Op::Sub, &[a, b]) => self.of_both(a, b, Op::Add),
             (Op::Min | Op::Max, &[a, b]) => match [a, b].map(|id| self.e.as_constant(id)) {
                 [None, Some(_)] => self.of_limited(number, a),
@@ -123,8 +123,24 @@ impl Writer<'_, '_> {
                 let slope = self.over(a, std::f64::consts::LOG2_E);
                 self.chained(a, if op == Op::Ln { growth } else { slope }, growth)
             }
+            // exp(h) − 1 ≤ h / (1 − h/2).
+            (Op::Exp | Op::Exp2, &[a]) => {
+                let base = if op == Op::Exp {
+                    1.0
+                } else {
+                    std::f64::consts::LN_2
+                };
+                self.of_power(number, a, base)
+            }
+            (Op::Pow, &[base, a]) if self.e.as_constant(base).is_some_and(|base| base > 0.0) => {
+                let base = self.e.as_constant(base)?.ln();
+                self.of_power(number, a, base.abs())
+            }
             // 1 − √(1 − x) ≤ (x/2) / (1 − x/2).
             (Op::Sqrt, &[a]) => {
+                if let Some(parts) = self.squared(a) {
+                    return self.of_length(&parts);
+                }
                 let (slope, growth) = (self.over(number, 0.5), self.over(a, 0.5));
                 self.chained(a, slope, growth)
             }
@@ -202,6 +218,23 @@ impl Writer<'_, '_> {
         })
     }
 
+    /// A remainder, by the whole number of divisors that is taken away.
+    fn of_remainder(&mut self, number: ExprId, a: ExprId, b: ExprId) -> Option<Local> {
+        let (divided, divisor) = (self.local(a)?, self.local(b)?);
+        if self.e.as_constant(divisor.slope) == Some(0.0) {
+            return Some(divided);
+        }
+        let away = self.call(Op::Sub, &[a, number]);
+        let whole = self.call(Op::Div, &[away, b]);
+        let whole = self.call(Op::Abs, &[whole]);
+        let more = self.call(Op::Mul, &[whole, divisor.slope]);
+        Some(Local {
+            slope: self.call(Op::Add, &[divided.slope, more]),
+            growth: self.of_two(Op::Max, divided.growth, divisor.growth),
+            radius: self.of_two(Op::Min, divided.radius, divisor.radius),
+        })
+    }
+
     fn of_product(&mut self, a: ExprId, b: ExprId) -> Option<Local> {
         let (first, second) = (self.local(a)?, self.local(b)?);
         let [a, b] = [a, b].map(|value| self.call(Op::Abs, &[value]));
@@ -250,6 +283,51 @@ impl Writer<'_, '_> {
             growth: Some(self.over(length, steep * (1.0 - std::f64::consts::FRAC_2_PI))),
             radius: Some(self.call(Op::Mul, &[length, factor])),
         })
+    }
+
+    /// The numbers of whose squares a number is the sum. Recursion over sums.
+    fn squared(&self, id: ExprId) -> Option<Vec<ExprId>> {
+        let Expression::Apply { op, values, .. } = self.e.get(id) else {
+            return None;
+        };
+        match (op, values.as_slice()) {
+            (Op::Add, &[a, b]) => Some([self.squared(a)?, self.squared(b)?].concat()),
+            (Op::Mul, &[a, b]) if a == b => Some(vec![a]),
+            (Op::Square, &[a]) => Some(vec![a]),
+            _ => None,
+        }
+    }
+
+    /// The length of a vector.
+    fn of_length(&mut self, parts: &[ExprId]) -> Option<Local> {
+        let mut all: Option<Local> = None;
+        for &part in parts {
+            let local = self.local(part)?;
+            let square = self.call(Op::Mul, &[local.slope, local.slope]);
+            all = Some(match all {
+                Some(all) => Local {
+                    slope: self.call(Op::Add, &[all.slope, square]),
+                    growth: self.of_two(Op::Max, all.growth, local.growth),
+                    radius: self.of_two(Op::Min, all.radius, local.radius),
+                },
+                None => Local {
+                    slope: square,
+                    ..local
+                },
+            });
+        }
+        let all = all?;
+        Some(Local {
+            slope: self.call(Op::Sqrt, &[all.slope]),
+            ..all
+        })
+    }
+
+    /// An exponential of a number, by the logarithm of its base.
+    fn of_power(&mut self, number: ExprId, a: ExprId, base: f64) -> Option<Local> {
+        let [factor, growth] = [base, base / 2.0].map(|value| self.e.constant(value));
+        let slope = self.call(Op::Mul, &[number, factor]);
+        self.chained(a, slope, growth)
     }
 
     /// A function of a number, by its slope and its growth in that number.
