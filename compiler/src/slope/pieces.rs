@@ -93,6 +93,9 @@ pub(crate) fn step(
         (None, Known::Throughout) => return None,
         (None, Known::Locally) => local(expressions, number, Held::Beside, &mut throughout)?,
     };
+    if !are_numbers(expressions, &slope, tried, ranges) {
+        return None;
+    }
     let jumps = found(expressions, number, known, &mut throughout)?;
     let are_constant = slope.is_constant(expressions)
         && jumps.iter().all(|jump| jump.slope.is_constant(expressions));
@@ -114,6 +117,18 @@ pub(crate) fn step(
     let [own, all] = [number, step].map(|id| operands_first(expressions, id, |_| false).len());
     let is_short = are_constant || all <= own + MAX_LOCAL;
     is_short.then_some(step)
+}
+
+/// Reports whether a bound around each point is a number of `f32` at those that are tried.
+fn are_numbers(expressions: &Expressions, local: &Local, region: &Bounds, ranges: &Ranges) -> bool {
+    let numbers: Vec<ExprId> = [Some(local.slope), local.growth, local.radius]
+        .into_iter()
+        .flatten()
+        .filter(|&id| expressions.as_constant(id).is_none())
+        .collect();
+    let mut search = Search::new(expressions, &numbers, ranges);
+    let is_number = |dual: Dual<f64>| dual.value.abs() < f64::from(f32::MAX);
+    numbers.is_empty() || points(region).all(|point| search.duals_at(point).all(is_number))
 }
 
 /// Safe ways to a change of sign by the least and by the greatest that a number may be; they are below zero where these
