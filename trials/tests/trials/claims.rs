@@ -31,6 +31,9 @@ use sdfc_vm::bounds::Bounds;
 use std::path::PathBuf;
 use subject::Subject;
 
+/// The scenes that multiply rounding: hashes by large factors, taken modulo one.
+const HASHING: &[&str] = &["voronoi_stones"];
+
 /// The relative error that constants in `f32` may cause.
 const MAX_ROUNDING_PER_SIZE: f64 = 1e-6;
 

@@ -1,7 +1,7 @@
 //! Steps that engines march by: within the ball of a step's length the sign stays.
 
 use super::subject::{Subject, right, subject_of};
-use super::{MAX_ROUNDING_PER_SIZE, Places, corpus, size_at};
+use super::{HASHING, MAX_ROUNDING_PER_SIZE, Places, corpus, size_at};
 use crate::oracle::{beyond, direction, norm, read, unit};
 use sdfc_trials::campaign::{Verdict, count, run};
 use sdfc_trials::random::Random;
@@ -88,6 +88,9 @@ fn steps_of_files_pass_no_surface() {
         let Some(subject) = Subject::new(&scene, root, &name) else {
             continue;
         };
+        if HASHING.contains(&name.as_str()) {
+            continue;
+        }
         if let Some(found) = refutation(&subject, 4) {
             wrong.push(format!("{name}: {found}"));
         }
