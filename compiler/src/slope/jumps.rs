@@ -20,11 +20,11 @@ pub(super) struct Jump {
 /// The places where a jump is, by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// Where it is a whole number, one of many.
+    /// The zeros of its fraction, one of many.
     Whole,
-    /// Where it is zero.
+    /// Its zeros.
     Zero,
-    /// Where it is zero and another one is negative: there angles begin again.
+    /// Its zeros at which another number is negative: there angles begin again.
     Turn(ExprId),
 }
 
@@ -33,7 +33,7 @@ pub(super) enum Place {
 pub(crate) enum Known {
     /// Those that hold in all of a region.
     Throughout,
-    /// Where a number has none, also those around each point.
+    /// The same, and for numbers without one those around each point.
     Locally,
 }
 

@@ -1,5 +1,5 @@
-//! How much a number that has no bound of its slope can change near a point: around the axis of an angle, beside a
-//! pole, where a root begins.
+//! Bounds of changes near a point, for numbers whose slope has no bound: around the axis of an angle, beside a pole,
+//! where a root begins.
 //!
 //! Within a distance `d`, it changes by at most `slope · d / (1 − growth · d)`. Sums, products and quotients of numbers of
 //! which this is known are bounded so again, and so is what the elementary functions make of them. All is written as
