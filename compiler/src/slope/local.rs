@@ -47,13 +47,17 @@ pub(super) fn local(
     held: Held,
     throughout: &mut Throughout,
 ) -> Option<Local> {
-    let mut writer = Writer {
-        e: expressions,
-        held,
-        throughout,
-        known: HashMap::new(),
-    };
-    writer.local(number)
+    Writer::new(expressions, held, throughout).local(number)
+}
+
+/// The same for a number that is known to have no bound throughout.
+pub(super) fn unbounded(
+    expressions: &mut Expressions,
+    number: ExprId,
+    held: Held,
+    throughout: &mut Throughout,
+) -> Option<Local> {
+    Writer::new(expressions, held, throughout).of_operation(number)
 }
 
 struct Writer<'a, 'b> {
@@ -63,7 +67,16 @@ struct Writer<'a, 'b> {
     known: HashMap<ExprId, Option<Local>>,
 }
 
-impl Writer<'_, '_> {
+impl<'a, 'b> Writer<'a, 'b> {
+    fn new(e: &'a mut Expressions, held: Held, throughout: &'a mut Throughout<'b>) -> Self {
+        Self {
+            e,
+            held,
+            throughout,
+            known: HashMap::new(),
+        }
+    }
+
     /// Recursion over operands.
     fn local(&mut self, number: ExprId) -> Option<Local> {
         if let Some(&known) = self.known.get(&number) {
@@ -171,11 +184,8 @@ impl Writer<'_, '_> {
 
     fn of_both(&mut self, a: ExprId, b: ExprId, op: Op) -> Option<Local> {
         let (a, b) = (self.local(a)?, self.local(b)?);
-        Some(Local {
-            slope: self.call(op, &[a.slope, b.slope]),
-            growth: self.of_two(Op::Max, a.growth, b.growth),
-            radius: self.of_two(Op::Min, a.radius, b.radius),
-        })
+        let slope = self.call(op, &[a.slope, b.slope]);
+        Some(self.within_both(slope, a, b))
     }
 
     /// One of two numbers, as long as the choice stays.
@@ -228,11 +238,8 @@ impl Writer<'_, '_> {
         let whole = self.call(Op::Div, &[away, b]);
         let whole = self.call(Op::Abs, &[whole]);
         let more = self.call(Op::Mul, &[whole, divisor.slope]);
-        Some(Local {
-            slope: self.call(Op::Add, &[divided.slope, more]),
-            growth: self.of_two(Op::Max, divided.growth, divisor.growth),
-            radius: self.of_two(Op::Min, divided.radius, divisor.radius),
-        })
+        let slope = self.call(Op::Add, &[divided.slope, more]);
+        Some(self.within_both(slope, divided, divisor))
     }
 
     fn of_product(&mut self, a: ExprId, b: ExprId) -> Option<Local> {
@@ -247,11 +254,10 @@ impl Writer<'_, '_> {
             Some(0.0) => None,
             _ => Some(self.call(Op::Div, &[both, slope])),
         };
-        let operands = self.of_two(Op::Max, first.growth, second.growth);
+        let operands = self.within_both(slope, first, second);
         Some(Local {
-            slope,
-            growth: self.of_two(Op::Add, operands, growth),
-            radius: self.of_two(Op::Min, first.radius, second.radius),
+            growth: self.of_two(Op::Add, operands.growth, growth),
+            ..operands
         })
     }
 
@@ -263,11 +269,11 @@ impl Writer<'_, '_> {
         let turned = self.call(Op::Mul, &[quotient, below.slope]);
         let sum = self.call(Op::Add, &[above.slope, turned]);
         let growth = self.call(Op::Div, &[below.slope, size]);
-        let operands = self.of_two(Op::Max, above.growth, below.growth);
+        let slope = self.call(Op::Div, &[sum, size]);
+        let operands = self.within_both(slope, above, below);
         Some(Local {
-            slope: self.call(Op::Div, &[sum, size]),
-            growth: self.of_two(Op::Add, operands, Some(growth)),
-            radius: self.of_two(Op::Min, above.radius, below.radius),
+            growth: self.of_two(Op::Add, operands.growth, Some(growth)),
+            ..operands
         })
     }
 
@@ -305,11 +311,10 @@ impl Writer<'_, '_> {
             let local = self.local(part)?;
             let square = self.call(Op::Mul, &[local.slope, local.slope]);
             all = Some(match all {
-                Some(all) => Local {
-                    slope: self.call(Op::Add, &[all.slope, square]),
-                    growth: self.of_two(Op::Max, all.growth, local.growth),
-                    radius: self.of_two(Op::Min, all.radius, local.radius),
-                },
+                Some(all) => {
+                    let sum = self.call(Op::Add, &[all.slope, square]);
+                    self.within_both(sum, all, local)
+                }
                 None => Local {
                     slope: square,
                     ..local
@@ -350,6 +355,15 @@ impl Writer<'_, '_> {
     fn plus(&mut self, a: ExprId, value: f64) -> ExprId {
         let value = self.e.constant(value);
         self.call(Op::Add, &[a, value])
+    }
+
+    /// A slope that holds where what is known of two numbers does.
+    fn within_both(&mut self, slope: ExprId, a: Local, b: Local) -> Local {
+        Local {
+            slope,
+            growth: self.of_two(Op::Max, a.growth, b.growth),
+            radius: self.of_two(Op::Min, a.radius, b.radius),
+        }
     }
 
     fn of_two(&mut self, op: Op, a: Option<ExprId>, b: Option<ExprId>) -> Option<ExprId> {

@@ -9,8 +9,8 @@
 
 use super::ends::ends;
 use super::held::Throughout;
-use super::jumps::{Jump, Known, Place, found, sided};
-use super::local::{Local, local};
+use super::jumps::{Jump, Known, Place, found, has_jumps, sided};
+use super::local::{Local, unbounded};
 use super::{Budget, Ranges, Search, bound, points};
 use crate::boxes::Held;
 use crate::expression::{ExprId, Expression, Expressions};
@@ -85,13 +85,15 @@ pub(crate) fn step(
         budget,
     };
     let number = sided(expressions, number, &throughout);
-    let slope = match (
-        throughout.slope(expressions, &[number], Held::Beside),
-        known,
-    ) {
+    // A number without jumps is known to have no bound.
+    let bound = match has_jumps(expressions, number) {
+        true => throughout.slope(expressions, &[number], Held::Beside),
+        false => None,
+    };
+    let slope = match (bound, known) {
         (Some(slope), _) => Local::everywhere(expressions, slope.max(1.0 / NOWHERE)),
         (None, Known::Throughout) => return None,
-        (None, Known::Locally) => local(expressions, number, Held::Beside, &mut throughout)?,
+        (None, Known::Locally) => unbounded(expressions, number, Held::Beside, &mut throughout)?,
     };
     if !are_numbers(expressions, &slope, tried, ranges) {
         return None;
