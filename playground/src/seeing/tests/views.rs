@@ -20,7 +20,7 @@ fn upright() -> Slice {
 fn stating(steep: &str) -> String {
     format!(
         "camera {{ from: [0, 0, 9], look: [0, 0, 0], fov: 30deg }}\n\
-         field(fn(p) => ({steep} + 1e-6 * sqrt(abs(p.x))) * (length(p.xz) - 1), lipschitz: 2)"
+         field(fn(p) => ({steep} + 1e-6 * pow(abs(p.x), 0.5)) * (length(p.xz) - 1), lipschitz: 2)"
     )
 }
 
