@@ -111,9 +111,9 @@ const STEADILY: f64 = 0.01;
 const BESIDE: f64 = 2.0;
 /// From how many on it is if the field falls to zero before it: four pixels.
 const WITHIN: f64 = 8.0;
-/// The largest way along a line through both sides of a change of sign to its root, in units of rounding.
-const AT_HAND: f64 = 0.5;
-/// The distance from a root at which the nearer side of a change of sign is looked at, in units of rounding.
+/// The largest way from the last look to the root, in units of the way that tells its side.
+const AT_HAND: f64 = 1.5;
+/// The distance from a root that tells its side, in units of rounding.
 const BOTH_SIDES: f64 = 2.0;
 /// How many secant steps are taken at most.
 pub const SECANT_STEPS: u32 = 24;
@@ -295,29 +295,46 @@ pub fn nearly_arrived<R: Real>(
     R::select(R::or(beside, falls_soon), lit(1.0), lit(0.0))
 }
 
-/// 1 if no further secant step would tell more than [`secant_guess`] does, else 0: the root on the line through
-/// both sides of a change of sign is at hand, or the field is the same on both. Of a field whose slopes
-/// are not known (`raw` is 1) both sides must be at hand: it may be far flatter on one of them.
+/// 1 if no further secant step would tell more than [`secant_guess`] does, else 0: the field was seen above zero
+/// as near before the root as rounding allows, or both sides are that near to each other, or the same. Of a
+/// field whose slopes are not known (`raw` is 1) both sides must be near: it may be far flatter on one of them.
 #[inline(always)]
 pub fn settled<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R, raw: R) -> R {
     let change = (field_other - field).abs().named("change");
     let width = (t - t_other).abs().named("width");
-    let off = (change * rounding * lit(AT_HAND)).less(field.abs() * width);
-    let wide = (rounding * lit(2.0 * BOTH_SIDES)).less(width * raw);
-    let is_open = R::and(R::or(off, wide), lit::<R>(0.0).less(change));
-    R::select(is_open, lit(0.0), lit(1.0))
+    let least = least_way::<R>(width, change, rounding, raw).named("least");
+    let at_hand = R::not((change * least * lit(AT_HAND)).less(field * width));
+    let known = R::or(raw.less(lit(0.5)), R::not((least * lit(2.0)).less(width)));
+    let seen = R::and(lit::<R>(0.0).less(field), R::and(at_hand, known));
+    let is_open = R::and(least.less(width), lit::<R>(0.0).less(change));
+    R::select(R::and(is_open, R::not(seen)), lit(0.0), lit(1.0))
 }
 
-/// The next place to look at between both sides of a change of sign: [`secant_guess`], but of a field whose
-/// slopes are not known (`raw` is 1) far enough from the last one to tell on which side of that the root is.
+/// The next place to look at between both sides of a change of sign. It lies before [`secant_guess`], far enough
+/// for the field to be above zero by more than rounding: where it is not, there is a root before that one. At the
+/// foot of a wall a line may lead through the wall, into the plate on which it stands.
 #[inline(always)]
 pub fn next_guess<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R, raw: R) -> R {
-    let guess = secant_guess::<R>(t, field, t_other, field_other).named("guess");
-    let least = (rounding * raw * lit(BOTH_SIDES)).named("least");
     let width = (t_other - t).named("width");
+    let change = (field_other - field).abs().named("change");
+    let least = least_way::<R>(width.abs(), change, rounding, raw).named("least");
+    let root = secant_guess::<R>(t, field, t_other, field_other).named("root");
+    let guess = (root - least).max(t.min(t_other)).named("guess");
     let short = (guess - t).abs().less(least);
     let share = (least / width.abs().max(lit(1e-30))).min(lit(0.5));
     R::select(short, t + width * share, guess)
+}
+
+/// The distance from a root at which the sign tells on which side it is: [`BOTH_SIDES`] along a ray whose field
+/// changes by `change` over `width`. Slopes of raw fields are not known there, and taken to be one.
+#[inline(always)]
+fn least_way<R: Real>(width: R, change: R, rounding: R, raw: R) -> R {
+    let over_slope = R::select(
+        lit::<R>(0.5).less(raw),
+        lit(1.0),
+        width / change.max(lit(1e-30)),
+    );
+    rounding * lit(BOTH_SIDES) * over_slope
 }
 
 /// Where a straight line through two values of the field, of which one is below zero, meets zero. It is never

@@ -61,31 +61,41 @@ impl Rays {
             (t_before, radius_before) = (next.t_before, next.radius_before);
             if next.arrived > 0.0 {
                 let ends = [(t, radius), (t_before, radius_before)];
-                return (root_between(&field, ends), n);
+                return (self.root_between(&field, ends), n);
             }
         }
         (t, steps)
     }
+
+    /// The root between two places of which one is inside, as engines look for it.
+    fn root_between(self, field: impl Fn(f32) -> f32, ends: [(f32, f32); 2]) -> f32 {
+        let [(mut t, mut value), (mut other, mut value_other)] = ends;
+        for _ in 0..marching::SECANT_STEPS {
+            let rounding = marching::rounding_at(t, self.rounding);
+            if marching::settled(t, value, other, value_other, rounding, self.raw) > 0.0 {
+                break;
+            }
+            let guess = marching::next_guess(t, value, other, value_other, rounding, self.raw);
+            let best = marching::secant_step(t, value, other, value_other, guess, field(guess));
+            (t, value, other, value_other) = (best.t, best.field, best.t_other, best.field_other);
+        }
+        marching::secant_guess(t, value, other, value_other)
+    }
+}
+
+/// The root between two places of which one is inside, where slopes are not known.
+fn between(field: impl Fn(f32) -> f32, ends: [(f32, f32); 2]) -> f32 {
+    let rays = Rays {
+        rounding: 2e-7,
+        raw: 1.0,
+        ..Rays::with_threshold(1e-3)
+    };
+    rays.root_between(field, ends)
 }
 
 /// Marches with usual numbers.
 fn march(field: impl Fn(f32) -> f32, threshold: f32, steps: usize) -> (f32, usize) {
     Rays::with_threshold(threshold).march(field, steps)
-}
-
-/// The root between two places of which one is inside, as engines look for it where slopes are not known.
-fn root_between(field: impl Fn(f32) -> f32, ends: [(f32, f32); 2]) -> f32 {
-    let [(mut t, mut value), (mut other, mut value_other)] = ends;
-    for _ in 0..marching::SECANT_STEPS {
-        let rounding = marching::rounding_at(t, 2e-7);
-        if marching::settled(t, value, other, value_other, rounding, 1.0) > 0.0 {
-            break;
-        }
-        let guess = marching::next_guess(t, value, other, value_other, rounding, 1.0);
-        let best = marching::secant_step(t, value, other, value_other, guess, field(guess));
-        (t, value, other, value_other) = (best.t, best.field, best.t_other, best.field_other);
-    }
-    marching::secant_guess(t, value, other, value_other)
 }
 
 #[test]
@@ -193,7 +203,7 @@ fn jumps_are_closed_in_on() {
     assert!(steps < 200, "{steps} steps");
     // And on: of two points with different signs, those between which it lies are kept.
     let ends = [2.300_5_f32, 2.299_5].map(|t| (t, jump(t)));
-    let t = root_between(jump, ends);
+    let t = between(jump, ends);
     assert!((t - 2.3).abs() < 3e-5, "{t}");
 }
 
@@ -201,12 +211,12 @@ fn jumps_are_closed_in_on() {
 fn secant_steps_find_the_root() {
     let field = |t: f32| 5.0 - (t * t + 1.0).sqrt();
     let root = 24.0_f32.sqrt();
-    let t = root_between(field, [5.0_f32, 4.0].map(|t| (t, field(t))));
+    let t = between(field, [5.0_f32, 4.0].map(|t| (t, field(t))));
     assert!((t - root).abs() < 1e-6, "{t} for {root}");
     // Inside of a fold the field may be so flat that a value there tells nothing.
     for flat in [1e-1, 1e-3, 1e-5] {
         let fold = |t: f32| (2.3 - t) * if t < 2.3 { 1.0 } else { flat };
-        let t = root_between(fold, [2.300_1_f32, 2.29].map(|t| (t, fold(t))));
+        let t = between(fold, [2.300_1_f32, 2.29].map(|t| (t, fold(t))));
         assert!(
             (t - 2.3).abs() < 3e-6,
             "{t} where it falls {flat} times as fast"
@@ -319,4 +329,36 @@ fn far_guesses_of_raw_fields_are_looked_at_halfway() {
     let wall = |t: f32| ((t - 2.95).abs() - 0.05) * 0.5;
     let (t, steps) = rays.march(|t| ground(t).min(wall(t)), 600);
     assert!((t - 2.9).abs() < 1e-4, "stopped at {t} after {steps}");
+}
+
+/// A wall stands on a plate, and its foot lies in the top of it: there the field is zero within the solid, too.
+#[test]
+fn rays_to_the_foot_of_a_wall_end_on_its_face() {
+    let mut numbers = Numbers(11);
+    for _ in 0..20_000 {
+        let (down, along) = (0.02 + 0.6 * numbers.next(), 0.3 + 0.6 * numbers.next());
+        let (face, height) = (60.0 + 40.0 * numbers.next(), 0.2 * numbers.next().powi(3));
+        let field = |t: f32| {
+            let (depth, above) = (along * (t - face), height - down * (t - face));
+            let wall = match (depth < 0.0, above < 0.0) {
+                (true, true) => depth.hypot(above),
+                (true, false) => -depth,
+                (false, true) => -above,
+                (false, false) => -depth.min(above),
+            };
+            wall.min(above)
+        };
+        let rays = Rays {
+            threshold: 0.03,
+            half_pixel: 0.12,
+            rounding: 2e-6,
+            ..Rays::with_threshold(0.0)
+        };
+        let (t, _) = rays.march(field, 400);
+        let least = (t - face).abs() * down.min(along);
+        assert!(
+            least < 4e-4,
+            "{t} for {face}, {height} above, {down} down, {along} along"
+        );
+    }
 }
