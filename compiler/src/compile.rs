@@ -11,6 +11,7 @@ use crate::passes::lod::Sight;
 use crate::passes::{Context, Done, PassOptions, optimize};
 use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
 use crate::schedule::schedule;
+use crate::seams::Seams;
 use crate::seen::size;
 use crate::slope::ShapeSlopes;
 use crate::subject::{outline, subject};
@@ -168,6 +169,7 @@ pub(crate) fn compile_with(
     };
     let (optimized, passes) = optimize(&graph, &context(Purpose::Distance), &options.passes);
     let (materials, fallback) = materials(&scene, root);
+    let is_seen = trail.is_none();
     let surface = match trail {
         Some(trail) => {
             let (graph, found) =
@@ -197,6 +199,20 @@ pub(crate) fn compile_with(
         }
         optimize(&graph, &context(purpose), &passes).0
     });
+    if is_seen {
+        let params = params_of(&scene);
+        diagnostics.extend(
+            Seams {
+                scene: &mut scene,
+                boxes: &mut boxes,
+                present: &mut present,
+                slopes: &mut slopes,
+                params: &params,
+                time: options.time,
+            }
+            .warnings(root),
+        );
+    }
     let is_framed = scene.cameras.iter().any(|camera| camera.automatic);
     let subject = subject.filter(|_| is_framed).map(|(subject, bounds)| {
         // Of the whole there is a graph, and what there is to say was said of it.

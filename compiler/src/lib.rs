@@ -23,6 +23,7 @@ pub mod raise;
 pub mod range;
 pub mod scene;
 pub mod schedule;
+mod seams;
 mod seen;
 mod shape_range;
 pub mod slope;

@@ -631,6 +631,18 @@ What lies behind the plane is left out.
     sphere(1).translate(-3, 0, 0).mirror(X)
     sphere(1).translate(-3, 0, 0).mirror(-X)";
 
+W0405 "a seam where parts touch" "\
+Where two parts touch, or overlap by a little, the field is near zero deep inside the solid. An inset, a shell or the
+fillet of a cutter takes that for the surface, and cuts along the seam, or puts a wall there. Parts that overlap by more
+than twice the width have no seam that shows; one shape of the same outline has none at all. Unions that are known to
+be flush are mended without a word.
+
+    let a = cylinder(r: 1, h: 1) | cone(r1: 1, r2: 0.5, h: 1).translate(0, 1, 0);
+    a.shell(0.2)
+
+    let a = polygon([[0, -0.5], [1, -0.5], [1, 0.5], [0.5, 1.5], [0, 1.5]]).revolve();
+    a.shell(0.2)";
+
 W0501 "a slope that cannot be bounded" "\
 A ray is safe on a field because the field changes no faster than the ray moves, after division by a
 bound on its slope. Near a pole (a division by something that reaches zero, a root at zero) there is
