@@ -19,6 +19,8 @@ use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashSet;
 
+/// The largest number of shapes that are tried in a scene.
+const MOST_SHAPES: usize = 64;
 /// The largest number of points that are tried in a shape.
 const MOST_POINTS: usize = 2048;
 /// The largest number of instructions that are run for the points of a shape.
@@ -44,7 +46,7 @@ enum Shown {
     Emptied,
 }
 
-/// What seams are looked for with.
+/// A search for seams in a scene.
 pub(crate) struct Seams<'a> {
     pub(crate) scene: &'a mut Scene,
     pub(crate) boxes: &'a mut Boxes,
@@ -62,14 +64,16 @@ impl Seams<'_> {
         let mut found = Vec::new();
         let mut seen = HashSet::from([root]);
         let mut open = vec![root];
-        while let Some(id) = open.pop() {
+        let mut left = MOST_SHAPES;
+        while let (Some(id), true) = (open.pop(), left > 0) {
             let kind = self.scene.shapes[id.0 as usize].kind.clone();
             open.extend(children(&kind).iter().filter(|&&child| seen.insert(child)));
             if let Some((child, shown)) = self.shown(&kind)
                 && may_have_seams(self.scene, child)
-                && let Some(place) = self.seam(id, child, &shown)
             {
-                found.push((self.scene.shapes[id.0 as usize].span, place));
+                left -= 1;
+                let span = self.scene.shapes[id.0 as usize].span;
+                found.extend(self.seam(id, child, &shown).map(|place| (span, place)));
             }
         }
         found.sort_by_key(|(span, _)| (span.start, span.end));
@@ -85,7 +89,7 @@ impl Seams<'_> {
             .primary(format!(
                 "a seam near {place}, in coordinates of these parts"
             ))
-            .help("let parts overlap by more than twice the width of the inset, wall or fillet")
+            .help("let parts overlap by twice the width of the inset, wall or fillet, or draw them as one shape")
         });
         warnings.collect()
     }
@@ -204,18 +208,17 @@ fn leads_to_seam(program: &Program, point: [f64; 3], gap: f64) -> bool {
     let (value, slope) = (here.value, here.gradient);
     let square = slope.x * slope.x + slope.y * slope.y + slope.z * slope.z;
     // What is no number leads nowhere.
-    if !(square > 1e-12) || !(value < -8.0 * gap) {
+    let is_known = square > 1e-12 && value < -8.0 * gap;
+    if !is_known {
         return false;
     }
     let step = [slope.x, slope.y, slope.z].map(|v| -v * value / square);
     let at =
         |share: f64| evaluate_f64(program, std::array::from_fn(|i| point[i] + step[i] * share));
     // Values rise to a seam as to a surface, and fall as fast behind it.
-    if !(at(2.0) < value * BEHIND) {
-        return false;
-    }
     let values = ALONG.map(at);
-    if values.iter().any(|&v| !(v <= gap)) {
+    let goes_on = at(2.0) < value * BEHIND;
+    if !goes_on || !values.iter().all(|&v| v <= gap) {
         return false;
     }
     let highest = (1..ALONG.len() - 1).max_by(|&a, &b| values[a].total_cmp(&values[b]));

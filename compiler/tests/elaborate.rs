@@ -12,6 +12,8 @@ mod errors;
 mod meaning;
 #[path = "elaborate/rules.rs"]
 mod rules;
+#[path = "elaborate/seams.rs"]
+mod seams;
 #[path = "elaborate/slopes.rs"]
 mod slopes;
 

@@ -632,10 +632,9 @@ What lies behind the plane is left out.
     sphere(1).translate(-3, 0, 0).mirror(-X)";
 
 W0405 "a seam where parts touch" "\
-Where two parts touch, or overlap by a little, the field is near zero deep inside the solid. An inset, a shell or the
-fillet of a cutter takes that for the surface, and cuts along the seam, or puts a wall there. Parts that overlap by more
-than twice the width have no seam that shows; one shape of the same outline has none at all. Unions that are known to
-be flush are mended without a word.
+Where two parts touch, the field is zero deep inside the solid. An inset, a shell or the fillet of a cutter takes that
+for the surface, and cuts along the seam, or puts a wall there. Parts that overlap by twice the width show no seam; one
+shape of the same outline has none at all. Unions that are known to be flush are mended without a word.
 
     let a = cylinder(r: 1, h: 1) | cone(r1: 1, r2: 0.5, h: 1).translate(0, 1, 0);
     a.shell(0.2)

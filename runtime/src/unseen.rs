@@ -1,7 +1,8 @@
 //! Why a picture shows less than its scene: nothing in view, a camera or a light within a solid.
 
-use crate::frame::{Lens, Mode, RenderSettings, Shadow, Source, Stats};
+use crate::frame::{Lens, Light, Mode, RenderSettings, Shadow, Source, Stats};
 use crate::settings::shown;
+use sdfc_shaders::marching;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::program::Module;
@@ -9,6 +10,9 @@ use sdfc_vm::vector::V3;
 
 /// The number of points of a scene that are asked.
 const POINTS: u32 = 8192;
+
+/// The light that makes less than the first step of grey, on a white surface.
+const FAINT: f64 = 1.5e-4;
 
 /// Tells what a picture that was drawn does not show, and why; nothing of most.
 pub fn notes(module: &Module, settings: &RenderSettings, stats: &Stats) -> Vec<String> {
@@ -35,19 +39,40 @@ pub fn notes(module: &Module, settings: &RenderSettings, stats: &Stats) -> Vec<S
     if seen == 0 && !is_within && stats.misses > 0 {
         notes.push(format!("nothing is seen: {}", reason(module, settings)));
     }
-    for light in &settings.lighting.lights {
-        if let (Source::Point(at), true) = (light.source, light.shadow != Shadow::None)
-            && !settings.plane
-            && field(module, at) < 0.0
-        {
-            notes.push(format!(
+    if !settings.plane && seen > 0 {
+        let lights = settings.lighting.lights.iter();
+        notes.extend(lights.filter_map(|light| lost(module, settings, light)));
+    }
+    notes
+}
+
+/// Tells why a lamp lights nothing, if that is so.
+fn lost(module: &Module, settings: &RenderSettings, light: &Light) -> Option<String> {
+    let Source::Point(at) = light.source else {
+        return None;
+    };
+    let apart = f64::from(field(module, at));
+    if apart < 0.0 {
+        return (light.shadow != Shadow::None).then(|| {
+            format!(
                 "the light at {} is inside a solid, which keeps all of its light: move it out, or give it \
                  `shadow: none`",
                 place(at)
-            ));
-        }
+            )
+        });
     }
-    notes
+    let brightest = light.color.into_iter().fold(0.0, f64::max);
+    let arriving = brightest * settings.exposure / (apart * apart);
+    let is_faint = settings.mode == Mode::Shaded && brightest > 0.0 && arriving < FAINT;
+    is_faint.then(|| {
+        format!(
+            "the light at {} is too faint to be seen: it falls off with the square of the distance, and the nearest \
+             surface is {} away. {} times its `intensity` is there what this is one unit away",
+            place(at),
+            short(apart),
+            short((apart * apart).round())
+        )
+    })
 }
 
 /// The field at a point, as engines find it.
@@ -74,6 +99,16 @@ fn reason(module: &Module, settings: &RenderSettings) -> String {
         );
     }
     let view = &settings.view;
+    let depth = rounded_off(bounds, view.from);
+    if f64::from(least) > -depth {
+        return format!(
+            "the deepest of {POINTS} points that were tried is {} inside of a surface, and coordinates as large as \
+             these are rounded by more: at least {} are wanted. Draw the scene nearer to the origin and to the \
+             camera, or make what is thin thicker",
+            short(f64::from(-least)),
+            short(depth)
+        );
+    }
     if settings.plane || !bounds.is_finite() {
         return format!(
             "no ray from {} towards {} meets a surface, and the field is below zero near {}",
@@ -124,6 +159,19 @@ fn reason(module: &Module, settings: &RenderSettings) -> String {
         place(view.look),
         place(centre)
     )
+}
+
+/// The depth that a solid needs to be told from rounding, seen from a place.
+fn rounded_off(bounds: &Bounds, from: [f64; 3]) -> f64 {
+    let [middle, reach] = [bounds.centre(), from.map(f64::abs)];
+    let largest = middle
+        .into_iter()
+        .map(f64::abs)
+        .chain(reach)
+        .fold(0.0, f64::max);
+    let apart: f64 = (0..3).map(|i| (middle[i] - from[i]).powi(2)).sum();
+    let rounding = marching::rounding_at(apart.sqrt(), marching::ROUNDING * largest);
+    marching::noise(rounding, 1.0, 0.0)
 }
 
 /// The least value of the field at points spread over what is seen, and where it is.

@@ -80,7 +80,7 @@ functions! {
     tap_distance = normals::tap_distance(p, half_pixel, spread);
     facing = normals::facing(gradient, direction, side);
     bumped = normals::bumped(normal, bump);
-    lift = normals::lift(p, half_pixel, rounding);
+    lift = normals::lift(p, half_pixel, rounding, sharp);
     outside = normals::outside(rounding);
     inside = normals::inside(rounding);
     is_doubtful = normals::is_doubtful(value, slope, rounding);
@@ -93,6 +93,8 @@ functions! {
     claim_outcome = claim::outcome(at, gradient, round, phase, value, field, offset, next, limit);
     claim_repeated = claim::repeated(field);
     claim_surface = claim::surface(offset, next, value, field);
+    shadow_shortest = shadow::shortest(half_pixel, above);
+    shadow_begin = shadow::begin(shortest, sharp);
     shadow_leave = shadow::leave(origin, direction, low, high, reach, size);
     shadow_limit = shadow::limit(t, size);
     shadow_moved = shadow::moved(way, gradient, direction, t, leave, value, round, moves);

@@ -156,12 +156,18 @@ pub fn bumped<R: Real>(normal: R::Vec3, bump: R::Vec3) -> R::Vec3 {
     (normal - tilt).normalize()
 }
 
-/// How far from a surface the rays that leave it start, along the normal: far enough that the
-/// field there is certainly positive.
+/// The height above a surface from which rays leave it, in halves of a pixel.
+const LIFT: f64 = 0.25;
+/// The same of rays for sharp shadows, which are shorter by what this height hides of a low light.
+const SHARP_LIFT: f64 = 0.0625;
+
+/// The height above a surface from which rays leave it, along the normal: enough for the field there to be above zero
+/// for certain. `sharp` is 1 for sharp shadows, else 0.
 #[inline(always)]
-pub fn lift<R: Real>(p: R::Vec3, half_pixel: R, rounding: R) -> R {
+pub fn lift<R: Real>(p: R::Vec3, half_pixel: R, rounding: R, sharp: R) -> R {
     let largest = p.abs().max_component();
-    (half_pixel * lit(0.25))
+    let share = R::select(lit::<R>(0.5).less(sharp), lit(SHARP_LIFT), lit(LIFT));
+    (half_pixel * share)
         .max(rounding * lit(4.0))
         .max(largest * lit(4e-6))
 }

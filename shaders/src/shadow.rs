@@ -33,6 +33,25 @@ pub fn hurry<R: Real>(count: R) -> R {
     early.max(marching::hurry(count, LAST_STEPS))
 }
 
+/// The length of a shadow ray's shortest steps before it hurries, in halves of a pixel.
+const SHORTEST: f64 = 0.0625;
+/// The place of the first look of a ray for sharp shadows, in shortest steps. It begins nearer to the surface than
+/// others, and would take more steps to leave it.
+const SHARP_BEGIN: f64 = 4.0;
+
+/// The length of a shadow ray's shortest steps before it hurries. `above` is the height of its start over the surface
+/// ([`lift`](crate::normals::lift)).
+#[inline(always)]
+pub fn shortest<R: Real>(half_pixel: R, above: R) -> R {
+    (half_pixel * lit(SHORTEST)).max(above * lit(0.25))
+}
+
+/// The place on a shadow ray of its first look; `sharp` is 1 for sharp shadows, else 0.
+#[inline(always)]
+pub fn begin<R: Real>(shortest: R, sharp: R) -> R {
+    shortest * R::select(lit::<R>(0.5).less(sharp), lit(SHARP_BEGIN), lit(1.0))
+}
+
 /// The visibility by the point before where that tells nothing.
 pub const NO_LAST: f32 = 1e30;
 

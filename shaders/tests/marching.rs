@@ -222,6 +222,15 @@ fn secant_steps_find_the_root() {
             "{t} where it falls {flat} times as fast"
         );
     }
+    // Before a surface it may be as flat, and almost zero far from it.
+    for flat in [1e-1, 1e-3, 1e-5] {
+        let fold = |t: f32| (2.3 - t) * if t < 2.3 { flat } else { 1.0 };
+        let t = between(fold, [2.31_f32, 2.29].map(|t| (t, fold(t))));
+        assert!(
+            (t - 2.3).abs() < 3e-6,
+            "{t} where it is {flat} times as steep before"
+        );
+    }
     // Whatever the values, it stays between the two places.
     for (field, other) in [
         (0.25, 0.25),

@@ -68,7 +68,11 @@ fn has_seams(scene: &Scene, id: ShapeId) -> bool {
     let kind = &scene.shapes[id.0 as usize].kind;
     let joins = matches!(
         kind,
-        ShapeKind::Combine { op: Op::Union, .. } | ShapeKind::Domain { op: Op::Mirror, .. }
+        ShapeKind::Combine { op: Op::Union, .. }
+            | ShapeKind::Domain {
+                op: Op::Mirror | Op::Revolve,
+                ..
+            }
     );
     joins || children(kind).iter().any(|&child| has_seams(scene, child))
 }

@@ -89,7 +89,10 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         }
         let half = camera::half_pixel(seen.t, f.footprint, f.footprint_growth);
         let rounding = marching::rounding_at(seen.t, f.rounding);
-        let above = normals::lift::<f32>(p, half, rounding);
+        let sharp = if FORM == HARD { 1.0 } else { 0.0 };
+        let above = normals::lift::<f32>(p, half, rounding, sharp);
+        let least = shadow::shortest::<f32>(half, above);
+        let begin = shadow::begin::<f32>(least, sharp);
         let start = camera::along::<f32>(p, normal, above);
         // From where the ray starts, so that it ends at the lamp and not beside it.
         let to_place = place - start * light.near;
@@ -116,10 +119,10 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         b.before.0[lane] = 0.0;
         b.step.0[lane] = 0.0;
         b.fall.0[lane] = 0.0;
-        b.t.0[lane] = above * 0.25;
+        b.t.0[lane] = begin;
         b.visibility.0[lane] = 1.0;
         b.steps.0[lane] = 0.0;
-        b.least.0[lane] = above * 0.25;
+        b.least.0[lane] = least;
         b.side.0[lane] = side;
         b.rounding.0[lane] = rounding;
         if soft(FORM) {
@@ -135,7 +138,7 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
             b.size.0[lane] = self.light.size;
             b.number.0[lane] = 0.0;
             b.best.0[lane] = -1.0;
-            b.cleared.0[lane] = above * 0.25;
+            b.cleared.0[lane] = begin;
             b.begun.0[lane] = 0.0;
         }
         true

@@ -2,7 +2,7 @@
 
 use super::analytic::{Analytic, Formula, constant};
 use super::{Ground, lamp, picture, ray, settings};
-use sdfc_runtime::frame::{Light, Lighting, Occlusion, RenderSettings, Shadow, Source, View};
+use sdfc_runtime::frame::{Lens, Light, Lighting, Occlusion, RenderSettings, Shadow, Source, View};
 use sdfc_vm::real::{Real, Vector3, lit};
 
 #[test]
@@ -150,5 +150,51 @@ fn shadows_fall_where_the_light_is_hidden() {
             }
         }
         assert!(dark > 30 && bright > 500, "{dark} dark, {bright} bright");
+    }
+}
+
+/// A step on the ground, from x = 0 on.
+struct Step(f64);
+
+impl Formula for Step {
+    fn distance<R: Real>(&self, p: R::Vec3) -> R {
+        let wall = (-p.x()).max(p.y() - R::constant(self.0));
+        p.y().min(wall)
+    }
+}
+
+/// A low light shortens shadows by no more than two pixels.
+#[test]
+fn low_lights_cast_shadows_of_the_right_length() {
+    let (height, side) = (0.01_f64, 2.0);
+    for degrees in [1.0_f64, 2.0, 5.0, 20.0] {
+        let rise = degrees.to_radians().tan();
+        let settings = RenderSettings {
+            size: [240, 160],
+            view: View {
+                from: [-0.6, 5.0, 0.0],
+                look: [-0.6, 0.0, 0.0],
+                up: [0.0, 0.0, -1.0],
+                lens: Lens::Orthographic(side),
+            },
+            lighting: Lighting {
+                lights: vec![Light {
+                    source: Source::Directional([1.0, rise, 0.0]),
+                    color: [1e3; 3],
+                    shadow: Shadow::Hard,
+                }],
+                ambient: 0.0,
+                ..settings().lighting
+            },
+            ..settings()
+        };
+        let frame = picture(&Analytic(Step(height)), &settings);
+        let row = &frame.color[80 * 240..81 * 240];
+        let dark = row.iter().filter(|color| color[0] < 0.1).count() as f64;
+        let expected = height / rise / side * 160.0;
+        assert!(
+            (dark - expected).abs() <= 2.0,
+            "{degrees} degrees: {dark} pixels are dark, {expected:.1} should be"
+        );
     }
 }

@@ -37,22 +37,24 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let normal = normals[item.index].xyz;
     let half = half_pixel(seen.t, frame.footprint, frame.footprint_growth);
     let rounding = rounding_at(seen.t, frame.rounding);
-    let above = lift(p, half, rounding);
+    let sharp = select(0.0, 1.0, light.shadow == SHADOW_HARD);
+    let above = lift(p, half, rounding, sharp);
     let start = along(p, normal, above);
     // From where the ray starts, so that it ends at the lamp and not beside it.
     let to_place = light.place - start * light.near;
     let axis = unit(to_place);
     let reach = select(frame.far, min(frame.far, length3(to_place)), light.near > 0.0);
-    let least = above * 0.25;
+    let least = shadow_shortest(half, above);
+    let begin = shadow_begin(least, sharp);
     let side = select(1.0, -1.0, (seen.status & FROM_INSIDE) != 0u);
     var ray: ShadowRay;
-    ray.t = least;
+    ray.t = begin;
     ray.visibility = 1.0;
     ray.last = 1.0;
     ray.claim_t = NO_CLAIM;
     ray.size = light.size;
     ray.best = -1.0;
-    ray.cleared = least;
+    ray.cleared = begin;
     if listed > 0u {
         ray = shadows[slot];
     } else if (seen.status & SHOWN) == 0u || light.shadow == SHADOW_NONE {

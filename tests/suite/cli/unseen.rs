@@ -56,6 +56,21 @@ const SCENES: &[(&str, &str, &str)] = &[
         "nothing is seen: the field is nowhere below zero",
     ),
     (
+        "a lamp above a floor in millimetres",
+        "scene { units: mm, up: z }\n\
+         camera { from: [3000, -4000, 2000], look: [0, 0, 0], fov: 40deg }\n\
+         light lamp { at: [0, 0, 2000], intensity: 4 }\n\
+         box(4000, 4000, 20)",
+        "is too faint to be seen: it falls off with the square of the distance",
+    ),
+    (
+        "a sheet far from the origin",
+        "scene { units: mm, up: z }\n\
+         camera { from: [1001500, -3500, 1700], look: [1000000, 0, 850], fov: 35deg }\n\
+         box(800, 0.5, 1800).translate(1000000, 0, 900)",
+        "coordinates as large as these are rounded by more",
+    ),
+    (
         "a field that only touches zero",
         "field(fn(p) => dot(p, p), within: 3)",
         "such as `.offset(0.01)`",

@@ -5,6 +5,7 @@ use crate::fixture::{Point, Random, cases, constants, gradient, is_math, length,
 use sdfc_vm::apply::{Applied, apply};
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::interval::{FloatInterval, Interval};
+use sdfc_vm::real::Real;
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 
@@ -73,6 +74,24 @@ fn intervals_hold_every_value_of_their_box() {
                     case.name()
                 );
             }
+        }
+    }
+}
+
+/// Boxes across the negative x axis hold angles on both sides of the jump there.
+#[test]
+fn intervals_of_angles_hold_every_value_around_the_cut() {
+    let mut random = Random::new(71);
+    for _ in 0..2000 {
+        let [y, x, _] = random_box(&mut random);
+        let all = Real::atan2(y, x);
+        for _ in 0..6 {
+            let (b, a) = (within(&mut random, y), within(&mut random, x));
+            let v = b.atan2(a);
+            assert!(
+                all.lo - 1e-12 <= v && v <= all.hi + 1e-12,
+                "{v} at {b}, {a} outside {all:?} of {y:?}, {x:?}"
+            );
         }
     }
 }
