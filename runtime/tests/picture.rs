@@ -2,6 +2,8 @@
 
 #[path = "picture/analytic.rs"]
 mod analytic;
+#[path = "picture/divided.rs"]
+mod divided;
 #[path = "picture/light.rs"]
 mod light;
 

@@ -16,6 +16,10 @@ pub(crate) trait Formula: Sync {
     fn surface(&self, _p: [f32; 3], _normal: [f32; 3]) -> Option<Surface> {
         None
     }
+    /// Tells that the length of the gradient is not known.
+    fn is_raw(&self) -> bool {
+        false
+    }
     /// The box around the solid.
     fn bounds(&self) -> Bounds {
         Bounds::EVERYTHING
@@ -31,7 +35,7 @@ impl<F: Formula> Field for Analytic<F> {
     fn facts(&self) -> FieldFacts {
         let uniform = self.0.surface([0.0; 3], [0.0, 1.0, 0.0]).is_none();
         FieldFacts {
-            raw: false,
+            raw: self.0.is_raw(),
             bounds: self.0.bounds(),
             material: uniform.then_some(CLAY),
         }
