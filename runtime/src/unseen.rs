@@ -1,4 +1,5 @@
-//! Why a picture shows less than its scene: nothing in view, a camera or a light within a solid.
+//! Reasons for a picture that shows less than its scene: nothing in view, a camera or a light within a solid, a lamp that
+//! is too faint.
 
 use crate::frame::{Lens, Light, Mode, RenderSettings, Shadow, Source, Stats};
 use crate::settings::shown;
@@ -39,7 +40,7 @@ pub fn notes(module: &Module, settings: &RenderSettings, stats: &Stats) -> Vec<S
     if seen == 0 && !is_within && stats.misses > 0 {
         notes.push(format!("nothing is seen: {}", reason(module, settings)));
     }
-    if !settings.plane && seen > 0 {
+    if !settings.plane {
         let lights = settings.lighting.lights.iter();
         notes.extend(lights.filter_map(|light| lost(module, settings, light)));
     }
@@ -99,8 +100,8 @@ fn reason(module: &Module, settings: &RenderSettings) -> String {
         );
     }
     let view = &settings.view;
-    let depth = rounded_off(bounds, view.from);
-    if f64::from(least) > -depth {
+    let depth = rounded_off(at, view.from);
+    if !settings.plane && f64::from(least) > -depth {
         return format!(
             "the deepest of {POINTS} points that were tried is {} inside of a surface, and coordinates as large as \
              these are rounded by more: at least {} are wanted. Draw the scene nearer to the origin and to the \
@@ -161,15 +162,11 @@ fn reason(module: &Module, settings: &RenderSettings) -> String {
     )
 }
 
-/// The depth that a solid needs to be told from rounding, seen from a place.
-fn rounded_off(bounds: &Bounds, from: [f64; 3]) -> f64 {
-    let [middle, reach] = [bounds.centre(), from.map(f64::abs)];
-    let largest = middle
-        .into_iter()
-        .map(f64::abs)
-        .chain(reach)
-        .fold(0.0, f64::max);
-    let apart: f64 = (0..3).map(|i| (middle[i] - from[i]).powi(2)).sum();
+/// The depth that a solid at a place needs to be told from rounding, seen from another one.
+fn rounded_off(at: [f64; 3], from: [f64; 3]) -> f64 {
+    let largest = at.into_iter().chain(from);
+    let largest = largest.map(f64::abs).fold(0.0, f64::max);
+    let apart: f64 = (0..3).map(|i| (at[i] - from[i]).powi(2)).sum();
     let rounding = marching::rounding_at(apart.sqrt(), marching::ROUNDING * largest);
     marching::noise(rounding, 1.0, 0.0)
 }

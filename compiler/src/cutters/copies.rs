@@ -73,10 +73,6 @@ impl Region {
                     }
                 },
                 Step::Revolve(offset) => {
-                    // Nobody looks at the other side of the axis.
-                    if *offset == 0.0 {
-                        regions.retain_mut(|region| region.is_mirrored(&[1.0, 0.0, 0.0]));
-                    }
                     for region in &mut regions {
                         region.become_ring(*offset);
                     }

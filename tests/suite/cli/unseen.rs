@@ -64,6 +64,11 @@ const SCENES: &[(&str, &str, &str)] = &[
         "is too faint to be seen: it falls off with the square of the distance",
     ),
     (
+        "a floor that the camera looks away from",
+        "camera { from: [0, 2, 0], look: [0, 5, 1] }\nplane(Y)",
+        "meets a surface, and the field is below zero near",
+    ),
+    (
         "a sheet far from the origin",
         "scene { units: mm, up: z }\n\
          camera { from: [1001500, -3500, 1700], look: [1000000, 0, 850], fov: 35deg }\n\
