@@ -1,4 +1,4 @@
-//! Makes the parser from `src/grammar.lalrpop`.
+//! Generates the parser from `src/grammar.lalrpop`.
 
 fn main() {
     println!("cargo:rerun-if-changed=src/grammar.lalrpop");

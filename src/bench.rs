@@ -1,44 +1,44 @@
-//! Speed against error: scenes drawn with many settings of the march, on each engine, timed, and
-//! compared with the truth that `sdfc_runtime::reference` proves.
+//! Speed against error: scenes drawn with many settings of the march, on each engine, timed, and compared
+//! with the truth that `sdfc_runtime::reference` proves.
 //!
-//! [`study`] measures a scene, [`Report`] holds what was measured of several, and [`html`] and
-//! [`markdown`] show it. One knob is turned at a time, from the scene's own settings, and a few
-//! combinations beside ([`knobs`]). Errors are of one picture and the same on every machine that
-//! computes alike; times are medians, of pictures that are each seen from a slightly different place,
-//! so that nothing is kept from one to the next.
+//! [`measure_scene`](scene_report::measure_scene) measures a scene, [`BenchReport`] holds the measurements of
+//! several, and [`html`] and [`markdown`] format it. One setting is changed at a time, relative to the
+//! scene's own, plus a few combinations ([`variants`]). Errors are of one picture and the same on every
+//! machine with the same arithmetic. Times are medians of pictures, each from a slightly different camera, so
+//! that no results are reused between them.
 
 mod chart;
-mod front;
 pub(crate) mod html;
-pub(crate) mod knobs;
 mod machine;
 pub(crate) mod markdown;
 mod measure;
-pub(crate) mod study;
+mod pareto;
+pub(crate) mod scene_report;
 mod suite;
 mod table;
 pub(crate) mod tolerance;
+pub(crate) mod variants;
 
+use scene_report::SceneReport;
 use serde::Serialize;
-use study::SceneReport;
 use suite::Suite;
 
-/// What was measured, of what, on what.
+/// Measurements, with their command and machine.
 #[derive(Debug, Serialize)]
-pub(crate) struct Report {
-    /// The command that makes it again.
+pub(crate) struct BenchReport {
+    /// The command that reproduces it.
     pub(crate) command: String,
-    /// The version of sdfc.
+    /// Version of sdfc.
     pub(crate) version: &'static str,
     /// The day in UTC, year first.
     pub(crate) date: String,
     /// The processor and its cores.
     pub(crate) machine: String,
-    /// What each engine ran on.
-    pub(crate) devices: Vec<Device>,
-    /// How many pictures a time is the median of, at most.
+    /// The device of each engine.
+    pub(crate) devices: Vec<EngineDevice>,
+    /// Maximum number of pictures in the median of a time.
     pub(crate) rounds: usize,
-    /// The error that settings were to keep, in pixels, if one was asked for.
+    /// The requested error of settings, in pixels.
     pub(crate) tolerance: Option<f64>,
     /// Each scene.
     pub(crate) scenes: Vec<SceneReport>,
@@ -46,21 +46,21 @@ pub(crate) struct Report {
     pub(crate) suite: Suite,
 }
 
-/// An engine and what it ran on.
+/// An engine and its device.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Device {
-    /// Its name.
+pub(crate) struct EngineDevice {
+    /// Name of the engine.
     pub(crate) engine: &'static str,
-    /// What it ran on, for people.
+    /// Description of the device, for people.
     pub(crate) device: String,
 }
 
-impl Report {
-    /// Of these scenes, made now on this machine by this command.
-    pub(crate) fn of(
+impl BenchReport {
+    /// Returns the report of scenes measured now, on this machine, by this command.
+    pub(crate) fn new(
         command: String,
-        devices: Vec<Device>,
-        options: &study::Options,
+        devices: Vec<EngineDevice>,
+        options: &scene_report::MeasureOptions,
         scenes: Vec<SceneReport>,
     ) -> Self {
         Self {
@@ -71,7 +71,7 @@ impl Report {
             devices,
             rounds: options.rounds,
             tolerance: options.tolerance,
-            suite: Suite::of(&scenes),
+            suite: Suite::from_scenes(&scenes),
             scenes,
         }
     }

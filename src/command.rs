@@ -1,5 +1,5 @@
-//! The subcommands, one file each: this list is what the parser, the help and the dispatch are made
-//! of. A subcommand is its arguments and a function from them to its work.
+//! The subcommands, one file each: this list defines the parser, the help and the dispatch. A subcommand is
+//! its arguments and a function that runs it.
 
 mod bench;
 mod check;
@@ -21,7 +21,7 @@ use crate::failure::Failure;
 use crate::terminal::Terminal;
 use clap::Subcommand;
 
-/// What can be done.
+/// The subcommands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Render(render::Arguments),
@@ -42,8 +42,8 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// Whether it has to run where the program begins: desktops open windows only there.
-    pub(crate) fn wants_first_thread(&self) -> bool {
+    /// Reports whether it must run on the main thread: desktops open windows only there.
+    pub(crate) fn needs_main_thread(&self) -> bool {
         #[cfg(feature = "window")]
         if matches!(self, Self::Play(_)) {
             return true;
@@ -51,7 +51,7 @@ impl Command {
         false
     }
 
-    /// Does it.
+    /// Runs the subcommand.
     pub(crate) fn run(self, terminal: &Terminal) -> Result<(), Failure> {
         match self {
             Self::Render(arguments) => render::run(&arguments, terminal),

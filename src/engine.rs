@@ -1,13 +1,13 @@
-//! Which engine runs a scene, and what its failures mean.
+//! The engine that runs a scene, and the meaning of its failures.
 
 use crate::failure::Failure;
-use crate::scene::Opened;
+use crate::scene::OpenedScene;
 use sdfc_runtime::engine::{self, Engine, EngineError, EngineKind};
 use sdfc_runtime::gpu::Arithmetic;
 
-/// The engine that is asked for.
+/// The requested engine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Choice {
+pub(crate) enum EngineArg {
     /// A hardware GPU if there is one, else the CPU.
     #[default]
     Auto,
@@ -21,16 +21,16 @@ pub(crate) enum Choice {
     Reference,
 }
 
-/// What engines may do to arithmetic.
+/// Flags for the arithmetic of engines.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
-pub(crate) struct Tier {
+pub(crate) struct ArithmeticArgs {
     /// Do all arithmetic as it is written: the same bits on every engine and device. Without Vulkan a
     /// GPU takes longer for it.
     #[arg(long)]
     strict: bool,
 }
 
-impl Tier {
+impl ArithmeticArgs {
     pub(crate) fn arithmetic(self) -> Arithmetic {
         if self.strict {
             Arithmetic::Strict
@@ -40,31 +40,37 @@ impl Tier {
     }
 }
 
-/// Opens the engine that is asked for.
-pub(crate) fn chosen(choice: Choice, tier: Tier) -> Result<Box<dyn Engine>, Failure> {
+/// Opens the requested engine.
+pub(crate) fn open_choice(
+    choice: EngineArg,
+    arithmetic: ArithmeticArgs,
+) -> Result<Box<dyn Engine>, Failure> {
     match choice {
-        Choice::Auto => Ok(engine::open_auto_with(tier.arithmetic())),
-        Choice::Cpu => open(EngineKind::Cpu, tier),
-        Choice::Interp => open(EngineKind::Interp, tier),
-        Choice::Wgsl => open(EngineKind::Wgsl, tier),
-        Choice::Reference => open(EngineKind::Reference, tier),
+        EngineArg::Auto => Ok(engine::open_auto_with(arithmetic.arithmetic())),
+        EngineArg::Cpu => open(EngineKind::Cpu, arithmetic),
+        EngineArg::Interp => open(EngineKind::Interp, arithmetic),
+        EngineArg::Wgsl => open(EngineKind::Wgsl, arithmetic),
+        EngineArg::Reference => open(EngineKind::Reference, arithmetic),
     }
 }
 
-/// Gives a scene to an engine.
-pub(crate) fn load(engine: &mut dyn Engine, scene: &Opened) -> Result<(), Failure> {
+/// Loads a scene into an engine.
+pub(crate) fn load(engine: &mut dyn Engine, scene: &OpenedScene) -> Result<(), Failure> {
     let loaded = match engine.kind() {
         EngineKind::Wgsl => scene.loaded(),
         EngineKind::Cpu | EngineKind::Interp | EngineKind::Reference => {
-            scene.loaded_without_source()
+            scene.loaded_scene_without_source()
         }
     };
-    engine.load(&loaded).map_err(failed)
+    engine.load(&loaded).map_err(to_failure)
 }
 
 /// Opens an engine.
-pub(crate) fn open(kind: EngineKind, tier: Tier) -> Result<Box<dyn Engine>, Failure> {
-    engine::open_with(kind, tier.arithmetic()).map_err(|error| match failed(error) {
+pub(crate) fn open(
+    kind: EngineKind,
+    arithmetic: ArithmeticArgs,
+) -> Result<Box<dyn Engine>, Failure> {
+    engine::open_with(kind, arithmetic.arithmetic()).map_err(|error| match to_failure(error) {
         Failure::Environment(problem) => Failure::Environment(format!(
             "engine {kind} cannot be opened: {problem}\nengine cpu needs none"
         )),
@@ -72,14 +78,14 @@ pub(crate) fn open(kind: EngineKind, tier: Tier) -> Result<Box<dyn Engine>, Fail
     })
 }
 
-/// What an engine's failure is to the user: the device's fault, or the scene's.
-pub(crate) fn failed(error: EngineError) -> Failure {
+/// Classifies an engine's failure: the device's fault, or the scene's.
+pub(crate) fn to_failure(error: EngineError) -> Failure {
     match error {
         EngineError::Gpu(_) => Failure::Environment(error.to_string()),
         EngineError::TooLong { .. }
         | EngineError::Stopped
         | EngineError::NothingLoaded
-        | EngineError::AnotherScene => Failure::Input(error.to_string()),
+        | EngineError::SceneMismatch => Failure::Input(error.to_string()),
     }
 }
 
@@ -102,7 +108,7 @@ mod tests {
                 after: std::time::Duration::from_secs(1),
             },
         ] {
-            assert_eq!(failed(error.into()).code(), ENVIRONMENT);
+            assert_eq!(to_failure(error.into()).code(), ENVIRONMENT);
         }
         let long = EngineError::TooLong {
             kind: EngineKind::Interp,
@@ -110,6 +116,6 @@ mod tests {
             need: 2,
             allowed: 1,
         };
-        assert_eq!(failed(long).code(), INPUT);
+        assert_eq!(to_failure(long).code(), INPUT);
     }
 }

@@ -1,9 +1,8 @@
-//! Scenes of any number of primitives, to see how cost grows with it: what `sdfc gen` writes.
+//! Scenes of any number of primitives, to see how cost grows with it: the output of `sdfc gen`.
 //!
-//! A family of scenes ([`Family`]) fills the same part of the picture whatever the number is: there
-//! are more primitives, and they are smaller. Every primitive stands in the text with its own
-//! numbers, as a scene that somebody modelled would have it, so that parsing, compiling and editing
-//! can be measured too. The same options give the same text.
+//! A family of scenes ([`Family`]) fills the same part of the picture for any number of primitives: more of
+//! them are smaller. Every primitive is in the text with its own numbers, as in a modelled scene, so that
+//! parsing, compiling and editing can be measured, too. The same options give the same text.
 
 mod boxes;
 mod city;
@@ -14,7 +13,7 @@ mod spheres;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-/// What a scene is made of.
+/// Family of generated scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Family {
     /// Balls that fill a ball.
@@ -27,21 +26,20 @@ pub(crate) enum Family {
     Molecule,
 }
 
-/// How a scene is generated.
+/// Options of a generated scene.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Options {
-    /// How many primitives it has, besides the ground they stand over; at least one.
+pub(crate) struct GenerateOptions {
+    /// Number of primitives besides the ground below them; at least one.
     pub(crate) count: u32,
-    /// Another seed is another scene of the same family.
+    /// Seed: another one gives another scene of the same family.
     pub(crate) seed: u64,
-    /// How thick the smooth union of neighbours is, as a share of a primitive's size; 0 for a hard
-    /// union.
+    /// Thickness of the smooth union of neighbours, as a fraction of a primitive's size; 0 for a hard union.
     pub(crate) blend: f64,
 }
 
-/// What a family says of a scene.
+/// The parts of a scene of a family.
 struct Draft {
-    /// Camera, lights, sky and the floor's material.
+    /// Camera, lights, sky and the material of the floor.
     settings: &'static str,
     /// The functions that primitives may call: each begins with `fn`, its name and `(`.
     functions: &'static [&'static str],
@@ -49,22 +47,22 @@ struct Draft {
     palette: &'static [(&'static str, &'static str)],
     /// The primitives.
     primitives: Vec<Primitive>,
-    /// How large a primitive is.
+    /// Typical size of a primitive.
     size: f64,
     /// The ground.
     ground: String,
 }
 
-/// A primitive in its place.
+/// A positioned primitive.
 struct Primitive {
-    /// Which of the palette's materials it has.
+    /// Index of its material in the palette.
     material: usize,
-    /// The expression.
+    /// Its expression.
     text: String,
 }
 
-/// The text of a scene.
-pub(crate) fn scene(family: Family, options: &Options) -> String {
+/// Returns the text of a scene.
+pub(crate) fn scene(family: Family, options: &GenerateOptions) -> String {
     let draft = match family {
         Family::Spheres => spheres::draft(options),
         Family::Boxes => boxes::draft(options),
@@ -83,31 +81,31 @@ pub(crate) fn scene(family: Family, options: &Options) -> String {
         true => format!(", smooth: {}", number(thickness, thickness)),
         false => String::new(),
     };
-    let all: Vec<String> = groups
+    let unions: Vec<String> = groups
         .iter()
         .map(|name| format!("union({name}_parts{smooth}).material({name})"))
         .collect();
-    let shape = match all.as_slice() {
-        [only] => only.clone(),
+    let shape = match unions.as_slice() {
+        [union] => union.clone(),
         several => format!("union([{}]{smooth})", several.join(", ")),
     };
     let _ = write!(text, "\n{shape} | {}.material(floor)\n", draft.ground);
     text
 }
 
-/// How to make this scene again.
-fn title(family: Family, options: &Options) -> String {
+/// Returns the command that generates this scene.
+fn title(family: Family, options: &GenerateOptions) -> String {
     let name = match family {
         Family::Spheres => "spheres",
         Family::Boxes => "boxes",
         Family::City => "city",
         Family::Molecule => "molecule",
     };
-    let Options { count, seed, blend } = options;
+    let GenerateOptions { count, seed, blend } = options;
     format!("sdfc gen {name} --count {count} --seed {seed} --blend {blend}")
 }
 
-/// The functions in use.
+/// Returns the used functions.
 fn functions(draft: &Draft) -> impl Iterator<Item = &'static str> {
     draft.functions.iter().copied().filter(|function| {
         let call = function.trim_start_matches("fn ");
@@ -117,7 +115,7 @@ fn functions(draft: &Draft) -> impl Iterator<Item = &'static str> {
     })
 }
 
-/// Writes the materials in use, and the primitives of each as a list; gives their names.
+/// Writes the used materials, and the primitives of each as a list; returns their names.
 fn groups(draft: &Draft, text: &mut String) -> Vec<&'static str> {
     let mut used = Vec::new();
     for (index, (name, color)) in draft.palette.iter().enumerate() {
@@ -137,17 +135,17 @@ fn groups(draft: &Draft, text: &mut String) -> Vec<&'static str> {
     used
 }
 
-/// The distance between neighbours where so many primitives fill a volume evenly.
+/// Returns the distance between neighbours if `count` primitives fill a volume evenly.
 fn spacing(volume: f64, count: u32) -> f64 {
     (volume / f64::from(count)).cbrt()
 }
 
-/// The volume of a ball.
-fn ball(radius: f64) -> f64 {
+/// Returns the volume of a sphere.
+fn sphere_volume(radius: f64) -> f64 {
     4.0 / 3.0 * PI * radius.powi(3)
 }
 
-/// A number with as many digits as can be seen of something of this size.
+/// Formats a number with the digits that are visible at this size.
 fn number(value: f64, size: f64) -> String {
     let digits = (2.5 - size.log10()).ceil().clamp(2.0, 12.0) as usize;
     let text = format!("{value:.digits$}");

@@ -1,5 +1,5 @@
-//! `sdfc`, the command line: it reads the arguments, hands them to the subcommand, and turns what
-//! comes back into messages and an exit code. All that it knows of scenes it asks of the crates.
+//! `sdfc`, the command line: it parses the arguments, runs the subcommand, and converts its result to
+//! messages and an exit code. Everything about scenes is in the other crates.
 
 mod bench;
 mod command;
@@ -18,7 +18,7 @@ use command::Command;
 use sdfc_playground::files::disk::reason;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
-use terminal::{Colour, Terminal};
+use terminal::{ColorChoice, Terminal};
 
 /// SDF scenes compiled to bytecode and WGSL, rendered on CPU and GPU.
 #[derive(Debug, Parser)]
@@ -31,24 +31,24 @@ use terminal::{Colour, Terminal};
 struct Cli {
     /// When messages are coloured.
     #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t)]
-    color: Colour,
+    color: ColorChoice,
     #[command(subcommand)]
     command: Command,
 }
 
-/// The stack of the thread that works: trees of syntax and of expressions are walked by recursion,
-/// to a depth that the compiler bounds.
+/// Stack size of the worker thread: trees of syntax and of expressions are walked by recursion, to a depth
+/// that the compiler bounds.
 const STACK_BYTES: usize = 256 << 20;
 
-/// The exit code of a panic, as Rust's own.
-const BUG: u8 = 101;
+/// Exit code of a panic, the same as Rust's own.
+const PANIC_EXIT_CODE: u8 = 101;
 
 fn main() -> ExitCode {
-    quieten_drivers();
+    silence_driver_messages();
     let cli = Cli::parse();
     let terminal = Arc::new(Terminal::new(cli.color));
-    keep_panics();
-    let first_thread = cli.command.wants_first_thread();
+    record_panics();
+    let on_main_thread = cli.command.needs_main_thread();
     let work = {
         let terminal = Arc::clone(&terminal);
         move || match cli.command.run(&terminal) {
@@ -56,7 +56,7 @@ fn main() -> ExitCode {
             Err(failure) => failure.report(&terminal),
         }
     };
-    if first_thread {
+    if on_main_thread {
         return work();
     }
     let worker = match std::thread::Builder::new()
@@ -70,39 +70,39 @@ fn main() -> ExitCode {
         }
     };
     worker.join().unwrap_or_else(|_| {
-        terminal.error(&bug());
-        ExitCode::from(BUG)
+        terminal.error(&bug_message());
+        ExitCode::from(PANIC_EXIT_CODE)
     })
 }
 
-/// Mesa's device selection complains on stderr where it finds no desktop; this switches it off.
-fn quieten_drivers() {
+/// Switches off Mesa's device selection, which complains on stderr without a desktop.
+fn silence_driver_messages() {
     if std::env::var_os("NODEVICE_SELECT").is_none() {
         // SAFETY: no other thread exists yet, so nothing reads the environment meanwhile.
         unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
     }
 }
 
-/// The last panic's message and place.
-static PANIC: Mutex<Option<String>> = Mutex::new(None);
+/// Message and location of the last panic.
+static LAST_PANIC: Mutex<Option<String>> = Mutex::new(None);
 
-/// Keeps what a panic says until it is known whether someone catches it, as the layer above the
-/// GPU drivers does.
-fn keep_panics() {
+/// Records the message of a panic until it is known whether someone catches it, as the layer above the GPU
+/// drivers does.
+fn record_panics() {
     std::panic::set_hook(Box::new(|panic| {
-        let said = panic.payload_as_str().unwrap_or("no message");
-        let place = panic
+        let message = panic.payload_as_str().unwrap_or("no message");
+        let location = panic
             .location()
-            .map(|place| format!(" at {place}"))
+            .map(|location| format!(" at {location}"))
             .unwrap_or_default();
-        if let Ok(mut last) = PANIC.lock() {
-            *last = Some(format!("{said}{place}"));
+        if let Ok(mut last) = LAST_PANIC.lock() {
+            *last = Some(format!("{message}{location}"));
         }
     }));
 }
 
-fn bug() -> String {
-    let last = PANIC
+fn bug_message() -> String {
+    let last = LAST_PANIC
         .lock()
         .ok()
         .and_then(|mut last| last.take())

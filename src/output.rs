@@ -1,17 +1,17 @@
-//! Where results go: standard output, or a file that is there as a whole or not at all.
+//! Output of results: standard output, or a file that is written completely or not at all.
 
 use crate::failure::Failure;
 use sdfc_playground::files::disk;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::Path;
 
-/// Writes to standard output. A reader that has gone away is [`Failure::Closed`].
+/// Writes to standard output. A reader that has closed it is [`Failure::Closed`].
 pub(crate) fn print(bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
-    let written = stdout
+    let result = stdout
         .write_all(bytes.as_ref())
         .and_then(|()| stdout.flush());
-    written.map_err(|error| match error.kind() {
+    result.map_err(|error| match error.kind() {
         ErrorKind::BrokenPipe => Failure::Closed,
         _ => Failure::unwritable(Path::new("standard output"), &error),
     })
@@ -25,10 +25,10 @@ pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
     print(text)
 }
 
-/// Writes to a file, or to standard output if there is none (or it is `-`). Bytes that are not text
-/// are not written to a terminal.
-pub(crate) fn deliver(to: Option<&Path>, bytes: &[u8], is_text: bool) -> Result<(), Failure> {
-    match to {
+/// Writes to a file, or to standard output without one (or with `-`). Binary data is not written to a
+/// terminal.
+pub(crate) fn deliver(path: Option<&Path>, bytes: &[u8], is_text: bool) -> Result<(), Failure> {
+    match path {
         Some(path) if path != Path::new("-") => write(path, bytes),
         _ if !is_text && io::stdout().is_terminal() => Err(Failure::Input(
             "this is not text: give a file with `-o FILE`, or send it into a pipe".to_owned(),
@@ -37,8 +37,7 @@ pub(crate) fn deliver(to: Option<&Path>, bytes: &[u8], is_text: bool) -> Result<
     }
 }
 
-/// Whether a file could be written, as far as that can be known before it is; for work that takes
-/// long and should not be for nothing.
+/// Checks that a file can be written, as far as possible in advance; for long work that must not be in vain.
 pub(crate) fn check(path: &Path) -> Result<(), Failure> {
     if path == Path::new("-") {
         return Ok(());
@@ -46,7 +45,7 @@ pub(crate) fn check(path: &Path) -> Result<(), Failure> {
     disk::check(path).map_err(|error| Failure::unwritable(path, &error))
 }
 
-/// Writes a file, as a whole or not at all.
+/// Writes a file, completely or not at all.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     disk::write(path, bytes).map_err(|error| Failure::unwritable(path, &error))
 }

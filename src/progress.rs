@@ -1,87 +1,91 @@
-//! How far long work has come, on stderr: nothing for what takes less than a blink, one changing
-//! line on a terminal, and elsewhere, where it was asked for, a line for each tenth.
+//! Progress of long work, on stderr: nothing for work shorter than a blink, one changing line on a terminal,
+//! and elsewhere, on request, a line for each tenth.
 
 use crate::terminal::Terminal;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Work that takes less is not commented on.
-const PATIENCE: Duration = Duration::from_millis(300);
-/// The shortest time between two changes of a terminal's line.
-const TICK: Duration = Duration::from_millis(100);
-/// How many characters the bar has.
-const WIDTH: usize = 30;
+/// Duration of work up to which no progress is shown.
+const SILENT_DURATION: Duration = Duration::from_millis(300);
+/// Minimum time between two changes of the line on a terminal.
+const MIN_REFRESH_INTERVAL: Duration = Duration::from_millis(100);
+/// Width of the bar, in characters.
+const BAR_WIDTH: usize = 30;
 
-/// The progress of one piece of work; its line is cleared at the end.
+/// Progress of one piece of work; its line is cleared at the end.
 pub(crate) struct Progress<'a> {
     terminal: &'a Terminal,
-    what: String,
-    form: Form,
+    label: String,
+    form: ProgressForm,
     started: Instant,
-    shown: Mutex<Shown>,
+    shown: Mutex<LastShown>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Form {
+enum ProgressForm {
     Silent,
     Bar,
     Lines,
 }
 
-/// What was last shown, and when.
+/// The last shown progress, and its time.
 #[derive(Default)]
-struct Shown {
+struct LastShown {
     at: Option<Instant>,
     tenths: u32,
 }
 
 impl<'a> Progress<'a> {
-    /// The work `what` begins. It is shown on a terminal, and elsewhere if it `must`.
-    pub(crate) fn new(terminal: &'a Terminal, what: String, must: bool) -> Self {
-        let form = match (terminal.is_interactive(), must) {
-            (true, _) => Form::Bar,
-            (false, true) => Form::Lines,
-            (false, false) => Form::Silent,
+    /// Begins the progress of work with this label. It is shown on a terminal, and elsewhere if
+    /// `is_requested`.
+    pub(crate) fn new(terminal: &'a Terminal, label: String, is_requested: bool) -> Self {
+        let form = match (terminal.is_interactive(), is_requested) {
+            (true, _) => ProgressForm::Bar,
+            (false, true) => ProgressForm::Lines,
+            (false, false) => ProgressForm::Silent,
         };
         Self {
             terminal,
-            what,
+            label,
             form,
             started: Instant::now(),
             shown: Mutex::default(),
         }
     }
 
-    /// This share of the work is done; any thread may say so.
-    pub(crate) fn is_at(&self, share: f32) {
-        if self.form == Form::Silent || self.started.elapsed() < PATIENCE {
+    /// Shows the finished fraction of the work; callable from any thread.
+    pub(crate) fn update(&self, fraction: f32) {
+        if self.form == ProgressForm::Silent || self.started.elapsed() < SILENT_DURATION {
             return;
         }
-        let share = share.clamp(0.0, 1.0);
-        // A thread that finds another one writing has nothing to add.
+        let fraction = fraction.clamp(0.0, 1.0);
+        // While another thread writes, the update is dropped.
         let Ok(mut shown) = self.shown.try_lock() else {
             return;
         };
         match self.form {
-            Form::Silent => {}
-            Form::Bar => {
-                if shown.at.is_some_and(|at| at.elapsed() < TICK) {
+            ProgressForm::Silent => {}
+            ProgressForm::Bar => {
+                if shown
+                    .at
+                    .is_some_and(|at| at.elapsed() < MIN_REFRESH_INTERVAL)
+                {
                     return;
                 }
-                let full = (share * WIDTH as f32) as usize;
-                let (full, empty) = ("█".repeat(full), "░".repeat(WIDTH - full));
-                let percent = share * 100.0;
+                let full = (fraction * BAR_WIDTH as f32) as usize;
+                let (full, empty) = ("█".repeat(full), "░".repeat(BAR_WIDTH - full));
+                let percent = fraction * 100.0;
                 self.terminal
-                    .write(&format!("\r{} {full}{empty} {percent:3.0} %", self.what));
+                    .write(&format!("\r{} {full}{empty} {percent:3.0} %", self.label));
             }
-            Form::Lines => {
-                let tenths = (share * 10.0) as u32;
+            ProgressForm::Lines => {
+                let tenths = (fraction * 10.0) as u32;
                 if tenths <= shown.tenths {
                     return;
                 }
                 shown.tenths = tenths;
                 self.terminal
-                    .write(&format!("{}: {} %\n", self.what, tenths * 10));
+                    .write(&format!("{}: {} %\n", self.label, tenths * 10));
             }
         }
         shown.at = Some(Instant::now());
@@ -91,7 +95,7 @@ impl<'a> Progress<'a> {
 impl Drop for Progress<'_> {
     fn drop(&mut self) {
         let shown = self.shown.get_mut().is_ok_and(|shown| shown.at.is_some());
-        if shown && self.form == Form::Bar {
+        if shown && self.form == ProgressForm::Bar {
             self.terminal.write("\r\x1b[K");
         }
     }

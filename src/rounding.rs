@@ -1,53 +1,56 @@
-//! What there is to say about how far single precision is off in a scene.
+//! Reports of the error of single precision in a scene.
 
-use crate::scene::Opened;
-use sdfc_runtime::frame::RenderSettings;
-use sdfc_runtime::rounding::{AFAR, Rounding, Worst, rounding, seen};
+use crate::scene::OpenedScene;
+use sdfc_runtime::render::RenderSettings;
+use sdfc_runtime::rounding::{ErrorBound, FAR_DISTANCE, Rounding, rounding, visible_error};
 use sdfc_runtime::settings::{Overrides, resolve};
 use serde_json::{Value, json};
 
-/// From how many pixels on an error is worth a warning.
-const VISIBLE: f64 = 1.0;
-/// The number of pixels from which on an error says nothing about its size.
-const SENSELESS: f64 = 1e6;
+/// Error in pixels above which there is a warning.
+const MIN_VISIBLE_PIXELS: f64 = 1.0;
+/// Error in pixels above which its size is meaningless.
+const MAX_MEANINGFUL_PIXELS: f64 = 1e6;
 
-/// How far off a scene is by rounding; `None` where its settings make no picture.
-pub(crate) fn of(opened: &Opened) -> Option<Rounding> {
+/// Returns the rounding error of a scene; `None` where its settings make no picture.
+pub(crate) fn for_scene(opened: &OpenedScene) -> Option<Rounding> {
     let settings = resolve(opened.module(), &opened.outputs, &Overrides::default()).ok()?;
     Some(rounding(opened.module(), &opened.outputs, &settings))
 }
 
-/// The facts for people, a line each.
-pub(crate) fn lines(rounding: &Rounding) -> Vec<String> {
-    let within = rounding.within.map(|worst| {
+/// Returns the facts for people, a line each.
+pub(crate) fn report_lines(rounding: &Rounding) -> Vec<String> {
+    let in_bounds = rounding.in_bounds.map(|worst| {
         let error = largest(&worst, |error| format!("{error:.1e}"));
         format!("{error} within the bounds")
     });
-    let afar = rounding.afar.is_finite().then_some(rounding.afar);
-    let afar = afar.map(|error| format!("{error:.1e} at {AFAR:e} from the origin"));
-    let field: Vec<_> = within.into_iter().chain(afar).collect();
-    let field = (!field.is_empty()).then(|| field.join(", "));
-    let seen = rounding.seen.map(|worst| {
+    let far_error = rounding.far.is_finite().then_some(rounding.far);
+    let far_error =
+        far_error.map(|error| format!("{error:.1e} at {FAR_DISTANCE:e} from the origin"));
+    let field_errors: Vec<_> = in_bounds.into_iter().chain(far_error).collect();
+    let field_errors = (!field_errors.is_empty()).then(|| field_errors.join(", "));
+    let in_picture = rounding.visible.map(|worst| {
         let error = largest(&worst, |error| format!("{} pixels", pixels(error)));
         format!("{error} in the picture")
     });
-    field.into_iter().chain(seen).collect()
+    field_errors.into_iter().chain(in_picture).collect()
 }
 
-/// The largest error as it is known: `at most` where the bound over boxes is settled, and `about` what was
-/// found at points where it is not, as beside seams, on whose two sides a box has different fields. Of long
-/// programs too few boxes are looked at for a point to be found.
-fn largest(worst: &Worst, text: impl Fn(f64) -> String) -> String {
-    if !worst.at_most.is_finite() && worst.found == 0.0 {
+/// Formats the largest error.
+///
+/// It is `at most` a bound over boxes where that is settled. Elsewhere it is `about` the error found at
+/// points, as beside discontinuities, on whose two sides a box has different fields. Few boxes of long
+/// programs are evaluated, so that no point may be found.
+fn largest(worst: &ErrorBound, format_error: impl Fn(f64) -> String) -> String {
+    if !worst.upper_bound.is_finite() && worst.largest_found == 0.0 {
         "not known".to_owned()
-    } else if worst.is_settled() || worst.found == 0.0 {
-        format!("at most {}", text(worst.at_most))
+    } else if worst.is_settled() || worst.largest_found == 0.0 {
+        format!("at most {}", format_error(worst.upper_bound))
     } else {
-        format!("about {}", text(worst.found))
+        format!("about {}", format_error(worst.largest_found))
     }
 }
 
-/// A number of pixels with two digits.
+/// Formats a number of pixels with two digits.
 fn pixels(number: f64) -> String {
     match number {
         number if number < 0.01 => format!("{number:.1e}"),
@@ -57,19 +60,19 @@ fn pixels(number: f64) -> String {
     }
 }
 
-/// That rounding can be seen, and what to do about it.
+/// Returns a warning that rounding is visible, with advice.
 pub(crate) fn warning(rounding: &Rounding) -> Option<String> {
-    told(rounding.seen)
+    visible_error_warning(rounding.visible)
 }
 
-/// The same for a picture of these settings.
-pub(crate) fn warning_in(opened: &Opened, settings: &RenderSettings) -> Option<String> {
-    told(seen(opened.module(), &opened.outputs, settings))
+/// Returns that warning for a picture with these settings.
+pub(crate) fn warning_in(opened: &OpenedScene, settings: &RenderSettings) -> Option<String> {
+    visible_error_warning(visible_error(opened.module(), &opened.outputs, settings))
 }
 
-fn told(seen: Option<Worst>) -> Option<String> {
-    let worst = seen.filter(|worst| worst.found > VISIBLE)?;
-    if worst.is_beyond {
+fn visible_error_warning(error: Option<ErrorBound>) -> Option<String> {
+    let worst = error.filter(|worst| worst.largest_found > MIN_VISIBLE_PIXELS)?;
+    if worst.is_unbounded {
         return Some(
             "the field has values beyond all numbers of f32, as high powers have, and surfaces may be \
              drawn where there are none: stop its iterations sooner, or take a logarithm of what they \
@@ -77,7 +80,7 @@ fn told(seen: Option<Worst>) -> Option<String> {
                 .to_owned(),
         );
     }
-    if worst.found > SENSELESS {
+    if worst.largest_found > MAX_MEANINGFUL_PIXELS {
         return Some(
             "rounding decides what is seen: the camera touches a surface. Move the camera away from \
              there"
@@ -87,20 +90,22 @@ fn told(seen: Option<Worst>) -> Option<String> {
     Some(format!(
         "rounding may move what is seen by {} pixels: f32 has 7 digits, so move the scene and the \
          camera nearer to the origin, or make all of it larger but for its distance from there",
-        pixels(worst.found)
+        pixels(worst.largest_found)
     ))
 }
 
-/// The facts as JSON, which has no infinity: what is not known is null.
+/// Returns the facts as JSON, which has no infinity: unknown numbers are null.
 pub(crate) fn as_json(rounding: &Rounding) -> Value {
     let number = |v: f64| if v.is_finite() { json!(v) } else { Value::Null };
-    let worst = |worst: Option<Worst>| match worst {
-        Some(worst) => json!({ "at_most": number(worst.at_most), "found": number(worst.found) }),
+    let worst = |worst: Option<ErrorBound>| match worst {
+        Some(worst) => {
+            json!({ "at_most": number(worst.upper_bound), "found": number(worst.largest_found) })
+        }
         None => Value::Null,
     };
     json!({
-        "within": worst(rounding.within),
-        "afar": { "distance": AFAR, "error": number(rounding.afar) },
-        "pixels": worst(rounding.seen),
+        "within": worst(rounding.in_bounds),
+        "afar": { "distance": FAR_DISTANCE, "error": number(rounding.far) },
+        "pixels": worst(rounding.visible),
     })
 }

@@ -1,23 +1,23 @@
 //! Scenes from their files, compiled: `.sdf` text, `.sdfb` bytecode, or the clauses of a `.vm` file.
 //!
-//! What stands here is the way from a path and flags to what engines run, the same for all
-//! subcommands: [`read`] tells the kinds of files apart, [`compile()`] has the compiler make programs
-//! of them and collect what there is to say, and [`open()`] is both, told to the user.
+//! This module converts a path and flags to input of the engines, the same for all subcommands: [`read`]
+//! distinguishes the kinds of files, [`compile()`] compiles programs and collects diagnostics, and [`open()`]
+//! does both and reports them to the user.
 
-pub(crate) mod detail;
+pub(crate) mod lod;
 
 use crate::failure::{Failure, INPUT};
 use crate::input;
 use crate::terminal::Terminal;
 use clap::builder::PossibleValuesParser;
-pub(crate) use detail::Detail;
+pub(crate) use lod::LodArgs;
 use sdfc_compiler::compile::GeneratedSource;
-use sdfc_compiler::open::{self, Content, Outcome, Request};
-use sdfc_compiler::passes::lod::Sight;
+use sdfc_compiler::open::{self, OpenResult, Request, SceneFile};
+use sdfc_compiler::passes::lod::LodTarget;
 use sdfc_compiler::passes::{PASSES, PassOptions};
 use sdfc_compiler::scene::Scene;
 use sdfc_playground::files::{Disk, Folder};
-use sdfc_runtime::engine::{Engine, Loaded};
+use sdfc_runtime::engine::{Engine, SceneInput};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
 use std::cell::OnceCell;
@@ -26,9 +26,9 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// How a scene becomes a program: the flags that all subcommands share that take one.
+/// Flags for compiling a scene: shared by all subcommands that take one.
 #[derive(Clone, Debug, Default, clap::Args)]
-pub(crate) struct Build {
+pub(crate) struct BuildArgs {
     /// Give a param another value, written as in a scene: -p goo=0.4 -p 'tint=#ff8800'.
     #[arg(short, value_name = "NAME=VALUE")]
     pub(crate) params: Vec<String>,
@@ -46,69 +46,69 @@ pub(crate) struct Build {
     #[arg(long, value_name = "PASS",
         value_parser = PossibleValuesParser::new(PASSES.map(|pass| pass.name)))]
     pub(crate) no_pass: Vec<String>,
-    /// Whether what is to run it gains nothing from guards.
+    /// True if the engine does not benefit from guards.
     #[arg(skip)]
-    unguarded: bool,
-    /// Who looks, where detail that is too small to be seen is left out; see [`Detail`].
+    without_guards: bool,
+    /// Camera and tolerance, where invisible detail is omitted; see [`LodArgs`].
     #[arg(skip)]
-    sight: Option<Sight>,
-    /// The files that scenes imported, or wanted to.
+    lod_target: Option<LodTarget>,
+    /// Files that scenes imported, or tried to.
     #[arg(skip)]
     imported: Arc<Mutex<BTreeSet<PathBuf>>>,
 }
 
-impl Build {
-    /// The params' names and values.
+impl BuildArgs {
+    /// Returns the params' names and values.
     fn overrides(&self) -> Result<Vec<(String, String)>, Failure> {
-        let split = |given: &String| match given.split_once('=') {
+        let split = |argument: &String| match argument.split_once('=') {
             Some((name, value)) => Ok((name.trim().to_owned(), value.trim().to_owned())),
             None => Err(Failure::Input(format!(
-                "`-p {given}` has no value: write `-p {given}=VALUE`"
+                "`-p {argument}` has no value: write `-p {argument}=VALUE`"
             ))),
         };
         self.params.iter().map(split).collect()
     }
 
-    /// The same for an engine.
+    /// Returns these flags for an engine.
     pub(crate) fn for_engine(&self, engine: &dyn Engine) -> Self {
         Self {
-            unguarded: !engine.heeds_guards(),
+            without_guards: !engine.benefits_from_guards(),
             ..self.clone()
         }
     }
 
-    /// The files that scenes imported, or wanted to.
+    /// Returns the files that scenes imported, or tried to.
     pub(crate) fn imported(&self) -> MutexGuard<'_, BTreeSet<PathBuf>> {
         self.imported.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Has `work` done with what it asks for.
+    /// Runs `work` with the request of these flags.
     fn request<T>(
         &self,
         path: &Path,
         work: impl FnOnce(&Request<'_>) -> Result<T, String>,
     ) -> Result<T, Failure> {
-        let folder = Folder::of(&Disk, path);
+        let folder = Folder::new(&Disk, path);
         let request = Request {
             path,
             overrides: self.overrides()?,
             time: self.at,
             part: self.part.clone(),
             passes: PassOptions {
-                none: self.level == 0,
-                without: self.no_pass.clone(),
+                disable_all: self.level == 0,
+                disabled: self.no_pass.clone(),
             },
-            guards: !self.unguarded,
-            sight: self.sight,
+            emit_guards: !self.without_guards,
+            lod_target: self.lod_target,
             loader: &folder,
         };
-        let made = work(&request).map_err(Failure::Input);
-        self.imported().append(&mut folder.asked());
-        made
+        let result = work(&request).map_err(Failure::Input);
+        self.imported().append(&mut folder.requested_files());
+        result
     }
 }
 
-/// A time with or without its unit.
+/// Parses a time with or without its unit.
 fn seconds(text: &str) -> Result<f64, String> {
     let (number, unit) = match (text.strip_suffix("ms"), text.strip_suffix('s')) {
         (Some(number), _) => (number, 1e-3),
@@ -124,47 +124,47 @@ fn seconds(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "write a time such as 1.5s or 200ms".into())
 }
 
-/// Reads a file and tells what it holds.
-pub(crate) fn read(path: &Path) -> Result<Content, Failure> {
-    Content::of(path, input::bytes(path)?).map_err(Failure::Input)
+/// Reads a file and detects its kind.
+pub(crate) fn read(path: &Path) -> Result<SceneFile, Failure> {
+    SceneFile::from_bytes(path, input::bytes(path)?).map_err(Failure::Input)
 }
 
-/// What came of a scene's file, with its generated source once something has asked for it.
-pub(crate) struct Opened {
-    scene: open::Opened,
+/// A compiled scene file, with its generated source once that is used.
+pub(crate) struct OpenedScene {
+    scene: open::CompiledScene,
     generated: OnceCell<GeneratedSource>,
 }
 
-impl Deref for Opened {
-    type Target = open::Opened;
-    fn deref(&self) -> &open::Opened {
+impl Deref for OpenedScene {
+    type Target = open::CompiledScene;
+    fn deref(&self) -> &open::CompiledScene {
         &self.scene
     }
 }
 
-impl Opened {
-    /// The programs.
+impl OpenedScene {
+    /// Returns the programs.
     pub(crate) fn module(&self) -> &Module {
         &self.scene.compiled.module
     }
 
-    /// The scene as all engines take it.
-    pub(crate) fn loaded(&self) -> Loaded<'_> {
+    /// Returns the scene as input of all engines.
+    pub(crate) fn loaded(&self) -> SceneInput<'_> {
         let generated = self
             .generated
             .get_or_init(|| self.scene.compiled.generated());
-        Loaded {
+        SceneInput {
             generated: SceneSource {
                 text: &generated.text,
                 calls: &generated.calls,
             },
-            ..self.loaded_without_source()
+            ..self.loaded_scene_without_source()
         }
     }
 
-    /// The scene as an engine takes it that reads no generated source.
-    pub(crate) fn loaded_without_source(&self) -> Loaded<'_> {
-        Loaded {
+    /// Returns the scene as input of an engine that reads no generated source.
+    pub(crate) fn loaded_scene_without_source(&self) -> SceneInput<'_> {
+        SceneInput {
             module: self.module(),
             outputs: &self.scene.outputs,
             generated: SceneSource::default(),
@@ -172,51 +172,62 @@ impl Opened {
     }
 }
 
-/// Tells the user what was found, and gives the result if there is one.
-pub(crate) fn told<T>(outcome: Outcome<T>, terminal: &Terminal) -> Result<T, Failure> {
-    terminal.diagnostics(&outcome.found, &outcome.sources);
-    made(outcome)
+/// Reports the diagnostics to the user, and returns the result if there is one.
+pub(crate) fn report_and_unwrap<T>(
+    outcome: OpenResult<T>,
+    terminal: &Terminal,
+) -> Result<T, Failure> {
+    terminal.diagnostics(&outcome.diagnostics, &outcome.sources);
+    unwrap_reported(outcome)
 }
 
-/// The result if there is one, where the user has been told already.
-pub(crate) fn made<T>(outcome: Outcome<T>) -> Result<T, Failure> {
-    outcome.made.ok_or(Failure::Told(INPUT))
+/// Returns the result if there is one, after its diagnostics were reported.
+pub(crate) fn unwrap_reported<T>(outcome: OpenResult<T>) -> Result<T, Failure> {
+    outcome.value.ok_or(Failure::AlreadyReported(INPUT))
 }
 
-/// The scene that a text means.
+/// Returns the scene that a text defines.
 pub(crate) fn elaborated(
     path: &Path,
     text: String,
-    build: &Build,
-) -> Result<Outcome<Scene>, Failure> {
-    build.request(path, |request| Ok(open::elaborated(text, request)))
+    build: &BuildArgs,
+) -> Result<OpenResult<Scene>, Failure> {
+    build.request(path, |request| Ok(open::elaborate_text(text, request)))
 }
 
-/// The scene that clauses mean.
-pub(crate) fn clauses(path: &Path, text: String, build: &Build) -> Result<Outcome<Scene>, Failure> {
-    build.request(path, |request| open::clauses(text, request))
+/// Returns the scene that clauses define.
+pub(crate) fn clauses(
+    path: &Path,
+    text: String,
+    build: &BuildArgs,
+) -> Result<OpenResult<Scene>, Failure> {
+    build.request(path, |request| open::elaborate_clauses(text, request))
 }
 
-/// Compiles what a file holds.
+/// Compiles the content of a file.
 pub(crate) fn compile(
     path: &Path,
-    content: Content,
-    build: &Build,
-) -> Result<Outcome<Opened>, Failure> {
+    content: SceneFile,
+    build: &BuildArgs,
+) -> Result<OpenResult<OpenedScene>, Failure> {
     let outcome = build.request(path, |request| open::open(content, request))?;
-    Ok(Outcome {
+    Ok(OpenResult {
         sources: outcome.sources,
-        found: outcome.found,
-        made: outcome.made.map(|scene| Opened {
+        diagnostics: outcome.diagnostics,
+        value: outcome.value.map(|scene| OpenedScene {
             scene,
             generated: OnceCell::new(),
         }),
     })
 }
 
-/// Reads and compiles a file, and tells the user what there is to say about it.
-pub(crate) fn open(path: &Path, build: &Build, terminal: &Terminal) -> Result<Opened, Failure> {
-    let opened = told(compile(path, read(path)?, build)?, terminal)?;
+/// Reads and compiles a file, and reports its diagnostics to the user.
+pub(crate) fn open(
+    path: &Path,
+    build: &BuildArgs,
+    terminal: &Terminal,
+) -> Result<OpenedScene, Failure> {
+    let opened = report_and_unwrap(compile(path, read(path)?, build)?, terminal)?;
     for line in &opened.printed {
         terminal.note(line);
     }

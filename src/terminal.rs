@@ -1,5 +1,5 @@
-//! What is said on stderr: diagnostics, errors, warnings and notes, in colour where that helps.
-//! Nothing here fails: where stderr is closed there is nobody to tell.
+//! Messages on stderr: diagnostics, errors, warnings and notes, in colour where that helps. Nothing here
+//! fails: if stderr is closed, nobody can be notified.
 
 use sdfc_lang::{Diagnostics, Sources, Style};
 use std::io::{IsTerminal, Write};
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// When messages are coloured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Colour {
+pub(crate) enum ColorChoice {
     /// On a terminal, unless `NO_COLOR` is set.
     #[default]
     Auto,
@@ -22,53 +22,53 @@ pub(crate) enum Colour {
 pub(crate) struct Terminal {
     coloured: bool,
     interactive: bool,
-    /// Whether something has been said.
-    spoke: AtomicBool,
+    /// True once any message was written.
+    has_output: AtomicBool,
 }
 
 impl Terminal {
-    /// Standard error, coloured or not.
-    pub(crate) fn new(colour: Colour) -> Self {
+    /// Returns standard error, coloured or not.
+    pub(crate) fn new(choice: ColorChoice) -> Self {
         let interactive = std::io::stderr().is_terminal();
         let plain = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
         let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
-        let coloured = match colour {
-            Colour::Auto => interactive && !dumb && !plain("NO_COLOR"),
-            Colour::Always => true,
-            Colour::Never => false,
+        let coloured = match choice {
+            ColorChoice::Auto => interactive && !dumb && !plain("NO_COLOR"),
+            ColorChoice::Always => true,
+            ColorChoice::Never => false,
         };
         Self {
             coloured,
             interactive,
-            spoke: AtomicBool::new(false),
+            has_output: AtomicBool::new(false),
         }
     }
 
-    /// Whether a person looks on.
+    /// Reports whether it is a terminal.
     pub(crate) fn is_interactive(&self) -> bool {
         self.interactive
     }
 
-    /// Writes text as it is.
+    /// Writes text unchanged.
     pub(crate) fn write(&self, text: &str) {
-        self.spoke.store(true, Ordering::Relaxed);
+        self.has_output.store(true, Ordering::Relaxed);
         let mut stderr = std::io::stderr().lock();
         let _ = stderr
             .write_all(text.as_bytes())
             .and_then(|()| stderr.flush());
     }
 
-    /// What is wrong.
+    /// Writes an error.
     pub(crate) fn error(&self, message: &str) {
         self.headline("error", "\x1b[1;31m", message);
     }
 
-    /// What may be wrong.
+    /// Writes a warning.
     pub(crate) fn warning(&self, message: &str) {
         self.headline("warning", "\x1b[1;33m", message);
     }
 
-    /// What is worth knowing.
+    /// Writes a note.
     pub(crate) fn note(&self, message: &str) {
         self.headline("note", "\x1b[1;32m", message);
     }
@@ -81,18 +81,18 @@ impl Terminal {
         }
     }
 
-    /// What the compiler has to say about a scene, apart from what was said before.
-    pub(crate) fn diagnostics(&self, found: &Diagnostics, sources: &Sources) {
-        if !found.is_empty() {
+    /// Writes the compiler's diagnostics of a scene, separated from earlier messages.
+    pub(crate) fn diagnostics(&self, diagnostics: &Diagnostics, sources: &Sources) {
+        if !diagnostics.is_empty() {
             let style = if self.coloured {
                 Style::Coloured
             } else {
                 Style::Plain
             };
-            if self.spoke.load(Ordering::Relaxed) {
+            if self.has_output.load(Ordering::Relaxed) {
                 self.write("\n");
             }
-            self.write(&found.render(sources, style));
+            self.write(&diagnostics.render(sources, style));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Text to bytecode, and to WGSL.
+//! Compilation from text to bytecode, and to WGSL.
 
 use crate::scenes;
 use criterion::Criterion;
@@ -11,10 +11,10 @@ pub(crate) fn bench(criterion: &mut Criterion) {
     for count in [1_000, 10_000] {
         let text = scenes::text(count);
         group.bench_function(format!("{count} primitives"), |bencher| {
-            bencher.iter(|| encode_file(&scenes::compiled(black_box(&text)).module));
+            bencher.iter(|| encode_file(&scenes::compile_scene(black_box(&text)).module));
         });
     }
-    let compiled = scenes::compiled(&scenes::text(1_000));
+    let compiled = scenes::compile_scene(&scenes::text(1_000));
     group.bench_function("1000 primitives, graph to WGSL", |bencher| {
         bencher.iter(|| black_box(&compiled).generated());
     });

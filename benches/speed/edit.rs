@@ -1,13 +1,15 @@
-//! An edit in the playground: from a saved text to a picture, and from a moved slider to one.
+//! An edit in the playground: from a saved text to a picture, and from a moved slider to a picture.
 //!
-//! One number of 1,000 primitives changes at each round, so that nothing is as it was. The picture is
-//! of a single ray: what is measured is the way to it, with words and constants in the engine.
+//! Each round changes one number of 1,000 primitives, so that no cached result applies. The picture has a
+//! single ray: the benchmark measures the path to it, with program words and constants in the engine.
 
 use crate::scenes;
 use criterion::Criterion;
-use sdfc_playground::build::{BuildTask, Source, build};
+use sdfc_playground::build::{BuildTask, SceneOrigin, build};
 use sdfc_playground::files::Disk;
-use sdfc_playground::painter::{DrawTask, Moment, Painter, Samples, Show, Stop};
+use sdfc_playground::renderer::{
+    CancelToken, DrawTask, Renderer, SampleSet, SceneInputs, ViewMode,
+};
 use sdfc_runtime::engine::{self, EngineKind};
 use sdfc_runtime::settings::Overrides;
 use std::sync::Arc;
@@ -24,7 +26,7 @@ pub(crate) fn bench(criterion: &mut Criterion) {
         let built = build(
             &BuildTask {
                 number,
-                source: Source::Text { name, text },
+                source: SceneOrigin::Text { name, text },
                 overrides: Vec::new(),
                 time: 0.0,
                 part: None,
@@ -40,7 +42,7 @@ pub(crate) fn bench(criterion: &mut Criterion) {
             edited(100 + round)
         });
     });
-    let mut painter = Painter::new(Box::new(engine::open));
+    let mut painter = Renderer::new(Box::new(engine::open));
     group.bench_function("1000 primitives, text to a ray on cpu", |bencher| {
         bencher.iter(|| {
             round += 1;
@@ -48,20 +50,20 @@ pub(crate) fn bench(criterion: &mut Criterion) {
             let drawn = painter.draw(&DrawTask {
                 number: round,
                 scene,
-                moment: Moment {
+                inputs: SceneInputs {
                     values: Arc::default(),
                     time: 0.0,
                 },
                 engine: EngineKind::Cpu,
-                look: Overrides {
+                overrides: Overrides {
                     size: Some([1, 1]),
                     aa: Some(1),
                     ..Overrides::default()
                 },
-                samples: Samples::All,
-                show: Show::default(),
+                samples: SampleSet::All,
+                show: ViewMode::default(),
                 leaf: None,
-                stop: Stop::default(),
+                stop: CancelToken::default(),
             });
             assert!(drawn.picture.is_ok());
             drawn

@@ -1,23 +1,25 @@
-//! Points per second. The first three measure the distance alone, on one thread: one point at a
-//! time, and 64. The engines' queries, on all that they have, are distance, gradient and material.
+//! Evaluated points per second.
+//!
+//! The first two measure the distance alone on one thread: one point at a time, and 64. The queries of the
+//! engines use all their resources, and return distance, gradient and material.
 
 use crate::scenes;
 use criterion::{BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
 use sdfc_compiler::compile::Compiled;
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
+use sdfc_runtime::engine::{EngineKind, SceneInput, open};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::evaluate::evaluate;
-use sdfc_vm::lanes::{Column, LANES, Points};
+use sdfc_vm::lanes::{F32x64, LANES, Points};
 use sdfc_vm::tape::Tape;
-use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::tape::evaluator::TapeEvaluator;
 use sdfc_vm::vector::V3;
 use std::hint::black_box;
 
-/// How many points a query asks for.
-const QUERY: usize = 1 << 16;
+/// Number of points in a query.
+const QUERY_POINTS: usize = 1 << 16;
 
 pub(crate) fn bench(criterion: &mut Criterion) {
-    let compiled = scenes::compiled(&scenes::text(50));
+    let compiled = scenes::compile_scene(&scenes::text(50));
     let mut group = criterion.benchmark_group("evaluate 50 primitives");
     let program = &compiled.module.distance;
     let points = points(LANES);
@@ -25,14 +27,14 @@ pub(crate) fn bench(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(LANES as u64));
     group.bench_function("one point at a time", |bencher| {
         bencher.iter(|| {
-            let value = |&[x, y, z]: &[f32; 3]| evaluate::<f32>(program, V3::of(x, y, z));
+            let value = |&[x, y, z]: &[f32; 3]| evaluate::<f32>(program, V3::new(x, y, z));
             black_box(&points).iter().map(value).sum::<f32>()
         });
     });
-    let tape = Tape::of(program);
-    let mut machine: Machine<f32> = Machine::new(tape.values, tape.points);
+    let tape = Tape::new(program);
+    let mut machine: TapeEvaluator<f32> = TapeEvaluator::new(tape.values, tape.points);
     let block: Points = [0, 1, 2].map(|axis| {
-        let mut column = Column::default();
+        let mut column = F32x64::default();
         for (number, point) in column.0.iter_mut().zip(&points) {
             *number = point[axis];
         }
@@ -40,25 +42,25 @@ pub(crate) fn bench(criterion: &mut Criterion) {
     });
     group.bench_function("64 points at a time", |bencher| {
         bencher.iter(|| {
-            *machine.seed() = black_box(block);
+            *machine.inputs_mut() = black_box(block);
             machine.run(program, &tape.clauses, LANES).0[0]
         });
     });
 
     group
-        .throughput(Throughput::Elements(QUERY as u64))
+        .throughput(Throughput::Elements(QUERY_POINTS as u64))
         .sample_size(10);
     for kind in EngineKind::FAST {
         query(&mut group, &compiled, kind);
     }
 }
 
-/// A query on an engine, if this machine has what it needs.
+/// Measures a query on an engine, if it is available on this machine.
 fn query(group: &mut BenchmarkGroup<'_, WallTime>, compiled: &Compiled, kind: EngineKind) {
     let mut module = compiled.module.clone();
     let outputs = module.update(0.0);
     let generated = compiled.generated();
-    let scene = Loaded {
+    let scene = SceneInput {
         module: &module,
         outputs: &outputs,
         generated: SceneSource {
@@ -71,18 +73,20 @@ fn query(group: &mut BenchmarkGroup<'_, WallTime>, compiled: &Compiled, kind: En
         return;
     };
     engine.load(&scene).expect("the scene fits every engine");
-    let points = points(QUERY);
+    let points = points(QUERY_POINTS);
     group.bench_function(format!("query on {kind}"), |bencher| {
         bencher.iter(|| engine.query(black_box(&points)).expect("an answer"));
     });
 }
 
-/// Points all over the scene, the same every time.
+/// Returns pseudorandom points all over the scene, identical in every run.
 fn points(count: usize) -> Vec<[f32; 3]> {
     let mut state = 1_u32;
-    let mut next = || {
+    let mut next_coordinate = || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (state >> 8) as f32 / (1 << 24) as f32 * 12.0 - 6.0
     };
-    (0..count).map(|_| [next(), next(), next()]).collect()
+    (0..count)
+        .map(|_| [next_coordinate(), next_coordinate(), next_coordinate()])
+        .collect()
 }

@@ -1,4 +1,4 @@
-//! How fast it is, from text to picture. See `benches/README.md` for how to run and compare.
+//! Speed from text to picture. See `benches/README.md` for how to run and compare.
 
 mod compile;
 mod edit;

@@ -1,4 +1,4 @@
-//! Text to tree.
+//! Parsing from text to a tree.
 
 use crate::scenes;
 use criterion::{Criterion, Throughput};

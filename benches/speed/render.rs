@@ -1,18 +1,19 @@
-//! Pictures of 640×360 pixels of 50 primitives with a soft shadow and occlusion; and the first
-//! picture of a scene on a GPU, where it is the kernels that take time.
+//! Pictures of 640×360 pixels of 50 primitives with a soft shadow and occlusion.
+//!
+//! Also measures the first picture of a scene on a GPU, whose time is mostly the compilation of kernels.
 
 use crate::scenes;
 use criterion::Criterion;
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
+use sdfc_runtime::engine::{EngineKind, SceneInput, open};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 
 pub(crate) fn bench(criterion: &mut Criterion) {
-    let compiled = scenes::compiled(&scenes::text(50));
+    let compiled = scenes::compile_scene(&scenes::text(50));
     let mut module = compiled.module.clone();
     let outputs = module.update(0.0);
     let generated = compiled.generated();
-    let scene = Loaded {
+    let scene = SceneInput {
         module: &module,
         outputs: &outputs,
         generated: SceneSource {

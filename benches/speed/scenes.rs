@@ -1,5 +1,5 @@
-//! The scene that everything is measured on: `count` primitives (sphere, rotated box, torus and
-//! capsule in turn) in groups of five, each joined by union, smooth union and subtraction.
+//! The scene of all benchmarks. It has `count` primitives (sphere, rotated box, torus and capsule in turn)
+//! in groups of five. Each group is joined by union, smooth union and subtraction.
 
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
@@ -7,29 +7,29 @@ use sdfc_lang::Sources;
 use std::fmt::Write;
 
 /// Settings of a picture with a shadow and occlusion.
-const SETTINGS: &str = "\
+const SCENE_SETTINGS: &str = "\
 camera { from: [0, 3, 12], look: [0, 0, 0], fov: 40deg }
 light { dir: [-0.6, 0.8, 0.4], shadow: soft(0.03) }
 render { size: [640, 360], aa: 1, occlusion: five_tap }
 ";
 
-/// The scene's text; `count` is a multiple of five.
+/// Returns the scene's text. `count` is a multiple of five.
 pub(crate) fn text(count: usize) -> String {
-    let mut text = String::from(SETTINGS);
+    let mut text = String::from(SCENE_SETTINGS);
     let groups = count.div_ceil(5);
     let side = (groups as f64).cbrt().ceil() as usize;
     let cell = 8.0 / side as f64;
     for i in 0..count {
-        // Groups stand on a grid; the members of one are close enough to overlap.
+        // Groups are on a grid, and the members of a group are close enough to overlap.
         let (group, member) = (i / 5, i % 5);
-        let place = |n: usize| ((n % side) as f64 + 0.5) * cell - 4.0;
+        let cell_center = |n: usize| ((n % side) as f64 + 0.5) * cell - 4.0;
         let offset = |n: usize| cell * 0.2 * ((member * n % 5) as f64 - 2.0) / 2.0;
-        let at = [
-            place(group) + offset(1),
-            place(group / side) + offset(2),
-            place(group / side / side) + offset(3),
+        let position = [
+            cell_center(group) + offset(1),
+            cell_center(group / side) + offset(2),
+            cell_center(group / side / side) + offset(3),
         ];
-        // Sizes that differ, so that no two primitives are one.
+        // Sizes differ, so that no two primitives are equal.
         let size = cell * (0.25 + 0.2 * (i * 7 % 11) as f64 / 11.0);
         text.push_str(match i % 5 {
             0 if i > 0 => "\n| (((",
@@ -45,7 +45,7 @@ pub(crate) fn text(count: usize) -> String {
             2 => write!(text, "torus(r1: {:.4}, r2: {:.4})", size / 2.0, size / 8.0),
             _ => write!(text, "capsule(h: {size:.4}, r: {:.4})", size / 4.0),
         };
-        let [x, y, z] = at;
+        let [x, y, z] = position;
         let _ = write!(text, ".translate({x:.3}, {y:.3}, {z:.3})");
         if i % 5 == 4 {
             text.push(')');
@@ -54,12 +54,12 @@ pub(crate) fn text(count: usize) -> String {
     text
 }
 
-/// The scene, compiled.
-pub(crate) fn compiled(text: &str) -> Compiled {
+/// Compiles a scene.
+pub(crate) fn compile_scene(text: &str) -> Compiled {
     let mut sources = Sources::new();
     let file = sources.add("bench.sdf", text);
-    let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
-    let scene = scene.unwrap_or_else(|| panic!("{:?}", found.first()));
-    let (compiled, found) = compile(scene, &compile::Options::default());
-    compiled.unwrap_or_else(|| panic!("{:?}", found.first()))
+    let (scene, diagnostics) = elaborate(&mut sources, file, &elaborate::Options::default());
+    let scene = scene.unwrap_or_else(|| panic!("{:?}", diagnostics.first()));
+    let (compiled, diagnostics) = compile(scene, &compile::Options::default());
+    compiled.unwrap_or_else(|| panic!("{:?}", diagnostics.first()))
 }

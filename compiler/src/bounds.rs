@@ -1,18 +1,18 @@
-//! Boxes around the shapes of a scene, at the present values of its parameters or at all.
+//! Bounding boxes of the shapes of a scene, for the current values of its parameters or for all values.
 //!
-//! A box follows from the rules of the table, shape by shape; what the rules do not know (a warp, a
-//! displacement, a field) follows by interval arithmetic where that gives something finite. What is
-//! added to a shape grows its box by as much as the shape's distance is less than it should be, see
-//! `spread.rs`.
+//! A box follows from the bounds rules of the operation table, shape by shape. Where a rule gives too
+//! little (a warp, a displacement, a field), interval arithmetic finds the box if it is finite. An
+//! amount that is added to a shape's distance grows its box. Where the distance underestimates, the box
+//! grows by more, see `bounds_slack.rs`.
 
+use crate::bounds_slack::DistanceSlack;
 use crate::expression::{ExprId, Expression, Expressions, ParamId};
-use crate::extent::{extent, extent_of_preimage, narrowed, search};
+use crate::extent::{extent, extent_of_preimage, narrow_bounds, search_extent};
 use crate::range::range;
-use crate::scene::{Animation, Param, Scene, Shape, ShapeId, ShapeKind, children};
+use crate::scene::{Animation, Scene, SceneParam, Shape, ShapeId, ShapeKind, children};
 use crate::shape_range::ShapeRange;
 use crate::slope::Ranges;
-use crate::spread::Spread;
-use sdfc_vm::apply::{Applied, apply, laid_out};
+use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::row::{BoundsRule, Exactness};
@@ -20,18 +20,24 @@ use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
 
-/// The values that numbers have at the present parameters and time, computed in the order of the
-/// graph, once each. Numbers of a point have none.
+/// Uniform numbers at the current parameters and time, each computed once, in the order of the graph.
+/// Numbers of point stage are NaN.
 #[derive(Clone, Debug, Default)]
-pub struct Present {
+pub struct UniformValues {
     values: Vec<f64>,
-    /// Values that some parameters are taken to have instead of their own.
-    instead: HashMap<ParamId, Vec<f64>>,
+    /// Values that replace the current values of some parameters.
+    overrides: HashMap<ParamId, Vec<f64>>,
 }
 
-impl Present {
-    /// The value of a number that does not depend on a point; NaN for others.
-    pub fn value(&mut self, graph: &Expressions, params: &[Param], time: f64, id: ExprId) -> f64 {
+impl UniformValues {
+    /// Returns the value of a uniform number, and NaN for numbers of a point.
+    pub fn value(
+        &mut self,
+        graph: &Expressions,
+        params: &[SceneParam],
+        time: f64,
+        id: ExprId,
+    ) -> f64 {
         if id.index() >= self.values.len() {
             for (_, node, _) in graph.since(self.values.len()) {
                 let value = self.compute(node, params, time);
@@ -41,14 +47,14 @@ impl Present {
         self.values[id.index()]
     }
 
-    fn compute(&self, node: &Expression, params: &[Param], time: f64) -> f64 {
+    fn compute(&self, node: &Expression, params: &[SceneParam], time: f64) -> f64 {
         let value = |id: &ExprId| self.values[id.index()];
         match node {
             Expression::Constant(value) => *value,
             Expression::Time => time,
             Expression::Param(param, component) => {
-                let own = || params.get(param.0 as usize).map(|p| &p.value);
-                let values = self.instead.get(param).or_else(own);
+                let declared = || params.get(param.0 as usize).map(|p| &p.value);
+                let values = self.overrides.get(param).or_else(declared);
                 values
                     .and_then(|values| values.get(usize::from(*component)))
                     .map_or(f64::NAN, |v| *v)
@@ -70,25 +76,30 @@ impl Present {
                     *slot = value(id);
                 }
                 let parameters: Vec<f64> = parameters.iter().map(value).collect();
-                match apply::<f64>(*op, V3::of(x, y, z), operands, &laid_out(*op, &parameters)) {
-                    Applied::Value(value) => value,
-                    Applied::Point(_) => f64::NAN,
+                match apply::<f64>(
+                    *op,
+                    V3::new(x, y, z),
+                    operands,
+                    &pack_parameters(*op, &parameters),
+                ) {
+                    OpResult::Value(value) => value,
+                    OpResult::Point(_) => f64::NAN,
                 }
             }
         }
     }
 }
 
-/// What boxes are computed from: a scene, or as much of one as there is.
+/// Borrowed view of a scene, or of the part of it that exists so far.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct World<'s> {
+pub(crate) struct SceneRef<'s> {
     pub(crate) shapes: &'s [Shape],
     pub(crate) expressions: &'s Expressions,
-    pub(crate) params: &'s [Param],
+    pub(crate) params: &'s [SceneParam],
     pub(crate) animation: Option<Animation>,
 }
 
-impl<'s> From<&'s Scene> for World<'s> {
+impl<'s> From<&'s Scene> for SceneRef<'s> {
     fn from(scene: &'s Scene) -> Self {
         Self {
             shapes: &scene.shapes,
@@ -99,65 +110,65 @@ impl<'s> From<&'s Scene> for World<'s> {
     }
 }
 
-/// The box of every shape of a scene at the present values of the parameters.
+/// Returns the box of every shape of a scene at the current values of the parameters.
 pub fn shape_bounds(scene: &Scene) -> Vec<Bounds> {
-    let world = World::from(scene);
+    let scene_ref = SceneRef::from(scene);
     let ids = || (0..scene.shapes.len() as u32).map(ShapeId);
-    let mut boxes = Boxes::at(0.0, HashMap::new());
-    ids().map(|id| boxes.of(world, id)).collect()
+    let mut boxes = ShapeBounds::at_time_and_values(0.0, HashMap::new());
+    ids().map(|id| boxes.get(scene_ref, id)).collect()
 }
 
-/// The most operations that are spent on the box of a shape whose rule says too little.
+/// Maximum number of operations for the box of one shape whose rule gives too little.
 const MAX_SEARCH_OPERATIONS: usize = 200_000;
 
-/// The boxes of shapes, and what else is known of where they are. Everything is found when it is
-/// asked for, once.
+/// Cache of the boxes of shapes and of their distance slack. Entries are computed on first use.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Boxes {
-    /// Whether boxes hold whatever the live parameters and the time; else they are those of the
-    /// present values.
-    is_lasting: bool,
-    present: Present,
+pub(crate) struct ShapeBounds {
+    /// Set if boxes hold for all values of the live parameters and of the time. Otherwise they hold for
+    /// the current values.
+    holds_for_all_params: bool,
+    uniform_values: UniformValues,
     time: f64,
-    /// Which numbers follow a live parameter or the time.
-    live: Vec<bool>,
-    boxes: Vec<Bounds>,
-    spreads: HashMap<ShapeId, Spread>,
+    /// For each number: it depends on a live parameter or the time.
+    is_live: Vec<bool>,
+    bounds: Vec<Bounds>,
+    slacks: HashMap<ShapeId, DistanceSlack>,
 }
 
-impl Boxes {
-    /// Boxes that hold whatever the live parameters and the time: what reads one of them may be
-    /// anywhere. Rays are cut to these boxes, and slopes hold within them.
-    pub(crate) fn lasting() -> Self {
+impl ShapeBounds {
+    /// Creates a cache of boxes that hold for all values of the live parameters and the time. A shape
+    /// that reads one of them may be anywhere. Rays are clipped to these boxes, and slope bounds hold
+    /// within them.
+    pub(crate) fn for_all_params() -> Self {
         Self {
-            is_lasting: true,
+            holds_for_all_params: true,
             ..Self::default()
         }
     }
 
-    /// Boxes at a time, with other values for some of the parameters.
-    pub(crate) fn at(time: f64, values: HashMap<ParamId, Vec<f64>>) -> Self {
+    /// Creates a cache of boxes at a time, with other values for some of the parameters.
+    pub(crate) fn at_time_and_values(time: f64, values: HashMap<ParamId, Vec<f64>>) -> Self {
         Self {
             time,
-            present: Present {
-                instead: values,
-                ..Present::default()
+            uniform_values: UniformValues {
+                overrides: values,
+                ..UniformValues::default()
             },
             ..Self::default()
         }
     }
 
-    /// The box of a shape.
-    pub(crate) fn of(&mut self, world: World<'_>, id: ShapeId) -> Bounds {
-        while self.boxes.len() <= id.0 as usize {
-            let at = self.boxes.len();
-            let shape = &world.shapes[at];
-            let moves = self.is_lasting
-                && numbers_of(&shape.kind)
+    /// Returns the box of a shape.
+    pub(crate) fn get(&mut self, scene: SceneRef<'_>, id: ShapeId) -> Bounds {
+        while self.bounds.len() <= id.0 as usize {
+            let index = self.bounds.len();
+            let shape = &scene.shapes[index];
+            let depends_on_live = self.holds_for_all_params
+                && placement_numbers(&shape.kind)
                     .iter()
-                    .any(|&n| self.is_live(world, n));
-            let bounds = match (moves, &shape.kind) {
-                // By whatever rate, what is turned about an axis stays as far from it.
+                    .any(|&n| self.is_live(scene, n));
+            let bounds = match (depends_on_live, &shape.kind) {
+                // A twist or bend, by any rate, keeps the distance from its axis.
                 (
                     true,
                     ShapeKind::Domain {
@@ -165,73 +176,73 @@ impl Boxes {
                         child,
                         ..
                     },
-                ) => self.ruled(world, *op, &[1.0], &[*child]),
-                (true, _) => Bounds::EVERYTHING,
+                ) => self.bounds_by_rule(scene, *op, &[1.0], &[*child]),
+                (true, _) => Bounds::ALL_SPACE,
                 (false, _) => {
-                    let ruled = self.bounds_of(world, &shape.kind);
-                    self.searched(world, ShapeId(at as u32), &ruled)
+                    let rule_bounds = self.compute_bounds(scene, &shape.kind);
+                    self.tightened(scene, ShapeId(index as u32), &rule_bounds)
                 }
             };
-            self.boxes.push(bounds);
+            self.bounds.push(bounds);
         }
-        self.boxes[id.0 as usize]
+        self.bounds[id.0 as usize]
     }
 
     /// Replaces the box of a shape.
-    pub(crate) fn set(&mut self, world: World<'_>, id: ShapeId, bounds: Bounds) {
-        self.of(world, id);
-        self.boxes[id.0 as usize] = bounds;
+    pub(crate) fn set(&mut self, scene: SceneRef<'_>, id: ShapeId, bounds: Bounds) {
+        self.get(scene, id);
+        self.bounds[id.0 as usize] = bounds;
     }
 
-    /// Whether a number follows a live parameter or the time.
-    pub(crate) fn is_live(&mut self, world: World<'_>, id: ExprId) -> bool {
-        if id.index() >= self.live.len() {
-            for (_, node, _) in world.expressions.since(self.live.len()) {
+    /// Reports whether a number depends on a live parameter or the time.
+    pub(crate) fn is_live(&mut self, scene: SceneRef<'_>, id: ExprId) -> bool {
+        if id.index() >= self.is_live.len() {
+            for (_, node, _) in scene.expressions.since(self.is_live.len()) {
                 let is_live = match node {
                     Expression::Param(..) | Expression::Time => true,
                     Expression::Constant(_)
                     | Expression::Coordinate(_)
                     | Expression::NormalComponent(_) => false,
                     Expression::Apply { .. } => {
-                        operands(node).any(|operand| self.live[operand.index()])
+                        operands(node).any(|operand| self.is_live[operand.index()])
                     }
                 };
-                self.live.push(is_live);
+                self.is_live.push(is_live);
             }
         }
-        self.live[id.index()]
+        self.is_live[id.index()]
     }
 
-    /// The value of a number that does not depend on a point.
-    pub(crate) fn number(&mut self, world: World<'_>, id: ExprId) -> f64 {
-        let (graph, params) = (world.expressions, world.params);
-        self.present.value(graph, params, self.time, id)
+    /// Returns the value of a uniform number.
+    pub(crate) fn number(&mut self, scene: SceneRef<'_>, id: ExprId) -> f64 {
+        let (graph, params) = (scene.expressions, scene.params);
+        self.uniform_values.value(graph, params, self.time, id)
     }
 
-    fn numbers(&mut self, world: World<'_>, ids: &[ExprId]) -> Vec<f64> {
-        ids.iter().map(|&id| self.number(world, id)).collect()
+    fn numbers(&mut self, scene: SceneRef<'_>, ids: &[ExprId]) -> Vec<f64> {
+        ids.iter().map(|&id| self.number(scene, id)).collect()
     }
 
-    /// All values that a number of a point may have anywhere.
-    fn range(&mut self, world: World<'_>, id: ExprId) -> Interval {
-        let (graph, params, time) = (world.expressions, world.params, self.time);
-        let present = &mut self.present;
+    /// Returns the range of a number of the point over all of space.
+    fn range(&mut self, scene: SceneRef<'_>, id: ExprId) -> Interval {
+        let (graph, params, time) = (scene.expressions, scene.params, self.time);
+        let present = &mut self.uniform_values;
         let mut value = |id| present.value(graph, params, time, id);
-        range(graph, id, &Bounds::EVERYTHING, &mut value)
+        range(graph, id, &Bounds::ALL_SPACE, &mut value)
     }
 
-    /// The box of a shape whose operands are known.
-    fn bounds_of(&mut self, world: World<'_>, kind: &ShapeKind) -> Bounds {
+    /// Computes the box of a shape from the boxes of its operands.
+    fn compute_bounds(&mut self, scene: SceneRef<'_>, kind: &ShapeKind) -> Bounds {
         match kind {
             ShapeKind::Primitive { op, parameters } => {
-                let numbers = self.numbers(world, parameters);
-                self.ruled(world, *op, &numbers, &[])
+                let numbers = self.numbers(scene, parameters);
+                self.bounds_by_rule(scene, *op, &numbers, &[])
             }
-            ShapeKind::Field { value, region, .. } => self.extent_of(world, *value, region),
+            ShapeKind::Field { value, region, .. } => self.field_extent(scene, *value, region),
             ShapeKind::Polygon { points } => {
                 let mut hull = Bounds::EMPTY;
                 for point in points {
-                    let [x, y] = point.map(|id| self.number(world, id));
+                    let [x, y] = point.map(|id| self.number(scene, id));
                     hull =
                         hull.including([x, y, f64::NEG_INFINITY])
                             .including([x, y, f64::INFINITY]);
@@ -243,14 +254,14 @@ impl Boxes {
                 children,
                 parameters,
             } => {
-                let numbers = self.numbers(world, parameters);
-                self.ruled(world, *op, &numbers, children)
+                let numbers = self.numbers(scene, parameters);
+                self.bounds_by_rule(scene, *op, &numbers, children)
             }
             ShapeKind::Frame { child, matrix, .. } => {
-                let matrix = self.numbers(world, matrix);
+                let matrix = self.numbers(scene, matrix);
                 match inverse(&matrix) {
-                    Some(rows) => self.of(world, *child).mapped(&rows),
-                    None => Bounds::EVERYTHING,
+                    Some(rows) => self.get(scene, *child).mapped(&rows),
+                    None => Bounds::ALL_SPACE,
                 }
             }
             ShapeKind::Repeat {
@@ -275,21 +286,21 @@ impl Boxes {
                 child,
                 parameters,
             } => {
-                let numbers = self.numbers(world, parameters);
-                self.ruled(world, *op, &numbers, &[*child])
+                let numbers = self.numbers(scene, parameters);
+                self.bounds_by_rule(scene, *op, &numbers, &[*child])
             }
             ShapeKind::Warp { child, point } => {
-                let mut result = self.of(world, *child);
-                // Of a point that is only shifted, what is farther away than that is clear at once.
+                let mut result = self.get(scene, *child);
+                // For a point that is only shifted, the box moves by the range of the shift.
                 let mut is_shift = true;
                 for (axis, &coordinate) in point.iter().enumerate() {
-                    let graph = world.expressions;
+                    let graph = scene.expressions;
                     if *graph.get(coordinate) == Expression::Coordinate(axis as u8) {
                         continue;
                     }
-                    let moved = shift(graph, coordinate, axis as u8);
-                    let moved = moved.map(|by| self.range(world, by));
-                    match moved {
+                    let added = shift(graph, coordinate, axis as u8);
+                    let shift_range = added.map(|by| self.range(scene, by));
+                    match shift_range {
                         Some(by) if by.lo.is_finite() && by.hi.is_finite() => {
                             result.min[axis] -= by.hi;
                             result.max[axis] -= by.lo;
@@ -300,81 +311,81 @@ impl Boxes {
                 if is_shift {
                     return result;
                 }
-                let image = self.of(world, *child);
-                let (graph, params, time) = (world.expressions, world.params, self.time);
-                let present = &mut self.present;
+                let image = self.get(scene, *child);
+                let (graph, params, time) = (scene.expressions, scene.params, self.time);
+                let present = &mut self.uniform_values;
                 extent_of_preimage(graph, *point, &image, &mut |id| {
                     Interval::point(present.value(graph, params, time, id))
                 })
             }
             ShapeKind::Displace { child, amount } => {
-                let bounds = self.of(world, *child);
-                let by = (-self.range(world, *amount).lo).max(0.0);
-                self.grown(world, &bounds, by, &[*child])
+                let bounds = self.get(scene, *child);
+                let amount_below_zero = (-self.range(scene, *amount).lo).max(0.0);
+                self.grown_by(scene, &bounds, amount_below_zero, &[*child])
             }
-            ShapeKind::Painted { child, .. } => self.of(world, *child),
+            ShapeKind::Painted { child, .. } => self.get(scene, *child),
             ShapeKind::Nothing => Bounds::EMPTY,
         }
     }
 
-    /// The box of a written field: the region it is stated for, and where it is not proved positive. One
-    /// that follows no parameter was looked for when it was made.
-    fn extent_of(&mut self, world: World<'_>, value: ExprId, region: &Bounds) -> Bounds {
-        if !self.is_live(world, value) {
+    /// Returns the box of a written field: its declared region, less the part where it is proved
+    /// positive. For a field without parameters that search was done when it was created.
+    fn field_extent(&mut self, scene: SceneRef<'_>, value: ExprId, region: &Bounds) -> Bounds {
+        if !self.is_live(scene, value) {
             return *region;
         }
-        let found = if self.is_lasting {
-            let ranges = Ranges::of(world);
-            let graph = world.expressions;
-            extent(graph, value, &mut |id| ranges.of_leaf(graph, id))
+        let search_result = if self.holds_for_all_params {
+            let ranges = Ranges::for_scene(scene);
+            let graph = scene.expressions;
+            extent(graph, value, &mut |id| ranges.leaf(graph, id))
         } else {
-            let (graph, params, time) = (world.expressions, world.params, self.time);
-            let present = &mut self.present;
+            let (graph, params, time) = (scene.expressions, scene.params, self.time);
+            let present = &mut self.uniform_values;
             extent(graph, value, &mut |id| {
                 Interval::point(present.value(graph, params, time, id))
             })
         };
-        region.common(&found)
+        region.intersection(&search_result)
     }
 
-    /// The box of the cells in which a repetition evaluates its child.
-    pub(crate) fn cell_of(&mut self, world: World<'_>, id: ShapeId) -> Bounds {
+    /// Returns the box of the cells in which a repetition evaluates its child.
+    pub(crate) fn repetition_cells(&mut self, scene: SceneRef<'_>, id: ShapeId) -> Bounds {
         let ShapeKind::Repeat {
             parameters, others, ..
-        } = &world.shapes[id.0 as usize].kind
+        } = &scene.shapes[id.0 as usize].kind
         else {
-            return Bounds::EVERYTHING;
+            return Bounds::ALL_SPACE;
         };
-        let ranges = Ranges::of(world);
+        let ranges = Ranges::for_scene(scene);
         let half: [f64; 3] = std::array::from_fn(|axis| {
-            let spacing = ranges.of_number(world.expressions, parameters[axis]);
+            let spacing = ranges.number(scene.expressions, parameters[axis]);
             let cells = f64::from(others[axis].near.max(others[axis].far)) + 0.5;
             let half = spacing.magnitude() * cells;
-            // Without a spacing along an axis, the point is what it was there.
+            // Without a spacing along an axis, the coordinate is unchanged.
             if half > 0.0 { half } else { f64::INFINITY }
         });
         Bounds::centred(half)
     }
 
-    /// The box of a shape whose rule says too little: one that has no end although its operands do, or that
-    /// may be turned by any angle.
-    fn searched(&mut self, world: World<'_>, id: ShapeId, ruled: &Bounds) -> Bounds {
-        let kind = &world.shapes[id.0 as usize].kind;
+    /// Tightens the box of a shape by a search, where its rule gives too little. That is an infinite
+    /// box over finite operands, or a twist or bend by an unknown angle.
+    fn tightened(&mut self, scene: SceneRef<'_>, id: ShapeId, rule_bounds: &Bounds) -> Bounds {
+        let kind = &scene.shapes[id.0 as usize].kind;
         let has_ends = |boxes: &Self, kind: &ShapeKind| {
             let children = children(kind);
             !children.is_empty()
                 && children
                     .iter()
-                    .all(|child| boxes.boxes[child.0 as usize].is_finite())
+                    .all(|child| boxes.bounds[child.0 as usize].is_finite())
         };
         let is_vague = match kind {
             ShapeKind::Combine { .. } | ShapeKind::Distance { .. } | ShapeKind::Displace { .. } => {
-                !ruled.is_finite() && !ruled.is_void() && has_ends(self, kind)
+                !rule_bounds.is_finite() && !rule_bounds.is_void() && has_ends(self, kind)
             }
             ShapeKind::Domain {
                 op: Op::Twist | Op::Bend,
                 ..
-            } => ruled.is_finite(),
+            } => rule_bounds.is_finite(),
             _ => false,
         };
         if !is_vague
@@ -386,147 +397,162 @@ impl Boxes {
                 }
             )
         {
-            return *ruled;
+            return *rule_bounds;
         }
-        let found = self.sublevel(world, id, 0.0, ruled);
-        if found.is_empty() {
-            *ruled
+        let searched = self.searched_sublevel(scene, id, 0.0, rule_bounds);
+        if searched.is_empty() {
+            *rule_bounds
         } else {
-            ruled.common(&found)
+            rule_bounds.intersection(&searched)
         }
     }
 
-    /// The box by the rule of a row.
-    fn ruled(&mut self, world: World<'_>, op: Op, numbers: &[f64], children: &[ShapeId]) -> Bounds {
-        let boxes: Vec<Bounds> = children.iter().map(|&id| self.of(world, id)).collect();
-        let first = || boxes.first().copied().unwrap_or(Bounds::EVERYTHING);
+    /// Returns the box by the bounds rule of an operation.
+    fn bounds_by_rule(
+        &mut self,
+        scene: SceneRef<'_>,
+        op: Op,
+        numbers: &[f64],
+        children: &[ShapeId],
+    ) -> Bounds {
+        let boxes: Vec<Bounds> = children.iter().map(|&id| self.get(scene, id)).collect();
+        let first = || boxes.first().copied().unwrap_or(Bounds::ALL_SPACE);
         let hull = || boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
         let meta = &op.row().meta;
         match meta.bounds {
             BoundsRule::Shape(rule) => rule(numbers),
             BoundsRule::Hull => hull(),
             BoundsRule::HullGrown(rule) => {
-                let by = match meta.blend {
-                    Some(blend) => blend.kernel.most(numbers[0], boxes.len()),
-                    // Each step of a chain may add to what the one before it added.
+                let growth = match meta.blend {
+                    Some(blend) => blend.kernel.max_chain_offset(numbers[0], boxes.len()),
+                    // Each step of a chain may add to the sum of the steps before it.
                     None => rule(numbers) * boxes.len().saturating_sub(1).max(1) as f64,
                 };
-                self.grown(world, &hull(), by, children)
+                self.grown_by(scene, &hull(), growth, children)
             }
-            BoundsRule::Common => boxes
+            BoundsRule::Intersection => boxes
                 .iter()
-                .fold(Bounds::EVERYTHING, |common, b| common.common(b)),
-            BoundsRule::First => first(),
+                .fold(Bounds::ALL_SPACE, |common, b| common.intersection(b)),
+            BoundsRule::FirstOperand => first(),
             BoundsRule::Map(rule) => rule(numbers, &first()),
-            BoundsRule::Everything => Bounds::EVERYTHING,
+            BoundsRule::Infinite => Bounds::ALL_SPACE,
         }
     }
 
-    /// A box around shapes, grown by what is added to their distances.
-    fn grown(
+    /// Grows a box around shapes by an amount that is added to their distances.
+    fn grown_by(
         &mut self,
-        world: World<'_>,
+        scene: SceneRef<'_>,
         bounds: &Bounds,
-        by: f64,
+        growth: f64,
         children: &[ShapeId],
     ) -> Bounds {
-        if by <= 0.0 {
-            return bounds.grown(by);
+        if growth <= 0.0 {
+            return bounds.grown(growth);
         }
-        let spread = self.joined(world, children);
-        if spread.along.is_finite() {
-            return bounds.grown(by * spread.along);
+        let slack = self.joined_slack(scene, children);
+        if slack.axis.is_finite() {
+            return bounds.grown(growth * slack.axis);
         }
-        self.hull_below(world, children, by)
+        self.sublevel_hull(scene, children, growth)
     }
 
-    /// The hull of boxes outside of which the values of shapes are no less than `most`.
-    fn hull_below(&mut self, world: World<'_>, shapes: &[ShapeId], most: f64) -> Bounds {
-        let boxes = shapes.iter().map(|&id| self.below(world, id, most));
+    /// Returns the hull of boxes outside of which the values of shapes are at least `level`.
+    fn sublevel_hull(&mut self, scene: SceneRef<'_>, shapes: &[ShapeId], level: f64) -> Bounds {
+        let boxes = shapes
+            .iter()
+            .map(|&id| self.sublevel_bounds(scene, id, level));
         boxes.fold(Bounds::EMPTY, |hull, bounds| hull.hull(&bounds))
     }
 
-    /// A box outside of which a shape's value is no less than `most`. Recursion over shapes within shapes, whose
-    /// depth the elaborator bounds.
-    fn below(&mut self, world: World<'_>, id: ShapeId, most: f64) -> Bounds {
-        let along = self.spread(world, id).along;
-        if along.is_finite() {
-            return self.of(world, id).grown(most * along);
+    /// Returns a box outside of which a shape's value is at least `level`. Recursion over nested
+    /// shapes, whose depth the elaborator bounds.
+    fn sublevel_bounds(&mut self, scene: SceneRef<'_>, id: ShapeId, level: f64) -> Bounds {
+        let axis_slack = self.slack(scene, id).axis;
+        if axis_slack.is_finite() {
+            return self.get(scene, id).grown(level * axis_slack);
         }
-        match &world.shapes[id.0 as usize].kind {
-            ShapeKind::Painted { child, .. } => self.below(world, *child, most),
+        match &scene.shapes[id.0 as usize].kind {
+            ShapeKind::Painted { child, .. } => self.sublevel_bounds(scene, *child, level),
             ShapeKind::Combine {
                 op: Op::Union,
                 children,
                 ..
-            } => self.hull_below(world, children, most),
-            _ => self.sublevel(world, id, most, &Bounds::EVERYTHING),
+            } => self.sublevel_hull(scene, children, level),
+            _ => self.searched_sublevel(scene, id, level, &Bounds::ALL_SPACE),
         }
     }
 
-    /// A box outside of which intervals prove a shape's value to be more than `most`, as far as that is within
-    /// another one.
-    fn sublevel(&mut self, world: World<'_>, id: ShapeId, most: f64, within: &Bounds) -> Bounds {
-        let (graph, params, time) = (world.expressions, world.params, self.time);
-        let (present, is_lasting) = (&mut self.present, self.is_lasting);
-        let ranges = Ranges::of(world);
+    /// Searches a box, inside `within`, outside of which intervals prove a shape's value to exceed
+    /// `level`.
+    fn searched_sublevel(
+        &mut self,
+        scene: SceneRef<'_>,
+        id: ShapeId,
+        level: f64,
+        outer_box: &Bounds,
+    ) -> Bounds {
+        let (graph, params, time) = (scene.expressions, scene.params, self.time);
+        let (present, is_lasting) = (&mut self.uniform_values, self.holds_for_all_params);
+        let ranges = Ranges::for_scene(scene);
         let mut uniform = |id| match is_lasting {
-            true => ranges.of_number(graph, id),
+            true => ranges.number(graph, id),
             false => Interval::point(present.value(graph, params, time, id)),
         };
-        let mut range = ShapeRange::new(world, &mut uniform);
-        _ = range.over(id, &Bounds::EVERYTHING);
+        let mut range = ShapeRange::new(scene, &mut uniform);
+        _ = range.range_in_box(id, &Bounds::ALL_SPACE);
         let evaluations = MAX_SEARCH_OPERATIONS / range.operations.max(1);
-        let mut over = |bounds: &Bounds| range.over(id, bounds) - Interval::point(most);
-        if within.is_finite() {
-            return narrowed(within, evaluations, &mut over);
+        let mut over = |bounds: &Bounds| range.range_in_box(id, bounds) - Interval::point(level);
+        if outer_box.is_finite() {
+            return narrow_bounds(outer_box, evaluations, &mut over);
         }
-        let plane = world.shapes[id.0 as usize].plane;
-        search([false, false, plane], evaluations, &mut over)
+        let plane = scene.shapes[id.0 as usize].plane;
+        search_extent([false, false, plane], evaluations, &mut over)
     }
 
-    fn joined(&mut self, world: World<'_>, children: &[ShapeId]) -> Spread {
-        let spreads = children.iter().map(|&id| self.spread(world, id));
-        spreads.fold(Spread::NONE, Spread::join)
+    fn joined_slack(&mut self, scene: SceneRef<'_>, children: &[ShapeId]) -> DistanceSlack {
+        let slacks = children.iter().map(|&id| self.slack(scene, id));
+        slacks.fold(DistanceSlack::NONE, DistanceSlack::join)
     }
 
-    /// How far a shape reaches beyond its box where it is only almost hit. Recursion over shapes
-    /// within shapes, whose depth the elaborator bounds.
-    fn spread(&mut self, world: World<'_>, id: ShapeId) -> Spread {
-        if let Some(&spread) = self.spreads.get(&id) {
-            return spread;
+    /// Returns the distance slack of a shape, cached. Recursion over nested shapes, whose depth the
+    /// elaborator bounds.
+    fn slack(&mut self, scene: SceneRef<'_>, id: ShapeId) -> DistanceSlack {
+        if let Some(&slack) = self.slacks.get(&id) {
+            return slack;
         }
-        let bounds = self.of(world, id);
+        let bounds = self.get(scene, id);
         let ends = bounds.min.into_iter().chain(bounds.max);
-        let spread = match ends.into_iter().all(f64::is_infinite) {
-            true => Spread::NONE,
-            false => self.spread_of(world, id),
+        let slack = match ends.into_iter().all(f64::is_infinite) {
+            true => DistanceSlack::NONE,
+            false => self.compute_slack(scene, id),
         };
-        self.spreads.insert(id, spread);
-        spread
+        self.slacks.insert(id, slack);
+        slack
     }
 
-    fn spread_of(&mut self, world: World<'_>, id: ShapeId) -> Spread {
-        match &world.shapes[id.0 as usize].kind {
+    fn compute_slack(&mut self, scene: SceneRef<'_>, id: ShapeId) -> DistanceSlack {
+        match &scene.shapes[id.0 as usize].kind {
             ShapeKind::Primitive { op, .. } => match op.row().meta.exactness {
-                Exactness::Exact | Exactness::ExactOutside => Spread::NONE,
-                Exactness::Bound | Exactness::Field => Spread::along_axes(1.0),
+                Exactness::Exact | Exactness::ExactOutside => DistanceSlack::NONE,
+                Exactness::Bound | Exactness::Field => DistanceSlack::from_axis(1.0),
             },
-            ShapeKind::Polygon { .. } | ShapeKind::Nothing => Spread::NONE,
-            // Its region is where it is wanted, not where it is small.
-            ShapeKind::Field { .. } => Spread::UNKNOWN,
-            ShapeKind::Painted { child, .. } => self.spread(world, *child),
+            ShapeKind::Polygon { .. } | ShapeKind::Nothing => DistanceSlack::NONE,
+            // A field's declared region says nothing of where it is small.
+            ShapeKind::Field { .. } => DistanceSlack::UNKNOWN,
+            ShapeKind::Painted { child, .. } => self.slack(scene, *child),
             ShapeKind::Combine { op, children, .. } => match op.row().meta.bounds {
-                BoundsRule::Common => {
-                    let known = |id: &ShapeId| (self.of(world, *id), self.spread(world, *id));
-                    let known: Vec<_> = children.iter().map(known).collect();
-                    Spread::common(&known)
+                BoundsRule::Intersection => {
+                    let bounds_and_slack =
+                        |id: &ShapeId| (self.get(scene, *id), self.slack(scene, *id));
+                    let operands: Vec<_> = children.iter().map(bounds_and_slack).collect();
+                    DistanceSlack::intersection(&operands)
                 }
-                BoundsRule::First => self.spread(world, children[0]),
-                BoundsRule::Hull => self.joined(world, children),
-                BoundsRule::HullGrown(_) => self.joined(world, children).grown(),
-                BoundsRule::Shape(_) | BoundsRule::Map(_) | BoundsRule::Everything => {
-                    Spread::UNKNOWN
+                BoundsRule::FirstOperand => self.slack(scene, children[0]),
+                BoundsRule::Hull => self.joined_slack(scene, children),
+                BoundsRule::HullGrown(_) => self.joined_slack(scene, children).after_growth(),
+                BoundsRule::Shape(_) | BoundsRule::Map(_) | BoundsRule::Infinite => {
+                    DistanceSlack::UNKNOWN
                 }
             },
             ShapeKind::Frame {
@@ -534,20 +560,20 @@ impl Boxes {
                 matrix,
                 scale,
             } => {
-                let (inner, bounds) = (self.spread(world, *child), self.of(world, *child));
-                let scale = self.number(world, *scale);
-                match inverse(&self.numbers(world, matrix)) {
-                    Some(rows) => inner.framed(&bounds, &rows, scale),
-                    None => Spread::UNKNOWN,
+                let (inner, bounds) = (self.slack(scene, *child), self.get(scene, *child));
+                let scale = self.number(scene, *scale);
+                match inverse(&self.numbers(scene, matrix)) {
+                    Some(rows) => inner.in_frame(&bounds, &rows, scale),
+                    None => DistanceSlack::UNKNOWN,
                 }
             }
-            ShapeKind::Repeat { child, .. } => self.spread(world, *child),
-            ShapeKind::Polar { child, .. } => self.spread(world, *child).turned(),
+            ShapeKind::Repeat { child, .. } => self.slack(scene, *child),
+            ShapeKind::Polar { child, .. } => self.slack(scene, *child).rotated(),
             ShapeKind::Domain { op, child, .. } => {
-                let inner = self.spread(world, *child);
+                let inner = self.slack(scene, *child);
                 match op {
-                    Op::Twist | Op::Bend => inner.turned(),
-                    // Others fold and move space along the axes.
+                    Op::Twist | Op::Bend => inner.rotated(),
+                    // Other domain operations fold and move space along the axes.
                     _ => inner,
                 }
             }
@@ -557,25 +583,25 @@ impl Boxes {
                 parameters,
             } => match op {
                 Op::Offset | Op::Shell => {
-                    let inner = self.spread(world, *child).grown();
-                    let by = self.number(world, parameters[0]);
-                    // Where the box shrinks, a straight line may have a longer way out of it.
-                    if by < 0.0 {
-                        Spread::along_axes(inner.along)
+                    let inner = self.slack(scene, *child).after_growth();
+                    let amount = self.number(scene, parameters[0]);
+                    // Where the box shrinks, a straight line out of it may be longer.
+                    if amount < 0.0 {
+                        DistanceSlack::from_axis(inner.axis)
                     } else {
                         inner
                     }
                 }
-                _ => self.spread(world, *child),
+                _ => self.slack(scene, *child),
             },
-            // Maps that only shift points shift the box around them.
-            ShapeKind::Warp { child, .. } => self.spread(world, *child),
-            ShapeKind::Displace { child, .. } => self.spread(world, *child).grown(),
+            // Maps that only shift points shift the box with them.
+            ShapeKind::Warp { child, .. } => self.slack(scene, *child),
+            ShapeKind::Displace { child, .. } => self.slack(scene, *child).after_growth(),
         }
     }
 }
 
-/// What a computed number is computed from.
+/// Returns the numbers from which a computed number is computed.
 fn operands(node: &Expression) -> impl Iterator<Item = &ExprId> {
     let (point, values, parameters): (&[ExprId], &[ExprId], &[ExprId]) = match node {
         Expression::Apply {
@@ -589,8 +615,8 @@ fn operands(node: &Expression) -> impl Iterator<Item = &ExprId> {
     point.iter().chain(values).chain(parameters)
 }
 
-/// The numbers that decide where a shape is, besides its operands.
-fn numbers_of(kind: &ShapeKind) -> Vec<ExprId> {
+/// Returns the numbers that determine where a shape is, besides its operands.
+fn placement_numbers(kind: &ShapeKind) -> Vec<ExprId> {
     match kind {
         ShapeKind::Primitive { parameters, .. }
         | ShapeKind::Combine { parameters, .. }
@@ -602,19 +628,19 @@ fn numbers_of(kind: &ShapeKind) -> Vec<ExprId> {
         ShapeKind::Frame { matrix, .. } => matrix.to_vec(),
         ShapeKind::Warp { point, .. } => point.to_vec(),
         ShapeKind::Displace { amount, .. } => vec![*amount],
-        // A field's extent is looked for over all values of the parameters.
+        // The extent of a field was searched over all values of the parameters.
         ShapeKind::Field { .. } | ShapeKind::Painted { .. } | ShapeKind::Nothing => Vec::new(),
     }
 }
 
-/// The matrix from the inner to the outer point, if there is one.
+/// Returns the matrix from the inner to the outer point, unless it is singular.
 pub(crate) fn inverse(m: &[f64]) -> Option<[[f64; 4]; 3]> {
-    let at = |row: usize, column: usize| m[4 * row + column];
+    let entry = |row: usize, column: usize| m[4 * row + column];
     let minor = |r: usize, c: usize| {
         let (r1, r2, c1, c2) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);
-        at(r1, c1) * at(r2, c2) - at(r1, c2) * at(r2, c1)
+        entry(r1, c1) * entry(r2, c2) - entry(r1, c2) * entry(r2, c1)
     };
-    let determinant: f64 = (0..3).map(|c| at(0, c) * minor(0, c)).sum();
+    let determinant: f64 = (0..3).map(|c| entry(0, c) * minor(0, c)).sum();
     if !determinant.is_finite() || determinant == 0.0 {
         return None;
     }
@@ -622,13 +648,13 @@ pub(crate) fn inverse(m: &[f64]) -> Option<[[f64; 4]; 3]> {
     for (r, row) in rows.iter_mut().enumerate() {
         for c in 0..3 {
             row[c] = minor(c, r) / determinant;
-            row[3] -= row[c] * at(c, 3);
+            row[3] -= row[c] * entry(c, 3);
         }
     }
     Some(rows)
 }
 
-/// What is added to a coordinate in a sum that holds it, if the number is such a sum.
+/// Returns the number that is added to a coordinate, where `id` is such a sum.
 fn shift(graph: &Expressions, id: ExprId, axis: u8) -> Option<ExprId> {
     let is_axis = |id: ExprId| matches!(graph.get(id), Expression::Coordinate(a) if *a == axis);
     match graph.get(id) {
@@ -645,7 +671,7 @@ fn shift(graph: &Expressions, id: ExprId, axis: u8) -> Option<ExprId> {
     }
 }
 
-/// The value of a number of point stage, without parameters, at a point.
+/// Evaluates a number of point stage without parameters at a point.
 pub fn value_at(graph: &Expressions, id: ExprId, point: [f64; 3]) -> f64 {
     let order = crate::uniforms::operands_first(graph, id, |_| false);
     let mut values: HashMap<ExprId, f64> = HashMap::with_capacity(order.len());
@@ -660,15 +686,15 @@ pub fn value_at(graph: &Expressions, id: ExprId, point: [f64; 3]) -> f64 {
                 values: operands,
                 parameters,
             } => {
-                let mut given = [0.0; 3];
-                for (slot, id) in given.iter_mut().zip(operands) {
+                let mut operand_values = [0.0; 3];
+                for (slot, id) in operand_values.iter_mut().zip(operands) {
                     *slot = value(id);
                 }
                 let parameters: Vec<f64> = parameters.iter().map(value).collect();
-                let p = V3::of(0.0, 0.0, 0.0);
-                match apply::<f64>(*op, p, given, &laid_out(*op, &parameters)) {
-                    Applied::Value(value) => value,
-                    Applied::Point(_) => f64::NAN,
+                let p = V3::new(0.0, 0.0, 0.0);
+                match apply::<f64>(*op, p, operand_values, &pack_parameters(*op, &parameters)) {
+                    OpResult::Value(value) => value,
+                    OpResult::Point(_) => f64::NAN,
                 }
             }
             _ => f64::NAN,

@@ -1,7 +1,8 @@
-//! `.vm` files: the plain text of Fidget and libfive, a clause a line, `_name operation operands`.
+//! `.vm` files: the plain text of Fidget and libfive, with one clause per line: `_name operation
+//! operands`.
 //!
-//! The last clause is the result, negative inside, over the square or cube from −1 to 1,
-//! or a larger one where it does not fit. A file that does not read `var-z` is a figure in the plane.
+//! The last clause is the result, negative inside, over the square or cube from −1 to 1, or a larger
+//! one where it does not fit. A file that does not read `var-z` is a 2-D shape.
 
 use crate::elaborate::{NoFiles, Options, elaborate};
 use crate::expression::{ExprId, Expressions};
@@ -11,16 +12,16 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
-/// The most clauses of a file.
+/// Maximum number of clauses of a file.
 const MAX_CLAUSES: usize = 200_000;
-/// How many operations are spent on one size of the shown cube, in longer files on fewer points of it.
-const MAX_LOOKED: usize = 10_000_000;
-/// The most mistakes that are told of one file.
+/// Maximum number of operations for one size of the cube; longer files are sampled at fewer points.
+const MAX_SAMPLING_OPERATIONS: usize = 10_000_000;
+/// Maximum number of errors reported for one file.
 const MAX_ERRORS: usize = 20;
 
-/// The scene that clauses mean.
+/// Parses clauses to a scene.
 pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Diagnostic>) {
-    // What a scene without any settings has is for the language to say.
+    // The language defines the default settings of a scene.
     let mut template = Sources::new();
     let sphere = template.add("template", "sphere(1)".to_owned());
     let options = Options {
@@ -32,10 +33,10 @@ pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Dia
         unreachable!("the template is a scene");
     };
     let text = sources.text(file);
-    let mut reader = Reader {
+    let mut reader = ClauseReader {
         file,
         expressions: &mut scene.expressions,
-        known: HashMap::new(),
+        values: HashMap::new(),
         reads_z: false,
         last: None,
         errors: Vec::new(),
@@ -60,7 +61,7 @@ pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Dia
         reader.line(line, start);
         start += line.len();
     }
-    let Reader {
+    let ClauseReader {
         reads_z,
         last,
         mut errors,
@@ -82,7 +83,7 @@ pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Dia
         return (None, errors);
     };
     let plane = !reads_z;
-    let side = reach(&scene.expressions, value, plane);
+    let side = cube_half_side(&scene.expressions, value, plane);
     let region = Bounds::centred([side, side, if plane { f64::INFINITY } else { side }]);
     let kind = ShapeKind::Field {
         value,
@@ -103,17 +104,17 @@ pub fn parse_clauses(sources: &Sources, file: FileId) -> (Option<Scene>, Vec<Dia
     (Some(scene), errors)
 }
 
-/// Half the side of the square or cube that is shown: 1, or as many doublings of it as it takes until
-/// the shape does not stick out of it at any of the points looked at; 16 at most.
-fn reach(expressions: &Expressions, value: ExprId, plane: bool) -> f64 {
-    let longest = MAX_LOOKED / (6 * expressions.len().max(1));
-    let points = longest.isqrt().clamp(8, 24);
-    let sticks_out = |side: f64| {
-        let at = |i: usize| side * (2.0 * i as f64 / (points - 1) as f64 - 1.0);
+/// Returns half the side of the displayed square or cube: 1, doubled until the shape does not extend
+/// beyond it at any sample point; at most 16.
+fn cube_half_side(expressions: &Expressions, value: ExprId, plane: bool) -> f64 {
+    let max_faces_points = MAX_SAMPLING_OPERATIONS / (6 * expressions.len().max(1));
+    let points = max_faces_points.isqrt().clamp(8, 24);
+    let extends_beyond = |side: f64| {
+        let coordinate = |i: usize| side * (2.0 * i as f64 / (points - 1) as f64 - 1.0);
         let levels = if plane { 1 } else { points };
         (0..points).any(|i| {
             (0..levels).any(|j| {
-                let (a, b) = (at(i), if plane { 0.0 } else { at(j) });
+                let (a, b) = (coordinate(i), if plane { 0.0 } else { coordinate(j) });
                 [side, -side].into_iter().any(|s| {
                     let faces = [[s, a, b], [a, s, b], [a, b, s]];
                     let faces = if plane { &faces[..2] } else { &faces };
@@ -124,31 +125,31 @@ fn reach(expressions: &Expressions, value: ExprId, plane: bool) -> f64 {
             })
         })
     };
-    // An endless shape sticks out of every cube and is shown in the first.
+    // An infinite shape extends beyond every cube, and the first one is used.
     let sides = [1.0, 2.0, 4.0, 8.0, 16.0];
     sides
         .into_iter()
-        .find(|&side| !sticks_out(side))
+        .find(|&side| !extends_beyond(side))
         .unwrap_or(1.0)
 }
 
-struct Reader<'a> {
+struct ClauseReader<'a> {
     file: FileId,
     expressions: &'a mut Expressions,
-    known: HashMap<&'a str, ExprId>,
+    values: HashMap<&'a str, ExprId>,
     reads_z: bool,
     last: Option<ExprId>,
     errors: Vec<Diagnostic>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ClauseReader<'a> {
     fn span(&self, start: usize, line: &str, word: &str) -> Span {
         // Words are slices of their line.
-        let at = start + (word.as_ptr() as usize - line.as_ptr() as usize);
+        let start_of_word = start + (word.as_ptr() as usize - line.as_ptr() as usize);
         Span {
             file: self.file,
-            start: at as u32,
-            end: (at + word.len()) as u32,
+            start: start_of_word as u32,
+            end: (start_of_word + word.len()) as u32,
         }
     }
 
@@ -156,8 +157,8 @@ impl<'a> Reader<'a> {
         let clause = line.split('#').next().unwrap_or("");
         let words: Vec<&'a str> = clause.split_whitespace().collect();
         let [name, operation, operands @ ..] = words.as_slice() else {
-            if let [only] = words.as_slice() {
-                let span = self.span(start, line, only);
+            if let [single_word] = words.as_slice() {
+                let span = self.span(start, line, single_word);
                 let message = "a clause is a name, an operation and its operands";
                 self.errors.push(
                     Diagnostic::error(codes::E0505, span, message).primary("nothing follows"),
@@ -167,7 +168,7 @@ impl<'a> Reader<'a> {
         };
         match self.clause(line, start, operation, operands) {
             Ok(value) => {
-                self.known.insert(name, value);
+                self.values.insert(name, value);
                 self.last = Some(value);
             }
             Err(error) => self.errors.push(*error),
@@ -181,26 +182,29 @@ impl<'a> Reader<'a> {
         operation: &str,
         operands: &[&'a str],
     ) -> Result<ExprId, Box<Diagnostic>> {
-        let at = |word: &str| self.span(start, line, word);
-        let wrong = |word: &str, message: String| {
-            Box::new(Diagnostic::error(codes::E0505, at(word), message))
+        let word_span = |word: &str| self.span(start, line, word);
+        let clause_error = |word: &str, message: String| {
+            Box::new(Diagnostic::error(codes::E0505, word_span(word), message))
         };
         let arity = match operation {
             "var-x" | "var-y" | "var-z" => 0,
             "const" => 1,
-            _ => match known(operation) {
-                Some(known) => known.arity(),
+            _ => match find_operation(operation) {
+                Some(op) => op.arity(),
                 None => {
-                    let close = OPERATIONS
+                    let similar = OPERATIONS
                         .iter()
                         .map(|(name, _)| *name)
                         .filter(|name| strsim::damerau_levenshtein(name, operation) <= 2)
                         .min_by_key(|name| strsim::damerau_levenshtein(name, operation));
                     let mut error =
-                        wrong(operation, format!("there is no operation `{operation}`"));
-                    if let Some(close) = close {
-                        *error =
-                            error.fix(at(operation), close, format!("did you mean `{close}`?"));
+                        clause_error(operation, format!("there is no operation `{operation}`"));
+                    if let Some(similar) = similar {
+                        *error = error.fix(
+                            word_span(operation),
+                            similar,
+                            format!("did you mean `{similar}`?"),
+                        );
                     }
                     return Err(error);
                 }
@@ -211,7 +215,7 @@ impl<'a> Reader<'a> {
                 "`{operation}` takes {arity} operands, and {} are given",
                 operands.len()
             );
-            return Err(wrong(operation, message));
+            return Err(clause_error(operation, message));
         }
         match operation {
             "var-x" => return Ok(self.expressions.coordinate(0)),
@@ -227,7 +231,7 @@ impl<'a> Reader<'a> {
                     Some(value) => Ok(self.expressions.constant(value)),
                     None => {
                         let message = format!("`{}` is not a finite number", operands[0]);
-                        Err(wrong(operands[0], message))
+                        Err(clause_error(operands[0], message))
                     }
                 };
             }
@@ -235,22 +239,22 @@ impl<'a> Reader<'a> {
         }
         let mut values = Vec::with_capacity(2);
         for operand in operands {
-            match self.known.get(operand) {
+            match self.values.get(operand) {
                 Some(&value) => values.push(value),
                 None => {
                     let message = format!("no clause before this one is called `{operand}`");
-                    return Err(wrong(operand, message));
+                    return Err(clause_error(operand, message));
                 }
             }
         }
         let e = &mut *self.expressions;
-        Ok(match known(operation).expect("looked up above") {
-            Known::Row(op) => e.call(op, &values),
-            Known::Reciprocal => {
+        Ok(match find_operation(operation).expect("looked up above") {
+            ClauseOp::Row(op) => e.call(op, &values),
+            ClauseOp::Reciprocal => {
                 let one = e.constant(1.0);
                 e.call(Op::Div, &[one, values[0]])
             }
-            Known::Compare => {
+            ClauseOp::Compare => {
                 let less = e.call(Op::Less, &[values[0], values[1]]);
                 let more = e.call(Op::Less, &[values[1], values[0]]);
                 e.call(Op::Sub, &[more, less])
@@ -259,61 +263,61 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// What a word of such files stands for.
+/// Meaning of an operation's name.
 #[derive(Clone, Copy)]
-enum Known {
+enum ClauseOp {
     Row(Op),
     Reciprocal,
     Compare,
 }
 
-impl Known {
+impl ClauseOp {
     fn arity(self) -> usize {
         match self {
-            Known::Row(op) => op.row().arity(),
-            Known::Reciprocal => 1,
-            Known::Compare => 2,
+            ClauseOp::Row(op) => op.row().arity(),
+            ClauseOp::Reciprocal => 1,
+            ClauseOp::Compare => 2,
         }
     }
 }
 
-fn known(operation: &str) -> Option<Known> {
+fn find_operation(operation: &str) -> Option<ClauseOp> {
     OPERATIONS
         .iter()
         .find(|(name, _)| *name == operation)
-        .map(|&(_, known)| known)
+        .map(|&(_, op)| op)
 }
 
 /// `min` and `max` are set operations here, which programs fuse.
-const OPERATIONS: [(&str, Known); 30] = [
-    ("add", Known::Row(Op::Add)),
-    ("sub", Known::Row(Op::Sub)),
-    ("mul", Known::Row(Op::Mul)),
-    ("div", Known::Row(Op::Div)),
-    ("min", Known::Row(Op::Union)),
-    ("max", Known::Row(Op::Intersection)),
-    ("neg", Known::Row(Op::Neg)),
-    ("abs", Known::Row(Op::Abs)),
-    ("sqrt", Known::Row(Op::Sqrt)),
-    ("square", Known::Row(Op::Square)),
-    ("recip", Known::Reciprocal),
-    ("sin", Known::Row(Op::Sin)),
-    ("cos", Known::Row(Op::Cos)),
-    ("tan", Known::Row(Op::Tan)),
-    ("asin", Known::Row(Op::Asin)),
-    ("acos", Known::Row(Op::Acos)),
-    ("atan", Known::Row(Op::Atan)),
-    ("atan2", Known::Row(Op::Atan2)),
-    ("exp", Known::Row(Op::Exp)),
-    ("ln", Known::Row(Op::Ln)),
-    ("log", Known::Row(Op::Ln)),
-    ("pow", Known::Row(Op::Pow)),
-    ("mod", Known::Row(Op::Modulo)),
-    ("floor", Known::Row(Op::Floor)),
-    ("ceil", Known::Row(Op::Ceil)),
-    ("round", Known::Row(Op::Round)),
-    ("compare", Known::Compare),
-    ("and", Known::Row(Op::And)),
-    ("or", Known::Row(Op::Or)),
-    ("not", Known::Row(Op::Not)),
+const OPERATIONS: [(&str, ClauseOp); 30] = [
+    ("add", ClauseOp::Row(Op::Add)),
+    ("sub", ClauseOp::Row(Op::Sub)),
+    ("mul", ClauseOp::Row(Op::Mul)),
+    ("div", ClauseOp::Row(Op::Div)),
+    ("min", ClauseOp::Row(Op::Union)),
+    ("max", ClauseOp::Row(Op::Intersection)),
+    ("neg", ClauseOp::Row(Op::Neg)),
+    ("abs", ClauseOp::Row(Op::Abs)),
+    ("sqrt", ClauseOp::Row(Op::Sqrt)),
+    ("square", ClauseOp::Row(Op::Square)),
+    ("recip", ClauseOp::Reciprocal),
+    ("sin", ClauseOp::Row(Op::Sin)),
+    ("cos", ClauseOp::Row(Op::Cos)),
+    ("tan", ClauseOp::Row(Op::Tan)),
+    ("asin", ClauseOp::Row(Op::Asin)),
+    ("acos", ClauseOp::Row(Op::Acos)),
+    ("atan", ClauseOp::Row(Op::Atan)),
+    ("atan2", ClauseOp::Row(Op::Atan2)),
+    ("exp", ClauseOp::Row(Op::Exp)),
+    ("ln", ClauseOp::Row(Op::Ln)),
+    ("log", ClauseOp::Row(Op::Ln)),
+    ("pow", ClauseOp::Row(Op::Pow)),
+    ("mod", ClauseOp::Row(Op::Modulo)),
+    ("floor", ClauseOp::Row(Op::Floor)),
+    ("ceil", ClauseOp::Row(Op::Ceil)),
+    ("round", ClauseOp::Row(Op::Round)),
+    ("compare", ClauseOp::Compare),
+    ("and", ClauseOp::Row(Op::And)),
+    ("or", ClauseOp::Row(Op::Or)),
+    ("not", ClauseOp::Row(Op::Not)),
 ];

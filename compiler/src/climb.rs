@@ -1,145 +1,146 @@
-//! Points of a solid, found by going down its field and along its surface.
+//! Points of a solid, found by descent along its gradient and by climbing along its surface.
 //!
-//! Intervals bound the reach of a solid from outside, but of folded and twisted fields far too widely. Points
-//! bound it from inside. They prove nothing of what they do not find: cameras are placed by them, steps are not.
+//! Intervals bound the extent of a solid from outside, but very loosely for folded and twisted fields. Points
+//! bound it from inside. They prove nothing about the parts that they miss: they place cameras, but do not
+//! limit steps.
 
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::{evaluate_f64, gradient};
 use sdfc_vm::program::Program;
 use sdfc_vm::vector::V3;
 
-type Point = [f64; 3];
+type Point64 = [f64; 3];
 
-/// The points from which the field is gone down, around the middle of the box.
-const STARTS: u32 = 144;
-/// Their distances, as powers of this share of the box's half diagonal.
-const CLOSER: f64 = 1.0 / 6.0;
-/// The number of distances.
+/// Number of directions from the centre of the box in which descents start.
+const START_DIRECTIONS: u32 = 144;
+/// Ratio of the distances of successive shells of starts; the largest is the box's half diagonal.
+const SHELL_RATIO: f64 = 1.0 / 6.0;
+/// Number of shells.
 const SHELLS: i32 = 6;
-/// The most steps down.
-const STEPS: usize = 40;
-/// A step that counts as none, as a share of the box's half diagonal.
-const ARRIVED: f64 = 1e-7;
-/// The length by which points may be outside of the box, in half diagonals of it.
-const EDGE: f64 = 1e-6;
-/// The points from which a direction is followed.
-const CLIMBERS: usize = 6;
-/// The most steps along the surface.
-const CLIMBS: usize = 14;
-/// The points that are asked on the way out from the middle of the box.
-const POINTS_OUTWARD: u32 = 96;
+/// Maximum number of steps of a descent.
+const MAX_DESCENT_STEPS: usize = 40;
+/// Step at which a descent ends, in half diagonals of the box.
+const MIN_STEP: f64 = 1e-7;
+/// Distance by which points may be outside the box, in its half diagonals.
+const BOX_TOLERANCE: f64 = 1e-6;
+/// Number of points from which a direction is climbed.
+const MAX_CLIMB_STARTS: usize = 6;
+/// Maximum number of steps along the surface.
+const MAX_CLIMB_STEPS: usize = 14;
+/// Number of sample points on a ray from the centre of the box.
+const OUTWARD_SAMPLES: u32 = 96;
 
 /// Points of a solid within a box.
-pub(crate) struct Climb<'a> {
+pub(crate) struct SurfaceClimb<'a> {
     program: &'a Program,
-    /// Points beyond this box do not count.
+    /// Points outside this box are discarded.
     bounds: Bounds,
     half: f64,
-    points: Vec<Point>,
-    /// The half diagonal of what was found.
+    points: Vec<Point64>,
+    /// Half diagonal of the points' bounding box.
     pub(crate) size: f64,
 }
 
-impl<'a> Climb<'a> {
-    /// Goes down the field from all around and from the given points; none where nothing is found.
-    pub(crate) fn new(program: &'a Program, bounds: &Bounds, starts: &[Point]) -> Option<Self> {
+impl<'a> SurfaceClimb<'a> {
+    /// Descends from all directions and from the given points; `None` if no point is found.
+    pub(crate) fn new(program: &'a Program, bounds: &Bounds, starts: &[Point64]) -> Option<Self> {
         let mut climb = Self {
             program,
-            bounds: bounds.grown(bounds.half_diagonal() * EDGE),
+            bounds: bounds.grown(bounds.half_diagonal() * BOX_TOLERANCE),
             half: bounds.half_diagonal(),
             points: Vec::new(),
             size: 0.0,
         };
         let centre = bounds.centre();
-        for start in 0..STARTS {
-            let direction = around(start, STARTS);
-            let far = climb.half * CLOSER.powi(start as i32 % SHELLS);
-            let at = [0, 1, 2].map(|axis| centre[axis] + direction[axis] * far);
-            let found = climb.down(at);
-            climb.points.extend(found);
+        for start in 0..START_DIRECTIONS {
+            let direction = fibonacci_direction(start, START_DIRECTIONS);
+            let distance = climb.half * SHELL_RATIO.powi(start as i32 % SHELLS);
+            let point = [0, 1, 2].map(|axis| centre[axis] + direction[axis] * distance);
+            let points = climb.descend_within(point);
+            climb.points.extend(points);
         }
-        for &at in starts {
-            let found = climb.down(at);
-            climb.points.extend(found);
+        for &point in starts {
+            let points = climb.descend_within(point);
+            climb.points.extend(points);
         }
-        let found = climb.points.iter();
-        let hull = found.fold(Bounds::EMPTY, |hull, &p| hull.including(p));
+        let points = climb.points.iter();
+        let hull = points.fold(Bounds::EMPTY, |hull, &p| hull.including(p));
         climb.size = hull.half_diagonal();
         (!climb.points.is_empty()).then_some(climb)
     }
 
-    /// The largest `direction · p` of the points that were found, and of those on the way from them.
-    pub(crate) fn reach(&self, direction: Point) -> f64 {
-        let along = |p: &Point| (0..3).map(|axis| direction[axis] * p[axis]).sum::<f64>();
-        let mut best: Vec<Point> = self.points.clone();
-        best.extend(self.outward(direction));
-        best.sort_by(|a, b| along(b).total_cmp(&along(a)));
-        best.truncate(CLIMBERS);
-        let climbed = best.into_iter().map(|start| {
-            let (mut at, mut stride) = (start, self.size / 4.0);
-            for _ in 0..CLIMBS {
-                let next = [0, 1, 2].map(|axis| at[axis] + direction[axis] * stride);
-                match self.down(next) {
-                    Some(next) if along(&next) > along(&at) => at = next,
+    /// The largest `direction · p` of the points found, and of points climbed to from them.
+    pub(crate) fn extent(&self, direction: Point64) -> f64 {
+        let projection = |p: &Point64| (0..3).map(|axis| direction[axis] * p[axis]).sum::<f64>();
+        let mut starts: Vec<Point64> = self.points.clone();
+        starts.extend(self.farthest_outward(direction));
+        starts.sort_by(|a, b| projection(b).total_cmp(&projection(a)));
+        starts.truncate(MAX_CLIMB_STARTS);
+        let extents = starts.into_iter().map(|start| {
+            let (mut point, mut stride) = (start, self.size / 4.0);
+            for _ in 0..MAX_CLIMB_STEPS {
+                let next = [0, 1, 2].map(|axis| point[axis] + direction[axis] * stride);
+                match self.descend_within(next) {
+                    Some(next) if projection(&next) > projection(&point) => point = next,
                     _ => stride /= 2.0,
                 }
             }
-            along(&at)
+            projection(&point)
         });
-        climbed.fold(f64::NEG_INFINITY, f64::max)
+        extents.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The farthest point of the solid on the way from the middle of the box.
+    /// The farthest sample point of the solid on a ray from the centre of the box.
     ///
-    /// Solids that are turned around an axis often end in a knob on it, which climbs from beside it miss.
-    fn outward(&self, direction: Point) -> Option<Point> {
+    /// Solids of revolution often end in a knob on the axis, which climbs from beside it miss.
+    fn farthest_outward(&self, direction: Point64) -> Option<Point64> {
         let centre = self.bounds.centre();
         let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let step = self.half / (length * f64::from(POINTS_OUTWARD));
-        let points = (1..=POINTS_OUTWARD).rev().map(|number| {
-            let far = step * f64::from(number);
-            [0, 1, 2].map(|axis| centre[axis] + direction[axis] * far)
+        let step = self.half / (length * f64::from(OUTWARD_SAMPLES));
+        let points = (1..=OUTWARD_SAMPLES).rev().map(|number| {
+            let distance = step * f64::from(number);
+            [0, 1, 2].map(|axis| centre[axis] + direction[axis] * distance)
         });
         points
             .filter(|&p| self.is_within(p))
             .find(|&p| evaluate_f64(self.program, p) <= 0.0)
     }
 
-    /// The place in the box where the field falls to zero, from a point on.
-    fn down(&self, at: Point) -> Option<Point> {
-        self.descend(at).filter(|&found| self.is_within(found))
+    /// Descends from a point to the surface; `None` if the end is outside the box.
+    fn descend_within(&self, point: Point64) -> Option<Point64> {
+        self.descend(point).filter(|&end| self.is_within(end))
     }
 
-    fn is_within(&self, p: Point) -> bool {
+    fn is_within(&self, p: Point64) -> bool {
         let Bounds { min, max } = self.bounds;
         (0..3).all(|axis| (min[axis]..=max[axis]).contains(&p[axis]))
     }
 
-    fn descend(&self, mut at: Point) -> Option<Point> {
-        for _ in 0..STEPS {
-            let here = gradient::<f64>(self.program, V3::of(at[0], at[1], at[2]));
-            let V3 { x, y, z } = here.gradient;
+    fn descend(&self, mut point: Point64) -> Option<Point64> {
+        for _ in 0..MAX_DESCENT_STEPS {
+            let sample = gradient::<f64>(self.program, V3::new(point[0], point[1], point[2]));
+            let V3 { x, y, z } = sample.gradient;
             let square = x * x + y * y + z * z;
-            if here.value <= 0.0 {
-                return Some(at);
+            if sample.value <= 0.0 {
+                return Some(point);
             }
-            let way = here.value / square;
-            if !way.is_finite() {
+            let step = sample.value / square;
+            if !step.is_finite() {
                 return None;
             }
-            for (at, slope) in at.iter_mut().zip([x, y, z]) {
-                *at -= way * slope;
+            for (point, slope) in point.iter_mut().zip([x, y, z]) {
+                *point -= step * slope;
             }
-            if way * square.sqrt() < self.half * ARRIVED {
-                return Some(at);
+            if step * square.sqrt() < self.half * MIN_STEP {
+                return Some(point);
             }
         }
         None
     }
 }
 
-/// One of so many directions that are spread evenly, those of every few of them, too.
-pub(crate) fn around(number: u32, count: u32) -> Point {
+/// Direction `number` of `count` directions of a Fibonacci lattice. Regular subsets are evenly spread, too.
+pub(crate) fn fibonacci_direction(number: u32, count: u32) -> Point64 {
     let height = 1.0 - (2.0 * f64::from(number) + 1.0) / f64::from(count);
     let turn = f64::from(number) * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let across = (1.0 - height * height).sqrt();

@@ -1,65 +1,65 @@
-//! Scene → module: the pipeline behind the language.
+//! Pipeline from a scene to a module.
 
-use crate::bounds::{Boxes, World};
-use crate::cutters::lengthened_within;
-use crate::distribute::distributed;
+use crate::bounds::{SceneRef, ShapeBounds};
+use crate::cutters::extend_cutters_with_bounds;
+use crate::distribute::distribute_maps;
 use crate::expression::{ExprId, ParamId, Stage};
-use crate::graph::{Graph, Node, Number};
-use crate::lower::{Purpose, channel_numbers, lower, lower_origins};
-use crate::origins::Trail;
-use crate::passes::lod::Sight;
-use crate::passes::{Context, Done, PassOptions, optimize};
+use crate::graph::{Graph, GraphNode, GraphNumber};
+use crate::lower::{Purpose, channel_numbers, lower, lower_leaf_ids};
+use crate::passes::lod::LodTarget;
+use crate::passes::{Context, PassOptions, PassReport, optimize};
+use crate::provenance::LeafTracker;
 use crate::scene::{MaterialId, Scene, ShapeId, ShapeKind};
 use crate::schedule::schedule;
-use crate::seams::Seams;
-use crate::seen::size;
+use crate::seams::SeamSearch;
 use crate::slope::ShapeSlopes;
 use crate::subject::{outline, subject};
 use crate::uniforms::Uniforms;
+use crate::visible_bounds::scene_size;
 use crate::wgsl;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::library::Library;
 use sdfc_vm::program::{Module, Program};
-use sdfc_vm::settings::{self, FoundBounds, Setting, Settings};
+use sdfc_vm::settings::{self, CurrentBounds, SettingValue, Settings};
 use sdfc_vm::verify::{VerifyError, verify};
+use sdfc_vm::wgsl_library::WgslLibrary;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// What is compiled, and how.
+/// Options of a compilation.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// The named output; without one, the scene's result.
+    /// Named output to compile; `None` for the scene's result.
     pub part: Option<String>,
-    /// Which passes run.
+    /// Passes to run.
     pub passes: PassOptions,
-    /// The time at which it is to be drawn first.
+    /// Time of the first picture, in seconds.
     pub time: f64,
-    /// Who looks at it, where what is too small to be seen may be made simpler; see
+    /// View for which detail that is too small to be visible may be simplified; see
     /// [`crate::passes::lod`].
-    pub sight: Option<Sight>,
+    pub lod_target: Option<LodTarget>,
 }
 
-/// A scene, compiled.
+/// Compiled scene.
 #[derive(Clone, Debug)]
 pub struct Compiled {
-    /// What engines run.
+    /// Module for the engines.
     pub module: Module,
-    /// The graph as it was lowered.
+    /// Graph as it was lowered.
     pub graph: Graph,
-    /// The graph after the passes.
+    /// Graph after the passes.
     pub optimized: Graph,
-    /// The graph of surfaces after the passes, where the scene has more than one material.
+    /// Graph of surfaces after the passes, if the scene has more than one material.
     pub surface: Option<Graph>,
-    /// What the passes did to the graph of the distance.
-    pub passes: Vec<Done>,
-    /// What boxes follow from, where there is a scene's text.
-    pub(crate) known: Option<Arc<Known>>,
+    /// Reports of the passes on the graph of the distance.
+    pub passes: Vec<PassReport>,
+    /// Source of bounding boxes, if compiled from a scene's text.
+    pub(crate) bounds_context: Option<Arc<BoundsContext>>,
 }
 
-/// What is left of a scene to find boxes for other values of its parameters.
+/// Scene and root from which boxes for other parameter values are computed.
 #[derive(Debug)]
-pub(crate) struct Known {
+pub(crate) struct BoundsContext {
     scene: Scene,
     root: ShapeId,
 }
@@ -67,46 +67,50 @@ pub(crate) struct Known {
 /// The scene's functions as WGSL.
 #[derive(Clone, Debug, Default)]
 pub struct GeneratedSource {
-    /// The functions and the operations they call. They read `uniforms`, and, where there are
-    /// surfaces, call `unpainted_surface()` and use the struct `Surface`.
+    /// The functions and the operations they call. They read `uniforms`. With surfaces, they also call
+    /// `unpainted_surface()` and use the struct `Surface`.
     pub text: String,
-    /// The elementary functions they call; see [`sdfc_vm::prelude`].
+    /// Elementary functions that they call; see [`sdfc_vm::prelude`].
     pub calls: Vec<&'static str>,
 }
 
 impl Compiled {
-    /// Brings the module to the present values of its parameters and a time: the constants, and the
-    /// box around the solid, without which rays and cells would have no bounds. Gives the results of
-    /// the uniform program. No program changes.
+    /// Updates the module to the current values of its parameters and a time. That changes the
+    /// constants and the bounding box of the solid, by which rays and cells are limited. Returns the
+    /// results of the uniform program. No program changes.
     pub fn update(&mut self, time: f64) -> Vec<f64> {
-        let known = self.known.clone();
-        bring(&mut self.module, known.as_deref(), time)
+        let context = self.bounds_context.clone();
+        apply_params(&mut self.module, context.as_deref(), time)
     }
 
-    /// The same for a copy of the module.
-    pub fn bring(&self, module: &mut Module, time: f64) -> Vec<f64> {
-        bring(module, self.known.as_deref(), time)
+    /// Does the same for a copy of the module.
+    pub fn update_module(&self, module: &mut Module, time: f64) -> Vec<f64> {
+        apply_params(module, self.bounds_context.as_deref(), time)
     }
 
-    /// The scene that it was made of, where there was a text.
+    /// Returns the source scene, if there was a text.
     pub fn scene(&self) -> Option<&Scene> {
-        self.known.as_ref().map(|known| &known.scene)
+        self.bounds_context.as_ref().map(|context| &context.scene)
     }
 
-    /// The scene's functions as WGSL: `scene_distance`, `scene_gradient` and, where the scene has
+    /// Returns the scene's functions as WGSL: `scene_distance`, `scene_gradient` and, if the scene has
     /// more than one material, `scene_surface`.
     pub fn generated(&self) -> GeneratedSource {
-        let mut library = Library::default();
-        let mut scene = wgsl::write(&self.optimized, wgsl::Function::Distance, &mut library);
+        let mut library = WgslLibrary::default();
+        let mut scene = wgsl::write(&self.optimized, wgsl::WgslFunction::Distance, &mut library);
         scene.push('\n');
         scene.push_str(&wgsl::write(
             &self.optimized,
-            wgsl::Function::Gradient,
+            wgsl::WgslFunction::Gradient,
             &mut library,
         ));
         if let Some(surface) = &self.surface {
             scene.push('\n');
-            scene.push_str(&wgsl::write(surface, wgsl::Function::Surface, &mut library));
+            scene.push_str(&wgsl::write(
+                surface,
+                wgsl::WgslFunction::Surface,
+                &mut library,
+            ));
         }
         let (text, calls) = library.text();
         GeneratedSource {
@@ -116,15 +120,19 @@ impl Compiled {
     }
 }
 
-/// Brings a module to the present values of its parameters and a time.
-fn bring(module: &mut Module, known: Option<&Known>, time: f64) -> Vec<f64> {
-    if let Some(known) = known {
+/// Updates a module to the current values of its parameters and a time.
+fn apply_params(
+    module: &mut Module,
+    bounds_context: Option<&BoundsContext>,
+    time: f64,
+) -> Vec<f64> {
+    if let Some(context) = bounds_context {
         let params = &module.settings.params;
         let values = params.iter().map(|param| param.value.clone());
         let values = (0..).map(ParamId).zip(values).collect();
-        let mut boxes = Boxes::at(time, values);
-        module.settings.found = FoundBounds {
-            bounds: boxes.of(World::from(&known.scene), known.root),
+        let mut boxes = ShapeBounds::at_time_and_values(time, values);
+        module.settings.current_bounds = CurrentBounds {
+            bounds: boxes.get(SceneRef::from(&context.scene), context.root),
             params: module.settings.param_numbers(),
             time,
         };
@@ -137,45 +145,50 @@ pub fn compile(scene: Scene, options: &Options) -> (Option<Compiled>, Vec<Diagno
     compile_with(scene, options, None)
 }
 
-/// Compiles a scene; with a trail, its surfaces tell leaves apart instead of materials, and the trail
-/// says which.
+/// Compiles a scene. With a leaf tracker, surfaces have leaf ids instead of materials, and the tracker
+/// receives the leaves.
 pub(crate) fn compile_with(
     mut scene: Scene,
     options: &Options,
-    trail: Option<&mut Trail>,
+    leaf_tracker: Option<&mut LeafTracker>,
 ) -> (Option<Compiled>, Vec<Diagnostic>) {
-    let Some(root) = chosen(&scene, options) else {
+    let Some(root) = select_root(&scene, options) else {
         return (None, vec![nothing_to_draw(&scene, options)]);
     };
     let mut uniforms = Uniforms::new(scene.params.iter().map(|param| param.value.len()));
-    let mut boxes = Boxes::lasting();
-    let root = lengthened_within(&mut scene, &mut boxes, root);
-    let root = distributed(&mut scene, root);
-    let mut present = Boxes::at(0.0, HashMap::new());
-    let subject = subject(&mut scene, &mut present, root);
-    let size = size(&scene, &mut present, root, subject);
-    let mut slopes = ShapeSlopes::new(World::from(&scene), size);
+    let mut lasting_boxes = ShapeBounds::for_all_params();
+    let root = extend_cutters_with_bounds(&mut scene, &mut lasting_boxes, root);
+    let root = distribute_maps(&mut scene, root);
+    let mut current_boxes = ShapeBounds::at_time_and_values(0.0, HashMap::new());
+    let subject = subject(&mut scene, &mut current_boxes, root);
+    let size = scene_size(&scene, &mut current_boxes, root, subject);
+    let mut slopes = ShapeSlopes::new(SceneRef::from(&scene), size);
     let (graph, mut diagnostics) = lower(
         &mut scene,
         root,
         Purpose::Distance,
         &mut slopes,
         &mut uniforms,
-        &mut boxes,
+        &mut lasting_boxes,
     );
     let context = |purpose| Context {
         purpose,
-        sight: options.sight,
+        lod_target: options.lod_target,
     };
     let (optimized, passes) = optimize(&graph, &context(Purpose::Distance), &options.passes);
     let (materials, fallback) = materials(&scene, root);
-    let is_seen = trail.is_none();
-    let surface = match trail {
-        Some(trail) => {
-            let (graph, found) =
-                lower_origins(&mut scene, root, &mut slopes, &mut uniforms, &mut boxes);
-            *trail = found;
-            Some((graph, Purpose::Origins))
+    let reports_seams = leaf_tracker.is_none();
+    let surface = match leaf_tracker {
+        Some(leaf_tracker) => {
+            let (graph, new_tracker) = lower_leaf_ids(
+                &mut scene,
+                root,
+                &mut slopes,
+                &mut uniforms,
+                &mut lasting_boxes,
+            );
+            *leaf_tracker = new_tracker;
+            Some((graph, Purpose::LeafIds))
         }
         None if materials > 1 => {
             let purpose = Purpose::Surface;
@@ -185,7 +198,7 @@ pub(crate) fn compile_with(
                 purpose,
                 &mut slopes,
                 &mut uniforms,
-                &mut boxes,
+                &mut lasting_boxes,
             );
             Some((graph, purpose))
         }
@@ -193,19 +206,19 @@ pub(crate) fn compile_with(
     };
     let surface = surface.map(|(graph, purpose)| {
         let mut passes = options.passes.clone();
-        if purpose == Purpose::Origins {
-            // With a paint for each leaf, guards would make programs longer than the format allows.
-            passes.without.push("bounding".to_owned());
+        if purpose == Purpose::LeafIds {
+            // With a paint per leaf, guards would exceed the format's maximum program length.
+            passes.disabled.push("bounding".to_owned());
         }
         optimize(&graph, &context(purpose), &passes).0
     });
-    if is_seen {
-        let params = params_of(&scene);
+    if reports_seams {
+        let params = param_values(&scene);
         diagnostics.extend(
-            Seams {
+            SeamSearch {
                 scene: &mut scene,
-                boxes: &mut boxes,
-                present: &mut present,
+                bounds_cache: &mut lasting_boxes,
+                current_bounds: &mut current_boxes,
                 slopes: &mut slopes,
                 params: &params,
                 time: options.time,
@@ -213,35 +226,37 @@ pub(crate) fn compile_with(
             .warnings(root),
         );
     }
-    let is_framed = scene.cameras.iter().any(|camera| camera.automatic);
-    let subject = subject.filter(|_| is_framed).map(|(subject, bounds)| {
-        // Of the whole there is a graph, and what there is to say was said of it.
-        let graph = (subject != root).then(|| {
-            let purpose = Purpose::Distance;
-            lower(
-                &mut scene,
-                subject,
-                purpose,
-                &mut slopes,
-                &mut uniforms,
-                &mut boxes,
-            )
-            .0
+    let has_automatic_camera = scene.cameras.iter().any(|camera| camera.auto_framed);
+    let subject = subject
+        .filter(|_| has_automatic_camera)
+        .map(|(subject, bounds)| {
+            // The root already has a graph, and its warnings were reported.
+            let graph = (subject != root).then(|| {
+                let purpose = Purpose::Distance;
+                lower(
+                    &mut scene,
+                    subject,
+                    purpose,
+                    &mut slopes,
+                    &mut uniforms,
+                    &mut lasting_boxes,
+                )
+                .0
+            });
+            (graph, bounds)
         });
-        (graph, bounds)
-    });
-    let world = World::from(&scene);
-    let found = FoundBounds {
-        bounds: Boxes::at(options.time, HashMap::new()).of(world, root),
-        params: params_of(&scene),
+    let world = SceneRef::from(&scene);
+    let current_bounds = CurrentBounds {
+        bounds: ShapeBounds::at_time_and_values(options.time, HashMap::new()).get(world, root),
+        params: param_values(&scene),
         time: options.time,
     };
-    let bounds = present.of(world, root);
-    let reach = boxes.of(world, root);
-    let settings = settings_of(
+    let bounds = current_boxes.get(world, root);
+    let bounds_for_all = lasting_boxes.get(world, root);
+    let settings = build_settings(
         &mut scene,
         fallback,
-        ([bounds, reach], found),
+        ([bounds, bounds_for_all], current_bounds),
         &mut uniforms,
     );
     let mut module = Module {
@@ -254,15 +269,15 @@ pub(crate) fn compile_with(
     module.settings.subject = subject.and_then(|(graph, bounds)| match graph {
         Some(graph) => {
             let mut program = schedule(&graph);
-            let narrow: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
-            program.patch(&narrow);
+            let outputs_f32: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
+            program.patch(&outputs_f32);
             outline(&program, &bounds)
         }
         None => outline(&module.distance, &bounds),
     });
     let span = scene.shapes[root.0 as usize].span;
-    diagnostics.extend(unverified(&module, span));
-    diagnostics.extend(violated(&scene, &module, &outputs));
+    diagnostics.extend(verification_errors(&module, span));
+    diagnostics.extend(failed_checks(&scene, &module, &outputs));
     if diagnostics.iter().any(Diagnostic::is_error) {
         return (None, diagnostics);
     }
@@ -273,14 +288,14 @@ pub(crate) fn compile_with(
             optimized,
             surface,
             passes,
-            known: Some(Arc::new(Known { scene, root })),
+            bounds_context: Some(Arc::new(BoundsContext { scene, root })),
         }),
         diagnostics,
     )
 }
 
-/// The shape that the options ask for.
-fn chosen(scene: &Scene, options: &Options) -> Option<ShapeId> {
+/// Returns the shape that the options select.
+fn select_root(scene: &Scene, options: &Options) -> Option<ShapeId> {
     match &options.part {
         Some(part) => scene
             .parts
@@ -299,7 +314,7 @@ fn nothing_to_draw(scene: &Scene, options: &Options) -> Diagnostic {
     match &options.part {
         Some(part) => {
             let names: Vec<&str> = scene.parts.iter().map(|(name, _)| name.as_str()).collect();
-            let known = if names.is_empty() {
+            let known_parts = if names.is_empty() {
                 "it has no parts".to_owned()
             } else {
                 format!("its parts are {}", names.join(", "))
@@ -307,7 +322,7 @@ fn nothing_to_draw(scene: &Scene, options: &Options) -> Diagnostic {
             Diagnostic::error(
                 codes::E0503,
                 span,
-                format!("the scene has no part `{part}`: {known}"),
+                format!("the scene has no part `{part}`: {known_parts}"),
             )
         }
         None => Diagnostic::error(codes::E0502, span, "the file has no shape to draw")
@@ -315,14 +330,15 @@ fn nothing_to_draw(scene: &Scene, options: &Options) -> Diagnostic {
     }
 }
 
-/// How many materials a shape shows, and the one that covers all of it if it is one.
+/// Returns the number of visible materials of a shape, and the material that covers all of it if there
+/// is only one.
 fn materials(scene: &Scene, root: ShapeId) -> (usize, MaterialId) {
-    let mut found: Vec<MaterialId> = Vec::new();
-    let mut seen = vec![false; scene.shapes.len()];
+    let mut found_materials: Vec<MaterialId> = Vec::new();
+    let mut visited = vec![false; scene.shapes.len()];
     let mut pending = vec![root];
-    let mut constant = true;
+    let mut is_constant = true;
     while let Some(id) = pending.pop() {
-        if std::mem::replace(&mut seen[id.0 as usize], true) {
+        if std::mem::replace(&mut visited[id.0 as usize], true) {
             continue;
         }
         let material = match &scene.shapes[id.0 as usize].kind {
@@ -349,57 +365,57 @@ fn materials(scene: &Scene, root: ShapeId) -> (usize, MaterialId) {
         if let Some(id) = material {
             let material = &scene.materials[id.0 as usize];
             let uniform = |number: ExprId| scene.expressions.stage(number) <= Stage::Uniform;
-            constant &=
+            is_constant &=
                 material.bump.is_none() && channel_numbers(material).into_iter().all(uniform);
-            if !found.contains(&id) {
-                found.push(id);
+            if !found_materials.contains(&id) {
+                found_materials.push(id);
             }
         }
     }
-    match found.as_slice() {
-        [only] if constant => (1, *only),
+    match found_materials.as_slice() {
+        [only] if is_constant => (1, *only),
         [] => (1, MaterialId(0)),
         _ => (2, MaterialId(0)),
     }
 }
 
-/// The numbers of a scene's parameters.
-fn params_of(scene: &Scene) -> Vec<f64> {
+/// Returns the numbers of a scene's parameters.
+fn param_values(scene: &Scene) -> Vec<f64> {
     let numbers = scene.params.iter().flat_map(|param| &param.value);
     numbers.copied().collect()
 }
 
-/// The scene's settings, with numbers that engines can read.
-fn settings_of(
+/// Returns the scene's settings, with numbers that engines can read.
+fn build_settings(
     scene: &mut Scene,
     fallback: MaterialId,
-    ([bounds, reach], found): ([Bounds; 2], FoundBounds),
+    ([bounds, reach], found): ([Bounds; 2], CurrentBounds),
     uniforms: &mut Uniforms,
 ) -> Settings {
     let expressions = &scene.expressions;
-    let mut one = |id: ExprId| match expressions.as_constant(id) {
-        Some(v) => Setting::Constant(v),
+    let mut setting = |id: ExprId| match expressions.as_constant(id) {
+        Some(v) => SettingValue::Constant(v),
         None => match uniforms.number(expressions, id) {
-            Number::Constant(v) => Setting::Constant(v.into()),
-            Number::Uniform(output) => Setting::Uniform(output),
+            GraphNumber::Constant(v) => SettingValue::Constant(v.into()),
+            GraphNumber::Uniform(output) => SettingValue::Uniform(output),
         },
     };
-    let cameras = scene.cameras.iter().map(|camera| camera.map(&mut one));
+    let cameras = scene.cameras.iter().map(|camera| camera.map(&mut setting));
     let cameras = cameras.collect();
-    let lights = scene.lights.iter().map(|light| light.map(&mut one));
+    let lights = scene.lights.iter().map(|light| light.map(&mut setting));
     let lights = lights.collect();
-    let sky = scene.sky.map(&mut one);
-    let render = scene.render.map(&mut one);
+    let sky = scene.sky.map(&mut setting);
+    let render = scene.render.map(&mut setting);
     let checks = scene
         .checks
         .iter()
         .map(|check| settings::Check {
-            value: one(check.value),
+            value: setting(check.value),
             strict: check.strict,
             message: check.message.clone(),
         })
         .collect();
-    let material = channel_numbers(&scene.materials[fallback.0 as usize]).map(&mut one);
+    let material = channel_numbers(&scene.materials[fallback.0 as usize]).map(&mut setting);
     let params = scene
         .params
         .iter()
@@ -423,12 +439,12 @@ fn settings_of(
         sky,
         render,
         animation: scene.animation,
-        plane: scene.plane,
+        is_plane: scene.plane,
         z_up: scene.z_up,
         bounds,
         subject: None,
-        reach,
-        found,
+        bounds_for_all_params: reach,
+        current_bounds: found,
         time: 0.0,
         material,
         material_id: fallback.0,
@@ -441,9 +457,9 @@ fn settings_of(
     }
 }
 
-/// What the verifier has to say, as diagnostics: only limits of the format can be passed by a
-/// program that the compiler made.
-fn unverified(module: &Module, span: Span) -> Vec<Diagnostic> {
+/// Returns the verifier's errors as diagnostics: a compiled program can only exceed the format's
+/// limits.
+fn verification_errors(module: &Module, span: Span) -> Vec<Diagnostic> {
     let outputs = module.uniforms.outputs.len();
     let check = |program: &Program, surface: bool| verify(program, outputs, surface).err();
     let mut errors = vec![check(&module.distance, false)];
@@ -469,8 +485,8 @@ fn unverified(module: &Module, span: Span) -> Vec<Diagnostic> {
         .collect()
 }
 
-/// Conditions that the parameters' present values violate.
-fn violated(scene: &Scene, module: &Module, outputs: &[f64]) -> Vec<Diagnostic> {
+/// Returns the checks that fail for the current values of the parameters.
+fn failed_checks(scene: &Scene, module: &Module, outputs: &[f64]) -> Vec<Diagnostic> {
     let checks = module.settings.checks.iter().zip(&scene.checks);
     checks
         .filter(|(check, _)| {
@@ -485,13 +501,13 @@ fn violated(scene: &Scene, module: &Module, outputs: &[f64]) -> Vec<Diagnostic> 
         .collect()
 }
 
-/// How many operations of each kind a graph has, by name.
+/// Returns the number of operations of each kind in a graph, by name.
 pub fn operation_counts(graph: &Graph) -> Vec<(&'static str, usize)> {
     let mut counts = std::collections::BTreeMap::new();
     let uses = graph.uses();
     for (id, node) in graph.nodes() {
         if uses[id.0 as usize] > 0
-            && let Node::Apply { op, .. } = node
+            && let GraphNode::Apply { op, .. } = node
         {
             *counts.entry(op.row().name).or_insert(0) += 1;
         }

@@ -1,30 +1,31 @@
-//! Longer cutters where that leaves the solid as it is.
+//! Extends cutters where that leaves the solid unchanged.
 //!
-//! `a - b` is the larger of a's value and the negative of b's. Where a flat face of `b` ends in a face of `a`, or
-//! a little beyond it, both are small there with nothing near: offsets and shells close the hole, light sees an
-//! edge that is not there, and rays take short steps. So a flat face of a cutter is moved outwards, by the size of
-//! the body, if boxes prove that nothing of what is cut lies in what that adds, or intervals that another cutter
-//! takes it away. The solid is the same set of points; its field is nearer to the distance.
+//! `a - b` is the maximum of a's value and the negative of b's. Where a flat face of `b` ends in a face of
+//! `a`, or slightly beyond it, both values are small although no surface is near. Then offsets and shells
+//! close the hole, light shows an edge that does not exist, and rays take short steps. So a flat face of a
+//! cutter is moved outwards by up to the size of the body. The extension must be proved to remove nothing:
+//! bounding boxes prove that nothing of the body lies in it, or intervals that other cutters remove it
+//! anyway. The solid stays the same set of points; its field is closer to the distance.
 //!
-//! Walls that are straight at the face stay as they are (`straight`); those that slope are prolonged (`sloping` for
-//! solids, `sketch` for polygons). A face that follows live parameters is moved where the body's outermost face
-//! follows them in the same way (`live`).
+//! Walls that are straight at the face keep their profile (`straight`). Sloping walls are prolonged
+//! (`sloping` for solids, `polygon` for polygons). A face that depends on live parameters is moved if the
+//! body's outermost face depends on them in the same way (`live`).
 
-mod copies;
 mod cover;
-mod halves;
-mod inner;
+mod free_space;
+mod half_spaces;
 mod linear;
 mod live;
-mod live_sketch;
+mod live_polygon;
 mod mapped;
-mod room;
+mod polygon;
+mod regions;
 mod section;
-mod sketch;
 mod sloping;
 mod straight;
+mod union_operands;
 
-use crate::bounds::{Boxes, World, inverse};
+use crate::bounds::{SceneRef, ShapeBounds, inverse};
 use crate::expression::{ExprId, Expression};
 use crate::scene::{Scene, ShapeId, ShapeKind, children_mut};
 use crate::slope::Ranges;
@@ -35,112 +36,120 @@ use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
 
-/// The fractions of the body's size by which a face may be moved, the first that is possible.
-const FRACTIONS: [f64; 4] = [1.0, 0.25, 0.0625, 0.015625];
-/// The overlap of two boxes that counts as none, as a fraction of their coordinates: the error of sums in `f64`.
-const TOUCHING: f64 = 1e-9;
-/// The value that counts as zero, as a fraction of the coordinates: operations round their parameters to `f32`.
-const ROUNDED: f64 = 4.0 * f32::EPSILON as f64;
-/// The most boxes that are compared for a scene.
-const MOST_BOXES: usize = 2_000_000;
-/// The most operations on intervals that are run for a scene.
-const MOST_OPERATIONS: usize = 6_000_000;
+/// Extensions of a face as fractions of the body's size, tried from the largest.
+const EXTENSION_FRACTIONS: [f64; 4] = [1.0, 0.25, 0.0625, 0.015625];
+/// Overlap of two boxes that counts as none, relative to their coordinates: rounding error of sums in `f64`.
+const TOUCH_TOLERANCE: f64 = 1e-9;
+/// Value that counts as zero, relative to the coordinates: operations round their parameters to `f32`.
+const F32_TOLERANCE: f64 = 4.0 * f32::EPSILON as f64;
+/// Maximum number of bounding boxes that are tested per scene.
+const MAX_BOX_TESTS: usize = 2_000_000;
+/// Maximum number of interval operations per scene.
+const MAX_INTERVAL_OPERATIONS: usize = 6_000_000;
 
-/// Rows of a map of points: three factors and a shift.
-type Rows = [[f64; 4]; 3];
+/// Rows of an affine map of points: three factors and a shift.
+type AffineRows = [[f64; 4]; 3];
 
-const SAME: Rows = [
+const IDENTITY: AffineRows = [
     [1.0, 0.0, 0.0, 0.0],
     [0.0, 1.0, 0.0, 0.0],
     [0.0, 0.0, 1.0, 0.0],
 ];
 
-/// The shape with longer cutters: the same one where nothing changes, else a new one behind all others.
-pub fn lengthened(scene: &mut Scene, root: ShapeId) -> ShapeId {
-    lengthened_within(scene, &mut Boxes::lasting(), root)
+/// Extends the cutters of a shape. Returns the same shape if nothing changes, else a new one after all
+/// others.
+pub fn extend_cutters(scene: &mut Scene, root: ShapeId) -> ShapeId {
+    extend_cutters_with_bounds(scene, &mut ShapeBounds::for_all_params(), root)
 }
 
-/// The same with boxes that are known.
-pub(crate) fn lengthened_within(scene: &mut Scene, boxes: &mut Boxes, root: ShapeId) -> ShapeId {
-    let follows = |node: &Expression| matches!(node, Expression::Param(..) | Expression::Time);
-    let is_live = scene.expressions.since(0).any(|(_, node, _)| follows(node));
-    let mut lengthening = Lengthening {
-        boxes,
-        known: HashMap::new(),
-        left: MOST_BOXES,
-        operations: MOST_OPERATIONS,
-        present: Boxes::at(0.0, HashMap::new()),
-        ranges: Ranges::of(World::from(&*scene)),
+/// Extends the cutters of a shape, with a cache of bounds.
+pub(crate) fn extend_cutters_with_bounds(
+    scene: &mut Scene,
+    bounds_cache: &mut ShapeBounds,
+    root: ShapeId,
+) -> ShapeId {
+    let is_live_node = |node: &Expression| matches!(node, Expression::Param(..) | Expression::Time);
+    let is_live = scene
+        .expressions
+        .since(0)
+        .any(|(_, node, _)| is_live_node(node));
+    let mut extension = CutterExtension {
+        bounds_cache,
+        extended: HashMap::new(),
+        remaining_box_tests: MAX_BOX_TESTS,
+        remaining_interval_operations: MAX_INTERVAL_OPERATIONS,
+        current_bounds: ShapeBounds::at_time_and_values(0.0, HashMap::new()),
+        ranges: Ranges::for_scene(SceneRef::from(&*scene)),
         is_live,
         scene,
     };
-    lengthening.all(root)
+    extension.extend_in(root)
 }
 
-struct Lengthening<'s> {
+struct CutterExtension<'s> {
     scene: &'s mut Scene,
-    boxes: &'s mut Boxes,
-    /// The shapes that were looked at, and what they became.
-    known: HashMap<ShapeId, ShapeId>,
-    /// The boxes that may still be compared.
-    left: usize,
-    /// The operations on intervals that may still be run.
-    operations: usize,
-    /// Boxes at the present values of the parameters.
-    present: Boxes,
-    /// The ranges of the parameters.
+    bounds_cache: &'s mut ShapeBounds,
+    /// Results of `extend_in`.
+    extended: HashMap<ShapeId, ShapeId>,
+    /// Number of bounding boxes that may still be tested.
+    remaining_box_tests: usize,
+    /// Number of interval operations that may still be run.
+    remaining_interval_operations: usize,
+    /// Bounds at the current values of the parameters.
+    current_bounds: ShapeBounds,
+    /// Ranges of the parameters.
     ranges: Ranges,
-    /// A number of the scene follows a live parameter or the time.
+    /// True if a number of the scene depends on a live parameter or the time.
     is_live: bool,
 }
 
 /// A step from a part of a cutter outwards.
 #[derive(Clone)]
-enum Step {
-    /// A map of points.
-    Map(Rows),
-    /// Copies by a row, or a turn that differs from point to point.
+enum PathStep {
+    /// An affine map of points.
+    Map(AffineRows),
+    /// Copies by an operation, or a rotation that varies with the point.
     Copies { op: Op, numbers: Vec<f64> },
-    /// A turn of the plane around the y axis, after a shift along x.
+    /// Revolution of the plane about the y axis, after a shift along x.
     Revolve(f64),
-    /// A cut to a box.
-    Within(Bounds),
+    /// Intersection with a box.
+    Clip(Bounds),
 }
 
-/// The body that a cutter cuts, its size, and the other cutters.
-struct Cut {
-    /// Absent where all of space is to be kept.
+/// The body that is cut, its size, and its other cutters.
+struct CutContext {
+    /// `None` where the solid must stay the same everywhere.
     body: Option<ShapeId>,
     size: f64,
-    /// The size at the present values of the parameters.
-    present_size: f64,
-    /// The distance from cutters as far as which they are blended with the body.
-    reach: f64,
-    others: Vec<Other>,
+    /// The size at the current values of the parameters.
+    current_size: f64,
+    /// Width of the blend between the cutters and the body.
+    blend_radius: f64,
+    other_cutters: Vec<OtherCutter>,
 }
 
-/// A cutter beside the one that grows.
+/// A cutter other than the one that is extended.
 #[derive(Clone, Copy)]
-struct Other {
+struct OtherCutter {
     id: ShapeId,
-    /// The number of steps from the body to its frame.
+    /// Number of steps from the body to its frame.
     depth: usize,
-    /// Its box in the body's frame; all of space where several maps lead there.
+    /// Its box in the body's frame; all of space if several maps lead there.
     bounds: Bounds,
-    /// The part that grows lies in it.
-    is_grown: bool,
+    /// True if the part that is extended belongs to it.
+    is_extended: bool,
 }
 
-impl Lengthening<'_> {
-    /// A shape with all cutters in it longer. Recursion over shapes within shapes, whose depth the elaborator
-    /// bounds; so are those below.
-    fn all(&mut self, id: ShapeId) -> ShapeId {
-        if let Some(&known) = self.known.get(&id) {
-            return known;
+impl CutterExtension<'_> {
+    /// Extends all cutters in a shape. Recursion over nested shapes, whose depth the elaborator bounds; the
+    /// same holds for the functions below.
+    fn extend_in(&mut self, id: ShapeId) -> ShapeId {
+        if let Some(&extended) = self.extended.get(&id) {
+            return extended;
         }
         let mut kind = self.kind(id).clone();
         for child in children_mut(&mut kind) {
-            *child = self.all(*child);
+            *child = self.extend_in(*child);
         }
         match &mut kind {
             ShapeKind::Combine {
@@ -148,52 +157,54 @@ impl Lengthening<'_> {
                 children,
                 parameters,
             } if op.row().meta.set == Some(SetOperation::Subtraction) => {
-                let reach = match (*op, parameters.first()) {
+                let blend_radius = match (*op, parameters.first()) {
                     (Op::Subtraction, _) => Some(0.0),
-                    // One that is exponential has no end.
+                    // The exponential blend has infinite support.
                     (Op::ExponentialSubtraction, _) | (_, None) => None,
                     (_, Some(&width)) => self.scene.expressions.as_constant(width),
                 };
                 let (body, cutters) = children.split_at_mut(1);
-                if let Some(reach) = reach {
-                    self.cut(body[0], cutters, reach);
+                if let Some(blend_radius) = blend_radius {
+                    self.extend_cutters_of(body[0], cutters, blend_radius);
                 }
             }
             ShapeKind::Combine {
                 op: Op::Intersection,
                 children,
                 ..
-            } => self.complements(id, children),
+            } => self.extend_complements(id, children),
             _ => {}
         }
-        self.join_inner(&mut kind);
-        let new = self.with(id, kind);
-        self.known.insert(id, new);
-        new
+        self.extend_inner_operands(&mut kind);
+        let result = self.with_kind(id, kind);
+        self.extended.insert(id, result);
+        result
     }
 
-    /// Makes the cutters of a body longer, which are blended with it as far as `reach` away from them.
-    fn cut(&mut self, body: ShapeId, cutters: &mut [ShapeId], reach: f64) {
-        let within = self.cutters_within(body);
+    /// Extends the cutters of a body. `blend_radius` is the width of the blend.
+    fn extend_cutters_of(&mut self, body: ShapeId, cutters: &mut [ShapeId], blend_radius: f64) {
+        let previous = self.previous_cutters(body);
         let shapes: Vec<ShapeId> = [body].into_iter().chain(cutters.iter().copied()).collect();
-        let mut cut = Cut {
+        let mut cut = CutContext {
             body: Some(body),
             size: size_of(&shapes, |id| self.bounds(id)),
-            present_size: size_of(&shapes, |id| self.present.of(World::from(&*self.scene), id)),
-            reach,
-            others: Vec::new(),
+            current_size: size_of(&shapes, |id| {
+                self.current_bounds.get(SceneRef::from(&*self.scene), id)
+            }),
+            blend_radius,
+            other_cutters: Vec::new(),
         };
-        self.cutters(cutters, &mut Vec::new(), &mut cut, &within);
-        if self.is_live && reach == 0.0 {
+        self.extend_each(cutters, &mut Vec::new(), &mut cut, &previous);
+        if self.is_live && blend_radius == 0.0 {
             for cutter in cutters {
-                *cutter = self.followed(*cutter, &mut Vec::new(), &cut);
+                *cutter = self.extend_live_cutter(*cutter, &mut Vec::new(), &cut);
             }
         }
     }
 
-    /// Makes the complements in an intersection longer: each cuts what the others have in common.
-    fn complements(&mut self, id: ShapeId, children: &mut [ShapeId]) {
-        let inner = |this: &Self, child: ShapeId| match this.kind(child) {
+    /// Extends complements in an intersection: each cuts the intersection of the other operands.
+    fn extend_complements(&mut self, id: ShapeId, children: &mut [ShapeId]) {
+        let complement_operand = |this: &Self, child: ShapeId| match this.kind(child) {
             ShapeKind::Distance {
                 op: Op::Complement,
                 child,
@@ -201,14 +212,14 @@ impl Lengthening<'_> {
             } => Some(*child),
             _ => None,
         };
-        let (cutters, bodies): (Vec<usize>, Vec<usize>) =
-            (0..children.len()).partition(|&at| inner(self, children[at]).is_some());
-        let mut inside: Vec<ShapeId> = cutters
+        let (cutters, bodies): (Vec<usize>, Vec<usize>) = (0..children.len())
+            .partition(|&index| complement_operand(self, children[index]).is_some());
+        let mut inner_cutters: Vec<ShapeId> = cutters
             .iter()
-            .filter_map(|&at| inner(self, children[at]))
+            .filter_map(|&index| complement_operand(self, children[index]))
             .collect();
-        let bodies: Vec<ShapeId> = bodies.into_iter().map(|at| children[at]).collect();
-        let body = match (bodies.as_slice(), inside.is_empty()) {
+        let bodies: Vec<ShapeId> = bodies.into_iter().map(|index| children[index]).collect();
+        let body = match (bodies.as_slice(), inner_cutters.is_empty()) {
             (_, true) | ([], _) => return,
             ([body], _) => *body,
             _ => {
@@ -219,13 +230,13 @@ impl Lengthening<'_> {
                 self.scene.derived(id, kind)
             }
         };
-        self.cut(body, &mut inside, 0.0);
-        for (at, cutter) in cutters.into_iter().zip(inside) {
-            let mut kind = self.kind(children[at]).clone();
+        self.extend_cutters_of(body, &mut inner_cutters, 0.0);
+        for (index, cutter) in cutters.into_iter().zip(inner_cutters) {
+            let mut kind = self.kind(children[index]).clone();
             for child in children_mut(&mut kind) {
                 *child = cutter;
             }
-            children[at] = self.with(children[at], kind);
+            children[index] = self.with_kind(children[index], kind);
         }
     }
 
@@ -233,18 +244,18 @@ impl Lengthening<'_> {
         &self.scene.shapes[id.0 as usize].kind
     }
 
-    /// The shape of a kind: the same one where its operands are.
-    fn with(&mut self, id: ShapeId, mut kind: ShapeKind) -> ShapeId {
-        let mut old = self.kind(id).clone();
-        if children_mut(&mut old) == children_mut(&mut kind) {
+    /// Replaces the kind of a shape. Returns the same shape if its operands are unchanged.
+    fn with_kind(&mut self, id: ShapeId, mut kind: ShapeKind) -> ShapeId {
+        let mut original = self.kind(id).clone();
+        if children_mut(&mut original) == children_mut(&mut kind) {
             return id;
         }
         self.scene.derived(id, kind)
     }
 
-    /// The cutters of a body that was cut before.
-    fn cutters_within(&self, mut body: ShapeId) -> Vec<ShapeId> {
-        let mut found = Vec::new();
+    /// The cutters of earlier subtractions from the same body.
+    fn previous_cutters(&self, mut body: ShapeId) -> Vec<ShapeId> {
+        let mut cutters = Vec::new();
         loop {
             match self.kind(body) {
                 ShapeKind::Painted { child, .. } => body = *child,
@@ -253,108 +264,118 @@ impl Lengthening<'_> {
                     children,
                     ..
                 } => {
-                    found.extend(&children[1..]);
+                    cutters.extend(&children[1..]);
                     body = children[0];
                 }
-                _ => return found,
+                _ => return cutters,
             }
         }
     }
 
-    /// Cutters with longer parts, each beside all others and those in `more`.
-    fn cutters(
+    /// Extends each of several cutters, given the others and those in `additional`.
+    fn extend_each(
         &mut self,
         cutters: &mut [ShapeId],
-        path: &mut Vec<Step>,
-        cut: &mut Cut,
-        more: &[ShapeId],
+        path: &mut Vec<PathStep>,
+        cut: &mut CutContext,
+        additional: &[ShapeId],
     ) {
-        let rows = rows_of(path);
-        let first = cut.others.len();
-        for &id in cutters.iter().chain(more) {
+        let rows = path_rows(path);
+        let first = cut.other_cutters.len();
+        for &id in cutters.iter().chain(additional) {
             let bounds = match &rows {
                 Some(rows) => self.bounds(id).mapped(rows),
-                None => Bounds::EVERYTHING,
+                None => Bounds::ALL_SPACE,
             };
-            cut.others.push(Other {
+            cut.other_cutters.push(OtherCutter {
                 id,
                 depth: path.len(),
                 bounds,
-                is_grown: false,
+                is_extended: false,
             });
         }
-        for (at, cutter) in cutters.iter_mut().enumerate() {
-            cut.others[first + at].is_grown = true;
-            *cutter = self.cutter(*cutter, path, cut);
-            cut.others[first + at].is_grown = false;
+        for (index, cutter) in cutters.iter_mut().enumerate() {
+            cut.other_cutters[first + index].is_extended = true;
+            *cutter = self.extend_cutter(*cutter, path, cut);
+            cut.other_cutters[first + index].is_extended = false;
         }
-        cut.others.truncate(first);
+        cut.other_cutters.truncate(first);
     }
 
-    /// A cutter with longer parts; `path` leads from it to what is cut, the last step first.
-    fn cutter(&mut self, id: ShapeId, path: &mut Vec<Step>, cut: &mut Cut) -> ShapeId {
+    /// Extends the parts of a cutter; `path` leads from it to the body, the last step first.
+    fn extend_cutter(
+        &mut self,
+        id: ShapeId,
+        path: &mut Vec<PathStep>,
+        cut: &mut CutContext,
+    ) -> ShapeId {
         let mut kind = self.kind(id).clone();
         let step = match &mut kind {
-            // A blend reaches beyond what bounds a part of such cutters.
+            // A blend extends beyond what bounds a part of such cutters.
             ShapeKind::Combine {
                 op: Op::Intersection | Op::Subtraction,
                 ..
             }
             | ShapeKind::Domain { .. }
-                if cut.reach > 0.0 =>
+                if cut.blend_radius > 0.0 =>
             {
                 return id;
             }
-            ShapeKind::Distance { .. } if cut.reach > 0.0 => return self.longer(id, path, cut),
+            ShapeKind::Distance { .. } if cut.blend_radius > 0.0 => {
+                return self.extend_flat_faces(id, path, cut);
+            }
             ShapeKind::Combine {
                 op: Op::Union,
                 children,
                 ..
             } => {
-                self.cutters(children, path, cut, &[]);
-                return self.with(id, kind);
+                self.extend_each(children, path, cut, &[]);
+                return self.with_kind(id, kind);
             }
             ShapeKind::Combine {
                 op: Op::Intersection,
                 children,
                 ..
             } => {
-                // One after the other: what is added to one is cut to what the others are by then.
-                for at in 0..children.len() {
-                    let others = (0..children.len()).filter(|&other| other != at);
+                // One after the other: an extension of one operand is clipped by the others as extended so
+                // far.
+                for index in 0..children.len() {
+                    let others = (0..children.len()).filter(|&other| other != index);
                     let others: Vec<ShapeId> = others.map(|other| children[other]).collect();
-                    children[at] = self.opened(children[at], &others, path, cut);
-                    let within = others
+                    children[index] = self.widen_half_space(children[index], &others, path, cut);
+                    let clip = others
                         .iter()
                         .map(|&other| self.bounds(other))
-                        .fold(Bounds::EVERYTHING, |common, own| common.common(&own));
-                    path.push(Step::Within(within));
-                    children[at] = self.cutter(children[at], path, cut);
+                        .fold(Bounds::ALL_SPACE, |common, bounds| {
+                            common.intersection(&bounds)
+                        });
+                    path.push(PathStep::Clip(clip));
+                    children[index] = self.extend_cutter(children[index], path, cut);
                     path.pop();
                 }
-                return self.with(id, kind);
+                return self.with_kind(id, kind);
             }
             ShapeKind::Combine {
                 op: Op::Subtraction,
                 children,
                 ..
             } => {
-                children[0] = self.cutter(children[0], path, cut);
-                return self.with(id, kind);
+                children[0] = self.extend_cutter(children[0], path, cut);
+                return self.with_kind(id, kind);
             }
             ShapeKind::Primitive { .. } => {
-                let id = self.longer(id, path, cut);
-                return match cut.reach > 0.0 {
+                let id = self.extend_flat_faces(id, path, cut);
+                return match cut.blend_radius > 0.0 {
                     true => id,
-                    false => self.farther(id, path, cut),
+                    false => self.extend_sloped_faces(id, path, cut),
                 };
             }
-            ShapeKind::Polygon { .. } if cut.reach > 0.0 => return id,
-            ShapeKind::Polygon { .. } => return self.wider(id, path, cut),
+            ShapeKind::Polygon { .. } if cut.blend_radius > 0.0 => return id,
+            ShapeKind::Polygon { .. } => return self.extend_polygon_edges(id, path, cut),
             ShapeKind::Painted { .. } => None,
             ShapeKind::Frame { matrix, .. } => match self.constants(matrix) {
                 Some(matrix) => match inverse(&matrix) {
-                    Some(rows) => Some(Step::Map(rows)),
+                    Some(rows) => Some(PathStep::Map(rows)),
                     None => return id,
                 },
                 None => return id,
@@ -369,17 +390,17 @@ impl Lengthening<'_> {
                 let Some(numbers) = self.constants(parameters) else {
                     return id;
                 };
-                Some(Step::Copies { op: *op, numbers })
+                Some(PathStep::Copies { op: *op, numbers })
             }
             ShapeKind::Domain {
                 op: Op::Revolve | Op::RevolvePart,
                 parameters,
                 ..
             } => match self.scene.expressions.as_constant(parameters[0]) {
-                Some(offset) => Some(Step::Revolve(offset)),
+                Some(offset) => Some(PathStep::Revolve(offset)),
                 None => return id,
             },
-            // What the ends of a turn cut off is not left out.
+            // The part that the ends of a revolution cut off is not excluded.
             ShapeKind::Distance {
                 op: Op::RevolveClose,
                 ..
@@ -388,22 +409,22 @@ impl Lengthening<'_> {
                 op: Op::Extrude | Op::RoundedExtrude,
                 ..
             } => {
-                let mut within = Bounds::EVERYTHING;
-                let own = self.bounds(id);
-                (within.min[2], within.max[2]) = (own.min[2], own.max[2]);
-                Some(Step::Within(within))
+                let mut clip = Bounds::ALL_SPACE;
+                let bounds = self.bounds(id);
+                (clip.min[2], clip.max[2]) = (bounds.min[2], bounds.max[2]);
+                Some(PathStep::Clip(clip))
             }
             _ => return id,
         };
         let steps = path.len();
         path.extend(step);
         for child in children_mut(&mut kind) {
-            *child = self.cutter(*child, path, cut);
+            *child = self.extend_cutter(*child, path, cut);
         }
         path.truncate(steps);
-        let id = self.with(id, kind);
+        let id = self.with_kind(id, kind);
         match self.kind(id) {
-            ShapeKind::Distance { .. } => self.longer(id, path, cut),
+            ShapeKind::Distance { .. } => self.extend_flat_faces(id, path, cut),
             _ => id,
         }
     }
@@ -414,20 +435,22 @@ impl Lengthening<'_> {
     }
 
     fn bounds(&mut self, id: ShapeId) -> Bounds {
-        self.boxes.of(World::from(&*self.scene), id)
+        self.bounds_cache.get(SceneRef::from(&*self.scene), id)
     }
 }
 
-/// The map from the frame in which a path begins to that where it ends, if it is one map.
-fn rows_of(path: &[Step]) -> Option<Rows> {
-    path.iter().rev().try_fold(SAME, |rows, step| match step {
-        Step::Map(map) => Some(composed(map, &rows)),
-        Step::Copies { .. } | Step::Revolve(_) | Step::Within(_) => None,
-    })
+/// The map from the frame at the start of a path to that at its end, if the path is a single map.
+fn path_rows(path: &[PathStep]) -> Option<AffineRows> {
+    path.iter()
+        .rev()
+        .try_fold(IDENTITY, |rows, step| match step {
+            PathStep::Map(map) => Some(compose(map, &rows)),
+            PathStep::Copies { .. } | PathStep::Revolve(_) | PathStep::Clip(_) => None,
+        })
 }
 
-/// The map of points that is one after the other.
-fn composed(outer: &Rows, inner: &Rows) -> Rows {
+/// The composition of two affine maps.
+fn compose(outer: &AffineRows, inner: &AffineRows) -> AffineRows {
     std::array::from_fn(|row| {
         std::array::from_fn(|column| {
             let shift = if column == 3 { outer[row][3] } else { 0.0 };
@@ -437,7 +460,8 @@ fn composed(outer: &Rows, inner: &Rows) -> Rows {
     })
 }
 
-/// The size of a body; of the largest of its cutters, which follow it, where the body has no end.
+/// The size of a body. If the body is unbounded, the size of its largest cutter, which follow the body in
+/// `shapes`.
 fn size_of(shapes: &[ShapeId], mut bounds: impl FnMut(ShapeId) -> Bounds) -> f64 {
     let mut sizes = shapes.iter().map(|&id| size(&bounds(id)));
     match sizes.next() {
@@ -446,22 +470,22 @@ fn size_of(shapes: &[ShapeId], mut bounds: impl FnMut(ShapeId) -> Bounds) -> f64
     }
 }
 
-/// The longest side of a box, but for the axes along which it has no end.
+/// The longest finite side of a box.
 fn size(bounds: &Bounds) -> f64 {
     let sides = (0..3).map(|axis| bounds.max[axis] - bounds.min[axis]);
     let finite = sides.filter(|side| side.is_finite());
     finite.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The length outside of what is one long within.
-fn scale(path: &[Step]) -> f64 {
-    let volume = |step: &Step| match step {
-        Step::Map(rows) => {
+/// The length in the outer frame of a unit length in the inner frame, as a cube root of the volume ratio.
+fn scale(path: &[PathStep]) -> f64 {
+    let volume = |step: &PathStep| match step {
+        PathStep::Map(rows) => {
             let columns =
-                [0, 1, 2].map(|column| V3::of(rows[0][column], rows[1][column], rows[2][column]));
+                [0, 1, 2].map(|column| V3::new(rows[0][column], rows[1][column], rows[2][column]));
             columns[0].cross(columns[1]).dot(columns[2]).abs()
         }
-        Step::Copies { .. } | Step::Revolve(_) | Step::Within(_) => 1.0,
+        PathStep::Copies { .. } | PathStep::Revolve(_) | PathStep::Clip(_) => 1.0,
     };
     path.iter().map(volume).product::<f64>().cbrt()
 }

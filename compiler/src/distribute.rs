@@ -1,74 +1,76 @@
-//! Maps of combined shapes, as combinations of mapped shapes.
+//! Moves set operations above maps of space.
 //!
-//! A bent or stretched shape is divided by a bound of its slope as a whole (`lower/step.rs`). Of a union the
-//! smallest value counts, so one operand that is written times a constant would hide another that is nearer from light,
-//! or be hidden by it. Hard unions, intersections and subtractions therefore go above the map, where each operand has
-//! a bound of its own. The values that the scene writes stay the same.
+//! A bent or stretched shape is divided by a slope bound of the entire shape (`lower/step.rs`). A union takes
+//! the minimum: an operand with a large constant factor would hide a nearer operand from light, or be hidden
+//! by it. Hard unions, intersections and subtractions are therefore moved above the map, where each operand
+//! has a slope bound of its own. The values that the scene defines stay the same.
 
 use crate::scene::{Scene, ShapeId, ShapeKind, children, children_mut};
 use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
-/// The shape with its combinations above its maps: the same one where nothing changes, else a new one behind all others.
-pub(crate) fn distributed(scene: &mut Scene, root: ShapeId) -> ShapeId {
-    let mut distribution = Distribution {
+/// Moves set operations in a shape above maps. Returns the same shape if nothing changes, else a new one
+/// after all others.
+pub(crate) fn distribute_maps(scene: &mut Scene, root: ShapeId) -> ShapeId {
+    let mut distribution = MapDistributor {
         scene,
-        known: HashMap::new(),
-        uneven: HashMap::new(),
+        results: HashMap::new(),
+        scaled: HashMap::new(),
     };
-    distribution.all(root)
+    distribution.distribute(root)
 }
 
-struct Distribution<'s> {
+struct MapDistributor<'s> {
     scene: &'s mut Scene,
-    /// The shapes that were looked at, and what they became.
-    known: HashMap<ShapeId, ShapeId>,
-    /// The shapes of which it is known whether their values are of different steepness than distances.
-    uneven: HashMap<ShapeId, bool>,
+    /// Results of `distribute`.
+    results: HashMap<ShapeId, ShapeId>,
+    /// Cached results of `has_scaled_values`.
+    scaled: HashMap<ShapeId, bool>,
 }
 
-impl Distribution<'_> {
-    /// Recursion over shapes within shapes, whose depth the elaborator bounds; so are those below.
-    fn all(&mut self, id: ShapeId) -> ShapeId {
-        if let Some(&known) = self.known.get(&id) {
-            return known;
+impl MapDistributor<'_> {
+    /// Recursion over nested shapes, whose depth the elaborator bounds; the same holds for the functions
+    /// below.
+    fn distribute(&mut self, id: ShapeId) -> ShapeId {
+        if let Some(&result) = self.results.get(&id) {
+            return result;
         }
-        let old = self.kind(id).clone();
-        let mut kind = old.clone();
+        let original = self.kind(id).clone();
+        let mut kind = original.clone();
         for child in children_mut(&mut kind) {
-            *child = self.all(*child);
+            *child = self.distribute(*child);
         }
-        let is_same = children(&old) == children(&kind);
+        let is_same = children(&original) == children(&kind);
         let mut new = if is_same {
             id
         } else {
             self.scene.derived(id, kind)
         };
-        if is_map(self.kind(new)) {
-            new = self.above(new);
+        if is_space_map(self.kind(new)) {
+            new = self.lift_combination(new);
         }
-        self.known.insert(id, new);
+        self.results.insert(id, new);
         new
     }
 
-    /// A map of a combination as a combination of maps.
-    fn above(&mut self, id: ShapeId) -> ShapeId {
+    /// Replaces a map of a set operation by the set operation of maps.
+    fn lift_combination(&mut self, id: ShapeId) -> ShapeId {
         let Some(&child) = children(self.kind(id)).first() else {
             return id;
         };
-        let Some((op, operands)) = self.operands(child) else {
+        let Some((op, operands)) = self.liftable_operands(child) else {
             return id;
         };
-        // What a displacement adds to both sides of a difference does not cancel.
+        // A displacement would be added to both sides of a subtraction, where it does not cancel.
         if matches!(self.kind(id), ShapeKind::Displace { .. }) && op == Op::Subtraction {
             return id;
         }
         let mapped = operands
             .into_iter()
             .map(|operand| {
-                let mapped = self.like(id, operand);
-                self.above(mapped)
+                let mapped = self.with_child(id, operand);
+                self.lift_combination(mapped)
             })
             .collect();
         let kind = ShapeKind::Combine {
@@ -79,33 +81,36 @@ impl Distribution<'_> {
         self.scene.derived(id, kind)
     }
 
-    /// The operation and the operands that a shape is made of, if their values are of different steepness.
-    fn operands(&mut self, id: ShapeId) -> Option<(Op, Vec<ShapeId>)> {
+    /// The set operation and the operands of a shape, if the slopes of their values may differ from 1.
+    fn liftable_operands(&mut self, id: ShapeId) -> Option<(Op, Vec<ShapeId>)> {
         match self.kind(id).clone() {
             ShapeKind::Combine { op, children, .. } => {
                 let is_hard = matches!(op, Op::Union | Op::Intersection | Op::Subtraction);
-                (is_hard && self.is_uneven(id)).then(|| (op, self.grouped(id, op, children)))
+                (is_hard && self.has_scaled_values(id))
+                    .then(|| (op, self.group_distances(id, op, children)))
             }
             ShapeKind::Painted { child, .. } | ShapeKind::Frame { child, .. } => {
-                let (op, operands) = self.operands(child)?;
-                let operands = operands.into_iter().map(|operand| self.like(id, operand));
+                let (op, operands) = self.liftable_operands(child)?;
+                let operands = operands
+                    .into_iter()
+                    .map(|operand| self.with_child(id, operand));
                 Some((op, operands.collect()))
             }
             _ => None,
         }
     }
 
-    /// Operands side by side whose values are distances, as one operand. Their order stays: it decides the material.
-    fn grouped(&mut self, id: ShapeId, op: Op, operands: Vec<ShapeId>) -> Vec<ShapeId> {
+    /// Groups adjacent operands whose values are distances. The order stays, since it decides the material.
+    fn group_distances(&mut self, id: ShapeId, op: Op, operands: Vec<ShapeId>) -> Vec<ShapeId> {
         if op.row().meta.set == Some(SetOperation::Subtraction) {
             return operands;
         }
         let mut groups: Vec<(bool, Vec<ShapeId>)> = Vec::new();
         for operand in operands {
-            let is_uneven = self.is_uneven(operand);
+            let is_scaled = self.has_scaled_values(operand);
             match groups.last_mut() {
-                Some((false, group)) if !is_uneven => group.push(operand),
-                _ => groups.push((is_uneven, vec![operand])),
+                Some((false, group)) if !is_scaled => group.push(operand),
+                _ => groups.push((is_scaled, vec![operand])),
             }
         }
         let groups = groups.into_iter().map(|(_, group)| match group[..] {
@@ -122,35 +127,37 @@ impl Distribution<'_> {
         groups.collect()
     }
 
-    /// Reports whether a shape holds values that are no distances.
-    fn is_uneven(&mut self, id: ShapeId) -> bool {
-        if let Some(&known) = self.uneven.get(&id) {
-            return known;
+    /// Reports whether a shape contains values whose slopes may differ from 1.
+    fn has_scaled_values(&mut self, id: ShapeId) -> bool {
+        if let Some(&result) = self.scaled.get(&id) {
+            return result;
         }
         let kind = self.kind(id).clone();
-        let is_uneven = matches!(kind, ShapeKind::Field { .. })
-            || is_map(&kind)
-            || children(&kind).iter().any(|&child| self.is_uneven(child));
-        self.uneven.insert(id, is_uneven);
-        is_uneven
+        let is_scaled = matches!(kind, ShapeKind::Field { .. })
+            || is_space_map(&kind)
+            || children(&kind)
+                .iter()
+                .any(|&child| self.has_scaled_values(child));
+        self.scaled.insert(id, is_scaled);
+        is_scaled
     }
 
     fn kind(&self, id: ShapeId) -> &ShapeKind {
         &self.scene.shapes[id.0 as usize].kind
     }
 
-    /// A shape with another child.
-    fn like(&mut self, id: ShapeId, child: ShapeId) -> ShapeId {
+    /// Replaces the child of a shape.
+    fn with_child(&mut self, id: ShapeId, child: ShapeId) -> ShapeId {
         let mut kind = self.kind(id).clone();
-        for own in children_mut(&mut kind) {
-            *own = child;
+        for operand in children_mut(&mut kind) {
+            *operand = child;
         }
         self.scene.derived(id, kind)
     }
 }
 
-/// Reports whether a shape is turned into a step with all that lies behind it.
-fn is_map(kind: &ShapeKind) -> bool {
+/// Reports whether a shape is lowered to a step together with everything inside it.
+fn is_space_map(kind: &ShapeKind) -> bool {
     matches!(
         kind,
         ShapeKind::Warp { .. }

@@ -1,12 +1,12 @@
-//! The scene as text, for `--emit scene` and for tests: every shape on a line of its own, operands
-//! first, with its numbers as formulas.
+//! The scene as text, for `--emit scene` and for tests: one shape per line, operands first, with its
+//! numbers as formulas.
 //!
-//! A formula that is used more than once, or is very deep, is written once in the list of numbers.
+//! A formula with several uses, or a very deep one, is written once in the list of numbers.
 
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::scene::{
-    Camera, Lens, Light, LightSource, Material, Others, Param, ParamKind, Scene, Shadow, Shape,
-    ShapeId, ShapeKind, Triple,
+    ExprTriple, Material, NeighbourCells, ParamKind, Scene, SceneCamera, SceneLens, SceneLight,
+    SceneLightSource, SceneParam, SceneShadow, Shape, ShapeId, ShapeKind,
 };
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::Row;
@@ -14,13 +14,13 @@ use sdfc_vm::table::Op;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// The deepest formula on one line.
+/// Maximum depth of a formula on one line.
 const MAX_LEVELS: u32 = 8;
 
-/// The whole scene as text.
+/// Returns the complete scene as text.
 pub fn dump(scene: &Scene) -> String {
     let mut text = String::new();
-    let formulas = Formulas::of(scene);
+    let formulas = FormulaTable::new(scene);
     let mut line = |line: String| {
         text.push_str(&line);
         text.push('\n');
@@ -34,11 +34,11 @@ pub fn dump(scene: &Scene) -> String {
     for (id, name) in &formulas.names {
         line(format!("{name} = {}", formulas.definition(*id)));
     }
-    for (at, material) in scene.materials.iter().enumerate() {
-        line(format!("m{at} {}", material_line(material, &formulas)));
+    for (index, material) in scene.materials.iter().enumerate() {
+        line(format!("m{index} {}", material_line(material, &formulas)));
     }
-    for (at, shape) in scene.shapes.iter().enumerate() {
-        line(format!("s{at} {}", shape_line(shape, &formulas)));
+    for (index, shape) in scene.shapes.iter().enumerate() {
+        line(format!("s{index} {}", shape_line(shape, &formulas)));
     }
     for (name, id) in &scene.parts {
         line(format!("part {name} = s{}", id.0));
@@ -55,18 +55,18 @@ pub fn dump(scene: &Scene) -> String {
     let sky = &scene.sky;
     let fog = sky
         .fog
-        .map_or_else(String::new, |fog| format!(" fog {}", formulas.of_id(fog)));
+        .map_or_else(String::new, |fog| format!(" fog {}", formulas.formula(fog)));
     line(format!(
         "sky top {} horizon {} ground {} ambient {}{fog}",
         formulas.triple(sky.top),
         formulas.triple(sky.horizon),
         formulas.triple(sky.ground),
-        formulas.of_id(sky.ambient),
+        formulas.formula(sky.ambient),
     ));
     let render = &scene.render;
-    let far = render.far.map_or_else(|| "automatic".to_owned(), short);
+    let far_text = render.far.map_or_else(|| "automatic".to_owned(), short);
     line(format!(
-        "render {}x{} aa {} steps {} far {far} occlusion {:?} normals {:?} tonemap {:?} exposure {}",
+        "render {}x{} aa {} steps {} far {far_text} occlusion {:?} normals {:?} tonemap {:?} exposure {}",
         render.size[0],
         render.size[1],
         render.aa,
@@ -74,7 +74,7 @@ pub fn dump(scene: &Scene) -> String {
         render.occlusion,
         render.normals,
         render.tonemap,
-        formulas.of_id(render.exposure),
+        formulas.formula(render.exposure),
     ));
     if let Some(animation) = scene.animation {
         let repeats = if animation.repeats { " loop" } else { "" };
@@ -88,7 +88,7 @@ pub fn dump(scene: &Scene) -> String {
         let sign = if check.strict { ">" } else { ">=" };
         line(format!(
             "check {} {sign} 0: {}",
-            formulas.of_id(check.value),
+            formulas.formula(check.value),
             check.message
         ));
     }
@@ -98,7 +98,7 @@ pub fn dump(scene: &Scene) -> String {
     text
 }
 
-fn param_line(param: &Param) -> String {
+fn param_line(param: &SceneParam) -> String {
     let kind = match param.kind {
         ParamKind::Float => "float",
         ParamKind::Int => "int",
@@ -130,7 +130,7 @@ fn param_line(param: &Param) -> String {
     line
 }
 
-fn material_line(material: &Material, formulas: &Formulas<'_>) -> String {
+fn material_line(material: &Material, formulas: &FormulaTable<'_>) -> String {
     let mut line = format!(
         "material {}: albedo {} roughness {} metallic {} emission {}",
         if material.name.is_empty() {
@@ -139,22 +139,22 @@ fn material_line(material: &Material, formulas: &Formulas<'_>) -> String {
             &material.name
         },
         formulas.triple(material.albedo),
-        formulas.of_id(material.roughness),
-        formulas.of_id(material.metallic),
+        formulas.formula(material.roughness),
+        formulas.formula(material.metallic),
         formulas.triple(material.emission),
     );
     if let Some(bump) = material.bump {
-        let _ = write!(line, " bump {}", formulas.of_id(bump));
+        let _ = write!(line, " bump {}", formulas.formula(bump));
     }
     line
 }
 
-/// The other copies that are evaluated: how many on the nearer side, and on the other.
-fn others(Others { near, far }: Others) -> String {
+/// Returns the numbers of other copies that are evaluated, on the nearer side and on the other.
+fn other_counts(NeighbourCells { near, far }: NeighbourCells) -> String {
     format!("{near}+{far}")
 }
 
-fn shape_line(shape: &Shape, formulas: &Formulas<'_>) -> String {
+fn shape_line(shape: &Shape, formulas: &FormulaTable<'_>) -> String {
     let operands = |ids: &[ShapeId]| {
         ids.iter()
             .map(|id| format!("s{}", id.0))
@@ -166,7 +166,7 @@ fn shape_line(shape: &Shape, formulas: &Formulas<'_>) -> String {
         let parts = [
             row.name.to_owned(),
             operands(children),
-            named(row, parameters, formulas),
+            named_parameters(row, parameters, formulas),
         ];
         parts
             .into_iter()
@@ -174,25 +174,26 @@ fn shape_line(shape: &Shape, formulas: &Formulas<'_>) -> String {
             .collect::<Vec<_>>()
             .join(" ")
     };
-    let what = match &shape.kind {
+    let definition = match &shape.kind {
         ShapeKind::Primitive { op, parameters } => row(*op, &[], parameters),
         ShapeKind::Field {
             value,
             slope,
             region,
         } => {
-            let slope =
-                slope.map_or_else(String::new, |s| format!(" lipschitz {}", formulas.of_id(s)));
+            let slope = slope.map_or_else(String::new, |s| {
+                format!(" lipschitz {}", formulas.formula(s))
+            });
             format!(
                 "field {}{slope}{}",
-                formulas.of_id(*value),
+                formulas.formula(*value),
                 region_text(region)
             )
         }
         ShapeKind::Polygon { points } => {
             let points = points
                 .iter()
-                .map(|[x, y]| format!("[{}, {}]", formulas.of_id(*x), formulas.of_id(*y)));
+                .map(|[x, y]| format!("[{}, {}]", formulas.formula(*x), formulas.formula(*y)));
             format!("polygon {}", points.collect::<Vec<_>>().join(" "))
         }
         ShapeKind::Combine {
@@ -213,9 +214,9 @@ fn shape_line(shape: &Shape, formulas: &Formulas<'_>) -> String {
         } => format!(
             "{}, others {} {} {}",
             row(*op, &[*child], parameters),
-            others(*x),
-            others(*y),
-            others(*z)
+            other_counts(*x),
+            other_counts(*y),
+            other_counts(*z)
         ),
         ShapeKind::Polar {
             op,
@@ -225,7 +226,7 @@ fn shape_line(shape: &Shape, formulas: &Formulas<'_>) -> String {
         } => format!(
             "{}, others {}",
             row(*op, &[*child], parameters),
-            others(*sectors)
+            other_counts(*sectors)
         ),
         ShapeKind::Domain {
             op,
@@ -241,43 +242,49 @@ fn shape_line(shape: &Shape, formulas: &Formulas<'_>) -> String {
             format!("warp s{} by {}", child.0, formulas.triple(*point))
         }
         ShapeKind::Displace { child, amount } => {
-            format!("displace s{} by {}", child.0, formulas.of_id(*amount))
+            format!("displace s{} by {}", child.0, formulas.formula(*amount))
         }
         ShapeKind::Painted { child, material } => format!("paint s{} m{}", child.0, material.0),
         ShapeKind::Nothing => "nothing".to_owned(),
     };
     let plane = if shape.plane { " (2D)" } else { "" };
     match shape.name.as_str() {
-        "" => format!("= {what}{plane}"),
-        name => format!("{name} = {what}{plane}"),
+        "" => format!("= {definition}{plane}"),
+        name => format!("{name} = {definition}{plane}"),
     }
 }
 
-fn frame(child: ShapeId, matrix: &[ExprId; 12], scale: ExprId, formulas: &Formulas<'_>) -> String {
-    let is = |at: usize, value: f64| formulas.graph.as_constant(matrix[at]) == Some(value);
-    let linear = (0..12).filter(|at| at % 4 != 3);
+fn frame(
+    child: ShapeId,
+    matrix: &[ExprId; 12],
+    scale: ExprId,
+    formulas: &FormulaTable<'_>,
+) -> String {
+    let is_constant =
+        |index: usize, value: f64| formulas.graph.as_constant(matrix[index]) == Some(value);
+    let linear = (0..12).filter(|index| index % 4 != 3);
     let is_shift = linear
         .clone()
-        .all(|at| is(at, if at / 4 == at % 4 { 1.0 } else { 0.0 }));
+        .all(|index| is_constant(index, if index / 4 == index % 4 { 1.0 } else { 0.0 }));
     let shifts = [3, 7, 11];
     if is_shift {
-        let by: Vec<String> = shifts.map(|at| formulas.of_id(matrix[at])).to_vec();
-        return format!("frame s{} p + [{}]", child.0, by.join(", "));
+        let shift: Vec<String> = shifts.map(|index| formulas.formula(matrix[index])).to_vec();
+        return format!("frame s{} p + [{}]", child.0, shift.join(", "));
     }
     let rows: Vec<String> = (0..3)
         .map(|row| {
-            let numbers = (0..4).map(|at| formulas.of_id(matrix[4 * row + at]));
+            let numbers = (0..4).map(|index| formulas.formula(matrix[4 * row + index]));
             format!("[{}]", numbers.collect::<Vec<_>>().join(", "))
         })
         .collect();
     let scale = match formulas.graph.as_constant(scale) {
         Some(1.0) => String::new(),
-        _ => format!(" scale {}", formulas.of_id(scale)),
+        _ => format!(" scale {}", formulas.formula(scale)),
     };
     format!("frame s{} {}{scale}", child.0, rows.join(" "))
 }
 
-fn named(row: &Row, parameters: &[ExprId], formulas: &Formulas<'_>) -> String {
+fn named_parameters(row: &Row, parameters: &[ExprId], formulas: &FormulaTable<'_>) -> String {
     let mut numbers = parameters.iter();
     let mut parts = Vec::new();
     for parameter in row.parameters {
@@ -285,10 +292,10 @@ fn named(row: &Row, parameters: &[ExprId], formulas: &Formulas<'_>) -> String {
         let values: Vec<String> = numbers
             .by_ref()
             .take(width)
-            .map(|id| formulas.of_id(*id))
+            .map(|id| formulas.formula(*id))
             .collect();
         parts.push(match values.as_slice() {
-            [one] => format!("{} {one}", parameter.name),
+            [single] => format!("{} {single}", parameter.name),
             several => format!("{} [{}]", parameter.name, several.join(", ")),
         });
     }
@@ -296,19 +303,23 @@ fn named(row: &Row, parameters: &[ExprId], formulas: &Formulas<'_>) -> String {
 }
 
 fn region_text(region: &Bounds) -> String {
-    if *region == Bounds::EVERYTHING {
+    if *region == Bounds::ALL_SPACE {
         return String::new();
     }
     let corner = |v: [f64; 3]| v.map(short).join(", ");
     format!(" within [{}] [{}]", corner(region.min), corner(region.max))
 }
 
-fn camera_line(camera: &Camera, formulas: &Formulas<'_>) -> String {
+fn camera_line(camera: &SceneCamera, formulas: &FormulaTable<'_>) -> String {
     let lens = match camera.lens {
-        Lens::Perspective(fov) => format!("fov {}", formulas.of_id(fov)),
-        Lens::Orthographic(height) => format!("height {}", formulas.of_id(height)),
+        SceneLens::Perspective(fov) => format!("fov {}", formulas.formula(fov)),
+        SceneLens::Orthographic(height) => format!("height {}", formulas.formula(height)),
     };
-    let automatic = if camera.automatic { " (automatic)" } else { "" };
+    let automatic = if camera.auto_framed {
+        " (automatic)"
+    } else {
+        ""
+    };
     let name = spaced(&camera.name);
     format!(
         "camera{name} from {} look {} up {} {lens}{automatic}",
@@ -318,23 +329,23 @@ fn camera_line(camera: &Camera, formulas: &Formulas<'_>) -> String {
     )
 }
 
-fn light_line(light: &Light, formulas: &Formulas<'_>) -> String {
+fn light_line(light: &SceneLight, formulas: &FormulaTable<'_>) -> String {
     let source = match light.source {
-        LightSource::Directional(dir) => format!("dir {}", formulas.triple(dir)),
-        LightSource::Point(at) => format!("at {}", formulas.triple(at)),
+        SceneLightSource::Directional(dir) => format!("dir {}", formulas.triple(dir)),
+        SceneLightSource::Point(at) => format!("at {}", formulas.triple(at)),
     };
     let shadow = match light.shadow {
-        Shadow::None => "none".to_owned(),
-        Shadow::Hard => "hard".to_owned(),
-        Shadow::Plain(width) => format!("plain({})", formulas.of_id(width)),
-        Shadow::Soft(width) => format!("soft({})", formulas.of_id(width)),
-        Shadow::Sized(width) => format!("sized({})", formulas.of_id(width)),
+        SceneShadow::None => "none".to_owned(),
+        SceneShadow::Hard => "hard".to_owned(),
+        SceneShadow::Plain(width) => format!("plain({})", formulas.formula(width)),
+        SceneShadow::Soft(width) => format!("soft({})", formulas.formula(width)),
+        SceneShadow::Sized(width) => format!("sized({})", formulas.formula(width)),
     };
     format!(
         "light{} {source} color {} intensity {} shadow {shadow}",
         spaced(&light.name),
         formulas.triple(light.color),
-        formulas.of_id(light.intensity),
+        formulas.formula(light.intensity),
     )
 }
 
@@ -346,7 +357,7 @@ fn spaced(name: &str) -> String {
     }
 }
 
-/// A number with at most six decimals.
+/// Formats a number with at most six decimals.
 fn short(value: f64) -> String {
     let rounded = (value * 1e6).round() / 1e6;
     if value.abs() < 1e9 && (rounded != 0.0 || value == 0.0) {
@@ -356,25 +367,25 @@ fn short(value: f64) -> String {
     }
 }
 
-/// The numbers of a scene as formulas.
-struct Formulas<'s> {
+/// Numbers of a scene as formulas.
+struct FormulaTable<'s> {
     graph: &'s Expressions,
-    params: &'s [Param],
-    /// The numbers that have a name of their own.
+    params: &'s [SceneParam],
+    /// Names of the numbers that have their own definition.
     names: BTreeMap<ExprId, String>,
 }
 
-impl<'s> Formulas<'s> {
-    fn of(scene: &'s Scene) -> Self {
+impl<'s> FormulaTable<'s> {
+    fn new(scene: &'s Scene) -> Self {
         let graph = &scene.expressions;
         let mut uses: BTreeMap<ExprId, u32> = BTreeMap::new();
         let mut pending = used_numbers(scene);
         for &id in &pending {
             *uses.entry(id).or_default() += 1;
         }
-        let mut seen: BTreeSet<ExprId> = BTreeSet::new();
+        let mut visited: BTreeSet<ExprId> = BTreeSet::new();
         while let Some(id) = pending.pop() {
-            if seen.insert(id) {
+            if visited.insert(id) {
                 for operand in operands(graph, id) {
                     *uses.entry(operand).or_default() += 1;
                     pending.push(operand);
@@ -384,7 +395,7 @@ impl<'s> Formulas<'s> {
         // Operands have lower ids, so levels are known in order.
         let mut levels: BTreeMap<ExprId, u32> = BTreeMap::new();
         let mut names = BTreeMap::new();
-        for &id in &seen {
+        for &id in &visited {
             let inner = operands(graph, id)
                 .into_iter()
                 .map(|o| match names.contains_key(&o) {
@@ -404,15 +415,15 @@ impl<'s> Formulas<'s> {
         }
     }
 
-    fn of_id(&self, id: ExprId) -> String {
+    fn formula(&self, id: ExprId) -> String {
         match self.names.get(&id) {
             Some(name) => name.clone(),
             None => self.definition(id),
         }
     }
 
-    fn triple(&self, numbers: Triple) -> String {
-        format!("[{}]", numbers.map(|id| self.of_id(id)).join(", "))
+    fn triple(&self, numbers: ExprTriple) -> String {
+        format!("[{}]", numbers.map(|id| self.formula(id)).join(", "))
     }
 
     /// Recursion over at most [`MAX_LEVELS`] levels.
@@ -424,11 +435,19 @@ impl<'s> Formulas<'s> {
                     return String::new();
                 };
                 match (param.kind, component) {
-                    (ParamKind::Color, at) => {
-                        format!("{}.{}", param.name, ["r", "g", "b"][usize::from(*at)])
+                    (ParamKind::Color, component_index) => {
+                        format!(
+                            "{}.{}",
+                            param.name,
+                            ["r", "g", "b"][usize::from(*component_index)]
+                        )
                     }
-                    (ParamKind::Vec2 | ParamKind::Vec3, at) => {
-                        format!("{}.{}", param.name, ["x", "y", "z"][usize::from(*at)])
+                    (ParamKind::Vec2 | ParamKind::Vec3, component_index) => {
+                        format!(
+                            "{}.{}",
+                            param.name,
+                            ["x", "y", "z"][usize::from(*component_index)]
+                        )
                     }
                     _ => param.name.clone(),
                 }
@@ -444,7 +463,7 @@ impl<'s> Formulas<'s> {
                 values,
                 parameters,
             } => {
-                let list: Vec<String> = values.iter().map(|id| self.of_id(*id)).collect();
+                let list: Vec<String> = values.iter().map(|id| self.formula(*id)).collect();
                 let sign = match op {
                     Op::Add => "+",
                     Op::Sub => "-",
@@ -460,7 +479,7 @@ impl<'s> Formulas<'s> {
                 if let Some(point) = point {
                     arguments.insert(0, self.triple(*point));
                 }
-                let named = named(op.row(), parameters, self);
+                let named = named_parameters(op.row(), parameters, self);
                 if !named.is_empty() {
                     arguments.push(named);
                 }
@@ -488,7 +507,7 @@ fn operands(graph: &Expressions, id: ExprId) -> Vec<ExprId> {
     }
 }
 
-/// Every number that the scene itself names.
+/// Returns all numbers that the scene refers to directly.
 fn used_numbers(scene: &Scene) -> Vec<ExprId> {
     let mut ids: Vec<ExprId> = Vec::new();
     for shape in &scene.shapes {
@@ -526,19 +545,21 @@ fn used_numbers(scene: &Scene) -> Vec<ExprId> {
     for camera in &scene.cameras {
         ids.extend(camera.from.iter().chain(&camera.look).chain(&camera.up));
         ids.push(match camera.lens {
-            Lens::Perspective(fov) => fov,
-            Lens::Orthographic(height) => height,
+            SceneLens::Perspective(fov) => fov,
+            SceneLens::Orthographic(height) => height,
         });
     }
     for light in &scene.lights {
         ids.extend(light.color);
         ids.push(light.intensity);
         match light.source {
-            LightSource::Directional(v) | LightSource::Point(v) => ids.extend(v),
+            SceneLightSource::Directional(v) | SceneLightSource::Point(v) => ids.extend(v),
         }
         match light.shadow {
-            Shadow::None | Shadow::Hard => {}
-            Shadow::Plain(width) | Shadow::Soft(width) | Shadow::Sized(width) => ids.push(width),
+            SceneShadow::None | SceneShadow::Hard => {}
+            SceneShadow::Plain(width) | SceneShadow::Soft(width) | SceneShadow::Sized(width) => {
+                ids.push(width)
+            }
         }
     }
     let sky = &scene.sky;

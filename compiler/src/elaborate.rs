@@ -1,76 +1,76 @@
 //! Syntax tree → scene: names, units, types and compile-time loops are resolved here.
 //!
-//! The pipeline is [`elaborate`]: the file and its imports are parsed, names are looked over once
-//! without running anything, and then the files are evaluated from top to bottom. A parameter whose
-//! value turns out to be needed while compiling (a loop count, a list's length) becomes structural,
-//! and evaluation starts again with it known, until no new one turns up.
+//! The pipeline is [`elaborate`]. It parses the file and its imports, checks the names once without
+//! running anything, and evaluates the files from top to bottom. A parameter whose value is
+//! required at compile time (a loop count, a list's length) becomes structural. Evaluation then
+//! restarts with that value as a constant, until the set of structural parameters no longer grows.
 //!
-//! Evaluation never panics on a scene and always ends: it has a budget of steps, a depth of calls,
-//! and limits on loops and shapes, each with a message of its own.
+//! Evaluation never panics on a scene and always terminates. The number of steps, the depth of
+//! calls, loops and shapes are limited, each with a message of its own.
 
 mod annotation;
 mod arguments;
+mod assemble_scene;
 mod blend;
 mod blocks;
-mod bound;
+mod bound_args;
 mod calls;
-mod copies;
+mod constness;
 mod csg;
-mod curves;
 mod diagnose;
 mod display;
 mod evaluate;
 mod field;
-mod finish;
 mod items;
 mod lists;
 mod math;
-mod measure;
 mod modules;
-mod motion;
 mod names;
 mod normalized;
 mod numbers;
 mod params;
 mod reference;
+mod repetition;
+mod sampled_bounds;
 mod scope;
+mod shape_info;
 mod shapes;
-mod stage;
+mod sweeps;
 mod transform;
 mod value;
 mod vectors;
 mod vocabulary;
 
-use crate::bounds::{Boxes, Present};
+use crate::bounds::{ShapeBounds, UniformValues};
 use crate::expression::{ExprId, Expressions};
 use crate::scene::{
-    Animation, Camera, Check, Light, Material, MaterialId, Param, Render, Scene, Shape, ShapeId,
-    Sky,
+    Animation, Material, MaterialId, Scene, SceneCamera, SceneCheck, SceneLight, SceneParam,
+    SceneRender, SceneSky, Shape, ShapeId,
 };
 use diagnose::Reports;
 use items::Globals;
-use modules::{Module, Modules};
-use motion::Moment;
+use modules::{ImportedModule, Modules};
 use params::Override;
+use sampled_bounds::AssignmentKey;
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes};
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-pub(crate) use bound::short;
+pub(crate) use bound_args::format_short;
 pub use modules::{Loader, NoFiles};
-pub use reference::{Entry, reference};
+pub use reference::{FunctionDoc, reference};
 
-/// The stack that evaluation runs on: calls within calls, each a few levels of expressions.
+/// Stack size of the evaluation thread: nested calls, each a few levels of expressions.
 const STACK_BYTES: usize = 192 << 20;
 
-/// What elaboration depends on besides the text.
+/// Inputs of elaboration besides the text.
 #[derive(Clone)]
 pub struct Options<'o> {
     /// Values of parameters, as `name` and the text of the value: a number with its unit, a colour,
     /// a vector, `true` or `false`.
     pub overrides: Vec<(String, String)>,
-    /// The time in seconds at which checks are made and boxes measured.
+    /// Time in seconds at which checks are evaluated and boxes are computed.
     pub time: f64,
-    /// Where imported files come from.
+    /// Source of imported files.
     pub loader: &'o dyn Loader,
 }
 
@@ -84,21 +84,21 @@ impl Default for Options<'static> {
     }
 }
 
-/// The scene that a file describes, and everything there is to say about it. There is a scene if and
-/// only if no diagnostic is an error.
+/// Elaborates a file into a scene and diagnostics. A scene is returned if and only if no diagnostic
+/// is an error.
 pub fn elaborate(
     sources: &mut Sources,
     file: FileId,
     options: &Options<'_>,
 ) -> (Option<Scene>, Vec<Diagnostic>) {
-    let mut found = Vec::new();
+    let mut diagnostics = Vec::new();
     let overrides: Vec<Override> = options
         .overrides
         .iter()
-        .map(|(name, text)| Override::read(sources, name, text))
+        .map(|(name, text)| Override::parse(sources, name, text))
         .collect();
-    let Some(modules) = modules::load(sources, file, options.loader, &mut found) else {
-        return (None, found);
+    let Some(modules) = modules::load(sources, file, options.loader, &mut diagnostics) else {
+        return (None, diagnostics);
     };
     let sources = &*sources;
     let work = || evaluate(sources, &modules, &overrides, options);
@@ -112,19 +112,19 @@ pub fn elaborate(
     });
     let (scene, messages) = match result {
         Ok(result) => result,
-        Err(why) => {
-            let message = format!("no memory to evaluate the scene: {why}");
+        Err(error) => {
+            let message = format!("no memory to evaluate the scene: {error}");
             let span = Span::new(file, 0, 0);
             (None, vec![Diagnostic::error(codes::E0415, span, message)])
         }
     };
-    found.extend(messages);
-    let fails = found.iter().any(Diagnostic::is_error);
+    diagnostics.extend(messages);
+    let fails = diagnostics.iter().any(Diagnostic::is_error);
     if fails {
-        // What is not used may be used by what could not be read.
-        found.retain(|d| d.code != codes::W0201);
+        // A definition without uses may be used by a file that could not be read.
+        diagnostics.retain(|d| d.code != codes::W0201);
     }
-    (scene.filter(|_| !fails), found)
+    (scene.filter(|_| !fails), diagnostics)
 }
 
 /// Evaluates until the set of structural parameters no longer grows.
@@ -136,71 +136,71 @@ fn evaluate(
 ) -> (Option<Scene>, Vec<Diagnostic>) {
     let mut structural = BTreeSet::new();
     loop {
-        let mut run = Elaborator::new(
+        let mut elaborator = Elaborator::new(
             sources,
             &modules.all,
             overrides,
             options,
             structural.clone(),
         );
-        names::look_over(&modules.all, &mut run.reports);
-        let is_done = run.run().is_ok();
-        let demanded = std::mem::take(&mut run.demanded);
+        names::check_names(&modules.all, &mut elaborator.reports);
+        let is_done = elaborator.run().is_ok();
+        let demanded = std::mem::take(&mut elaborator.demanded);
         if !is_done || demanded.is_subset(&structural) {
-            return run.finish(is_done);
+            return elaborator.finish(is_done);
         }
         structural.extend(demanded);
     }
 }
 
-/// A call of a scene's function that has not ended.
+/// An active call of a function of the scene.
 #[derive(Clone, Copy, Debug)]
 struct Active<'a> {
-    /// Where it is called.
+    /// Call site.
     site: Span,
-    /// What is called.
+    /// Name of the function.
     name: &'a str,
-    /// Its body, which tells functions apart.
+    /// Span of the body, which identifies the function.
     body: Span,
 }
 
-/// What makes two materials the same.
+/// Key by which equal materials are shared.
 type MaterialKey = ([ExprId; 3], [ExprId; 3], [Option<ExprId>; 3], String);
 
-/// The state of one evaluation; the files next to this one say what it does.
+/// State of one evaluation. The submodules implement it.
 struct Elaborator<'a> {
     sources: &'a Sources,
-    modules: &'a [Module],
+    modules: &'a [ImportedModule],
     overrides: &'a [Override],
     options: &'a Options<'a>,
-    /// The parameters that are structural, and those that turned out to be.
+    /// Structural parameters of this run, and the parameters whose values the run required.
     structural: BTreeSet<u32>,
     demanded: BTreeSet<u32>,
     /// Millimetres per scene unit.
-    unit: f64,
+    unit_mm: f64,
     z_up: bool,
 
     graph: Expressions,
-    present: Present,
-    params: Vec<Param>,
+    uniform_values: UniformValues,
+    params: Vec<SceneParam>,
     shapes: Vec<Shape>,
-    /// How many shapes each stands for.
+    /// Number of shapes that each shape represents, counted with multiplicity.
     occurrences: Vec<u32>,
-    /// The boxes of shapes at the present values of the parameters. (Of what moves they are guesses:
-    /// a displacement may turn out to be steeper over all values.)
-    boxes: Boxes,
-    is_still: Vec<bool>,
-    /// The same at other values.
-    moments: HashMap<Moment, Boxes>,
+    /// Boxes of shapes at the current values of the parameters. For live shapes they are estimates:
+    /// a displacement may turn out to be steeper over all values.
+    bounds_cache: ShapeBounds,
+    constant_shapes: Vec<bool>,
+    /// Boxes of shapes at other values of the parameters and the time.
+    sampled_bounds_caches: HashMap<AssignmentKey, ShapeBounds>,
     materials: Vec<Material>,
-    known_materials: HashMap<MaterialKey, MaterialId>,
-    cameras: Vec<Camera>,
-    lights: Vec<Light>,
-    sky: Option<Sky>,
-    render: Option<Render>,
+    material_ids: HashMap<MaterialKey, MaterialId>,
+    cameras: Vec<SceneCamera>,
+    lights: Vec<SceneLight>,
+    sky: Option<SceneSky>,
+    render: Option<SceneRender>,
     animation: Option<Animation>,
-    checks: Vec<Check>,
-    checked: HashSet<(ExprId, bool)>,
+    checks: Vec<SceneCheck>,
+    emitted_checks: HashSet<(ExprId, bool)>,
     printed: Vec<String>,
     parts: Vec<(String, ShapeId)>,
     only: Vec<ShapeId>,
@@ -209,19 +209,19 @@ struct Elaborator<'a> {
 
     globals: Vec<Globals<'a>>,
     calls: Vec<Active<'a>>,
-    /// The conditions on parameters under which what is evaluated counts.
-    guards: Vec<ExprId>,
+    /// Conditions on parameters under which the current evaluation takes effect.
+    path_conditions: Vec<ExprId>,
     steps: u64,
     nesting: u32,
-    /// How many functions of the point are being called.
-    at_point: u32,
+    /// Number of active calls of functions of the point.
+    point_function_depth: u32,
     reports: Reports,
 }
 
 impl<'a> Elaborator<'a> {
     fn new(
         sources: &'a Sources,
-        modules: &'a [Module],
+        modules: &'a [ImportedModule],
         overrides: &'a [Override],
         options: &'a Options<'a>,
         structural: BTreeSet<u32>,
@@ -243,25 +243,25 @@ impl<'a> Elaborator<'a> {
             options,
             structural,
             demanded: BTreeSet::new(),
-            unit: 1000.0,
+            unit_mm: 1000.0,
             z_up: false,
             graph,
-            present: Present::default(),
+            uniform_values: UniformValues::default(),
             params: Vec::new(),
             shapes: Vec::new(),
             occurrences: Vec::new(),
-            boxes: Boxes::at(options.time, HashMap::new()),
-            is_still: Vec::new(),
-            moments: HashMap::new(),
+            bounds_cache: ShapeBounds::at_time_and_values(options.time, HashMap::new()),
+            constant_shapes: Vec::new(),
+            sampled_bounds_caches: HashMap::new(),
             materials: vec![default_material],
-            known_materials: HashMap::new(),
+            material_ids: HashMap::new(),
             cameras: Vec::new(),
             lights: Vec::new(),
             sky: None,
             render: None,
             animation: None,
             checks: Vec::new(),
-            checked: HashSet::new(),
+            emitted_checks: HashSet::new(),
             printed: Vec::new(),
             parts: Vec::new(),
             only: Vec::new(),
@@ -269,27 +269,27 @@ impl<'a> Elaborator<'a> {
             root: None,
             globals: Vec::new(),
             calls: Vec::new(),
-            guards: Vec::new(),
+            path_conditions: Vec::new(),
             steps: 0,
             nesting: 0,
-            at_point: 0,
+            point_function_depth: 0,
             reports: Reports::default(),
         }
     }
 
-    /// The scene's own module: the last one, after all that it imports.
+    /// Index of the scene's own module: the last one, after all imports.
     fn root(&self) -> usize {
         self.modules.len() - 1
     }
 
-    /// Tells the user. What is wrong inside a library is told at the call that led there.
+    /// Reports a diagnostic. An error inside a library is reported at the call that led there.
     fn report(&mut self, mut diagnostic: Diagnostic) {
         let root = self.modules[self.root()].file.id;
         if diagnostic.span.file != root
             && let Some(call) = self.calls.iter().rev().find(|call| call.site.file == root)
         {
             let span = diagnostic.span;
-            let place = self.sources.line_col(span.file, span.start);
+            let line_col = self.sources.line_col(span.file, span.start);
             let line = self.sources.line_index(span.file, span.start);
             let start = self.sources.line_start(span.file, line);
             let end = self.sources.line_start(span.file, line + 1);
@@ -297,7 +297,7 @@ impl<'a> Elaborator<'a> {
             let name = self.sources.name(span.file);
             let note = format!(
                 "in `{}`, {name}:{}:{}: {text}",
-                call.name, place.line, place.column
+                call.name, line_col.line, line_col.column
             );
             diagnostic.notes.push(note);
             diagnostic.span = call.site;

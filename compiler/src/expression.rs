@@ -1,38 +1,38 @@
 //! Numbers that a scene computes: a hash-consed graph of scalar operations.
 //!
-//! A number is known at one of four stages. *Constant* numbers are folded as they are built.
-//! *Uniform* numbers depend on live `param`s or `time`: they become a small program that runs once
-//! per change, in `f64`. *Point* numbers depend on the point of the field or material they stand
-//! in, *normal* numbers also on the surface's normal; they become instructions.
+//! Each number has one of four stages. *Constant* numbers are folded as they are built. *Uniform*
+//! numbers depend on live `param`s or `time`: they become a small program that runs once per change, in
+//! `f64`. *Point* numbers depend on the point of their field or material, *normal* numbers also on the
+//! surface's normal; they become instructions.
 //!
 //! The operations are the rows of the table, so a sum means the same at every stage.
 
-use sdfc_vm::apply::{Applied, apply};
+use sdfc_vm::apply::{OpResult, apply};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
 
-/// A number of the scene.
+/// Number of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ExprId(u32);
 
 impl ExprId {
-    /// Its position among all numbers; a number's operands stand before it.
+    /// Returns its index among all numbers; operands have smaller indices.
     pub fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// A parameter of the scene, by its position in [`crate::scene::Scene::params`].
+/// Parameter of the scene, by its index in [`crate::scene::Scene::params`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ParamId(pub u32);
 
-/// When a number is known.
+/// Stage at which a number is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
     /// While compiling.
     Constant,
-    /// When the parameters and the time are.
+    /// Once the parameters and the time are.
     Uniform,
     /// At a point.
     Point,
@@ -40,28 +40,28 @@ pub enum Stage {
     Normal,
 }
 
-/// How a number comes about.
+/// Definition of a number.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Expression {
-    /// It was written, or folded.
+    /// Written or folded number.
     Constant(f64),
-    /// A component of a live parameter (colours and vectors have three).
+    /// Component of a live parameter (colours and vectors have three).
     Param(ParamId, u8),
-    /// The time of the animation, in seconds.
+    /// Time of the animation, in seconds.
     Time,
-    /// A coordinate of the point of the field or material that the number stands in.
+    /// Coordinate of the point of the field or material that contains the number.
     Coordinate(u8),
-    /// A component of the surface's unit normal, in the same frame as the coordinates.
+    /// Component of the surface's unit normal, in the same frame as the coordinates.
     NormalComponent(u8),
-    /// A row of the table.
+    /// Operation of the table.
     Apply {
-        /// The operation; it gives a value.
+        /// Operation that returns a value.
         op: Op,
-        /// The point it reads, if it reads one.
+        /// Point that it reads, if any.
         point: Option<[ExprId; 3]>,
-        /// Its operands.
+        /// Operands.
         values: Vec<ExprId>,
-        /// The numbers of its parameters, without gaps; uniform at the latest.
+        /// Numbers of its parameters, without gaps; of uniform stage at the latest.
         parameters: Vec<ExprId>,
     },
 }
@@ -76,36 +76,36 @@ enum Key {
     Apply(Op, Option<[ExprId; 3]>, Vec<ExprId>, Vec<ExprId>),
 }
 
-/// All numbers of a scene; equal ones are one.
+/// All numbers of a scene, without duplicates.
 #[derive(Clone, Debug, Default)]
 pub struct Expressions {
     nodes: Vec<(Expression, Stage)>,
-    known: HashMap<Key, ExprId>,
+    ids: HashMap<Key, ExprId>,
 }
 
 impl Expressions {
-    /// The number's definition.
+    /// Returns the definition of a number.
     pub fn get(&self, id: ExprId) -> &Expression {
         &self.nodes[id.0 as usize].0
     }
-    /// When the number is known.
+    /// Returns the stage of a number.
     pub fn stage(&self, id: ExprId) -> Stage {
         self.nodes[id.0 as usize].1
     }
-    /// All numbers from the `start`-th on, operands before what uses them.
+    /// Returns all numbers from index `start` on, operands before their users.
     pub fn since(&self, start: usize) -> impl Iterator<Item = (ExprId, &Expression, Stage)> {
         let nodes = self.nodes.iter().enumerate().skip(start);
-        nodes.map(|(at, (node, stage))| (ExprId(at as u32), node, *stage))
+        nodes.map(|(index, (node, stage))| (ExprId(index as u32), node, *stage))
     }
-    /// How many different numbers there are.
+    /// Returns the number of different numbers.
     pub fn len(&self) -> usize {
         self.nodes.len()
     }
-    /// Whether there are none.
+    /// Reports whether there are no numbers.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
-    /// The value of a constant.
+    /// Returns the value of a constant.
     pub fn as_constant(&self, id: ExprId) -> Option<f64> {
         match self.get(id) {
             Expression::Constant(v) => Some(*v),
@@ -114,16 +114,16 @@ impl Expressions {
     }
 
     fn insert(&mut self, key: Key, node: impl FnOnce() -> Expression, stage: Stage) -> ExprId {
-        if let Some(&id) = self.known.get(&key) {
+        if let Some(&id) = self.ids.get(&key) {
             return id;
         }
         let id = ExprId(self.nodes.len() as u32);
         self.nodes.push((node(), stage));
-        self.known.insert(key, id);
+        self.ids.insert(key, id);
         id
     }
 
-    /// A constant.
+    /// Adds a constant.
     pub fn constant(&mut self, value: f64) -> ExprId {
         // Both zeros are one number.
         let value = value + 0.0;
@@ -133,16 +133,16 @@ impl Expressions {
             Stage::Constant,
         )
     }
-    /// A component of a live parameter.
+    /// Adds a component of a live parameter.
     pub fn param(&mut self, param: ParamId, component: u8) -> ExprId {
         let node = || Expression::Param(param, component);
         self.insert(Key::Param(param, component), node, Stage::Uniform)
     }
-    /// The time.
+    /// Adds the time.
     pub fn time(&mut self) -> ExprId {
         self.insert(Key::Time, || Expression::Time, Stage::Uniform)
     }
-    /// A coordinate of the local point.
+    /// Adds a coordinate of the local point.
     pub fn coordinate(&mut self, axis: u8) -> ExprId {
         self.insert(
             Key::Coordinate(axis),
@@ -150,7 +150,7 @@ impl Expressions {
             Stage::Point,
         )
     }
-    /// A component of the normal.
+    /// Adds a component of the normal.
     pub fn normal(&mut self, axis: u8) -> ExprId {
         self.insert(
             Key::NormalComponent(axis),
@@ -159,8 +159,8 @@ impl Expressions {
         )
     }
 
-    /// The result of an operation; folded if all it reads is constant, and kept as a uniform
-    /// expression if all it reads is uniform.
+    /// Adds the result of an operation. It is folded if all operands are constant, and has the uniform
+    /// stage if all of them are at most uniform.
     pub fn apply(
         &mut self,
         op: Op,
@@ -168,7 +168,7 @@ impl Expressions {
         values: &[ExprId],
         parameters: &[ExprId],
     ) -> ExprId {
-        // What is said in one operation, more is known of: of a square, and of what a number has beyond a whole one.
+        // Analyses are tighter for one operation than for two: for squares, and for fractional parts.
         let (op, values) = match (op, values) {
             (Op::Mul, [a, b]) if a == b => (Op::Square, &values[..1]),
             (Op::Sub, [a, b]) if self.is_floor_of(*b, *a) => (Op::Fract, &values[..1]),
@@ -194,15 +194,15 @@ impl Expressions {
         self.insert(key, node, stage)
     }
 
-    /// Reports whether a number is the largest whole one not above another.
-    fn is_floor_of(&self, id: ExprId, of: ExprId) -> bool {
+    /// Reports whether `id` is the floor of `of`.
+    fn is_floor_of(&self, id: ExprId, operand: ExprId) -> bool {
         let Expression::Apply { op, values, .. } = self.get(id) else {
             return false;
         };
-        *op == Op::Floor && **values == [of]
+        *op == Op::Floor && **values == [operand]
     }
 
-    /// An operation without a point or parameters.
+    /// Adds an operation without a point or parameters.
     pub fn call(&mut self, op: Op, values: &[ExprId]) -> ExprId {
         self.apply(op, None, values, &[])
     }
@@ -216,17 +216,22 @@ impl Expressions {
     ) -> Option<f64> {
         let value = |id: ExprId| self.as_constant(id);
         let p = match point {
-            Some([x, y, z]) => V3::of(value(x)?, value(y)?, value(z)?),
-            None => V3::of(0.0, 0.0, 0.0),
+            Some([x, y, z]) => V3::new(value(x)?, value(y)?, value(z)?),
+            None => V3::new(0.0, 0.0, 0.0),
         };
         let mut operands = [0.0; 3];
         for (slot, &id) in operands.iter_mut().zip(values) {
             *slot = value(id)?;
         }
         let constants: Option<Vec<f64>> = parameters.iter().map(|&id| value(id)).collect();
-        match apply::<f64>(op, p, operands, &sdfc_vm::apply::laid_out(op, &constants?)) {
-            Applied::Value(v) => Some(v),
-            Applied::Point(_) => None,
+        match apply::<f64>(
+            op,
+            p,
+            operands,
+            &sdfc_vm::apply::pack_parameters(op, &constants?),
+        ) {
+            OpResult::Value(v) => Some(v),
+            OpResult::Point(_) => None,
         }
     }
 }

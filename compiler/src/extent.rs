@@ -1,42 +1,44 @@
-//! The extent of a written field: a box outside of which interval arithmetic proves it positive.
+//! Extent of a written field: a box outside of which interval arithmetic proves the field positive.
 //!
-//! First each side is moved in from infinity as far as one evaluation over all that lies beyond it allows.
-//! Sides that stay infinite are looked for within a large cube, by halving boxes that may hold what is
-//! not positive: a solid of finite size then shows as boxes that stay clear of the cube's sides.
+//! First each side moves in from infinity, as far as one evaluation over the half-space beyond it
+//! proves. The sides that stay infinite are searched within a large cube. Boxes that may hold a value
+//! of at most zero are halved. A finite solid then shows as boxes that do not touch the cube's sides.
 
-use crate::boxes::{Along, BoxNumber, UniformValue};
+use crate::box_eval::{AxisDependence, BoxNumber, UniformInput};
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 
-/// Half the side of the cube in which solids are looked for, in units.
-const MAX_REACH: f64 = 1e4;
-/// The farthest from the origin that a side is moved to without a cube.
+/// Half side of the cube in which solids are searched, in units.
+const SEARCH_HALF_SIDE: f64 = 1e4;
+/// Largest distance from the origin to which a side moves without a cube, in units.
 const MAX_SIDE: f64 = 1e9;
-/// The most operations that are spent on one field.
+/// Maximum number of operations for one field.
 const MAX_OPERATIONS: usize = 600_000;
-/// The most boxes at once that may hold something.
+/// Maximum number of boxes, at one time, that may hold a value of at most zero.
 const MAX_BOXES: usize = 1024;
-/// Boxes are halved until they are no longer than this fraction of what all of them take up.
-const FINEST: f64 = 1.0 / 48.0;
-/// What lies beyond this fraction of the cube is endless.
-const ENDLESS: f64 = 0.25;
+/// Boxes are halved until they are at most this fraction of their hull.
+const MIN_BOX_FRACTION: f64 = 1.0 / 48.0;
+/// A solid that extends beyond this fraction of the cube counts as infinite.
+const INFINITE_FRACTION: f64 = 0.25;
 
-/// A box outside of which a number of the point is positive, for all `uniform` numbers within their ranges;
-/// infinite where it reaches farther than is looked.
+/// Returns a box outside of which a number of the point is positive, for all `uniform` numbers within
+/// their ranges. Sides beyond the searched cube are infinite.
 pub(crate) fn extent(
     expressions: &Expressions,
     id: ExprId,
     uniform: &mut dyn FnMut(ExprId) -> Interval,
 ) -> Bounds {
     let mut number =
-        BoxNumber::<Interval>::new(expressions, id, &mut |id| UniformValue::Known(uniform(id)));
-    let unused = number.along().map(|along| along == Along::Nothing);
+        BoxNumber::<Interval>::new(expressions, id, &mut |id| UniformInput::Known(uniform(id)));
+    let unused = number
+        .axis_dependence()
+        .map(|along| along == AxisDependence::Independent);
     let evaluations = MAX_OPERATIONS / number.cost();
-    search(unused, evaluations, &mut |bounds| number.over(bounds, &[]))
+    search_extent(unused, evaluations, &mut |bounds| number.eval(bounds, &[]))
 }
 
-/// A box outside of which a map of the point to three numbers leads out of `image`.
+/// Returns a box outside of which a map of the point to three numbers leads out of `image`.
 pub(crate) fn extent_of_preimage(
     expressions: &Expressions,
     map: [ExprId; 3],
@@ -47,170 +49,186 @@ pub(crate) fn extent_of_preimage(
         return Bounds::EMPTY;
     }
     let mut numbers = map.map(|id| {
-        BoxNumber::<Interval>::new(expressions, id, &mut |id| UniformValue::Known(uniform(id)))
+        BoxNumber::<Interval>::new(expressions, id, &mut |id| UniformInput::Known(uniform(id)))
     });
     let unused = std::array::from_fn(|axis| {
         numbers
             .iter()
-            .all(|number| number.along()[axis] == Along::Nothing)
+            .all(|number| number.axis_dependence()[axis] == AxisDependence::Independent)
     });
     let cost: usize = numbers.iter().map(BoxNumber::cost).sum();
-    search(unused, MAX_OPERATIONS / cost, &mut |bounds| {
-        let (mut apart, mut within) = (false, true);
+    search_extent(unused, MAX_OPERATIONS / cost, &mut |bounds| {
+        let (mut is_outside, mut is_within) = (false, true);
         for (axis, number) in numbers.iter_mut().enumerate() {
-            let range = number.over(bounds, &[]);
-            apart |= range.hi < image.min[axis] || range.lo > image.max[axis];
-            within &= range.lo >= image.min[axis] && range.hi <= image.max[axis];
+            let range = number.eval(bounds, &[]);
+            is_outside |= range.hi < image.min[axis] || range.lo > image.max[axis];
+            is_within &= range.lo >= image.min[axis] && range.hi <= image.max[axis];
         }
         Interval {
-            lo: if apart { 1.0 } else { -1.0 },
-            hi: if within { -1.0 } else { 1.0 },
+            lo: if is_outside { 1.0 } else { -1.0 },
+            hi: if is_within { -1.0 } else { 1.0 },
         }
     })
 }
 
-/// The part of a finite box outside of which a value is positive there, by at most so many evaluations.
-pub(crate) fn narrowed(
+/// Returns the part of a finite box outside of which a value is positive, by at most `evaluations`
+/// evaluations.
+pub(crate) fn narrow_bounds(
     bounds: &Bounds,
     evaluations: usize,
     over: &mut dyn FnMut(&Bounds) -> Interval,
 ) -> Bounds {
-    let mut search = Search {
-        over,
+    let mut search = ExtentSearch {
+        value_range: over,
         unused: std::array::from_fn(|axis| !(bounds.max[axis] - bounds.min[axis]).is_finite()),
-        left: evaluations,
+        remaining_evaluations: evaluations,
     };
-    let sides = (0..3).flat_map(|axis| [(axis, false), (axis, true)]);
-    let open: Vec<(usize, bool)> = sides.filter(|&(axis, _)| !search.unused[axis]).collect();
-    let boxes = search.halved(vec![*bounds], &[]);
+    let all_sides = (0..3).flat_map(|axis| [(axis, false), (axis, true)]);
+    let searched_sides: Vec<(usize, bool)> = all_sides
+        .filter(|&(axis, _)| !search.unused[axis])
+        .collect();
+    let boxes = search.subdivided(vec![*bounds], &[]);
     let hull = boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
-    let mut narrowed = *bounds;
-    for (axis, _) in open {
-        narrowed.min[axis] = hull.min[axis];
-        narrowed.max[axis] = hull.max[axis];
+    let mut result = *bounds;
+    for (axis, _) in searched_sides {
+        result.min[axis] = hull.min[axis];
+        result.max[axis] = hull.max[axis];
     }
-    narrowed
+    result
 }
 
-/// A box outside of which what `over` gives for boxes is positive.
-pub(crate) fn search(
+/// Returns a box outside of which the value ranges that `over` computes are positive.
+pub(crate) fn search_extent(
     unused: [bool; 3],
     evaluations: usize,
     over: &mut dyn FnMut(&Bounds) -> Interval,
 ) -> Bounds {
-    let mut search = Search {
-        over,
+    let mut search = ExtentSearch {
+        value_range: over,
         unused,
-        left: evaluations,
+        remaining_evaluations: evaluations,
     };
-    let mut found = Bounds::EVERYTHING;
-    // What one side rules out helps with the others.
+    let mut bounds = Bounds::ALL_SPACE;
+    // A side that has moved in makes the boxes for the other sides smaller.
     for _ in 0..2 {
         for axis in (0..3).filter(|&axis| !unused[axis]) {
             for upper in [false, true] {
-                search.move_in(&mut found, axis, upper);
+                search.move_in(&mut bounds, axis, upper);
             }
         }
     }
-    search.enclose(&found)
+    search.enclosed(&bounds)
 }
 
-struct Search<'f> {
-    /// All values of the number in a box.
-    over: &'f mut dyn FnMut(&Bounds) -> Interval,
-    /// The axes along which the number does not change.
+struct ExtentSearch<'f> {
+    /// Returns the range of the number in a box.
+    value_range: &'f mut dyn FnMut(&Bounds) -> Interval,
+    /// Axes along which the number does not change.
     unused: [bool; 3],
-    /// The evaluations that may still be made.
-    left: usize,
+    /// Number of evaluations that remain.
+    remaining_evaluations: usize,
 }
 
-impl Search<'_> {
-    /// All values in a box.
+impl ExtentSearch<'_> {
+    /// Returns the range of the number in a box.
     fn over(&mut self, bounds: &Bounds) -> Interval {
-        self.left = self.left.saturating_sub(1);
+        self.remaining_evaluations = self.remaining_evaluations.saturating_sub(1);
         let mut bounds = *bounds;
         for axis in (0..3).filter(|&axis| self.unused[axis]) {
             (bounds.min[axis], bounds.max[axis]) = (0.0, 0.0);
         }
-        (self.over)(&bounds)
+        (self.value_range)(&bounds)
     }
 
-    /// Moves a side in, as far as the number is proved positive in all that lies beyond.
-    fn move_in(&mut self, found: &mut Bounds, axis: usize, upper: bool) {
-        let beyond = |at: f64| {
-            let mut beyond = *found;
+    /// Moves a side in, as far as the number is proved positive in all space beyond it.
+    fn move_in(&mut self, bounds: &mut Bounds, axis: usize, upper: bool) {
+        let half_space_beyond = |boundary: f64| {
+            let mut half_space = *bounds;
             if upper {
-                beyond.min[axis] = at;
+                half_space.min[axis] = boundary;
             } else {
-                beyond.max[axis] = -at;
+                half_space.max[axis] = -boundary;
             }
-            beyond
+            half_space
         };
-        // Whether all beyond a place is clear only turns from no to yes on the way out.
-        let place = |share: f64| share.signum() * ((share.abs() * MAX_SIDE.ln_1p()).exp_m1());
-        if self.left == 0 || !is_positive(self.over(&beyond(MAX_SIDE))) {
+        // Moving outwards, the result changes only once, from not proved to proved.
+        let coordinate =
+            |fraction: f64| fraction.signum() * ((fraction.abs() * MAX_SIDE.ln_1p()).exp_m1());
+        if self.remaining_evaluations == 0 || !is_positive(self.over(&half_space_beyond(MAX_SIDE)))
+        {
             return;
         }
-        let (mut no, mut yes) = (-1.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = (no + yes) / 2.0;
-            let beyond = beyond(place(middle));
-            if beyond.is_empty() || is_positive(self.over(&beyond)) {
-                yes = middle;
+        let (mut not_proved, mut proved) = (-1.0, 1.0);
+        for _ in 0..BISECTIONS {
+            let middle = (not_proved + proved) / 2.0;
+            let half_space = half_space_beyond(coordinate(middle));
+            if half_space.is_empty() || is_positive(self.over(&half_space)) {
+                proved = middle;
             } else {
-                no = middle;
+                not_proved = middle;
             }
         }
-        let side = place(yes);
+        let side = coordinate(proved);
         if upper {
-            found.max[axis] = found.max[axis].min(side);
+            bounds.max[axis] = bounds.max[axis].min(side);
         } else {
-            found.min[axis] = found.min[axis].max(-side);
+            bounds.min[axis] = bounds.min[axis].max(-side);
         }
     }
 
-    /// The box around what is not proved positive in a cube, along the axes where it ends there.
-    fn enclose(&mut self, found: &Bounds) -> Bounds {
-        let open: Vec<(usize, bool)> = (0..3)
+    /// Returns the box with its infinite sides moved in to the part of a cube that is not proved
+    /// positive.
+    fn enclosed(&mut self, bounds: &Bounds) -> Bounds {
+        let open_sides: Vec<(usize, bool)> = (0..3)
             .filter(|&axis| !self.unused[axis])
             .flat_map(|axis| [(axis, false), (axis, true)])
             .filter(|&(axis, upper)| {
                 let side = if upper {
-                    found.max[axis]
+                    bounds.max[axis]
                 } else {
-                    found.min[axis]
+                    bounds.min[axis]
                 };
                 side.is_infinite()
             })
             .collect();
-        let cube = found.common(&Bounds::centred([MAX_REACH; 3]));
-        if open.is_empty() || cube.is_empty() {
-            return *found;
+        let cube = bounds.intersection(&Bounds::centred([SEARCH_HALF_SIDE; 3]));
+        if open_sides.is_empty() || cube.is_empty() {
+            return *bounds;
         }
-        let boxes = self.halved(vec![cube], &open);
+        let boxes = self.subdivided(vec![cube], &open_sides);
         if boxes.is_empty() {
-            // Positive everywhere: nothing to be seen.
+            // Positive everywhere: the solid is empty.
             return Bounds::EMPTY;
         }
-        self.closed(found, &boxes, &open)
+        self.with_closed_sides(bounds, &boxes, &open_sides)
     }
 
-    /// The box that was found, with the open sides closed that no box touches. Where boxes touch another side, the
-    /// part beyond the cube there must be proved to end at the same place.
-    fn closed(&mut self, found: &Bounds, boxes: &[Bounds], open: &[(usize, bool)]) -> Bounds {
+    /// Returns the box with those open sides closed that no box touches. Where boxes touch another
+    /// side, the space beyond the cube on that side must be proved to end at the same coordinate.
+    fn with_closed_sides(
+        &mut self,
+        bounds: &Bounds,
+        boxes: &[Bounds],
+        open_sides: &[(usize, bool)],
+    ) -> Bounds {
         let hull = boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
         let is_touched =
-            |&side: &(usize, bool)| boxes.iter().any(|b| reaches(b, side, 1.0 - 1e-12));
-        let (touched, free): (Vec<_>, Vec<_>) = open.iter().copied().partition(is_touched);
-        let mut closed = *found;
-        for side in free {
+            |&side: &(usize, bool)| boxes.iter().any(|b| extends_to(b, side, 1.0 - 1e-12));
+        let (touched, untouched): (Vec<_>, Vec<_>) =
+            open_sides.iter().copied().partition(is_touched);
+        let mut closed = *bounds;
+        for side in untouched {
             let end = match side {
                 (axis, true) => hull.max[axis],
                 (axis, false) => hull.min[axis],
             };
             let holds = touched.iter().all(|&(other, upper)| {
-                let far = if upper { MAX_REACH } else { -MAX_REACH };
-                let outside = beyond(&beyond(found, side, end), (other, upper), far);
+                let cube_side = if upper {
+                    SEARCH_HALF_SIDE
+                } else {
+                    -SEARCH_HALF_SIDE
+                };
+                let outside = beyond(&beyond(bounds, side, end), (other, upper), cube_side);
                 is_positive(self.over(&outside))
             });
             match side {
@@ -222,21 +240,23 @@ impl Search<'_> {
         closed
     }
 
-    /// What of these boxes may hold something, halved until it is known well, or until something solid was
-    /// found far out along all of the `open` sides, if there are any.
-    fn halved(&mut self, mut boxes: Vec<Bounds>, open: &[(usize, bool)]) -> Vec<Bounds> {
-        let mut endless = vec![false; open.len()];
+    /// Halves these boxes and keeps those that may hold a value of at most zero. Stops at the finest
+    /// size, at a limit, or once a solid is found far out on all `open` sides, if there are any.
+    fn subdivided(&mut self, mut boxes: Vec<Bounds>, open_sides: &[(usize, bool)]) -> Vec<Bounds> {
+        let mut is_infinite = vec![false; open_sides.len()];
         loop {
             let hull = boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
-            let size = self.longest(&hull).1;
-            // Only what lies at a side of all of them moves that side.
+            let size = self.longest_side(&hull).1;
+            // Only boxes at a side of the hull can move that side.
             let is_coarse = |search: &Self, b: &Bounds| {
-                search.longest(b).1 > size * FINEST && search.is_outermost(b, &hull)
+                search.longest_side(b).1 > size * MIN_BOX_FRACTION && search.is_at_hull(b, &hull)
             };
             let coarse = boxes.iter().filter(|b| is_coarse(self, b)).count();
-            let has_room = boxes.len() + coarse <= MAX_BOXES && self.left > 4 * coarse;
-            let all_endless = !open.is_empty() && endless.iter().all(|&endless| endless);
-            if coarse == 0 || !has_room || all_endless {
+            let has_room =
+                boxes.len() + coarse <= MAX_BOXES && self.remaining_evaluations > 4 * coarse;
+            let all_infinite =
+                !open_sides.is_empty() && is_infinite.iter().all(|&is_infinite| is_infinite);
+            if coarse == 0 || !has_room || all_infinite {
                 return boxes;
             }
             let mut next = Vec::with_capacity(boxes.len() + coarse);
@@ -245,35 +265,37 @@ impl Search<'_> {
                     next.push(*b);
                     continue;
                 }
-                for half in halves(b, self.longest(b).0) {
+                for half in halves(b, self.longest_side(b).0) {
                     if !is_positive(self.over(&half)) {
                         next.push(half);
                     }
                 }
             }
-            for (side, endless) in open.iter().zip(&mut endless) {
-                let outermost = next.iter().find(|b| reaches(b, *side, ENDLESS));
-                *endless =
-                    *endless || outermost.is_some_and(|b| self.number_at(far_end(b, *side)) <= 0.0);
+            for (side, is_infinite) in open_sides.iter().zip(&mut is_infinite) {
+                let outermost = next
+                    .iter()
+                    .find(|b| extends_to(b, *side, INFINITE_FRACTION));
+                *is_infinite = *is_infinite
+                    || outermost.is_some_and(|b| self.number_at(face_centre(b, *side)) <= 0.0);
             }
             boxes = next;
         }
     }
 
-    /// Whether a box touches a side of the hull of all.
-    fn is_outermost(&self, b: &Bounds, hull: &Bounds) -> bool {
+    /// Reports whether a box touches a side of the hull.
+    fn is_at_hull(&self, b: &Bounds, hull: &Bounds) -> bool {
         (0..3)
             .filter(|&axis| !self.unused[axis])
             .any(|axis| b.min[axis] <= hull.min[axis] || b.max[axis] >= hull.max[axis])
     }
 
-    /// The value at a point.
+    /// Returns the value at a point.
     fn number_at(&mut self, p: [f64; 3]) -> f64 {
         self.over(&Bounds { min: p, max: p }).hi
     }
 
-    /// The longest side of a box, and how long it is.
-    fn longest(&self, b: &Bounds) -> (usize, f64) {
+    /// Returns the axis of a box's longest side, and its length.
+    fn longest_side(&self, b: &Bounds) -> (usize, f64) {
         (0..3)
             .filter(|&axis| !self.unused[axis])
             .map(|axis| (axis, b.max[axis] - b.min[axis]))
@@ -284,42 +306,42 @@ impl Search<'_> {
     }
 }
 
-/// How often a side's place is halved.
-const HALVINGS: u32 = 40;
+/// Number of bisections of a side's coordinate.
+const BISECTIONS: u32 = 40;
 
-/// Whether all of a range is above zero; not if something in it is no number.
+/// Reports whether all of a range is above zero; false if it holds NaN.
 fn is_positive(range: Interval) -> bool {
     range.lo > 0.0
 }
 
-/// Whether a box reaches a fraction of the cube's half side.
-fn reaches(b: &Bounds, (axis, upper): (usize, bool), fraction: f64) -> bool {
+/// Reports whether a box extends to a fraction of the cube's half side.
+fn extends_to(b: &Bounds, (axis, upper): (usize, bool), fraction: f64) -> bool {
     if upper {
-        b.max[axis] >= MAX_REACH * fraction
+        b.max[axis] >= SEARCH_HALF_SIDE * fraction
     } else {
-        b.min[axis] <= -MAX_REACH * fraction
+        b.min[axis] <= -SEARCH_HALF_SIDE * fraction
     }
 }
 
-/// The middle of a box's side that is the farthest out.
-fn far_end(b: &Bounds, (axis, upper): (usize, bool)) -> [f64; 3] {
+/// Returns the centre of a box's face on a side.
+fn face_centre(b: &Bounds, (axis, upper): (usize, bool)) -> [f64; 3] {
     let mut p = b.centre();
     p[axis] = if upper { b.max[axis] } else { b.min[axis] };
     p
 }
 
-/// The part of a box that lies beyond a place on one of its axes.
-fn beyond(b: &Bounds, (axis, upper): (usize, bool), at: f64) -> Bounds {
-    let mut part = *b;
+/// Returns the part of a box that lies beyond a coordinate on one of its axes.
+fn beyond(b: &Bounds, (axis, upper): (usize, bool), coordinate: f64) -> Bounds {
+    let mut result = *b;
     if upper {
-        part.min[axis] = at;
+        result.min[axis] = coordinate;
     } else {
-        part.max[axis] = at;
+        result.max[axis] = coordinate;
     }
-    part
+    result
 }
 
-/// Both halves of a box across an axis.
+/// Returns the two halves of a box across an axis.
 fn halves(b: &Bounds, axis: usize) -> [Bounds; 2] {
     let (mut low, mut high) = (*b, *b);
     let middle = b.centre()[axis];
@@ -333,8 +355,8 @@ mod tests {
     use super::*;
     use sdfc_vm::table::Op;
 
-    /// The extent of a sum of powers of the coordinates and a constant.
-    fn of(build: impl FnOnce(&mut Expressions, [ExprId; 3]) -> ExprId) -> Bounds {
+    /// Returns the extent of a number that a test builds.
+    fn extent_of(build: impl FnOnce(&mut Expressions, [ExprId; 3]) -> ExprId) -> Bounds {
         let mut e = Expressions::default();
         let p = [0, 1, 2].map(|axis| e.coordinate(axis));
         let id = build(&mut e, p);
@@ -344,14 +366,15 @@ mod tests {
     }
 
     fn sum(e: &mut Expressions, terms: &[ExprId]) -> ExprId {
-        let rest = &terms[1..];
-        rest.iter()
+        let others = &terms[1..];
+        others
+            .iter()
             .fold(terms[0], |sum, &term| e.call(Op::Add, &[sum, term]))
     }
 
     #[test]
     fn a_power_in_several_products_ends_wherever_it_stands() {
-        let found = of(|e, p| {
+        let found = extent_of(|e, p| {
             let offset = e.constant(0.437);
             let mut terms = p.map(|v| {
                 let moved = e.call(Op::Sub, &[v, offset]);
@@ -369,7 +392,7 @@ mod tests {
 
     #[test]
     fn a_ball_ends_at_its_radius() {
-        let found = of(|e, p| {
+        let found = extent_of(|e, p| {
             let squares = p.map(|c| e.call(Op::Square, &[c]));
             let radius = e.constant(-4.0);
             sum(e, &[squares[0], squares[1], squares[2], radius])
@@ -382,8 +405,8 @@ mod tests {
 
     #[test]
     fn a_quartic_whose_terms_cancel_ends_too() {
-        // x⁴ − 5x² + … + 11.8: one evaluation over half of space says nothing.
-        let found = of(|e, p| {
+        // x⁴ − 5x² + … + 11.8: one evaluation over a half-space proves nothing.
+        let found = extent_of(|e, p| {
             let mut terms = vec![e.constant(11.8)];
             let five = e.constant(-5.0);
             for c in p {
@@ -400,10 +423,10 @@ mod tests {
 
     #[test]
     fn what_has_no_end_is_said_to_have_none() {
-        let ground = of(|_, p| p[1]);
+        let ground = extent_of(|_, p| p[1]);
         assert_eq!(ground.min, [f64::NEG_INFINITY; 3]);
         assert!(ground.max[1].abs() < 1e-3 && ground.max[0].is_infinite());
-        let bowl = of(|e, p| {
+        let bowl = extent_of(|e, p| {
             let squares = [p[0], p[2]].map(|c| e.call(Op::Square, &[c]));
             let sum = e.call(Op::Add, &squares);
             e.call(Op::Sub, &[p[1], sum])
@@ -411,10 +434,10 @@ mod tests {
         assert!(bowl.max.iter().all(|v| v.is_infinite()), "{bowl:?}");
     }
 
-    /// A hill that falls away for ever grows ever wider, beyond the cube that is searched.
+    /// A hill that falls forever grows ever wider, beyond the searched cube.
     #[test]
     fn what_has_no_end_along_one_axis_grows_along_the_others() {
-        let hill = of(|e, p| {
+        let hill = extent_of(|e, p| {
             let [x, _, z] = p.map(|c| e.call(Op::Square, &[c]));
             let factor = e.constant(0.02);
             let squares = e.call(Op::Add, &[x, z]);
@@ -423,8 +446,8 @@ mod tests {
         });
         assert!(hill.min.iter().all(|v| v.is_infinite()), "{hill:?}");
         assert!(hill.max[0].is_infinite() && hill.max[1] < 0.01 && hill.max[2].is_infinite());
-        // A column with a wavy wall is as wide at any height.
-        let column = of(|e, p| {
+        // A column with a wavy wall is equally wide at any height.
+        let column = extent_of(|e, p| {
             let [x, _, z] = p.map(|c| e.call(Op::Square, &[c]));
             let wave = e.call(Op::Sin, &p[1..2]);
             let squares = e.call(Op::Add, &[x, z]);
@@ -438,7 +461,7 @@ mod tests {
 
     #[test]
     fn what_is_positive_everywhere_has_no_extent() {
-        let sheet = of(|e, p| {
+        let sheet = extent_of(|e, p| {
             let away = e.call(Op::Abs, &[p[1]]);
             let one = e.constant(1.0);
             e.call(Op::Add, &[away, one])

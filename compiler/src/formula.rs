@@ -1,27 +1,29 @@
-//! Values of shapes and of numbers at any place, written out as numbers of the scene: plain, or with their gradients.
+//! Values of shapes and of numbers at any point, expanded to numbers of the scene: plain, or with their
+//! gradients.
 //!
-//! All of this runs while the graph of numbers is lent to [`Symbolic`]: what is read from the graph is copied
+//! The graph of numbers is lent to [`Symbolic`] during the expansion, so definitions are copied from it
 //! before.
 
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::scene::{NO_EDGE, NOWHERE, Shape, ShapeId, ShapeKind, children, grid_cells, neighbour};
 use crate::symbolic::Symbolic;
 use crate::uniforms::operands_first;
-use sdfc_vm::apply::{Applied, apply_numbers};
+use sdfc_vm::apply::{OpResult, apply_numbers};
 use sdfc_vm::dual::Dual;
 use sdfc_vm::real::{Real, Vector3, lit};
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
-/// The error about noise in a field whose gradient is wanted twice.
-const TWICE: &str = "the slope of noise has no gradient: this was made into a distance before";
+/// Error about noise in a field whose gradient is requested twice.
+const SECOND_GRADIENT_ERROR: &str =
+    "the slope of noise has no gradient: this was made into a distance before";
 
-/// A number that is written out.
-pub(crate) trait Written: Real {
-    /// A number that is the same at all points.
-    fn of(number: Symbolic) -> Self;
+/// Number that is expanded.
+pub(crate) trait FormulaNumber: Real {
+    /// Returns a number that is the same at all points.
+    fn from_number(number: Symbolic) -> Self;
 
-    /// The value that a row gives.
+    /// Returns the value of an operation.
     fn row(
         op: Op,
         p: Self::Vec3,
@@ -30,9 +32,9 @@ pub(crate) trait Written: Real {
     ) -> Result<Self, &'static str>;
 }
 
-/// A row stays one operation.
-impl Written for Symbolic {
-    fn of(number: Symbolic) -> Self {
+/// An operation stays one operation.
+impl FormulaNumber for Symbolic {
+    fn from_number(number: Symbolic) -> Self {
         number
     }
     fn row(
@@ -41,13 +43,13 @@ impl Written for Symbolic {
         values: &[Self],
         parameters: &[Self],
     ) -> Result<Self, &'static str> {
-        Ok(Self::applied(op, p, values, parameters))
+        Ok(Self::apply_op(op, p, values, parameters))
     }
 }
 
-/// The gradient of a row is that of its body.
-impl Written for Dual<Symbolic> {
-    fn of(number: Symbolic) -> Self {
+/// The gradient of an operation is that of its body.
+impl FormulaNumber for Dual<Symbolic> {
+    fn from_number(number: Symbolic) -> Self {
         Self::fixed(number)
     }
     fn row(
@@ -57,21 +59,21 @@ impl Written for Dual<Symbolic> {
         parameters: &[Self],
     ) -> Result<Self, &'static str> {
         if op == Op::NoiseSlope {
-            return Err(TWICE);
+            return Err(SECOND_GRADIENT_ERROR);
         }
         let mut operands = [lit(0.0); 3];
         operands[..values.len()].copy_from_slice(values);
         match apply_numbers(op, p, operands, parameters) {
-            Applied::Value(value) => Ok(value),
-            Applied::Point(_) => unreachable!("`{}` gives a point", op.row().name),
+            OpResult::Value(value) => Ok(value),
+            OpResult::Point(_) => unreachable!("`{}` gives a point", op.row().name),
         }
     }
 }
 
-/// The definitions of the numbers that a shape is made of.
+/// Definitions of the numbers that a shape is written with.
 #[derive(Default)]
 pub(crate) struct Formula {
-    /// The steps that compute each number, operands first. Numbers that are the same at all points are left out.
+    /// Steps that compute each number, operands first. Uniform numbers are left out.
     numbers: HashMap<ExprId, Vec<(ExprId, Expression)>>,
 }
 
@@ -94,23 +96,23 @@ impl Formula {
         }
     }
 
-    /// The steps of a number that was read.
+    /// Returns the steps of a number that was read.
     pub(crate) fn steps_of(&self, id: ExprId) -> &[(ExprId, Expression)] {
         &self.numbers[&id]
     }
 
-    /// The steps of a number at a place, as far as they are wanted.
-    pub(crate) fn steps<R: Written>(
+    /// Evaluates the steps of a number at a point, as far as `is_required`.
+    pub(crate) fn steps<R: FormulaNumber>(
         &self,
         id: ExprId,
         p: R::Vec3,
-        wanted: impl Fn(ExprId) -> bool,
+        is_required: impl Fn(ExprId) -> bool,
     ) -> Result<HashMap<ExprId, R>, &'static str> {
-        let mut done: HashMap<ExprId, R> = HashMap::new();
-        for (id, step) in self.numbers[&id].iter().filter(|(id, _)| wanted(*id)) {
-            let of = |id: &ExprId| {
-                let uniform = || R::of(Symbolic(*id));
-                done.get(id).copied().unwrap_or_else(uniform)
+        let mut results: HashMap<ExprId, R> = HashMap::new();
+        for (id, step) in self.numbers[&id].iter().filter(|(id, _)| is_required(*id)) {
+            let operand = |id: &ExprId| {
+                let uniform = || R::from_number(Symbolic(*id));
+                results.get(id).copied().unwrap_or_else(uniform)
             };
             let value = match step {
                 Expression::Coordinate(axis) => [p.x(), p.y(), p.z()][usize::from(*axis)],
@@ -121,29 +123,29 @@ impl Formula {
                     parameters,
                 } => {
                     let p = match point {
-                        Some([x, y, z]) => R::Vec3::new(of(x), of(y), of(z)),
+                        Some([x, y, z]) => R::Vec3::new(operand(x), operand(y), operand(z)),
                         None => p,
                     };
-                    let values: Vec<R> = values.iter().map(of).collect();
-                    let parameters: Vec<R> = parameters.iter().map(of).collect();
+                    let values: Vec<R> = values.iter().map(operand).collect();
+                    let parameters: Vec<R> = parameters.iter().map(operand).collect();
                     R::row(*op, p, &values, &parameters)?
                 }
-                _ => of(id),
+                _ => operand(id),
             };
-            done.insert(*id, value);
+            results.insert(*id, value);
         }
-        Ok(done)
+        Ok(results)
     }
 
-    /// A number at a place.
-    fn number<R: Written>(&self, id: ExprId, p: R::Vec3) -> Result<R, &'static str> {
+    /// Evaluates a number at a point.
+    fn number<R: FormulaNumber>(&self, id: ExprId, p: R::Vec3) -> Result<R, &'static str> {
         let steps = self.steps(id, p, |_| true)?;
-        let uniform = || R::of(Symbolic(id));
+        let uniform = || R::from_number(Symbolic(id));
         Ok(steps.get(&id).copied().unwrap_or_else(uniform))
     }
 
-    /// The value of a shape at a place. Recursion over shapes within shapes, whose depth the elaborator bounds.
-    pub(crate) fn shape<R: Written>(
+    /// Evaluates a shape at a point. Recursion over nested shapes, whose depth the elaborator bounds.
+    pub(crate) fn shape<R: FormulaNumber>(
         &self,
         shapes: &[Shape],
         id: ShapeId,
@@ -152,7 +154,9 @@ impl Formula {
         Ok(match &shapes[id.0 as usize].kind {
             ShapeKind::Nothing => lit(NOWHERE),
             ShapeKind::Painted { child, .. } => self.shape(shapes, *child, p)?,
-            ShapeKind::Primitive { op, parameters } => R::row(*op, p, &[], &fixed(parameters))?,
+            ShapeKind::Primitive { op, parameters } => {
+                R::row(*op, p, &[], &uniform_numbers(parameters))?
+            }
             ShapeKind::Field { value, .. } => self.number(*value, p)?,
             ShapeKind::Polygon { points } => {
                 let next = points.iter().cycle().skip(1);
@@ -160,7 +164,7 @@ impl Formula {
                     .iter()
                     .zip(next)
                     .try_fold(lit(NO_EDGE), |value, (a, b)| {
-                        let corners = fixed(&[a[0], a[1], b[0], b[1]]);
+                        let corners = uniform_numbers(&[a[0], a[1], b[0], b[1]]);
                         R::row(Op::PolygonEdge, p, &[value], &corners)
                     })?
             }
@@ -169,7 +173,7 @@ impl Formula {
                 children,
                 parameters,
             } => {
-                let parameters = fixed(parameters);
+                let parameters = uniform_numbers(parameters);
                 let mut value = self.shape(shapes, children[0], p)?;
                 for &child in &children[1..] {
                     let next = self.shape(shapes, child, p)?;
@@ -182,12 +186,12 @@ impl Formula {
                 matrix,
                 scale,
             } => {
-                let m = fixed::<R>(matrix);
+                let m = uniform_numbers::<R>(matrix);
                 let row = |r: usize| {
                     m[4 * r] * p.x() + m[4 * r + 1] * p.y() + m[4 * r + 2] * p.z() + m[4 * r + 3]
                 };
                 let inner = R::Vec3::new(row(0), row(1), row(2));
-                self.shape::<R>(shapes, *child, inner)? * R::of(Symbolic(*scale))
+                self.shape::<R>(shapes, *child, inner)? * R::from_number(Symbolic(*scale))
             }
             ShapeKind::Repeat {
                 op,
@@ -211,7 +215,11 @@ impl Formula {
                 op,
                 child,
                 parameters,
-            } => self.shape(shapes, *child, place_of::<R>(*op, p, &fixed(parameters)))?,
+            } => self.shape(
+                shapes,
+                *child,
+                mapped_point::<R>(*op, p, &uniform_numbers(parameters)),
+            )?,
             ShapeKind::Warp { child, point } => {
                 let [x, y, z] = point.map(|number| self.number(number, p));
                 self.shape(shapes, *child, R::Vec3::new(x?, y?, z?))?
@@ -222,7 +230,7 @@ impl Formula {
                 parameters,
             } => {
                 let value = self.shape(shapes, *child, p)?;
-                R::row(*op, p, &[value], &fixed(parameters))?
+                R::row(*op, p, &[value], &uniform_numbers(parameters))?
             }
             ShapeKind::Displace { child, amount } => {
                 self.shape::<R>(shapes, *child, p)? + self.number::<R>(*amount, p)?
@@ -230,8 +238,8 @@ impl Formula {
         })
     }
 
-    /// The least value of the copies in these cells.
-    fn copies<R: Written>(
+    /// Returns the minimum over the copies in these cells.
+    fn copies<R: FormulaNumber>(
         &self,
         shapes: &[Shape],
         neighbour: Op,
@@ -240,18 +248,18 @@ impl Formula {
         p: R::Vec3,
         cells: Vec<Vec<f64>>,
     ) -> Result<R, &'static str> {
-        let mut least: Option<R> = None;
+        let mut minimum: Option<R> = None;
         for cell in cells {
-            let mut parameters = fixed(parameters);
+            let mut parameters = uniform_numbers(parameters);
             parameters.extend(cell.into_iter().map(lit::<R>));
-            let copy = self.shape(shapes, child, place_of(neighbour, p, &parameters))?;
-            least = Some(least.map_or(copy, |least| least.min(copy)));
+            let copy = self.shape(shapes, child, mapped_point(neighbour, p, &parameters))?;
+            minimum = Some(minimum.map_or(copy, |minimum| minimum.min(copy)));
         }
-        Ok(least.unwrap_or(lit(NOWHERE)))
+        Ok(minimum.unwrap_or(lit(NOWHERE)))
     }
 }
 
-/// The numbers of the point that a shape of a kind is written with.
+/// Returns the numbers of the point that a shape is written with.
 pub(crate) fn numbers(kind: &ShapeKind) -> &[ExprId] {
     match kind {
         ShapeKind::Field { value, .. } => std::slice::from_ref(value),
@@ -261,15 +269,18 @@ pub(crate) fn numbers(kind: &ShapeKind) -> &[ExprId] {
     }
 }
 
-/// Numbers that are the same at all points.
-fn fixed<R: Written>(numbers: &[ExprId]) -> Vec<R> {
-    numbers.iter().map(|&id| R::of(Symbolic(id))).collect()
+/// Returns numbers that are the same at all points.
+fn uniform_numbers<R: FormulaNumber>(numbers: &[ExprId]) -> Vec<R> {
+    numbers
+        .iter()
+        .map(|&id| R::from_number(Symbolic(id)))
+        .collect()
 }
 
-/// The point that a row of points gives.
-fn place_of<R: Written>(op: Op, p: R::Vec3, parameters: &[R]) -> R::Vec3 {
+/// Returns the point that an operation maps a point to.
+fn mapped_point<R: FormulaNumber>(op: Op, p: R::Vec3, parameters: &[R]) -> R::Vec3 {
     match apply_numbers(op, p, [lit(0.0); 3], parameters) {
-        Applied::Point(point) => point,
-        Applied::Value(_) => unreachable!("`{}` gives a value", op.row().name),
+        OpResult::Point(point) => point,
+        OpResult::Value(_) => unreachable!("`{}` gives a value", op.row().name),
     }
 }

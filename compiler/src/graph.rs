@@ -1,7 +1,8 @@
 //! The graph: a scene as a hash-consed, typed, directed acyclic graph of operations.
 //!
-//! What holds of every graph: equal nodes are one node; a node's inputs stand before it; every
-//! operand has the kind that its row asks for. A node is a point or a value, by [`Node::is_point`].
+//! Invariants of every graph: equal nodes are one node; a node's inputs have smaller indices; every
+//! operand has the kind that its operation requires. A node is a point or a value, see
+//! [`Node::is_point`].
 
 use sdfc_lang::Span;
 use sdfc_vm::program::CHANNELS;
@@ -10,39 +11,39 @@ use sdfc_vm::table::Op;
 use std::collections::HashMap;
 use std::fmt::Write;
 
-/// A node, by its position.
+/// A node, by its index.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeId(pub u32);
 
 /// A number that is the same at all points.
 #[derive(Clone, Copy, Debug)]
-pub enum Number {
-    /// Folded.
+pub enum GraphNumber {
+    /// Folded number.
     Constant(f32),
-    /// A result of the uniform program.
+    /// Result of the uniform program.
     Uniform(u32),
 }
 
-impl Number {
+impl GraphNumber {
     fn key(self) -> (u32, u32) {
         match self {
-            Number::Constant(v) => (0, v.to_bits()),
-            Number::Uniform(u) => (1, u),
+            GraphNumber::Constant(v) => (0, v.to_bits()),
+            GraphNumber::Uniform(u) => (1, u),
         }
     }
-    /// Whether it is this constant.
+    /// Reports whether it is this constant.
     pub fn is(self, value: f32) -> bool {
-        matches!(self, Number::Constant(v) if v == value)
+        matches!(self, GraphNumber::Constant(v) if v == value)
     }
 }
 
-impl PartialEq for Number {
+impl PartialEq for GraphNumber {
     fn eq(&self, other: &Self) -> bool {
         self.key() == other.key()
     }
 }
-impl Eq for Number {}
-impl std::hash::Hash for Number {
+impl Eq for GraphNumber {}
+impl std::hash::Hash for GraphNumber {
     fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
         self.key().hash(state);
     }
@@ -50,170 +51,171 @@ impl std::hash::Hash for Number {
 
 /// A step of a [`Node::Chain`].
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum Step {
-    /// A value is blended in.
+pub enum GraphChainStep {
+    /// Blends a value in.
     Blend(NodeId),
-    /// The next steps are left out where they do not matter.
+    /// Skips the next steps where they do not matter.
     Guard(Guard),
 }
 
-/// What tells that steps of a chain do not matter at a point; see [`sdfc_vm::guard`].
+/// Test that skips steps of a chain where they do not matter; see [`sdfc_vm::guard`].
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Guard {
-    /// The point that it looks at.
+    /// Point that it reads.
     pub point: NodeId,
-    /// The middle of a box and the reach, the box's half size and the factor.
-    pub volume: [Number; 8],
-    /// How many steps it stands for, those behind guards among them counted too.
+    /// Centre of a box and the influence radius, then the box's half size and the factor.
+    pub volume: [GraphNumber; 8],
+    /// Number of steps that it skips, including those behind nested guards.
     pub steps: u32,
 }
 
 /// A node of the graph.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum Node {
+pub enum GraphNode {
     /// The point in the world.
     World,
     /// A point moved by a vector.
     Moved {
-        /// The point.
+        /// Point.
         point: NodeId,
-        /// The vector.
-        by: [Number; 3],
+        /// Vector.
+        by: [GraphNumber; 3],
     },
     /// A point mapped by three rows of three factors and a shift.
     Mapped {
-        /// The point.
+        /// Point.
         point: NodeId,
-        /// The rows.
-        rows: [Number; 12],
+        /// Rows.
+        rows: [GraphNumber; 12],
     },
     /// A number.
-    Constant(Number),
-    /// A row of the table.
+    Constant(GraphNumber),
+    /// An operation of the table.
     Apply {
-        /// The operation.
+        /// Operation.
         op: Op,
-        /// The point it reads, if it reads one.
+        /// Point that it reads, if any.
         point: Option<NodeId>,
-        /// Its operands.
+        /// Operands.
         values: Vec<NodeId>,
-        /// The numbers of its parameters, without gaps.
-        parameters: Vec<Number>,
+        /// Numbers of its parameters, without gaps.
+        parameters: Vec<GraphNumber>,
     },
     /// Values blended one after the other into a first one by the same operation, with guards among
-    /// them; without the guards it would have the same value. Only the pass `bounding` makes them.
+    /// them. The guards do not change the value. Only the pass `bounding` creates chains.
     Chain {
-        /// The operation: a blend.
+        /// Operation: a blend.
         op: Op,
-        /// The numbers of its parameters.
-        parameters: Vec<Number>,
-        /// The value that the others are blended into.
+        /// Numbers of its parameters.
+        parameters: Vec<GraphNumber>,
+        /// Value that the others are blended into.
         first: NodeId,
-        /// The others, in order.
-        steps: Vec<Step>,
+        /// The other values, in order.
+        steps: Vec<GraphChainStep>,
     },
     /// A component of the normal in the frame of a point; only in graphs of surfaces.
     Normal {
-        /// The point.
+        /// Point.
         point: NodeId,
-        /// Which component.
+        /// Index of the component.
         axis: u8,
     },
     /// A value in a material; only in graphs of surfaces.
     Paint {
-        /// The value.
+        /// Value.
         value: NodeId,
-        /// Albedo, roughness, emission, metallic, the material's number, whether it is bumped.
-        constants: [Number; 12],
+        /// Albedo, roughness, emission, metallic, the material's number, and a flag for a bump.
+        constants: [GraphNumber; 12],
         /// Channels that are computed, in place of the constants.
         channels: Vec<(u8, NodeId)>,
     },
 }
 
-impl Node {
-    /// Whether it is a point; else it is a value.
+impl GraphNode {
+    /// Reports whether it is a point; otherwise it is a value.
     pub fn is_point(&self) -> bool {
         match self {
-            Node::World | Node::Moved { .. } | Node::Mapped { .. } => true,
-            Node::Apply { op, .. } => op.row().output == Output::Point,
-            Node::Constant(_) | Node::Chain { .. } | Node::Normal { .. } | Node::Paint { .. } => {
-                false
-            }
+            GraphNode::World | GraphNode::Moved { .. } | GraphNode::Mapped { .. } => true,
+            GraphNode::Apply { op, .. } => op.row().output == Output::Point,
+            GraphNode::Constant(_)
+            | GraphNode::Chain { .. }
+            | GraphNode::Normal { .. }
+            | GraphNode::Paint { .. } => false,
         }
     }
-    /// The nodes it reads, the point first.
+    /// Returns the nodes that it reads, the point first.
     pub fn inputs(&self) -> Vec<NodeId> {
         match self {
-            Node::World | Node::Constant(_) => Vec::new(),
-            Node::Moved { point, .. } | Node::Mapped { point, .. } => vec![*point],
-            Node::Normal { point, .. } => vec![*point],
-            Node::Apply { point, values, .. } => point.iter().chain(values).copied().collect(),
-            Node::Chain { first, steps, .. } => {
+            GraphNode::World | GraphNode::Constant(_) => Vec::new(),
+            GraphNode::Moved { point, .. } | GraphNode::Mapped { point, .. } => vec![*point],
+            GraphNode::Normal { point, .. } => vec![*point],
+            GraphNode::Apply { point, values, .. } => point.iter().chain(values).copied().collect(),
+            GraphNode::Chain { first, steps, .. } => {
                 let steps = steps.iter().map(|step| match step {
-                    Step::Blend(value) => *value,
-                    Step::Guard(guard) => guard.point,
+                    GraphChainStep::Blend(value) => *value,
+                    GraphChainStep::Guard(guard) => guard.point,
                 });
                 std::iter::once(*first).chain(steps).collect()
             }
-            Node::Paint {
+            GraphNode::Paint {
                 value, channels, ..
             } => std::iter::once(*value)
                 .chain(channels.iter().map(|&(_, id)| id))
                 .collect(),
         }
     }
-    /// The same node with its inputs replaced.
-    pub fn with_inputs(&self, mut to: impl FnMut(NodeId) -> NodeId) -> Node {
+    /// Returns the same node with its inputs replaced.
+    pub fn with_inputs(&self, mut to: impl FnMut(NodeId) -> NodeId) -> GraphNode {
         match self {
-            Node::World | Node::Constant(_) => self.clone(),
-            Node::Moved { point, by } => Node::Moved {
+            GraphNode::World | GraphNode::Constant(_) => self.clone(),
+            GraphNode::Moved { point, by } => GraphNode::Moved {
                 point: to(*point),
                 by: *by,
             },
-            Node::Mapped { point, rows } => Node::Mapped {
+            GraphNode::Mapped { point, rows } => GraphNode::Mapped {
                 point: to(*point),
                 rows: *rows,
             },
-            Node::Normal { point, axis } => Node::Normal {
+            GraphNode::Normal { point, axis } => GraphNode::Normal {
                 point: to(*point),
                 axis: *axis,
             },
-            Node::Apply {
+            GraphNode::Apply {
                 op,
                 point,
                 values,
                 parameters,
-            } => Node::Apply {
+            } => GraphNode::Apply {
                 op: *op,
                 point: point.map(&mut to),
                 values: values.iter().map(|&v| to(v)).collect(),
                 parameters: parameters.clone(),
             },
-            Node::Chain {
+            GraphNode::Chain {
                 op,
                 parameters,
                 first,
                 steps,
-            } => Node::Chain {
+            } => GraphNode::Chain {
                 op: *op,
                 parameters: parameters.clone(),
                 first: to(*first),
                 steps: steps
                     .iter()
                     .map(|step| match step {
-                        Step::Blend(value) => Step::Blend(to(*value)),
-                        Step::Guard(guard) => Step::Guard(Guard {
+                        GraphChainStep::Blend(value) => GraphChainStep::Blend(to(*value)),
+                        GraphChainStep::Guard(guard) => GraphChainStep::Guard(Guard {
                             point: to(guard.point),
                             ..guard.clone()
                         }),
                     })
                     .collect(),
             },
-            Node::Paint {
+            GraphNode::Paint {
                 value,
                 constants,
                 channels,
-            } => Node::Paint {
+            } => GraphNode::Paint {
                 value: to(*value),
                 constants: *constants,
                 channels: channels.iter().map(|&(c, id)| (c, to(id))).collect(),
@@ -222,72 +224,72 @@ impl Node {
     }
 }
 
-/// Where a node comes from, for names in generated text and for diagnostics.
+/// Source of a node, for names in generated text and for diagnostics.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Origin {
-    /// The name in the scene; empty if there is none.
+    /// Name in the scene; empty if there is none.
     pub name: String,
-    /// The text.
+    /// Text.
     pub span: Option<Span>,
 }
 
 /// The graph of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
-    nodes: Vec<Node>,
-    known: HashMap<Node, NodeId>,
+    nodes: Vec<GraphNode>,
+    ids: HashMap<GraphNode, NodeId>,
     origins: HashMap<NodeId, Origin>,
     /// The scene's distance.
     pub root: NodeId,
 }
 
 impl Graph {
-    /// The node itself.
-    pub fn get(&self, id: NodeId) -> &Node {
+    /// Returns a node.
+    pub fn get(&self, id: NodeId) -> &GraphNode {
         &self.nodes[id.0 as usize]
     }
-    /// All nodes, inputs before what reads them.
-    pub fn nodes(&self) -> impl Iterator<Item = (NodeId, &Node)> {
+    /// Returns all nodes, inputs before their users.
+    pub fn nodes(&self) -> impl Iterator<Item = (NodeId, &GraphNode)> {
         self.nodes
             .iter()
             .enumerate()
             .map(|(i, node)| (NodeId(i as u32), node))
     }
-    /// How many nodes there are.
+    /// Returns the number of nodes.
     pub fn len(&self) -> usize {
         self.nodes.len()
     }
-    /// Whether there are none.
+    /// Reports whether there are no nodes.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
-    /// The node equal to `node`, which is added unless it is there.
-    pub fn add(&mut self, node: Node) -> NodeId {
-        if let Some(&id) = self.known.get(&node) {
+    /// Returns the node equal to `node`, and adds it if necessary.
+    pub fn add(&mut self, node: GraphNode) -> NodeId {
+        if let Some(&id) = self.ids.get(&node) {
             return id;
         }
         let id = NodeId(self.nodes.len() as u32);
-        self.known.insert(node.clone(), id);
+        self.ids.insert(node.clone(), id);
         self.nodes.push(node);
         id
     }
-    /// The node equal to `node`, if there is one.
-    pub fn find(&self, node: &Node) -> Option<NodeId> {
-        self.known.get(node).copied()
+    /// Returns the node equal to `node`, if there is one.
+    pub fn find(&self, node: &GraphNode) -> Option<NodeId> {
+        self.ids.get(node).copied()
     }
-    /// Says where a node comes from, unless that is known.
+    /// Sets the origin of a node, as far as it is not set.
     pub fn set_origin(&mut self, id: NodeId, origin: Origin) {
-        let known = self.origins.entry(id).or_default();
-        if known.name.is_empty() {
-            known.name = origin.name;
+        let stored = self.origins.entry(id).or_default();
+        if stored.name.is_empty() {
+            stored.name = origin.name;
         }
-        known.span = known.span.or(origin.span);
+        stored.span = stored.span.or(origin.span);
     }
-    /// Where a node comes from.
+    /// Returns the origin of a node.
     pub fn origin(&self, id: NodeId) -> Option<&Origin> {
         self.origins.get(&id)
     }
-    /// For each node, how many times the nodes that the root reaches read it.
+    /// Returns the number of uses of each node by the nodes that the root reaches.
     pub fn uses(&self) -> Vec<u32> {
         let mut uses = vec![0; self.nodes.len()];
         uses[self.root.0 as usize] = 1;
@@ -300,23 +302,23 @@ impl Graph {
         }
         uses
     }
-    /// The graph as text, a node a line.
+    /// Returns the graph as text, with one node per line.
     pub fn dump(&self) -> String {
         let mut text = String::new();
         for (id, node) in self.nodes() {
             let _ = write!(text, "%{:<4} = ", id.0);
             match node {
-                Node::World => text.push_str("world"),
-                Node::Moved { point, by } => {
+                GraphNode::World => text.push_str("world"),
+                GraphNode::Moved { point, by } => {
                     let _ = write!(text, "moved %{} {}", point.0, numbers(by));
                 }
-                Node::Mapped { point, rows } => {
+                GraphNode::Mapped { point, rows } => {
                     let _ = write!(text, "mapped %{} {}", point.0, numbers(rows));
                 }
-                Node::Constant(number) => {
+                GraphNode::Constant(number) => {
                     let _ = write!(text, "constant {}", numbers(&[*number]));
                 }
-                Node::Normal { point, axis } => {
+                GraphNode::Normal { point, axis } => {
                     let _ = write!(
                         text,
                         "normal.{} %{}",
@@ -324,7 +326,7 @@ impl Graph {
                         point.0
                     );
                 }
-                Node::Apply {
+                GraphNode::Apply {
                     op,
                     point,
                     values,
@@ -338,7 +340,7 @@ impl Graph {
                         let _ = write!(text, " {}", numbers(parameters));
                     }
                 }
-                Node::Chain {
+                GraphNode::Chain {
                     op,
                     parameters,
                     first,
@@ -350,7 +352,7 @@ impl Graph {
                     }
                     write_steps(&mut text, steps);
                 }
-                Node::Paint {
+                GraphNode::Paint {
                     value,
                     constants,
                     channels,
@@ -373,28 +375,28 @@ impl Graph {
     }
 }
 
-/// The steps of a chain, a line each, those behind a guard farther in.
-fn write_steps(text: &mut String, steps: &[Step]) {
-    // Where the guards end that a step lies behind.
+/// Writes the steps of a chain, one per line, with those behind a guard indented.
+fn write_steps(text: &mut String, steps: &[GraphChainStep]) {
+    // Ends of the guards around a step.
     let mut ends: Vec<usize> = Vec::new();
-    for (at, step) in steps.iter().enumerate() {
-        while ends.last().is_some_and(|&end| end <= at) {
+    for (index, step) in steps.iter().enumerate() {
+        while ends.last().is_some_and(|&end| end <= index) {
             ends.pop();
         }
         let _ = write!(text, "\n{:indent$}", "", indent = 9 + 2 * ends.len());
         match step {
-            Step::Blend(value) => {
+            GraphChainStep::Blend(value) => {
                 let _ = write!(text, "%{}", value.0);
             }
-            Step::Guard(guard) => {
+            GraphChainStep::Guard(guard) => {
                 let _ = write!(text, "near %{} {}:", guard.point.0, numbers(&guard.volume));
-                ends.push(at + 1 + guard.steps as usize);
+                ends.push(index + 1 + guard.steps as usize);
             }
         }
     }
 }
 
-/// What a channel of a material is called in listings.
+/// Returns the name of a material's channel in listings.
 pub fn channel_name(channel: u8) -> &'static str {
     const NAMES: [&str; CHANNELS] = [
         "albedo.r",
@@ -410,18 +412,18 @@ pub fn channel_name(channel: u8) -> &'static str {
     NAMES[usize::from(channel)]
 }
 
-fn numbers(numbers: &[Number]) -> String {
+fn numbers(numbers: &[GraphNumber]) -> String {
     let list: Vec<String> = numbers
         .iter()
         .map(|n| match n {
-            Number::Constant(v) => format!("{v:?}"),
-            Number::Uniform(u) => format!("u{u}"),
+            GraphNumber::Constant(v) => format!("{v:?}"),
+            GraphNumber::Uniform(u) => format!("u{u}"),
         })
         .collect();
     format!("[{}]", list.join(", "))
 }
 
-/// Whether the order of an operation's two operands does not matter, to the last bit.
+/// Reports whether an operation is commutative to the last bit.
 pub fn is_commutative(op: Op) -> bool {
     let by_blend = op
         .row()

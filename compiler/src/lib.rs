@@ -1,8 +1,9 @@
-//! From syntax trees to scenes, graphs, verified programs and WGSL. Deterministic: the same text
-//! and options give the same bytes. No input or output, no GPU.
+//! Compiler from syntax trees to scenes, graphs, verified programs and WGSL. It is deterministic: equal
+//! text and options produce equal bytes. It does no input or output and uses no GPU.
 
 pub mod bounds;
-mod boxes;
+mod bounds_slack;
+mod box_eval;
 pub mod clauses;
 mod climb;
 pub mod compile;
@@ -17,20 +18,19 @@ mod formula;
 pub mod graph;
 pub mod lower;
 pub mod open;
-pub mod origins;
 pub mod passes;
+pub mod provenance;
 pub mod raise;
 pub mod range;
 pub mod scene;
 pub mod schedule;
 mod seams;
-mod seen;
 mod shape_range;
 pub mod slope;
-mod spread;
 mod subject;
 mod symbolic;
 mod symmetry;
 pub mod uniforms;
+mod visible_bounds;
 pub mod wgsl;
-mod written;
+mod written_value;

@@ -1,25 +1,25 @@
 //! Scene → graph: shapes become operations on points.
 //!
-//! Rigid motions, scales and other affine maps are composed on the way down and never stand in the
-//! graph one after the other.
+//! Rigid motions, scales and other affine maps are composed on the way down and never follow each other
+//! in the graph.
 //!
-//! A shape has the value that the scene writes wherever that value matters: under offsets, shells, blends
-//! and displacements. Set operations without a blend compare signs alone. There, and at the root, a shape
-//! whose value could change faster than the point moves (a raw field, a twist, a displacement) is turned
-//! into a safe step to its surface (`step`), so that only this shape is slowed down. Bounds and slopes
+//! A shape has the value that the scene writes wherever that value matters: under offsets, shells,
+//! blends and displacements. Set operations without a blend compare signs only. There, and at the root,
+//! a value that could change faster than the point moves (of a raw field, a twist, a displacement)
+//! becomes a safe step to its surface (`step`). So only this shape is slowed down. Bounds and slopes
 //! therefore never move a surface.
 //!
-//! The same scene is lowered twice: once for its distance, once for its surface, where paints stay
-//! in the graph, or where each leaf has a paint of its own ([`crate::origins`]).
+//! A scene is lowered twice: for its distance, and for its surface. In the graph of the surface,
+//! material assignments stay, or each leaf has a material of its own ([`crate::provenance`]).
 
 mod copies;
 mod paint;
 mod step;
 
-use crate::bounds::{Boxes, World};
+use crate::bounds::{SceneRef, ShapeBounds};
 use crate::expression::{ExprId, Expression, Expressions};
-use crate::graph::{Graph, Node, NodeId, Number, Origin};
-use crate::origins::Trail;
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId, Origin};
+use crate::provenance::LeafTracker;
 use crate::scene::{Material, MaterialId, NO_EDGE, NOWHERE, Scene, ShapeId, ShapeKind};
 use crate::slope::ShapeSlopes;
 use crate::uniforms::{Uniforms, operands_first};
@@ -30,179 +30,182 @@ use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 
-/// The point a shape is evaluated at: a node of the graph, seen through an affine map.
+/// Point at which a shape is evaluated: a node of the graph with a pending affine map.
 #[derive(Clone, Copy)]
-struct At {
+struct LocalPoint {
     base: NodeId,
     frame: Option<[ExprId; 12]>,
-    /// Units of the local frame per unit of the world, as far as that is known.
+    /// Units of the local frame per unit of the world, if known, and 1 otherwise.
     unit: f64,
-    /// The size in the world of what has the size one in the local frame; none where nothing was scaled.
+    /// World size of one unit of the local frame; `None` if nothing was scaled.
     scale: Option<ExprId>,
-    /// A box in the local frame, outside of which others decide what is solid.
+    /// Box in the local frame outside of which other shapes determine what is solid.
     region: Bounds,
 }
 
-impl At {
-    /// A point of the world.
+impl LocalPoint {
+    /// Returns a point of the world.
     fn world(base: NodeId) -> Self {
         Self {
             base,
             frame: None,
             unit: 1.0,
             scale: None,
-            region: Bounds::EVERYTHING,
+            region: Bounds::ALL_SPACE,
         }
     }
 
-    /// Another point of the graph, which is on the scale of this one.
+    /// Returns another point of the graph with the same scale.
     fn moved_to(self, base: NodeId) -> Self {
         Self {
             base,
             frame: None,
-            region: Bounds::EVERYTHING,
+            region: Bounds::ALL_SPACE,
             ..self
         }
     }
 }
 
-/// The values that are wanted of a shape.
+/// Use of a shape's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Wanted {
-    /// Those that the scene writes.
+enum ValueUse {
+    /// The value that the scene writes.
     Written,
-    /// A safe step towards the surface, with the shape's sign: no steeper than one.
+    /// A safe step towards the surface, with the shape's sign: its slope is at most one.
     Step,
 }
 
-/// Which graph is wanted.
+/// Purpose of a graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// The distance alone.
+    /// The distance only.
     Distance,
     /// The distance and the material.
     Surface,
-    /// The distance and the leaf that made it.
-    Origins,
+    /// The distance and the leaf that determines it.
+    LeafIds,
 }
 
-/// Lowers a shape of the scene; the uniform numbers that it reads are collected in `uniforms`.
-/// `boxes` and `slopes` are those that hold for all values of the parameters.
+/// Lowers a shape of the scene, and collects the uniform numbers that it reads in `uniforms`. `boxes`
+/// and `slopes` hold for all values of the parameters.
 pub(crate) fn lower(
     scene: &mut Scene,
     shape: ShapeId,
     purpose: Purpose,
     slopes: &mut ShapeSlopes,
     uniforms: &mut Uniforms,
-    boxes: &mut Boxes,
+    boxes: &mut ShapeBounds,
 ) -> (Graph, Vec<Diagnostic>) {
-    let (graph, _, diagnostics) = walk(scene, shape, purpose, slopes, uniforms, boxes);
+    let (graph, _, diagnostics) = lower_for(scene, shape, purpose, slopes, uniforms, boxes);
     (graph, diagnostics)
 }
 
-/// Lowers a shape as for its surface, but each leaf has a material of its own, in place of all paints
-/// of the scene; gives what the materials' numbers stand for.
-pub(crate) fn lower_origins(
+/// Lowers a shape as for its surface, with a material per leaf in place of all material assignments of
+/// the scene. Returns the leaves that the material numbers stand for.
+pub(crate) fn lower_leaf_ids(
     scene: &mut Scene,
     shape: ShapeId,
     slopes: &mut ShapeSlopes,
     uniforms: &mut Uniforms,
-    boxes: &mut Boxes,
-) -> (Graph, Trail) {
-    let (graph, trail, _) = walk(scene, shape, Purpose::Origins, slopes, uniforms, boxes);
+    boxes: &mut ShapeBounds,
+) -> (Graph, LeafTracker) {
+    let (graph, trail, _) = lower_for(scene, shape, Purpose::LeafIds, slopes, uniforms, boxes);
     (graph, trail)
 }
 
-fn walk(
+fn lower_for(
     scene: &mut Scene,
     shape: ShapeId,
     purpose: Purpose,
     slopes: &mut ShapeSlopes,
     uniforms: &mut Uniforms,
-    boxes: &mut Boxes,
-) -> (Graph, Trail, Vec<Diagnostic>) {
-    let paints = paints(scene);
+    boxes: &mut ShapeBounds,
+) -> (Graph, LeafTracker, Vec<Diagnostic>) {
+    let material_sets = material_sets(scene);
     let coverage = paint::coverage(scene);
     let mut graph = Graph::default();
-    let world = graph.add(Node::World);
+    let world = graph.add(GraphNode::World);
     let mut lowering = Lowering {
         slopes,
         scene,
         boxes,
-        paints,
+        material_sets,
         coverage,
         underlay: None,
         doublings: 0,
         uniforms,
         graph,
         purpose,
-        trail: Trail::default(),
+        leaf_tracker: LeafTracker::default(),
         unbounded: HashSet::new(),
-        entered: HashSet::new(),
+        checked_for_inside: HashSet::new(),
         diagnostics: Vec::new(),
     };
-    let root = lowering.shape(shape, At::world(world), Wanted::Step);
+    let root = lowering.shape(shape, LocalPoint::world(world), ValueUse::Step);
     lowering.graph.root = root;
-    lowering.report_refuted();
-    (lowering.graph, lowering.trail, lowering.diagnostics)
+    lowering.warn_refuted_slopes();
+    (lowering.graph, lowering.leaf_tracker, lowering.diagnostics)
 }
 
 struct Lowering<'a> {
     slopes: &'a mut ShapeSlopes,
     scene: &'a mut Scene,
-    boxes: &'a mut Boxes,
-    paints: Vec<Paints>,
+    boxes: &'a mut ShapeBounds,
+    material_sets: Vec<MaterialSet>,
     coverage: Vec<Coverage>,
-    /// The value whose paint shapes without one show.
+    /// Value whose paint is shown by shapes without one.
     underlay: Option<NodeId>,
-    /// The number of operations around the present shape whose operands are lowered twice.
+    /// Number of enclosing operations whose operands are lowered twice.
     doublings: u32,
     uniforms: &'a mut Uniforms,
     graph: Graph,
     purpose: Purpose,
-    /// The leaves met so far, and the shapes around the present one; only for [`Purpose::Origins`].
-    trail: Trail,
+    /// Leaves so far, and the enclosing shapes; only for [`Purpose::LeafIds`].
+    leaf_tracker: LeafTracker,
     /// Shapes whose slope has no bound.
     unbounded: HashSet<ShapeId>,
-    /// The fields of which it was asked whether they have an inside.
-    entered: HashSet<ShapeId>,
+    /// Fields that were tested for an inside.
+    checked_for_inside: HashSet<ShapeId>,
     diagnostics: Vec<Diagnostic>,
 }
 
 impl Lowering<'_> {
-    fn number(&mut self, id: ExprId) -> Number {
+    fn number(&mut self, id: ExprId) -> GraphNumber {
         self.uniforms.number(&self.scene.expressions, id)
     }
 
-    fn numbers(&mut self, ids: &[ExprId]) -> Vec<Number> {
+    fn numbers(&mut self, ids: &[ExprId]) -> Vec<GraphNumber> {
         ids.iter().map(|&id| self.number(id)).collect()
     }
 
-    /// The node of the point itself, for operations that read it.
-    fn point(&mut self, at: At) -> NodeId {
-        let Some(frame) = at.frame else {
-            return at.base;
+    /// Returns the node of the point itself, for operations that read it.
+    fn point(&mut self, local_point: LocalPoint) -> NodeId {
+        let Some(frame) = local_point.frame else {
+            return local_point.base;
         };
-        let rows: [Number; 12] = frame.map(|id| self.number(id));
+        let rows: [GraphNumber; 12] = frame.map(|id| self.number(id));
         let linear_is_identity = (0..12)
             .filter(|i| i % 4 != 3)
             .all(|i| rows[i].is(if i % 4 == i / 4 { 1.0 } else { 0.0 }));
         if !linear_is_identity {
-            return self.graph.add(Node::Mapped {
-                point: at.base,
+            return self.graph.add(GraphNode::Mapped {
+                point: local_point.base,
                 rows,
             });
         }
-        let by = [rows[3], rows[7], rows[11]];
-        if by.iter().all(|n| n.is(0.0)) {
-            return at.base;
+        let shift = [rows[3], rows[7], rows[11]];
+        if shift.iter().all(|n| n.is(0.0)) {
+            return local_point.base;
         }
-        self.graph.add(Node::Moved { point: at.base, by })
+        self.graph.add(GraphNode::Moved {
+            point: local_point.base,
+            by: shift,
+        })
     }
 
-    /// `at`, seen through one more affine map.
-    fn framed(&mut self, at: At, matrix: [ExprId; 12]) -> At {
-        let frame = match at.frame {
+    /// Returns `at` with one more affine map.
+    fn in_frame(&mut self, local_point: LocalPoint, matrix: [ExprId; 12]) -> LocalPoint {
+        let frame = match local_point.frame {
             Some(outer) => compose(&mut self.scene.expressions, &matrix, &outer),
             None => matrix,
         };
@@ -213,22 +216,28 @@ impl Lowering<'_> {
             .iter()
             .map(|&id| self.scene.expressions.as_constant(id))
             .collect();
-        let region = map.map_or(Bounds::EVERYTHING, |map| {
+        let region = map.map_or(Bounds::ALL_SPACE, |map| {
             let row = |r: usize| std::array::from_fn(|column| map[4 * r + column]);
-            at.region.mapped(&[row(0), row(1), row(2)])
+            local_point.region.mapped(&[row(0), row(1), row(2)])
         });
-        At {
-            base: at.base,
+        LocalPoint {
+            base: local_point.base,
             frame: Some(frame),
-            unit: at.unit * stretch.sqrt(),
+            unit: local_point.unit * stretch.sqrt(),
             region,
-            ..at
+            ..local_point
         }
     }
 
-    fn apply(&mut self, op: Op, at: At, values: Vec<NodeId>, parameters: Vec<Number>) -> NodeId {
-        let point = op.row().reads_point().then(|| self.point(at));
-        self.graph.add(Node::Apply {
+    fn apply(
+        &mut self,
+        op: Op,
+        local_point: LocalPoint,
+        values: Vec<NodeId>,
+        parameters: Vec<GraphNumber>,
+    ) -> NodeId {
+        let point = op.row().reads_point().then(|| self.point(local_point));
+        self.graph.add(GraphNode::Apply {
             op,
             point,
             values,
@@ -236,23 +245,28 @@ impl Lowering<'_> {
         })
     }
 
-    /// A shape; one without paint shows that of the underlay, if there is one.
-    fn shape(&mut self, id: ShapeId, at: At, wanted: Wanted) -> NodeId {
+    /// Lowers a shape; without a paint, it shows that of the underlay, if there is one.
+    fn shape(&mut self, id: ShapeId, local_point: LocalPoint, value_use: ValueUse) -> NodeId {
         let Some(underlay) = self.underlay else {
-            return self.shape_alone(id, at, wanted);
+            return self.shape_without_underlay(id, local_point, value_use);
         };
         match self.coverage[id.0 as usize] {
-            Coverage::Partial => self.shape_alone(id, at, wanted),
-            Coverage::Full => self.shape_over(None, id, at, wanted),
+            Coverage::Partial => self.shape_without_underlay(id, local_point, value_use),
+            Coverage::Full => self.shape_over(None, id, local_point, value_use),
             Coverage::None => {
-                let node = self.shape_over(None, id, at, wanted);
-                self.painted_like(underlay, node, at)
+                let node = self.shape_over(None, id, local_point, value_use);
+                self.with_paint_of(underlay, node, local_point)
             }
         }
     }
 
-    /// Recursion over shapes within shapes, whose depth the elaborator bounds.
-    fn shape_alone(&mut self, id: ShapeId, at: At, wanted: Wanted) -> NodeId {
+    /// Recursion over nested shapes, whose depth the elaborator bounds.
+    fn shape_without_underlay(
+        &mut self,
+        id: ShapeId,
+        local_point: LocalPoint,
+        value_use: ValueUse,
+    ) -> NodeId {
         let shape = &self.scene.shapes[id.0 as usize];
         let origin = Origin {
             name: shape.name.clone(),
@@ -260,222 +274,263 @@ impl Lowering<'_> {
         };
         let outer = match self.purpose {
             Purpose::Distance | Purpose::Surface => None,
-            Purpose::Origins => Some(self.trail.enter(shape)),
+            Purpose::LeafIds => Some(self.leaf_tracker.enter(shape)),
         };
         let node = match shape.kind.clone() {
             ShapeKind::Primitive { op, parameters } => {
                 let parameters = self.numbers(&parameters);
-                self.apply(op, at, Vec::new(), parameters)
+                self.apply(op, local_point, Vec::new(), parameters)
             }
             ShapeKind::Field { value, .. } => {
-                let node = self.field(value, at);
-                self.given(node, id, at, wanted)
+                let node = self.field(value, local_point);
+                self.convert_value(node, id, local_point, value_use)
             }
-            ShapeKind::Polygon { points } => self.polygon(&points, at),
+            ShapeKind::Polygon { points } => self.polygon(&points, local_point),
             ShapeKind::Combine {
                 op,
                 children,
                 parameters,
             } => {
-                let node = self.combine(op, &children, &parameters, at, inner(op, wanted));
-                self.changed(node, op, id, at, wanted)
+                let node = self.combine(
+                    op,
+                    &children,
+                    &parameters,
+                    local_point,
+                    operand_use(op, value_use),
+                );
+                self.convert_result(node, op, id, local_point, value_use)
             }
             ShapeKind::Frame {
                 child,
                 matrix,
                 scale,
             } => {
-                let mut inner = self.framed(at, matrix);
+                let mut inner = self.in_frame(local_point, matrix);
                 if self.scene.expressions.as_constant(scale) != Some(1.0) {
-                    inner.scale = Some(self.times(scale, at.scale));
+                    inner.scale = Some(self.times(scale, local_point.scale));
                 }
-                let node = self.shape(child, inner, wanted);
+                let node = self.shape(child, inner, value_use);
                 let scale = self.number(scale);
                 if scale.is(1.0) {
                     node
                 } else {
-                    self.apply(Op::ScaleDistance, at, vec![node], vec![scale])
+                    self.apply(Op::ScaleDistance, local_point, vec![node], vec![scale])
                 }
             }
-            ShapeKind::Repeat { .. } | ShapeKind::Polar { .. } => self.copies(id, at, wanted),
+            ShapeKind::Repeat { .. } | ShapeKind::Polar { .. } => {
+                self.copies(id, local_point, value_use)
+            }
             ShapeKind::Domain {
                 op,
                 child,
                 parameters,
             } => {
                 let parameters = self.numbers(&parameters);
-                let point = self.apply(op, at, Vec::new(), parameters);
-                let at_child = at.moved_to(point);
-                // What stretches space is turned into a step with all that lies behind it.
+                let point = self.apply(op, local_point, Vec::new(), parameters);
+                let child_point = local_point.moved_to(point);
+                // An operation that stretches space becomes a step together with everything below it.
                 if matches!(op, Op::Twist | Op::Bend) {
-                    let node = self.shape(child, at_child, Wanted::Written);
-                    self.given(node, id, at, wanted)
+                    let node = self.shape(child, child_point, ValueUse::Written);
+                    self.convert_value(node, id, local_point, value_use)
                 } else {
-                    self.shape(child, at_child, wanted)
+                    self.shape(child, child_point, value_use)
                 }
             }
             ShapeKind::Warp { child, point } => {
-                let coordinates = point.map(|number| self.field(number, at));
-                let point = self.apply(Op::MakePoint, at, coordinates.to_vec(), Vec::new());
-                let node = self.shape(child, at.moved_to(point), Wanted::Written);
-                self.given(node, id, at, wanted)
+                let coordinates = point.map(|number| self.field(number, local_point));
+                let point =
+                    self.apply(Op::MakePoint, local_point, coordinates.to_vec(), Vec::new());
+                let node = self.shape(child, local_point.moved_to(point), ValueUse::Written);
+                self.convert_value(node, id, local_point, value_use)
             }
             ShapeKind::Distance {
                 op,
                 child,
                 parameters,
             } => {
-                let anywhere = At {
-                    region: Bounds::EVERYTHING,
-                    ..at
+                let unbounded = LocalPoint {
+                    region: Bounds::ALL_SPACE,
+                    ..local_point
                 };
-                let node = self.shape(child, anywhere, inner(op, wanted));
+                let node = self.shape(child, unbounded, operand_use(op, value_use));
                 let parameters = self.numbers(&parameters);
-                let node = self.apply(op, at, vec![node], parameters);
-                self.changed(node, op, id, at, wanted)
+                let node = self.apply(op, local_point, vec![node], parameters);
+                self.convert_result(node, op, id, local_point, value_use)
             }
             ShapeKind::Displace { child, amount } => {
-                let node = self.shape(child, at, Wanted::Written);
-                let amount = self.field(amount, at);
-                let sum = self.apply(Op::Add, at, vec![node, amount], Vec::new());
-                self.given(sum, id, at, wanted)
+                let node = self.shape(child, local_point, ValueUse::Written);
+                let amount = self.field(amount, local_point);
+                let sum = self.apply(Op::Add, local_point, vec![node, amount], Vec::new());
+                self.convert_value(sum, id, local_point, value_use)
             }
             ShapeKind::Painted { child, material } => {
-                let node = self.shape(child, at, wanted);
+                let node = self.shape(child, local_point, value_use);
                 match self.purpose {
-                    Purpose::Distance | Purpose::Origins => node,
-                    Purpose::Surface => self.paint(node, material, at),
+                    Purpose::Distance | Purpose::LeafIds => node,
+                    Purpose::Surface => self.paint(node, material, local_point),
                 }
             }
             ShapeKind::Nothing => {
-                let nowhere = Number::Constant(NOWHERE as f32);
-                self.graph.add(Node::Constant(nowhere))
+                let nowhere = GraphNumber::Constant(NOWHERE as f32);
+                self.graph.add(GraphNode::Constant(nowhere))
             }
         };
         self.graph.set_origin(node, origin);
         match outer {
-            Some(outer) => self.leave(id, outer, node),
+            Some(outer) => self.exit_shape(id, outer, node),
             None => node,
         }
     }
 
-    /// Shapes combined from left to right.
+    /// Combines shapes from left to right.
     fn combine(
         &mut self,
         op: Op,
         children: &[ShapeId],
         parameters: &[ExprId],
-        at: At,
-        wanted: Wanted,
+        local_point: LocalPoint,
+        value_use: ValueUse,
     ) -> NodeId {
         let parameters = self.numbers(parameters);
-        let places = self.within(op, children, at, wanted);
+        let operand_points = self.operand_points(op, children, local_point, value_use);
         if self.purpose == Purpose::Surface && self.shows_through(op, children) {
-            return self.combine_painted(op, children, &parameters, at, places, wanted);
+            return self.combine_painted(
+                op,
+                children,
+                &parameters,
+                local_point,
+                operand_points,
+                value_use,
+            );
         }
         let first = children[0];
-        let [at_first, at_others] = places;
-        let mut left = self.shape(first, at_first, wanted);
-        let mut paints = self.paints[first.0 as usize];
+        let [first_point, other_point] = operand_points;
+        let mut left = self.shape(first, first_point, value_use);
+        let mut materials = self.material_sets[first.0 as usize];
         for &child in &children[1..] {
-            let right = self.shape(child, at_others, wanted);
-            let other = self.paints[child.0 as usize];
-            let cut = self.apply(op, at, vec![left, right], parameters.clone());
-            // What only cuts leaves no paint of its own: the face it makes shows what is cut there. The body
-            // that something is taken from is no cutter.
+            let right = self.shape(child, other_point, value_use);
+            let other = self.material_sets[child.0 as usize];
+            let combined = self.apply(op, local_point, vec![left, right], parameters.clone());
+            // A cutter without a paint of its own shows the paint of the body on the face it cuts. The
+            // first operand of a subtraction is no cutter.
             use SetOperation::{Intersection, Subtraction};
             let set = op
                 .row()
                 .meta
                 .set
                 .filter(|_| self.purpose == Purpose::Surface);
-            let shown = match (set, paints, other) {
-                (_, Paints::None, Paints::None) => None,
-                (Some(Intersection | Subtraction), _, Paints::None) => Some(left),
-                (Some(Intersection), Paints::None, _) => Some(right),
+            let paint_source = match (set, materials, other) {
+                (_, MaterialSet::None, MaterialSet::None) => None,
+                (Some(Intersection | Subtraction), _, MaterialSet::None) => Some(left),
+                (Some(Intersection), MaterialSet::None, _) => Some(right),
                 _ => None,
             };
-            left = match shown {
-                Some(shown) => self.painted_like(shown, cut, at),
-                None => cut,
+            left = match paint_source {
+                Some(paint_source) => self.with_paint_of(paint_source, combined, local_point),
+                None => combined,
             };
-            paints = paints.join(other);
+            materials = materials.join(other);
         }
         left
     }
 
-    /// The places at which an operation evaluates its first operand and the others. All operands of an intersection
-    /// bound the region of each. A cutter is left whole: where it ended, it would have a face that light sees.
-    fn within(&mut self, op: Op, children: &[ShapeId], at: At, wanted: Wanted) -> [At; 2] {
+    /// Returns the points at which an operation evaluates its first operand and the others. All
+    /// operands of an intersection bound the region of each. A cutter keeps its region: where that
+    /// ended, it would have a face that light sees.
+    fn operand_points(
+        &mut self,
+        op: Op,
+        children: &[ShapeId],
+        local_point: LocalPoint,
+        value_use: ValueUse,
+    ) -> [LocalPoint; 2] {
         use SetOperation::{Intersection, Subtraction, Union};
-        let anywhere = At {
-            region: Bounds::EVERYTHING,
-            ..at
+        let unbounded = LocalPoint {
+            region: Bounds::ALL_SPACE,
+            ..local_point
         };
-        match op.row().meta.set.filter(|_| wanted == Wanted::Step) {
-            Some(Union) => [at; 2],
-            Some(Subtraction) => [at, anywhere],
+        match op.row().meta.set.filter(|_| value_use == ValueUse::Step) {
+            Some(Union) => [local_point; 2],
+            Some(Subtraction) => [local_point, unbounded],
             Some(Intersection) => {
                 let scene = &*self.scene;
                 let boxes = children
                     .iter()
-                    .map(|&child| self.boxes.of(World::from(scene), child));
-                let region = boxes.fold(at.region, |common, bounds| common.common(&bounds));
-                [At { region, ..at }; 2]
+                    .map(|&child| self.boxes.get(SceneRef::from(scene), child));
+                let region = boxes.fold(local_point.region, |common, bounds| {
+                    common.intersection(&bounds)
+                });
+                [LocalPoint {
+                    region,
+                    ..local_point
+                }; 2]
             }
-            None => [anywhere; 2],
+            None => [unbounded; 2],
         }
     }
 
-    /// A value made by an operation of operands as they were wanted for it, as it is wanted itself.
-    fn changed(&mut self, node: NodeId, op: Op, id: ShapeId, at: At, wanted: Wanted) -> NodeId {
-        match inner(op, wanted) {
-            Wanted::Step => node,
-            Wanted::Written => self.given(node, id, at, wanted),
+    /// Converts the result of an operation to the requested use.
+    fn convert_result(
+        &mut self,
+        node: NodeId,
+        op: Op,
+        id: ShapeId,
+        local_point: LocalPoint,
+        value_use: ValueUse,
+    ) -> NodeId {
+        match operand_use(op, value_use) {
+            ValueUse::Step => node,
+            ValueUse::Written => self.convert_value(node, id, local_point, value_use),
         }
     }
 
-    /// A shape's value as it is written, or as a step where that is wanted.
-    fn given(&mut self, node: NodeId, id: ShapeId, at: At, wanted: Wanted) -> NodeId {
-        match wanted {
-            Wanted::Written => node,
-            Wanted::Step => self.step(node, id, at),
+    /// Returns a shape's written value, or a step where that is requested.
+    fn convert_value(
+        &mut self,
+        node: NodeId,
+        id: ShapeId,
+        local_point: LocalPoint,
+        value_use: ValueUse,
+    ) -> NodeId {
+        match value_use {
+            ValueUse::Written => node,
+            ValueUse::Step => self.step(node, id, local_point),
         }
     }
 
-    /// Comes out of a shape; a leaf is painted with its number.
-    fn leave(&mut self, id: ShapeId, outer: Option<u32>, node: NodeId) -> NodeId {
-        self.trail.leave(outer);
+    /// Leaves a shape; a leaf is painted with its number.
+    fn exit_shape(&mut self, id: ShapeId, outer: Option<u32>, node: NodeId) -> NodeId {
+        self.leaf_tracker.leave(outer);
         let shape = &self.scene.shapes[id.0 as usize];
-        let Some(number) = self.trail.number(shape) else {
+        let Some(number) = self.leaf_tracker.number(shape) else {
             return node;
         };
-        let mut constants = [Number::Constant(0.0); 12];
-        constants[8] = Number::Constant(number as f32);
-        self.graph.add(Node::Paint {
+        let mut constants = [GraphNumber::Constant(0.0); 12];
+        constants[8] = GraphNumber::Constant(number as f32);
+        self.graph.add(GraphNode::Paint {
             value: node,
             constants,
             channels: Vec::new(),
         })
     }
 
-    /// A number of point stage as values of the graph.
-    fn field(&mut self, id: ExprId, at: At) -> NodeId {
+    /// Lowers a number of point stage to values of the graph.
+    fn field(&mut self, id: ExprId, local_point: LocalPoint) -> NodeId {
         let order = operands_first(&self.scene.expressions, id, |_| false);
         let mut nodes: HashMap<ExprId, NodeId> = HashMap::with_capacity(order.len());
         for id in order {
-            // What is uniform is one constant, however it is computed.
+            // A uniform number is one constant, whatever its definition.
             if self.scene.expressions.stage(id) <= crate::expression::Stage::Uniform {
                 continue;
             }
             let node = match self.scene.expressions.get(id).clone() {
                 Expression::Coordinate(axis) => {
                     let op = [Op::X, Op::Y, Op::Z][usize::from(axis)];
-                    self.apply(op, at, Vec::new(), Vec::new())
+                    self.apply(op, local_point, Vec::new(), Vec::new())
                 }
                 Expression::NormalComponent(axis) => {
-                    let point = self.point(at);
-                    self.graph.add(Node::Normal { point, axis })
+                    let point = self.point(local_point);
+                    self.graph.add(GraphNode::Normal { point, axis })
                 }
                 Expression::Apply {
                     op,
@@ -488,11 +543,15 @@ impl Lowering<'_> {
                         .iter()
                         .map(|&v| self.operand(v, &nodes))
                         .collect::<Vec<_>>();
-                    let at = match point {
-                        Some(p) => at.moved_to(self.made_point(p, &nodes, at)),
-                        None => at,
+                    let local_point = match point {
+                        Some(p) => local_point.moved_to(self.point_from_coordinates(
+                            p,
+                            &nodes,
+                            local_point,
+                        )),
+                        None => local_point,
                     };
-                    self.apply(op, at, values, parameters)
+                    self.apply(op, local_point, values, parameters)
                 }
                 Expression::Constant(_) | Expression::Param(..) | Expression::Time => {
                     unreachable!("known before the point is")
@@ -503,31 +562,31 @@ impl Lowering<'_> {
         self.operand(id, &nodes)
     }
 
-    /// A number that was lowered before, or a uniform one.
+    /// Returns a number that was lowered before, or a uniform one.
     fn operand(&mut self, id: ExprId, nodes: &HashMap<ExprId, NodeId>) -> NodeId {
         match nodes.get(&id) {
             Some(&node) => node,
             None => {
                 let number = self.number(id);
-                self.graph.add(Node::Constant(number))
+                self.graph.add(GraphNode::Constant(number))
             }
         }
     }
 
-    /// The point with these coordinates; the current one, perhaps scaled or moved, where they say
-    /// no more than that, which costs an instruction instead of four.
-    fn made_point(
+    /// Returns the point with these coordinates. If they only scale or move the current point, that is
+    /// one instruction instead of four.
+    fn point_from_coordinates(
         &mut self,
         coordinates: [ExprId; 3],
         nodes: &HashMap<ExprId, NodeId>,
-        at: At,
+        local_point: LocalPoint,
     ) -> NodeId {
         if let Some(matrix) = affine(&mut self.scene.expressions, coordinates) {
-            let framed = self.framed(at, matrix);
+            let framed = self.in_frame(local_point, matrix);
             return self.point(framed);
         }
         let values = coordinates.map(|id| self.operand(id, nodes)).to_vec();
-        self.graph.add(Node::Apply {
+        self.graph.add(GraphNode::Apply {
             op: Op::MakePoint,
             point: None,
             values,
@@ -535,21 +594,21 @@ impl Lowering<'_> {
         })
     }
 
-    fn polygon(&mut self, points: &[[ExprId; 2]], at: At) -> NodeId {
-        let corners: Vec<[Number; 2]> =
+    fn polygon(&mut self, points: &[[ExprId; 2]], local_point: LocalPoint) -> NodeId {
+        let corners: Vec<[GraphNumber; 2]> =
             points.iter().map(|p| p.map(|id| self.number(id))).collect();
         let mut value = self
             .graph
-            .add(Node::Constant(Number::Constant(NO_EDGE as f32)));
+            .add(GraphNode::Constant(GraphNumber::Constant(NO_EDGE as f32)));
         for (i, a) in corners.iter().enumerate() {
             let b = corners[(i + 1) % corners.len()];
             let parameters = vec![a[0], a[1], b[0], b[1]];
-            value = self.apply(Op::PolygonEdge, at, vec![value], parameters);
+            value = self.apply(Op::PolygonEdge, local_point, vec![value], parameters);
         }
         value
     }
 
-    /// A number times a scale, if there is one.
+    /// Multiplies a number by a scale, if there is one.
     fn times(&mut self, number: ExprId, scale: Option<ExprId>) -> ExprId {
         match scale {
             Some(scale) => self.scene.expressions.call(Op::Mul, &[number, scale]),
@@ -557,28 +616,28 @@ impl Lowering<'_> {
         }
     }
 
-    fn paint(&mut self, value: NodeId, id: MaterialId, at: At) -> NodeId {
+    fn paint(&mut self, value: NodeId, id: MaterialId, local_point: LocalPoint) -> NodeId {
         let material = self.scene.materials[id.0 as usize].clone();
-        let mut constants = [Number::Constant(0.0); 12];
+        let mut constants = [GraphNumber::Constant(0.0); 12];
         let mut channels = Vec::new();
         for (channel, &number) in channel_numbers(&material).iter().enumerate() {
             if self.scene.expressions.stage(number) <= crate::expression::Stage::Uniform {
                 constants[channel] = self.number(number);
             } else {
-                channels.push((channel as u8, self.field(number, at)));
+                channels.push((channel as u8, self.field(number, local_point)));
             }
         }
-        constants[8] = Number::Constant(id.0 as f32);
+        constants[8] = GraphNumber::Constant(id.0 as f32);
         if let Some(bump) = material.bump {
-            // Heights grow with what they stand on.
-            let bump = match at.scale {
-                Some(_) => self.times(bump, at.scale),
+            // Heights scale with the surface below them.
+            let bump = match local_point.scale {
+                Some(_) => self.times(bump, local_point.scale),
                 None => bump,
             };
-            channels.push((8, self.field(bump, at)));
-            constants[9] = Number::Constant(1.0);
+            channels.push((8, self.field(bump, local_point)));
+            constants[9] = GraphNumber::Constant(1.0);
         }
-        self.graph.add(Node::Paint {
+        self.graph.add(GraphNode::Paint {
             value,
             constants,
             channels,
@@ -586,69 +645,69 @@ impl Lowering<'_> {
     }
 }
 
-/// The values that an operation wants of its operands.
-fn inner(op: Op, wanted: Wanted) -> Wanted {
+/// Returns the use of an operation's operands.
+fn operand_use(op: Op, value_use: ValueUse) -> ValueUse {
     if op.row().meta.only_signs {
-        wanted
+        value_use
     } else {
-        Wanted::Written
+        ValueUse::Written
     }
 }
 
-/// Which materials a shape was given.
+/// Materials assigned to a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Paints {
-    /// None anywhere.
+enum MaterialSet {
+    /// None.
     None,
-    /// This one, wherever it has one.
+    /// This one, wherever there is one.
     One(MaterialId),
     /// Several.
     Many,
 }
 
-impl Paints {
+impl MaterialSet {
     fn join(self, other: Self) -> Self {
         match (self, other) {
-            (paints, Paints::None) | (Paints::None, paints) => paints,
+            (materials, MaterialSet::None) | (MaterialSet::None, materials) => materials,
             (a, b) if a == b => a,
-            _ => Paints::Many,
+            _ => MaterialSet::Many,
         }
     }
 }
 
-/// The paints of every shape.
-fn paints(scene: &Scene) -> Vec<Paints> {
-    let mut all: Vec<Paints> = Vec::with_capacity(scene.shapes.len());
+/// Returns the materials of every shape.
+fn material_sets(scene: &Scene) -> Vec<MaterialSet> {
+    let mut sets: Vec<MaterialSet> = Vec::with_capacity(scene.shapes.len());
     for shape in &scene.shapes {
-        all.push(match &shape.kind {
-            ShapeKind::Painted { material, .. } => Paints::One(*material),
+        sets.push(match &shape.kind {
+            ShapeKind::Painted { material, .. } => MaterialSet::One(*material),
             ShapeKind::Combine { children, .. } => children
                 .iter()
-                .map(|child| all[child.0 as usize])
-                .fold(Paints::None, Paints::join),
+                .map(|child| sets[child.0 as usize])
+                .fold(MaterialSet::None, MaterialSet::join),
             ShapeKind::Frame { child, .. }
             | ShapeKind::Repeat { child, .. }
             | ShapeKind::Polar { child, .. }
             | ShapeKind::Domain { child, .. }
             | ShapeKind::Warp { child, .. }
             | ShapeKind::Distance { child, .. }
-            | ShapeKind::Displace { child, .. } => all[child.0 as usize],
+            | ShapeKind::Displace { child, .. } => sets[child.0 as usize],
             ShapeKind::Primitive { .. }
             | ShapeKind::Field { .. }
             | ShapeKind::Polygon { .. }
-            | ShapeKind::Nothing => Paints::None,
+            | ShapeKind::Nothing => MaterialSet::None,
         });
     }
-    all
+    sets
 }
 
-/// A material's numbers in the order of the channels.
+/// Returns a material's numbers in the order of the channels.
 pub fn channel_numbers(material: &Material) -> [ExprId; 8] {
     let ([r, g, b], [er, eg, eb]) = (material.albedo, material.emission);
     [r, g, b, material.roughness, er, eg, eb, material.metallic]
 }
 
-/// `inner` after `outer`: 3×4 matrices by rows.
+/// Returns `inner` after `outer`: 3×4 matrices by rows.
 fn compose(e: &mut Expressions, inner: &[ExprId; 12], outer: &[ExprId; 12]) -> [ExprId; 12] {
     std::array::from_fn(|i| {
         let (row, column) = (i / 4, i % 4);
@@ -682,8 +741,8 @@ fn multiply(e: &mut Expressions, a: ExprId, b: ExprId) -> ExprId {
     }
 }
 
-/// The matrix of a point whose coordinates are each a uniform number, a coordinate, or a product or
-/// sum of such, as in `p * 0.18 + offset`.
+/// Returns the matrix of a point whose coordinates are sums or products of coordinates and uniform
+/// numbers, as in `p * 0.18 + offset`.
 fn affine(e: &mut Expressions, coordinates: [ExprId; 3]) -> Option<[ExprId; 12]> {
     let rows = [
         affine_row(e, coordinates[0], 8)?,
@@ -693,7 +752,7 @@ fn affine(e: &mut Expressions, coordinates: [ExprId; 3]) -> Option<[ExprId; 12]>
     Some(std::array::from_fn(|i| rows[i / 4][i % 4]))
 }
 
-/// Factors of the three coordinates, and a shift; terms nest at most `depth` deep.
+/// Returns the factors of the three coordinates, and a shift; terms nest at most `depth` deep.
 fn affine_row(e: &mut Expressions, id: ExprId, depth: u32) -> Option<[ExprId; 4]> {
     let zero = e.constant(0.0);
     if e.stage(id) <= crate::expression::Stage::Uniform {

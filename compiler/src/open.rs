@@ -1,8 +1,7 @@
-//! From what a file holds to programs: the language's text, bytecode, or the clauses of a `.vm`
-//! file. What stands here is the same for whoever opens scenes: a command line, a window.
+//! Opens scenes: from the content of a file (the language's text, bytecode, or the clauses of a `.vm`
+//! file) to programs. The command line and the window share this module.
 //!
-//! Nothing is read here: bytes come from the caller, imported files from its
-//! [`Loader`].
+//! It reads no files: bytes come from the caller, imported files from its [`Loader`].
 
 mod bytecode;
 
@@ -10,37 +9,37 @@ use crate::clauses::parse_clauses;
 use crate::compile::{self, Compiled};
 use crate::elaborate::{self, Loader, elaborate};
 use crate::passes::PassOptions;
-use crate::passes::lod::Sight;
+use crate::passes::lod::LodTarget;
 use crate::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources};
 use sdfc_vm::program::Module;
 use std::path::Path;
 
-/// What a file holds.
+/// Content of a scene file.
 #[derive(Clone, Debug)]
-pub enum Content {
-    /// The language.
+pub enum SceneFile {
+    /// Text in the language.
     Text(String),
-    /// Bytecode that has been verified.
+    /// Verified bytecode.
     Bytecode(Box<Module>),
-    /// One operation a line, as Fidget and libfive write them.
+    /// One operation per line, as Fidget and libfive write them.
     Clauses(String),
 }
 
-impl Content {
-    /// Tells by its first bytes, else by its name, what a file holds.
+impl SceneFile {
+    /// Determines the kind of a file by its first bytes, otherwise by its name.
     ///
     /// # Errors
     ///
-    /// Says, with the file's name, that bytecode is damaged or text is none.
-    pub fn of(path: &Path, bytes: Vec<u8>) -> Result<Self, String> {
-        let is_named = |extension| path.extension().is_some_and(|found| found == extension);
+    /// Reports, with the file's name, damaged bytecode or bytes that are not UTF-8.
+    pub fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, String> {
+        let is_named = |extension| path.extension().is_some_and(|actual| actual == extension);
         if bytes.starts_with(b"SDFB") || is_named("sdfb") {
             let module = sdfc_vm::file::decode_file(&bytes)
                 .map_err(|error| format!("{}: {error}", path.display()))?;
             return Ok(Self::Bytecode(Box::new(module)));
         }
-        let text = decoded(path, bytes)?;
+        let text = decode_text(path, bytes)?;
         Ok(if is_named("vm") {
             Self::Clauses(text)
         } else {
@@ -49,12 +48,12 @@ impl Content {
     }
 }
 
-/// Bytes as text.
+/// Decodes bytes as text.
 ///
 /// # Errors
 ///
-/// Says, with the file's name, which byte in which line is no text.
-pub fn decoded(path: &Path, bytes: Vec<u8>) -> Result<String, String> {
+/// Reports, with the file's name, the first byte that is not UTF-8 and its line.
+pub fn decode_text(path: &Path, bytes: Vec<u8>) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let bytes = error.as_bytes();
@@ -67,50 +66,50 @@ pub fn decoded(path: &Path, bytes: Vec<u8>) -> Result<String, String> {
     })
 }
 
-/// How a scene is opened.
+/// Options for opening a scene.
 #[derive(Clone)]
 pub struct Request<'r> {
-    /// What the file is called in messages.
+    /// Name of the file in messages.
     pub path: &'r Path,
     /// Values of parameters, as `name` and the text of the value.
     pub overrides: Vec<(String, String)>,
-    /// The time of its animation, in seconds.
+    /// Time of its animation, in seconds.
     pub time: f64,
-    /// The named output, instead of the scene's result.
+    /// Named output to compile instead of the scene's result.
     pub part: Option<String>,
-    /// Which passes run.
+    /// Passes to run.
     pub passes: PassOptions,
-    /// Whether what is to run it gains from guards that skip parts of it.
-    pub guards: bool,
-    /// Who looks, where detail that is too small to be seen is left out.
-    pub sight: Option<Sight>,
-    /// Where imported files come from.
+    /// Set if the engine benefits from guards that skip parts of the program.
+    pub emit_guards: bool,
+    /// View for which detail that is too small to be visible is removed.
+    pub lod_target: Option<LodTarget>,
+    /// Source of imported files.
     pub loader: &'r dyn Loader,
 }
 
-/// A scene's sources, what was found in them, and what came of it.
+/// Sources of a scene, diagnostics, and the result.
 #[derive(Debug)]
-pub struct Outcome<T> {
-    /// The texts.
+pub struct OpenResult<T> {
+    /// Texts.
     pub sources: Sources,
-    /// What there is to say.
-    pub found: Diagnostics,
-    /// The result, if nothing is wrong.
-    pub made: Option<T>,
+    /// Diagnostics.
+    pub diagnostics: Diagnostics,
+    /// Result, unless there were errors.
+    pub value: Option<T>,
 }
 
-/// A scene that is ready to run.
+/// Scene that is ready to run.
 #[derive(Clone, Debug)]
-pub struct Opened {
-    /// Programs and graphs, with the params and the time that were asked for.
+pub struct CompiledScene {
+    /// Programs and graphs, with the requested params and time.
     pub compiled: Compiled,
-    /// The results of the uniform program.
+    /// Results of the uniform program.
     pub outputs: Vec<f64>,
-    /// What `print` said.
+    /// Output of `print`.
     pub printed: Vec<String>,
 }
 
-impl Opened {
+impl CompiledScene {
     fn new(mut compiled: Compiled, printed: Vec<String>, time: f64) -> Self {
         let outputs = compiled.update(time);
         Self {
@@ -121,8 +120,8 @@ impl Opened {
     }
 }
 
-/// The scene that a text means.
-pub fn elaborated(text: String, request: &Request<'_>) -> Outcome<Scene> {
+/// Elaborates a text to a scene.
+pub fn elaborate_text(text: String, request: &Request<'_>) -> OpenResult<Scene> {
     let mut sources = Sources::new();
     let file = sources.add(request.path.display().to_string(), text);
     let options = elaborate::Options {
@@ -130,69 +129,72 @@ pub fn elaborated(text: String, request: &Request<'_>) -> Outcome<Scene> {
         time: request.time,
         loader: request.loader,
     };
-    let (made, found) = elaborate(&mut sources, file, &options);
-    Outcome {
+    let (value, diagnostics) = elaborate(&mut sources, file, &options);
+    OpenResult {
         sources,
-        found: found.into_iter().collect(),
-        made,
+        diagnostics: diagnostics.into_iter().collect(),
+        value,
     }
 }
 
-/// The scene that clauses mean.
+/// Parses clauses to a scene.
 ///
 /// # Errors
 ///
-/// Says that there are no parameters where some were given.
-pub fn clauses(text: String, request: &Request<'_>) -> Result<Outcome<Scene>, String> {
+/// Reports parameters that were passed: clauses have none.
+pub fn elaborate_clauses(text: String, request: &Request<'_>) -> Result<OpenResult<Scene>, String> {
     if let Some((name, _)) = request.overrides.first() {
         let path = request.path.display();
         return Err(format!("{path} has no params, so no `{name}`"));
     }
     let mut sources = Sources::new();
     let file = sources.add(request.path.display().to_string(), text);
-    let (made, found) = parse_clauses(&sources, file);
-    Ok(Outcome {
+    let (value, diagnostics) = parse_clauses(&sources, file);
+    Ok(OpenResult {
         sources,
-        found: found.into_iter().collect(),
-        made,
+        diagnostics: diagnostics.into_iter().collect(),
+        value,
     })
 }
 
-/// Compiles what a file holds.
+/// Compiles the content of a file.
 ///
 /// # Errors
 ///
-/// Says what the request asks for that this kind of file cannot give.
-pub fn open(content: Content, request: &Request<'_>) -> Result<Outcome<Opened>, String> {
+/// Reports options of the request that this kind of file does not support.
+pub fn open(
+    content: SceneFile,
+    request: &Request<'_>,
+) -> Result<OpenResult<CompiledScene>, String> {
     let outcome = match content {
-        Content::Text(text) => elaborated(text, request),
-        Content::Clauses(text) => clauses(text, request)?,
-        Content::Bytecode(module) => return bytecode::opened(*module, request),
+        SceneFile::Text(text) => elaborate_text(text, request),
+        SceneFile::Clauses(text) => elaborate_clauses(text, request)?,
+        SceneFile::Bytecode(module) => return bytecode::open_module(*module, request),
     };
-    let Outcome {
+    let OpenResult {
         sources,
-        mut found,
-        made,
+        mut diagnostics,
+        value,
     } = outcome;
     let mut passes = request.passes.clone();
-    if !request.guards {
-        passes.without.push("bounding".to_owned());
+    if !request.emit_guards {
+        passes.disabled.push("bounding".to_owned());
     }
     let options = compile::Options {
         part: request.part.clone(),
         passes,
         time: request.time,
-        sight: request.sight,
+        lod_target: request.lod_target,
     };
-    let made = made.and_then(|scene| {
+    let value = value.and_then(|scene| {
         let printed = scene.printed.clone();
-        let (compiled, more) = compile::compile(scene, &options);
-        found.extend(more);
-        compiled.map(|compiled| Opened::new(compiled, printed, request.time))
+        let (compiled, compile_diagnostics) = compile::compile(scene, &options);
+        diagnostics.extend(compile_diagnostics);
+        compiled.map(|compiled| CompiledScene::new(compiled, printed, request.time))
     });
-    Ok(Outcome {
+    Ok(OpenResult {
         sources,
-        found,
-        made,
+        diagnostics,
+        value,
     })
 }

@@ -1,4 +1,4 @@
-//! The optimizer: passes from graph to graph, in order, each of which can be switched off.
+//! The optimizer: passes from graph to graph, in order, each of which can be disabled.
 
 pub mod bounding;
 pub mod cse;
@@ -7,20 +7,20 @@ pub mod fold;
 pub mod lipschitz;
 pub mod lod;
 
-use crate::graph::{Graph, Node, NodeId};
+use crate::graph::{Graph, GraphNode, NodeId};
 use crate::lower::Purpose;
-use lod::{Loss, Sight};
+use lod::{LodReport, LodTarget};
 
-/// A pass.
+/// An optimizer pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Pass {
-    /// The name by which it is switched off.
+    /// Name by which it is disabled.
     pub name: &'static str,
-    /// What it does, in a line.
+    /// Summary in one line.
     pub summary: &'static str,
-    /// Whether it runs only for a [`Sight`].
-    pub needs_sight: bool,
-    run: fn(&Graph, &Context) -> Passed,
+    /// Set if it runs only with an [`LodTarget`].
+    pub needs_lod_target: bool,
+    run: fn(&Graph, &Context) -> PassOutput,
 }
 
 /// All passes, in the order in which they run.
@@ -28,134 +28,141 @@ pub const PASSES: [Pass; 6] = [
     Pass {
         name: "fold",
         summary: "constant values, and operations that change nothing; values stay the same",
-        needs_sight: false,
+        needs_lod_target: false,
         run: fold::fold,
     },
     Pass {
         name: "cse",
         summary: "what is computed twice, if with operands exchanged; values stay the same",
-        needs_sight: false,
+        needs_lod_target: false,
         run: cse::cse,
     },
     Pass {
         name: "lipschitz",
         summary: "divisions by slopes that need not be so large; values stay safe steps",
-        needs_sight: false,
+        needs_lod_target: false,
         run: lipschitz::lipschitz,
     },
     Pass {
         name: "lod",
         summary: "only where asked for: what is smaller than pixels made simpler; values change by a bound",
-        needs_sight: true,
+        needs_lod_target: true,
         run: lod::lod,
     },
     Pass {
         name: "bounding",
         summary: "guards in front of what is too far away to matter; values stay the same",
-        needs_sight: false,
+        needs_lod_target: false,
         run: bounding::bounding,
     },
     Pass {
         name: "dead",
         summary: "nodes that nothing reads; values stay the same",
-        needs_sight: false,
+        needs_lod_target: false,
         run: dead::dead,
     },
 ];
 
-/// What passes know besides the graph.
+/// Inputs of a pass besides the graph.
 #[derive(Clone, Copy, Debug)]
 pub struct Context {
-    /// What the graph is for.
+    /// Purpose of the graph.
     pub purpose: Purpose,
-    /// Who looks at it, where what is too small to be seen may be made simpler.
-    pub sight: Option<Sight>,
+    /// View for which detail that is too small to be visible may be simplified.
+    pub lod_target: Option<LodTarget>,
 }
 
-/// What a pass gives: a graph, and what it did, in its own terms.
+/// Output of a pass: a graph, and a report in the pass's own terms.
 #[derive(Clone, Debug, Default)]
-pub struct Passed {
-    /// The new graph.
+pub struct PassOutput {
+    /// New graph.
     pub graph: Graph,
-    /// What was done and how often; nothing that was not done.
+    /// Changes that were made, with their counts.
     pub notes: Vec<String>,
-    /// What was lost by it, where it may change the value.
-    pub loss: Option<Loss>,
+    /// Error introduced by the pass, if it may change the value.
+    pub lod_report: Option<LodReport>,
 }
 
-/// Which passes run.
+/// Selection of passes.
 #[derive(Clone, Debug, Default)]
 pub struct PassOptions {
-    /// None at all (`-O0`).
-    pub none: bool,
-    /// All but these.
-    pub without: Vec<String>,
+    /// Runs no pass (`-O0`).
+    pub disable_all: bool,
+    /// Names of the passes to leave out.
+    pub disabled: Vec<String>,
 }
 
-/// What a pass did.
+/// Report of a pass.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Done {
-    /// Its name.
+pub struct PassReport {
+    /// Name of the pass.
     pub name: &'static str,
-    /// Nodes of the graph before and after; `None` if it was left out.
+    /// Nodes of the graph before and after; `None` if the pass was left out.
     pub nodes: Option<[usize; 2]>,
-    /// What it did, in its own terms.
+    /// Changes that were made, in the pass's own terms.
     pub notes: Vec<String>,
-    /// What was lost by it, where it may change the value.
-    pub loss: Option<Loss>,
+    /// Error introduced by the pass, if it may change the value.
+    pub loss: Option<LodReport>,
 }
 
-/// The graph after all passes that the options leave on, and what each did.
-pub fn optimize(graph: &Graph, context: &Context, options: &PassOptions) -> (Graph, Vec<Done>) {
+/// Runs all enabled passes; returns the graph and a report of each pass.
+pub fn optimize(
+    graph: &Graph,
+    context: &Context,
+    options: &PassOptions,
+) -> (Graph, Vec<PassReport>) {
     let mut graph = graph.clone();
-    let mut done = Vec::with_capacity(PASSES.len());
+    let mut reports = Vec::with_capacity(PASSES.len());
     for pass in PASSES {
-        let off = options.none
-            || options.without.iter().any(|name| name == pass.name)
-            || (pass.needs_sight && context.sight.is_none());
-        let mut this = Done {
+        let is_disabled = options.disable_all
+            || options.disabled.iter().any(|name| name == pass.name)
+            || (pass.needs_lod_target && context.lod_target.is_none());
+        let mut report = PassReport {
             name: pass.name,
             nodes: None,
             notes: Vec::new(),
             loss: None,
         };
-        if !off {
+        if !is_disabled {
             let passed = (pass.run)(&graph, context);
-            this.nodes = Some([graph.len(), passed.graph.len()]);
-            this.notes = passed.notes;
-            this.loss = passed.loss;
+            report.nodes = Some([graph.len(), passed.graph.len()]);
+            report.notes = passed.notes;
+            report.loss = passed.lod_report;
             graph = passed.graph;
         }
-        done.push(this);
+        reports.push(report);
     }
-    (graph, done)
+    (graph, reports)
 }
 
-/// A copy of the graph in which each node that the root reaches is what `rewrite` makes of it, given
-/// the new graph, the node's old place and the node with its inputs replaced.
-fn rebuilt(graph: &Graph, mut rewrite: impl FnMut(&mut Graph, NodeId, Node) -> NodeId) -> Graph {
-    let mut to = Graph::default();
+/// Copies the graph through `rewrite`. It maps each node that the root uses to a node of the new graph,
+/// given that graph, the old id, and the node with its inputs replaced.
+fn rewrite_graph(
+    graph: &Graph,
+    mut rewrite: impl FnMut(&mut Graph, NodeId, GraphNode) -> NodeId,
+) -> Graph {
+    let mut result = Graph::default();
     let uses = graph.uses();
-    let mut moved = vec![NodeId::default(); graph.len()];
+    let mut new_ids = vec![NodeId::default(); graph.len()];
     // The world's point stays the first node.
-    to.add(Node::World);
+    result.add(GraphNode::World);
     for (id, node) in graph.nodes() {
         if uses[id.0 as usize] == 0 {
             continue;
         }
-        let node = node.with_inputs(|input| moved[input.0 as usize]);
-        let new = rewrite(&mut to, id, node);
+        let node = node.with_inputs(|input| new_ids[input.0 as usize]);
+        let new = rewrite(&mut result, id, node);
         if let Some(origin) = graph.origin(id) {
-            to.set_origin(new, origin.clone());
+            result.set_origin(new, origin.clone());
         }
-        moved[id.0 as usize] = new;
+        new_ids[id.0 as usize] = new;
     }
-    to.root = moved[graph.root.0 as usize];
-    to
+    result.root = new_ids[graph.root.0 as usize];
+    result
 }
 
-/// "3 guards", "1 guard"; nothing where there are none.
-fn counted(count: usize, one: &str, many: &str) -> Option<String> {
+/// Returns "3 guards", "1 guard"; `None` for zero.
+fn plural(count: usize, one: &str, many: &str) -> Option<String> {
     match count {
         0 => None,
         1 => Some(format!("1 {one}")),

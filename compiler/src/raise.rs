@@ -1,40 +1,40 @@
-//! Program → graph: a module read from bytecode, back in the form that generated code comes from.
+//! Program → graph: a module from bytecode, back in the form that code is generated from.
 //!
-//! A program jumps only where that changes nothing, so running all of it once on nodes instead of
-//! numbers gives its graph. What lies behind a guard becomes steps of a chain; where it is more than
-//! blends of one kind, which the compiler never writes, the guard is left out.
+//! A program jumps only where that does not change the value, so running all of it once on nodes
+//! instead of numbers yields its graph. Instructions behind a guard become steps of a chain. If they
+//! are more than blends of one kind, which the compiler never writes, the guard is left out.
 
 use crate::compile::Compiled;
-use crate::graph::{Graph, Guard, Node, NodeId, Number, Step};
-use sdfc_vm::kernel::{Blend, Kernel};
-use sdfc_vm::program::{Code, Frame, Instruction, Module, Operands, Place, Program};
+use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, Guard, NodeId};
+use sdfc_vm::kernel::{Blend, BlendKernel};
+use sdfc_vm::program::{Code, Destination, Instruction, Module, Operands, PointTransform, Program};
 use sdfc_vm::row::Row;
 use sdfc_vm::table::{Op, ROWS};
 use std::collections::HashMap;
 
-/// The compiled scene that a verified module came from, as far as the module tells.
+/// Rebuilds the compiled scene of a verified module, as far as the module contains it.
 pub fn raise(module: Module) -> Compiled {
-    let graph = graph_of(&module.distance);
-    let surface = module.surface.as_ref().map(graph_of);
+    let graph = raise_program(&module.distance);
+    let surface = module.surface.as_ref().map(raise_program);
     Compiled {
         optimized: graph.clone(),
         graph,
         surface,
         module,
         passes: Vec::new(),
-        known: None,
+        bounds_context: None,
     }
 }
 
-fn graph_of(program: &Program) -> Graph {
+fn raise_program(program: &Program) -> Graph {
     let mut graph = Graph::default();
-    let world = graph.add(Node::World);
-    let mut raising = Raising {
+    let world = graph.add(GraphNode::World);
+    let mut raiser = Raiser {
         program,
         outputs: program
             .patches
             .iter()
-            .map(|patch| (patch.at, patch.output))
+            .map(|patch| (patch.index, patch.output))
             .collect(),
         graph,
         stack: Vec::new(),
@@ -44,17 +44,17 @@ fn graph_of(program: &Program) -> Graph {
         channels: Vec::new(),
         blocks: Vec::new(),
     };
-    for (at, instruction) in program.code.iter().enumerate() {
-        raising.close(at);
-        raising.step(at, instruction);
+    for (index, instruction) in program.code.iter().enumerate() {
+        raiser.end_blocks(index);
+        raiser.step(index, instruction);
     }
-    raising.close(program.code.len());
-    let root = raising.pop();
-    raising.graph.root = root;
-    raising.graph
+    raiser.end_blocks(program.code.len());
+    let root = raiser.pop();
+    raiser.graph.root = root;
+    raiser.graph
 }
 
-struct Raising<'a> {
+struct Raiser<'a> {
     program: &'a Program,
     outputs: HashMap<u32, u32>,
     graph: Graph,
@@ -63,27 +63,27 @@ struct Raising<'a> {
     current: NodeId,
     slots: Vec<NodeId>,
     channels: Vec<(u8, NodeId)>,
-    /// The guards whose blocks have not ended, each within the one before.
-    blocks: Vec<Block>,
+    /// Guards whose blocks have not ended, each nested in the one before.
+    blocks: Vec<RaisedBlock>,
 }
 
-/// What lies behind a guard, as far as it was read.
-struct Block {
-    /// Where it ends.
+/// Instructions behind a guard, as far as they were read.
+struct RaisedBlock {
+    /// Index of the instruction after its end.
     end: usize,
     guard: Guard,
-    /// The value on top in front of the guard, and how many lie on the stack with it.
+    /// Value on top before the guard, and the stack's depth including it.
     first: NodeId,
     depth: usize,
-    /// The operation and its parameters, once there was a blend.
-    kind: Option<(Op, Vec<Number>)>,
-    /// What was blended into the value on top; nothing once something else was done with it.
-    steps: Option<Vec<Step>>,
+    /// Operation and parameters, once there was a blend.
+    kind: Option<(Op, Vec<GraphNumber>)>,
+    /// Steps blended into the value on top; `None` once it was used otherwise.
+    steps: Option<Vec<GraphChainStep>>,
 }
 
-impl Block {
-    /// Something is blended into the value on top of a stack of so many values.
-    fn blend(&mut self, depth: usize, kind: &(Op, Vec<Number>), step: Step) {
+impl RaisedBlock {
+    /// Records a blend into the value on top of a stack of `depth` values.
+    fn blend(&mut self, depth: usize, kind: &(Op, Vec<GraphNumber>), step: GraphChainStep) {
         if depth > self.depth {
             return;
         }
@@ -96,38 +96,38 @@ impl Block {
     }
 }
 
-impl Raising<'_> {
+impl Raiser<'_> {
     /// A verified program never pops more than it pushed.
     fn pop(&mut self) -> NodeId {
         self.stack.pop().unwrap_or_default()
     }
 
-    fn number(&self, at: usize) -> Number {
-        match self.outputs.get(&(at as u32)) {
-            Some(&output) => Number::Uniform(output),
-            None => Number::Constant(self.program.pool.as_flattened()[at]),
+    fn number(&self, index: usize) -> GraphNumber {
+        match self.outputs.get(&(index as u32)) {
+            Some(&output) => GraphNumber::Uniform(output),
+            None => GraphNumber::Constant(self.program.pool.as_flattened()[index]),
         }
     }
 
     fn constant(&mut self, index: u32) -> NodeId {
         let number = self.number(index as usize * 4);
-        self.graph.add(Node::Constant(number))
+        self.graph.add(GraphNode::Constant(number))
     }
 
     fn point(&mut self, i: &Instruction) -> NodeId {
-        let at = |index: u32, offset: usize| index as usize * 4 + offset;
-        match i.frame {
-            Frame::Same => self.current,
-            Frame::Moved(index) => {
-                let by = std::array::from_fn(|k| self.number(at(index, k)));
-                self.graph.add(Node::Moved {
+        let constant_index = |index: u32, offset: usize| index as usize * 4 + offset;
+        match i.transform {
+            PointTransform::Identity => self.current,
+            PointTransform::Translate(index) => {
+                let by = std::array::from_fn(|k| self.number(constant_index(index, k)));
+                self.graph.add(GraphNode::Moved {
                     point: self.current,
                     by,
                 })
             }
-            Frame::Mapped(index) => {
-                let rows = std::array::from_fn(|k| self.number(at(index, k)));
-                self.graph.add(Node::Mapped {
+            PointTransform::Affine(index) => {
+                let rows = std::array::from_fn(|k| self.number(constant_index(index, k)));
+                self.graph.add(GraphNode::Mapped {
                     point: self.current,
                     rows,
                 })
@@ -135,9 +135,9 @@ impl Raising<'_> {
         }
     }
 
-    /// Ends the blocks that end in front of an instruction.
-    fn close(&mut self, at: usize) {
-        while let Some(block) = self.blocks.pop_if(|block| block.end == at) {
+    /// Ends the blocks that end before an instruction.
+    fn end_blocks(&mut self, index: usize) {
+        while let Some(block) = self.blocks.pop_if(|block| block.end == index) {
             let (Some((op, parameters)), Some(mut steps)) = (block.kind, block.steps) else {
                 if let Some(outer) = self.blocks.last_mut()
                     && outer.depth == block.depth
@@ -146,12 +146,12 @@ impl Raising<'_> {
                 }
                 continue;
             };
-            let guard = Step::Guard(Guard {
+            let guard = GraphChainStep::Guard(Guard {
                 steps: steps.len() as u32,
                 ..block.guard
             });
             steps.insert(0, guard);
-            // Within a block that blends into the same value, the guard is one of its steps.
+            // Inside a block that blends into the same value, the guard is one of its steps.
             if let Some(outer) = self.blocks.last_mut()
                 && outer.depth == block.depth
             {
@@ -161,7 +161,7 @@ impl Raising<'_> {
                 }
                 continue;
             }
-            let chain = self.graph.add(Node::Chain {
+            let chain = self.graph.add(GraphNode::Chain {
                 op,
                 parameters,
                 first: block.first,
@@ -173,16 +173,16 @@ impl Raising<'_> {
         }
     }
 
-    /// What a guard is, in front of its block.
-    fn guard(&mut self, at: usize, i: &Instruction) {
+    /// Begins the block of a guard.
+    fn begin_block(&mut self, index: usize, i: &Instruction) {
         let start = i.parameters as usize * 4;
         let guard = Guard {
             point: self.point(i),
             volume: std::array::from_fn(|k| self.number(start + k)),
             steps: 0,
         };
-        self.blocks.push(Block {
-            end: at + 1 + i.skips as usize,
+        self.blocks.push(RaisedBlock {
+            end: index + 1 + i.skips as usize,
             guard,
             first: self.stack.last().copied().unwrap_or_default(),
             depth: self.stack.len(),
@@ -191,19 +191,19 @@ impl Raising<'_> {
         });
     }
 
-    fn step(&mut self, at: usize, i: &Instruction) {
+    fn step(&mut self, instruction_index: usize, i: &Instruction) {
         for _ in 0..i.pops {
             self.current = self.points.pop().unwrap_or(self.current);
         }
         if i.push {
             self.points.push(self.current);
         }
-        let before = self.stack.len() - i.taken().min(self.stack.len());
-        // What takes the value on top, instead of blending into it, is no step of a chain. A value
-        // that is taken to be put back is as it was.
+        let remaining = self.stack.len() - i.pop_count().min(self.stack.len());
+        // An instruction that pops the value on top without blending into it is no step of a chain. A
+        // value that is popped and pushed again is unchanged.
         if let Some(block) = self.blocks.last_mut()
-            && before < block.depth
-            && !(i.code == Code::Take && i.place == Place::Push)
+            && remaining < block.depth
+            && !(i.code == Code::Top && i.destination == Destination::Push)
         {
             block.steps = None;
         }
@@ -213,9 +213,9 @@ impl Raising<'_> {
                 let values = self.operands(i);
                 let parameters = self.parameters(op.row(), i);
                 let node = if op == Op::Constant {
-                    Node::Constant(parameters[0])
+                    GraphNode::Constant(parameters[0])
                 } else {
-                    Node::Apply {
+                    GraphNode::Apply {
                         op,
                         point,
                         values,
@@ -223,7 +223,7 @@ impl Raising<'_> {
                     }
                 };
                 let id = self.graph.add(node);
-                if i.code.gives_point() {
+                if i.code.returns_point() {
                     self.current = id;
                     return;
                 }
@@ -235,10 +235,10 @@ impl Raising<'_> {
                 self.slots[usize::from(i.slot)] = top;
                 top
             }
-            Code::Take => self.pop(),
+            Code::Top => self.pop(),
             Code::Normal => {
                 let point = self.point(i);
-                self.graph.add(Node::Normal {
+                self.graph.add(GraphNode::Normal {
                     point,
                     axis: i.slot,
                 })
@@ -249,7 +249,7 @@ impl Raising<'_> {
                 return;
             }
             Code::Guard => {
-                self.guard(at, i);
+                self.begin_block(instruction_index, i);
                 return;
             }
             Code::Paint => {
@@ -257,16 +257,16 @@ impl Raising<'_> {
                 let start = i.parameters as usize * 4;
                 let constants = std::array::from_fn(|k| self.number(start + k));
                 let channels = std::mem::take(&mut self.channels);
-                self.graph.add(Node::Paint {
+                self.graph.add(GraphNode::Paint {
                     value,
                     constants,
                     channels,
                 })
             }
         };
-        let result = match i.place {
-            Place::Push => result,
-            Place::Blend { kernel, index } => {
+        let result = match i.destination {
+            Destination::Push => result,
+            Destination::Blend { kernel, index } => {
                 let below = self.pop();
                 self.blend(kernel, index, below, result)
             }
@@ -292,7 +292,7 @@ impl Raising<'_> {
         }
     }
 
-    fn parameters(&self, row: &Row, i: &Instruction) -> Vec<Number> {
+    fn parameters(&self, row: &Row, i: &Instruction) -> Vec<GraphNumber> {
         let start = i.parameters as usize * 4;
         row.parameters
             .iter()
@@ -302,30 +302,30 @@ impl Raising<'_> {
             .collect()
     }
 
-    /// The row whose blend has this kernel and these signs.
-    fn blend(&mut self, kernel: Kernel, index: u32, a: NodeId, b: NodeId) -> NodeId {
-        // Both are off the stack.
+    /// Adds the operation whose blend has this kernel and these signs.
+    fn blend(&mut self, kernel: BlendKernel, index: u32, a: NodeId, b: NodeId) -> NodeId {
+        // Both operands were popped.
         let depth = self.stack.len() + 1;
         let constants = self.program.pool[index as usize];
-        let wanted = Blend {
+        let wanted_blend = Blend {
             kernel,
             sign: constants[0],
             negate_second: constants[1].is_sign_negative(),
         };
         let row = ROWS
             .iter()
-            .find(|row| row.meta.blend == Some(wanted))
+            .find(|row| row.meta.blend == Some(wanted_blend))
             .unwrap_or(&ROWS[0]);
         let start = index as usize * 4;
-        let parameters: Vec<Number> = (0..row.parameters.len())
+        let parameters: Vec<GraphNumber> = (0..row.parameters.len())
             .map(|k| self.number(start + 2 + k))
             .collect();
         let kind = (row.op, parameters);
         if let Some(block) = self.blocks.last_mut() {
-            block.blend(depth, &kind, Step::Blend(b));
+            block.blend(depth, &kind, GraphChainStep::Blend(b));
         }
         let (op, parameters) = kind;
-        self.graph.add(Node::Apply {
+        self.graph.add(GraphNode::Apply {
             op,
             point: None,
             values: vec![a, b],

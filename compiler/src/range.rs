@@ -1,22 +1,22 @@
-//! All values that a number of a point may have in a box, by interval arithmetic.
+//! Range of a number of a point in a box, by interval arithmetic.
 //!
-//! One evaluation knows nothing of operands that go together: x · x over [−3, 3] is [−9, 9] to it, and
-//! exp(−60 x · x) reaches e⁵⁴⁰. So the box is halved where the bounds are farthest from values that
-//! were found, until they are at most three times as wide as these; bounds that are so from the beginning
-//! are left as they are.
+//! One evaluation ignores dependencies between operands: x · x over [−3, 3] becomes [−9, 9], and
+//! exp(−60 x · x) extends to e⁵⁴⁰. So the box is halved where the bounds exceed the sampled values by
+//! the most. It stops once the bounds are at most three times as wide as the sampled range. Bounds that
+//! fulfil this at once are not refined.
 
-use crate::boxes::{BoxNumber, UniformValue};
+use crate::box_eval::{BoxNumber, UniformInput};
 use crate::expression::{ExprId, Expressions};
 use crate::slope::Ranges;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 
-/// How often the box is halved at most, and how many operations that may take.
-const HALVINGS: usize = 64;
-const OPERATIONS: usize = 200_000;
+/// Maximum number of bisections.
+const MAX_BISECTIONS: usize = 64;
+const MAX_OPERATIONS: usize = 200_000;
 
-/// Bounds on a number while its point is in a box, which may be endless; `value` gives numbers that
-/// depend on no point.
+/// Returns bounds on a number while its point is in a box, which may be infinite. `value` returns
+/// uniform numbers.
 pub fn range(
     graph: &Expressions,
     id: ExprId,
@@ -24,37 +24,38 @@ pub fn range(
     value: &mut dyn FnMut(ExprId) -> f64,
 ) -> Interval {
     let mut number = BoxNumber::<Interval>::new(graph, id, &mut |id| {
-        UniformValue::Known(Interval::point(value(id)))
+        UniformInput::Known(Interval::point(value(id)))
     });
-    let mut pieces = vec![(*region, number.over(region, &[]))];
-    let mut found = found_in(&mut number, region);
-    // A half is evaluated at its ends, too.
-    let affordable = OPERATIONS / (16 * number.cost());
-    for _ in 0..affordable.min(HALVINGS) {
-        let above = |of: &Interval| of.hi - found.hi;
-        let below = |of: &Interval| found.lo - of.lo;
-        let beyond = |of: &Interval| above(of).max(below(of));
-        let worst = (0..pieces.len()).max_by(|&a, &b| {
-            let [a, b] = [a, b].map(|piece| beyond(&pieces[piece].1));
+    let mut sub_boxes = vec![(*region, number.eval(region, &[]))];
+    let mut sampled = sampled_range(&mut number, region);
+    // A half is also evaluated at its faces.
+    let affordable = MAX_OPERATIONS / (16 * number.cost());
+    for _ in 0..affordable.min(MAX_BISECTIONS) {
+        let above = |bounds: &Interval| bounds.hi - sampled.hi;
+        let below = |bounds: &Interval| sampled.lo - bounds.lo;
+        let excess = |bounds: &Interval| above(bounds).max(below(bounds));
+        let worst = (0..sub_boxes.len()).max_by(|&a, &b| {
+            let [a, b] = [a, b].map(|piece| excess(&sub_boxes[piece].1));
             a.total_cmp(&b)
         });
         let Some(worst) = worst else { break };
-        // What is not a number is no reason to go on.
-        let far = beyond(&pieces[worst].1) > found.hi - found.lo;
-        let Some(halves) = far.then(|| halves(&pieces[worst].0)).flatten() else {
+        // NaN is no reason to continue.
+        let is_loose = excess(&sub_boxes[worst].1) > sampled.hi - sampled.lo;
+        let Some(halves) = is_loose.then(|| halves(&sub_boxes[worst].0)).flatten() else {
             break;
         };
-        pieces.swap_remove(worst);
+        sub_boxes.swap_remove(worst);
         for half in halves {
-            found = found.hull(found_in(&mut number, &half));
-            pieces.push((half, number.over(&half, &[])));
+            sampled = sampled.hull(sampled_range(&mut number, &half));
+            sub_boxes.push((half, number.eval(&half, &[])));
         }
     }
-    let ranges = pieces.into_iter().map(|(_, range)| range);
+    let ranges = sub_boxes.into_iter().map(|(_, range)| range);
     ranges.reduce(Interval::hull).unwrap_or(Interval::ALL)
 }
 
-/// Bounds on a number while its point is in a box, for all values of the parameters, by one evaluation.
+/// Returns bounds on a number while its point is in a box, for all values of the parameters, by one
+/// evaluation.
 pub(crate) fn range_over(
     graph: &Expressions,
     id: ExprId,
@@ -62,44 +63,44 @@ pub(crate) fn range_over(
     ranges: &Ranges,
 ) -> Interval {
     let mut number = BoxNumber::<Interval>::new(graph, id, &mut |id| {
-        UniformValue::Known(ranges.of_leaf(graph, id))
+        UniformInput::Known(ranges.leaf(graph, id))
     });
-    number.over(region, &[])
+    number.eval(region, &[])
 }
 
-/// Both halves of a box, across its longest side that has an end; nothing of a point.
+/// Returns the two halves of a box across its longest finite side; `None` for a point.
 fn halves(region: &Bounds) -> Option<[Bounds; 2]> {
     let size = |axis: &usize| region.max[*axis] - region.min[*axis];
     let sides = (0..3).filter(|axis| size(axis).is_finite() && size(axis) > 0.0);
     let axis = sides.max_by(|a, b| size(a).total_cmp(&size(b)))?;
     let (mut low, mut high) = (*region, *region);
-    let middle = region.centre()[axis];
-    low.max[axis] = middle;
-    high.min[axis] = middle;
+    let midpoint = region.centre()[axis];
+    low.max[axis] = midpoint;
+    high.min[axis] = midpoint;
     Some([low, high])
 }
 
-/// Values that a number has in a box: at its middle, and at its ends along each axis that has some.
-fn found_in(number: &mut BoxNumber<Interval>, region: &Bounds) -> Interval {
-    let mut at = |point: [f64; 3]| {
+/// Returns the range of samples of a number in a box: at its centre, and at its finite faces.
+fn sampled_range(number: &mut BoxNumber<Interval>, region: &Bounds) -> Interval {
+    let mut value_at = |point: [f64; 3]| {
         let point = Bounds {
             min: point,
             max: point,
         };
-        number.over(&point, &[])
+        number.eval(&point, &[])
     };
     let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
-    let middle: [f64; 3] =
+    let centre: [f64; 3] =
         std::array::from_fn(|axis| finite(region.min[axis]) / 2.0 + finite(region.max[axis]) / 2.0);
-    let mut found = at(middle);
+    let mut sampled = value_at(centre);
     for axis in 0..3 {
         for end in [region.min[axis], region.max[axis]] {
             if end.is_finite() {
-                let mut point = middle;
+                let mut point = centre;
                 point[axis] = end;
-                found = found.hull(at(point));
+                sampled = sampled.hull(value_at(point));
             }
         }
     }
-    found
+    sampled
 }

@@ -1,9 +1,9 @@
-//! The scene: what the text means, with names, types and compile-time loops resolved.
+//! The scene: the meaning of the text, with names, types and compile-time loops resolved.
 //!
-//! What holds of every scene: each shape's operands stand before it in [`Scene::shapes`]; the
-//! parameters of shapes are constant or uniform; expressions of point stage occur only where this
-//! file says so, and are then about the point in the local frame of the shape they stand in;
-//! numbers are in scene units, radians, seconds and linear colour.
+//! Invariants of every scene: each shape's operands are before it in [`Scene::shapes`]; the parameters
+//! of shapes are constant or uniform. Expressions of point stage occur only where this file says so,
+//! and refer to the point in the local frame of their shape. Numbers are in scene units, radians,
+//! seconds and linear colour.
 
 use crate::expression::{ExprId, Expressions};
 use sdfc_lang::Span;
@@ -12,55 +12,55 @@ use sdfc_vm::settings;
 pub use sdfc_vm::settings::{Animation, Normals, Occlusion, ParamKind, Tonemap};
 use sdfc_vm::table::Op;
 
-/// A shape of the scene, by its position in [`Scene::shapes`].
+/// A shape of the scene, by its index in [`Scene::shapes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ShapeId(pub u32);
 
-/// A material of the scene, by its position in [`Scene::materials`].
+/// A material of the scene, by its index in [`Scene::materials`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MaterialId(pub u32);
 
 /// Three numbers.
-pub type Triple = [ExprId; 3];
+pub type ExprTriple = [ExprId; 3];
 
-/// A whole scene.
+/// A complete scene.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// All numbers.
     pub expressions: Expressions,
-    /// The parameters, structural ones too, in the order of the text.
-    pub params: Vec<Param>,
-    /// All shapes, operands before what uses them.
+    /// Parameters, structural ones too, in the order of the text.
+    pub params: Vec<SceneParam>,
+    /// All shapes, operands before their users.
     pub shapes: Vec<Shape>,
-    /// The shape that is drawn: the final expression, or the union of all parts.
+    /// Shape that is drawn: the final expression, or the union of all parts.
     pub root: Option<ShapeId>,
-    /// The named outputs.
+    /// Named outputs.
     pub parts: Vec<(String, ShapeId)>,
-    /// The materials; the first is the default one.
+    /// Materials; the first is the default one.
     pub materials: Vec<Material>,
-    /// The cameras; never empty, since a scene without one gets one that frames its bounds, marked
+    /// Cameras; never empty, since a scene without one gets one that frames its bounds, marked
     /// `automatic`.
-    pub cameras: Vec<Camera>,
-    /// The lights; a scene without any gets a key and a fill light.
-    pub lights: Vec<Light>,
-    /// What is seen where nothing is hit.
-    pub sky: Sky,
-    /// How it is drawn.
-    pub render: Render,
-    /// How it moves, if it does.
+    pub cameras: Vec<SceneCamera>,
+    /// Lights; a scene without any gets a key and a fill light.
+    pub lights: Vec<SceneLight>,
+    /// Background.
+    pub sky: SceneSky,
+    /// Render settings.
+    pub render: SceneRender,
+    /// Animation, if there is one.
     pub animation: Option<Animation>,
-    /// Conditions on uniform numbers, to be checked whenever a live parameter changes.
-    pub checks: Vec<Check>,
-    /// Whether the scene is a plane figure (`shape2`), drawn face on.
+    /// Conditions on uniform numbers, to be checked after every change of a live parameter.
+    pub checks: Vec<SceneCheck>,
+    /// Set if the scene is a 2-D shape (`shape2`), drawn face on.
     pub plane: bool,
-    /// Whether z is the axis that points up (`scene { up: z }`).
+    /// Set if z is the axis that points up (`scene { up: z }`).
     pub z_up: bool,
-    /// What `print` said.
+    /// Output of `print`.
     pub printed: Vec<String>,
 }
 
 impl Scene {
-    /// A new shape, with the name and the text of another one.
+    /// Adds a new shape, with the name and the text of another one.
     pub(crate) fn derived(&mut self, like: ShapeId, kind: ShapeKind) -> ShapeId {
         let shape = self.shapes[like.0 as usize].clone();
         self.shapes.push(Shape { kind, ..shape });
@@ -70,168 +70,168 @@ impl Scene {
 
 /// A parameter.
 #[derive(Clone, Debug)]
-pub struct Param {
-    /// Its name.
+pub struct SceneParam {
+    /// Name.
     pub name: String,
-    /// The text of its `///`.
+    /// Text of its `///`.
     pub doc: String,
-    /// What kind of value it takes.
+    /// Kind of its value.
     pub kind: ParamKind,
-    /// The value it has: one number, or three for colours (linear) and vectors.
+    /// Current value: one number, or three for colours (linear) and vectors.
     pub value: Vec<f64>,
-    /// The value in the text.
+    /// Value in the text.
     pub default: Vec<f64>,
-    /// The smallest and the largest value allowed, in the units below.
+    /// Smallest and largest allowed value, in the units below.
     pub range: Option<(f64, f64)>,
-    /// Whether the largest value itself is allowed.
+    /// Set if the largest value itself is allowed.
     pub inclusive: bool,
-    /// The distance between two values of a slider.
+    /// Distance between two values of a slider.
     pub step: Option<f64>,
-    /// Whether it decides structure: then a change makes a new program.
+    /// Set if it determines the structure: then a change requires a new program.
     pub structural: bool,
-    /// Where it is declared.
+    /// Declaration.
     pub span: Span,
 }
 
-/// A shape: a solid, or a figure in the xy plane.
+/// A shape: a solid, or a 2-D shape in the xy plane.
 #[derive(Clone, Debug)]
 pub struct Shape {
-    /// How it comes about.
+    /// Definition.
     pub kind: ShapeKind,
-    /// Whether it is a figure in the plane.
+    /// Set for a 2-D shape.
     pub plane: bool,
-    /// The name it was given in the text, for readable listings; empty if none.
+    /// Name in the text, for readable listings; empty if none.
     pub name: String,
-    /// The text that made it.
+    /// Text that made it.
     pub span: Span,
 }
 
-/// How a shape comes about.
+/// Definition of a shape.
 #[derive(Clone, Debug)]
 pub enum ShapeKind {
-    /// A row of shapes, its parameters already prepared (`table::prepare`), without gaps.
+    /// A row of shapes, with its parameters already prepared (`table::prepare`), without gaps.
     Primitive {
-        /// The row.
+        /// Row.
         op: Op,
-        /// Its parameters' numbers.
+        /// Numbers of its parameters.
         parameters: Vec<ExprId>,
     },
     /// A raw field: a number of point stage.
     Field {
-        /// The value: negative inside.
+        /// Value: negative inside.
         value: ExprId,
-        /// The slope bound that the scene states (`lipschitz:`), else it is found by intervals.
+        /// Slope bound that the scene declares (`lipschitz:`); without it, intervals find one.
         slope: Option<ExprId>,
-        /// The region outside which the field need not be known, if it is bounded.
+        /// Region outside of which the field need not be known, if it is bounded.
         region: Bounds,
     },
-    /// A polygon in the plane: its corners, in order.
+    /// A polygon in the plane.
     Polygon {
-        /// The corners.
+        /// Corners, in order.
         points: Vec<[ExprId; 2]>,
     },
-    /// Two or more shapes into one by a row of [`sdfc_vm::row::Category::Combine`], from left to
+    /// Combination of two or more shapes by a row of [`sdfc_vm::row::Category::Combine`], from left to
     /// right.
     Combine {
-        /// The row; it takes two values.
+        /// Row of two values.
         op: Op,
-        /// The operands.
+        /// Operands.
         children: Vec<ShapeId>,
-        /// The row's parameters, prepared.
+        /// Prepared parameters of the row.
         parameters: Vec<ExprId>,
     },
-    /// The child in a frame of its own: it is evaluated at `matrix · p`, and its distance is
-    /// multiplied by `scale`.
+    /// The child in an affine frame: it is evaluated at `matrix · p`, and its distance is multiplied by
+    /// `scale`.
     Frame {
-        /// The child.
+        /// Child.
         child: ShapeId,
-        /// From the outer to the inner point: rows of three factors and a shift.
+        /// Map from the outer to the inner point: rows of three factors and a shift.
         matrix: [ExprId; 12],
-        /// What a distance in the inner frame is worth outside: 1 for rigid motions, the factor of
-        /// a uniform scale, the smallest factor of one by axes.
+        /// Outer length of a distance in the inner frame: 1 for rigid motions, the factor of a uniform
+        /// scale, the smallest factor of a scale along axes.
         scale: ExprId,
     },
     /// The union of the child's copies in the cells of a grid.
     Repeat {
         /// [`Op::Repeat`] or [`Op::RepeatLimited`].
         op: Op,
-        /// The child, whose cell is that around the origin.
+        /// Child, whose cell is that around the origin.
         child: ShapeId,
-        /// The row's parameters, prepared.
+        /// Prepared parameters of the row.
         parameters: Vec<ExprId>,
-        /// Which other copies may be the nearest one of a point, along each axis.
-        others: [Others; 3],
+        /// Other copies that may be the nearest one to a point, along each axis.
+        others: [NeighbourCells; 3],
     },
     /// The union of the child's copies in the sectors of a full turn.
     Polar {
         /// [`Op::Polar`] or [`Op::PolarPlane`].
         op: Op,
-        /// The child, whose sector is that around the phase.
+        /// Child, whose sector is that around the phase.
         child: ShapeId,
-        /// The row's parameters, prepared.
+        /// Prepared parameters of the row.
         parameters: Vec<ExprId>,
-        /// Which other copies may be the nearest one of a point.
-        others: Others,
+        /// Other copies that may be the nearest one to a point.
+        others: NeighbourCells,
     },
-    /// The child evaluated at another point, by a row that gives a point.
+    /// The child evaluated at another point, by a row that returns a point.
     Domain {
-        /// The row.
+        /// Row.
         op: Op,
-        /// The child.
+        /// Child.
         child: ShapeId,
-        /// The row's parameters, prepared.
+        /// Prepared parameters of the row.
         parameters: Vec<ExprId>,
     },
     /// The child evaluated at a point that the scene computes: three numbers of point stage.
     Warp {
-        /// The child.
+        /// Child.
         child: ShapeId,
-        /// The point.
-        point: Triple,
+        /// Point.
+        point: ExprTriple,
     },
-    /// The child's distance changed by a row of one value (`offset`, `shell`, …); a row that also
-    /// reads the point reads the one outside the child.
+    /// The child's distance changed by a row of one value (`offset`, `shell`, …). A row that also reads
+    /// the point reads the one outside the child.
     Distance {
-        /// The row.
+        /// Row.
         op: Op,
-        /// The child.
+        /// Child.
         child: ShapeId,
-        /// The row's parameters, prepared.
+        /// Prepared parameters of the row.
         parameters: Vec<ExprId>,
     },
     /// The child with a number of point stage added to its distance.
     Displace {
-        /// The child.
+        /// Child.
         child: ShapeId,
-        /// The number.
+        /// Number.
         amount: ExprId,
     },
     /// The child in a material, whatever materials it had before.
     Painted {
-        /// The child.
+        /// Child.
         child: ShapeId,
-        /// The material.
+        /// Material.
         material: MaterialId,
     },
-    /// No shape at all; it is in no combination (the elaborator drops it there), only alone.
+    /// No shape at all; it occurs only alone, since the elaborator removes it from combinations.
     Nothing,
 }
 
-/// The copies of a repetition that may be nearer to a point than the copy of its own cell.
+/// Copies of a repetition that may be nearer to a point than the copy of its own cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Others {
-    /// The number of cells on the side that the point is nearer to.
+pub struct NeighbourCells {
+    /// Number of cells on the side that the point is nearer to.
     pub near: u8,
-    /// The number of cells on the other side.
+    /// Number of cells on the other side.
     pub far: u8,
 }
 
-/// The value of no shape at all: farther than anything that a ray can meet.
+/// Value of the empty shape: farther than anything that a ray can meet.
 pub(crate) const NOWHERE: f64 = 1e9;
-/// The value of a polygon before its first edge: a distance longer than any in a scene.
+/// Value of a polygon before its first edge: a distance longer than any in a scene.
 pub(crate) const NO_EDGE: f64 = 1e30;
 
-/// The row that leads to another copy of a repetition by `op`.
+/// Returns the row that maps to another copy of a repetition by `op`.
 pub(crate) fn neighbour(op: Op) -> Op {
     match op {
         Op::Repeat => Op::RepeatNeighbour,
@@ -242,23 +242,25 @@ pub(crate) fn neighbour(op: Op) -> Op {
     }
 }
 
-/// The cells of a grid whose copies are evaluated, those along x first.
-pub(crate) fn grid_cells(others: &[Others; 3]) -> impl Iterator<Item = [f64; 3]> {
+/// Returns the cells of a grid whose copies are evaluated, those along x first.
+pub(crate) fn grid_cells(others: &[NeighbourCells; 3]) -> impl Iterator<Item = [f64; 3]> {
     let [x, y, z] = *others;
     let rows = z.cells().flat_map(move |z| y.cells().map(move |y| [y, z]));
     rows.flat_map(move |[y, z]| x.cells().map(move |x| [x, y, z]))
 }
 
-impl Others {
-    /// The cells whose copies are evaluated, the own one first; positive on the nearer side.
+impl NeighbourCells {
+    /// Returns the cells whose copies are evaluated, starting with the point's own cell; positive on
+    /// the nearer side.
     pub fn cells(self) -> impl Iterator<Item = f64> {
-        let near = (1..=self.near).map(f64::from);
-        let far = (1..=self.far).map(|cell| -f64::from(cell));
-        std::iter::once(0.0).chain(near).chain(far)
+        let near_cells = (1..=self.near).map(f64::from);
+        let far_cells = (1..=self.far).map(|cell| -f64::from(cell));
+        std::iter::once(0.0).chain(near_cells).chain(far_cells)
     }
 }
 
-/// The operands of a kind, by reference to it: `$none` of those without any, `$one` makes a slice of one.
+/// Matches a kind, by reference, to its operands: `$none` for kinds without any; `$one` makes a slice
+/// of one.
 macro_rules! operands {
     ($kind:expr, $none:expr, $one:path) => {
         match $kind {
@@ -279,64 +281,65 @@ macro_rules! operands {
     };
 }
 
-/// The shapes that a shape is made of.
+/// Returns the operands of a shape.
 pub(crate) fn children(kind: &ShapeKind) -> &[ShapeId] {
     operands!(kind, &[], std::slice::from_ref)
 }
 
-/// The same, to be changed.
+/// Returns the operands of a shape, mutably.
 pub(crate) fn children_mut(kind: &mut ShapeKind) -> &mut [ShapeId] {
     operands!(kind, &mut [], std::slice::from_mut)
 }
 
-/// A material. Its numbers may be of normal stage: they then read the local point and the normal
-/// in the frame of the shape that was painted.
+/// A material. Its numbers may be of normal stage: they then read the local point and the normal in the
+/// frame of the painted shape.
 #[derive(Clone, Debug)]
 pub struct Material {
-    /// Its name; empty for colours given in place.
+    /// Name; empty for inline colours.
     pub name: String,
-    /// The share of light it reflects diffusely, or specularly if metallic: linear red, green, blue.
-    pub albedo: Triple,
+    /// Fraction of light that it reflects diffusely, or specularly if metallic: linear red, green,
+    /// blue.
+    pub albedo: ExprTriple,
     /// From 0, a mirror, to 1, chalk.
     pub roughness: ExprId,
     /// From 0, a dielectric, to 1, a metal.
     pub metallic: ExprId,
-    /// The light it gives off: linear red, green, blue.
-    pub emission: Triple,
-    /// A height by which the surface seems displaced when it is lit.
+    /// Emitted light: linear red, green, blue.
+    pub emission: ExprTriple,
+    /// Height by which the surface appears displaced in lighting.
     pub bump: Option<ExprId>,
 }
 
 /// A camera. All numbers are uniform.
-pub type Camera = settings::Camera<ExprId>;
+pub type SceneCamera = settings::Camera<ExprId>;
 
-/// How wide a camera sees.
-pub type Lens = settings::Lens<ExprId>;
+/// Projection of a camera.
+pub type SceneLens = settings::Lens<ExprId>;
 
 /// A light. All numbers are uniform.
-pub type Light = settings::Light<ExprId>;
+pub type SceneLight = settings::Light<ExprId>;
 
-/// Where light comes from.
-pub type LightSource = settings::LightSource<ExprId>;
+/// Position or direction of a light.
+pub type SceneLightSource = settings::LightSource<ExprId>;
 
-/// How a light's shadow is drawn.
-pub type Shadow = settings::Shadow<ExprId>;
+/// Kind of a light's shadow.
+pub type SceneShadow = settings::Shadow<ExprId>;
 
-/// What is seen where nothing is hit, and what light comes from everywhere. All numbers are uniform.
-pub type Sky = settings::Sky<ExprId>;
+/// Background, and light from all directions. All numbers are uniform.
+pub type SceneSky = settings::Sky<ExprId>;
 
-/// How a scene is drawn.
-pub type Render = settings::Render<ExprId>;
+/// Render settings of a scene.
+pub type SceneRender = settings::Render<ExprId>;
 
 /// A condition on a uniform number.
 #[derive(Clone, Debug)]
-pub struct Check {
-    /// It must not be below zero.
+pub struct SceneCheck {
+    /// Number that must not be negative.
     pub value: ExprId,
-    /// Whether zero itself is forbidden too.
+    /// Set if zero is forbidden too.
     pub strict: bool,
-    /// What is wrong otherwise, as a diagnostic says it.
+    /// Message of the diagnostic if the condition fails.
     pub message: String,
-    /// Where it comes from.
+    /// Source text.
     pub span: Span,
 }

@@ -1,11 +1,12 @@
-//! A warning of seams: gaps and walls inside of solids whose parts touch.
+//! Warnings of seams: gaps and walls inside solids whose parts touch.
 //!
-//! The smaller of the values of two parts that touch is zero where they meet, deep inside the solid. An inset, a
-//! shell or the fillet of a cutter takes such values for the distance to the surface, and cuts along the seam. Most
-//! such parts are made longer before ([`crate::cutters`]). What is left is found by trying points: from a point of
-//! the solid the gradient leads to the surface, or to a seam, behind which the solid goes on.
+//! The minimum of the values of two touching parts is zero where they meet, deep inside the solid. An inset,
+//! a shell or the fillet of a cutter takes such values for the distance to the surface, and cuts along the
+//! seam. Most such parts are extended before ([`crate::cutters`]). The remaining seams are searched for by
+//! sampling: from a point of the solid, the gradient leads to the surface, or to a seam behind which the
+//! solid continues.
 
-use crate::bounds::{Boxes, World};
+use crate::bounds::{SceneRef, ShapeBounds};
 use crate::lower::{Purpose, lower};
 use crate::scene::{Scene, ShapeId, ShapeKind, children};
 use crate::schedule::schedule;
@@ -19,98 +20,102 @@ use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashSet;
 
-/// The largest number of shapes that are tried in a scene.
-const MOST_SHAPES: usize = 64;
-/// The largest number of points that are tried in a shape.
-const MOST_POINTS: usize = 2048;
-/// The largest number of instructions that are run for the points of a shape.
-const MOST_INSTRUCTIONS: usize = 400_000;
-/// The places on the way from a point to a seam and beyond that are looked at, in units of that way.
-const ALONG: [f64; 9] = [0.5, 0.8, 0.9, 0.97, 1.0, 1.03, 1.1, 1.2, 1.5];
-/// The number of times that the part of a line that may hold the largest value is divided.
-const DIVISIONS: u32 = 24;
-/// The golden section.
-const SECTION: f64 = 0.618_033_988_749_894_9;
-/// The largest gap that counts as none, in units of the size of the shape's box.
-const GAP: f64 = 1e-6;
-/// The smallest share of the point's own value that the solid has as far behind a seam.
-const BEHIND: f64 = 0.5;
-/// The largest share of the point's own value that is left at a seam.
-const ZERO: f64 = 0.05;
+/// Maximum number of shapes that are searched per scene.
+const MAX_SHAPES: usize = 64;
+/// Maximum number of sample points per shape.
+const MAX_POINTS: usize = 2048;
+/// Maximum number of instructions that are run for the points of a shape.
+const MAX_INSTRUCTIONS: usize = 400_000;
+/// Sampled positions on the line from a point to a seam and beyond, as fractions of the distance to the seam.
+const LINE_SAMPLES: [f64; 9] = [0.5, 0.8, 0.9, 0.97, 1.0, 1.03, 1.1, 1.2, 1.5];
+/// Number of golden section steps towards the largest value on the line.
+const GOLDEN_SECTION_STEPS: u32 = 24;
+/// Golden section, (√5 − 1) / 2.
+const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_9;
+/// Largest gap that counts as none, in half diagonals of the shape's box.
+const MAX_GAP: f64 = 1e-6;
+/// Minimum depth behind a seam, at the same distance as the point, as a fraction of the depth of the point.
+const MIN_DEPTH_BEHIND: f64 = 0.5;
+/// Maximum depth at a seam, as a fraction of the depth of the point. The depth is the negative value.
+const MAX_DEPTH_AT_SEAM: f64 = 0.05;
 
-/// Values inside of a shape that show, and how.
-enum Shown {
-    /// Those above minus a number show.
+/// Visible effect of values inside a solid.
+enum InnerEffect {
+    /// Values above the negative of this width have an effect.
     Band(f64),
-    /// They show where the shape that is made of them is empty, but its operands are solid.
+    /// Values have an effect where the combination is empty, but its operands are solid.
     Emptied,
 }
 
-/// A search for seams in a scene.
-pub(crate) struct Seams<'a> {
+/// Search for seams in a scene.
+pub(crate) struct SeamSearch<'a> {
     pub(crate) scene: &'a mut Scene,
-    pub(crate) boxes: &'a mut Boxes,
-    /// Boxes at the present values of the parameters.
-    pub(crate) present: &'a mut Boxes,
+    pub(crate) bounds_cache: &'a mut ShapeBounds,
+    /// Bounds at the current values of the parameters.
+    pub(crate) current_bounds: &'a mut ShapeBounds,
     pub(crate) slopes: &'a mut ShapeSlopes,
-    /// The present values of the parameters, and the time.
+    /// Current values of the parameters, and the time.
     pub(crate) params: &'a [f64],
     pub(crate) time: f64,
 }
 
-impl Seams<'_> {
-    /// Warnings of seams in all shapes that a shape is made of.
+impl SeamSearch<'_> {
+    /// Warnings of seams in all shapes below a root.
     pub(crate) fn warnings(&mut self, root: ShapeId) -> Vec<Diagnostic> {
-        let mut found = Vec::new();
-        let mut seen = HashSet::from([root]);
-        let mut open = vec![root];
-        let mut left = MOST_SHAPES;
-        while let (Some(id), true) = (open.pop(), left > 0) {
+        let mut seams = Vec::new();
+        let mut visited = HashSet::from([root]);
+        let mut pending = vec![root];
+        let mut remaining = MAX_SHAPES;
+        while let (Some(id), true) = (pending.pop(), remaining > 0) {
             let kind = self.scene.shapes[id.0 as usize].kind.clone();
-            open.extend(children(&kind).iter().filter(|&&child| seen.insert(child)));
-            if let Some((child, shown)) = self.shown(&kind)
+            pending.extend(
+                children(&kind)
+                    .iter()
+                    .filter(|&&child| visited.insert(child)),
+            );
+            if let Some((child, shown)) = self.inner_effect(&kind)
                 && may_have_seams(self.scene, child)
             {
-                left -= 1;
+                remaining -= 1;
                 let span = self.scene.shapes[id.0 as usize].span;
-                found.extend(self.seam(id, child, &shown).map(|place| (span, place)));
+                seams.extend(self.find_seam(id, child, &shown).map(|point| (span, point)));
             }
         }
-        found.sort_by_key(|(span, _)| (span.start, span.end));
-        found.dedup_by_key(|(span, _)| *span);
-        let warnings = found.into_iter().map(|(span, [x, y, z])| {
+        seams.sort_by_key(|(span, _)| (span.start, span.end));
+        seams.dedup_by_key(|(span, _)| *span);
+        let warnings = seams.into_iter().map(|(span, [x, y, z])| {
             let round = |v: f64| (v * 1e3).round() / 1e3 + 0.0;
-            let place = format!("[{}, {}, {}]", round(x), round(y), round(z));
+            let point = format!("[{}, {}, {}]", round(x), round(y), round(z));
             Diagnostic::warning(
                 codes::W0405,
                 span,
                 "parts touch, and this cuts along their seam",
             )
             .primary(format!(
-                "a seam near {place}, in coordinates of these parts"
+                "a seam near {point}, in coordinates of these parts"
             ))
             .help("let parts overlap by twice the width of the inset, wall or fillet, or draw them as one shape")
         });
         warnings.collect()
     }
 
-    /// The operand whose values inside show, if any do.
-    fn shown(&mut self, kind: &ShapeKind) -> Option<(ShapeId, Shown)> {
-        let world = World::from(&*self.scene);
+    /// The operand whose inner values have a visible effect, if there is one.
+    fn inner_effect(&mut self, kind: &ShapeKind) -> Option<(ShapeId, InnerEffect)> {
+        let scene = SceneRef::from(&*self.scene);
         match kind {
             ShapeKind::Distance {
                 op,
                 child,
                 parameters,
             } => {
-                let number = |at: usize| parameters.get(at).copied();
+                let number = |index: usize| parameters.get(index).copied();
                 let width = match op {
-                    Op::Offset => -self.present.number(world, number(0)?),
-                    Op::Shell => self.present.number(world, number(0)?),
-                    Op::RoundedExtrude => self.present.number(world, number(1)?),
+                    Op::Offset => -self.current_bounds.number(scene, number(0)?),
+                    Op::Shell => self.current_bounds.number(scene, number(0)?),
+                    Op::RoundedExtrude => self.current_bounds.number(scene, number(1)?),
                     _ => return None,
                 };
-                (width > 0.0).then_some((*child, Shown::Band(width)))
+                (width > 0.0).then_some((*child, InnerEffect::Band(width)))
             }
             ShapeKind::Combine { op, children, .. } => {
                 let set = op.row().meta.set;
@@ -119,54 +124,61 @@ impl Seams<'_> {
                         set,
                         Some(SetOperation::Intersection | SetOperation::Subtraction)
                     );
-                is_blend.then_some((children[0], Shown::Emptied))
+                is_blend.then_some((children[0], InnerEffect::Emptied))
             }
             _ => None,
         }
     }
 
-    /// A place near a seam of a shape where what is made of it shows the seam.
-    fn seam(&mut self, made: ShapeId, id: ShapeId, shown: &Shown) -> Option<[f64; 3]> {
-        let mut bounds = self.present.of(World::from(&*self.scene), id);
+    /// A point near a seam of a shape, where the seam has a visible effect on the shape `combined`.
+    fn find_seam(
+        &mut self,
+        combined: ShapeId,
+        id: ShapeId,
+        effect: &InnerEffect,
+    ) -> Option<[f64; 3]> {
+        let mut bounds = self.current_bounds.get(SceneRef::from(&*self.scene), id);
         if self.scene.shapes[id.0 as usize].plane {
             (bounds.min[2], bounds.max[2]) = (0.0, 0.0);
         }
         if !bounds.is_finite() || bounds.is_empty() {
             return None;
         }
-        let shape = self.program(id);
-        let others = match shown {
-            Shown::Band(_) => Vec::new(),
-            Shown::Emptied => {
-                let kind = self.scene.shapes[made.0 as usize].kind.clone();
+        let program = self.program(id);
+        let others = match effect {
+            InnerEffect::Band(_) => Vec::new(),
+            InnerEffect::Emptied => {
+                let kind = self.scene.shapes[combined.0 as usize].kind.clone();
                 let others = children(&kind)[1..].iter().map(|&id| self.program(id));
                 let others: Vec<_> = others.collect();
-                others.into_iter().chain([self.program(made)]).collect()
+                others.into_iter().chain([self.program(combined)]).collect()
             }
         };
-        let is_subtraction = matches!(&self.scene.shapes[made.0 as usize].kind,
+        let is_subtraction = matches!(&self.scene.shapes[combined.0 as usize].kind,
             ShapeKind::Combine { op, .. } if op.row().meta.set == Some(SetOperation::Subtraction));
         let cost: usize = others.iter().map(|program| program.code.len()).sum();
-        let count = (MOST_INSTRUCTIONS / (shape.code.len() + cost).max(1)).min(MOST_POINTS);
+        let count = (MAX_INSTRUCTIONS / (program.code.len() + cost).max(1)).min(MAX_POINTS);
         let side = if is_subtraction { -1.0 } else { 1.0 };
-        let gap = bounds.half_diagonal() * GAP;
+        let gap = bounds.half_diagonal() * MAX_GAP;
         (1..=count as u32)
-            .map(|number| bounds.spread(number))
+            .map(|number| bounds.quasi_random_point(number))
             .find(|&point| {
-                let value = evaluate_f64(&shape, point);
-                let shows = match (shown, others.split_last()) {
-                    (Shown::Band(width), _) => -width < value && value < 0.0,
-                    (Shown::Emptied, Some((made, others))) => {
-                        let is_in = |program| evaluate_f64(program, point) * side < 0.0;
-                        value < 0.0 && others.iter().all(is_in) && evaluate_f64(made, point) > 0.0
+                let value = evaluate_f64(&program, point);
+                let is_effective = match (effect, others.split_last()) {
+                    (InnerEffect::Band(width), _) => -width < value && value < 0.0,
+                    (InnerEffect::Emptied, Some((combined, others))) => {
+                        let is_inside = |program| evaluate_f64(program, point) * side < 0.0;
+                        value < 0.0
+                            && others.iter().all(is_inside)
+                            && evaluate_f64(combined, point) > 0.0
                     }
-                    (Shown::Emptied, None) => false,
+                    (InnerEffect::Emptied, None) => false,
                 };
-                shows && leads_to_seam(&shape, point, gap)
+                is_effective && leads_to_seam(&program, point, gap)
             })
     }
 
-    /// The program of a shape alone, at the present values of the parameters.
+    /// The program of a single shape, at the current values of the parameters.
     fn program(&mut self, id: ShapeId) -> Program {
         let mut uniforms = Uniforms::new(self.scene.params.iter().map(|param| param.value.len()));
         let purpose = Purpose::Distance;
@@ -176,57 +188,61 @@ impl Seams<'_> {
             purpose,
             self.slopes,
             &mut uniforms,
-            self.boxes,
+            self.bounds_cache,
         );
         let mut program = schedule(&graph);
         let outputs = uniforms.finish().run(self.params, self.time);
-        let narrow: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
-        program.patch(&narrow);
+        let values: Vec<f32> = outputs.iter().map(|&v| v as f32).collect();
+        program.patch(&values);
         program
     }
 }
 
-/// Reports whether parts of a shape may touch each other. Recursion over shapes within shapes, whose depth the
+/// Reports whether parts of a shape may touch each other. Recursion over nested shapes, whose depth the
 /// elaborator bounds.
 fn may_have_seams(scene: &Scene, id: ShapeId) -> bool {
     let kind = &scene.shapes[id.0 as usize].kind;
-    let joins = match kind {
+    let joins_parts = match kind {
         ShapeKind::Combine { op, .. } => op.row().meta.set == Some(SetOperation::Union),
         ShapeKind::Domain { .. } | ShapeKind::Repeat { .. } | ShapeKind::Polar { .. } => true,
         _ => false,
     };
-    joins
+    joins_parts
         || children(kind)
             .iter()
             .any(|&child| may_have_seams(scene, child))
 }
 
-/// Reports whether the way from a point of the solid along the gradient leads to where the value is zero, or less
-/// by no more than a gap, and on into the solid.
+/// Reports whether the line from a point of the solid along the gradient leads to a value of zero, up to a
+/// gap, and then into the solid again.
 fn leads_to_seam(program: &Program, point: [f64; 3], gap: f64) -> bool {
-    let here = gradient::<f64>(program, V3::of(point[0], point[1], point[2]));
-    let (value, slope) = (here.value, here.gradient);
+    let sample = gradient::<f64>(program, V3::new(point[0], point[1], point[2]));
+    let (value, slope) = (sample.value, sample.gradient);
     let square = slope.x * slope.x + slope.y * slope.y + slope.z * slope.z;
-    // What is no number leads nowhere.
-    let is_known = square > 1e-12 && value < -8.0 * gap;
-    if !is_known {
+    // A comparison with NaN is false.
+    let is_valid = square > 1e-12 && value < -8.0 * gap;
+    if !is_valid {
         return false;
     }
     let step = [slope.x, slope.y, slope.z].map(|v| -v * value / square);
-    let at =
-        |share: f64| evaluate_f64(program, std::array::from_fn(|i| point[i] + step[i] * share));
-    // Values rise to a seam as to a surface, and fall as fast behind it.
-    let values = ALONG.map(at);
-    let goes_on = at(2.0) < value * BEHIND;
-    if !goes_on || !values.iter().all(|&v| v <= gap) {
+    let value_at = |fraction: f64| {
+        evaluate_f64(
+            program,
+            std::array::from_fn(|i| point[i] + step[i] * fraction),
+        )
+    };
+    // Values rise to a seam as to a surface, and fall at the same rate behind it.
+    let values = LINE_SAMPLES.map(value_at);
+    let continues = value_at(2.0) < value * MIN_DEPTH_BEHIND;
+    if !continues || !values.iter().all(|&v| v <= gap) {
         return false;
     }
-    let highest = (1..ALONG.len() - 1).max_by(|&a, &b| values[a].total_cmp(&values[b]));
+    let highest = (1..LINE_SAMPLES.len() - 1).max_by(|&a, &b| values[a].total_cmp(&values[b]));
     let Some(highest) = highest else { return false };
-    let (mut low, mut high) = (ALONG[highest - 1], ALONG[highest + 1]);
-    for _ in 0..DIVISIONS {
-        let width = (high - low) * SECTION;
-        let (left, right) = (at(high - width), at(low + width));
+    let (mut low, mut high) = (LINE_SAMPLES[highest - 1], LINE_SAMPLES[highest + 1]);
+    for _ in 0..GOLDEN_SECTION_STEPS {
+        let width = (high - low) * GOLDEN_SECTION;
+        let (left, right) = (value_at(high - width), value_at(low + width));
         if left.max(right) > gap {
             return false;
         }
@@ -236,5 +252,5 @@ fn leads_to_seam(program: &Program, point: [f64; 3], gap: f64) -> bool {
             high = low + width;
         }
     }
-    at((low + high) / 2.0) > value * ZERO
+    value_at((low + high) / 2.0) > value * MAX_DEPTH_AT_SEAM
 }

@@ -1,13 +1,13 @@
-//! All values that a shape may have in a box, by interval arithmetic on the shapes themselves.
+//! Range of a shape's values in a box, by interval arithmetic on the shapes themselves.
 //!
-//! Values are those that the scene writes. Bounds hold for all values of the uniform numbers that are given
-//! as ranges.
+//! Values are those of the scene as written. Bounds hold for all values of the uniform numbers that are
+//! supplied as ranges.
 
-use crate::bounds::World;
-use crate::boxes::{BoxNumber, UniformValue};
+use crate::bounds::SceneRef;
+use crate::box_eval::{BoxNumber, UniformInput};
 use crate::expression::ExprId;
 use crate::scene::{NO_EDGE, NOWHERE, ShapeId, ShapeKind, grid_cells, neighbour};
-use sdfc_vm::apply::{Applied, apply, laid_out};
+use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Real;
@@ -15,24 +15,24 @@ use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
 
-/// A point somewhere in a box.
-type Place = V3<Interval>;
+/// Point somewhere in a box.
+type IntervalPoint = V3<Interval>;
 
 /// Evaluates the shapes of a scene over boxes.
 pub(crate) struct ShapeRange<'s, 'u> {
-    world: World<'s>,
-    /// The range of a number that depends on no point.
+    scene: SceneRef<'s>,
+    /// Returns the range of a uniform number.
     uniform: &'u mut dyn FnMut(ExprId) -> Interval,
     numbers: HashMap<ExprId, BoxNumber<Interval>>,
     uniforms: HashMap<ExprId, Interval>,
-    /// The number of operations that were run.
+    /// Number of operations that were run.
     pub(crate) operations: usize,
 }
 
 impl<'s, 'u> ShapeRange<'s, 'u> {
-    pub(crate) fn new(world: World<'s>, uniform: &'u mut dyn FnMut(ExprId) -> Interval) -> Self {
+    pub(crate) fn new(scene: SceneRef<'s>, uniform: &'u mut dyn FnMut(ExprId) -> Interval) -> Self {
         Self {
-            world,
+            scene,
             uniform,
             numbers: HashMap::new(),
             uniforms: HashMap::new(),
@@ -40,22 +40,22 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
         }
     }
 
-    /// All values of a shape in a box of its frame.
-    pub(crate) fn over(&mut self, id: ShapeId, bounds: &Bounds) -> Interval {
+    /// Returns the range of a shape in a box of its frame.
+    pub(crate) fn range_in_box(&mut self, id: ShapeId, bounds: &Bounds) -> Interval {
         let [x, y, z] = [0, 1, 2].map(|axis| Interval {
             lo: bounds.min[axis],
             hi: bounds.max[axis],
         });
-        self.at(id, V3::of(x, y, z))
+        self.range_at(id, V3::new(x, y, z))
     }
 
-    /// Recursion over shapes within shapes, whose depth the elaborator bounds.
-    fn at(&mut self, id: ShapeId, p: Place) -> Interval {
+    /// Recursion over nested shapes, whose depth the elaborator bounds.
+    fn range_at(&mut self, id: ShapeId, p: IntervalPoint) -> Interval {
         self.operations += 1;
-        let world = self.world;
-        match &world.shapes[id.0 as usize].kind {
+        let scene = self.scene;
+        match &scene.shapes[id.0 as usize].kind {
             ShapeKind::Nothing => Interval::point(NOWHERE),
-            ShapeKind::Painted { child, .. } => self.at(*child, p),
+            ShapeKind::Painted { child, .. } => self.range_at(*child, p),
             ShapeKind::Primitive { op, parameters } => self.apply(*op, p, &[], parameters),
             ShapeKind::Field { value, .. } => self.number(*value, p),
             ShapeKind::Polygon { points } => {
@@ -72,9 +72,9 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
                 children,
                 parameters,
             } => {
-                let mut value = self.at(children[0], p);
+                let mut value = self.range_at(children[0], p);
                 for &child in &children[1..] {
-                    let next = self.at(child, p);
+                    let next = self.range_at(child, p);
                     value = self.apply(*op, p, &[value, next], parameters);
                 }
                 value
@@ -91,8 +91,8 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
                         + rows[4 * r + 2] * p.z
                         + rows[4 * r + 3]
                 };
-                let inner = V3::of(row(0), row(1), row(2));
-                let value = self.at(*child, inner);
+                let inner = V3::new(row(0), row(1), row(2));
+                let value = self.range_at(*child, inner);
                 value * self.uniform(*scale)
             }
             ShapeKind::Repeat {
@@ -102,8 +102,8 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
                 others,
             } => {
                 let copies = grid_cells(others).map(|cell| {
-                    let q = self.copy(neighbour(*op), p, parameters, &cell);
-                    self.at(*child, q)
+                    let q = self.copy_point(neighbour(*op), p, parameters, &cell);
+                    self.range_at(*child, q)
                 });
                 copies.reduce(Interval::min).unwrap_or(Interval::ALL)
             }
@@ -114,8 +114,8 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
                 others,
             } => {
                 let copies = others.cells().map(|sector| {
-                    let q = self.copy(neighbour(*op), p, parameters, &[sector]);
-                    self.at(*child, q)
+                    let q = self.copy_point(neighbour(*op), p, parameters, &[sector]);
+                    self.range_at(*child, q)
                 });
                 copies.reduce(Interval::min).unwrap_or(Interval::ALL)
             }
@@ -124,73 +124,85 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
                 child,
                 parameters,
             } => {
-                let q = self.point(*op, p, parameters);
-                self.at(*child, q)
+                let q = self.mapped_point(*op, p, parameters);
+                self.range_at(*child, q)
             }
             ShapeKind::Warp { child, point } => {
                 let [x, y, z] = point.map(|number| self.number(number, p));
-                self.at(*child, V3::of(x, y, z))
+                self.range_at(*child, V3::new(x, y, z))
             }
             ShapeKind::Distance {
                 op,
                 child,
                 parameters,
             } => {
-                let value = self.at(*child, p);
+                let value = self.range_at(*child, p);
                 self.apply(*op, p, &[value], parameters)
             }
             ShapeKind::Displace { child, amount } => {
-                let value = self.at(*child, p);
+                let value = self.range_at(*child, p);
                 value + self.number(*amount, p)
             }
         }
     }
 
-    /// The point as another copy of a repetition sees it.
-    fn copy(&mut self, op: Op, p: Place, parameters: &[ExprId], which: &[f64]) -> Place {
+    /// Returns the point in the frame of another copy of a repetition.
+    fn copy_point(
+        &mut self,
+        op: Op,
+        p: IntervalPoint,
+        parameters: &[ExprId],
+        cell: &[f64],
+    ) -> IntervalPoint {
         let numbers: Vec<Interval> = parameters.iter().map(|&id| self.uniform(id)).collect();
-        let Some(mut numbers) = points(&numbers) else {
-            return V3::of(Interval::ALL, Interval::ALL, Interval::ALL);
+        let Some(mut numbers) = constants(&numbers) else {
+            return V3::new(Interval::ALL, Interval::ALL, Interval::ALL);
         };
-        numbers.extend(which);
-        moved(op, p, &numbers)
+        numbers.extend(cell);
+        map_point(op, p, &numbers)
     }
 
-    fn point(&mut self, op: Op, p: Place, parameters: &[ExprId]) -> Place {
+    fn mapped_point(&mut self, op: Op, p: IntervalPoint, parameters: &[ExprId]) -> IntervalPoint {
         let numbers: Vec<Interval> = parameters.iter().map(|&id| self.uniform(id)).collect();
-        match points(&numbers) {
-            Some(numbers) => moved(op, p, &numbers),
-            None => V3::of(Interval::ALL, Interval::ALL, Interval::ALL),
+        match constants(&numbers) {
+            Some(numbers) => map_point(op, p, &numbers),
+            None => V3::new(Interval::ALL, Interval::ALL, Interval::ALL),
         }
     }
 
-    /// What a row gives; anything where one of its parameters is a range.
-    fn apply(&mut self, op: Op, p: Place, values: &[Interval], parameters: &[ExprId]) -> Interval {
+    /// Returns the result of an operation; unbounded where one of its parameters is a range.
+    fn apply(
+        &mut self,
+        op: Op,
+        p: IntervalPoint,
+        values: &[Interval],
+        parameters: &[ExprId],
+    ) -> Interval {
         self.operations += 1;
         let numbers: Vec<Interval> = parameters.iter().map(|&id| self.uniform(id)).collect();
-        let Some(numbers) = points(&numbers) else {
+        let Some(numbers) = constants(&numbers) else {
             return Interval::ALL;
         };
         let mut operands = [Interval::point(0.0); 3];
         operands[..values.len()].copy_from_slice(values);
-        match apply(op, p, operands, &laid_out(op, &numbers)) {
-            Applied::Value(value) => value,
-            Applied::Point(_) => Interval::ALL,
+        match apply(op, p, operands, &pack_parameters(op, &numbers)) {
+            OpResult::Value(value) => value,
+            OpResult::Point(_) => Interval::ALL,
         }
     }
 
-    /// A number that depends on no point.
+    /// Returns the range of a number that depends on no point.
     fn uniform(&mut self, id: ExprId) -> Interval {
         let uniform = &mut self.uniform;
         *self.uniforms.entry(id).or_insert_with(|| uniform(id))
     }
 
-    /// A number of the point.
-    fn number(&mut self, id: ExprId, p: Place) -> Interval {
-        let (world, uniform) = (self.world, &mut self.uniform);
+    /// Returns the range of a number of the point.
+    fn number(&mut self, id: ExprId, p: IntervalPoint) -> Interval {
+        let (scene, uniform) = (self.scene, &mut self.uniform);
         let number = self.numbers.entry(id).or_insert_with(|| {
-            BoxNumber::new(world.expressions, id, &mut |id| {
-                UniformValue::Known(uniform(id))
+            BoxNumber::new(scene.expressions, id, &mut |id| {
+                UniformInput::Known(uniform(id))
             })
         });
         self.operations += number.cost();
@@ -198,20 +210,25 @@ impl<'s, 'u> ShapeRange<'s, 'u> {
             min: [p.x.lo, p.y.lo, p.z.lo],
             max: [p.x.hi, p.y.hi, p.z.hi],
         };
-        number.over(&bounds, &[])
+        number.eval(&bounds, &[])
     }
 }
 
-/// The numbers, if each is one.
-fn points(ranges: &[Interval]) -> Option<Vec<f64>> {
-    let one = |range: &Interval| (range.lo == range.hi).then_some(range.lo);
-    ranges.iter().map(one).collect()
+/// Returns the numbers, if each range is a single number.
+fn constants(ranges: &[Interval]) -> Option<Vec<f64>> {
+    let constant = |range: &Interval| (range.lo == range.hi).then_some(range.lo);
+    ranges.iter().map(constant).collect()
 }
 
-/// Where a row moves a point.
-fn moved(op: Op, p: Place, numbers: &[f64]) -> Place {
-    match apply(op, p, [Interval::point(0.0); 3], &laid_out(op, numbers)) {
-        Applied::Point(point) => point,
-        Applied::Value(_) => V3::of(Interval::ALL, Interval::ALL, Interval::ALL),
+/// Returns the point that an operation maps a point to.
+fn map_point(op: Op, p: IntervalPoint, numbers: &[f64]) -> IntervalPoint {
+    match apply(
+        op,
+        p,
+        [Interval::point(0.0); 3],
+        &pack_parameters(op, numbers),
+    ) {
+        OpResult::Point(point) => point,
+        OpResult::Value(_) => V3::new(Interval::ALL, Interval::ALL, Interval::ALL),
     }
 }

@@ -1,53 +1,53 @@
-//! How steep a raw field can be: a bound on the length of its gradient over a region, by interval
+//! Slope bounds of raw fields: a bound on the length of the gradient over a region, by interval
 //! arithmetic on dual numbers.
 //!
-//! The region is halved, always where the bound is worst, until the bound is within a tenth of a
-//! slope that was found at a point, or the budget is spent, or halving does not help, or a point is found
-//! where the field is too steep to be marched on. The ranges of parameters are halved with it: in the
-//! slope of r · sin(x / r) the two r would else be any two numbers of the range. Of what repeats along an
-//! axis one period is searched. A bound that is given holds everywhere in the region and for all values
-//! of the parameters. The budget is the scene's, so that a thousand fields take no thousand times as long
-//! as one: where it is spent, bounds are less tight.
+//! A branch-and-bound search halves the region, always where the bound is largest. It ends when the
+//! bound is within a tenth of a slope that was sampled, or when the budget is spent. It also ends when
+//! halving does not help, or when a sample is too steep to march. The ranges of parameters are halved
+//! with the region: in the slope of r · sin(x / r) the two r would otherwise be independent. Along an
+//! axis on which the field is periodic, one period is searched. A returned bound holds everywhere in
+//! the region and for all values of the parameters. The budget is the scene's, so that a thousand
+//! fields do not take a thousand times as long as one. Once it is spent, bounds are less tight.
 
-mod ends;
-mod held;
-mod jumps;
-mod local;
+mod discontinuities;
+mod envelope;
+mod local_bound;
 mod pieces;
+mod region_bounds;
 mod search;
 mod shapes;
 
-use crate::bounds::World;
-use crate::boxes::{BoxNumber, UniformValue};
+use crate::bounds::SceneRef;
+use crate::box_eval::{BoxNumber, UniformInput};
 use crate::expression::{ExprId, Expression, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
-use search::Search;
+use search::SlopeSearch;
 use std::collections::BinaryHeap;
 
-pub(crate) use jumps::{Known, has_jumps};
-pub(crate) use shapes::{Refuted, ShapeSlopes, margin, near};
+pub(crate) use discontinuities::{SlopeScope, has_discontinuities};
+pub(crate) use shapes::{RefutedSlope, ShapeSlopes, margin, near_region};
 
-/// How many operations are spent on all of a scene before bounds are left as they are; none gets more
-/// than half of what is left.
+/// Maximum number of operations for the bounds of a scene; one bound takes at most half of the
+/// remaining ones.
 pub const MAX_OPERATIONS: usize = 300_000;
-/// How many boxes are looked at most for a bound.
+/// Maximum number of boxes that are evaluated for one bound.
 pub const MAX_BOXES: usize = 3_000;
-/// After so many boxes, and each time that twice as many were looked at, the bound must have come down
-/// to so much of what it was, or it is left as it is.
-const PATIENCE: usize = 64;
-const WORTH_WHILE: f64 = 0.999;
-/// The number of boxes after which a bound that is still endless is given up.
-const ENDLESS: usize = 512;
+/// From this many boxes on, and at every doubling, the search stops unless the bound has come down to
+/// at most [`MAX_STALLED_FRACTION`] of its last value.
+const MIN_BOXES_BEFORE_STALL: usize = 64;
+const MAX_STALLED_FRACTION: f64 = 0.999;
+/// Number of boxes after which a search whose bound is still infinite stops.
+const MAX_BOXES_WHILE_INFINITE: usize = 512;
 
-/// A field that is as steep as this is no field to march on, and is said to have no bound.
-pub const STEEPEST: f64 = 1e15;
+/// Slope from which on a field cannot be marched and counts as unbounded.
+pub const MAX_SLOPE: f64 = 1e15;
 
-/// A bound this many times as steep as all points that were tried is no bound to march by: at the default of
-/// 2,048 steps, a ray comes no farther than with two steps by the slope of those points.
-const LOOSE: f64 = 1e3;
+/// Ratio of a bound to the steepest sampled slope above which the bound is useless for marching. At the
+/// default of 2,048 steps, a ray advances no farther than by two steps with the sampled slope.
+const LOOSE_FACTOR: f64 = 1e3;
 
-/// What is left of the operations that a scene's bounds may take.
+/// Number of operations that remain for the bounds of a scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget(usize);
 
@@ -57,7 +57,7 @@ impl Default for Budget {
     }
 }
 
-/// The ranges of the parameters' numbers and of the time, for bounds that hold for all of them.
+/// Ranges of the parameters' components and of the time, for bounds that hold for all of them.
 #[derive(Clone, Debug)]
 pub struct Ranges {
     /// By parameter and component.
@@ -66,9 +66,9 @@ pub struct Ranges {
 }
 
 impl Ranges {
-    /// The ranges that the scene declares; a parameter without one is taken at its value.
-    pub(crate) fn of(world: World<'_>) -> Self {
-        let params = world.params.iter().map(|param| {
+    /// Returns the ranges that the scene declares; a parameter without a range keeps its value.
+    pub(crate) fn for_scene(scene: SceneRef<'_>) -> Self {
+        let params = scene.params.iter().map(|param| {
             let components = param.value.iter().map(|&value| match param.range {
                 Some((lo, hi)) => Interval::between(lo, hi),
                 None => Interval::point(value),
@@ -76,15 +76,15 @@ impl Ranges {
             components.collect()
         });
         let params = params.collect();
-        let time = match world.animation {
+        let time = match scene.animation {
             Some(animation) => Interval::between(0.0, animation.duration),
             None => Interval::ALL,
         };
         Self { params, time }
     }
 
-    /// The range of a number that depends on nothing else.
-    pub(crate) fn of_leaf(&self, expressions: &Expressions, id: ExprId) -> Interval {
+    /// Returns the range of a constant, a parameter or the time.
+    pub(crate) fn leaf(&self, expressions: &Expressions, id: ExprId) -> Interval {
         match expressions.get(id) {
             Expression::Constant(v) => Interval::point(*v),
             Expression::Param(param, component) => {
@@ -95,190 +95,205 @@ impl Ranges {
         }
     }
 
-    /// The range of a uniform number.
-    pub fn of_number(&self, expressions: &Expressions, id: ExprId) -> Interval {
-        let mut leaf = |id| UniformValue::Known(self.of_leaf(expressions, id));
+    /// Returns the range of a uniform number.
+    pub fn number(&self, expressions: &Expressions, id: ExprId) -> Interval {
+        let mut leaf = |id| UniformInput::Known(self.leaf(expressions, id));
         let mut number = BoxNumber::<Interval>::new(expressions, id, &mut leaf);
-        number.over(&Bounds::EVERYTHING, &[])
+        number.eval(&Bounds::ALL_SPACE, &[])
     }
 }
 
-/// The gradients, with respect to the local point, of one or of several numbers together (the rows
-/// of a Jacobian), bounded: the Frobenius norm, which is never less than the map's stretch. `None` where
-/// it is not less than [`STEEPEST`], or so loose that no ray could march by it ([`LOOSE`]).
-pub(crate) fn bound(
+/// Returns a bound on the gradients, by the local point, of one number or of several together (the rows
+/// of a Jacobian). It is the Frobenius norm, which is at least the map's stretch. `None` if it is at
+/// least [`MAX_SLOPE`], or too loose to march by ([`LOOSE_FACTOR`]).
+pub(crate) fn slope_bound(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Option<f64> {
-    let search = Search::new(expressions, numbers, ranges);
-    let (bound, search) = searched(search, region, budget, [MAX_BOXES, ENDLESS]);
-    let is_bound = bound < STEEPEST && !is_loose(bound, search, region);
+    let search = SlopeSearch::new(expressions, numbers, ranges);
+    let (bound, search) = run_search(
+        search,
+        region,
+        budget,
+        [MAX_BOXES, MAX_BOXES_WHILE_INFINITE],
+    );
+    let is_bound = bound < MAX_SLOPE && !is_loose(bound, search, region);
     is_bound.then_some(bound)
 }
 
-/// The bound that a search ends with, and the search.
-fn searched(
-    mut search: Search,
+/// Runs a search and returns its final bound. Arguments: the maximum number of boxes, and the maximum
+/// while the bound is infinite.
+fn run_search(
+    mut search: SlopeSearch,
     region: &Bounds,
     budget: &mut Budget,
-    [boxes, patience]: [usize; 2],
-) -> (f64, Search) {
-    let whole = search.whole(region);
-    let is_finite = whole.is_finite();
-    let mut queue = BinaryHeap::from([whole]);
+    [max_boxes, max_boxes_while_infinite]: [usize; 2],
+) -> (f64, SlopeSearch) {
+    let root = search.root(region);
+    let is_finite = root.is_finite();
+    let mut queue = BinaryHeap::from([root]);
     let size = search.cost().max(1);
-    let affordable = (budget.0 / 2 / size).min(boxes);
-    // What the bound was when half as many boxes had been looked at.
-    let mut before = f64::INFINITY;
-    for looked_at in 1..=affordable {
+    let affordable = (budget.0 / 2 / size).min(max_boxes);
+    // Bound at half as many boxes.
+    let mut previous_bound = f64::INFINITY;
+    for evaluated in 1..=affordable {
         let Some(worst) = queue.pop() else { break };
-        let found = search.look_inside(&worst);
-        let hopeless = found >= STEEPEST * STEEPEST;
-        let slow = looked_at.is_power_of_two() && looked_at >= PATIENCE && {
-            let is_endless = worst.upper.is_infinite() && looked_at >= patience;
-            let slow = worst.upper > before * WORTH_WHILE || is_endless;
-            before = worst.upper;
-            slow
+        let lower_bound = search.sample_lower_bound(&worst);
+        let is_unbounded = lower_bound >= MAX_SLOPE * MAX_SLOPE;
+        let is_stalled = evaluated.is_power_of_two() && evaluated >= MIN_BOXES_BEFORE_STALL && {
+            let is_endless = worst.upper.is_infinite() && evaluated >= max_boxes_while_infinite;
+            let is_stalled = worst.upper > previous_bound * MAX_STALLED_FRACTION || is_endless;
+            previous_bound = worst.upper;
+            is_stalled
         };
-        if worst.upper <= found * 1.21 || hopeless || slow || !is_finite {
+        if worst.upper <= lower_bound * 1.21 || is_unbounded || is_stalled || !is_finite {
             queue.push(worst);
             break;
         }
         budget.0 -= size;
-        queue.extend(search.halves(&worst));
+        queue.extend(search.split(&worst));
     }
     let bound = queue.peek().map_or(0.0, |worst| worst.upper.sqrt());
     (bound, search)
 }
 
-/// The values of a number around zero, and a bound of its slope where it has one of these.
+/// Range of a number around zero, and a bound of its slope where its values are in that range.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Capped {
+pub(crate) struct CappedField {
     pub(crate) values: Interval,
-    /// `None` where none is known.
+    /// `None` if unknown.
     pub(crate) slope: Option<f64>,
 }
 
-/// The operations that are spent on a bound of it, and the boxes that are looked at most.
-const CAPPED_OPERATIONS: usize = 2 * MAX_OPERATIONS;
-const CAPPED_BOXES: usize = 4 * MAX_BOXES;
-/// The number of those after which a bound that is still endless is given up: each pole takes some dozens.
-const CAPPED_ENDLESS: usize = 1024;
-/// The depths below zero up to which values are kept, in units of what half of the points outside do not exceed. By the
-/// first, light still sees how deep in a solid it looks.
-const DEPTHS: [f64; 2] = [0.5, 0.015625];
+/// Maximum numbers of operations and of boxes for one capped field.
+const MAX_CAPPED_OPERATIONS: usize = 2 * MAX_OPERATIONS;
+const MAX_CAPPED_BOXES: usize = 4 * MAX_BOXES;
+/// Number of boxes after which a capped search whose bound is still infinite stops: each pole takes
+/// some dozens.
+const MAX_CAPPED_BOXES_WHILE_INFINITE: usize = 1024;
+/// Depths below zero down to which values are kept, in units of the median value of the sample points
+/// outside. With the first, light still distinguishes depths inside a solid.
+const CAP_DEPTHS: [f64; 2] = [0.5, 0.015625];
 
-/// The values by which rays march on a number whose slope has no bound in a region: it may have poles there. Values beyond
-/// them count as their ends, so the bound holds for all of the region. `None` where the number is nowhere above zero.
-pub(crate) fn capped(
+/// Returns the values by which rays march on a number whose slope has no bound in a region, as at a
+/// pole. Values outside of the range are clamped to it, so that the bound holds for all of the region.
+/// `None` if the number is nowhere above zero.
+pub(crate) fn capped_field(
     expressions: &Expressions,
     number: ExprId,
     region: &Bounds,
     ranges: &Ranges,
-) -> Option<Capped> {
-    let mut budget = Budget(CAPPED_OPERATIONS);
-    let new = || Search::new(expressions, &[number], ranges);
-    let mut search = new();
-    let values = points(region).map(|point| search.at(point).0);
+) -> Option<CappedField> {
+    let mut budget = Budget(MAX_CAPPED_OPERATIONS);
+    let new_search = || SlopeSearch::new(expressions, &[number], ranges);
+    let mut search = new_search();
+    let values = sample_points(region).map(|point| search.value_and_slope_at(point).0);
     let mut outside: Vec<f64> = values.filter(|v| v.is_finite() && *v > 0.0).collect();
     outside.sort_by(f64::total_cmp);
-    let usual = *outside.get(outside.len() / 2)?;
-    // Ends are numbers of `f32`.
-    let is_told = usual < f64::from(f32::MAX) && usual * DEPTHS[1] > f64::from(f32::MIN_POSITIVE);
-    if !is_told {
+    let median = *outside.get(outside.len() / 2)?;
+    // Endpoints must be `f32` values.
+    let is_representable =
+        median < f64::from(f32::MAX) && median * CAP_DEPTHS[1] > f64::from(f32::MIN_POSITIVE);
+    if !is_representable {
         return None;
     }
-    let tops = [f64::INFINITY, usual];
+    let upper_ends = [f64::INFINITY, median];
     let range = |depth: f64, hi: f64| Interval {
-        lo: -usual * depth,
+        lo: -median * depth,
         hi,
     };
-    let all = DEPTHS
+    let candidates = CAP_DEPTHS
         .into_iter()
-        .flat_map(|depth| tops.map(|top| range(depth, top)));
-    for values in all {
-        let (slope, search) = searched(
-            new().among(values),
+        .flat_map(|depth| upper_ends.map(|top| range(depth, top)));
+    for values in candidates {
+        let (slope, search) = run_search(
+            new_search().within_values(values),
             region,
             &mut budget,
-            [CAPPED_BOXES, CAPPED_ENDLESS],
+            [MAX_CAPPED_BOXES, MAX_CAPPED_BOXES_WHILE_INFINITE],
         );
-        if slope < STEEPEST && slope <= search.found() * LOOSE {
+        if slope < MAX_SLOPE && slope <= search.best_lower_bound() * LOOSE_FACTOR {
             let slope = Some(slope);
-            return Some(Capped { values, slope });
+            return Some(CappedField { values, slope });
         }
-        // No pole is in the way.
+        // A finite bound: no pole is the cause.
         if slope.is_finite() {
             break;
         }
     }
-    Some(Capped {
-        values: range(DEPTHS[0], f64::INFINITY),
+    Some(CappedField {
+        values: range(CAP_DEPTHS[0], f64::INFINITY),
         slope: None,
     })
 }
 
-/// Reports whether a bound is [`LOOSE`]. Where nothing but flat points were found, nothing is known of it.
-fn is_loose(bound: f64, search: Search, region: &Bounds) -> bool {
-    let found = search.found();
-    if bound <= found * LOOSE {
+/// Reports whether a bound is loose, see [`LOOSE_FACTOR`]. Where all samples are flat, it is not known
+/// to be.
+fn is_loose(bound: f64, search: SlopeSearch, region: &Bounds) -> bool {
+    let best_sample = search.best_lower_bound();
+    if bound <= best_sample * LOOSE_FACTOR {
         return false;
     }
-    let tried = slopes_at(search, region);
-    let steepest = tried.iter().fold(found, |most, (slope, _)| slope.max(most));
-    steepest > 0.0 && bound > steepest * LOOSE
+    let samples = search_slopes(search, region);
+    let steepest = samples
+        .iter()
+        .fold(best_sample, |max, (slope, _)| slope.max(max));
+    steepest > 0.0 && bound > steepest * LOOSE_FACTOR
 }
 
-/// Reports whether a slope is so great that a number has no bound to march by in a region, and none is missed.
-pub(crate) fn is_endless(slope: f64) -> bool {
-    slope * LOOSE >= STEEPEST
+/// Reports whether a slope is so large that a bound [`LOOSE_FACTOR`] times as large is no bound to
+/// march by.
+pub(crate) fn is_unmarchable(slope: f64) -> bool {
+    slope * LOOSE_FACTOR >= MAX_SLOPE
 }
 
-/// The halvings that lead to a zero.
-const HALVINGS: usize = 12;
-/// The number of points at which a slope is tried.
-const TRIED_POINTS: usize = 400;
+/// Number of bisections towards a zero.
+const BISECTIONS: usize = 12;
+/// Number of points at which slopes are sampled.
+const SAMPLE_POINTS: usize = 400;
 
-/// Twice the slope that nine tenths of the points tried in a region do not exceed, nor nine tenths of those where a single
-/// number is zero. Points where the numbers are flat, as what is clamped is almost everywhere, tell nothing of the rest.
-pub(crate) fn tried(
+/// Returns twice the slope that nine tenths of the sample points in a region do not exceed, nor nine
+/// tenths of the points where a single number is zero. Points at which the numbers are flat are left
+/// out: clamped numbers are flat almost everywhere.
+pub(crate) fn estimated_slope(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
     ranges: &Ranges,
 ) -> f64 {
-    let mut search = Search::new(expressions, numbers, ranges);
-    let points: Vec<_> = points(region)
-        .map(|point| (search.at(point), point))
+    let mut search = SlopeSearch::new(expressions, numbers, ranges);
+    let points: Vec<_> = sample_points(region)
+        .map(|point| (search.value_and_slope_at(point), point))
         .collect();
-    let usual = |slopes: &mut dyn Iterator<Item = f64>| {
-        let mut found: Vec<f64> = slopes
+    let ninth_decile = |slopes: &mut dyn Iterator<Item = f64>| {
+        let mut sorted: Vec<f64> = slopes
             .filter(|slope| slope.is_finite() && *slope > 0.0)
             .collect();
-        found.sort_by(f64::total_cmp);
-        found.get(found.len() * 9 / 10).copied()
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() * 9 / 10).copied()
     };
-    let anywhere = usual(&mut points.iter().map(|((_, slope), _)| *slope));
+    let at_points = ninth_decile(&mut points.iter().map(|((_, slope), _)| *slope));
     let pairs = points.windows(2).filter(|_| numbers.len() == 1);
     let mut zeros = pairs.filter_map(|pair| {
         let [((first, _), from), ((second, _), to)] = [pair[0], pair[1]];
         (first * second < 0.0).then(|| slope_at_zero(&mut search, [from, to], first))
     });
-    let at_zero = usual(&mut zeros);
-    let most = [anywhere, at_zero].into_iter().flatten().reduce(f64::max);
-    most.map_or(1.0, |slope| 2.0 * slope)
+    let at_zero = ninth_decile(&mut zeros);
+    let largest = [at_points, at_zero].into_iter().flatten().reduce(f64::max);
+    largest.map_or(1.0, |slope| 2.0 * slope)
 }
 
-/// The slope where a number changes its sign between two points, and is `first` at the first of them.
-fn slope_at_zero(search: &mut Search, [mut from, mut to]: [[f64; 3]; 2], first: f64) -> f64 {
+/// Returns the slope where a number changes its sign between two points; its value at the first one is
+/// `first`.
+fn slope_at_zero(search: &mut SlopeSearch, [mut from, mut to]: [[f64; 3]; 2], first: f64) -> f64 {
     let mut slope = 0.0;
-    for _ in 0..HALVINGS {
+    for _ in 0..BISECTIONS {
         let middle = std::array::from_fn(|axis| (from[axis] + to[axis]) / 2.0);
-        let (value, here) = search.at(middle);
-        slope = here;
+        let (value, slope_here) = search.value_and_slope_at(middle);
+        slope = slope_here;
         match value * first > 0.0 {
             true => from = middle,
             false => to = middle,
@@ -287,47 +302,47 @@ fn slope_at_zero(search: &mut Search, [mut from, mut to]: [[f64; 3]; 2], first: 
     slope
 }
 
-/// The steepest of the points tried in a region, and the slope there.
-pub(crate) fn steepest(
+/// Returns the steepest slope of the sample points in a region, and its point.
+pub(crate) fn steepest_sample(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
     ranges: &Ranges,
 ) -> Option<(f64, [f64; 3])> {
-    let tried = slopes_in(expressions, numbers, region, ranges);
-    tried.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))
+    let samples = sampled_slopes(expressions, numbers, region, ranges);
+    samples.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// The slopes at points of a region, near its middle and far out alike.
-fn slopes_in(
+/// Samples slopes at points of a region, near its centre and far out alike.
+fn sampled_slopes(
     expressions: &Expressions,
     numbers: &[ExprId],
     region: &Bounds,
     ranges: &Ranges,
 ) -> Vec<(f64, [f64; 3])> {
-    slopes_at(Search::new(expressions, numbers, ranges), region)
+    search_slopes(SlopeSearch::new(expressions, numbers, ranges), region)
 }
 
-/// The slopes at points, by a search that has looked elsewhere.
-fn slopes_at(mut search: Search, region: &Bounds) -> Vec<(f64, [f64; 3])> {
-    points(region)
-        .map(|point| (search.at(point).1, point))
+/// Samples slopes at points, by an existing search.
+fn search_slopes(mut search: SlopeSearch, region: &Bounds) -> Vec<(f64, [f64; 3])> {
+    sample_points(region)
+        .map(|point| (search.value_and_slope_at(point).1, point))
         .filter(|(slope, _)| slope.is_finite())
         .collect()
 }
 
-/// Points of a region, near its middle and far out alike.
-fn points(region: &Bounds) -> impl Iterator<Item = [f64; 3]> {
-    let region = region.common(&Bounds::centred([1e6; 3]));
+/// Returns sample points of a region, near its centre and far out alike.
+fn sample_points(region: &Bounds) -> impl Iterator<Item = [f64; 3]> {
+    let region = region.intersection(&Bounds::centred([1e6; 3]));
     let centre = region.centre();
-    (0..TRIED_POINTS as u32).map(move |number| {
+    (0..SAMPLE_POINTS as u32).map(move |number| {
         let size = 0.25_f64.powi(number as i32 % 4);
-        let near =
+        let scaled =
             |corner: [f64; 3]| std::array::from_fn(|i| centre[i] + (corner[i] - centre[i]) * size);
-        let part = Bounds {
-            min: near(region.min),
-            max: near(region.max),
+        let sub_region = Bounds {
+            min: scaled(region.min),
+            max: scaled(region.max),
         };
-        part.spread(number + 1)
+        sub_region.quasi_random_point(number + 1)
     })
 }

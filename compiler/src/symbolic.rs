@@ -1,9 +1,9 @@
-//! A number type whose values are numbers of the scene, so that the table's `prepare` functions, the
-//! affine bodies and gradients run on constants, on live parameters and on coordinates alike.
+//! Number type whose values are numbers of the scene. The table's `prepare` functions, the affine
+//! bodies and gradients thus run on constants, live parameters and coordinates alike.
 //!
-//! The graph that the numbers belong to is lent to the thread for the length of [`with_graph`].
-//! Sums and products with neutral constants are left out, so that the matrix of a turn about an
-//! axis stays as small as a person would write it.
+//! The graph of the numbers is lent to the thread during [`with_graph`]. Sums and products with neutral
+//! constants are left out, so that the matrix of a rotation about an axis stays as small as if written
+//! by hand.
 
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::real::Real;
@@ -16,24 +16,24 @@ thread_local! {
     static GRAPH: RefCell<Expressions> = RefCell::default();
 }
 
-/// A number of the graph that [`with_graph`] lent.
+/// Number of the graph that [`with_graph`] lent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Symbolic(pub(crate) ExprId);
 
-/// A condition: a number that is 1 or 0.
+/// Condition: a number that is 1 or 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Condition(ExprId);
 
 impl Symbolic {
-    /// The point itself.
-    pub(crate) fn place() -> V3<Self> {
+    /// Returns the point itself.
+    pub(crate) fn point() -> V3<Self> {
         let [x, y, z] =
             [0, 1, 2].map(|axis| Self(GRAPH.with_borrow_mut(|graph| graph.coordinate(axis))));
-        V3::of(x, y, z)
+        V3::new(x, y, z)
     }
 
-    /// The value of a row, as one operation.
-    pub(crate) fn applied(op: Op, p: V3<Self>, values: &[Self], parameters: &[Self]) -> Self {
+    /// Returns the value of an operation of the table, as one operation.
+    pub(crate) fn apply_op(op: Op, p: V3<Self>, values: &[Self], parameters: &[Self]) -> Self {
         let [values, parameters] = [values, parameters]
             .map(|numbers| numbers.iter().map(|number| number.0).collect::<Vec<_>>());
         let point = op.row().reads_point().then_some([p.x.0, p.y.0, p.z.0]);
@@ -44,7 +44,7 @@ impl Symbolic {
     }
 }
 
-/// Runs `work` while symbolic numbers mean those of `graph`.
+/// Runs `work` while symbolic numbers refer to `graph`.
 pub(crate) fn with_graph<T>(graph: &mut Expressions, work: impl FnOnce() -> T) -> T {
     GRAPH.with_borrow_mut(|lent| std::mem::swap(lent, graph));
     let result = work();
@@ -52,10 +52,10 @@ pub(crate) fn with_graph<T>(graph: &mut Expressions, work: impl FnOnce() -> T) -
     result
 }
 
-/// The result of an operation, or an operand where the operation changes nothing.
+/// Returns the result of an operation, or an operand where the operation changes nothing.
 pub(crate) fn simplified(graph: &mut Expressions, op: Op, values: &[ExprId]) -> ExprId {
-    let known = |at: usize| values.get(at).and_then(|&id| graph.as_constant(id));
-    let (left, right) = (known(0), known(1));
+    let constant = |index: usize| values.get(index).and_then(|&id| graph.as_constant(id));
+    let (left, right) = (constant(0), constant(1));
     match op {
         Op::Add if left == Some(0.0) => values[1],
         Op::Add | Op::Sub if right == Some(0.0) => values[0],
@@ -65,8 +65,8 @@ pub(crate) fn simplified(graph: &mut Expressions, op: Op, values: &[ExprId]) -> 
         Op::Mul if left == Some(0.0) => values[0],
         Op::Mul if right == Some(0.0) => values[1],
         Op::Select if values[1] == values[2] => values[1],
-        Op::Mix if known(2) == Some(0.0) => values[0],
-        Op::Mix if known(2) == Some(1.0) => values[1],
+        Op::Mix if constant(2) == Some(0.0) => values[0],
+        Op::Mix if constant(2) == Some(1.0) => values[1],
         _ => graph.call(op, values),
     }
 }
@@ -144,22 +144,22 @@ impl Real for Symbolic {
     fn lattice(_cell: V3<Self>, _seed: Self) -> V3<Self> {
         unreachable!("random numbers are no part of a gradient")
     }
-    fn lattice_edge(_cell: V3<Self>, _seed: Self) -> V3<Self> {
+    fn noise_corner_gradient(_cell: V3<Self>, _seed: Self) -> V3<Self> {
         unreachable!("noise is a row of its own")
     }
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
         (
-            Self::applied(Op::Noise, p, &[], &[seed]),
+            Self::apply_op(Op::Noise, p, &[], &[seed]),
             Self::noise_slope(p, seed),
         )
     }
     fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
         let (zero, one) = (Self::constant(0.0), Self::constant(1.0));
-        let along = |x, y, z| Self::applied(Op::NoiseSlope, p, &[], &[x, y, z, seed]);
-        V3::of(
-            along(one, zero, zero),
-            along(zero, one, zero),
-            along(zero, zero, one),
+        let component = |x, y, z| Self::apply_op(Op::NoiseSlope, p, &[], &[x, y, z, seed]);
+        V3::new(
+            component(one, zero, zero),
+            component(zero, one, zero),
+            component(zero, zero, one),
         )
     }
     fn less(self, other: Self) -> Condition {

@@ -1,27 +1,27 @@
-//! Graph → WGSL: the scene as functions, one `let` per operation. Only what a guard stands for lies
-//! behind a condition.
+//! Graph → WGSL: the scene as functions, with one `let` per operation. Only steps behind guards are
+//! conditional.
 //!
-//! `scene_distance(p)`, `scene_gradient(p)` (the gradient in `xyz`, the distance in `w`) and, where
-//! a scene has several materials, `scene_surface(p, n)`. They call the operations' recorded bodies,
-//! the same ones that the interpreter calls. Identifiers come from the names in the scene, cut to
-//! letters and digits; none of the scene's text gets in.
+//! The functions are `scene_distance(p)`, `scene_gradient(p)` (the gradient in `xyz`, the distance in
+//! `w`) and, if a scene has several materials, `scene_surface(p, n)`. They call the operations'
+//! recorded bodies, as the interpreter does. Identifiers come from the names in the scene, reduced to
+//! letters and digits; no other text of the scene is copied.
 
 mod blocks;
 
-use crate::graph::{Graph, Guard, Node, NodeId, Number, Step};
+use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, Guard, NodeId};
 use blocks::Blocks;
 use sdfc_vm::apply::wgsl_name;
-use sdfc_vm::library::{GUARD_NAME, Library};
 use sdfc_vm::record::scalar_literal;
 use sdfc_vm::row::{Category, Input, ParameterType};
-use sdfc_vm::surface::{precedence, tie_line};
+use sdfc_vm::surface::{tie_sign, tie_wgsl};
 use sdfc_vm::table::Op;
+use sdfc_vm::wgsl_library::{GUARD_NAME, WgslLibrary};
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
-/// Which of a scene's functions is written.
+/// Selects one of a scene's functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Function {
+pub enum WgslFunction {
     /// `scene_distance(p: vec3f) -> f32`
     Distance,
     /// `scene_gradient(p: vec3f) -> vec4f`
@@ -30,112 +30,114 @@ pub enum Function {
     Surface,
 }
 
-/// Writes one of a scene's functions and marks in `library` what it calls. Uniform numbers are read
-/// from `uniforms[i / 4][i % 4]`.
-pub fn write(graph: &Graph, function: Function, library: &mut Library) -> String {
-    let mut writer = Writer {
+/// Writes one of a scene's functions and marks the functions that it calls in `library`. Uniform
+/// numbers are read from `uniforms[i / 4][i % 4]`.
+pub fn write(graph: &Graph, function: WgslFunction, library: &mut WgslLibrary) -> String {
+    let mut writer = FunctionWriter {
         graph,
-        dual: function != Function::Distance,
-        surface: function == Function::Surface,
+        dual: function != WgslFunction::Distance,
+        surface: function == WgslFunction::Surface,
         library,
         names: HashMap::new(),
-        // The parameters' names.
-        taken: HashSet::from(["p".to_owned(), "n".to_owned()]),
+        // Names of the function's parameters.
+        reserved_names: HashSet::from(["p".to_owned(), "n".to_owned()]),
         body: String::new(),
-        blocks: Blocks::of(graph),
-        block: blocks::OUTERMOST,
+        blocks: Blocks::new(graph),
+        block: blocks::ROOT_BLOCK,
     };
     writer.statements();
     let result = writer.name(graph.root);
     let body = writer.body;
     match function {
-        Function::Distance => {
+        WgslFunction::Distance => {
             format!("fn scene_distance(p: vec3f) -> f32 {{\n{body}    return {result};\n}}\n")
         }
-        Function::Gradient => {
+        WgslFunction::Gradient => {
             library.use_points();
             format!(
-                "fn scene_gradient(p: vec3f) -> vec4f {{\n{SEED}{body}    return {result};\n}}\n"
+                "fn scene_gradient(p: vec3f) -> vec4f {{\n{WORLD_POINT}{body}    return {result};\n}}\n"
             )
         }
-        Function::Surface => {
+        WgslFunction::Surface => {
             library.use_points();
-            // Only where something is mixed.
+            // Only if surfaces are mixed.
             let tie = match body.contains("tie)") {
-                true => format!("    {}\n", tie_line("p")),
+                true => format!("    {}\n", tie_wgsl("p")),
                 false => String::new(),
             };
             format!(
-                "fn scene_surface(p: vec3f, n: vec3f) -> Surface {{\n{SEED}{tie}{body}    \
+                "fn scene_surface(p: vec3f, n: vec3f) -> Surface {{\n{WORLD_POINT}{tie}{body}    \
                  return {result}_surface;\n}}\n"
             )
         }
     }
 }
 
-/// The seed of the first operand, which shows where both are alike.
+/// Returns the seed of the first operand, which takes precedence at equal values.
 fn first_seed(op: Op, a: &str, b: &str) -> String {
-    match precedence(op) {
+    match tie_sign(op) {
         sign if sign > 0.0 => format!("first_seed({a}, {b}, tie)"),
         sign if sign < 0.0 => format!("first_seed({a}, {b}, -tie)"),
         _ => format!("vec4f(1.0, 0.0, 0.0, {a}.w)"),
     }
 }
 
-const SEED: &str = "    let world = DualPoint(p, vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), \
+const WORLD_POINT: &str = "    let world = DualPoint(p, vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), \
                     vec3f(0.0, 0.0, 1.0));\n";
 
-struct Writer<'a> {
+struct FunctionWriter<'a> {
     graph: &'a Graph,
     dual: bool,
     surface: bool,
-    library: &'a mut Library,
+    library: &'a mut WgslLibrary,
     names: HashMap<NodeId, String>,
-    taken: HashSet<String>,
+    reserved_names: HashSet<String>,
     body: String,
     blocks: Blocks,
-    /// The block that text is added to.
+    /// Block that text is added to.
     block: usize,
 }
 
-impl Writer<'_> {
+impl FunctionWriter<'_> {
     fn name(&self, id: NodeId) -> String {
         match self.graph.get(id) {
-            Node::World if self.dual => "world".to_owned(),
-            Node::World => "p".to_owned(),
+            GraphNode::World if self.dual => "world".to_owned(),
+            GraphNode::World => "p".to_owned(),
             _ => self.names.get(&id).cloned().unwrap_or_default(),
         }
     }
 
-    fn number(&self, number: Number) -> String {
+    fn number(&self, number: GraphNumber) -> String {
         match number {
-            Number::Constant(v) => scalar_literal(v),
-            Number::Uniform(u) => format!("uniforms[{}][{}]", u / 4, u % 4),
+            GraphNumber::Constant(v) => scalar_literal(v),
+            GraphNumber::Uniform(u) => format!("uniforms[{}][{}]", u / 4, u % 4),
         }
     }
 
-    fn numbers(&self, numbers: &[Number]) -> String {
+    fn numbers(&self, numbers: &[GraphNumber]) -> String {
         let list: Vec<String> = numbers.iter().map(|&n| self.number(n)).collect();
         list.join(", ")
     }
 
-    /// A name from the scene if the node has one, else from what it is.
-    fn fresh(&mut self, id: NodeId, kind: &str) -> String {
-        let wanted = self
+    /// Returns an unused name, from the scene if the node has one, otherwise from its kind.
+    fn new_name(&mut self, id: NodeId, kind: &str) -> String {
+        let scene_name = self
             .graph
             .origin(id)
             .map(|o| identifier(&o.name))
             .filter(|n| !n.is_empty());
-        let stem = wanted.unwrap_or_else(|| kind.to_owned());
+        let stem = scene_name.unwrap_or_else(|| kind.to_owned());
         let mut name = stem.clone();
-        // A name and that of its surface are both taken; a number that is counted up ends the search.
+        // A name and that of its surface are both reserved; the counter ends the search.
         let mut number = id.0;
-        while self.taken.contains(&name) || self.taken.contains(&format!("{name}_surface")) {
+        while self.reserved_names.contains(&name)
+            || self.reserved_names.contains(&format!("{name}_surface"))
+        {
             name = format!("{stem}_{number}");
             number += 1;
         }
-        self.taken.insert(name.clone());
-        self.taken.insert(format!("{name}_surface"));
+        self.reserved_names.insert(name.clone());
+        self.reserved_names.insert(format!("{name}_surface"));
         self.names.insert(id, name.clone());
         name
     }
@@ -144,13 +146,13 @@ impl Writer<'_> {
         self.text(&format!("let {name} = {value};"));
     }
 
-    /// A line as far in as the block is.
+    /// Writes a line with the indentation of the block.
     fn text(&mut self, content: &str) {
         let indent = 4 * (1 + self.blocks.depth(self.block));
         let _ = writeln!(self.body, "{:indent$}{content}", "");
     }
 
-    /// Writes what belongs into the present block.
+    /// Writes the nodes of the current block.
     fn statements(&mut self) {
         for id in self.blocks.members(self.block) {
             self.statement(id);
@@ -160,10 +162,10 @@ impl Writer<'_> {
     fn statement(&mut self, id: NodeId) {
         let graph = self.graph;
         match graph.get(id) {
-            Node::World => {}
-            Node::Moved { point, by } => {
+            GraphNode::World => {}
+            GraphNode::Moved { point, by } => {
                 let (from, by) = (self.name(*point), self.numbers(by));
-                let name = self.fresh(id, "q");
+                let name = self.new_name(id, "q");
                 if self.dual {
                     let value = format!(
                         "DualPoint({from}.p + vec3f({by}), {from}.dx, {from}.dy, {from}.dz)"
@@ -173,9 +175,9 @@ impl Writer<'_> {
                     self.line(&name, &format!("{from} + vec3f({by})"));
                 }
             }
-            Node::Mapped { point, rows } => {
+            GraphNode::Mapped { point, rows } => {
                 let from = self.name(*point);
-                // WGSL's matrices are given by columns.
+                // WGSL's matrices are written by columns.
                 let column = |c: usize| self.numbers(&[rows[c], rows[4 + c], rows[8 + c]]);
                 let matrix = format!(
                     "mat3x3f({}, {}, {}), vec3f({})",
@@ -184,7 +186,7 @@ impl Writer<'_> {
                     column(2),
                     column(3)
                 );
-                let name = self.fresh(id, "q");
+                let name = self.new_name(id, "q");
                 if self.dual {
                     self.library.use_mapped_gradient();
                     self.line(&name, &format!("mapped_gradient({from}, {matrix})"));
@@ -193,9 +195,9 @@ impl Writer<'_> {
                     self.line(&name, &format!("mapped({from}, {matrix})"));
                 }
             }
-            Node::Constant(number) => {
+            GraphNode::Constant(number) => {
                 let number = self.number(*number);
-                let name = self.fresh(id, "c");
+                let name = self.new_name(id, "c");
                 let value = if self.dual {
                     format!("vec4f(0.0, 0.0, 0.0, {number})")
                 } else {
@@ -203,17 +205,17 @@ impl Writer<'_> {
                 };
                 self.line(&name, &value);
             }
-            Node::Normal { point, axis } => {
+            GraphNode::Normal { point, axis } => {
                 let from = self.name(*point);
                 let axis = ["x", "y", "z"][usize::from(*axis)];
-                let name = self.fresh(id, "n");
+                let name = self.new_name(id, "n");
                 self.library.use_local_normal();
                 let value = format!(
                     "vec4f(0.0, 0.0, 0.0, local_normal({from}.dx, {from}.dy, {from}.dz, n).{axis})"
                 );
                 self.line(&name, &value);
             }
-            Node::Apply {
+            GraphNode::Apply {
                 op,
                 point,
                 values,
@@ -221,28 +223,28 @@ impl Writer<'_> {
             } => {
                 self.application(id, *op, *point, values, parameters);
             }
-            Node::Chain {
+            GraphNode::Chain {
                 op,
                 parameters,
                 first,
                 steps,
             } => {
                 let from = self.name(*first);
-                let name = self.fresh(id, "d");
+                let name = self.new_name(id, "d");
                 self.text(&format!("var {name} = {from};"));
                 if self.surface {
-                    let surface = self.surface_of(*first);
+                    let surface = self.surface_name(*first);
                     let surface = surface.unwrap_or_else(|| "unpainted_surface()".to_owned());
                     self.text(&format!("var {name}_surface = {surface};"));
                 }
-                let chain = Chain {
+                let chain = OpenChain {
                     name,
                     op: *op,
                     constants: self.parameters(*op, parameters),
                 };
                 self.steps(id, &chain, steps);
             }
-            Node::Paint {
+            GraphNode::Paint {
                 value,
                 constants,
                 channels,
@@ -252,19 +254,19 @@ impl Writer<'_> {
         }
     }
 
-    /// The steps of a chain, in blocks where guards stand for them. Recursion over guards within
-    /// guards, of which the format allows few.
-    fn steps(&mut self, id: NodeId, chain: &Chain, steps: &[Step]) {
-        // Where the blocks end that were entered.
+    /// Writes the steps of a chain, in a block behind each guard. Recursion over nested guards, whose
+    /// depth the format bounds.
+    fn steps(&mut self, id: NodeId, chain: &OpenChain, steps: &[GraphChainStep]) {
+        // Ends of the open blocks.
         let mut ends: Vec<(usize, usize)> = Vec::new();
-        for (at, step) in steps.iter().enumerate() {
-            self.close(&mut ends, at);
+        for (index, step) in steps.iter().enumerate() {
+            self.close(&mut ends, index);
             match step {
-                Step::Blend(value) => self.blend(chain, *value),
-                Step::Guard(guard) => {
+                GraphChainStep::Blend(value) => self.blend(chain, *value),
+                GraphChainStep::Guard(guard) => {
                     self.condition(chain, guard);
-                    ends.push((at + 1 + guard.steps as usize, self.block));
-                    self.block = self.blocks.behind(id, at);
+                    ends.push((index + 1 + guard.steps as usize, self.block));
+                    self.block = self.blocks.block_behind(id, index);
                     self.statements();
                 }
             }
@@ -272,15 +274,15 @@ impl Writer<'_> {
         self.close(&mut ends, steps.len());
     }
 
-    /// Leaves the blocks that end in front of a step.
-    fn close(&mut self, ends: &mut Vec<(usize, usize)>, at: usize) {
-        while let Some((_, outer)) = ends.pop_if(|(end, _)| *end <= at) {
+    /// Closes the blocks that end before a step.
+    fn close(&mut self, ends: &mut Vec<(usize, usize)>, index: usize) {
+        while let Some((_, outer)) = ends.pop_if(|(end, _)| *end <= index) {
             self.block = outer;
             self.text("}");
         }
     }
 
-    fn condition(&mut self, chain: &Chain, guard: &Guard) {
+    fn condition(&mut self, chain: &OpenChain, guard: &Guard) {
         self.library.use_guard();
         let point = self.name(guard.point);
         let (point, value) = if self.dual {
@@ -295,20 +297,26 @@ impl Writer<'_> {
         ));
     }
 
-    /// Blends a value into what a chain has so far.
-    fn blend(&mut self, chain: &Chain, value: NodeId) {
-        let Chain {
+    /// Blends a value into the value of a chain so far.
+    fn blend(&mut self, chain: &OpenChain, value: NodeId) {
+        let OpenChain {
             name,
             op,
             constants,
         } = chain;
         let other = self.name(value);
         if self.surface {
-            let surface = self.surface_of(value);
+            let surface = self.surface_name(value);
             let surface = surface.unwrap_or_else(|| "unpainted_surface()".to_owned());
-            let own = format!("{name}_surface");
-            let mixed = self.mixed(*op, None, [name, &other], [&own, &surface], constants);
-            self.text(&format!("{own} = {mixed};"));
+            let own_surface = format!("{name}_surface");
+            let mixed = self.mixed_surface(
+                *op,
+                None,
+                [name, &other],
+                [&own_surface, &surface],
+                constants,
+            );
+            self.text(&format!("{own_surface} = {mixed};"));
         }
         let suffix = if self.dual {
             self.library.use_gradient(*op);
@@ -324,8 +332,8 @@ impl Writer<'_> {
         self.text(&format!("{name} = {function}{suffix}({arguments});"));
     }
 
-    /// The surface of a combination of two.
-    fn mixed(
+    /// Returns the surface of a combination of two.
+    fn mixed_surface(
         &mut self,
         op: Op,
         point: Option<String>,
@@ -333,10 +341,10 @@ impl Writer<'_> {
         [first, second]: [&str; 2],
         constants: &[String],
     ) -> String {
-        // The point stays: only the operands' shares are asked for.
-        let still = point.map(|q| format!("DualPoint({q}.p, vec3f(), vec3f(), vec3f())"));
+        // The point is constant: only the derivatives by the operands are used.
+        let constant_point = point.map(|q| format!("DualPoint({q}.p, vec3f(), vec3f(), vec3f())"));
         let seeds = vec![first_seed(op, a, b), format!("vec4f(0.0, 1.0, 0.0, {b}.w)")];
-        let mut arguments = inputs(op, still, seeds);
+        let mut arguments = inputs(op, constant_point, seeds);
         arguments.extend(constants.iter().cloned());
         self.library.use_mixed_surface();
         format!(
@@ -352,7 +360,7 @@ impl Writer<'_> {
         op: Op,
         point: Option<NodeId>,
         values: &[NodeId],
-        parameters: &[Number],
+        parameters: &[GraphNumber],
     ) {
         let from = point.map(|p| self.name(p));
         let operands: Vec<String> = values.iter().map(|&v| self.name(v)).collect();
@@ -361,7 +369,7 @@ impl Writer<'_> {
         arguments.extend(constants.iter().cloned());
         let function = wgsl_name(op);
         let kind = if node_is_point(op) { "q" } else { "d" };
-        let name = self.fresh(id, kind);
+        let name = self.new_name(id, kind);
         let arguments = arguments.join(", ");
         if self.dual {
             self.library.use_gradient(op);
@@ -371,12 +379,13 @@ impl Writer<'_> {
             self.line(&name, &format!("{function}({arguments})"));
         }
         if self.surface && !node_is_point(op) {
-            self.carry(&name, op, from, values, &constants);
+            self.result_surface(&name, op, from, values, &constants);
         }
     }
 
-    /// The surface of an operation's result: mixed for combinations, handed on by all others.
-    fn carry(
+    /// Writes the surface of an operation's result: mixed for combinations, otherwise that of the first
+    /// operand.
+    fn result_surface(
         &mut self,
         name: &str,
         op: Op,
@@ -384,11 +393,14 @@ impl Writer<'_> {
         values: &[NodeId],
         constants: &[String],
     ) {
-        let surfaces: Vec<String> = values.iter().filter_map(|&v| self.surface_of(v)).collect();
+        let surfaces: Vec<String> = values
+            .iter()
+            .filter_map(|&v| self.surface_name(v))
+            .collect();
         let value = match (values, surfaces.as_slice()) {
             ([a, b], [first, second]) if op.row().meta.category == Category::Combine => {
                 let (a, b) = (self.name(*a), self.name(*b));
-                self.mixed(op, point, [&a, &b], [first, second], constants)
+                self.mixed_surface(op, point, [&a, &b], [first, second], constants)
             }
             (_, [first, ..]) => first.clone(),
             _ => "unpainted_surface()".to_owned(),
@@ -396,9 +408,9 @@ impl Writer<'_> {
         self.line(&format!("{name}_surface"), &value);
     }
 
-    fn surface_of(&self, id: NodeId) -> Option<String> {
+    fn surface_name(&self, id: NodeId) -> Option<String> {
         match self.graph.get(id) {
-            Node::Constant(_) | Node::Normal { .. } => None,
+            GraphNode::Constant(_) | GraphNode::Normal { .. } => None,
             _ => Some(format!("{}_surface", self.name(id))),
         }
     }
@@ -407,11 +419,11 @@ impl Writer<'_> {
         &mut self,
         id: NodeId,
         value: NodeId,
-        constants: &[Number; 12],
+        constants: &[GraphNumber; 12],
         channels: &[(u8, NodeId)],
     ) {
         let from = self.name(value);
-        let name = self.fresh(id, "painted");
+        let name = self.new_name(id, "painted");
         let channel = |c: u8| match channels.iter().find(|(number, _)| *number == c) {
             Some((_, node)) => format!("{}.w", self.name(*node)),
             None => self.number(constants[usize::from(c)]),
@@ -436,13 +448,13 @@ impl Writer<'_> {
         self.line(&format!("{name}_surface"), &surface);
     }
 
-    /// A row's parameters as WGSL arguments.
-    fn parameters(&self, op: Op, parameters: &[Number]) -> Vec<String> {
-        let mut rest = parameters;
+    /// Returns an operation's parameters as WGSL arguments.
+    fn parameters(&self, op: Op, parameters: &[GraphNumber]) -> Vec<String> {
+        let mut remaining = parameters;
         let mut list = Vec::new();
         for parameter in op.row().parameters {
-            let (numbers, after) = rest.split_at(parameter.ty.width());
-            rest = after;
+            let (numbers, following) = remaining.split_at(parameter.ty.width());
+            remaining = following;
             let text = self.numbers(numbers);
             list.push(match parameter.ty {
                 ParameterType::Scalar => text,
@@ -455,41 +467,41 @@ impl Writer<'_> {
 }
 
 /// A chain while its steps are written.
-struct Chain {
-    /// The variable that holds what it has so far.
+struct OpenChain {
+    /// Variable with the value so far.
     name: String,
     op: Op,
     /// The operation's parameters.
     constants: Vec<String>,
 }
 
-/// The inputs of a row in their order.
+/// Returns the inputs of an operation in their order.
 fn inputs(op: Op, point: Option<String>, values: Vec<String>) -> Vec<String> {
     let mut values = values.into_iter();
     let rows = op.row().inputs.iter();
-    let given = rows.filter_map(|input| match input {
+    let arguments = rows.filter_map(|input| match input {
         Input::Point => point.clone(),
         Input::Value => values.next(),
     });
-    given.collect()
+    arguments.collect()
 }
 
 fn node_is_point(op: Op) -> bool {
     op.row().output == sdfc_vm::row::Output::Point
 }
 
-/// A name of the scene as a WGSL identifier: letters, digits and underscores, with a prefix that
-/// keeps it apart from every word of WGSL and every function here.
+/// Converts a name of the scene to a WGSL identifier: letters, digits and underscores, with a prefix
+/// that avoids all words of WGSL and all functions here.
 fn identifier(name: &str) -> String {
-    let kept: String = name
+    let letters: String = name
         .chars()
         .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
         .take(40)
         .collect();
-    let kept = kept.trim_matches('_').to_owned();
-    if kept.is_empty() {
-        kept
+    let letters = letters.trim_matches('_').to_owned();
+    if letters.is_empty() {
+        letters
     } else {
-        format!("s_{kept}")
+        format!("s_{letters}")
     }
 }

@@ -1,4 +1,4 @@
-//! Scenes from text: what texts mean, what is said about mistakes, and rules that hold of all.
+//! Scenes from text: meanings of texts, diagnostics of mistakes, and rules for all scenes.
 
 #[path = "elaborate/boxes.rs"]
 mod boxes;
@@ -26,14 +26,13 @@ struct Files<'f>(&'f [(&'f str, &'f str)]);
 
 impl Loader for Files<'_> {
     fn load(&self, path: &str) -> Result<String, String> {
-        let found = self.0.iter().find(|(name, _)| *name == path);
-        found
-            .map(|(_, text)| (*text).to_owned())
+        let file = self.0.iter().find(|(name, _)| *name == path);
+        file.map(|(_, text)| (*text).to_owned())
             .ok_or_else(|| "no such file".to_owned())
     }
 }
 
-/// Elaborates a text that may import these files, with these values given from outside.
+/// Elaborates a text that may import these files, with these overrides.
 fn build(
     text: &str,
     files: &[(&str, &str)],
@@ -49,25 +48,25 @@ fn build(
         time: 0.0,
         loader: &Files(files),
     };
-    let (scene, found) = elaborate(&mut sources, file, &options);
-    (scene, found, sources)
+    let (scene, diagnostics) = elaborate(&mut sources, file, &options);
+    (scene, diagnostics, sources)
 }
 
-/// The messages as a person reads them.
-fn rendered(found: Vec<Diagnostic>, sources: &Sources) -> String {
-    found
+/// The messages as text for the terminal.
+fn rendered(diagnostics: Vec<Diagnostic>, sources: &Sources) -> String {
+    diagnostics
         .into_iter()
         .collect::<Diagnostics>()
         .render(sources, Style::Plain)
 }
 
-/// The scene of a text that has nothing wrong.
+/// The scene of a text without errors.
 fn scene(text: &str) -> Scene {
     scene_with(text, &[])
 }
 
-/// The same with values given from outside.
+/// The scene of a text without errors, with overrides.
 fn scene_with(text: &str, overrides: &[(&str, &str)]) -> Scene {
-    let (scene, found, sources) = build(text, &[], overrides);
-    scene.unwrap_or_else(|| panic!("{text}\n{}", rendered(found, &sources)))
+    let (scene, diagnostics, sources) = build(text, &[], overrides);
+    scene.unwrap_or_else(|| panic!("{text}\n{}", rendered(diagnostics, &sources)))
 }

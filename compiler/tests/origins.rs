@@ -1,8 +1,8 @@
-//! Which leaf is which: their numbers, their text and what stands around them.
+//! Provenance of leaves: their numbers, their text and the expressions around them.
 
 use sdfc_compiler::compile::{Options, compile};
 use sdfc_compiler::elaborate::{self, NoFiles, elaborate};
-use sdfc_compiler::origins::{Origins, origins};
+use sdfc_compiler::provenance::{Provenance, compile_provenance};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Sources, Span};
 
@@ -14,18 +14,18 @@ fn scene(text: &str) -> (Scene, Sources) {
         time: 0.0,
         loader: &NoFiles,
     };
-    let (scene, found) = elaborate(&mut sources, file, &options);
+    let (scene, diagnostics) = elaborate(&mut sources, file, &options);
     (
-        scene.unwrap_or_else(|| panic!("{text}: {found:?}")),
+        scene.unwrap_or_else(|| panic!("{text}: {diagnostics:?}")),
         sources,
     )
 }
 
-fn leaves(text: &str) -> (Origins, Sources) {
+fn leaves(text: &str) -> (Provenance, Sources) {
     let (scene, sources) = scene(text);
-    let (origins, found) = origins(scene, &Options::default());
+    let (origins, diagnostics) = compile_provenance(scene, &Options::default());
     (
-        origins.unwrap_or_else(|| panic!("{text}: {found:?}")),
+        origins.unwrap_or_else(|| panic!("{text}: {diagnostics:?}")),
         sources,
     )
 }
@@ -105,16 +105,16 @@ fn a_single_leaf_has_its_number_too() {
     let (origins, _) = leaves("sphere(1)");
     assert!(origins.compiled.module.surface.is_some());
     assert_eq!(origins.compiled.module.settings.materials, ["", ""]);
-    let (nothing, found) = scene_of_nothing();
+    let (nothing, diagnostics) = scene_of_nothing();
     assert!(
         nothing.is_none_or(|origins| origins.leaves.is_empty()),
-        "{found}"
+        "{diagnostics}"
     );
 }
 
-fn scene_of_nothing() -> (Option<Origins>, String) {
-    let (origins, found) = origins(scene("union([])").0, &Options::default());
-    (origins, format!("{found:?}"))
+fn scene_of_nothing() -> (Option<Provenance>, String) {
+    let (origins, diagnostics) = compile_provenance(scene("union([])").0, &Options::default());
+    (origins, format!("{diagnostics:?}"))
 }
 
 #[test]
@@ -122,9 +122,9 @@ fn a_hundred_thousand_leaves_are_told_apart() {
     let text =
         "union(for i in 0..500 { union(for j in 0..200 { sphere(0.4).translate(i, j, 0) }) })";
     let mut options = Options::default();
-    options.passes.none = true;
-    let (origins, found) = origins(scene(text).0, &options);
-    let origins = origins.unwrap_or_else(|| panic!("{found:?}"));
+    options.passes.disable_all = true;
+    let (origins, diagnostics) = compile_provenance(scene(text).0, &options);
+    let origins = origins.unwrap_or_else(|| panic!("{diagnostics:?}"));
     assert_eq!(origins.leaves.len(), 100_000);
     let module = &origins.compiled.module;
     let last = module.surface.as_ref().is_some_and(|surface| {

@@ -1,5 +1,6 @@
-//! The sections of `.sdfb` files, damaged by libFuzzer. The header is made to fit: a checksum would
-//! turn nearly everything away.
+//! Fuzz target: sections of `.sdfb` files from libFuzzer.
+//!
+//! The header is made valid, since its checksum would reject nearly all inputs.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,4 @@
-//! Scenes as text, damaged by libFuzzer.
+//! Fuzz target: scene texts from libFuzzer.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

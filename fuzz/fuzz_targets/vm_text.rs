@@ -1,4 +1,4 @@
-//! Clauses of `.vm` files, damaged by libFuzzer.
+//! Fuzz target: clauses of `.vm` files from libFuzzer.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

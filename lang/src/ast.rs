@@ -1,60 +1,61 @@
-//! The syntax tree of one file: what was written, with nothing looked up.
+//! Syntax tree of one file, as written. Names are not resolved.
 //!
-//! Every node has a [`Span`]. Two things keep the tree shallow, so that plain recursion over it is
-//! safe: a run of operators of one precedence is one flat [`Chain`], a run of `.field` and
-//! `.method(..)` is one flat [`Postfix`], an `else if` ladder is one flat [`If`]; and the parser
-//! refuses a tree of more than [`MAX_DEPTH`] levels. Parentheses are kept ([`ExprKind::Paren`]),
-//! since the printer puts back what the author wrote. A tree is handed out only for text without
-//! errors, so there is no node for a mistake.
+//! Every node has a [`Span`]. Two rules keep the tree shallow, so that plain recursion over it is safe.
+//! First, sequences are flat. A run of operators of one precedence is one [`Chain`], and a run of `.field`
+//! and `.method(..)` is one [`Postfix`]. An `else if` ladder is one [`If`]. Second, the parser refuses a
+//! tree of more than [`MAX_DEPTH`] levels.
+//!
+//! Parentheses are kept ([`ExprKind::Paren`]), since the printer reproduces them. A tree is returned only
+//! for text without errors, so there is no error node.
 
 mod walk;
 
 use crate::span::{FileId, Span};
 use std::fmt;
 
-/// The most levels of expressions within expressions that a tree can have.
+/// Maximum number of nested expressions in a tree.
 pub const MAX_DEPTH: u32 = 200;
 
 /// One source file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct File {
-    /// Which file of the sources this is.
+    /// Id of the file in the sources.
     pub id: FileId,
-    /// The items, in the order in which they stand.
+    /// Items, in source order.
     pub items: Vec<Item>,
-    /// The final expression, which is the shape; without one the file is a library.
+    /// Final expression, which is the shape. A file without one is a library.
     pub result: Option<Expr>,
-    /// The whole text.
+    /// Span of the full text.
     pub span: Span,
-    /// What the grammar skips: comments and blank lines, by position.
+    /// Text that the grammar skips: comments and blank lines, by position.
     pub trivia: Trivia,
 }
 
 /// Comments and blank lines, kept beside the tree for the printer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trivia {
-    /// Every comment, `///` among them, in order of position.
+    /// All comments, `///` included, in order of position.
     pub comments: Vec<Comment>,
-    /// The first byte of each line that holds nothing but white space, in order.
+    /// First byte of each line that contains only white space, in order.
     pub blank_lines: Vec<u32>,
-    /// The first byte of every line, in order.
+    /// First byte of every line, in order.
     pub lines: Vec<u32>,
 }
 
 /// A comment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comment {
-    /// How it is marked.
+    /// Kind of the comment.
     pub kind: CommentKind,
-    /// The text with its marks, as written.
+    /// Text with its marks, as written.
     pub text: String,
-    /// Whether nothing but white space stands before it on its line.
+    /// Set if only white space precedes it on its line.
     pub own_line: bool,
-    /// Where it stands, marks included.
+    /// Span, marks included.
     pub span: Span,
 }
 
-/// How a comment is marked.
+/// Kind of a comment, by its marks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CommentKind {
     /// `// …` to the end of the line.
@@ -65,34 +66,34 @@ pub enum CommentKind {
     Doc,
 }
 
-/// A name where it is introduced or used.
+/// A name where it is defined or used.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Ident {
-    /// The name itself.
+    /// Name.
     pub name: String,
-    /// Where it stands.
+    /// Span of the name.
     pub span: Span,
 }
 
-/// A type annotation, `vec3`; which names are types is not known here.
+/// Type annotation such as `vec3`. The parser does not resolve it.
 pub type TypeName = Ident;
 
-/// One of the statements that a file consists of.
+/// Top-level item of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Item {
-    /// What it is.
+    /// Kind of the item.
     pub kind: ItemKind,
-    /// The text of the `///` lines above it, without the marks.
+    /// Text of the `///` lines above it, without the marks.
     pub docs: Option<String>,
-    /// From the first token to the closing `;` or `}`.
+    /// Span from the first token to the closing `;` or `}`.
     pub span: Span,
 }
 
-/// The kinds of items.
+/// Kind of an item.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ItemKind {
     /// `param name: type = value in a..b by step;`
-    Param(Param),
+    Param(ParamDefinition),
     /// `let name: type = value;`
     Let(Let),
     /// `fn name(a: T, b = 1) -> T = expr;` or with a block.
@@ -103,158 +104,158 @@ pub enum ItemKind {
     Import(Import),
     /// `kind name { field: value, … }`
     Block(Block),
-    /// An expression for its effect, `assert(..);` or `print(..);`
+    /// Expression statement with an effect, `assert(..);` or `print(..);`
     Expr(Expr),
 }
 
 /// `param name: type = value in a..b by step;`
 #[derive(Clone, Debug, PartialEq)]
-pub struct Param {
-    /// The parameter's name.
+pub struct ParamDefinition {
+    /// Name of the parameter.
     pub name: Ident,
-    /// Its type, if it was written.
+    /// Type, if written.
     pub annotation: Option<TypeName>,
-    /// Its value unless another is given.
+    /// Default value.
     pub value: Expr,
-    /// The values that it may take.
+    /// Range of allowed values.
     pub range: Option<ParamRange>,
 }
 
 /// `in start..end by step` of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParamRange {
-    /// The lowest value.
+    /// Lowest value.
     pub start: Expr,
-    /// The highest value.
+    /// Highest value.
     pub end: Expr,
-    /// Whether it was written `..=`.
+    /// Set if written with `..=`.
     pub inclusive: bool,
-    /// The distance between two values of the slider.
+    /// Step between two values of the slider.
     pub step: Option<Expr>,
-    /// From the first number to the last.
+    /// Span from the first number to the last.
     pub span: Span,
 }
 
 /// `let name: type = value;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Let {
-    /// The name that is introduced.
+    /// Name that is defined.
     pub name: Ident,
-    /// Its type, if it was written.
+    /// Type, if written.
     pub annotation: Option<TypeName>,
-    /// What it stands for.
+    /// Value of the name.
     pub value: Expr,
 }
 
 /// `fn name(params) -> type body`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Function {
-    /// The function's name.
+    /// Name of the function.
     pub name: Ident,
-    /// What it takes.
+    /// Parameters.
     pub params: Vec<FnParam>,
-    /// What it gives, if it was written.
+    /// Result type, if written.
     pub result: Option<TypeName>,
-    /// What it does.
+    /// Body.
     pub body: Body,
 }
 
-/// One parameter of a function or lambda: `name: type = default`
+/// Parameter of a function or lambda: `name: type = default`
 #[derive(Clone, Debug, PartialEq)]
 pub struct FnParam {
-    /// The parameter's name.
+    /// Name of the parameter.
     pub name: Ident,
-    /// Its type, if it was written.
+    /// Type, if written.
     pub annotation: Option<TypeName>,
-    /// Its value where the call gives none.
+    /// Value if the call passes none.
     pub default: Option<Expr>,
-    /// From the name to the end of the default.
+    /// Span from the name to the end of the default.
     pub span: Span,
 }
 
 /// `part name = value;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// The output's name.
+    /// Name of the output.
     pub name: Ident,
-    /// The shape.
+    /// Shape.
     pub value: Expr,
 }
 
 /// `import "path" as alias;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Import {
-    /// The path as written, escapes resolved.
+    /// Path as written, with escapes resolved.
     pub path: String,
-    /// Where the path stands, quotes included.
+    /// Span of the path, quotes included.
     pub path_span: Span,
-    /// The name before the `::`.
+    /// Name before the `::`.
     pub alias: Ident,
 }
 
 /// `kind name { field: value, … }`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// `camera`, `light`, …: an ordinary identifier, not looked up.
+    /// `camera`, `light`, …: an ordinary identifier, not resolved.
     pub kind: Ident,
-    /// Its own name, if it has one.
+    /// Name of the block, if it has one.
     pub name: Option<Ident>,
-    /// The settings, in order.
+    /// Settings, in source order.
     pub fields: Vec<Field>,
 }
 
 /// `name: value` in a block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
-    /// What is set.
+    /// Name of the setting.
     pub name: Ident,
-    /// To what.
+    /// Value of the setting.
     pub value: Expr,
-    /// From the name to the end of the value.
+    /// Span from the name to the end of the value.
     pub span: Span,
 }
 
-/// What a function, a loop or a branch evaluates to: some statements, then a value.
+/// Body of a function, a loop or a branch: statements, then a value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// Whether it was written with braces; without them there are no statements.
+    /// Set if written with braces. Without them there are no statements.
     pub braced: bool,
-    /// What comes before the value.
+    /// Statements before the value.
     pub statements: Vec<Statement>,
-    /// The value.
+    /// Value.
     pub result: Expr,
-    /// The whole body, braces included.
+    /// Span of the body, braces included.
     pub span: Span,
 }
 
-/// A statement in a body.
+/// Statement in a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statement {
-    /// What it is.
+    /// Kind of the statement.
     pub kind: StatementKind,
-    /// Up to and with the `;`.
+    /// Span up to the `;`, included.
     pub span: Span,
 }
 
-/// The kinds of statements.
+/// Kind of a statement.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StatementKind {
     /// `let name: type = value;`
     Let(Let),
-    /// An expression for its effect, `assert(..);`
+    /// Expression statement with an effect, `assert(..);`
     Expr(Expr),
 }
 
 /// An expression.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expr {
-    /// What it is.
+    /// Kind of the expression.
     pub kind: ExprKind,
-    /// Where it stands.
+    /// Span of the expression.
     pub span: Span,
 }
 
-/// The kinds of expressions.
+/// Kind of an expression.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExprKind {
     /// `3`, `0.5mm`, `90deg`
@@ -267,7 +268,7 @@ pub enum ExprKind {
     Bool(bool),
     /// `name` or `library::name`.
     Path(Path),
-    /// `[a, b, c]`: a list, or a vector where one is wanted.
+    /// `[a, b, c]`: a list, or a vector where one is required.
     List(Vec<Expr>),
     /// `(expr)`.
     Paren(Box<Expr>),
@@ -285,22 +286,22 @@ pub enum ExprKind {
     If(Box<If>),
     /// `for i in range { body }`: a list.
     For(Box<For>),
-    /// `blend(0.2) { body }`: the blend of every plain CSG operator written inside.
+    /// `blend(0.2) { body }`: the blend of every CSG operator inside without a blend of its own.
     BlendScope(Box<BlendScope>),
     /// `fn(p) => expr`.
     Lambda(Box<Lambda>),
 }
 
-/// A number and its unit.
+/// A number with its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Number {
-    /// How much, as written: not converted.
+    /// Value as written, not converted.
     pub value: NumberValue,
-    /// Of what.
+    /// Unit.
     pub unit: Unit,
 }
 
-/// A number, which remembers whether it was written as an integer.
+/// A number that records whether it was written as an integer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NumberValue {
     /// Written without a dot or an exponent.
@@ -310,7 +311,7 @@ pub enum NumberValue {
 }
 
 impl NumberValue {
-    /// The number as a float.
+    /// Returns the number as a float.
     pub fn to_f64(self) -> f64 {
         match self {
             NumberValue::Int(value) => value as f64,
@@ -319,7 +320,7 @@ impl NumberValue {
     }
 }
 
-/// The unit of a number.
+/// Unit of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Unit {
     /// A bare number.
@@ -345,7 +346,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// Every unit that can be written.
+    /// All units with a suffix.
     pub const ALL: [Unit; 9] = [
         Unit::Deg,
         Unit::Turn,
@@ -358,7 +359,7 @@ impl Unit {
         Unit::Ms,
     ];
 
-    /// How the unit is written; empty for a bare number.
+    /// Returns the suffix of the unit, which is empty for a bare number.
     pub fn suffix(self) -> &'static str {
         match self {
             Unit::None => "",
@@ -375,17 +376,17 @@ impl Unit {
     }
 }
 
-/// `name` or `library::name`; never empty.
+/// `name` or `library::name`, never empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Path {
-    /// The names between the `::`.
+    /// Names between the `::`.
     pub segments: Vec<Ident>,
-    /// From the first to the last.
+    /// Span from the first name to the last.
     pub span: Span,
 }
 
 impl Path {
-    /// The name, if the path is nothing but one.
+    /// Returns the name, if the path is a single one.
     pub fn as_ident(&self) -> Option<&Ident> {
         match self.segments.as_slice() {
             [only] => Some(only),
@@ -396,53 +397,53 @@ impl Path {
 
 impl fmt::Display for Path {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (at, segment) in self.segments.iter().enumerate() {
-            f.write_str(if at == 0 { "" } else { "::" })?;
+        for (index, segment) in self.segments.iter().enumerate() {
+            f.write_str(if index == 0 { "" } else { "::" })?;
             f.write_str(&segment.name)?;
         }
         Ok(())
     }
 }
 
-/// One argument of a call or a blend: `value` or `name: value`.
+/// Argument of a call or a blend: `value` or `name: value`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arg {
-    /// The parameter's name, if it was written.
+    /// Name of the parameter, if written.
     pub name: Option<Ident>,
-    /// What is given.
+    /// Value that is passed.
     pub value: Expr,
-    /// Name and value.
+    /// Span of name and value.
     pub span: Span,
 }
 
 /// `name(args)`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Call {
-    /// What is called.
+    /// Path of the called function.
     pub callee: Path,
     /// Positional arguments, then named ones.
     pub args: Vec<Arg>,
-    /// From `(` to `)`.
+    /// Span from `(` to `)`.
     pub args_span: Span,
 }
 
-/// `base.suffix.suffix…`, applied from left to right; there is at least one suffix.
+/// `base.suffix.suffix…`, applied from left to right, with at least one suffix.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Postfix {
-    /// What the first suffix is applied to.
+    /// Operand of the first suffix.
     pub base: Expr,
-    /// The suffixes, in order. What is before the n-th spans from `base` to the end of the one before.
+    /// Suffixes, in order. The operand of the n-th one spans from `base` to the end of the previous suffix.
     pub suffixes: Vec<Suffix>,
 }
 
 /// `.field` or `.method(args)`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suffix {
-    /// The name after the dot.
+    /// Name after the dot.
     pub name: Ident,
-    /// The arguments of a method; none for a field or swizzle.
+    /// Arguments of a method, or `None` for a field or swizzle.
     pub args: Option<Args>,
-    /// From the dot to the end.
+    /// Span from the dot to the end.
     pub span: Span,
 }
 
@@ -451,22 +452,22 @@ pub struct Suffix {
 pub struct Args {
     /// Positional arguments, then named ones.
     pub args: Vec<Arg>,
-    /// From the opening to the closing bracket.
+    /// Span from the opening to the closing bracket.
     pub span: Span,
 }
 
 /// `-expr` or `!expr`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unary {
-    /// Which of them.
+    /// Operator.
     pub op: UnaryOp,
-    /// Where the operator stands.
+    /// Span of the operator.
     pub op_span: Span,
-    /// What it is applied to.
+    /// Operand.
     pub operand: Expr,
 }
 
-/// The operators before an expression.
+/// Prefix operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum UnaryOp {
     /// `-`
@@ -476,7 +477,7 @@ pub enum UnaryOp {
 }
 
 impl UnaryOp {
-    /// How the operator is written.
+    /// Returns the operator as written.
     pub fn symbol(self) -> &'static str {
         match self {
             UnaryOp::Neg => "-",
@@ -485,32 +486,35 @@ impl UnaryOp {
     }
 }
 
-/// `first op operand op operand …`, applied from left to right. All operators have one precedence;
-/// a comparison has exactly one link.
+/// `first op operand op operand …`, applied from left to right.
+///
+/// All operators have one precedence. A comparison has exactly one link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
-    /// The leftmost operand.
+    /// Leftmost operand.
     pub first: Expr,
-    /// What is applied to it, in order; never empty. What is before the n-th spans from `first` to
-    /// the end of the operand before.
-    pub rest: Vec<Link>,
+    /// Operators with their right operands, in order, never empty.
+    ///
+    /// The left operand of the n-th one spans from `first` to the end of the previous operand.
+    pub links: Vec<ChainLink>,
 }
 
 /// `op operand` or `op[blend] operand` of a chain.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Link {
-    /// The operator.
+pub struct ChainLink {
+    /// Operator.
     pub op: BinaryOp,
-    /// Where it stands, without its blend.
+    /// Span of the operator, without its blend.
     pub op_span: Span,
-    /// `[0.2]`, `[chamfer, 0.4]`, `[stairs, 0.4, n: 4]` right after the operator; only with `|`, `&`
-    /// and `-`. The span starts at the operator.
+    /// `[0.2]`, `[chamfer, 0.4]` or `[stairs, 0.4, n: 4]` right after `|`, `&` or `-`.
+    ///
+    /// The span starts at the operator.
     pub blend: Option<Args>,
-    /// The right operand.
+    /// Right operand.
     pub operand: Expr,
 }
 
-/// The operators between two expressions.
+/// Binary operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BinaryOp {
     /// `*`
@@ -524,9 +528,9 @@ pub enum BinaryOp {
     /// `-`: of numbers, or the difference of shapes.
     Sub,
     /// `&`: the intersection of shapes.
-    And,
+    Intersection,
     /// `|`: the union of shapes.
-    Or,
+    Union,
     /// `==`
     Equal,
     /// `!=`
@@ -540,20 +544,20 @@ pub enum BinaryOp {
     /// `>=`
     GreaterEqual,
     /// `&&`
-    Both,
+    LogicalAnd,
     /// `||`
-    Either,
+    LogicalOr,
 }
 
-/// How tightly an operator binds; a greater one binds tighter.
+/// Precedence of an operator. A greater one binds tighter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Precedence {
     /// `..` and `..=`
     Range,
     /// `||`
-    Either,
+    LogicalOr,
     /// `&&`
-    Both,
+    LogicalAnd,
     /// `== != < <= > >=`
     Compare,
     /// `|`
@@ -567,11 +571,11 @@ pub enum Precedence {
     /// `-` and `!` before an expression
     Prefix,
     /// `.field`, calls, literals
-    Tight,
+    Primary,
 }
 
 impl BinaryOp {
-    /// How the operator is written.
+    /// Returns the operator as written.
     pub fn symbol(self) -> &'static str {
         match self {
             BinaryOp::Mul => "*",
@@ -579,34 +583,34 @@ impl BinaryOp {
             BinaryOp::Rem => "%",
             BinaryOp::Add => "+",
             BinaryOp::Sub => "-",
-            BinaryOp::And => "&",
-            BinaryOp::Or => "|",
+            BinaryOp::Intersection => "&",
+            BinaryOp::Union => "|",
             BinaryOp::Equal => "==",
             BinaryOp::NotEqual => "!=",
             BinaryOp::Less => "<",
             BinaryOp::LessEqual => "<=",
             BinaryOp::Greater => ">",
             BinaryOp::GreaterEqual => ">=",
-            BinaryOp::Both => "&&",
-            BinaryOp::Either => "||",
+            BinaryOp::LogicalAnd => "&&",
+            BinaryOp::LogicalOr => "||",
         }
     }
 
-    /// How tightly the operator binds.
+    /// Returns the precedence of the operator.
     pub fn precedence(self) -> Precedence {
         match self {
             BinaryOp::Mul | BinaryOp::Div | BinaryOp::Rem => Precedence::Product,
             BinaryOp::Add | BinaryOp::Sub => Precedence::Sum,
-            BinaryOp::And => Precedence::Intersection,
-            BinaryOp::Or => Precedence::Union,
+            BinaryOp::Intersection => Precedence::Intersection,
+            BinaryOp::Union => Precedence::Union,
             BinaryOp::Equal
             | BinaryOp::NotEqual
             | BinaryOp::Less
             | BinaryOp::LessEqual
             | BinaryOp::Greater
             | BinaryOp::GreaterEqual => Precedence::Compare,
-            BinaryOp::Both => Precedence::Both,
-            BinaryOp::Either => Precedence::Either,
+            BinaryOp::LogicalAnd => Precedence::LogicalAnd,
+            BinaryOp::LogicalOr => Precedence::LogicalOr,
         }
     }
 }
@@ -614,15 +618,15 @@ impl BinaryOp {
 /// `start..end` or `start..=end`
 #[derive(Clone, Debug, PartialEq)]
 pub struct RangeExpr {
-    /// The first value.
+    /// First value.
     pub start: Expr,
-    /// The last value, or the one after it.
+    /// Last value, or the one after it.
     pub end: Expr,
-    /// Whether it was written `..=`.
+    /// Set if written with `..=`.
     pub inclusive: bool,
 }
 
-/// How the dots of a range are written.
+/// Returns the dots of a range as written.
 pub(crate) fn range_symbol(inclusive: bool) -> &'static str {
     match inclusive {
         true => "..=",
@@ -633,46 +637,46 @@ pub(crate) fn range_symbol(inclusive: bool) -> &'static str {
 /// `if c { a } else if d { b } else { c }`
 #[derive(Clone, Debug, PartialEq)]
 pub struct If {
-    /// The conditions with what they lead to, in order; never empty.
+    /// Conditions with their bodies, in order, never empty.
     pub arms: Vec<IfArm>,
-    /// Where no condition holds.
-    pub otherwise: Body,
+    /// Body if no condition holds.
+    pub else_body: Body,
 }
 
 /// `if condition { body }`
 #[derive(Clone, Debug, PartialEq)]
 pub struct IfArm {
-    /// What must hold.
+    /// Condition.
     pub condition: Expr,
-    /// The value if it does.
+    /// Value if the condition holds.
     pub body: Body,
 }
 
 /// `for name in range { body }`
 #[derive(Clone, Debug, PartialEq)]
 pub struct For {
-    /// What the current value is called.
+    /// Name of the loop variable.
     pub name: Ident,
-    /// What is gone through.
+    /// Range of the loop.
     pub range: Expr,
-    /// The list's element for each value.
+    /// Element of the list for each value.
     pub body: Body,
 }
 
 /// `blend(args) { body }`
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlendScope {
-    /// The blend, as after an operator.
+    /// Blend, as after an operator.
     pub blend: Args,
-    /// Where it holds.
+    /// Body in which the blend applies.
     pub body: Body,
 }
 
 /// `fn(params) => body`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lambda {
-    /// What it takes.
+    /// Parameters.
     pub params: Vec<FnParam>,
-    /// What it gives.
+    /// Body.
     pub body: Body,
 }

@@ -1,165 +1,181 @@
-//! Makes brackets match before the grammar sees them.
+//! Balances brackets before the grammar runs.
 //!
-//! After this every bracket is closed by its own kind and brackets nest at most [`MAX_DEPTH`] deep.
-//! What does not match is reported where the reader would look for it, with a label on the opener:
-//! a `;` or a `let` ends everything but braces, so an unclosed `(` costs its own statement and not
-//! the rest of the file.
+//! Afterwards every bracket is closed by its own kind, and brackets nest at most [`MAX_DEPTH`] deep. A
+//! mismatch is reported where a reader expects it, with a label on the opening bracket. A `;` or a `let`
+//! closes all open brackets except braces. An unclosed `(` therefore affects its own statement only.
 
 use crate::ast::MAX_DEPTH;
 use crate::codes;
-use crate::diagnostic::{Diagnostic, MAX_SHOWN};
-use crate::lex::Word;
+use crate::diagnostic::{Diagnostic, MAX_SHOWN_DIAGNOSTICS};
+use crate::lex::SpannedToken;
 use crate::span::{FileId, Span};
 use crate::token::Token;
-use crate::tree::TooDeep;
+use crate::tree::NestingError;
 
-/// Words whose brackets match.
-pub(crate) struct Balanced<'s> {
-    pub(crate) words: Vec<Word<'s>>,
+/// Tokens with matching brackets.
+pub(crate) struct BalancedTokens<'s> {
+    pub(crate) tokens: Vec<SpannedToken<'s>>,
     pub(crate) errors: Vec<Diagnostic>,
 }
 
-/// Makes brackets match; an error if they nest too deeply.
+/// Balances brackets, or returns an error if they nest too deeply.
 pub(crate) fn balance<'s>(
     file: FileId,
     text: &str,
-    words: Vec<Word<'s>>,
-) -> Result<Balanced<'s>, TooDeep> {
-    let mut balancer = Balancer {
+    tokens: Vec<SpannedToken<'s>>,
+) -> Result<BalancedTokens<'s>, NestingError> {
+    let mut balancer = BracketBalancer {
         file,
         text,
-        words: Vec::with_capacity(words.len()),
+        tokens: Vec::with_capacity(tokens.len()),
         open: Vec::new(),
-        item: 0,
+        item_start: 0,
         errors: Vec::new(),
     };
-    for at in 0..words.len() {
-        balancer.word(words[at], words.get(at + 1).map(|next| next.1))?;
+    for index in 0..tokens.len() {
+        balancer.process(tokens[index], tokens.get(index + 1).map(|next| next.1))?;
     }
-    balancer.end();
-    Ok(Balanced {
-        words: balancer.words,
+    balancer.finish();
+    Ok(BalancedTokens {
+        tokens: balancer.tokens,
         errors: balancer.errors,
     })
 }
 
-/// Where the brace of `kind name { … }` stands among the words of an item that begins like that.
-pub(crate) fn settings_brace<'s>(mut item: impl Iterator<Item = Token<'s>>) -> Option<usize> {
-    if !matches!(item.next()?, Token::Name(_)) {
+/// Returns the index of the brace of `kind name { … }` in the tokens of an item, if it begins that way.
+pub(crate) fn settings_brace<'s>(
+    mut item_tokens: impl Iterator<Item = Token<'s>>,
+) -> Option<usize> {
+    if !matches!(item_tokens.next()?, Token::Name(_)) {
         return None;
     }
-    match (item.next()?, item.next()) {
+    match (item_tokens.next()?, item_tokens.next()) {
         (Token::OpenBrace, _) => Some(1),
         (Token::Name(_), Some(Token::OpenBrace)) => Some(2),
         _ => None,
     }
 }
 
-/// The message for text that is nested too deeply.
+/// Creates the message for text that is nested too deeply.
 pub(crate) fn too_deep(span: Span) -> Diagnostic {
     Diagnostic::error(codes::E0109, span, "nested too deeply")
         .primary(format!("more than {MAX_DEPTH} levels"))
         .help("give inner parts a name with `let`")
 }
 
-struct Open<'s> {
+struct OpenedBracket<'s> {
     token: Token<'s>,
     span: Span,
-    /// The braces of `camera { … }`, in which no statement can stand.
-    settings: bool,
+    /// Set for the braces of `camera { … }`, which contain no statements.
+    is_settings: bool,
 }
 
-struct Balancer<'s, 't> {
+struct BracketBalancer<'s, 't> {
     file: FileId,
     text: &'t str,
-    words: Vec<Word<'s>>,
-    open: Vec<Open<'s>>,
-    /// The first word of the current top-level item.
-    item: usize,
+    tokens: Vec<SpannedToken<'s>>,
+    open: Vec<OpenedBracket<'s>>,
+    /// Index of the first token of the current top-level item.
+    item_start: usize,
     errors: Vec<Diagnostic>,
 }
 
-impl<'s> Balancer<'s, '_> {
-    fn word(&mut self, word: Word<'s>, next: Option<Token<'s>>) -> Result<(), TooDeep> {
-        let (start, token, end) = word;
+impl<'s> BracketBalancer<'s, '_> {
+    fn process(
+        &mut self,
+        spanned: SpannedToken<'s>,
+        next: Option<Token<'s>>,
+    ) -> Result<(), NestingError> {
+        let (start, token, end) = spanned;
         let span = Span::new(self.file, start, end);
         if token.closer().is_some() {
             if self.open.len() as u32 >= MAX_DEPTH {
-                return Err(TooDeep { at: start });
+                return Err(NestingError { offset: start });
             }
-            let settings = self.open.is_empty() && {
-                let item = self.words[self.item..].iter().map(|word| word.1);
-                settings_brace(item.chain([token])) == Some(self.words.len() - self.item)
+            let is_settings = self.open.is_empty() && {
+                let item_tokens = self.tokens[self.item_start..].iter().map(|word| word.1);
+                settings_brace(item_tokens.chain([token]))
+                    == Some(self.tokens.len() - self.item_start)
             };
-            self.open.push(Open {
+            self.open.push(OpenedBracket {
                 token,
                 span,
-                settings,
+                is_settings,
             });
         } else if token.is_closer() {
             if !self.close(token, span) {
                 return Ok(());
             }
         } else if token == Token::Semicolon {
-            self.unclosed_until(|open| open.token == Token::OpenBrace, span);
+            self.close_unclosed_until(|open| open.token == Token::OpenBrace, span);
         } else if token.starts_item() {
-            let is_home = |open: &Open| open.token == Token::OpenBrace && !open.settings;
-            self.next_statement(is_home, span);
+            let may_contain_statement =
+                |open: &OpenedBracket| open.token == Token::OpenBrace && !open.is_settings;
+            self.next_statement(may_contain_statement, span);
         }
-        let item_word = match token {
+        let is_item_keyword = match token {
             Token::Param | Token::Part | Token::Import => true,
             Token::Fn => matches!(next, Some(Token::Name(_))),
             _ => false,
         };
-        if item_word && self.starts_line(start) {
+        if is_item_keyword && self.is_at_line_start(start) {
             self.next_statement(|_| false, span);
         }
-        self.words.push(word);
+        self.tokens.push(spanned);
         let ends_item = matches!(token, Token::Semicolon | Token::CloseBrace);
         if self.open.is_empty() && ends_item {
-            self.item = self.words.len();
+            self.item_start = self.tokens.len();
         }
         Ok(())
     }
 
-    /// Nobody reads more messages than these.
+    /// Adds an error, up to twice the number of shown diagnostics.
     fn report(&mut self, error: Diagnostic) {
-        if self.errors.len() < 2 * MAX_SHOWN {
+        if self.errors.len() < 2 * MAX_SHOWN_DIAGNOSTICS {
             self.errors.push(error);
         }
     }
 
-    /// Whether nothing stands before the word on its line, not even white space.
-    fn starts_line(&self, start: u32) -> bool {
+    /// Reports whether the token is the first character of its line.
+    fn is_at_line_start(&self, start: u32) -> bool {
         start == 0 || self.text.as_bytes()[start as usize - 1] == b'\n'
     }
 
-    /// Closes what is open above the nearest bracket that the next statement may stand in, and ends
-    /// the statement that this belongs to.
-    fn next_statement(&mut self, home: impl Fn(&Open<'s>) -> bool, span: Span) {
-        if self.unclosed_until(home, span) {
+    /// Closes the brackets above the nearest one that may contain the next statement, and ends the current
+    /// statement.
+    fn next_statement(&mut self, is_container: impl Fn(&OpenedBracket<'s>) -> bool, span: Span) {
+        if self.close_unclosed_until(is_container, span) {
             let end = self.last_end();
-            self.words.push((end, Token::Semicolon, end));
+            self.tokens.push((end, Token::Semicolon, end));
             if self.open.is_empty() {
-                self.item = self.words.len();
+                self.item_start = self.tokens.len();
             }
         }
     }
 
-    /// Reports and closes what is open above the nearest bracket for which `home` holds.
-    fn unclosed_until(&mut self, home: impl Fn(&Open<'s>) -> bool, span: Span) -> bool {
-        let keep = self.open.iter().rposition(home).map_or(0, |at| at + 1);
-        if keep == self.open.len() {
+    /// Reports and closes the brackets above the nearest one that satisfies the predicate. Returns whether
+    /// there were any.
+    fn close_unclosed_until(
+        &mut self,
+        is_container: impl Fn(&OpenedBracket<'s>) -> bool,
+        span: Span,
+    ) -> bool {
+        let kept_depth = self
+            .open
+            .iter()
+            .rposition(is_container)
+            .map_or(0, |index| index + 1);
+        if kept_depth == self.open.len() {
             return false;
         }
-        self.report_unclosed(keep, span);
-        self.close_down_to(keep);
+        self.report_unclosed(kept_depth, span);
+        self.close_down_to(kept_depth);
         true
     }
 
-    /// Takes a closing bracket; false if the word is to be left out.
+    /// Processes a closing bracket. Returns `false` if the token is to be dropped.
     fn close(&mut self, token: Token<'s>, span: Span) -> bool {
-        let closes = |open: &Open| open.token.closer() == Some(token);
+        let closes = |open: &OpenedBracket| open.token.closer() == Some(token);
         let Some(innermost) = self.open.last() else {
             self.report(
                 Diagnostic::error(
@@ -176,9 +192,9 @@ impl<'s> Balancer<'s, '_> {
             return true;
         }
         match self.open.iter().rposition(closes) {
-            Some(at) => {
-                self.report_unclosed(at + 1, span);
-                self.close_down_to(at + 1);
+            Some(index) => {
+                self.report_unclosed(index + 1, span);
+                self.close_down_to(index + 1);
                 self.open.pop();
                 true
             }
@@ -192,20 +208,20 @@ impl<'s> Balancer<'s, '_> {
                         .label(innermost.span, "opened here")
                         .fix(span, symbol(closer), format!("write `{}`", symbol(closer))),
                 );
-                self.words.push((span.start, closer, span.end));
+                self.tokens.push((span.start, closer, span.end));
                 self.open.pop();
                 if self.open.is_empty() && closer == Token::CloseBrace {
-                    self.item = self.words.len();
+                    self.item_start = self.tokens.len();
                 }
                 false
             }
         }
     }
 
-    /// One report for everything that is open from `keep` on and ends before `next`.
-    fn report_unclosed(&mut self, keep: usize, next: Span) {
+    /// Reports all brackets from `kept_depth` on in one message, as missing before `next`.
+    fn report_unclosed(&mut self, kept_depth: usize, next: Span) {
         let end = self.last_end();
-        let unclosed = &self.open[keep..];
+        let unclosed = &self.open[kept_depth..];
         let Some((innermost, others)) = unclosed.split_last() else {
             return;
         };
@@ -214,51 +230,54 @@ impl<'s> Balancer<'s, '_> {
             .rev()
             .filter_map(|open| open.token.closer().map(symbol))
             .collect();
-        let place = Span::new(self.file, end.min(next.start), end.min(next.start));
+        let missing_span = Span::new(self.file, end.min(next.start), end.min(next.start));
         let message = format!("unclosed `{}`", symbol(innermost.token));
-        let mut found = Diagnostic::error(codes::E0110, place, message)
+        let mut diagnostic = Diagnostic::error(codes::E0110, missing_span, message)
             .primary(format!("`{closers}` is missing"))
             .label(innermost.span, "opened here");
         for other in others.iter().rev().take(3) {
-            found = found.label(other.span, "and here");
+            diagnostic = diagnostic.label(other.span, "and here");
         }
-        self.report(found.fix(place, closers.clone(), format!("write `{closers}`")));
+        self.report(diagnostic.fix(missing_span, closers.clone(), format!("write `{closers}`")));
     }
 
-    fn close_down_to(&mut self, keep: usize) {
+    fn close_down_to(&mut self, kept_depth: usize) {
         let end = self.last_end();
-        for open in self.open.drain(keep..).rev() {
+        for open in self.open.drain(kept_depth..).rev() {
             if let Some(closer) = open.token.closer() {
-                self.words.push((end, closer, end));
+                self.tokens.push((end, closer, end));
             }
         }
     }
 
     fn last_end(&self) -> u32 {
-        self.words.last().map_or(0, |(_, _, end)| *end)
+        self.tokens.last().map_or(0, |(_, _, end)| *end)
     }
 
-    /// At the end of the file the item with the unclosed bracket is left out: what belongs to it is
-    /// anyone's guess.
-    fn end(&mut self) {
+    /// Reports a bracket that is open at the end of the file.
+    ///
+    /// The item with this bracket is dropped, since its extent is unknown.
+    fn finish(&mut self) {
         if let Some(outermost) = self.open.first() {
-            let found = Diagnostic::error(
+            let diagnostic = Diagnostic::error(
                 codes::E0110,
                 outermost.span,
                 format!("unclosed `{}`", symbol(outermost.token)),
             )
             .primary("opened here and not closed before the end of the file");
-            let found = match self.open.last() {
-                Some(innermost) if self.open.len() > 1 => found.label(innermost.span, "and this"),
-                _ => found,
+            let diagnostic = match self.open.last() {
+                Some(innermost) if self.open.len() > 1 => {
+                    diagnostic.label(innermost.span, "and this")
+                }
+                _ => diagnostic,
             };
-            self.report(found);
-            self.words.truncate(self.item);
+            self.report(diagnostic);
+            self.tokens.truncate(self.item_start);
         }
     }
 }
 
-/// How a bracket is written.
+/// Returns a bracket as written.
 fn symbol(token: Token<'_>) -> &'static str {
     match token {
         Token::OpenParen => "(",

@@ -1,64 +1,65 @@
-//! The code of every message, and the page behind `sdfc explain CODE`.
+//! Codes of all messages, with the pages of `sdfc explain CODE`.
 //!
-//! A row is a code, a title and a page of a few sentences with an example; it makes a constant of the
-//! code's name and a row of the table, so neither can be forgotten. To add a code, add a row in order.
-//! `E` rows are errors, `W` rows warnings; the first two digits say which stage finds it: 00 files,
-//! 01 syntax, 02 names, 03 types and units, 04 evaluation, 05 limits of the program.
+//! A row consists of a code, a title and a page of a few sentences with an example. It defines a constant
+//! named like the code and a row of the table, so neither can be forgotten. New rows are added in order.
+//!
+//! `E` rows are errors, `W` rows warnings. The first two digits are the stage that reports it: 00 files, 01
+//! syntax, 02 names, 03 types and units, 04 evaluation, 05 limits of the program.
 
 use serde::Serialize;
 use std::fmt;
 
-/// A message's code, `E0101`: a row of this table.
+/// Code of a message such as `E0101`, which is a row of this table.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-pub struct Code(&'static str);
+pub struct DiagnosticCode(&'static str);
 
-impl Code {
-    /// The code as it is written.
+impl DiagnosticCode {
+    /// Returns the code as written.
     pub fn as_str(self) -> &'static str {
         self.0
     }
 }
 
-impl fmt::Display for Code {
+impl fmt::Display for DiagnosticCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.0)
     }
 }
 
-impl fmt::Debug for Code {
+impl fmt::Debug for DiagnosticCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.0)
     }
 }
 
-/// A row of the table.
+/// Row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct CodeRow {
-    /// The code.
-    pub code: Code,
-    /// What it is about, in a few words.
+    /// Code.
+    pub code: DiagnosticCode,
+    /// Subject, in a few words.
     pub title: &'static str,
-    /// A few sentences and an example.
+    /// A few sentences with an example.
     pub page: &'static str,
 }
 
 macro_rules! codes {
     ($($name:ident $title:literal $page:literal;)*) => {
-        $(#[doc = $title] pub const $name: Code = Code(stringify!($name));)*
+        $(#[doc = $title] pub const $name: DiagnosticCode = DiagnosticCode(stringify!($name));)*
 
-        /// Every code, in order.
+        /// All codes, in order.
         pub const CODES: &[CodeRow] = &[
             $(CodeRow { code: $name, title: $title, page: $page },)*
         ];
     };
 }
 
-/// The page of a code, if there is such a code; case does not matter.
+/// Returns the page of a code, or `None`. Case does not matter.
 pub fn explain(code: &str) -> Option<&'static str> {
     row(code).map(|row| row.page)
 }
 
-/// The row of a code, if there is such a code; case does not matter.
+/// Returns the row of a code, or `None`. Case does not matter.
 pub fn row(code: &str) -> Option<&'static CodeRow> {
     CODES
         .iter()

@@ -1,6 +1,6 @@
-//! What is told to the user: one type for the terminal, JSON, an editor and the playground.
+//! Messages to the user: one type for the terminal, JSON, an editor and the playground.
 //!
-//! A [`Diagnostic`] is built where the mistake is found and rendered at the edge:
+//! A [`Diagnostic`] is built where the mistake is detected and rendered by the front end:
 //!
 //! ```
 //! use sdfc_lang::{codes, Diagnostic, Sources, Span, Style};
@@ -8,109 +8,114 @@
 //! let mut sources = Sources::new();
 //! let file = sources.add("a.sdf", "sphere(r = 1)");
 //! let equals = Span::new(file, 8, 11);
-//! let found = Diagnostic::error(codes::E0117, Span::new(file, 9, 10), "named arguments use `:`")
+//! let diagnostic = Diagnostic::error(codes::E0117, Span::new(file, 9, 10), "named arguments use `:`")
 //!     .primary("not an assignment")
 //!     .label(Span::new(file, 6, 7), "in this call")
 //!     .fix(equals, ": ", "write `r: 1`");
-//! assert!(found.render(&sources, Style::Plain).contains("a.sdf:1:10"));
+//! assert!(diagnostic.render(&sources, Style::Plain).contains("a.sdf:1:10"));
 //! ```
 //!
-//! [`Diagnostics`] is the collection that a stage fills: it sorts, drops repetitions and shows a
-//! bounded number. Messages are lower case without a full stop: what is wrong, what was given, what
-//! is allowed. The codes are the rows of [`crate::codes`].
+//! [`Diagnostics`] is the collection that a stage fills. It sorts, removes duplicates and shows a bounded
+//! number. Messages are lower case without a full stop: the problem, the given value, the allowed values.
+//! The codes are the rows of [`crate::codes`].
 
 mod json;
 mod render;
 
-use crate::codes::Code;
+use crate::codes::DiagnosticCode;
 use crate::span::Span;
 use serde::Serialize;
 
-pub use json::{JsonDiagnostic, JsonEdit, JsonFix, JsonLabel, JsonPlace};
+pub use json::{JsonDiagnostic, JsonEdit, JsonFix, JsonLabel, JsonPosition};
 pub use render::Style;
 
-/// The most diagnostics that are rendered in one run.
-pub const MAX_SHOWN: usize = 20;
+/// Maximum number of diagnostics rendered in one run.
+pub const MAX_SHOWN_DIAGNOSTICS: usize = 20;
 
-/// How bad it is.
+/// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// Nothing is made from this input.
+    /// The input produces no result.
     Error,
-    /// Something is made, and it may not be what was meant.
+    /// There is a result, which may not be the intended one.
     Warning,
-    /// Worth knowing.
+    /// Information only.
     Note,
 }
 
-/// One thing that is told to the user.
+/// One message to the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// Which row of the table of codes explains it.
-    pub code: Code,
-    /// How bad it is.
+    /// Code of the table row that explains it.
+    pub code: DiagnosticCode,
+    /// Severity.
     pub severity: Severity,
-    /// The place that it is about.
+    /// Primary span.
     pub span: Span,
-    /// The headline.
+    /// Headline.
     pub message: String,
-    /// What is written at `span`; may be empty.
+    /// Text at `span`, which may be empty.
     pub label: String,
-    /// Other places that matter, in this file or another.
+    /// Other relevant spans, in this file or another.
     pub labels: Vec<Label>,
     /// Lines of background below the source.
     pub notes: Vec<String>,
     /// Lines of advice below the source.
     pub help: Vec<String>,
-    /// Changes that would mend it.
+    /// Changes that would correct the text.
     pub fixes: Vec<Fix>,
 }
 
-/// A place and what is said about it.
+/// A span with a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
-    /// The place.
+    /// Span.
     pub span: Span,
-    /// What is said; may be empty.
+    /// Text, which may be empty.
     pub text: String,
 }
 
-/// A change to the text that would mend the mistake; all its edits belong together.
+/// A change that would correct the text. All its edits belong together.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fix {
-    /// What the change does.
+    /// Description of the change.
     pub message: String,
-    /// The edits, none of which overlap.
+    /// Edits, which do not overlap.
     pub edits: Vec<Edit>,
 }
 
-/// One replacement; an empty span inserts, an empty replacement deletes.
+/// One replacement. An empty span inserts, and an empty replacement deletes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Edit {
-    /// What is replaced.
+    /// Span that is replaced.
     pub span: Span,
-    /// What stands there afterwards.
+    /// Text after the replacement.
     pub replacement: String,
 }
 
 impl Diagnostic {
-    /// An error at a place.
-    pub fn error(code: Code, span: Span, message: impl Into<String>) -> Self {
+    /// Creates an error at a span.
+    pub fn error(code: DiagnosticCode, span: Span, message: impl Into<String>) -> Self {
         Self::new(Severity::Error, code, span, message)
     }
 
-    /// A warning at a place.
-    pub fn warning(code: Code, span: Span, message: impl Into<String>) -> Self {
+    /// Creates a warning at a span.
+    pub fn warning(code: DiagnosticCode, span: Span, message: impl Into<String>) -> Self {
         Self::new(Severity::Warning, code, span, message)
     }
 
-    /// A note at a place.
-    pub fn note_at(code: Code, span: Span, message: impl Into<String>) -> Self {
+    /// Creates a note at a span.
+    pub fn note_at(code: DiagnosticCode, span: Span, message: impl Into<String>) -> Self {
         Self::new(Severity::Note, code, span, message)
     }
 
-    fn new(severity: Severity, code: Code, span: Span, message: impl Into<String>) -> Self {
+    fn new(
+        severity: Severity,
+        code: DiagnosticCode,
+        span: Span,
+        message: impl Into<String>,
+    ) -> Self {
         Self {
             code,
             severity,
@@ -124,13 +129,13 @@ impl Diagnostic {
         }
     }
 
-    /// Says something at the place itself.
+    /// Sets the text at the primary span.
     pub fn primary(mut self, text: impl Into<String>) -> Self {
         self.label = text.into();
         self
     }
 
-    /// Says something at another place.
+    /// Adds a label at another span.
     pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {
         self.labels.push(Label {
             span,
@@ -151,7 +156,7 @@ impl Diagnostic {
         self
     }
 
-    /// Adds a change that would mend it: `span` replaced.
+    /// Adds a correction that replaces `span`.
     pub fn fix(
         self,
         span: Span,
@@ -161,7 +166,7 @@ impl Diagnostic {
         self.fix_all([(span, replacement.into())], message)
     }
 
-    /// Adds a change of several edits that belong together.
+    /// Adds a correction of several edits that belong together.
     pub fn fix_all(
         mut self,
         edits: impl IntoIterator<Item = (Span, String)>,
@@ -178,67 +183,69 @@ impl Diagnostic {
         self
     }
 
-    /// Whether it is an error.
+    /// Reports whether it is an error.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }
 }
 
-/// The diagnostics of a run.
+/// Diagnostics of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostics {
-    found: Vec<Diagnostic>,
+    diagnostics: Vec<Diagnostic>,
 }
 
 impl Diagnostics {
-    /// Nothing found yet.
+    /// Creates an empty collection.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds one.
+    /// Adds a diagnostic.
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        self.found.push(diagnostic);
+        self.diagnostics.push(diagnostic);
     }
 
-    /// Whether any of them is an error.
+    /// Reports whether any of them is an error.
     pub fn has_errors(&self) -> bool {
-        self.found.iter().any(Diagnostic::is_error)
+        self.diagnostics.iter().any(Diagnostic::is_error)
     }
 
-    /// Whether nothing was found.
+    /// Reports whether there is no diagnostic.
     pub fn is_empty(&self) -> bool {
-        self.found.is_empty()
+        self.diagnostics.is_empty()
     }
 
-    /// How many were added, repetitions included.
+    /// Returns the number of added diagnostics, duplicates included.
     pub fn len(&self) -> usize {
-        self.found.len()
+        self.diagnostics.len()
     }
 
-    /// All of them in the order in which they were added.
+    /// Returns all diagnostics in the order of their addition.
     pub fn iter(&self) -> impl Iterator<Item = &Diagnostic> {
-        self.found.iter()
+        self.diagnostics.iter()
     }
 
-    /// All of them by position, without repetitions: of two with the same code at the same place,
-    /// the first that was added stays.
+    /// Returns all diagnostics by position, without duplicates.
+    ///
+    /// Of several with the same code at the same span, the first added one is kept.
     pub fn sorted(&self) -> Vec<&Diagnostic> {
-        let mut sorted: Vec<_> = self.found.iter().collect();
+        let mut sorted: Vec<_> = self.diagnostics.iter().collect();
         let key = |d: &&Diagnostic| (d.span.file, d.span.start, d.severity, d.span.end, d.code);
         sorted.sort_by_key(key);
         sorted.dedup_by_key(|d| key(d));
         sorted
     }
 
-    /// The ones to show, by position, and how many are left out. Errors are never left out for the
-    /// sake of warnings.
+    /// Returns the diagnostics to show, by position, and the number of omitted ones.
+    ///
+    /// Errors take precedence over warnings.
     pub fn shown(&self) -> (Vec<&Diagnostic>, usize) {
         let sorted = self.sorted();
         let total = sorted.len();
         let errors = sorted.iter().filter(|d| d.is_error()).count();
-        let mut room_for_errors = MAX_SHOWN;
-        let mut room_for_others = MAX_SHOWN.saturating_sub(errors);
+        let mut room_for_errors = MAX_SHOWN_DIAGNOSTICS;
+        let mut room_for_others = MAX_SHOWN_DIAGNOSTICS.saturating_sub(errors);
         let shown: Vec<_> = sorted
             .into_iter()
             .filter(|d| {
@@ -257,15 +264,15 @@ impl Diagnostics {
 }
 
 impl Extend<Diagnostic> for Diagnostics {
-    fn extend<T: IntoIterator<Item = Diagnostic>>(&mut self, found: T) {
-        self.found.extend(found);
+    fn extend<T: IntoIterator<Item = Diagnostic>>(&mut self, diagnostics: T) {
+        self.diagnostics.extend(diagnostics);
     }
 }
 
 impl FromIterator<Diagnostic> for Diagnostics {
-    fn from_iter<T: IntoIterator<Item = Diagnostic>>(found: T) -> Self {
+    fn from_iter<T: IntoIterator<Item = Diagnostic>>(diagnostics: T) -> Self {
         Self {
-            found: found.into_iter().collect(),
+            diagnostics: diagnostics.into_iter().collect(),
         }
     }
 }
@@ -275,7 +282,7 @@ impl IntoIterator for Diagnostics {
     type IntoIter = std::vec::IntoIter<Diagnostic>;
 
     fn into_iter(self) -> Self::IntoIter {
-        self.found.into_iter()
+        self.diagnostics.into_iter()
     }
 }
 
@@ -285,34 +292,36 @@ mod tests {
     use crate::codes;
     use crate::span::{FileId, Sources};
 
-    fn at(start: u32) -> Diagnostic {
+    fn error_at(start: u32) -> Diagnostic {
         Diagnostic::error(codes::E0101, Span::new(FileId(0), start, start), "wrong")
     }
 
     #[test]
     fn they_are_sorted_and_said_once() {
-        let found: Diagnostics = [at(5), at(2), at(5)].into_iter().collect();
-        let starts: Vec<_> = found.sorted().iter().map(|d| d.span.start).collect();
+        let diagnostics: Diagnostics = [error_at(5), error_at(2), error_at(5)]
+            .into_iter()
+            .collect();
+        let starts: Vec<_> = diagnostics.sorted().iter().map(|d| d.span.start).collect();
         assert_eq!(starts, [2, 5]);
     }
 
     #[test]
     fn warnings_make_room_for_errors() {
-        let mut found = Diagnostics::new();
+        let mut diagnostics = Diagnostics::new();
         for start in 0..30 {
             let span = Span::new(FileId(0), start, start);
-            found.push(Diagnostic::warning(codes::W0101, span, "hm"));
+            diagnostics.push(Diagnostic::warning(codes::W0101, span, "hm"));
         }
-        found.extend((100..105).map(at));
-        let (shown, left_out) = found.shown();
-        assert_eq!(shown.len(), MAX_SHOWN);
+        diagnostics.extend((100..105).map(error_at));
+        let (shown, left_out) = diagnostics.shown();
+        assert_eq!(shown.len(), MAX_SHOWN_DIAGNOSTICS);
         assert_eq!(left_out, 15);
         assert_eq!(shown.iter().filter(|d| d.is_error()).count(), 5);
         assert!(shown.is_sorted_by_key(|d| d.span.start));
 
         let mut sources = Sources::new();
         sources.add("a.sdf", "");
-        let text = found.render(&sources, Style::Plain);
+        let text = diagnostics.render(&sources, Style::Plain);
         assert!(text.ends_with("… and 15 more\n"), "{text}");
     }
 }

@@ -1,12 +1,12 @@
-//! The tree as an indented listing, for `--emit ast` and for tests: one node a line, its parts
-//! below it. It shows everything but positions and comments, so two texts that differ only in
-//! layout have the same listing.
+//! Indented listing of the tree, for `--emit ast` and for tests: one node per line, its children below it.
+//!
+//! It omits positions and comments, so texts that differ only in layout have equal listings.
 
 use crate::ast::*;
 use crate::literal;
 use std::fmt::Write;
 
-/// Lists a tree.
+/// Returns the listing of a tree.
 pub fn dump(file: &File) -> String {
     let mut listing = Listing {
         text: String::new(),
@@ -27,10 +27,10 @@ struct Listing {
 }
 
 impl Listing {
-    fn line(&mut self, what: impl AsRef<str>) {
+    fn line(&mut self, text: impl AsRef<str>) {
         let indent = 2 * self.indent;
         // Writing to a string cannot fail.
-        let _ = writeln!(self.text, "{:indent$}{}", "", what.as_ref());
+        let _ = writeln!(self.text, "{:indent$}{}", "", text.as_ref());
     }
 
     fn inside(&mut self, write: impl FnOnce(&mut Self)) {
@@ -39,7 +39,7 @@ impl Listing {
         self.indent -= 1;
     }
 
-    /// A labelled expression.
+    /// Lists an expression under a label.
     fn part(&mut self, label: &str, expr: &Expr) {
         self.line(label);
         self.inside(|listing| listing.expr(expr));
@@ -139,8 +139,8 @@ impl Listing {
 
     fn expr(&mut self, expr: &Expr) {
         match &expr.kind {
-            ExprKind::Number(number) => self.line(literal::number_text(number)),
-            ExprKind::Color(rgba) => self.line(literal::color_text(*rgba)),
+            ExprKind::Number(number) => self.line(literal::format_number(number)),
+            ExprKind::Color(rgba) => self.line(literal::format_color(*rgba)),
             ExprKind::Text(text) => self.line(format!("{text:?}")),
             ExprKind::Bool(value) => self.line(value.to_string()),
             ExprKind::Path(path) => self.line(path.to_string()),
@@ -171,10 +171,10 @@ impl Listing {
             }
             ExprKind::Unary(unary) => self.part(unary.op.symbol(), &unary.operand),
             ExprKind::Chain(chain) => {
-                self.line(format!("chain of {}", chain.rest[0].op.symbol()));
+                self.line(format!("chain of {}", chain.links[0].op.symbol()));
                 self.inside(|listing| {
                     listing.expr(&chain.first);
-                    for link in &chain.rest {
+                    for link in &chain.links {
                         listing.line(link.op.symbol());
                         listing.inside(|listing| {
                             if let Some(blend) = &link.blend {
@@ -194,13 +194,13 @@ impl Listing {
                 });
             }
             ExprKind::If(branch) => {
-                for (at, arm) in branch.arms.iter().enumerate() {
-                    self.part(if at == 0 { "if" } else { "else if" }, &arm.condition);
+                for (index, arm) in branch.arms.iter().enumerate() {
+                    self.part(if index == 0 { "if" } else { "else if" }, &arm.condition);
                     self.line("then");
                     self.inside(|listing| listing.body(&arm.body));
                 }
                 self.line("else");
-                self.inside(|listing| listing.body(&branch.otherwise));
+                self.inside(|listing| listing.body(&branch.else_body));
             }
             ExprKind::For(each) => {
                 self.part(&format!("for {}", each.name.name), &each.range);

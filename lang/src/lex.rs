@@ -1,30 +1,31 @@
-//! Text to words: drives the lexer, keeps comments and blank lines aside, and reports what is wrong
-//! with single words. A word that was reported is replaced by a good one of its kind, so that it is
-//! reported once.
+//! Converts text to tokens: runs the lexer, separates comments and blank lines, and reports errors in
+//! single tokens.
+//!
+//! A reported token is replaced by a valid one of its kind, so that it is reported once.
 
 use crate::ast::{Comment, CommentKind, Trivia, Unit};
 use crate::codes;
-use crate::diagnostic::{Diagnostic, MAX_SHOWN};
+use crate::diagnostic::{Diagnostic, MAX_SHOWN_DIAGNOSTICS};
 use crate::literal::{self, NumberError};
 use crate::span::{FileId, Span};
 use crate::token::Token;
 use logos::Logos;
 
-/// A word between its first byte and the byte after its last, as the parser wants it.
-pub(crate) type Word<'s> = (u32, Token<'s>, u32);
+/// A token between the offset of its first byte and the offset after its last, as the parser requires.
+pub(crate) type SpannedToken<'s> = (u32, Token<'s>, u32);
 
-/// What a text consists of.
+/// Result of lexing a text.
 pub(crate) struct Lexed<'s> {
-    pub(crate) words: Vec<Word<'s>>,
+    pub(crate) tokens: Vec<SpannedToken<'s>>,
     pub(crate) trivia: Trivia,
     pub(crate) errors: Vec<Diagnostic>,
 }
 
-/// Splits a text into words. The text is shorter than 4 GiB.
+/// Splits a text into tokens. The text is shorter than 4 GiB.
 pub(crate) fn lex(file: FileId, text: &str) -> Lexed<'_> {
     let mut lexed = Lexed {
-        words: Vec::with_capacity(text.len() / 3),
-        trivia: lines(text),
+        tokens: Vec::with_capacity(text.len() / 3),
+        trivia: line_trivia(text),
         errors: Vec::new(),
     };
     let mut lexer = Token::lexer(text);
@@ -38,22 +39,22 @@ pub(crate) fn lex(file: FileId, text: &str) -> Lexed<'_> {
             Token::LineComment(comment) | Token::BlockComment(comment) => {
                 lexed.comment(text, comment, span);
             }
-            Token::SubBlend if !lexed.after_operand() => {
+            Token::SubBlend if !lexed.follows_operand() => {
                 // A sign before a list: `-[1, 2, 3]`.
-                lexed.words.push((start, Token::Minus, start + 1));
-                lexed.words.push((start + 1, Token::OpenBracket, end));
+                lexed.tokens.push((start, Token::Minus, start + 1));
+                lexed.tokens.push((start + 1, Token::OpenBracket, end));
             }
             Token::Unknown(_) => lexed.unknown(text, span),
             _ => {
-                let token = lexed.checked(token, span);
-                lexed.words.push((start, token, end));
+                let token = lexed.validate_literal(token, span);
+                lexed.tokens.push((start, token, end));
             }
         }
     }
     lexed
 }
 
-fn lines(text: &str) -> Trivia {
+fn line_trivia(text: &str) -> Trivia {
     let mut trivia = Trivia::default();
     let mut start = 0;
     for line in text.split_inclusive('\n') {
@@ -67,15 +68,15 @@ fn lines(text: &str) -> Trivia {
 }
 
 impl<'s> Lexed<'s> {
-    fn after_operand(&self) -> bool {
-        self.words
+    fn follows_operand(&self) -> bool {
+        self.tokens
             .last()
             .is_some_and(|(_, token, _)| token.ends_operand())
     }
 
-    /// Nobody reads more messages than these.
+    /// Adds an error, up to twice the number of shown diagnostics.
     fn report(&mut self, error: Diagnostic) {
-        if self.errors.len() < 2 * MAX_SHOWN {
+        if self.errors.len() < 2 * MAX_SHOWN_DIAGNOSTICS {
             self.errors.push(error);
         }
     }
@@ -83,7 +84,7 @@ impl<'s> Lexed<'s> {
     fn comment(&mut self, text: &str, comment: &str, span: Span) {
         let lines = &self.trivia.lines;
         let line = lines[lines.partition_point(|line| *line <= span.start) - 1];
-        let before = &text[line as usize..span.start as usize];
+        let prefix = &text[line as usize..span.start as usize];
         let kind = if comment.starts_with("/*") {
             CommentKind::Block
         } else if comment.starts_with("///") && !comment.starts_with("////") {
@@ -102,7 +103,7 @@ impl<'s> Lexed<'s> {
         self.trivia.comments.push(Comment {
             kind,
             text: comment.to_owned(),
-            own_line: before.chars().all(char::is_whitespace),
+            own_line: prefix.chars().all(char::is_whitespace),
             span: Span {
                 end: span.start + comment.len() as u32,
                 ..span
@@ -110,22 +111,22 @@ impl<'s> Lexed<'s> {
         });
     }
 
-    /// The word itself if it is good, else a report and a good word of the same kind.
-    fn checked(&mut self, token: Token<'s>, span: Span) -> Token<'s> {
+    /// Returns a token if it is valid. Otherwise reports it and returns a valid token of the same kind.
+    fn validate_literal(&mut self, token: Token<'s>, span: Span) -> Token<'s> {
         match token {
-            Token::Number(word) => match literal::number(word) {
+            Token::Number(word) => match literal::parse_number(word) {
                 Ok(_) => token,
                 Err(error) => {
-                    self.report(wrong_number(word, error, span));
+                    self.report(number_error(word, error, span));
                     Token::Number("0")
                 }
             },
-            Token::Color(word) => match literal::color(word) {
+            Token::Color(word) => match literal::parse_color(word) {
                 Some(_) => token,
                 None => {
                     self.report(
                         Diagnostic::error(codes::E0107, span, format!("`{word}` is no colour"))
-                            .primary(wrong_color(word))
+                            .primary(color_error(word))
                             .help("a colour is `#rgb`, `#rrggbb` or `#rrggbbaa`"),
                     );
                     Token::Color("#000")
@@ -151,8 +152,8 @@ impl<'s> Lexed<'s> {
     }
 
     fn check_text(&mut self, word: &str, span: Span) {
-        let closed = word.len() > 1 && word.ends_with('"') && !escapes_last(word);
-        if !closed {
+        let is_closed = word.len() > 1 && word.ends_with('"') && !is_closing_quote_escaped(word);
+        if !is_closed {
             self.report(
                 Diagnostic::error(codes::E0103, span, "this string never ends")
                     .primary("a `\"` is missing before the end of the line")
@@ -160,46 +161,50 @@ impl<'s> Lexed<'s> {
             );
             return;
         }
-        for place in literal::text(word).1 {
+        for range in literal::parse_text(word).1 {
             let escape = Span::new(
                 span.file,
-                span.start + place.start as u32,
-                span.start + place.end as u32,
+                span.start + range.start as u32,
+                span.start + range.end as u32,
             );
-            let shown = &word[place];
+            let escape_text = &word[range];
             self.report(
-                Diagnostic::error(codes::E0108, escape, format!("`{shown}` means nothing"))
-                    .help("a string knows `\\n`, `\\t`, `\\\\` and `\\\"`"),
+                Diagnostic::error(
+                    codes::E0108,
+                    escape,
+                    format!("`{escape_text}` means nothing"),
+                )
+                .help("a string knows `\\n`, `\\t`, `\\\\` and `\\\"`"),
             );
         }
     }
 
-    /// One report for a run of characters that belong to no word.
+    /// Adds characters outside of any token, merged with adjacent ones into one unknown token.
     fn unknown(&mut self, text: &'s str, span: Span) {
-        // Logos may stop inside a character, or give the bytes of one in pieces.
+        // Logos may stop inside a character, or return the bytes of one in pieces.
         let start = text.floor_char_boundary(span.start as usize);
         let end = text.ceil_char_boundary(span.end as usize);
         let span = Span::new(span.file, start as u32, end as u32);
-        match self.words.last_mut() {
+        match self.tokens.last_mut() {
             Some((first, token @ Token::Unknown(_), last)) if *last >= span.start => {
                 *last = span.end.max(*last);
                 *token = Token::Unknown(&text[*first as usize..*last as usize]);
             }
             _ => self
-                .words
+                .tokens
                 .push((span.start, Token::Unknown(&text[start..end]), span.end)),
         }
     }
 }
 
-/// Whether the closing quote is escaped: an odd number of backslashes before it.
-fn escapes_last(word: &str) -> bool {
+/// Reports whether the closing quote is escaped, by an odd number of backslashes before it.
+fn is_closing_quote_escaped(word: &str) -> bool {
     let inner = &word[1..word.len() - 1];
     let backslashes = inner.bytes().rev().take_while(|b| *b == b'\\').count();
     backslashes % 2 == 1
 }
 
-fn wrong_color(word: &str) -> String {
+fn color_error(word: &str) -> String {
     let digits = &word[1..];
     match digits.chars().find(|c| !c.is_ascii_hexdigit()) {
         Some(c) => format!("`{c}` is not a hexadecimal digit"),
@@ -210,27 +215,31 @@ fn wrong_color(word: &str) -> String {
     }
 }
 
-fn wrong_number(word: &str, error: NumberError, span: Span) -> Diagnostic {
+fn number_error(word: &str, error: NumberError, span: Span) -> Diagnostic {
     match error {
-        NumberError::Unit { at } => {
-            let suffix = &word[at..];
-            let place = Span {
-                start: span.start + at as u32,
+        NumberError::Unit { offset } => {
+            let suffix = &word[offset..];
+            let range = Span {
+                start: span.start + offset as u32,
                 ..span
             };
-            let found = Diagnostic::error(codes::E0106, place, format!("`{suffix}` is no unit"));
-            match meant(suffix) {
-                Some(unit) => found.primary(format!("did you mean `{unit}`?")).fix(
-                    place,
+            let diagnostic =
+                Diagnostic::error(codes::E0106, range, format!("`{suffix}` is no unit"));
+            match likely_unit(suffix) {
+                Some(unit) => diagnostic.primary(format!("did you mean `{unit}`?")).fix(
+                    range,
                     unit,
-                    format!("write `{}{unit}`", &word[..at]),
+                    format!("write `{}{unit}`", &word[..offset]),
                 ),
                 None => {
                     let units: Vec<_> = Unit::ALL.iter().map(|unit| unit.suffix()).collect();
-                    found
+                    diagnostic
                         .primary("not known")
                         .help(format!("the units are {}", units.join(", ")))
-                        .help(format!("a product is written `{} * {suffix}`", &word[..at]))
+                        .help(format!(
+                            "a product is written `{} * {suffix}`",
+                            &word[..offset]
+                        ))
                 }
             }
         }
@@ -246,10 +255,10 @@ fn wrong_number(word: &str, error: NumberError, span: Span) -> Diagnostic {
     }
 }
 
-/// The unit that a wrong suffix most likely stands for.
-fn meant(suffix: &str) -> Option<&'static str> {
+/// Returns the unit that an unknown suffix most likely stands for.
+fn likely_unit(suffix: &str) -> Option<&'static str> {
     let lower = suffix.to_ascii_lowercase();
-    let known = match lower.as_str() {
+    let synonym = match lower.as_str() {
         "degree" | "degrees" => Some("deg"),
         "turns" | "rev" | "tau" => Some("turn"),
         "radian" | "radians" | "rads" => Some("rad"),
@@ -269,5 +278,5 @@ fn meant(suffix: &str) -> Option<&'static str> {
             .min_by_key(|(distance, _)| *distance)
             .map(|(_, unit)| unit)
     };
-    known.or_else(by_spelling)
+    synonym.or_else(by_spelling)
 }

@@ -1,8 +1,8 @@
-//! The `.sdf` language: text to a syntax tree, and everything that is said to the user on the way.
+//! The `.sdf` language: parses text to a syntax tree and creates the messages about it.
 //!
-//! [`parse`] is the pipeline: words, matching brackets, grammar, lints. What it gives is a tree
-//! ([`ast`]) whose every node has a [`Span`], or [`Diagnostic`]s with codes, labels and fixes. The
-//! crate knows no shape's name and looks nothing up.
+//! [`parse`] is the pipeline: tokens, matching brackets, grammar, lints. It returns a tree ([`ast`]) whose
+//! nodes have [`Span`]s, or [`Diagnostic`]s with codes, labels and fixes. The crate contains no shape names
+//! and resolves no names.
 
 pub mod ast;
 mod brackets;
@@ -31,7 +31,7 @@ mod grammar {
     include!(concat!(env!("OUT_DIR"), "/grammar.rs"));
 }
 
-pub use codes::{Code, explain};
+pub use codes::{DiagnosticCode, explain};
 pub use diagnostic::{Diagnostic, Diagnostics, Edit, Fix, Label, Severity, Style};
 pub use dump::dump;
 pub use parse::{MAX_SOURCE_BYTES, parse};

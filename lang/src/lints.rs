@@ -1,6 +1,7 @@
-//! What is wrong with a tree that the grammar accepts: nesting that counts nodes rather than words,
-//! a scene whose last expression is dropped by a `;`, values that nobody uses, and operators whose
-//! precedence readers get wrong.
+//! Checks of a tree that the grammar accepts.
+//!
+//! They report excessive nesting by nodes, a final expression dropped by a `;`, unused values, and
+//! operators with a commonly misread precedence.
 
 use crate::ast::*;
 use crate::brackets;
@@ -8,41 +9,43 @@ use crate::codes;
 use crate::diagnostic::Diagnostic;
 use crate::span::Span;
 
-/// The functions that are called for their effect.
-const EFFECTS: [&str; 2] = ["assert", "print"];
+/// Functions that are called for their effect.
+const EFFECT_FUNCTIONS: [&str; 2] = ["assert", "print"];
 
-/// Checks a tree.
+/// Checks a tree, and returns the diagnostics.
 pub(crate) fn check(file: &File) -> Vec<Diagnostic> {
-    let mut found = Vec::new();
-    unused_items(file, &mut found);
-    file.for_each_child(&mut |expr| expression(expr, 1, &mut found));
-    found
+    let mut diagnostics = Vec::new();
+    check_items(file, &mut diagnostics);
+    file.for_each_child(&mut |expr| check_expression(expr, 1, &mut diagnostics));
+    diagnostics
 }
 
-/// Recursion is safe: the parser bounds the words that open a level, and a node is at most a dozen
-/// nodes below such a word.
-fn expression(expr: &Expr, depth: u32, found: &mut Vec<Diagnostic>) {
+/// Checks an expression and its children.
+///
+/// Recursion is safe: the parser bounds the tokens that open a level, and a node is at most a dozen nodes
+/// below such a token.
+fn check_expression(expr: &Expr, depth: u32, diagnostics: &mut Vec<Diagnostic>) {
     if depth > MAX_DEPTH {
-        let is_said = |d: &Diagnostic| d.code == codes::E0109;
-        if !found.iter().any(is_said) {
-            found.push(brackets::too_deep(expr.span.at_start()));
+        let is_nesting_error = |d: &Diagnostic| d.code == codes::E0109;
+        if !diagnostics.iter().any(is_nesting_error) {
+            diagnostics.push(brackets::too_deep(expr.span.at_start()));
         }
         return;
     }
     if let ExprKind::Chain(chain) = &expr.kind {
-        mixed_precedence(chain, found);
+        check_precedence(chain, diagnostics);
     }
     for body in bodies(expr) {
-        unused_statements(body, found);
+        check_statements(body, diagnostics);
     }
-    expr.for_each_child(&mut |child| expression(child, depth + 1, found));
+    expr.for_each_child(&mut |child| check_expression(child, depth + 1, diagnostics));
 }
 
 fn bodies(expr: &Expr) -> Vec<&Body> {
     match &expr.kind {
         ExprKind::If(branch) => {
             let arms = branch.arms.iter().map(|arm| &arm.body);
-            arms.chain([&branch.otherwise]).collect()
+            arms.chain([&branch.else_body]).collect()
         }
         ExprKind::For(each) => vec![&each.body],
         ExprKind::BlendScope(scope) => vec![&scope.body],
@@ -51,33 +54,35 @@ fn bodies(expr: &Expr) -> Vec<&Body> {
     }
 }
 
-fn unused_items(file: &File, found: &mut Vec<Diagnostic>) {
-    for (at, item) in file.items.iter().enumerate() {
+fn check_items(file: &File, diagnostics: &mut Vec<Diagnostic>) {
+    for (index, item) in file.items.iter().enumerate() {
         match &item.kind {
             ItemKind::Expr(value) if !has_effect(value) => {
-                let is_last = at + 1 == file.items.len() && file.result.is_none();
-                found.push(match is_last {
+                let is_last = index + 1 == file.items.len() && file.result.is_none();
+                diagnostics.push(match is_last {
                     true => dropped_shape(value, item.span),
-                    false => unused(value),
+                    false => unused_value(value),
                 });
             }
-            ItemKind::Fn(function) => unused_statements(&function.body, found),
+            ItemKind::Fn(function) => check_statements(&function.body, diagnostics),
             _ => {}
         }
     }
 }
 
-fn unused_statements(body: &Body, found: &mut Vec<Diagnostic>) {
+fn check_statements(body: &Body, diagnostics: &mut Vec<Diagnostic>) {
     for statement in &body.statements {
         match &statement.kind {
-            StatementKind::Expr(value) if !has_effect(value) => found.push(unused(value)),
+            StatementKind::Expr(value) if !has_effect(value) => {
+                diagnostics.push(unused_value(value))
+            }
             StatementKind::Expr(_) | StatementKind::Let(_) => {}
         }
     }
 }
 
 fn has_effect(value: &Expr) -> bool {
-    let is_effect = |name: &Ident| EFFECTS.contains(&name.name.as_str());
+    let is_effect = |name: &Ident| EFFECT_FUNCTIONS.contains(&name.name.as_str());
     match &value.kind {
         ExprKind::Call(call) => call.callee.as_ident().is_some_and(is_effect),
         ExprKind::Postfix(postfix) => postfix.suffixes.iter().any(|s| is_effect(&s.name)),
@@ -85,7 +90,7 @@ fn has_effect(value: &Expr) -> bool {
     }
 }
 
-fn unused(value: &Expr) -> Diagnostic {
+fn unused_value(value: &Expr) -> Diagnostic {
     Diagnostic::warning(codes::W0102, value.span, "this value is not used")
         .primary("thrown away by the `;`")
         .help("give it a name with `let`, or join it to the file's last expression")
@@ -102,31 +107,31 @@ fn dropped_shape(value: &Expr, item: Span) -> Diagnostic {
         .fix(semicolon, "", "remove the `;`")
 }
 
-/// `a | b - c`: a difference directly under a union or intersection.
-fn mixed_precedence(chain: &Chain, found: &mut Vec<Diagnostic>) {
-    let outer = chain.rest[0].op;
-    if !matches!(outer, BinaryOp::Or | BinaryOp::And) {
+/// Warns about `a | b - c`: a difference directly under a union or intersection.
+fn check_precedence(chain: &Chain, diagnostics: &mut Vec<Diagnostic>) {
+    let outer_op = chain.links[0].op;
+    if !matches!(outer_op, BinaryOp::Union | BinaryOp::Intersection) {
         return;
     }
-    // The first operand stands beside the first operator, every other one behind its own.
-    let first = (&chain.first, chain.rest[0].op_span);
-    let others = chain.rest.iter().map(|link| (&link.operand, link.op_span));
-    for (operand, beside) in std::iter::once(first).chain(others) {
+    // The first operand is next to the first operator, and every other one follows its own.
+    let first = (&chain.first, chain.links[0].op_span);
+    let others = chain.links.iter().map(|link| (&link.operand, link.op_span));
+    for (operand, adjacent_op) in std::iter::once(first).chain(others) {
         let ExprKind::Chain(inner) = &operand.kind else {
             continue;
         };
-        let Some(minus) = inner.rest.iter().find(|link| link.op == BinaryOp::Sub) else {
+        let Some(subtraction) = inner.links.iter().find(|link| link.op == BinaryOp::Sub) else {
             continue;
         };
-        let symbol = outer.symbol();
+        let symbol = outer_op.symbol();
         let is_first = std::ptr::eq(operand, &chain.first);
         let warning = Diagnostic::warning(
             codes::W0101,
-            minus.op_span,
+            subtraction.op_span,
             format!("`-` and `{symbol}` are mixed without parentheses"),
         )
         .primary("this binds tighter")
-        .label(beside, "than this")
+        .label(adjacent_op, "than this")
         .fix_all(
             [
                 (operand.span.at_start(), "(".to_owned()),
@@ -134,7 +139,7 @@ fn mixed_precedence(chain: &Chain, found: &mut Vec<Diagnostic>) {
             ],
             "parentheses show what it means",
         );
-        found.push(match is_first {
+        diagnostics.push(match is_first {
             true => warning,
             false => warning.help(format!(
                 "put them around the `{symbol}` instead to subtract from all of it"

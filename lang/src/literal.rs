@@ -1,31 +1,32 @@
-//! Literals: numbers with their units, colours, strings, from the text to the value and back.
+//! Literals: conversion of numbers with units, colours and strings from text to values and back.
 //!
-//! Reading takes the text of one word and gives the value or what is wrong with it. The lexer
-//! reports what is wrong once; by the time the tree is built every literal is good. Writing gives
-//! the canonical text, which reads as the same value.
+//! Parsing takes the text of one token and returns the value or an error. The lexer reports each error
+//! once, so every literal is valid when the tree is built. Formatting returns the canonical text, which
+//! parses to the same value.
 
 use crate::ast::{Number, NumberValue, Unit};
 use std::ops::Range;
 
-/// What is wrong with a number.
+/// Error in a number.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum NumberError {
-    /// The letters after the digits are no unit; where they start in the word.
-    Unit { at: usize },
+    /// The letters after the digits are not a unit. The offset is their start in the token.
+    Unit { offset: usize },
     /// An integer of more than 64 bits.
     IntTooLarge,
-    /// A float beyond the largest one.
+    /// A float above the largest finite one.
     FloatTooLarge,
 }
 
-/// The value of `1_000`, `.5`, `1e-3`, `90deg`.
-pub(crate) fn number(word: &str) -> Result<Number, NumberError> {
+/// Parses a number such as `1_000`, `.5`, `1e-3` or `90deg`.
+pub(crate) fn parse_number(word: &str) -> Result<Number, NumberError> {
     let bytes = word.as_bytes();
-    let digits = |from: usize| {
-        let more = bytes[from..].iter();
-        from + more
-            .take_while(|b| b.is_ascii_digit() || **b == b'_')
-            .count()
+    let digits = |start: usize| {
+        let remaining = bytes[start..].iter();
+        start
+            + remaining
+                .take_while(|b| b.is_ascii_digit() || **b == b'_')
+                .count()
     };
     let mut end = digits(0);
     let mut is_float = false;
@@ -46,7 +47,7 @@ pub(crate) fn number(word: &str) -> Result<Number, NumberError> {
         _ => Unit::ALL
             .into_iter()
             .find(|unit| unit.suffix() == suffix)
-            .ok_or(NumberError::Unit { at: end })?,
+            .ok_or(NumberError::Unit { offset: end })?,
     };
     let digits: String = word[..end].chars().filter(|c| *c != '_').collect();
     let value = if is_float {
@@ -61,8 +62,8 @@ pub(crate) fn number(word: &str) -> Result<Number, NumberError> {
     Ok(Number { value, unit })
 }
 
-/// Red, green, blue and opacity of `#rgb`, `#rrggbb` or `#rrggbbaa`; nothing if it is none of these.
-pub(crate) fn color(word: &str) -> Option<[u8; 4]> {
+/// Parses `#rgb`, `#rrggbb` or `#rrggbbaa` to red, green, blue and opacity, or returns `None`.
+pub(crate) fn parse_color(word: &str) -> Option<[u8; 4]> {
     let digits = word.strip_prefix('#')?;
     let digits: Vec<u8> = digits
         .chars()
@@ -78,15 +79,15 @@ pub(crate) fn color(word: &str) -> Option<[u8; 4]> {
     }
 }
 
-/// The text between the quotes with `\n`, `\t`, `\\` and `\"` resolved, and the places of escapes
-/// that are not known.
-pub(crate) fn text(word: &str) -> (String, Vec<Range<usize>>) {
+/// Parses a string: returns the text between the quotes with `\n`, `\t`, `\\` and `\"` resolved, and the
+/// ranges of unknown escapes.
+pub(crate) fn parse_text(word: &str) -> (String, Vec<Range<usize>>) {
     let inner = word.strip_prefix('"').unwrap_or(word);
     let inner = inner.strip_suffix('"').unwrap_or(inner);
     let mut value = String::with_capacity(inner.len());
     let mut unknown = Vec::new();
     let mut chars = inner.char_indices();
-    while let Some((at, c)) = chars.next() {
+    while let Some((offset, c)) = chars.next() {
         if c != '\\' {
             value.push(c);
             continue;
@@ -95,15 +96,15 @@ pub(crate) fn text(word: &str) -> (String, Vec<Range<usize>>) {
             Some((_, 'n')) => value.push('\n'),
             Some((_, 't')) => value.push('\t'),
             Some((_, c @ ('\\' | '"'))) => value.push(c),
-            Some((_, c)) => unknown.push(at + 1..at + 2 + c.len_utf8()),
+            Some((_, c)) => unknown.push(offset + 1..offset + 2 + c.len_utf8()),
             None => {}
         }
     }
     (value, unknown)
 }
 
-/// An integer without, a float with a dot or an exponent; then the unit.
-pub(crate) fn number_text(number: &Number) -> String {
+/// Formats a number with its unit: an integer without a dot, a float with a dot or an exponent.
+pub(crate) fn format_number(number: &Number) -> String {
     let unit = number.unit.suffix();
     match number.value {
         NumberValue::Int(value) => format!("{value}{unit}"),
@@ -111,16 +112,16 @@ pub(crate) fn number_text(number: &Number) -> String {
     }
 }
 
-/// `#rrggbb`, or `#rrggbbaa` unless it is opaque.
-pub(crate) fn color_text([r, g, b, a]: [u8; 4]) -> String {
+/// Formats a colour as `#rrggbb`, or as `#rrggbbaa` unless it is opaque.
+pub(crate) fn format_color([r, g, b, a]: [u8; 4]) -> String {
     match a {
         255 => format!("#{r:02x}{g:02x}{b:02x}"),
         _ => format!("#{r:02x}{g:02x}{b:02x}{a:02x}"),
     }
 }
 
-/// The text in quotes, with escapes.
-pub(crate) fn quoted(text: &str) -> String {
+/// Formats a text in quotes, with escapes.
+pub(crate) fn quote(text: &str) -> String {
     let mut quoted = String::with_capacity(text.len() + 2);
     quoted.push('"');
     for c in text.chars() {
@@ -142,7 +143,7 @@ mod tests {
 
     #[test]
     fn numbers_keep_their_unit_and_whether_they_are_integers() {
-        let read = |word| number(word).map(|n| (n.value, n.unit));
+        let read = |word| parse_number(word).map(|n| (n.value, n.unit));
         assert_eq!(read("1_000"), Ok((Int(1000), Unit::None)));
         assert_eq!(read(".5"), Ok((Float(0.5), Unit::None)));
         assert_eq!(read("1e-3"), Ok((Float(0.001), Unit::None)));
@@ -151,7 +152,7 @@ mod tests {
         assert_eq!(read("0.25turn"), Ok((Float(0.25), Unit::Turn)));
         assert_eq!(read("1in"), Ok((Int(1), Unit::In)));
         assert_eq!(read("200ms"), Ok((Int(200), Unit::Ms)));
-        assert_eq!(read("1em"), Err(NumberError::Unit { at: 1 }));
+        assert_eq!(read("1em"), Err(NumberError::Unit { offset: 1 }));
         assert_eq!(read("2_mm"), Ok((Int(2), Unit::Mm)));
         assert_eq!(read("99999999999999999999"), Err(NumberError::IntTooLarge));
         assert_eq!(read("1e999"), Err(NumberError::FloatTooLarge));
@@ -159,18 +160,18 @@ mod tests {
 
     #[test]
     fn colours_have_three_six_or_eight_digits() {
-        assert_eq!(color("#f80"), Some([255, 136, 0, 255]));
-        assert_eq!(color("#3aA6ff"), Some([0x3a, 0xa6, 0xff, 255]));
-        assert_eq!(color("#3aa6ff80"), Some([0x3a, 0xa6, 0xff, 0x80]));
-        assert_eq!(color("#3aa6f"), None);
-        assert_eq!(color("#3aa6fg"), None);
-        assert_eq!(color("#"), None);
+        assert_eq!(parse_color("#f80"), Some([255, 136, 0, 255]));
+        assert_eq!(parse_color("#3aA6ff"), Some([0x3a, 0xa6, 0xff, 255]));
+        assert_eq!(parse_color("#3aa6ff80"), Some([0x3a, 0xa6, 0xff, 0x80]));
+        assert_eq!(parse_color("#3aa6f"), None);
+        assert_eq!(parse_color("#3aa6fg"), None);
+        assert_eq!(parse_color("#"), None);
     }
 
     #[test]
     fn escapes_are_resolved_or_located() {
-        assert_eq!(text(r#""a\"b\n""#), ("a\"b\n".to_owned(), vec![]));
-        let (value, unknown) = text(r#""a\qb""#);
+        assert_eq!(parse_text(r#""a\"b\n""#), ("a\"b\n".to_owned(), vec![]));
+        let (value, unknown) = parse_text(r#""a\qb""#);
         assert_eq!(value, "ab");
         assert_eq!(unknown.first(), Some(&(2..4)));
     }

@@ -1,10 +1,10 @@
-//! The canonical text of a tree: one layout for one tree, whatever the author's was.
+//! Canonical text of a tree, independent of the original layout.
 //!
-//! What fits on a line stands on one; what does not is broken at its outermost brackets, operators
-//! or dots. Parentheses stay where they were written, and so does one blank line between statements.
-//! Comments go back to where they stood between the elements of a list, block, chain or body; one in
-//! any other place moves in front of the element around it ([`comments`]). Printing what was printed
-//! changes nothing.
+//! Constructs that fit on a line are on one line. Others are broken at their outermost brackets, operators
+//! or dots. Parentheses are kept, and so is one blank line between statements.
+//!
+//! A comment between the elements of a list, block, chain or body keeps its position. Any other comment
+//! moves in front of the element around it ([`comments`]). Printing is idempotent.
 
 mod comments;
 mod flat;
@@ -12,16 +12,16 @@ mod flat;
 use crate::ast::*;
 use crate::literal;
 use crate::span::Span;
-use comments::{Comments, Placed};
-use flat::Flat;
+use comments::{Comments, PlacedComment};
+use flat::FlatPrinter;
 
-/// The most characters of a line, where there is a choice.
-const WIDTH: usize = 100;
+/// Maximum number of characters in a line that can be broken.
+const MAX_LINE_CHARS: usize = 100;
 
-/// Writes a tree as text that parses to the same tree.
+/// Formats a tree as text that parses to the same tree.
 pub fn print(file: &File) -> String {
     let mut printer = Printer {
-        comments: Comments::place(file),
+        comments: Comments::new(file),
         trivia: &file.trivia,
         text: String::new(),
         indent: 0,
@@ -37,12 +37,12 @@ struct Printer<'a> {
     indent: usize,
 }
 
-/// What stands between two elements that have a line of their own.
+/// Treatment of blank lines between elements on separate lines.
 #[derive(Clone, Copy, PartialEq)]
-enum Blanks {
-    /// One blank line where the author left some.
+enum BlankLines {
+    /// Keeps one blank line where the source has at least one.
     Keep,
-    /// None.
+    /// Removes blank lines.
     Drop,
 }
 
@@ -64,29 +64,30 @@ impl<'a> Printer<'a> {
         self.indent -= 1;
     }
 
-    /// How many characters the current line has room for.
+    /// Returns the number of characters that fit on the current line.
     fn room(&self) -> usize {
-        let line = self.text.rfind('\n').map_or(0, |at| at + 1);
-        // Only the last part of a very long line is looked at: there is no room either way.
-        let far = self.text.len() - line > 4 * WIDTH;
-        let used = match far {
-            true => WIDTH,
+        let line = self.text.rfind('\n').map_or(0, |index| index + 1);
+        // In a very long line, only its length in bytes is checked, since no room remains either way.
+        let is_far = self.text.len() - line > 4 * MAX_LINE_CHARS;
+        let used_chars = match is_far {
+            true => MAX_LINE_CHARS,
             false => self.text[line..].chars().count(),
         };
-        WIDTH.saturating_sub(used)
+        MAX_LINE_CHARS.saturating_sub(used_chars)
     }
 
-    /// Writes something on the current line if it fits there with `after` characters behind it.
-    fn fits(
+    /// Writes on the current line if the text fits there, with `trailing_chars` characters reserved after
+    /// it. Returns whether it fits.
+    fn try_flat(
         &mut self,
         span: Span,
-        after: usize,
-        write: impl FnOnce(&mut Flat) -> Option<()>,
+        trailing_chars: usize,
+        write: impl FnOnce(&mut FlatPrinter) -> Option<()>,
     ) -> bool {
-        if self.comments.any_inside(span) {
+        if self.comments.has_inside(span) {
             return false;
         }
-        let mut flat = Flat::new(self.room().saturating_sub(after));
+        let mut flat = FlatPrinter::new(self.room().saturating_sub(trailing_chars));
         let fits = write(&mut flat).is_some();
         if fits {
             self.text.push_str(flat.text());
@@ -94,89 +95,98 @@ impl<'a> Printer<'a> {
         fits
     }
 
-    // Elements with a line of their own.
+    // Elements on separate lines.
 
     fn file(&mut self, file: &'a File) {
-        let mut last = None;
+        let mut last_end = None;
         for item in &file.items {
-            self.element(item.span, &mut last, Blanks::Keep, |printer| {
+            self.element(item.span, &mut last_end, BlankLines::Keep, |printer| {
                 printer.item(item);
             });
         }
         if let Some(result) = &file.result {
-            self.element(result.span, &mut last, Blanks::Keep, |printer| {
+            self.element(result.span, &mut last_end, BlankLines::Keep, |printer| {
                 printer.expr(result, 0);
             });
         }
-        self.dangling(file.span.end, &mut last, Blanks::Keep);
+        self.dangling(file.span.end, &mut last_end, BlankLines::Keep);
         if !self.text.is_empty() {
             self.text.push('\n');
         }
     }
 
-    /// Comments, the element, comments behind it. `last` is where the element before ended.
+    /// Writes the comments before an element, the element, and the comments after it.
+    ///
+    /// `last_end` is the end of the previous element.
     fn element(
         &mut self,
         span: Span,
-        last: &mut Option<u32>,
-        blanks: Blanks,
+        last_end: &mut Option<u32>,
+        blanks: BlankLines,
         write: impl FnOnce(&mut Self),
     ) {
-        self.element_alone(span, last, blanks, write);
-        self.trailing(span.end, last);
+        self.element_without_trailing(span, last_end, blanks, write);
+        self.trailing(span.end, last_end);
     }
 
-    /// Comments, then the element. The last link of a chain ends where the chain ends, so what is
-    /// behind it belongs to whoever writes the chain.
-    fn element_alone(
+    /// Writes the comments before an element, then the element.
+    ///
+    /// The last link of a chain ends where the chain ends, so the comments after it are written with the
+    /// chain.
+    fn element_without_trailing(
         &mut self,
         span: Span,
-        last: &mut Option<u32>,
-        blanks: Blanks,
+        last_end: &mut Option<u32>,
+        blanks: BlankLines,
         write: impl FnOnce(&mut Self),
     ) {
         for comment in self.comments.leading(span.start) {
-            self.own_line(comment, last, blanks);
+            self.comment_line(comment, last_end, blanks);
         }
-        self.gap(span.start, *last, blanks);
+        self.blank_line(span.start, *last_end, blanks);
         self.newline();
         write(self);
-        *last = Some(span.end);
+        *last_end = Some(span.end);
     }
 
-    fn own_line(&mut self, comment: Placed<'a>, last: &mut Option<u32>, blanks: Blanks) {
-        self.gap(comment.start, *last, blanks);
+    fn comment_line(
+        &mut self,
+        comment: PlacedComment<'a>,
+        last_end: &mut Option<u32>,
+        blanks: BlankLines,
+    ) {
+        self.blank_line(comment.start, *last_end, blanks);
         self.newline();
         self.push(&comment.text());
-        *last = Some(comment.end);
+        *last_end = Some(comment.end);
     }
 
-    fn trailing(&mut self, end: u32, last: &mut Option<u32>) {
+    fn trailing(&mut self, end: u32, last_end: &mut Option<u32>) {
         for comment in self.comments.trailing(end) {
             self.push(" ");
             self.push(&comment.text());
-            *last = Some(comment.end);
+            *last_end = Some(comment.end);
         }
     }
 
-    /// Comments between the last element and the closing bracket.
-    fn dangling(&mut self, closer: u32, last: &mut Option<u32>, blanks: Blanks) {
+    /// Writes the comments between the last element and the closing bracket.
+    fn dangling(&mut self, closer: u32, last_end: &mut Option<u32>, blanks: BlankLines) {
         for comment in self.comments.dangling(closer) {
-            self.own_line(comment, last, blanks);
+            self.comment_line(comment, last_end, blanks);
         }
     }
 
-    fn gap(&mut self, start: u32, last: Option<u32>, blanks: Blanks) {
-        let Some(last) = last else { return };
+    fn blank_line(&mut self, start: u32, last_end: Option<u32>, blanks: BlankLines) {
+        let Some(last_end) = last_end else { return };
         let lines = &self.trivia.blank_lines;
-        let first = lines.partition_point(|line| *line < last);
-        let is_blank = lines.get(first).is_some_and(|line| *line < start);
-        if blanks == Blanks::Keep && is_blank {
+        let first_line = lines.partition_point(|line| *line < last_end);
+        let is_blank = lines.get(first_line).is_some_and(|line| *line < start);
+        if blanks == BlankLines::Keep && is_blank {
             self.text.push('\n');
         }
     }
 
-    /// `open`, each element on its line with a comma, `close`.
+    /// Writes `open`, each element on its line with a comma, and `close`.
     fn broken<T>(
         &mut self,
         open: &str,
@@ -188,14 +198,19 @@ impl<'a> Printer<'a> {
     ) {
         self.push(open);
         self.indented(|printer| {
-            let mut last = None;
+            let mut last_end = None;
             for element in elements {
-                printer.element(span_of(element), &mut last, Blanks::Drop, |printer| {
-                    write(printer, element);
-                    printer.push(",");
-                });
+                printer.element(
+                    span_of(element),
+                    &mut last_end,
+                    BlankLines::Drop,
+                    |printer| {
+                        write(printer, element);
+                        printer.push(",");
+                    },
+                );
             }
-            printer.dangling(closer, &mut last, Blanks::Drop);
+            printer.dangling(closer, &mut last_end, BlankLines::Drop);
         });
         self.newline();
         self.push(close);
@@ -249,7 +264,7 @@ impl<'a> Printer<'a> {
             }
             ItemKind::Import(import) => {
                 self.push("import ");
-                self.push(&literal::quoted(&import.path));
+                self.push(&literal::quote(&import.path));
                 self.push(" as ");
                 self.push(&import.alias.name);
                 self.push(";");
@@ -269,7 +284,7 @@ impl<'a> Printer<'a> {
             self.push(&name.name);
             self.push(" ");
         }
-        if self.fits(span, 0, |flat| flat.fields(&block.fields)) {
+        if self.try_flat(span, 0, |flat| flat.fields(&block.fields)) {
             return;
         }
         self.broken(
@@ -296,8 +311,8 @@ impl<'a> Printer<'a> {
 
     fn params(&mut self, params: &'a [FnParam]) {
         self.push("(");
-        for (at, param) in params.iter().enumerate() {
-            self.push(if at == 0 { "" } else { ", " });
+        for (index, param) in params.iter().enumerate() {
+            self.push(if index == 0 { "" } else { ", " });
             self.push(&typed(&param.name, &param.annotation));
             if let Some(default) = &param.default {
                 self.push(" = ");
@@ -309,11 +324,11 @@ impl<'a> Printer<'a> {
 
     // Bodies.
 
-    fn body(&mut self, body: &'a Body, after: usize) {
+    fn body(&mut self, body: &'a Body, trailing_chars: usize) {
         if !body.braced {
-            return self.expr(&body.result, after);
+            return self.expr(&body.result, trailing_chars);
         }
-        if !self.fits(body.span, after, |flat| flat.body(body)) {
+        if !self.try_flat(body.span, trailing_chars, |flat| flat.body(body)) {
             self.broken_body(body);
         }
     }
@@ -321,25 +336,27 @@ impl<'a> Printer<'a> {
     fn broken_body(&mut self, body: &'a Body) {
         self.push("{");
         self.indented(|printer| {
-            let mut last = None;
+            let mut last_end = None;
             for statement in &body.statements {
-                printer.element(
-                    statement.span,
-                    &mut last,
-                    Blanks::Keep,
-                    |printer| match &statement.kind {
+                printer.element(statement.span, &mut last_end, BlankLines::Keep, |printer| {
+                    match &statement.kind {
                         StatementKind::Let(binding) => printer.binding(binding),
                         StatementKind::Expr(value) => {
                             printer.expr(value, 1);
                             printer.push(";");
                         }
-                    },
-                );
+                    }
+                });
             }
-            printer.element(body.result.span, &mut last, Blanks::Keep, |printer| {
-                printer.expr(&body.result, 0);
-            });
-            printer.dangling(body.span.end - 1, &mut last, Blanks::Keep);
+            printer.element(
+                body.result.span,
+                &mut last_end,
+                BlankLines::Keep,
+                |printer| {
+                    printer.expr(&body.result, 0);
+                },
+            );
+            printer.dangling(body.span.end - 1, &mut last_end, BlankLines::Keep);
         });
         self.newline();
         self.push("}");
@@ -347,8 +364,8 @@ impl<'a> Printer<'a> {
 
     // Expressions.
 
-    fn expr(&mut self, expr: &'a Expr, after: usize) {
-        if self.fits(expr.span, after, |flat| flat.expr(expr)) {
+    fn expr(&mut self, expr: &'a Expr, trailing_chars: usize) {
+        if self.try_flat(expr.span, trailing_chars, |flat| flat.expr(expr)) {
             return;
         }
         match &expr.kind {
@@ -357,7 +374,7 @@ impl<'a> Printer<'a> {
             | ExprKind::Text(_)
             | ExprKind::Bool(_)
             | ExprKind::Path(_) => {
-                let mut flat = Flat::new(usize::MAX);
+                let mut flat = FlatPrinter::new(usize::MAX);
                 flat.expr(expr);
                 self.push(flat.text());
             }
@@ -371,33 +388,33 @@ impl<'a> Printer<'a> {
             ),
             ExprKind::Paren(inner) => {
                 self.push("(");
-                self.expr(inner, after + 1);
+                self.expr(inner, trailing_chars + 1);
                 self.push(")");
             }
             ExprKind::Call(call) => {
                 self.push(&call.callee.to_string());
-                self.args(&call.args, call.args_span, after);
+                self.args(&call.args, call.args_span, trailing_chars);
             }
-            ExprKind::Postfix(postfix) => self.postfix(postfix, after),
+            ExprKind::Postfix(postfix) => self.postfix(postfix, trailing_chars),
             ExprKind::Unary(unary) => {
                 self.push(unary.op.symbol());
-                self.expr(&unary.operand, after);
+                self.expr(&unary.operand, trailing_chars);
             }
-            ExprKind::Chain(chain) => self.chain(chain, after),
+            ExprKind::Chain(chain) => self.chain(chain, trailing_chars),
             ExprKind::Range(range) => {
                 self.expr(&range.start, 3);
                 self.push(range_symbol(range.inclusive));
-                self.expr(&range.end, after);
+                self.expr(&range.end, trailing_chars);
             }
             ExprKind::If(branch) => {
-                for (at, arm) in branch.arms.iter().enumerate() {
-                    self.push(if at == 0 { "if " } else { " else if " });
+                for (index, arm) in branch.arms.iter().enumerate() {
+                    self.push(if index == 0 { "if " } else { " else if " });
                     self.expr(&arm.condition, 2);
                     self.push(" ");
                     self.broken_body(&arm.body);
                 }
                 self.push(" else ");
-                self.broken_body(&branch.otherwise);
+                self.broken_body(&branch.else_body);
             }
             ExprKind::For(each) => {
                 self.push("for ");
@@ -417,23 +434,23 @@ impl<'a> Printer<'a> {
                 self.push("fn");
                 self.params(&lambda.params);
                 self.push(" => ");
-                self.body(&lambda.body, after);
+                self.body(&lambda.body, trailing_chars);
             }
         }
     }
 
-    fn args(&mut self, args: &'a [Arg], span: Span, after: usize) {
-        if self.fits(span, after, |flat| flat.args("(", args, ")")) {
+    fn args(&mut self, args: &'a [Arg], span: Span, trailing_chars: usize) {
+        if self.try_flat(span, trailing_chars, |flat| flat.args("(", args, ")")) {
             return;
         }
         self.broken("(", args, |arg| arg.span, span.end - 1, ")", Self::arg);
     }
 
-    /// Arguments that are never spread over lines: those of a blend.
+    /// Writes arguments on one line, as for a blend.
     fn args_in_line(&mut self, args: &'a [Arg], open: &str, close: &str) {
         self.push(open);
-        for (at, arg) in args.iter().enumerate() {
-            self.push(if at == 0 { "" } else { ", " });
+        for (index, arg) in args.iter().enumerate() {
+            self.push(if index == 0 { "" } else { ", " });
             self.arg(arg);
         }
         self.push(close);
@@ -447,48 +464,57 @@ impl<'a> Printer<'a> {
         self.expr(&arg.value, 1);
     }
 
-    fn chain(&mut self, chain: &'a Chain, after: usize) {
+    fn chain(&mut self, chain: &'a Chain, trailing_chars: usize) {
         self.expr(&chain.first, 0);
-        let mut last = None;
+        let mut last_end = None;
         self.indented(|printer| {
             let mut end = chain.first.span.end;
-            for (at, link) in chain.rest.iter().enumerate() {
-                printer.trailing(end, &mut last);
-                let after = if at + 1 == chain.rest.len() { after } else { 0 };
+            for (index, link) in chain.links.iter().enumerate() {
+                printer.trailing(end, &mut last_end);
+                let trailing_chars = if index + 1 == chain.links.len() {
+                    trailing_chars
+                } else {
+                    0
+                };
                 let span = link.op_span.to(link.operand.span);
-                printer.element_alone(span, &mut last, Blanks::Drop, |printer| {
-                    printer.push(link.op.symbol());
-                    if let Some(blend) = &link.blend {
-                        printer.args_in_line(&blend.args, "[", "]");
-                    }
-                    printer.push(" ");
-                    printer.expr(&link.operand, after);
-                });
+                printer.element_without_trailing(
+                    span,
+                    &mut last_end,
+                    BlankLines::Drop,
+                    |printer| {
+                        printer.push(link.op.symbol());
+                        if let Some(blend) = &link.blend {
+                            printer.args_in_line(&blend.args, "[", "]");
+                        }
+                        printer.push(" ");
+                        printer.expr(&link.operand, trailing_chars);
+                    },
+                );
                 end = span.end;
             }
         });
     }
 
-    /// One method stays on its line; of several, each has its own.
-    fn postfix(&mut self, postfix: &'a Postfix, after: usize) {
+    /// Writes suffixes. A single method stays on the line, and several have a line each.
+    fn postfix(&mut self, postfix: &'a Postfix, trailing_chars: usize) {
         let methods = postfix.suffixes.iter().filter(|s| s.args.is_some());
         let in_line = methods.count() < 2;
         self.expr(&postfix.base, 0);
-        let mut last = None;
+        let mut last_end = None;
         self.indented(|printer| {
             let mut end = postfix.base.span.end;
             for suffix in &postfix.suffixes {
-                let stays = in_line || suffix.args.is_none();
+                let stays_on_line = in_line || suffix.args.is_none();
                 let write = |printer: &mut Self| {
                     printer.push(".");
                     printer.push(&suffix.name.name);
                     if let Some(args) = &suffix.args {
-                        printer.args(&args.args, args.span, after);
+                        printer.args(&args.args, args.span, trailing_chars);
                     }
                 };
-                let commented = printer.comments.any_between(end, suffix.span.start);
-                printer.trailing(end, &mut last);
-                if stays && !commented {
+                let has_comment = printer.comments.has_between(end, suffix.span.start);
+                printer.trailing(end, &mut last_end);
+                if stays_on_line && !has_comment {
                     if in_line {
                         printer.indent -= 1;
                         write(printer);
@@ -497,7 +523,12 @@ impl<'a> Printer<'a> {
                         write(printer);
                     }
                 } else {
-                    printer.element_alone(suffix.span, &mut last, Blanks::Drop, write);
+                    printer.element_without_trailing(
+                        suffix.span,
+                        &mut last_end,
+                        BlankLines::Drop,
+                        write,
+                    );
                 }
                 end = suffix.span.end;
             }

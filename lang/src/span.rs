@@ -1,30 +1,29 @@
-//! Where things stand in the source: files, byte ranges in them, and lines and columns for people.
+//! Source positions: files, byte ranges in them, and lines and columns for users.
 //!
-//! A [`Span`] is a half-open byte range in one file of a [`Sources`]. Spans are small and `Copy`, so
-//! that every node of the tree can carry one; everything readable (name, text, line, column) is asked
-//! of the [`Sources`] that gave out the [`FileId`]. No question about a span can panic: a range past
-//! the end, or inside a character, is clamped.
+//! A [`Span`] is a half-open byte range in one file of a [`Sources`]. Spans are small and `Copy`, so every
+//! node of the tree has one. The [`Sources`] that created the [`FileId`] resolves names, texts, lines and
+//! columns. No query panics: a range past the end, or inside a character, is clamped.
 
 use serde::Serialize;
 use std::ops::Range;
 
-/// A file of a [`Sources`].
+/// Id of a file in a [`Sources`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize)]
 pub struct FileId(pub u32);
 
-/// A half-open range of bytes in a file.
+/// Half-open range of bytes in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize)]
 pub struct Span {
-    /// The file that the range lies in.
+    /// File of the range.
     pub file: FileId,
-    /// The first byte.
+    /// First byte.
     pub start: u32,
-    /// The byte after the last.
+    /// Byte after the last.
     pub end: u32,
 }
 
 impl Span {
-    /// The bytes `start..end` of `file`.
+    /// Creates the span `start..end` of `file`.
     pub fn new(file: FileId, start: u32, end: u32) -> Self {
         Self {
             file,
@@ -33,7 +32,7 @@ impl Span {
         }
     }
 
-    /// The smallest span that covers both; both lie in the same file.
+    /// Returns the smallest span that covers both. Both are in the same file.
     pub fn to(self, other: Span) -> Span {
         debug_assert_eq!(self.file, other.file, "a span lies in one file");
         Span {
@@ -43,7 +42,7 @@ impl Span {
         }
     }
 
-    /// The empty span where this one starts.
+    /// Returns the empty span at the start of this one.
     pub fn at_start(self) -> Span {
         Span {
             end: self.start,
@@ -51,7 +50,7 @@ impl Span {
         }
     }
 
-    /// The empty span where this one ends.
+    /// Returns the empty span at the end of this one.
     pub fn at_end(self) -> Span {
         Span {
             start: self.end,
@@ -59,60 +58,60 @@ impl Span {
         }
     }
 
-    /// Whether `other` lies within this span.
+    /// Reports whether `other` is within this span.
     pub fn contains(self, other: Span) -> bool {
         self.file == other.file && self.start <= other.start && other.end <= self.end
     }
 
-    /// The number of bytes.
+    /// Returns the number of bytes.
     pub fn len(self) -> u32 {
         self.end - self.start
     }
 
-    /// Whether the span covers no byte: a place between two characters.
+    /// Reports whether the span is empty: a position between two characters.
     pub fn is_empty(self) -> bool {
         self.start == self.end
     }
 }
 
-/// A place for people: both numbers count from one, columns count characters.
+/// Position for users. Both numbers count from one, and columns count characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct LineCol {
-    /// The line, from one.
+    /// Line, from one.
     pub line: u32,
-    /// The character in the line, from one.
+    /// Character in the line, from one.
     pub column: u32,
 }
 
-/// The files of one compilation.
+/// Source files of one compilation.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
-    files: Vec<Source>,
+    files: Vec<LoadedSource>,
 }
 
 #[derive(Clone, Debug)]
-struct Source {
+struct LoadedSource {
     name: String,
     text: String,
-    /// The byte at which each line starts.
+    /// First byte of each line.
     lines: Vec<u32>,
 }
 
 impl Sources {
-    /// No files yet.
+    /// Creates an empty set of files.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a file under the name that messages call it by.
+    /// Adds a file under the name that messages use.
     pub fn add(&mut self, name: impl Into<String>, text: impl Into<String>) -> FileId {
         let id = FileId(u32::try_from(self.files.len()).unwrap_or(u32::MAX));
         let text = text.into();
         let newlines = text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
         let lines = std::iter::once(0)
-            .chain(newlines.map(|(at, _)| at as u32 + 1))
+            .chain(newlines.map(|(offset, _)| offset as u32 + 1))
             .collect();
-        self.files.push(Source {
+        self.files.push(LoadedSource {
             name: name.into(),
             text,
             lines,
@@ -120,37 +119,37 @@ impl Sources {
         id
     }
 
-    /// The number of files.
+    /// Returns the number of files.
     pub fn len(&self) -> usize {
         self.files.len()
     }
 
-    /// Whether there is no file.
+    /// Reports whether there is no file.
     pub fn is_empty(&self) -> bool {
         self.files.is_empty()
     }
 
-    /// Every file, in the order in which they were added.
+    /// Returns all files, in the order of their addition.
     pub fn ids(&self) -> impl Iterator<Item = FileId> + use<> {
         (0..self.files.len() as u32).map(FileId)
     }
 
-    /// The name that messages call the file by.
+    /// Returns the name of a file in messages.
     pub fn name(&self, file: FileId) -> &str {
         self.get(file).map_or("", |source| &source.name)
     }
 
-    /// The whole text of a file.
+    /// Returns the full text of a file.
     pub fn text(&self, file: FileId) -> &str {
         self.get(file).map_or("", |source| &source.text)
     }
 
-    /// The text that a span covers.
+    /// Returns the text that a span covers.
     pub fn slice(&self, span: Span) -> &str {
         &self.text(span.file)[self.range(span)]
     }
 
-    /// The span as a range that may index the file's text: inside it, and on character boundaries.
+    /// Returns the span as a valid index range of the file's text, on character boundaries.
     pub fn range(&self, span: Span) -> Range<usize> {
         let text = self.text(span.file);
         let start = text.floor_char_boundary(span.start as usize);
@@ -158,7 +157,7 @@ impl Sources {
         start..end
     }
 
-    /// The line and column of a byte.
+    /// Returns the line and column of a byte.
     pub fn line_col(&self, file: FileId, offset: u32) -> LineCol {
         let line = self.line_index(file, offset);
         let text = self.text(file);
@@ -170,14 +169,15 @@ impl Sources {
         }
     }
 
-    /// The line that a byte lies in, counted from zero.
+    /// Returns the line of a byte, counted from zero.
     pub fn line_index(&self, file: FileId, offset: u32) -> usize {
         self.get(file).map_or(0, |source| {
             source.lines.partition_point(|start| *start <= offset) - 1
         })
     }
 
-    /// The first byte of a line counted from zero; the end of the text for a line that is not there.
+    /// Returns the first byte of a line, counted from zero, or the end of the text if there is no such
+    /// line.
     pub fn line_start(&self, file: FileId, line: usize) -> u32 {
         let end = self.text(file).len() as u32;
         self.get(file)
@@ -185,7 +185,7 @@ impl Sources {
             .unwrap_or(end)
     }
 
-    fn get(&self, file: FileId) -> Option<&Source> {
+    fn get(&self, file: FileId) -> Option<&LoadedSource> {
         self.files.get(file.0 as usize)
     }
 }
@@ -198,16 +198,16 @@ mod tests {
     fn lines_and_columns_count_characters_from_one() {
         let mut sources = Sources::new();
         let file = sources.add("a.sdf", "let ä = 1;\n\nb");
-        let at = |offset| {
-            let place = sources.line_col(file, offset);
-            (place.line, place.column)
+        let position = |offset| {
+            let line_col = sources.line_col(file, offset);
+            (line_col.line, line_col.column)
         };
-        assert_eq!(at(0), (1, 1));
-        assert_eq!(at(7), (1, 7), "the two bytes of `ä` are one column");
-        assert_eq!(at(12), (2, 1));
-        assert_eq!(at(13), (3, 1));
-        assert_eq!(at(14), (3, 2));
-        assert_eq!(at(999), (3, 2), "past the end is the end");
+        assert_eq!(position(0), (1, 1));
+        assert_eq!(position(7), (1, 7), "the two bytes of `ä` are one column");
+        assert_eq!(position(12), (2, 1));
+        assert_eq!(position(13), (3, 1));
+        assert_eq!(position(14), (3, 2));
+        assert_eq!(position(999), (3, 2), "past the end is the end");
     }
 
     #[test]

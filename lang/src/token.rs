@@ -1,13 +1,15 @@
-//! The words of the language. Logos makes the lexer from the patterns; [`crate::lex`] drives it,
-//! takes out comments and checks literals, so that the grammar meets only what it can use.
+//! Tokens of the language.
 //!
-//! `|[`, `&[` and `-[` are words of their own, written without a space: the blend of an operator. A
-//! character that begins no word becomes [`Token::Unknown`], and things that other languages have
-//! (`^`, `**`, `?`, `'text'`) have words too, so that they can be answered with a hint.
+//! Logos generates the lexer from the patterns. [`crate::lex`] runs it, separates comments and validates
+//! literals. The grammar thus receives valid tokens only.
+//!
+//! `|[`, `&[` and `-[` are single tokens, written without a space: the blend of an operator. A character
+//! outside of any token becomes [`Token::Unknown`]. Constructs of other languages (`^`, `**`, `?`,
+//! `'text'`) have tokens too, so that messages can offer a correction.
 
 use logos::{Lexer, Logos};
 
-/// A word, with its text where the text varies.
+/// A token, with its text where that varies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Logos)]
 #[logos(skip r"[ \t\r\n\f\u{feff}]+")]
 pub(crate) enum Token<'s> {
@@ -42,13 +44,13 @@ pub(crate) enum Token<'s> {
 
     #[regex(r"[A-Za-z_][A-Za-z0-9_]*")]
     Name(&'s str),
-    /// Digits, then perhaps letters, which ought to be a unit.
+    /// Digits, optionally followed by letters that should be a unit.
     #[regex(r"([0-9][0-9_]*(\.[0-9][0-9_]*)?|\.[0-9][0-9_]*)([eE][+-]?[0-9][0-9_]*)?([A-Za-z][A-Za-z0-9_]*)?")]
     Number(&'s str),
     #[regex(r"#[0-9A-Za-z_]*")]
     Color(&'s str),
-    /// A string with its quotes; without the second one if the line ends first.
-    #[token("\"", text)]
+    /// A string with its quotes, without the closing one if the line ends first.
+    #[token("\"", string_literal)]
     Text(&'s str),
 
     #[token("(")]
@@ -126,7 +128,7 @@ pub(crate) enum Token<'s> {
     /// `//`, `///` and `////` with the rest of the line.
     #[token("//", line_comment)]
     LineComment(&'s str),
-    /// `/* … */`; without its end if the file ends first.
+    /// `/* … */`, without its end if the file ends first.
     #[token("/*", block_comment)]
     BlockComment(&'s str),
 
@@ -156,44 +158,44 @@ pub(crate) enum Token<'s> {
     ColonAssign,
     #[regex(r"'[^'\n]*'")]
     SingleQuoted(&'s str),
-    /// Anything else. Not made by logos: it reports an error, which [`crate::lex`] turns into this.
+    /// Any other text. Logos reports it as an error, which [`crate::lex`] converts to this token.
     Unknown(&'s str),
 }
 
-fn text<'s>(lexer: &mut Lexer<'s, Token<'s>>) -> &'s str {
-    let rest = lexer.remainder().as_bytes();
-    let mut at = 0;
-    while at < rest.len() {
-        match rest[at] {
+fn string_literal<'s>(lexer: &mut Lexer<'s, Token<'s>>) -> &'s str {
+    let remaining = lexer.remainder().as_bytes();
+    let mut length = 0;
+    while length < remaining.len() {
+        match remaining[length] {
             b'\n' => break,
             b'"' => {
-                at += 1;
+                length += 1;
                 break;
             }
-            b'\\' if rest.get(at + 1).is_some_and(|next| *next != b'\n') => at += 2,
-            _ => at += 1,
+            b'\\' if remaining.get(length + 1).is_some_and(|next| *next != b'\n') => length += 2,
+            _ => length += 1,
         }
     }
     // A backslash may have skipped the first byte of a longer character.
-    let at = lexer.remainder().ceil_char_boundary(at);
-    lexer.bump(at);
+    let length = lexer.remainder().ceil_char_boundary(length);
+    lexer.bump(length);
     lexer.slice()
 }
 
 fn line_comment<'s>(lexer: &mut Lexer<'s, Token<'s>>) -> &'s str {
-    let rest = lexer.remainder();
-    lexer.bump(rest.find('\n').unwrap_or(rest.len()));
+    let remaining = lexer.remainder();
+    lexer.bump(remaining.find('\n').unwrap_or(remaining.len()));
     lexer.slice().trim_end()
 }
 
 fn block_comment<'s>(lexer: &mut Lexer<'s, Token<'s>>) -> &'s str {
-    let rest = lexer.remainder();
-    lexer.bump(rest.find("*/").map_or(rest.len(), |end| end + 2));
+    let remaining = lexer.remainder();
+    lexer.bump(remaining.find("*/").map_or(remaining.len(), |end| end + 2));
     lexer.slice()
 }
 
 impl<'s> Token<'s> {
-    /// The words that cannot be names.
+    /// Reserved words, which cannot be names.
     pub(crate) const RESERVED: [Token<'static>; 14] = [
         Token::Let,
         Token::Fn,
@@ -211,12 +213,12 @@ impl<'s> Token<'s> {
         Token::False,
     ];
 
-    /// Whether the word is one of the reserved ones.
+    /// Reports whether the token is a reserved word.
     pub(crate) fn is_reserved(self) -> bool {
         Token::RESERVED.contains(&self)
     }
 
-    /// The closing bracket, if the word is an opening one.
+    /// Returns the closing bracket, if the token is an opening one.
     pub(crate) fn closer(self) -> Option<Token<'static>> {
         match self {
             Token::OpenParen => Some(Token::CloseParen),
@@ -228,7 +230,7 @@ impl<'s> Token<'s> {
         }
     }
 
-    /// Whether the word is a closing bracket.
+    /// Reports whether the token is a closing bracket.
     pub(crate) fn is_closer(self) -> bool {
         matches!(
             self,
@@ -236,7 +238,7 @@ impl<'s> Token<'s> {
         )
     }
 
-    /// Whether an expression can end with the word.
+    /// Reports whether an expression can end with the token.
     pub(crate) fn ends_operand(self) -> bool {
         self.is_closer()
             || matches!(
@@ -250,7 +252,7 @@ impl<'s> Token<'s> {
             )
     }
 
-    /// Whether an expression can start with the word, signs left aside.
+    /// Reports whether an expression can start with the token, apart from signs.
     pub(crate) fn starts_operand(self) -> bool {
         matches!(
             self,
@@ -269,7 +271,7 @@ impl<'s> Token<'s> {
         )
     }
 
-    /// Whether the word can only begin an item or a statement.
+    /// Reports whether the token always begins an item or a statement.
     pub(crate) fn starts_item(self) -> bool {
         matches!(
             self,

@@ -1,43 +1,42 @@
-//! What the rules of the grammar make: the nodes of the tree.
+//! Actions of the grammar rules, which build the nodes of the tree.
 //!
-//! A [`Builder`] knows which file it works on and how deep the parser is nested. Mistakes that the
-//! grammar lets through because a message about them is better than a wrong word (an `if` without
-//! `else`, a block without a value, `a < b < c`) are collected here, and something harmless takes
-//! their place: a tree with errors is never handed out.
+//! An [`AstBuilder`] records the file and the nesting depth of the parser. The grammar accepts some
+//! mistakes so that their messages are better: an `if` without `else`, a block without a value, `a < b <
+//! c`. They are reported here and replaced by placeholders. A tree with errors is never returned.
 
 use crate::ast::*;
 use crate::codes;
-use crate::diagnostic::{Diagnostic, MAX_SHOWN};
+use crate::diagnostic::{Diagnostic, MAX_SHOWN_DIAGNOSTICS};
 use crate::literal;
 use crate::span::{FileId, Span};
 
-/// What a top-level rule makes.
-pub(crate) enum Top {
+/// Result of a top-level rule.
+pub(crate) enum TopLevel {
     Item(Box<Item>),
     Result(Box<Expr>),
 }
 
-/// Stops the parser where the text is nested too deeply.
+/// Error that stops the parser where the text is nested too deeply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct TooDeep {
-    pub(crate) at: u32,
+pub(crate) struct NestingError {
+    pub(crate) offset: u32,
 }
 
-/// An operator between two expressions, as written.
-pub(crate) struct Operator {
+/// Binary operator as written.
+pub(crate) struct BinaryOperator {
     op: BinaryOp,
     span: Span,
     blend: Option<Args>,
 }
 
-/// The state of the parser's actions.
-pub(crate) struct Builder {
+/// State of the parser's actions.
+pub(crate) struct AstBuilder {
     file: FileId,
     depth: u32,
     pub(crate) errors: Vec<Diagnostic>,
 }
 
-impl Builder {
+impl AstBuilder {
     pub(crate) fn new(file: FileId) -> Self {
         Self {
             file,
@@ -50,18 +49,18 @@ impl Builder {
         Span::new(self.file, start, end)
     }
 
-    /// Nobody reads more messages than these.
+    /// Adds an error, up to twice the number of shown diagnostics.
     fn report(&mut self, error: Diagnostic) {
-        if self.errors.len() < 2 * MAX_SHOWN {
+        if self.errors.len() < 2 * MAX_SHOWN_DIAGNOSTICS {
             self.errors.push(error);
         }
     }
 
     /// Opens a level of nesting.
-    pub(crate) fn enter(&mut self, at: u32) -> Result<(), TooDeep> {
+    pub(crate) fn enter(&mut self, offset: u32) -> Result<(), NestingError> {
         self.depth += 1;
         match self.depth > MAX_DEPTH {
-            true => Err(TooDeep { at }),
+            true => Err(NestingError { offset }),
             false => Ok(()),
         }
     }
@@ -82,15 +81,15 @@ impl Builder {
 
     pub(crate) fn import(&self, start: u32, path: &str, end: u32, alias: Ident) -> Import {
         Import {
-            path: literal::text(path).0,
+            path: literal::parse_text(path).0,
             path_span: self.span(start, end),
             alias,
         }
     }
 
     pub(crate) fn param_range(&mut self, values: Expr, step: Option<Expr>) -> Box<ParamRange> {
-        let last = step.as_ref().map_or(values.span, |step| step.span);
-        let span = values.span.to(last);
+        let end = step.as_ref().map_or(values.span, |step| step.span);
+        let span = values.span.to(end);
         let range = match values.kind {
             ExprKind::Range(range) => *range,
             _ => {
@@ -140,7 +139,7 @@ impl Builder {
         self.leave();
         let span = self.span(start, end);
         let result = result.unwrap_or_else(|| {
-            self.report(no_value(&statements, span));
+            self.report(missing_value(&statements, span));
             self.placeholder(span.at_end())
         });
         Body {
@@ -168,18 +167,18 @@ impl Builder {
     }
 
     pub(crate) fn number(&self, word: &str) -> ExprKind {
-        ExprKind::Number(literal::number(word).unwrap_or(Number {
+        ExprKind::Number(literal::parse_number(word).unwrap_or(Number {
             value: NumberValue::Int(0),
             unit: Unit::None,
         }))
     }
 
     pub(crate) fn color(&self, word: &str) -> ExprKind {
-        ExprKind::Color(literal::color(word).unwrap_or_default())
+        ExprKind::Color(literal::parse_color(word).unwrap_or_default())
     }
 
     pub(crate) fn text(&self, word: &str) -> ExprKind {
-        ExprKind::Text(literal::text(word).0)
+        ExprKind::Text(literal::parse_text(word).0)
     }
 
     pub(crate) fn name(&self, start: u32, name: &str, end: u32) -> Ident {
@@ -285,8 +284,8 @@ impl Builder {
         }
     }
 
-    pub(crate) fn operator(&self, start: u32, op: BinaryOp, end: u32) -> Operator {
-        Operator {
+    pub(crate) fn operator(&self, start: u32, op: BinaryOp, end: u32) -> BinaryOperator {
+        BinaryOperator {
             op,
             span: self.span(start, end),
             blend: None,
@@ -299,7 +298,7 @@ impl Builder {
         op: BinaryOp,
         args: Vec<Arg>,
         end: u32,
-    ) -> Operator {
+    ) -> BinaryOperator {
         let blend = self.args(start, args, end);
         let span = self.span(start, start + 1);
         if blend.args.is_empty() {
@@ -310,33 +309,33 @@ impl Builder {
                     .help(format!("write `{symbol}[0.2]`, or `{symbol}` alone")),
             );
         }
-        Operator {
+        BinaryOperator {
             op,
             span,
             blend: Some(blend),
         }
     }
 
-    /// `left op right`, where `left` may be a chain of the same precedence that goes on.
-    pub(crate) fn chain(&mut self, left: Expr, operator: Operator, right: Expr) -> Expr {
+    /// Creates `left op right`, where `left` may be a chain of the same precedence that is extended.
+    pub(crate) fn chain(&mut self, left: Expr, operator: BinaryOperator, right: Expr) -> Expr {
         let span = left.span.to(right.span);
         let precedence = operator.op.precedence();
         let mut chain = match left.kind {
-            ExprKind::Chain(chain) if chain.rest[0].op.precedence() == precedence => chain,
+            ExprKind::Chain(chain) if chain.links[0].op.precedence() == precedence => chain,
             _ => Box::new(Chain {
                 first: left,
-                rest: Vec::new(),
+                links: Vec::new(),
             }),
         };
-        if precedence == Precedence::Compare && chain.rest.len() == 1 {
+        if precedence == Precedence::Compare && chain.links.len() == 1 {
             self.report(
                 Diagnostic::error(codes::E0123, operator.span, "a comparison has two sides")
                     .primary("a second comparison")
-                    .label(chain.rest[0].op_span, "the first one")
+                    .label(chain.links[0].op_span, "the first one")
                     .help("write `a < b && b < c`"),
             );
         }
-        chain.rest.push(Link {
+        chain.links.push(ChainLink {
             op: operator.op,
             op_span: operator.span,
             blend: operator.blend,
@@ -373,15 +372,22 @@ impl Builder {
     ) -> Expr {
         self.leave();
         let otherwise = otherwise.unwrap_or_else(|| {
-            let place = self.span(start, end).at_end();
+            let end_span = self.span(start, end).at_end();
             self.report(
-                Diagnostic::error(codes::E0122, place, "this `if` has no `else`")
+                Diagnostic::error(codes::E0122, end_span, "this `if` has no `else`")
                     .primary("what is the value otherwise?")
                     .label(self.span(start, start + 2), "an `if` is an expression"),
             );
-            self.plain_body(self.placeholder(place))
+            self.plain_body(self.placeholder(end_span))
         });
-        self.expr(start, ExprKind::If(Box::new(If { arms, otherwise })), end)
+        self.expr(
+            start,
+            ExprKind::If(Box::new(If {
+                arms,
+                else_body: otherwise,
+            })),
+            end,
+        )
     }
 
     pub(crate) fn for_each(
@@ -415,7 +421,7 @@ impl Builder {
     }
 }
 
-fn no_value(statements: &[Statement], body: Span) -> Diagnostic {
+fn missing_value(statements: &[Statement], body: Span) -> Diagnostic {
     let close = Span {
         start: body.end - 1,
         ..body

@@ -1,4 +1,4 @@
-//! The language from outside: text in, trees, text and messages out.
+//! The public interface of the language: text to trees, canonical text and messages.
 
 #[path = "language/errors.rs"]
 mod errors;
@@ -11,25 +11,25 @@ mod scenes;
 
 use sdfc_lang::{Diagnostics, Sources, Style, ast::File, parse};
 
-/// The tree of a text, and what is said about the text.
-fn read(text: &str) -> (Option<File>, String) {
+/// Parses a text, and returns the tree and the rendered messages.
+fn parse_and_render(text: &str) -> (Option<File>, String) {
     let mut sources = Sources::new();
     let file = sources.add("scene.sdf", text);
-    let (tree, found) = parse(&sources, file);
-    let found: Diagnostics = found.into_iter().collect();
-    (tree, found.render(&sources, Style::Plain))
+    let (tree, diagnostics) = parse(&sources, file);
+    let diagnostics: Diagnostics = diagnostics.into_iter().collect();
+    (tree, diagnostics.render(&sources, Style::Plain))
 }
 
-/// The tree of a text without errors.
-fn tree(text: &str) -> File {
-    let (tree, said) = read(text);
-    tree.unwrap_or_else(|| panic!("{said}\n{text}"))
+/// Parses a text without errors.
+fn parse_valid(text: &str) -> File {
+    let (tree, messages) = parse_and_render(text);
+    tree.unwrap_or_else(|| panic!("{messages}\n{text}"))
 }
 
-/// A small generator of numbers that look random; the same ones in every run.
-struct Random(u64);
+/// Xorshift generator of pseudorandom numbers, identical in every run.
+struct XorShift(u64);
 
-impl Random {
+impl XorShift {
     fn below(&mut self, end: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;

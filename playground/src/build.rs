@@ -1,33 +1,32 @@
-//! From a source to a scene that engines can load, with all there is to say about it and how long it
-//! took.
+//! Builds a scene from its source, with all diagnostics and timings.
 
 use crate::files::{Files, Folder};
-use crate::written::{Written, written};
+use crate::param_source::{ParamSource, param_sources};
 use sdfc_compiler::compile::GeneratedSource;
 use sdfc_compiler::elaborate::NoFiles;
-use sdfc_compiler::open::{Content, Opened, Request, open};
+use sdfc_compiler::open::{CompiledScene, Request, SceneFile, open};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::{Sources, Style};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-/// What is built.
+/// Source of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum SceneOrigin {
     /// A file.
     File(PathBuf),
-    /// A text with a name, in no file.
+    /// A named text that is not stored in a file.
     Text {
         /// Its name.
         name: String,
-        /// The language.
+        /// Text of the scene.
         text: String,
     },
 }
 
-impl Source {
-    /// What it is called.
+impl SceneOrigin {
+    /// Returns the path, or the name of a text without a file.
     pub fn path(&self) -> &Path {
         match self {
             Self::File(path) => path,
@@ -39,167 +38,167 @@ impl Source {
 /// A scene to be built.
 #[derive(Clone, Debug)]
 pub struct BuildTask {
-    /// Which build it is; later ones have larger numbers.
+    /// Build number; later builds have larger numbers.
     pub number: u64,
-    /// What of.
-    pub source: Source,
-    /// Values of parameters, as texts, that decide structure.
+    /// Source of the scene.
+    pub source: SceneOrigin,
+    /// Values of structural params, as text.
     pub overrides: Vec<(String, String)>,
-    /// The time of the animation, in seconds.
+    /// Animation time in seconds.
     pub time: f64,
-    /// The named output, instead of the scene's result.
+    /// Name of the output to build instead of the scene's result.
     pub part: Option<String>,
 }
 
-/// What came of it.
+/// Result of a build.
 #[derive(Debug)]
-pub struct Built {
-    /// Which build it was.
+pub struct BuildResult {
+    /// Number of the build.
     pub number: u64,
-    /// The files that it was made of, or would have been.
+    /// Files that the scene consists of, including those that could not be read.
     pub files: Vec<PathBuf>,
-    /// All that there is to say, as `sdfc check` says it; empty if nothing.
+    /// Diagnostics in the format of `sdfc check`; empty if there are none.
     pub report: String,
-    /// The scene, if nothing is wrong.
-    pub scene: Option<Arc<Scene>>,
-    /// The task's values of parameters and what there is to say about the scene with them, where there
-    /// is none with them: then `scene` is the one without.
-    pub refused: Option<Refused>,
-    /// How long reading took.
+    /// The scene, if it has no errors.
+    pub scene: Option<Arc<BuiltScene>>,
+    /// The task's overrides and their diagnostics, if no scene can be built with them. Then `scene` is
+    /// the scene without overrides.
+    pub rejected: Option<RejectedOverrides>,
+    /// Time for reading the source.
     pub reading: Duration,
-    /// How long the way from text to programs took.
+    /// Time for compiling the text into programs.
     pub compiling: Duration,
 }
 
-/// Values of parameters that a scene cannot be built with.
+/// Values of params that a scene cannot be built with.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refused {
+pub struct RejectedOverrides {
     /// The values, as in [`BuildTask::overrides`].
     pub overrides: Vec<(String, String)>,
-    /// Why, as `sdfc check` says it.
+    /// Diagnostics in the format of `sdfc check`.
     pub report: String,
 }
 
 /// A scene that engines can load.
 #[derive(Debug)]
-pub struct Scene {
-    /// Programs, params and settings, as the text has them.
-    pub opened: Opened,
-    /// The texts.
+pub struct BuiltScene {
+    /// Programs, params and settings with the values of the text.
+    pub opened: CompiledScene,
+    /// Source texts.
     pub sources: Sources,
-    /// How its params are written in the text.
-    pub written: Vec<Option<Written>>,
-    /// The build that made it.
+    /// Notation of each param in the source text.
+    pub param_sources: Vec<Option<ParamSource>>,
+    /// Number of the build.
     pub number: u64,
     generated: OnceLock<GeneratedSource>,
 }
 
-impl Scene {
-    /// Its functions as WGSL, made when they are first asked for.
+impl BuiltScene {
+    /// Returns the scene's functions as WGSL, generated on first use.
     pub fn generated(&self) -> &GeneratedSource {
         self.generated
             .get_or_init(|| self.opened.compiled.generated())
     }
 }
 
-/// Builds a scene. It never panics: what the compiler panicked with becomes the report.
-pub fn build(task: &BuildTask, files: &dyn Files) -> Built {
-    let attempt = std::panic::AssertUnwindSafe(|| {
-        let built = attempt(task, files);
+/// Builds a scene. A panic of the compiler becomes the report.
+pub fn build(task: &BuildTask, files: &dyn Files) -> BuildResult {
+    let guarded_build = std::panic::AssertUnwindSafe(|| {
+        let built = try_build(task, files);
         if built.scene.is_some() || task.overrides.is_empty() {
             return built;
         }
-        // An edit may have left no place for what was set by hand.
-        let without = BuildTask {
+        // An edit may have made values set by hand invalid.
+        let without_overrides = BuildTask {
             overrides: Vec::new(),
             ..task.clone()
         };
-        Built {
-            refused: Some(Refused {
+        BuildResult {
+            rejected: Some(RejectedOverrides {
                 overrides: task.overrides.clone(),
                 report: built.report,
             }),
-            ..self::attempt(&without, files)
+            ..self::try_build(&without_overrides, files)
         }
     });
-    std::panic::catch_unwind(attempt).unwrap_or_else(|_| {
+    std::panic::catch_unwind(guarded_build).unwrap_or_else(|_| {
         let report = "error: this is a bug in sdfc: the compiler panicked on this scene\n";
-        failed(task, report.to_owned())
+        failed_build(task, report.to_owned())
     })
 }
 
-fn failed(task: &BuildTask, report: String) -> Built {
+fn failed_build(task: &BuildTask, report: String) -> BuildResult {
     let files = match &task.source {
-        Source::File(path) => vec![path.clone()],
-        Source::Text { .. } => Vec::new(),
+        SceneOrigin::File(path) => vec![path.clone()],
+        SceneOrigin::Text { .. } => Vec::new(),
     };
-    Built {
+    BuildResult {
         number: task.number,
         files,
         report,
         scene: None,
-        refused: None,
+        rejected: None,
         reading: Duration::ZERO,
         compiling: Duration::ZERO,
     }
 }
 
-fn attempt(task: &BuildTask, files: &dyn Files) -> Built {
+fn try_build(task: &BuildTask, files: &dyn Files) -> BuildResult {
     let path = task.source.path();
     let started = Instant::now();
     let content = match &task.source {
-        Source::File(path) => files
+        SceneOrigin::File(path) => files
             .read(path)
             .map_err(|why| format!("{} cannot be read: {why}", path.display()))
-            .and_then(|bytes| Content::of(path, bytes)),
-        Source::Text { text, .. } => Ok(Content::Text(text.clone())),
+            .and_then(|bytes| SceneFile::from_bytes(path, bytes)),
+        SceneOrigin::Text { text, .. } => Ok(SceneFile::Text(text.clone())),
     };
     let content = match content {
         Ok(content) => content,
-        Err(problem) => return failed(task, format!("error: {problem}\n")),
+        Err(problem) => return failed_build(task, format!("error: {problem}\n")),
     };
     let reading = started.elapsed();
-    let folder = Folder::of(files, path);
+    let folder = Folder::new(files, path);
     let request = Request {
         path,
         overrides: task.overrides.clone(),
         time: task.time,
         part: task.part.clone(),
         passes: PassOptions::default(),
-        // What draws edits gains nothing from them.
-        guards: false,
-        sight: None,
+        // The engines that draw edits do not benefit from guards.
+        emit_guards: false,
+        lod_target: None,
         loader: match task.source {
-            Source::File(_) => &folder,
-            Source::Text { .. } => &NoFiles,
+            SceneOrigin::File(_) => &folder,
+            SceneOrigin::Text { .. } => &NoFiles,
         },
     };
     let outcome = open(content, &request);
     let compiling = started.elapsed() - reading;
-    let mut read = failed(task, String::new()).files;
-    read.extend(folder.asked());
+    let mut read_files = failed_build(task, String::new()).files;
+    read_files.extend(folder.requested_files());
     let outcome = match outcome {
         Ok(outcome) => outcome,
         Err(problem) => {
-            return Built {
-                files: read,
-                ..failed(task, format!("error: {problem}\n"))
+            return BuildResult {
+                files: read_files,
+                ..failed_build(task, format!("error: {problem}\n"))
             };
         }
     };
-    let report = if outcome.found.is_empty() {
+    let report = if outcome.diagnostics.is_empty() {
         String::new()
     } else {
-        outcome.found.render(&outcome.sources, Style::Plain)
+        outcome.diagnostics.render(&outcome.sources, Style::Plain)
     };
-    Built {
+    BuildResult {
         number: task.number,
-        files: read,
+        files: read_files,
         report,
-        scene: outcome.made.map(|opened| {
-            Arc::new(Scene {
-                written: match opened.compiled.scene() {
-                    Some(scene) => written(scene, &outcome.sources),
+        scene: outcome.value.map(|opened| {
+            Arc::new(BuiltScene {
+                param_sources: match opened.compiled.scene() {
+                    Some(scene) => param_sources(scene, &outcome.sources),
                     None => vec![None; opened.compiled.module.settings.params.len()],
                 },
                 opened,
@@ -208,7 +207,7 @@ fn attempt(task: &BuildTask, files: &dyn Files) -> Built {
                 generated: OnceLock::new(),
             })
         }),
-        refused: None,
+        rejected: None,
         reading,
         compiling,
     }

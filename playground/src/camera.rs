@@ -1,48 +1,47 @@
-//! The camera that follows the mouse: it orbits around what it looks at, pans, zooms to the point
-//! under the cursor, fits a box into the picture, and looks along the axes.
+//! A camera controlled by the mouse: it orbits around its look-at point, pans, zooms to the point under
+//! the cursor, fits a box into the picture, and looks along the axes.
 //!
-//! A [`View`] is all that it changes, and as long as nothing moves it the view is the very one that
-//! was given. It turns like a turntable: to the side around an axis that stays, up and down by no
-//! more than straight from above and below, so nothing ever flips over. Where the given view does not
-//! lean to a side, the axis is the scene's upward direction, else the view's own. A plane figure is
-//! always seen face on; its camera pans and zooms only.
+//! The camera only changes a [`View`]; without motion it returns the given view unchanged. It orbits like
+//! a turntable: horizontally around a fixed axis, vertically at most to the poles, so it never flips. The
+//! axis is the scene's up direction if the given view is not tilted sideways, else the view's own up
+//! direction. A 2-D shape is always viewed face on; its camera only pans and zooms.
 //!
-//! Places in the picture go from (-1, -1) in its lower left corner to (1, 1) in its upper right one;
-//! `aspect` is the picture's width divided by its height; angles are in radians.
+//! Points of the picture are in normalised device coordinates, from (-1, -1) in the lower left corner to
+//! (1, 1) in the upper right corner. `aspect` is width divided by height. Angles are in radians.
 
 mod text;
 
-use sdfc_runtime::frame::{Axes, Lens, View};
+use sdfc_runtime::render::{Axes, ResolvedLens, View};
 use sdfc_runtime::settings;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::V3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// A place in the picture.
-pub type Place = [f64; 2];
+/// A point of the picture in normalised device coordinates.
+pub type Ndc = [f64; 2];
 
-/// From where a scene is seen by a view key.
+/// A standard side view, selected by a view key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// From the front: +z, or -y where z points up.
+pub enum ViewSide {
+    /// From the front: +z, or -y for scenes in which z points up.
     Front,
-    /// From behind.
+    /// From the back.
     Back,
     /// From -x.
     Left,
     /// From +x.
     Right,
-    /// From above; the front is at the picture's lower edge.
+    /// From above, with the front at the lower edge of the picture.
     Top,
-    /// From below; the front is at the picture's upper edge.
+    /// From below, with the front at the upper edge of the picture.
     Bottom,
-    /// From above, in front and the right at once: the three axes look equally long.
+    /// Isometric: from above, the front and the right, with equal foreshortening of the three axes.
     Isometric,
 }
 
-impl Side {
-    /// How far around the upward axis, and how far up, the camera is from the front.
+impl ViewSide {
+    /// Returns azimuth and elevation of the camera, relative to the front.
     fn angles(self) -> [f64; 2] {
         match self {
             Self::Front => [0.0, 0.0],
@@ -56,253 +55,261 @@ impl Side {
     }
 }
 
-/// A camera that can be moved; see [the module](self).
+/// A movable camera; see [the module](self).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Camera {
+pub struct OrbitCamera {
     view: View,
-    /// The axis of the turntable: of length one, and at a right angle to the view's right.
+    /// Axis of the turntable: unit length, perpendicular to the view's right.
     axis: V3<f64>,
-    /// The scene's upward direction.
-    upright: V3<f64>,
-    /// The field of view to go back to from parallel rays.
+    /// The scene's up direction.
+    world_up: V3<f64>,
+    /// Field of view restored when switching back from parallel rays.
     fov: f64,
     plane: bool,
 }
 
-/// The field of view of a camera that never had one, as in the language.
-const FIELD_OF_VIEW: f64 = 35.0 * PI / 180.0;
-/// How small the way to what is looked at may become, as a share of the largest coordinate there:
-/// engines compute with seven digits.
-const NEAREST: f64 = 1e-5;
-/// The smallest and the largest way or height at all.
-const WAYS: [f64; 2] = [1e-9, 1e12];
-/// How much the picture may grow or shrink at once.
-const ZOOMS: [f64; 2] = [1e-3, 1e3];
+/// Default field of view of the language.
+const DEFAULT_FOV: f64 = 35.0 * PI / 180.0;
+/// Minimum distance to the look-at point, as a fraction of its largest coordinate. Engines compute with
+/// seven digits.
+const MIN_RELATIVE_DISTANCE: f64 = 1e-5;
+/// Range of the distance to the look-at point, or of the height of an orthographic picture.
+const DISTANCE_RANGE: [f64; 2] = [1e-9, 1e12];
+/// Range of the zoom factor of one event.
+const ZOOM_FACTOR_RANGE: [f64; 2] = [1e-3, 1e3];
 
-impl Camera {
-    /// A camera with this view; whether the scene says that z points up, and whether it is a plane
-    /// figure.
+impl OrbitCamera {
+    /// Creates a camera from a view. `z_up` states that z points up in the scene, `plane` that the scene
+    /// is a 2-D shape.
     pub fn new(view: View, z_up: bool, plane: bool) -> Self {
-        let upright = if z_up {
-            V3::of(0.0, 0.0, 1.0)
+        let world_up = if z_up {
+            V3::new(0.0, 0.0, 1.0)
         } else {
-            V3::of(0.0, 1.0, 0.0)
+            V3::new(0.0, 1.0, 0.0)
         };
         let mut camera = Self {
             view,
-            axis: upright,
-            upright,
-            fov: FIELD_OF_VIEW,
+            axis: world_up,
+            world_up,
+            fov: DEFAULT_FOV,
             plane,
         };
-        camera.show(view);
+        camera.set_view(view);
         camera
     }
 
-    /// Goes to another view.
-    pub fn show(&mut self, view: View) {
+    /// Sets the view.
+    pub fn set_view(&mut self, view: View) {
         self.view = view;
-        if let Lens::Perspective(fov) = view.lens {
+        if let ResolvedLens::Perspective(fov) = view.lens {
             self.fov = fov;
         }
-        let basis = Basis::of(&view);
-        let lean = basis.right.dot(self.upright);
-        self.axis = if lean.abs() > 1e-9 {
-            unit(vector(view.up)).unwrap_or(basis.up)
-        } else if basis.up.dot(self.upright) < -1e-9 {
-            -self.upright
+        let basis = Basis::from_view(&view);
+        let right_lean = basis.right.dot(self.world_up);
+        self.axis = if right_lean.abs() > 1e-9 {
+            normalized(vector(view.up)).unwrap_or(basis.up)
+        } else if basis.up.dot(self.world_up) < -1e-9 {
+            -self.world_up
         } else {
-            self.upright
+            self.world_up
         };
         if basis.right.dot(self.axis).abs() > 1e-9 {
-            // An upward direction along the view says nothing.
+            // An up direction along the line of sight does not determine the roll.
             self.axis = basis.up;
         }
     }
 
-    /// The view.
+    /// Returns the view.
     pub fn view(&self) -> View {
         self.view
     }
 
-    /// How far the camera is from what it looks at.
+    /// Returns the distance from the camera to its look-at point.
     pub fn distance(&self) -> f64 {
         (vector(self.view.look) - vector(self.view.from)).length()
     }
 
-    /// Whether its rays are parallel.
+    /// Reports whether the rays are parallel.
     pub fn is_orthographic(&self) -> bool {
-        matches!(self.view.lens, Lens::Orthographic(_))
+        matches!(self.view.lens, ResolvedLens::Orthographic(_))
     }
 
-    /// Whether it shows a plane figure, and only pans and zooms.
+    /// Reports whether the camera shows a 2-D shape, so that it only pans and zooms.
     pub fn is_plane(&self) -> bool {
         self.plane
     }
 
-    /// What is seen at a place of the picture, so far along its ray; without a way, or an endless
-    /// one, on the plane of what the camera looks at.
-    pub fn point_under(&self, place: Place, depth: Option<f64>, aspect: f64) -> [f64; 3] {
-        let axes = Axes::of_view(&self.view, aspect);
-        let across =
-            |middle, right, up| vector(middle) + vector(right) * place[0] + vector(up) * place[1];
-        let start = across(axes.origin, axes.origin_right, axes.origin_up);
-        let way = across(axes.forward, axes.forward_right, axes.forward_up);
-        let times = match depth.filter(|depth| depth.is_finite()) {
-            Some(depth) => depth / way.length(),
+    /// Returns the point at a depth along the ray through a point of the picture. Without a finite depth,
+    /// the point lies in the plane of the look-at point.
+    pub fn point_under(&self, ndc: Ndc, depth: Option<f64>, aspect: f64) -> [f64; 3] {
+        let axes = Axes::from_view(&self.view, aspect);
+        let interpolate =
+            |middle, right, up| vector(middle) + vector(right) * ndc[0] + vector(up) * ndc[1];
+        let start = interpolate(axes.origin, axes.origin_right, axes.origin_up);
+        let direction = interpolate(axes.forward, axes.forward_right, axes.forward_up);
+        let ray_scale = match depth.filter(|depth| depth.is_finite()) {
+            Some(depth) => depth / direction.length(),
             None => self.distance(),
         };
-        array(start + way * times)
+        array(start + direction * ray_scale)
     }
 
-    /// Where a point is seen, perhaps beyond the edges of the picture; none for one behind the camera.
-    pub fn place_of(&self, point: [f64; 3], aspect: f64) -> Option<Place> {
-        let basis = Basis::of(&self.view);
-        let way = vector(point) - vector(self.view.from);
-        let half = match self.view.lens {
-            Lens::Perspective(fov) => -way.dot(basis.back) * (fov / 2.0).tan(),
-            Lens::Orthographic(height) => height / 2.0,
+    /// Projects a point into the picture; the result may lie outside its edges. Returns `None` for points
+    /// behind the camera.
+    pub fn project(&self, point: [f64; 3], aspect: f64) -> Option<Ndc> {
+        let basis = Basis::from_view(&self.view);
+        let direction = vector(point) - vector(self.view.from);
+        let half_height = match self.view.lens {
+            ResolvedLens::Perspective(fov) => -direction.dot(basis.back) * (fov / 2.0).tan(),
+            ResolvedLens::Orthographic(height) => height / 2.0,
         };
-        (half > 0.0).then(|| {
+        (half_height > 0.0).then(|| {
             [
-                way.dot(basis.right) / (half * aspect),
-                way.dot(basis.up) / half,
+                direction.dot(basis.right) / (half_height * aspect),
+                direction.dot(basis.up) / half_height,
             ]
         })
     }
 
-    /// Moves around what it looks at: so far to its right, and so far up.
+    /// Orbits around the look-at point by two angles: to the right, and up.
     pub fn orbit(&mut self, right: f64, up: f64) {
-        let basis = Basis::of(&self.view);
+        let basis = Basis::from_view(&self.view);
         let elevation = basis.back.dot(self.axis).atan2(basis.up.dot(self.axis));
         if right.is_finite() && up.is_finite() {
-            self.stand(turned(basis.right, self.axis, right), elevation + up);
+            self.set_orbit(rotated(basis.right, self.axis, right), elevation + up);
         }
     }
 
-    /// Looks from a side, at the same point and from as far away as before.
-    pub fn face(&mut self, side: Side) {
-        self.axis = self.upright;
+    /// Views the scene from a side, keeping the look-at point and the distance.
+    pub fn view_from(&mut self, side: ViewSide) {
+        self.axis = self.world_up;
         let [around, elevation] = side.angles();
-        let right = turned(V3::of(1.0, 0.0, 0.0), self.axis, around);
-        self.stand(right, elevation);
+        let right = rotated(V3::new(1.0, 0.0, 0.0), self.axis, around);
+        self.set_orbit(right, elevation);
     }
 
-    /// Goes where the right is this direction, level with the turntable, and the camera is so high above what it looks at.
-    fn stand(&mut self, right: V3<f64>, elevation: f64) {
+    /// Moves the camera to a right direction, perpendicular to the turntable axis, and an elevation.
+    fn set_orbit(&mut self, right: V3<f64>, elevation: f64) {
         if self.plane {
             return;
         }
         let (sine, cosine) = elevation.clamp(-FRAC_PI_2, FRAC_PI_2).sin_cos();
-        let behind = right.cross(self.axis);
-        let back = behind * cosine + self.axis * sine;
+        let horizontal_back = right.cross(self.axis);
+        let back = horizontal_back * cosine + self.axis * sine;
         let look = vector(self.view.look);
         self.view.from = array(look + back * self.distance());
-        self.view.up = array(self.axis * cosine - behind * sine);
+        self.view.up = array(self.axis * cosine - horizontal_back * sine);
     }
 
-    /// Moves across the view so that what was seen at one place comes to lie `by` beside it. That is
-    /// true of `held`, and of all that is as far away: without it, of what the camera looks at.
-    pub fn pan(&mut self, by: Place, held: Option<[f64; 3]>, aspect: f64) {
-        let basis = Basis::of(&self.view);
-        let half = match self.view.lens {
-            Lens::Perspective(fov) => {
-                let ahead = |p| (vector(self.view.from) - vector(p)).dot(basis.back);
-                let way = held.map(ahead).filter(|way| *way > 0.0);
-                way.unwrap_or(self.distance()) * (fov / 2.0).tan()
+    /// Moves the camera parallel to the picture so that the surface point `anchor`, and everything at its
+    /// depth, moves by `delta` in the picture. Without an anchor the depth of the look-at point is used.
+    pub fn pan(&mut self, delta: Ndc, anchor: Option<[f64; 3]>, aspect: f64) {
+        let basis = Basis::from_view(&self.view);
+        let half_height = match self.view.lens {
+            ResolvedLens::Perspective(fov) => {
+                let depth_of = |p| (vector(self.view.from) - vector(p)).dot(basis.back);
+                let depth = anchor.map(depth_of).filter(|depth| *depth > 0.0);
+                depth.unwrap_or(self.distance()) * (fov / 2.0).tan()
             }
-            Lens::Orthographic(height) => height / 2.0,
+            ResolvedLens::Orthographic(height) => height / 2.0,
         };
-        self.shift(basis.right * (-by[0] * half * aspect) - basis.up * (by[1] * half));
+        self.translate(
+            basis.right * (-delta[0] * half_height * aspect) - basis.up * (delta[1] * half_height),
+        );
     }
 
-    /// Makes what it looks at smaller (a factor above 1) or larger, while a point stays where it is
-    /// seen.
+    /// Shrinks (a factor above 1) or enlarges the picture, while a point keeps its position in it.
     pub fn zoom(&mut self, factor: f64, fixed: [f64; 3]) {
         if !factor.is_finite() || fixed.iter().any(|v| !v.is_finite()) {
             return;
         }
         let fixed = vector(fixed);
         let size = match self.view.lens {
-            Lens::Perspective(_) => self.distance(),
-            Lens::Orthographic(height) => height,
+            ResolvedLens::Perspective(_) => self.distance(),
+            ResolvedLens::Orthographic(height) => height,
         };
         if size <= 0.0 {
             return;
         }
-        let farthest = self.view.look.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let nearest = WAYS[0].max(NEAREST * farthest).min(size);
-        let wanted = size * factor.clamp(ZOOMS[0], ZOOMS[1]);
-        let wanted = wanted.max(nearest).min(WAYS[1].max(size));
-        let factor = wanted / size;
+        let max_coordinate = self.view.look.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let min_size = DISTANCE_RANGE[0]
+            .max(MIN_RELATIVE_DISTANCE * max_coordinate)
+            .min(size);
+        let new_size = size * factor.clamp(ZOOM_FACTOR_RANGE[0], ZOOM_FACTOR_RANGE[1]);
+        let new_size = new_size.max(min_size).min(DISTANCE_RANGE[1].max(size));
+        let factor = new_size / size;
         match self.view.lens {
-            Lens::Perspective(_) => {
-                // All is scaled around the point: from there nothing looks changed.
-                let scaled = |p| array(fixed + (vector(p) - fixed) * factor);
-                self.view.from = scaled(self.view.from);
-                self.view.look = scaled(self.view.look);
+            ResolvedLens::Perspective(_) => {
+                // Camera and look-at point are scaled around the fixed point, so its projection does not
+                // change.
+                let scale_point = |p| array(fixed + (vector(p) - fixed) * factor);
+                self.view.from = scale_point(self.view.from);
+                self.view.look = scale_point(self.view.look);
             }
-            Lens::Orthographic(_) => {
-                self.view.lens = Lens::Orthographic(wanted);
-                let back = Basis::of(&self.view).back;
-                let beside = fixed - vector(self.view.look);
-                self.shift((beside - back * beside.dot(back)) * (1.0 - factor));
+            ResolvedLens::Orthographic(_) => {
+                self.view.lens = ResolvedLens::Orthographic(new_size);
+                let back = Basis::from_view(&self.view).back;
+                let offset = fixed - vector(self.view.look);
+                self.translate((offset - back * offset.dot(back)) * (1.0 - factor));
             }
         }
     }
 
-    /// Looks at another point, in the same direction and from as far away as before.
+    /// Looks at another point, with the same direction and distance.
     pub fn focus(&mut self, point: [f64; 3]) {
-        let by = vector(point) - vector(self.view.look);
-        self.shift(if self.plane {
-            V3::of(by.x, by.y, 0.0)
+        let delta = vector(point) - vector(self.view.look);
+        self.translate(if self.plane {
+            V3::new(delta.x, delta.y, 0.0)
         } else {
-            by
+            delta
         });
     }
 
-    /// Shows all of a box; of an endless one, what is finite.
+    /// Fits a bounding box into the picture; infinite extents are ignored.
     pub fn fit(&mut self, bounds: &Bounds, aspect: f64) {
         self.view = settings::fit(self.view, bounds, aspect, self.plane);
     }
 
-    /// Changes between perspective and parallel rays; what the camera looks at keeps its size. With
-    /// parallel rays it stands clear of the scene's bounds, where these are finite: what is behind it
-    /// would not be seen.
+    /// Switches between perspective and parallel rays. The look-at point keeps its size. With parallel
+    /// rays the camera moves outside the scene's bounds, if finite, because geometry behind it would not
+    /// be rendered.
     pub fn toggle_lens(&mut self, bounds: &Bounds) {
         if self.plane {
             return;
         }
-        let (look, back) = (vector(self.view.look), Basis::of(&self.view).back);
-        let (lens, way) = match self.view.lens {
-            Lens::Perspective(fov) => {
-                let way = self.distance();
-                let clear = if bounds.is_finite() {
+        let (look, back) = (vector(self.view.look), Basis::from_view(&self.view).back);
+        let (lens, distance) = match self.view.lens {
+            ResolvedLens::Perspective(fov) => {
+                let distance = self.distance();
+                let min_distance = if bounds.is_finite() {
                     (look - vector(bounds.centre())).length() + 1.01 * bounds.half_diagonal()
                 } else {
                     0.0
                 };
-                let height = 2.0 * way * (fov / 2.0).tan();
-                (Lens::Orthographic(height), way.max(clear))
+                let height = 2.0 * distance * (fov / 2.0).tan();
+                (
+                    ResolvedLens::Orthographic(height),
+                    distance.max(min_distance),
+                )
             }
-            Lens::Orthographic(height) => {
-                let way = height / (2.0 * (self.fov / 2.0).tan());
-                (Lens::Perspective(self.fov), way)
+            ResolvedLens::Orthographic(height) => {
+                let distance = height / (2.0 * (self.fov / 2.0).tan());
+                (ResolvedLens::Perspective(self.fov), distance)
             }
         };
-        self.view.from = array(look + back * way);
+        self.view.from = array(look + back * distance);
         self.view.lens = lens;
     }
 
-    fn shift(&mut self, by: V3<f64>) {
-        let [from, look] = [self.view.from, self.view.look].map(|p| array(vector(p) + by));
+    fn translate(&mut self, delta: V3<f64>) {
+        let [from, look] = [self.view.from, self.view.look].map(|p| array(vector(p) + delta));
         if from.iter().chain(&look).all(|v| v.is_finite()) {
             (self.view.from, self.view.look) = (from, look);
         }
     }
 }
 
-/// The directions of a view, at right angles and of length one.
+/// Orthonormal basis of a view.
 #[derive(Clone, Copy, Debug)]
 struct Basis {
     right: V3<f64>,
@@ -311,13 +318,13 @@ struct Basis {
 }
 
 impl Basis {
-    /// Those that engines use for this view.
-    fn of(view: &View) -> Self {
-        let axes = Axes::of_view(view, 1.0);
+    /// Returns the basis that engines use for a view.
+    fn from_view(view: &View) -> Self {
+        let axes = Axes::from_view(view, 1.0);
         let back = -vector(axes.forward);
-        // Of the two, one is zero: rays start or spread to the right.
+        // One of the two is zero: rays differ either in origin or in direction.
         let right = vector(axes.origin_right) + vector(axes.forward_right);
-        let right = unit(right).unwrap_or(V3::of(1.0, 0.0, 0.0));
+        let right = normalized(right).unwrap_or(V3::new(1.0, 0.0, 0.0));
         Self {
             right,
             up: back.cross(right),
@@ -326,19 +333,19 @@ impl Basis {
     }
 }
 
-/// A direction at a right angle to an axis, turned around it.
-fn turned(direction: V3<f64>, axis: V3<f64>, angle: f64) -> V3<f64> {
+/// Rotates a direction around a perpendicular axis.
+fn rotated(direction: V3<f64>, axis: V3<f64>, angle: f64) -> V3<f64> {
     direction * angle.cos() + axis.cross(direction) * angle.sin()
 }
 
 fn vector([x, y, z]: [f64; 3]) -> V3<f64> {
-    V3::of(x, y, z)
+    V3::new(x, y, z)
 }
 fn array(v: V3<f64>) -> [f64; 3] {
     [v.x, v.y, v.z]
 }
-/// The direction; none for a vector of no length.
-fn unit(v: V3<f64>) -> Option<V3<f64>> {
+/// Returns the unit vector; `None` for zero or non-finite length.
+fn normalized(v: V3<f64>) -> Option<V3<f64>> {
     let length = v.length();
     (length > 0.0 && length.is_finite()).then(|| v * (1.0 / length))
 }

@@ -1,4 +1,4 @@
-//! Where scenes and what they import are read from, and how they are written.
+//! Access to files: scenes and their imports are read through [`Files`] and written through it.
 
 pub mod disk;
 
@@ -8,39 +8,39 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// Where files are. Tests have one in memory, a browser would have one of its own.
+/// File storage. Tests use one in memory; a browser would need its own.
 pub trait Files: Send + Sync {
-    /// The bytes of a file, or why there are none, in a few words.
+    /// Reads a file. The error is a short reason.
     fn read(&self, path: &Path) -> Result<Vec<u8>, String>;
 
-    /// Puts `text` in the place of a file that still holds `before`.
+    /// Replaces the text of a file that still contains `before`.
     fn replace(&self, path: &Path, before: &str, text: &str) -> Result<(), String>;
 
-    /// Writes a file, new or not.
+    /// Writes a file, replacing an existing one.
     fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), String>;
 }
 
-/// The folder of a scene, which its imports may not leave; it notes all that is asked for, so that it
+/// The folder of a scene, which its imports may not leave. It records all requested files so that they
 /// can be watched.
 pub struct Folder<'f> {
     files: &'f dyn Files,
     folder: PathBuf,
-    asked: Mutex<BTreeSet<PathBuf>>,
+    requested: Mutex<BTreeSet<PathBuf>>,
 }
 
 impl<'f> Folder<'f> {
-    /// The folder that a scene's file lies in.
-    pub fn of(files: &'f dyn Files, scene: &Path) -> Self {
+    /// Creates the loader for the folder of a scene file.
+    pub fn new(files: &'f dyn Files, scene: &Path) -> Self {
         Self {
             files,
             folder: scene.parent().unwrap_or(Path::new("")).to_owned(),
-            asked: Mutex::default(),
+            requested: Mutex::default(),
         }
     }
 
-    /// The files that were asked for, whether there were any or not.
-    pub fn asked(self) -> BTreeSet<PathBuf> {
-        self.asked
+    /// Returns the requested files, including missing ones.
+    pub fn requested_files(self) -> BTreeSet<PathBuf> {
+        self.requested
             .into_inner()
             .unwrap_or_else(PoisonError::into_inner)
     }
@@ -49,12 +49,19 @@ impl<'f> Folder<'f> {
 impl sdfc_compiler::elaborate::Loader for Folder<'_> {
     fn load(&self, path: &str) -> Result<String, String> {
         let file = self.folder.join(path);
-        let mut asked = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
-        asked.insert(file.clone());
-        drop(asked);
-        // Links are followed before it is looked where they lead.
-        let here = self.folder.as_os_str().is_empty();
-        let folder = if here { Path::new(".") } else { &self.folder };
+        let mut requested = self
+            .requested
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        requested.insert(file.clone());
+        drop(requested);
+        // Links are resolved before the location is checked.
+        let is_current_folder = self.folder.as_os_str().is_empty();
+        let folder = if is_current_folder {
+            Path::new(".")
+        } else {
+            &self.folder
+        };
         if let (Ok(folder), Ok(real)) = (folder.canonicalize(), file.canonicalize())
             && !real.starts_with(&folder)
         {

@@ -1,22 +1,21 @@
-//! The playground: a scene that is seen while it is written.
+//! The playground: renders a scene while it is being edited.
 //!
-//! Its core is a state machine without a window, [`session::Session`]: events go in (a file changed,
-//! a slider moved, the mouse turned the camera), tasks come out (build this, draw that), and what
-//! became of them goes in again. It reads no file, starts no thread and knows no clock, so that a test
-//! can play any story with it, and a browser can run it. Around it stand what does the tasks
-//! ([`mod@build`], [`painter`]) on threads of their own ([`studio`]), and a watcher of files
-//! ([`watcher`]). The window is one user of all that.
+//! The core, [`session::Session`], is a state machine without a window. It receives events (a file
+//! changed, a slider moved, the mouse turned the camera) and emits tasks (build, draw). Task results are
+//! fed back into it. It reads no files, starts no threads and has no clock, so tests can replay any
+//! sequence of events. The tasks are executed by [`mod@build`] and [`renderer`] on the threads of
+//! [`session_host`]; [`watcher`] reports changed files. The window is one front-end of this core.
 
 pub mod build;
 pub mod camera;
 pub mod files;
-pub mod painter;
-pub mod picture;
-pub mod seeing;
+pub mod inspect;
+pub mod param_source;
+pub mod png_file;
+pub mod renderer;
 pub mod session;
-pub mod studio;
+pub mod session_host;
 pub mod timeline;
 pub mod watcher;
 #[cfg(feature = "window")]
 pub mod window;
-pub mod written;

@@ -1,274 +1,274 @@
-//! The state machine of the playground: what has happened goes in ([`Event`], [`Done`]), what is to
-//! be done comes out ([`Task`]), and what is to be seen can be read at any time.
+//! The state machine of the playground. Input: events ([`Event`]) and task results ([`TaskResult`]).
+//! Output: tasks ([`Task`]). The displayed state can be read at any time.
 //!
-//! It holds:
-//! - **The last good picture stays.** A scene that does not compile leaves the picture as it is, with
-//!   a report over it; the next one that does clears the report.
-//! - **An edit waits for nothing.** It is built and drawn by the engine that needs no preparation;
-//!   the other one takes over when it is ready for this very scene, and faster.
-//! - **A change is seen at once, and finely when it has come to rest** ([`Stage`]). A fine picture of
-//!   what is no longer to be seen is stopped.
-//! - **At rest it wants nothing**: no tasks and no clock.
+//! Invariants:
+//! - **The last good picture stays.** A scene that does not compile leaves the picture unchanged, with a
+//!   report over it. The next scene that compiles clears the report.
+//! - **An edit is drawn immediately.** The instant engine, which needs no preparation, builds and draws it.
+//!   The prepared engine takes over once it is ready for this scene, if it is faster.
+//! - **Changes appear at once and are refined at rest** ([`RefinementStage`]). A fine picture of an outdated
+//!   view is cancelled.
+//! - **At rest the session is idle**: it emits no tasks and needs no wake-up.
 //!
-//! Time is given from outside, as the time since any moment that stays the same.
+//! Every call takes the current time, measured from an arbitrary fixed start.
 
 mod drawing;
-mod errands;
+mod engine_selection;
 mod event;
-mod moves;
-mod pace;
+mod motion;
+mod one_off;
 mod params;
-mod seen;
-mod tiers;
+mod queries;
+mod refinement;
 
-pub use event::{CameraEvent, Done, Errand, Event, Task, TimeEvent};
-pub use pace::Stage;
+pub use engine_selection::{Devices, EngineChoice};
+pub use event::{CameraEvent, Event, OneOffTask, Task, TaskResult, TimeEvent};
 pub use params::Knob;
-pub use seen::Facts;
-pub use tiers::{Choice, Devices};
+pub use queries::PictureFacts;
+pub use refinement::RefinementStage;
 
-use crate::build::{BuildTask, Built, Scene, Source};
-use crate::camera::{Camera, Place};
-use crate::painter::{Picked, Picture, Show, Stop, Times};
+use crate::build::{BuildResult, BuildTask, BuiltScene, SceneOrigin};
+use crate::camera::{Ndc, OrbitCamera};
+use crate::renderer::{CancelToken, DrawTimes, PickResult, Picture, ViewMode};
 use crate::timeline::Timeline;
-use crate::watcher::SETTLING;
-use moves::Held;
-use pace::Pace;
-use params::{Change, Knobs};
+use crate::watcher::SETTLE_DELAY;
+use engine_selection::{EngineSelection, EngineTier};
+use motion::Anchor;
+use params::{Knobs, ParamChange};
+use refinement::RayCost;
 use sdfc_runtime::engine::EngineKind;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
-use tiers::{Tier, Tiers};
 
-/// How long a scene must have been the same before the second engine is made ready for it.
-const UNHURRIED: Duration = Duration::from_millis(400);
-/// Pictures that are estimated to take longer are stopped when they are no longer wanted.
-const WORTH_STOPPING: Duration = Duration::from_millis(30);
-/// The space that is filled until its size is known.
-const SIZE: [u32; 2] = [640, 360];
+/// Time without invalidation after which the prepared engine is made ready for a scene.
+const PREPARE_DELAY: Duration = Duration::from_millis(400);
+/// Minimum estimated render time of an outdated picture that is worth cancelling.
+const MIN_CANCELLED_TIME: Duration = Duration::from_millis(30);
+/// Size of the picture in pixels until the first resize event.
+const DEFAULT_SIZE: [u32; 2] = [640, 360];
 
-/// A session; see [the module](self).
+/// A playground session; see [the module](self).
 #[derive(Debug)]
 pub struct Session {
-    source: Source,
-    /// The number of the last build that was asked for.
-    builds: u64,
+    source: SceneOrigin,
+    /// Number of the last build that was started.
+    last_build: u64,
     building: Option<u64>,
-    /// When files will have been quiet for long enough, if they changed.
-    settled: Option<Duration>,
-    rebuild: bool,
+    /// Time at which changed files count as settled; `None` while no change is pending.
+    settles_at: Option<Duration>,
+    needs_rebuild: bool,
     files: Vec<PathBuf>,
-    watched: bool,
-    scene: Option<Arc<Scene>>,
+    is_watching: bool,
+    scene: Option<Arc<BuiltScene>>,
     report: String,
-    /// Whether the report is about a text that gives no scene.
+    /// True if the last build gave no scene or rejected the current params.
     broken: bool,
-    /// Why the scene gives no picture as it is, and what was wished for then.
+    /// Rendering error of the scene and the view revision that it belongs to.
     problem: Option<(u64, String)>,
-    built: [Duration; 2],
+    build_times: [Duration; 2],
 
     knobs: Knobs,
-    camera: Option<Camera>,
-    /// The name of the scene's camera that is shown; its first one, if none.
+    camera: Option<OrbitCamera>,
+    /// Name of the displayed scene camera; `None` selects the scene's first camera.
     camera_name: Option<String>,
-    /// Whether the camera was moved away from the scene's.
-    own_view: bool,
+    /// True if the camera was moved away from the scene's own camera.
+    is_camera_moved: bool,
     timeline: Option<Timeline>,
-    clock: Option<Duration>,
-    show: Show,
-    picked: Option<Picked>,
+    last_tick: Option<Duration>,
+    show: ViewMode,
+    picked: Option<PickResult>,
     size: [u32; 2],
 
-    /// What is to be seen has changed so many times.
-    wish: u64,
-    /// When it last moved by hand or played.
-    moved: Option<Duration>,
-    held: Option<Held>,
-    /// When the scene, what is shown or the engine was last another.
-    renewed: Duration,
-    shown: Option<Shown>,
-    /// Counts the pictures that were shown.
-    version: u64,
-    pictures: u64,
-    flight: Option<Flight>,
-    paces: HashMap<EngineKind, Pace>,
-    tiers: Tiers,
+    /// Revision of the requested view; incremented whenever the displayed picture becomes outdated.
+    view_revision: u64,
+    /// Time of the last manual or animated motion.
+    last_motion: Option<Duration>,
+    anchor: Option<Anchor>,
+    /// Time of the last change of scene, view mode or engine.
+    engines_invalidated_at: Duration,
+    displayed: Option<DisplayedPicture>,
+    /// Number of pictures displayed so far.
+    picture_version: u64,
+    last_picture: u64,
+    in_flight: Option<InFlight>,
+    ray_costs: HashMap<EngineKind, RayCost>,
+    engine_selection: EngineSelection,
     pipelines: HashMap<EngineKind, u64>,
-    said: Option<Result<String, String>>,
-    exported: Option<String>,
+    message: Option<Result<String, String>>,
+    exported_text: Option<String>,
     tasks: Vec<Task>,
 }
 
-/// The picture that is seen.
+/// The displayed picture.
 #[derive(Debug)]
-struct Shown {
+struct DisplayedPicture {
     picture: Picture,
-    wish: u64,
-    stage: Stage,
+    view_revision: u64,
+    stage: RefinementStage,
     engine: EngineKind,
-    times: Times,
-    show: Show,
+    times: DrawTimes,
+    show: ViewMode,
 }
 
-impl Shown {
-    /// Whether it is what this engine's fine picture begins with.
+impl DisplayedPicture {
+    /// Reports whether this picture holds the first samples of the engine's fine picture.
     fn is_first_part(&self, engine: EngineKind) -> bool {
-        self.stage == Stage::Full && self.engine == engine
+        self.stage == RefinementStage::Full && self.engine == engine
     }
 }
 
-/// A picture that is being drawn.
+/// The picture being drawn.
 #[derive(Debug)]
-struct Flight {
+struct InFlight {
     number: u64,
-    wish: u64,
-    stage: Stage,
+    view_revision: u64,
+    stage: RefinementStage,
     engine: EngineKind,
-    /// How many rays it takes.
+    /// Number of rays of the picture.
     rays: u64,
-    /// What the samples took that it adds to.
-    before: Times,
-    stop: Stop,
-    show: Show,
+    /// Times of the displayed samples that this picture adds to.
+    previous_times: DrawTimes,
+    stop: CancelToken,
+    show: ViewMode,
 }
 
 impl Session {
-    /// A session that shows a source, on what runs here.
-    pub fn new(source: Source, devices: Devices) -> Self {
+    /// Creates a session for a scene, given the available devices.
+    pub fn new(source: SceneOrigin, devices: Devices) -> Self {
         Self {
             source,
-            builds: 0,
+            last_build: 0,
             building: None,
-            settled: None,
-            rebuild: true,
+            settles_at: None,
+            needs_rebuild: true,
             files: Vec::new(),
-            watched: true,
+            is_watching: true,
             scene: None,
             report: String::new(),
             broken: false,
             problem: None,
-            built: [Duration::ZERO; 2],
+            build_times: [Duration::ZERO; 2],
             knobs: Knobs::default(),
             camera: None,
             camera_name: None,
-            own_view: false,
+            is_camera_moved: false,
             timeline: None,
-            clock: None,
-            show: Show::default(),
+            last_tick: None,
+            show: ViewMode::default(),
             picked: None,
-            size: SIZE,
-            wish: 1,
-            moved: None,
-            held: None,
-            renewed: Duration::ZERO,
-            shown: None,
-            version: 0,
-            pictures: 0,
-            flight: None,
-            paces: HashMap::new(),
-            tiers: Tiers::new(devices),
+            size: DEFAULT_SIZE,
+            view_revision: 1,
+            last_motion: None,
+            anchor: None,
+            engines_invalidated_at: Duration::ZERO,
+            displayed: None,
+            picture_version: 0,
+            last_picture: 0,
+            in_flight: None,
+            ray_costs: HashMap::new(),
+            engine_selection: EngineSelection::new(devices),
             pipelines: HashMap::new(),
-            said: None,
-            exported: None,
+            message: None,
+            exported_text: None,
             tasks: Vec::new(),
         }
     }
 
-    /// Something happened.
+    /// Handles an event.
     pub fn handle(&mut self, event: Event, now: Duration) {
         match event {
             Event::Open(source) => self.open(source),
-            Event::FilesChanged => self.settled = Some(now + SETTLING),
+            Event::FilesChanged => self.settles_at = Some(now + SETTLE_DELAY),
             Event::Resized(size) => {
                 let size = size.map(|side| side.clamp(1, 8192));
                 if size != self.size {
                     self.size = size;
-                    self.wishes();
+                    self.invalidate_view();
                 }
             }
             Event::Set(index, value) => {
                 let change = self.knobs.set(index, value);
-                self.turned(change, now);
+                self.on_param_change(change, now);
             }
             Event::Reset(index) => {
                 let change = self.knobs.reset(index);
-                self.turned(change, now);
+                self.on_param_change(change, now);
             }
             Event::ResetAll => {
                 for index in 0..self.knobs.all().len() {
                     let change = self.knobs.reset(index);
-                    self.turned(change, now);
+                    self.on_param_change(change, now);
                 }
             }
             Event::WriteBack(indices) => self.write_back(&indices),
             Event::Camera(event) => self.move_camera(event, now),
             Event::Time(event) => self.move_time(event, now),
             Event::Show(show) => {
-                let before = std::mem::replace(&mut self.show, show);
-                if show.is_moved(before) {
-                    self.moves(now);
-                } else if show != before {
-                    self.renews(now);
+                let previous = std::mem::replace(&mut self.show, show);
+                if show.is_moved_from(previous) {
+                    self.on_motion(now);
+                } else if show != previous {
+                    self.invalidate_engines(now);
                 }
             }
-            Event::Pick(place) => self.pick(place),
+            Event::Pick(ndc) => self.pick(ndc),
             Event::Unpick => {
                 self.picked = None;
-                if self.show == Show::Objects {
-                    self.wishes();
+                if self.show == ViewMode::Objects {
+                    self.invalidate_view();
                 }
             }
             Event::Engine(choice) => {
-                self.tiers.choose(choice);
-                self.renews(now);
+                self.engine_selection.set_choice(choice);
+                self.invalidate_engines(now);
             }
             Event::Save(path) => self.save(path),
             Event::Export(target) => {
                 if let Some(scene) = &self.scene {
-                    let errand = Errand::Export(target, Arc::clone(scene));
-                    self.tasks.push(Task::Errand(errand));
+                    let task = OneOffTask::Export(target, Arc::clone(scene));
+                    self.tasks.push(Task::OneOff(task));
                 }
             }
-            Event::Dismiss => self.said = None,
+            Event::Dismiss => self.message = None,
         }
     }
 
-    /// A task was done.
-    pub fn done(&mut self, done: Done, now: Duration) {
-        match done {
-            Done::Built(built) => self.take_build(built, now),
-            Done::Drawn(drawn) => self.take_picture(drawn),
-            Done::Warm(engine, outcome) => self.take_warm(engine, outcome),
-            Done::Prepared(drawn) => self.take_prepared(drawn),
-            Done::Picked(picked) => {
+    /// Accepts the result of a task.
+    pub fn finish_task(&mut self, result: TaskResult, now: Duration) {
+        match result {
+            TaskResult::Built(built) => self.take_build(built, now),
+            TaskResult::Drawn(drawn) => self.take_picture(drawn),
+            TaskResult::Warm(engine, outcome) => self.take_warm(engine, outcome),
+            TaskResult::Prepared(drawn) => self.take_prepared(drawn),
+            TaskResult::Picked(picked) => {
                 self.picked = Some(picked);
-                if self.show == Show::Objects {
-                    self.wishes();
+                if self.show == ViewMode::Objects {
+                    self.invalidate_view();
                 }
             }
-            Done::Said(said) => self.said = Some(said),
-            Done::Exported(Ok(text)) => {
-                self.said = Some(Ok("copied".to_owned()));
-                self.exported = Some(text);
+            TaskResult::Message(message) => self.message = Some(message),
+            TaskResult::Exported(Ok(text)) => {
+                self.message = Some(Ok("copied".to_owned()));
+                self.exported_text = Some(text);
             }
-            Done::Exported(Err(why)) => self.said = Some(Err(why)),
+            TaskResult::Exported(Err(why)) => self.message = Some(Err(why)),
         }
     }
 
-    /// What is to be done now.
+    /// Returns the tasks to start now.
     pub fn tasks(&mut self, now: Duration) -> Vec<Task> {
-        if self.settled.is_some_and(|at| now >= at) {
-            self.settled = None;
-            self.rebuild = true;
+        if self.settles_at.is_some_and(|time| now >= time) {
+            self.settles_at = None;
+            self.needs_rebuild = true;
         }
         self.advance(now);
-        if self.rebuild && self.building.is_none() {
+        if self.needs_rebuild && self.building.is_none() {
             self.build();
         }
-        if !self.watched {
-            self.watched = true;
+        if !self.is_watching {
+            self.is_watching = true;
             self.tasks.push(Task::Watch(self.files.clone()));
         }
         self.draw(now);
@@ -276,60 +276,64 @@ impl Session {
         std::mem::take(&mut self.tasks)
     }
 
-    /// When [`Session::tasks`] should be asked again if nothing happens before; never, if at rest.
-    pub fn wakes(&self, now: Duration) -> Option<Duration> {
-        let rest = self.rests_at(now);
-        let prepare = self.wants_prepared().map(|_| self.renewed + UNHURRIED);
-        let prepare = prepare.filter(|at| *at > now);
-        // The next frame follows the one that is drawn now.
-        let next = (self.plays() && self.flight.is_none()).then_some(now);
-        let all = [rest, self.settled, prepare, next];
-        all.into_iter().flatten().min()
+    /// Returns the time of the next required call of [`Session::tasks`] if no event arrives earlier;
+    /// `None` at rest.
+    pub fn next_wakeup(&self, now: Duration) -> Option<Duration> {
+        let rest_time = self.rests_at(now);
+        let prepare = self
+            .key_to_prepare()
+            .map(|_| self.engines_invalidated_at + PREPARE_DELAY);
+        let prepare = prepare.filter(|time| *time > now);
+        // While an animation plays, the next frame follows the frame in flight immediately.
+        let next_frame = (self.is_playing() && self.in_flight.is_none()).then_some(now);
+        let wakeups = [rest_time, self.settles_at, prepare, next_frame];
+        wakeups.into_iter().flatten().min()
     }
 
-    fn open(&mut self, source: Source) {
+    fn open(&mut self, source: SceneOrigin) {
         if source == self.source && self.scene.is_some() {
             return;
         }
         self.source = source;
-        // What is built now is the scene of before.
+        // A build in progress belongs to the previous scene.
         self.building = None;
         self.scene = None;
         self.knobs = Knobs::default();
         self.camera = None;
         self.camera_name = None;
-        self.own_view = false;
+        self.is_camera_moved = false;
         self.timeline = None;
         self.picked = None;
-        self.paces.clear();
-        self.rebuild = true;
+        self.ray_costs.clear();
+        self.needs_rebuild = true;
     }
 
-    /// What is to be seen is another.
-    fn wishes(&mut self) {
-        self.wish += 1;
+    /// Marks the displayed picture as outdated.
+    fn invalidate_view(&mut self) {
+        self.view_revision += 1;
     }
 
-    /// The same, and engines may have to be made ready for it.
-    fn renews(&mut self, now: Duration) {
-        self.wishes();
-        self.renewed = now;
+    /// Marks the displayed picture as outdated and restarts the delay before the second engine is
+    /// prepared.
+    fn invalidate_engines(&mut self, now: Duration) {
+        self.invalidate_view();
+        self.engines_invalidated_at = now;
     }
 
-    fn turned(&mut self, change: Change, now: Duration) {
+    fn on_param_change(&mut self, change: ParamChange, now: Duration) {
         match change {
-            Change::None => {}
-            Change::Live => self.moves(now),
-            Change::Structural => self.rebuild = true,
+            ParamChange::None => {}
+            ParamChange::Live => self.on_motion(now),
+            ParamChange::Structural => self.needs_rebuild = true,
         }
     }
 
     fn build(&mut self) {
-        self.builds += 1;
-        self.rebuild = false;
-        self.building = Some(self.builds);
+        self.last_build += 1;
+        self.needs_rebuild = false;
+        self.building = Some(self.last_build);
         self.tasks.push(Task::Build(BuildTask {
-            number: self.builds,
+            number: self.last_build,
             source: self.source.clone(),
             overrides: self.knobs.overrides(),
             time: self.time(),
@@ -337,32 +341,32 @@ impl Session {
         }));
     }
 
-    fn take_build(&mut self, built: Built, now: Duration) {
+    fn take_build(&mut self, built: BuildResult, now: Duration) {
         if self.building != Some(built.number) {
             return;
         }
         self.building = None;
         if built.files != self.files {
             self.files.clone_from(&built.files);
-            self.watched = false;
+            self.is_watching = false;
         }
         self.broken = built.scene.is_none();
         self.problem = None;
         self.report = built.report;
-        self.built = [built.reading, built.compiling];
+        self.build_times = [built.reading, built.compiling];
         let Some(scene) = built.scene else {
             return;
         };
         self.knobs.take(&scene);
-        if !self.knobs.fit(&scene) {
+        if !self.knobs.matches_structure(&scene) {
             let present = self.knobs.overrides();
-            match built.refused {
-                // They would be again.
-                Some(refused) if refused.overrides == present => {
+            match built.rejected {
+                // Building with these values again would fail again.
+                Some(rejected) if rejected.overrides == present => {
                     self.broken = true;
-                    self.report = refused.report;
+                    self.report = rejected.report;
                 }
-                _ => self.rebuild = true,
+                _ => self.needs_rebuild = true,
             }
         }
         let settings = &scene.opened.compiled.module.settings;
@@ -376,30 +380,34 @@ impl Session {
         };
         let is_named = |name: &String| settings.cameras.iter().any(|camera| camera.name == *name);
         self.camera_name = self.camera_name.take().filter(is_named);
-        let before = self.scene.as_ref().map(|scene| {
+        let previous = self.scene.as_ref().map(|scene| {
             let settings = &scene.opened.compiled.module.settings;
-            (settings.plane, settings.z_up)
+            (settings.is_plane, settings.z_up)
         });
-        if before.is_some_and(|before| before != (settings.plane, settings.z_up)) {
-            self.own_view = false;
+        if previous.is_some_and(|previous| previous != (settings.is_plane, settings.z_up)) {
+            self.is_camera_moved = false;
         }
-        if !self.own_view {
+        if !self.is_camera_moved {
             self.camera = None;
         }
         self.scene = Some(scene);
-        // Its leaves are others, and may lie elsewhere, as all of it may.
+        // Leaf numbers and positions may have changed with the new scene.
         self.picked = None;
-        self.held = None;
-        self.tiers.try_again();
-        self.renews(now);
+        self.anchor = None;
+        self.engine_selection.retry_after_build();
+        self.invalidate_engines(now);
     }
 }
 
-/// The pixel at a place of a picture of this size, as column and row.
-fn pixel(place: Place, size: [usize; 2]) -> Option<[usize; 2]> {
-    let along = |v: f64, side: usize| {
-        let at = ((v + 1.0) / 2.0 * side as f64).floor();
-        (at >= 0.0 && at < side as f64).then_some(at as usize)
+/// Returns column and row of the pixel at a point in normalised device coordinates; `None` outside the
+/// picture.
+fn pixel(ndc: Ndc, size: [usize; 2]) -> Option<[usize; 2]> {
+    let pixel_index = |v: f64, side: usize| {
+        let index = ((v + 1.0) / 2.0 * side as f64).floor();
+        (index >= 0.0 && index < side as f64).then_some(index as usize)
     };
-    Some([along(place[0], size[0])?, along(-place[1], size[1])?])
+    Some([
+        pixel_index(ndc[0], size[0])?,
+        pixel_index(-ndc[1], size[1])?,
+    ])
 }

@@ -1,39 +1,37 @@
-//! The time of a scene that moves: played, paused, scrubbed, faster or slower, and at its end over
-//! again or not.
+//! The time of an animated scene: play, pause, scrub, speed and repetition.
 //!
-//! It knows no clock: whoever has one says how much time has passed. While it stands still it wants
-//! no frames.
+//! The timeline has no clock: the caller passes the elapsed time. While paused it requires no frames.
 
 use sdfc_vm::settings::Animation;
 use std::time::Duration;
 
-/// The slowest and the fastest speed.
-pub const SPEEDS: [f64; 2] = [1.0 / 64.0, 64.0];
+/// Minimum and maximum playback speed.
+pub const SPEED_RANGE: [f64; 2] = [1.0 / 64.0, 64.0];
 
-/// The time of an animation, in seconds from its start.
+/// State of an animation's playback; times are in seconds from its start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Timeline {
     animation: Animation,
     time: f64,
     speed: f64,
-    plays: bool,
+    is_playing: bool,
     repeats: bool,
 }
 
 impl Timeline {
-    /// The start of an animation, paused.
+    /// Creates a paused timeline at the start of an animation.
     pub fn new(animation: Animation) -> Self {
         Self {
             animation,
             time: 0.0,
             speed: 1.0,
-            plays: false,
+            is_playing: false,
             repeats: animation.repeats,
         }
     }
 
-    /// Goes on with what the animation has become after an edit: the time stays as far as it can, and
-    /// so does what was chosen by hand.
+    /// Replaces the animation after an edit. The time is clamped to the new duration, and manual settings
+    /// are kept.
     pub fn change(&mut self, animation: Animation) {
         if animation.repeats != self.animation.repeats {
             self.repeats = animation.repeats;
@@ -42,116 +40,116 @@ impl Timeline {
         self.scrub(self.time);
     }
 
-    /// The present time in seconds.
+    /// Returns the current time in seconds.
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// Its length in seconds.
+    /// Returns the duration in seconds.
     pub fn duration(&self) -> f64 {
         self.animation.duration
     }
 
-    /// The number of the frame that a film of it shows now, from 0.
+    /// Returns the index of the current frame, from 0.
     pub fn frame(&self) -> u64 {
-        // A time that stands for a frame's start may be a rounding short of it.
+        // The time of a frame's start may be rounded down.
         (self.time * self.animation.fps + 1e-6).floor() as u64
     }
 
-    /// How many frames a film of it has, at least one.
+    /// Returns the number of frames, at least one.
     pub fn frames(&self) -> u64 {
         ((self.animation.duration * self.animation.fps).round() as u64).max(1)
     }
 
-    /// Whether time passes: then it wants frames.
+    /// Reports whether the animation is playing.
     pub fn is_playing(&self) -> bool {
-        self.plays
+        self.is_playing
     }
 
-    /// Lets time pass; from the end, it starts again.
+    /// Starts playback; at the end it restarts from the beginning.
     pub fn play(&mut self) {
         if !self.repeats && self.time >= self.animation.duration {
             self.time = 0.0;
         }
-        self.plays = true;
+        self.is_playing = true;
     }
 
-    /// Lets it stand still.
+    /// Pauses playback.
     pub fn pause(&mut self) {
-        self.plays = false;
+        self.is_playing = false;
     }
 
     /// Plays or pauses.
     pub fn toggle(&mut self) {
-        if self.plays {
+        if self.is_playing {
             self.pause();
         } else {
             self.play();
         }
     }
 
-    /// Goes to a time; what is before the start or after the end becomes these.
+    /// Sets the time, clamped to the duration.
     pub fn scrub(&mut self, time: f64) {
         if time.is_finite() {
             self.time = time.max(0.0).min(self.animation.duration);
         }
     }
 
-    /// Pauses, and goes so many frames on (or back), to where a frame starts; around the ends where
-    /// it repeats.
+    /// Pauses and moves by a number of frames to the start of a frame. If the animation repeats, the
+    /// frame index wraps around.
     pub fn step(&mut self, frames: i64) {
         self.pause();
         let count = i64::try_from(self.frames()).unwrap_or(i64::MAX);
         let now = i64::try_from(self.frame()).unwrap_or(i64::MAX);
-        let wanted = now.saturating_add(frames);
+        let target = now.saturating_add(frames);
         let frame = if self.repeats {
-            wanted.rem_euclid(count)
+            target.rem_euclid(count)
         } else {
-            wanted.clamp(0, count)
+            target.clamp(0, count)
         };
         self.scrub(frame as f64 / self.animation.fps);
     }
 
-    /// Whether it starts again at its end.
+    /// Reports whether the animation repeats at its end.
     pub fn repeats(&self) -> bool {
         self.repeats
     }
 
-    /// Whether it is to start again at its end.
+    /// Sets whether the animation repeats at its end.
     pub fn set_repeats(&mut self, repeats: bool) {
         self.repeats = repeats;
     }
 
-    /// How many seconds of it pass in one.
+    /// Returns the playback speed, relative to real time.
     pub fn speed(&self) -> f64 {
         self.speed
     }
 
-    /// Sets how many seconds of it pass in one, within [`SPEEDS`].
+    /// Sets the playback speed, clamped to [`SPEED_RANGE`].
     pub fn set_speed(&mut self, speed: f64) {
         if speed.is_finite() {
-            self.speed = speed.clamp(SPEEDS[0], SPEEDS[1]);
+            self.speed = speed.clamp(SPEED_RANGE[0], SPEED_RANGE[1]);
         }
     }
 
-    /// Lets so much time pass, if it plays, and says whether its time is another now. At the end it
-    /// starts again or stops.
+    /// Advances the time while playing and reports whether it changed. At the end the animation repeats
+    /// or stops.
     pub fn advance(&mut self, elapsed: Duration) -> bool {
-        if !self.plays {
+        if !self.is_playing {
             return false;
         }
-        let (before, end) = (self.time, self.animation.duration);
-        let mut time = before + elapsed.as_secs_f64() * self.speed;
+        let (previous, end) = (self.time, self.animation.duration);
+        let mut time = previous + elapsed.as_secs_f64() * self.speed;
         if time >= end {
             if self.repeats {
                 time %= end;
             } else {
                 time = end;
-                self.plays = false;
+                self.is_playing = false;
             }
         }
         self.time = time;
-        self.time != before
+        self.time != previous
     }
 }
 

@@ -1,7 +1,7 @@
-//! Notices when files change, without asking again and again.
+//! Reports changed files without polling.
 //!
-//! Folders are watched rather than files, since editors save by putting a new file in the place of
-//! the old one; and of a folder that is gone, the nearest one above it that is there.
+//! Folders are watched rather than files, because editors save by replacing the file. For a missing
+//! folder, the nearest existing ancestor is watched.
 
 use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher as _};
 use std::collections::BTreeSet;
@@ -9,23 +9,23 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
-/// How long files must have been quiet before they are read: editors write in several steps.
-pub const SETTLING: Duration = Duration::from_millis(12);
+/// Time without changes after which files are read. Editors write in several steps.
+pub const SETTLE_DELAY: Duration = Duration::from_millis(12);
 
-/// A watcher of files; it ends when it is dropped.
+/// A file watcher; it ends when dropped.
 pub struct Watcher {
     inner: RecommendedWatcher,
-    files: Arc<Mutex<Files>>,
+    files: Arc<Mutex<WatchedFiles>>,
     folders: BTreeSet<PathBuf>,
 }
 
-/// The files that are watched, as they are called in events.
+/// The watched files, by the paths that events use.
 #[derive(Default)]
-struct Files(BTreeSet<PathBuf>);
+struct WatchedFiles(BTreeSet<PathBuf>);
 
-impl Files {
-    /// Whether what happened at a path concerns one of the files, or a folder above it.
-    fn concern(&self, path: &Path) -> bool {
+impl WatchedFiles {
+    /// Reports whether an event at a path affects a watched file or a folder above it.
+    fn concerns(&self, path: &Path) -> bool {
         self.0.iter().any(|file| file.starts_with(path))
     }
 }
@@ -37,26 +37,26 @@ impl std::fmt::Debug for Watcher {
 }
 
 impl Watcher {
-    /// A watcher that calls this, from a thread of its own, when a watched file has changed, is gone
-    /// or is back.
+    /// Creates a watcher. `changed` is called from its own thread when a watched file changed, vanished
+    /// or reappeared.
     ///
     /// # Errors
     ///
-    /// Says why the system gives no such service.
+    /// The reason why the system provides no file events.
     pub fn new(changed: impl Fn() + Send + 'static) -> Result<Self, String> {
-        let files = Arc::new(Mutex::new(Files::default()));
+        let files = Arc::new(Mutex::new(WatchedFiles::default()));
         let watched = Arc::clone(&files);
         let handler = move |event: notify::Result<Event>| {
             let concerns = match &event {
-                // Reading is no change, and we read.
+                // Read accesses, including our own, are ignored.
                 Ok(Event {
                     kind: EventKind::Access(_),
                     ..
                 }) => false,
                 Ok(event) => {
                     let files = watched.lock().unwrap_or_else(PoisonError::into_inner);
-                    // Events may have been lost: then everything may have changed.
-                    event.need_rescan() || event.paths.iter().any(|path| files.concern(path))
+                    // After lost events any file may have changed.
+                    event.need_rescan() || event.paths.iter().any(|path| files.concerns(path))
                 }
                 Err(_) => true,
             };
@@ -72,39 +72,42 @@ impl Watcher {
         })
     }
 
-    /// Watches these files and no others, wherever they are now: it is called again after each
-    /// change, since folders may have come or gone.
+    /// Watches exactly these files at their current locations. Call it again after each change, since
+    /// folders may have appeared or vanished.
     ///
     /// # Errors
     ///
-    /// Says which folder cannot be watched, and why.
+    /// The folder that cannot be watched, and the reason.
     pub fn watch(&mut self, files: &[PathBuf]) -> Result<(), String> {
-        let mut all = BTreeSet::new();
+        let mut watched_paths = BTreeSet::new();
         for file in files {
             let file = std::path::absolute(file).unwrap_or_else(|_| file.clone());
-            // Both the link and what it leads to.
-            all.extend(file.canonicalize());
+            // Both the link and its target.
+            watched_paths.extend(file.canonicalize());
             let folder = file.parent().and_then(|folder| folder.canonicalize().ok());
-            all.extend(
+            watched_paths.extend(
                 folder
                     .zip(file.file_name())
                     .map(|(folder, name)| folder.join(name)),
             );
-            all.insert(file);
+            watched_paths.insert(file);
         }
-        let folders: BTreeSet<PathBuf> = all.iter().filter_map(|file| there(file)).collect();
+        let folders: BTreeSet<PathBuf> = watched_paths
+            .iter()
+            .filter_map(|file| existing_folder(file))
+            .collect();
         self.files
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .0
-            .clone_from(&all);
-        for gone in self.folders.difference(&folders) {
-            // It may be gone in truth, and with it the watch.
-            let _ = self.inner.unwatch(gone);
+            .clone_from(&watched_paths);
+        for stale in self.folders.difference(&folders) {
+            // The folder may no longer exist, and its watch with it.
+            let _ = self.inner.unwatch(stale);
         }
         let mut problem = Ok(());
         for folder in &folders {
-            // A folder that was replaced by another one of its name needs a new watch.
+            // A folder replaced by another one of the same name requires a new watch.
             let _ = self.inner.unwatch(folder);
             if let Err(error) = self.inner.watch(folder, RecursiveMode::NonRecursive) {
                 problem = Err(format!("{} cannot be watched: {error}", folder.display()));
@@ -115,22 +118,24 @@ impl Watcher {
     }
 }
 
-/// Whether one of the files has changed since a time, or a little before: file systems round. Whoever
-/// learns by reading files which others to watch asks this once these are watched.
+/// Reports whether one of the files changed since a time, minus [`MAX_TIME_ROUNDING`]. Callers that
+/// discover files by reading them use it once the files are watched.
 pub fn changed_since(files: &[PathBuf], time: SystemTime) -> bool {
     files.iter().any(|file| {
-        let changed = file.metadata().and_then(|about| about.modified());
-        changed.is_ok_and(|changed| changed + ROUNDING >= time)
+        let changed = file.metadata().and_then(|metadata| metadata.modified());
+        changed.is_ok_and(|changed| changed + MAX_TIME_ROUNDING >= time)
     })
 }
 
-/// More than file systems round times by.
-const ROUNDING: Duration = Duration::from_millis(20);
+/// Upper bound on the rounding of file times by file systems.
+const MAX_TIME_ROUNDING: Duration = Duration::from_millis(20);
 
-/// The nearest folder above a file that is there.
-fn there(file: &Path) -> Option<PathBuf> {
-    let mut above = file.ancestors().skip(1);
-    above.find(|folder| folder.is_dir()).map(Path::to_path_buf)
+/// Returns the nearest existing folder above a file.
+fn existing_folder(file: &Path) -> Option<PathBuf> {
+    let mut ancestors = file.ancestors().skip(1);
+    ancestors
+        .find(|folder| folder.is_dir())
+        .map(Path::to_path_buf)
 }
 
 #[cfg(test)]
@@ -139,8 +144,8 @@ mod tests {
     use std::fs;
     use std::sync::mpsc::{Receiver, channel};
 
-    /// Longer than any machine takes to notice.
-    const LONG: Duration = Duration::from_secs(20);
+    /// Timeout of a test; longer than any machine needs.
+    const TIMEOUT: Duration = Duration::from_secs(20);
 
     fn watcher() -> (Watcher, Receiver<()>) {
         let (sender, changes) = channel();
@@ -150,9 +155,9 @@ mod tests {
         (watcher.unwrap(), changes)
     }
 
-    /// Waits for a change, and takes all that belongs to it.
+    /// Waits for a change and drains all events that belong to it.
     fn notices(changes: &Receiver<()>) -> bool {
-        let noticed = changes.recv_timeout(LONG).is_ok();
+        let noticed = changes.recv_timeout(TIMEOUT).is_ok();
         while changes.recv_timeout(Duration::from_millis(50)).is_ok() {}
         noticed
     }
@@ -207,7 +212,7 @@ mod tests {
         assert!(!changed_since(&files, before), "it is not there");
         fs::write(&file, "one").unwrap();
         assert!(changed_since(&files, before));
-        assert!(!changed_since(&files, before + LONG));
+        assert!(!changed_since(&files, before + TIMEOUT));
     }
 
     #[test]

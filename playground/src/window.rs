@@ -1,85 +1,85 @@
-//! The window: a [`Studio`](crate::studio) and what is seen of it.
+//! The window of a [`SessionHost`](crate::session_host).
 //!
-//! It asks the session what there is, draws that with egui, and turns what is done with mouse and keys
-//! into events; it decides nothing by itself. A frame is drawn when something was done, when a thread
-//! has news, and when the session wants to be asked again: at rest, never.
+//! It draws the state of the session with egui and converts mouse and key input into events; all
+//! decisions are made by the session. A frame is drawn after input, after an event of a worker thread,
+//! and when the session requests a wake-up. At rest no frames are drawn.
 
 mod action;
 mod canvas;
-mod desk;
+mod corner_labels;
+mod dialogs;
 mod icon;
 mod menu;
-mod notes;
-mod overlay;
 mod params;
-mod picture;
+mod picture_view;
 mod report;
-mod shown;
-mod side;
+mod side_panel;
+mod state;
 mod status;
 mod theme;
 mod timebar;
+mod view_picker;
 
-use crate::build::Source;
+use crate::build::SceneOrigin;
 use crate::files::Files;
-use crate::painter::Opener;
+use crate::renderer::EngineOpener;
 use crate::session::{Event, Session};
-use crate::studio::Studio;
-use desk::{Desk, Overlay};
+use crate::session_host::SessionHost;
 use eframe::egui::{self, Context, Frame, Margin, Panel, Ui, ViewportBuilder, ViewportCommand};
+use state::{Dialog, WindowState};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// A scene that comes with the program.
+/// An example scene that comes with the program.
 #[derive(Clone, Copy, Debug)]
 pub struct Example {
-    /// Its name.
+    /// Name of the example.
     pub name: &'static str,
-    /// Its text.
+    /// Text of the scene.
     pub text: &'static str,
 }
 
-/// What the window needs besides a session.
-pub struct Tools {
-    /// Where files are.
+/// Services that the window requires besides a session.
+pub struct WindowServices {
+    /// File storage.
     pub files: Arc<dyn Files>,
-    /// Gives each thread that draws what opens engines.
-    pub opener: Box<dyn Fn() -> Opener>,
-    /// The menu of examples.
+    /// Creates the engine opener of each render thread.
+    pub opener: Box<dyn Fn() -> EngineOpener>,
+    /// Entries of the menu of examples.
     pub examples: Vec<Example>,
 }
 
-/// Why there is no window.
+/// Reason why no window can be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum WindowError {
-    /// There is no desktop.
+    /// No desktop is available.
     #[error("there is no desktop to open a window on: {0}; `sdfc watch` needs none")]
     Desktop(String),
-    /// Nothing can draw on it.
+    /// No driver can draw on the desktop.
     #[error(
         "there is no Vulkan driver that draws in windows: {0}; a software one will do (on Debian \
          mesa-vulkan-drivers), and `sdfc watch` needs none"
     )]
     Driver(String),
-    /// What works for it could not be started.
+    /// The session host could not be started.
     #[error("{0}")]
-    Studio(String),
+    SessionHost(String),
 }
 
-/// Opens the window, and returns when it is closed. On Linux that may be done on any thread, elsewhere
-/// on the main one.
+/// Opens the window and returns when it is closed. On Linux any thread may call this, elsewhere only the
+/// main thread.
 ///
 /// # Errors
 ///
-/// Says what is missing for a window here.
-pub fn open(session: Session, tools: Tools) -> Result<(), WindowError> {
+/// The missing requirement of a window.
+pub fn open(session: Session, services: WindowServices) -> Result<(), WindowError> {
     let mut options = eframe::NativeOptions {
         viewport: ViewportBuilder::default()
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size([480.0, 320.0]),
-        // The picture's colours are to be those that a file of it has.
+        // The displayed colours must match those of a saved picture.
         dithering: false,
         ..eframe::NativeOptions::default()
     };
@@ -92,16 +92,16 @@ pub fn open(session: Session, tools: Tools) -> Result<(), WindowError> {
         }));
     }
     let opened = Arc::new(AtomicBool::new(false));
-    let opens = Arc::clone(&opened);
+    let was_opened = Arc::clone(&opened);
     let start = Box::new(move |creation: &eframe::CreationContext<'_>| {
-        opens.store(true, Ordering::Relaxed);
+        was_opened.store(true, Ordering::Relaxed);
         if let Some(state) = &creation.wgpu_render_state {
             canvas::prepare(state);
         }
-        let window = Window::new(&creation.egui_ctx, session, tools)?;
+        let window = Window::new(&creation.egui_ctx, session, services)?;
         Ok(Box::new(window) as Box<dyn eframe::App>)
     });
-    // Where a library of the desktop is missing, that is told by a panic.
+    // A missing desktop library causes a panic.
     let run = AssertUnwindSafe(move || eframe::run_native("sdfc", options, start));
     match catch_unwind(run) {
         Ok(result) => result.map_err(WindowError::from),
@@ -118,14 +118,14 @@ pub fn open(session: Session, tools: Tools) -> Result<(), WindowError> {
 impl From<eframe::Error> for WindowError {
     fn from(error: eframe::Error) -> Self {
         match error {
-            eframe::Error::AppCreation(why) => Self::Studio(why.to_string()),
+            eframe::Error::AppCreation(why) => Self::SessionHost(why.to_string()),
             eframe::Error::Wgpu(why) => {
-                // A list of the backends' reasons that may be empty.
+                // The message ends with a list of the backends' reasons, which may be empty.
                 let text = why.to_string();
                 Self::Driver(text.trim_end_matches(": {}").to_owned())
             }
             other => {
-                // What comes before is where in the library it was found.
+                // The prefix is the location in the library.
                 let text = other.to_string();
                 let reason = text.rsplit(": ").next().unwrap_or(&text);
                 Self::Desktop(reason.trim_end_matches('.').to_owned())
@@ -138,38 +138,38 @@ fn title(session: &Session) -> String {
     format!("{} · sdfc", session.source().path().display())
 }
 
-/// As soon as a frame is asked for.
-const SOON: Duration = Duration::from_micros(100);
+/// Minimum delay of a requested repaint.
+const REPAINT_DELAY: Duration = Duration::from_micros(100);
 
-/// The window's state.
+/// The application.
 struct Window {
-    studio: Studio,
+    studio: SessionHost,
     examples: Vec<Example>,
-    stage: picture::Stage,
-    desk: Desk,
+    picture_view: picture_view::PictureView,
+    state: WindowState,
     title: String,
 }
 
 impl Window {
-    fn new(ctx: &Context, session: Session, tools: Tools) -> Result<Self, String> {
+    fn new(ctx: &Context, session: Session, services: WindowServices) -> Result<Self, String> {
         theme::apply(ctx);
         let title = title(&session);
         let waker = ctx.clone();
-        // After a while, however short, one frame is drawn; at once it would be two.
-        let wake = move || waker.request_repaint_after(SOON);
+        // A repaint after a delay, however short, draws one frame; an immediate one would draw two.
+        let wake = move || waker.request_repaint_after(REPAINT_DELAY);
         Ok(Self {
-            studio: Studio::new(session, tools.files, tools.opener, wake)?,
-            examples: tools.examples,
-            stage: picture::Stage::default(),
-            desk: Desk::default(),
+            studio: SessionHost::new(session, services.files, services.opener, wake)?,
+            examples: services.examples,
+            picture_view: picture_view::PictureView::default(),
+            state: WindowState::default(),
             title,
         })
     }
 
-    /// Does what became due, and has a frame drawn when the session wants to be asked again.
+    /// Runs the session host and schedules the next frame if the session requests a wake-up.
     fn turn(&mut self, ctx: &Context) {
-        if let Some(later) = self.studio.turn() {
-            ctx.request_repaint_after(later.max(SOON));
+        if let Some(delay) = self.studio.turn() {
+            ctx.request_repaint_after(delay.max(REPAINT_DELAY));
         }
         if let Some(text) = self.studio.session_mut().take_exported() {
             ctx.copy_text(text);
@@ -180,19 +180,19 @@ impl Window {
             self.title = title;
         }
         let now = ctx.input(|input| input.time);
-        if let Some((_, number)) = self.studio.session().seen() {
-            self.desk.count(number, now);
+        if let Some((_, number)) = self.studio.session().picture() {
+            self.state.count(number, now);
         }
     }
 
-    /// Files that were dropped.
+    /// Opens a file that was dropped on the window.
     fn dropped(ctx: &Context, events: &mut Vec<Event>) {
         let dropped = ctx.input(|input| {
             let file = input.raw.dropped_files.first();
             file.map(|file| file.path().to_owned())
         });
         if let Some(path) = dropped {
-            events.push(Event::Open(Source::File(path)));
+            events.push(Event::Open(SceneOrigin::File(path)));
         }
     }
 }
@@ -204,7 +204,7 @@ impl eframe::App for Window {
         let mut events = Vec::new();
         let mut actions = action::pressed(&ctx);
         let session = self.studio.session();
-        let desk = &mut self.desk;
+        let state = &mut self.state;
         let margins = |x, y| Frame::new().inner_margin(Margin::symmetric(x, y));
         Panel::top("menu").frame(margins(8, 3)).show(ui, |ui| {
             actions.extend(menu::show(ui, session, &self.examples, &mut events));
@@ -212,14 +212,14 @@ impl eframe::App for Window {
         Panel::bottom("status")
             .frame(margins(10, 0))
             .exact_size(24.0)
-            .show(ui, |ui| status::show(ui, session, desk));
+            .show(ui, |ui| status::show(ui, session, state));
         if session.timeline().is_some() {
             Panel::bottom("time")
                 .frame(margins(8, 0))
                 .exact_size(34.0)
                 .show(ui, |ui| timebar::show(ui, session, &mut events));
         }
-        if desk.panels && !session.knobs().is_empty() {
+        if state.panels && !session.knobs().is_empty() {
             Panel::left("params")
                 .frame(margins(12, 8))
                 .default_size(250.0)
@@ -228,41 +228,41 @@ impl eframe::App for Window {
                     actions.extend(params::show(ui, session, &mut events))
                 });
         }
-        if desk.panels {
+        if state.panels {
             Panel::right("side")
                 .frame(margins(12, 8))
                 .exact_size(212.0)
                 .resizable(false)
                 .show(ui, |ui| {
-                    actions.extend(side::show(ui, session, desk, &mut events));
+                    actions.extend(side_panel::show(ui, session, state, &mut events));
                 });
         }
-        let picture = egui::CentralPanel::no_frame()
-            .show(ui, |ui| self.stage.show(ui, session, &mut events))
+        let picture_rect = egui::CentralPanel::no_frame()
+            .show(ui, |ui| self.picture_view.show(ui, session, &mut events))
             .inner;
-        notes::legend(ui, session, picture);
-        notes::pick(ui, session, picture, &mut events);
-        report::show(ui, session, desk, picture);
-        overlay::said(&ctx, session, desk, picture, &mut events);
-        overlay::show(&ctx, desk, &mut events);
+        corner_labels::legend(ui, session, picture_rect);
+        corner_labels::pick(ui, session, picture_rect, &mut events);
+        report::show(ui, session, state, picture_rect);
+        dialogs::message(&ctx, session, state, picture_rect, &mut events);
+        dialogs::show(&ctx, state, &mut events);
         Self::dropped(&ctx, &mut events);
         for action in actions {
-            action.run(&ctx, session, desk, &mut events);
+            action.run(&ctx, session, state, &mut events);
         }
-        if self.desk.overlay != Overlay::None {
-            // What is typed or read there is not meant for the camera.
+        if self.state.dialog != Dialog::None {
+            // Input for a dialog must not move the camera.
             events.retain(|event| !matches!(event, Event::Camera(_)));
         }
         for event in events {
             self.studio.handle(event);
         }
-        // What was done now is not to wait for the next frame.
+        // New events are processed without waiting for the next frame.
         self.turn(&ctx);
     }
 
     fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
-        // Panels are as dark as the window is where nothing is drawn: software Vulkan takes about as long
-        // for a pixel of one colour as for one of the picture.
+        // The clear colour equals that of the panels. Clearing a pixel costs software Vulkan about as
+        // much as drawing one of the picture.
         theme::PANEL.to_normalized_gamma_f32()
     }
 }

@@ -1,33 +1,33 @@
-//! Engines: the ways to run a scene, behind one trait.
+//! Engines: implementations that render and sample a scene, behind one trait.
 //!
-//! [`EngineKind::Cpu`] runs the program on 64 points at a time on all cores; [`EngineKind::Interp`]
-//! runs the same words in a kernel on a GPU; [`EngineKind::Wgsl`] runs the generated source there.
-//! [`EngineKind::Reference`] proves where rays end, slowly; the others are measured by it.
-//! All of them make a picture in the same stages, so that pictures can be compared pixel by pixel
-//! ([`crate::verify`]). Adding an engine is an implementation of [`Engine`] and a line in [`open`].
+//! [`EngineKind::Cpu`] runs the program on 64 points at a time on all cores. [`EngineKind::Interp`] runs the
+//! same program in a kernel on a GPU. [`EngineKind::Wgsl`] runs WGSL generated for the scene on a GPU.
+//! [`EngineKind::Reference`] proves where rays end. It is slow, and the errors of the others are measured
+//! against it. All of them render in the same stages, so that images can be compared pixel by pixel
+//! ([`crate::verify`]). A new engine is an implementation of [`Engine`] and a line in [`open`].
 
-mod auto;
+mod auto_select;
+mod cell_policy;
+mod cell_trial;
 mod cpu;
-mod cut;
-mod cutter;
-mod driver;
+mod gpu_cells;
+mod gpu_engine;
+mod gpu_render;
 mod interp;
 mod kernels;
-mod order;
-mod passes;
+mod morton;
 mod query;
-mod rate;
 mod reference;
 mod tiles;
-mod warm;
+mod warm_up;
 mod wgsl;
-mod worth;
+mod work_budget;
 
-use crate::cells::Part;
-use crate::cpu::figure::Plane;
-use crate::cpu::{Geometry, face_on};
-use crate::frame::{FieldFacts, Frame, Mode, Progress, RenderSettings, Samples, prepare};
-use crate::gpu::{Arithmetic, Gpu, GpuError, Preference};
+use crate::cells::CellInfo;
+use crate::cpu::plane_quadtree::PixelPlane;
+use crate::cpu::{Geometry, face_on_plane};
+use crate::gpu::{AdapterPreference, Arithmetic, Gpu, GpuError};
+use crate::render::{FieldFacts, Image, Mode, RenderProgress, RenderSettings, Samples, prepare};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_shaders::layout::Surface;
 use sdfc_vm::bounds::Bounds;
@@ -35,25 +35,25 @@ use sdfc_vm::program::Module;
 use std::fmt;
 use std::str::FromStr;
 
-pub use auto::{open_auto, open_auto_with, with_fallback};
-use driver::{Form, GpuEngine};
+pub use auto_select::{open_auto, open_auto_with, with_fallback};
+use gpu_engine::{GpuEngine, KernelMode};
 
-/// The ways to run a scene.
+/// The kinds of engines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EngineKind {
     /// The program on batches of 64 points, on all cores.
     Cpu,
-    /// The program in an interpreter on a GPU: a change is a write to a buffer.
+    /// The program in an interpreter on a GPU: an edit is a write to a buffer.
     Interp,
     /// Source generated for the scene, on a GPU.
     Wgsl,
-    /// Intervals of `f64`, by which the errors of the others are measured ([`crate::reference`]).
+    /// Intervals of `f64`, against which the errors of the others are measured ([`crate::reference`]).
     Reference,
 }
 
 impl EngineKind {
-    /// The kinds that pictures are made with, and that are compared with each other.
+    /// The kinds that render images in practice and are compared with each other.
     pub const FAST: [Self; 3] = [Self::Cpu, Self::Interp, Self::Wgsl];
     /// All kinds.
     pub const ALL: [Self; 4] = [Self::Cpu, Self::Interp, Self::Wgsl, Self::Reference];
@@ -75,7 +75,7 @@ impl fmt::Display for EngineKind {
     }
 }
 
-/// A name that no engine has.
+/// An engine name that does not exist.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no engine `{0}`, only cpu, interp, wgsl and reference")]
 pub struct UnknownEngine(pub String);
@@ -83,76 +83,74 @@ pub struct UnknownEngine(pub String);
 impl FromStr for EngineKind {
     type Err = UnknownEngine;
     fn from_str(name: &str) -> Result<Self, UnknownEngine> {
-        let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
-        found.ok_or_else(|| UnknownEngine(name.to_owned()))
+        let kind = Self::ALL.into_iter().find(|kind| kind.name() == name);
+        kind.ok_or_else(|| UnknownEngine(name.to_owned()))
     }
 }
 
-/// A scene as engines take it.
+/// A scene to be loaded into an engine.
 #[derive(Clone, Copy, Debug)]
-pub struct Loaded<'a> {
-    /// The programs, with the constants of the present parameters and time.
+pub struct SceneInput<'a> {
+    /// The programs, with the constants of the current parameters and time.
     pub module: &'a Module,
-    /// The results of the uniform program, as [`Module::update`] gives them.
+    /// The results of the uniform program, as returned by [`Module::update`].
     pub outputs: &'a [f64],
-    /// The generated source: `scene_distance`, `scene_gradient` and, if the module has a program of
-    /// surfaces, `scene_surface`, with the operations they call; they read `uniforms` and may call
-    /// `unpainted_surface`, which engines declare. Only `wgsl` reads it; for the others it may be
-    /// empty.
+    /// The generated source: `scene_distance`, `scene_gradient` and, if the module has a surface program,
+    /// `scene_surface`, with the operations they call. They read `uniforms` and may call `unpainted_surface`;
+    /// engines declare both. Only `wgsl` reads it; for the other engines it may be empty.
     pub generated: SceneSource<'a>,
 }
 
-/// What a scene is at a point.
+/// Distance, gradient and material at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sample {
+pub struct FieldSample {
     /// The distance to the surface, negative inside.
     pub distance: f32,
-    /// How it changes along the axes.
+    /// The gradient of the distance.
     pub gradient: [f32; 3],
-    /// The material, for the surface nearest to the point.
+    /// The material of the surface nearest to the point.
     pub surface: Surface,
 }
 
-/// A way to run a scene.
+/// Renders and samples a loaded scene.
 pub trait Engine {
-    /// Which of the ways it is.
+    /// The kind of the engine.
     fn kind(&self) -> EngineKind;
 
-    /// What it runs on, for people.
+    /// Name of the device, for display.
     fn device(&self) -> String;
 
-    /// Takes a new scene. On a GPU this may compile kernels, now or at the next picture.
-    fn load(&mut self, scene: &Loaded<'_>) -> Result<(), EngineError>;
+    /// Loads a scene. On a GPU this may compile kernels, now or at the next render.
+    fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError>;
 
-    /// Takes new parameters or a new time for the scene that is loaded: `module` is that scene
-    /// after [`Module::update`], which gave `outputs`. Only numbers are written; no program
-    /// changes, and no pipeline is made.
+    /// Applies new parameters or a new time to the loaded scene: `module` is that scene after
+    /// [`Module::update`], which returned `outputs`. Only numbers are written; no program changes, and no
+    /// pipeline is created.
     fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError>;
 
-    /// Where the surface is at each pixel and which way it faces, without light or colours: for
-    /// tools that want no picture.
+    /// Computes depth and normal of each pixel without light or colours, for tools that need no image.
     fn geometry(&mut self, settings: &RenderSettings) -> Result<Geometry, EngineError> {
         let settings = RenderSettings {
             mode: Mode::Normal,
             aa: 1,
             ..settings.clone()
         };
-        let frame = self.render(&settings, &|_| {})?;
+        let image = self.render(&settings, &|_| {})?;
         Ok(Geometry {
-            depth: frame.depth,
-            normal: frame.normal,
+            depth: image.depth,
+            normal: image.normal,
         })
     }
 
-    /// The field at each pixel of a plane figure that is seen face on, row after row, negative
-    /// inside; `None` where the view is another. What is `band` or farther from zero may be any
-    /// number that far from zero, of its sign.
-    fn figure(
+    /// Samples the field at each pixel of a 2-D shape seen face on, row by row, negative inside. Returns
+    /// `None` for any other view. Where the absolute value is at least `exact_band`, any value of the same
+    /// sign that is at least as far from zero is allowed.
+    fn sample_plane(
         &mut self,
         settings: &RenderSettings,
-        _band: f32,
+        _exact_band: f32,
     ) -> Result<Option<Vec<f32>>, EngineError> {
-        let Some(plane) = plane(settings) else {
+        let Some(plane) = plane_of(settings) else {
             return Ok(None);
         };
         let samples = self.query(&plane.points())?;
@@ -160,81 +158,80 @@ pub trait Engine {
         Ok(Some(distances.collect()))
     }
 
-    /// Makes a picture, unless `progress` stops it.
+    /// Renders an image, unless `progress` stops it.
     ///
     /// # Errors
     ///
-    /// [`EngineError::Stopped`] where it was stopped.
+    /// [`EngineError::Stopped`] if it was stopped.
     fn render(
         &mut self,
         settings: &RenderSettings,
-        progress: &dyn Progress,
-    ) -> Result<Frame, EngineError> {
+        progress: &dyn RenderProgress,
+    ) -> Result<Image, EngineError> {
         self.render_samples(settings, Samples::All, progress)
     }
 
-    /// Makes some samples of a picture, unless `progress` stops it.
+    /// Renders a subset of the samples of an image, unless `progress` stops it.
     ///
     /// # Errors
     ///
-    /// [`EngineError::Stopped`] where it was stopped.
+    /// [`EngineError::Stopped`] if it was stopped.
     fn render_samples(
         &mut self,
         settings: &RenderSettings,
         samples: Samples<'_>,
-        progress: &dyn Progress,
-    ) -> Result<Frame, EngineError>;
+        progress: &dyn RenderProgress,
+    ) -> Result<Image, EngineError>;
 
-    /// What the scene is at each of the points.
-    fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError>;
+    /// Evaluates the scene at each of the points.
+    fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<FieldSample>, EngineError>;
 
-    /// Which part of space each of the points lies in, as it is cut into cells for a picture, and how
-    /// long the program is there; nothing for points outside of all cells. `None` where the picture is
-    /// made without cells, or none that could be asked: those of devices stay there, and figures have
-    /// theirs for a moment only.
+    /// Returns the cell that contains each point, with the length of the program there; `None` for points
+    /// outside of all cells. The cells are those of a render with these settings. The whole result is `None`
+    /// where rendering uses no cells, or none that can be read: cells of devices stay on the device, and 2-D
+    /// shapes have cells only while they are rendered.
     fn cells_at(
         &mut self,
         _settings: &RenderSettings,
         _points: &[[f32; 3]],
-    ) -> Result<Option<Vec<Option<Part>>>, EngineError> {
+    ) -> Result<Option<Vec<Option<CellInfo>>>, EngineError> {
         Ok(None)
     }
 
-    /// Whether guards in programs gain anything here: not where cells skip more, nor where a device
-    /// runs both sides of a branch and takes longer to compile it.
-    fn heeds_guards(&self) -> bool {
+    /// Reports whether guards in programs make this engine faster. They do not where cells skip more, nor
+    /// where a device runs both sides of a branch and takes longer to compile it.
+    fn benefits_from_guards(&self) -> bool {
         true
     }
 
-    /// Makes beforehand what pictures in these modes need of [`general`] engines, their queries
-    /// included, and lets the driver compile it, so that no scene waits for that later. It may be called
-    /// for one mode after the other. No scene of the caller's is loaded afterwards. For other engines
-    /// there is nothing to be made, and nothing is changed.
+    /// Creates everything that [`open_generic`] engines need to render in these modes and to answer queries.
+    /// The driver compiles it now, so that no scene waits for it later. May be called several times, with one
+    /// mode after the other. Afterwards no scene of the caller is loaded. Other engines do nothing.
     fn warm_up(&mut self, _modes: &[Mode]) -> Result<(), EngineError> {
         Ok(())
     }
 
-    /// How many GPU pipelines were compiled so far.
+    /// Number of GPU pipelines compiled so far.
     fn pipelines_created(&self) -> u64 {
         0
     }
 }
 
-/// The plane that a figure's picture shows.
-fn plane(settings: &RenderSettings) -> Option<Plane> {
-    let nothing_known = FieldFacts {
-        raw: false,
-        bounds: Bounds::EVERYTHING,
+/// The plane that the settings show face on, if any.
+fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
+    let no_facts = FieldFacts {
+        is_raw: false,
+        bounds: Bounds::ALL_SPACE,
         material: None,
     };
     let settings = RenderSettings {
         aa: 1,
         ..settings.clone()
     };
-    face_on(&prepare(&settings, &nothing_known))
+    face_on_plane(&prepare(&settings, &no_facts))
 }
 
-/// Why an engine could not do what it was asked for.
+/// Reasons why an engine failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EngineError {
     /// The device failed, or there is none.
@@ -245,29 +242,29 @@ pub enum EngineError {
         "the program has {need} instructions, at most {allowed} are allowed on engine {kind} for {what}"
     )]
     TooLong {
-        /// Which engine.
+        /// The engine.
         kind: EngineKind,
-        /// What it was to do.
+        /// The attempted task.
         what: &'static str,
-        /// How many instructions there are.
+        /// Number of instructions of the program.
         need: usize,
-        /// How many there may be.
+        /// Maximum number of instructions.
         allowed: usize,
     },
-    /// Whoever followed it stopped it.
+    /// The progress callback stopped it.
     #[error("the picture was stopped")]
     Stopped,
-    /// Nothing was loaded yet.
+    /// No scene is loaded.
     #[error("no scene is loaded")]
     NothingLoaded,
-    /// The module of an update is not that of the scene that is loaded.
+    /// The module of an update does not belong to the loaded scene.
     #[error("the new parameters belong to another scene than the one that is loaded")]
-    AnotherScene,
+    SceneMismatch,
 }
 
 impl EngineError {
-    /// Whether there is no device to run on, rather than something wrong with the scene.
-    pub fn is_environment(&self) -> bool {
+    /// Reports whether the cause is a missing or unsuitable device, not the scene.
+    pub fn is_device_unavailable(&self) -> bool {
         matches!(
             self,
             Self::Gpu(
@@ -280,42 +277,51 @@ impl EngineError {
     }
 }
 
-/// Opens an engine; one for GPUs takes hardware if there is any, else software Vulkan.
+/// Opens an engine. GPU engines use hardware if there is any, else software Vulkan.
 pub fn open(kind: EngineKind) -> Result<Box<dyn Engine>, EngineError> {
     open_with(kind, Arithmetic::Default)
 }
 
-/// Opens an engine whose arithmetic is strict or not: engines that are strict give the same bits.
-/// The CPU always is.
+/// Opens an engine with strict or default arithmetic. Strict engines produce identical bits. The CPU engine
+/// is always strict.
 pub fn open_with(kind: EngineKind, arithmetic: Arithmetic) -> Result<Box<dyn Engine>, EngineError> {
     Ok(match kind {
         EngineKind::Cpu => Box::new(cpu::CpuEngine::default()),
         EngineKind::Reference => Box::new(reference::ReferenceEngine::default()),
         EngineKind::Interp | EngineKind::Wgsl => {
-            on(kind, Gpu::open_with(Preference::Any, arithmetic)?)
+            open_on(kind, Gpu::open_with(AdapterPreference::Any, arithmetic)?)
         }
     })
 }
 
-/// The interpreter on a device in hand with kernels that run every scene: whatever is loaded after
-/// [`Engine::warm_up`] and whatever of a picture in those modes is changed (lights and their shadows,
-/// occlusion, fog, materials, normals), no pipeline is made. The pictures are those of
-/// [`EngineKind::Interp`], whose kernels have only what a scene needs.
+/// Opens the interpreter on the given device, with kernels that run every scene. After [`Engine::warm_up`] no
+/// pipeline is created, whatever is loaded and whatever is changed in these modes: lights and their shadows,
+/// occlusion, fog, materials, normals. The images are those of [`EngineKind::Interp`], whose kernels contain
+/// only what a scene needs.
 ///
-/// Hardware skips the operations that a scene does not have; software Vulkan runs all of them at each
-/// instruction and is many times slower. Kernels have room for 32 values and 8 points at once in a
-/// scene's tape (materials: 16 values) and for [`sdfc_shaders::features::MOST_LIGHTS`] lights; a scene
-/// with more gets kernels of its own.
-pub fn general(gpu: Gpu) -> Box<dyn Engine> {
-    Box::new(GpuEngine::<interp::Interpreter>::new(gpu, Form::General))
+/// Hardware skips the operations that a scene does not have. Software Vulkan runs all of them at each
+/// instruction and is many times slower. The kernels have registers for 32 values and 8 points of a scene's
+/// tape (materials: 16 values), and for [`sdfc_shaders::features::MAX_GENERIC_LIGHTS`] lights. A scene that needs
+/// more gets specialized kernels.
+pub fn open_generic(gpu: Gpu) -> Box<dyn Engine> {
+    Box::new(GpuEngine::<interp::Interpreter>::new(
+        gpu,
+        KernelMode::Generic,
+    ))
 }
 
-/// An engine of this kind on a device in hand; those on the CPU need none.
-pub fn on(kind: EngineKind, gpu: Gpu) -> Box<dyn Engine> {
+/// Opens an engine of this kind on the given device. CPU engines do not use it.
+pub fn open_on(kind: EngineKind, gpu: Gpu) -> Box<dyn Engine> {
     match kind {
         EngineKind::Cpu => Box::new(cpu::CpuEngine::default()),
         EngineKind::Reference => Box::new(reference::ReferenceEngine::default()),
-        EngineKind::Interp => Box::new(GpuEngine::<interp::Interpreter>::new(gpu, Form::Special)),
-        EngineKind::Wgsl => Box::new(GpuEngine::<wgsl::Generated>::new(gpu, Form::Special)),
+        EngineKind::Interp => Box::new(GpuEngine::<interp::Interpreter>::new(
+            gpu,
+            KernelMode::Specialized,
+        )),
+        EngineKind::Wgsl => Box::new(GpuEngine::<wgsl::GeneratedScene>::new(
+            gpu,
+            KernelMode::Specialized,
+        )),
     }
 }

@@ -1,18 +1,18 @@
-//! Engines, marching, shading, frames and verification. The only crate that knows wgpu.
+//! Engines, marching, shading, images and verification. The only crate that depends on wgpu.
 //!
-//! [`settings`] turns a compiled scene's settings into plain numbers, an [`engine`] makes a
-//! [`frame`] of them, and [`verify`] compares what engines made. [`cpu`] and [`gpu`] are what
-//! engines stand on.
+//! [`settings`] resolves a compiled scene's settings to plain numbers, an [`engine`] renders an image from
+//! them ([`render`]), and [`verify`] compares the results of engines. Engines are built on [`cpu`] and
+//! [`gpu`].
 
 pub mod cells;
 pub mod cpu;
-mod crew;
 pub mod engine;
-pub mod frame;
 pub mod gpu;
 pub mod perceptual;
 pub mod reference;
+pub mod render;
 pub mod rounding;
 pub mod settings;
-pub mod unseen;
 pub mod verify;
+pub mod visibility_notes;
+mod work_stealing;

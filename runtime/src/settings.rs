@@ -1,96 +1,96 @@
-//! From what a scene says about its picture to plain numbers: [`resolve`] takes the settings of a
-//! module and the results of its uniform program, lets a command line or a window override some of
-//! them, and gives [`RenderSettings`].
+//! Resolution of a scene's render settings to plain numbers. [`resolve`] takes the settings of a module and
+//! the results of its uniform program, applies the overrides of a command line or a window, and returns
+//! [`RenderSettings`].
 //!
-//! Here cameras are found by name, automatic ones are placed so that they frame the bounds, what
-//! the scene left open (how far rays go, how far occlusion reaches) follows from the bounds, and
-//! the scene's own conditions on its numbers are checked.
+//! It finds cameras by name and places automatic cameras so that they frame the bounds. Values that the scene
+//! left open (length of rays, radius of occlusion) follow from the bounds. It also checks the scene's own
+//! conditions on its numbers.
 
 mod framing;
 mod standpoint;
 
-use crate::frame::{
-    CellUse, FieldFacts, Lens, Light, Lighting, Mode, Normals, Occlusion, RenderSettings, Shadow,
-    Source, Surface, Tonemap, View,
+use crate::render::{
+    CellMode, FieldFacts, LightEmitter, Lighting, Mode, Normals, Occlusion, RenderSettings,
+    ResolvedLens, ResolvedLight, ResolvedShadow, Surface, Tonemap, View,
 };
-use framing::{Target, face_on, framed};
+use framing::{FramingTarget, framed_view, plane_view};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Module;
-use sdfc_vm::settings::{self as scene, Setting, Settings, Triple};
+use sdfc_vm::settings::{self as scene, SettingValue, Settings, Triple};
 use standpoint::Standpoint;
 
-/// The largest width or height of a picture.
-pub const LARGEST_SIDE: u32 = 16_384;
-/// The most pixels of a picture.
-pub const MOST_PIXELS: u64 = 1 << 26;
-/// The most samples per pixel along each side.
-pub const MOST_SAMPLES: u32 = 16;
+/// Maximum width or height of an image.
+pub const MAX_SIDE_PIXELS: u32 = 16_384;
+/// Maximum number of pixels of an image.
+pub const MAX_PIXELS: u64 = 1 << 26;
+/// Maximum number of samples per pixel along each side.
+pub const MAX_SAMPLES_PER_SIDE: u32 = 16;
 
-/// What is asked for in place of what the scene says.
+/// Values that override those of the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
     /// Width and height in pixels.
     pub size: Option<[u32; 2]>,
     /// Samples per pixel along each side.
     pub aa: Option<u32>,
-    /// The name of the camera; the scene's first one otherwise.
+    /// Name of the camera; by default the scene's first one.
     pub camera: Option<String>,
-    /// Where the picture is taken from, whatever cameras the scene has.
+    /// The view, replacing all cameras of the scene.
     pub view: Option<View>,
-    /// What is shown; no scene says this.
+    /// The mode; scenes cannot set it.
     pub mode: Mode,
-    /// The most steps of a ray.
+    /// Maximum number of steps of a ray.
     pub steps: Option<u32>,
-    /// How far a ray goes.
+    /// Maximum length of a ray.
     pub far: Option<f64>,
-    /// How normals are found.
+    /// The method for normals.
     pub normals: Option<Normals>,
     /// Ambient occlusion.
     pub occlusion: Option<Occlusion>,
-    /// How light becomes a colour.
+    /// The tone curve.
     pub tonemap: Option<Tonemap>,
     /// A factor on all light.
     pub exposure: Option<f64>,
-    /// Whether space is cut into cells.
-    pub cells: CellUse,
+    /// Use of cells.
+    pub cells: CellMode,
 }
 
-/// Why there can be no picture.
+/// Reasons why settings cannot be resolved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
     /// The scene's own condition on its numbers is violated.
     #[error("{0}")]
     Check(String),
-    /// There is no camera of that name.
+    /// There is no camera with that name.
     #[error("{}", no_camera(name, known, near.as_deref()))]
     NoCamera {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
-        /// The names there are.
+        /// The existing names.
         known: Vec<String>,
-        /// The one that was probably meant.
+        /// The existing name that was probably meant.
         near: Option<String>,
     },
     /// A number of the settings is not finite.
     #[error("{what} is {value}, a finite number is needed")]
     NotFinite {
-        /// Which number.
+        /// Description of the number.
         what: String,
-        /// What it is.
+        /// Its value.
         value: f64,
     },
     /// A number of the settings is out of its range.
     #[error("{what} is {value}, {allowed} is allowed")]
     OutOfRange {
-        /// Which number.
+        /// Description of the number.
         what: String,
-        /// What it is.
+        /// Its value.
         value: f64,
-        /// What it may be.
+        /// The allowed range.
         allowed: String,
     },
-    /// A camera looks at the place where it is.
+    /// A camera is at the point it looks at.
     #[error("the camera{} is at the point it looks at", named(.0))]
     NoDirection(String),
 }
@@ -117,8 +117,7 @@ fn named(name: &str) -> String {
     }
 }
 
-/// The settings of a module's picture, with the numbers that follow from the present parameters
-/// and time.
+/// Resolves the settings of a module's image, for the current parameters and time.
 pub fn resolve(
     module: &Module,
     outputs: &[f64],
@@ -132,7 +131,7 @@ pub fn resolve(
     let aa = within(
         "the samples per side of a pixel",
         overrides.aa.unwrap_or(render.aa),
-        MOST_SAMPLES,
+        MAX_SAMPLES_PER_SIDE,
     )?;
     let steps = within(
         "the most steps of a ray",
@@ -140,16 +139,18 @@ pub fn resolve(
         u32::MAX,
     )?;
     let camera = camera(settings, overrides.camera.as_deref())?;
-    let way = camera.and_then(|camera| way_of(camera, outputs));
-    let target = Target::of(&settings.bounds).sized(settings.subject.as_ref(), way);
+    let camera_distance = camera.and_then(|camera| camera_target_distance(camera, outputs));
+    let target = FramingTarget::from_bounds(&settings.bounds)
+        .with_known_size(settings.subject.as_ref(), camera_distance);
     let view = match overrides.view {
         Some(view) => view,
         None => view(module, camera, &read, &target, size)?,
     };
-    let far = overrides
-        .far
-        .or(render.far)
-        .unwrap_or_else(|| target.lasting(&settings.reach).far(&view));
+    let far = overrides.far.or(render.far).unwrap_or_else(|| {
+        target
+            .with_bounds(&settings.bounds_for_all_params)
+            .far(&view)
+    });
     let exposure = match overrides.exposure {
         Some(exposure) => exposure,
         None => read.number("the exposure", render.exposure)?,
@@ -174,21 +175,24 @@ pub fn resolve(
         exposure,
         view,
         lighting: lighting(settings, &read)?,
-        plane: settings.plane,
+        is_2d: settings.is_plane,
     })
 }
 
-/// What is known of a module's field besides its values.
-pub fn facts(module: &Module, outputs: &[f64]) -> FieldFacts {
+/// Facts about a module's field besides its values.
+pub fn field_facts(module: &Module, outputs: &[f64]) -> FieldFacts {
     FieldFacts {
-        raw: module.distance.is_raw(),
-        bounds: *module.settings.space(),
-        material: module.surface.is_none().then(|| unpainted(module, outputs)),
+        is_raw: module.distance.has_raw_fields(),
+        bounds: *module.settings.clip_bounds(),
+        material: module
+            .surface
+            .is_none()
+            .then(|| default_material(module, outputs)),
     }
 }
 
-/// The material of what nothing painted: of everything, where a module has no program of surfaces.
-pub fn unpainted(module: &Module, outputs: &[f64]) -> Surface {
+/// The default material. It applies to everything if a module has no surface program.
+pub fn default_material(module: &Module, outputs: &[f64]) -> Surface {
     let m = module
         .settings
         .material
@@ -203,28 +207,27 @@ pub fn unpainted(module: &Module, outputs: &[f64]) -> Surface {
     }
 }
 
-/// The box that a picture of these bounds is about: they themselves where they are finite.
-pub(crate) fn shown(bounds: &Bounds) -> Bounds {
-    Target::of(bounds).shown
+/// A finite box for bounds that may be infinite or empty; finite bounds themselves.
+pub(crate) fn finite_bounds(bounds: &Bounds) -> Bounds {
+    FramingTarget::from_bounds(bounds).shown
 }
 
-/// A view that has all of a box in the picture, which is so many times as wide as it is high
-/// (`aspect`): in the direction and with the lens of the one given. Of endless boxes, what is finite
-/// is shown. A plane figure is seen face on.
+/// Fits a view to a box: the whole box is in the image, seen in the direction and with the lens of the given
+/// view. `aspect` is width / height. Of infinite boxes the finite part is shown. A 2-D shape is seen face on.
 pub fn fit(view: View, bounds: &Bounds, aspect: f64, plane: bool) -> View {
-    let target = Target::of(bounds);
+    let target = FramingTarget::from_bounds(bounds);
     if plane {
-        face_on(&target, aspect)
+        plane_view(&target, aspect)
     } else {
-        framed(&view, &Outline::of_box(&target.shown), aspect)
+        framed_view(&view, &Outline::from_bounds(&target.shown), aspect)
     }
 }
 
-/// Whether all conditions of the scene hold.
+/// Checks all conditions of the scene.
 pub fn check(settings: &Settings, outputs: &[f64]) -> Result<(), SettingsError> {
     for check in &settings.checks {
         let value = check.value.value(outputs);
-        // Written so that what is not a number does not hold.
+        // NaN violates both conditions.
         let holds = if check.strict {
             value > 0.0
         } else {
@@ -244,8 +247,8 @@ fn camera<'a>(
     let Some(name) = name else {
         return Ok(settings.cameras.first());
     };
-    if let Some(found) = settings.cameras.iter().find(|camera| camera.name == name) {
-        return Ok(Some(found));
+    if let Some(camera) = settings.cameras.iter().find(|camera| camera.name == name) {
+        return Ok(Some(camera));
     }
     let known: Vec<String> = settings
         .cameras
@@ -266,19 +269,19 @@ fn camera<'a>(
     })
 }
 
-/// The distance of a camera from what it looks at; none for an open one.
-fn way_of(camera: &scene::Camera, outputs: &[f64]) -> Option<f64> {
+/// The distance of a camera from its target; `None` for an automatic camera.
+fn camera_target_distance(camera: &scene::Camera, outputs: &[f64]) -> Option<f64> {
     let [from, look] = [camera.from, camera.look].map(|p| p.map(|v| v.value(outputs)));
     let squares = (0..3).map(|axis| (from[axis] - look[axis]).powi(2));
-    let way = squares.sum::<f64>().sqrt();
-    (!camera.automatic && way.is_finite()).then_some(way)
+    let distance = squares.sum::<f64>().sqrt();
+    (!camera.auto_framed && distance.is_finite()).then_some(distance)
 }
 
 fn view(
     module: &Module,
     camera: Option<&scene::Camera>,
     read: &Reader<'_>,
-    target: &Target,
+    target: &FramingTarget,
     size: [u32; 2],
 ) -> Result<View, SettingsError> {
     let settings = &module.settings;
@@ -286,25 +289,25 @@ fn view(
     let standpoint = Standpoint {
         field: &module.distance,
         subject: settings.subject.as_ref(),
-        is_whole: settings.bounds.is_finite(),
+        is_complete: settings.bounds.is_finite(),
         shown: &target.shown,
         aspect,
     };
-    let open;
+    let default_camera;
     let camera = match camera {
         Some(camera) => camera,
         None => {
-            open = scene::Camera::open(settings.z_up).map(Setting::Constant);
-            &open
+            default_camera = scene::Camera::open(settings.z_up).map(SettingValue::Constant);
+            &default_camera
         }
     };
-    let of = |what: &str| format!("{what} of the camera{}", named(&camera.name));
-    let from = read.triple(&of("the place"), camera.from)?;
-    let look = read.triple(&of("the target"), camera.look)?;
-    let up = read.triple(&of("the upward direction"), camera.up)?;
+    let describe = |what: &str| format!("{what} of the camera{}", named(&camera.name));
+    let from = read.triple(&describe("the place"), camera.from)?;
+    let look = read.triple(&describe("the target"), camera.look)?;
+    let up = read.triple(&describe("the upward direction"), camera.up)?;
     let lens = match camera.lens {
         scene::Lens::Perspective(fov) => {
-            let what = of("the field of view");
+            let what = describe("the field of view");
             let fov = positive(&what, read.number(&what, fov)?)?;
             if fov >= std::f64::consts::PI {
                 let allowed = "less than a half turn (3.14 radians)".to_owned();
@@ -314,20 +317,20 @@ fn view(
                     allowed,
                 });
             }
-            Lens::Perspective(fov)
+            ResolvedLens::Perspective(fov)
         }
         scene::Lens::Orthographic(height) => {
-            let what = of("the height");
-            Lens::Orthographic(positive(&what, read.number(&what, height)?)?)
+            let what = describe("the height");
+            ResolvedLens::Orthographic(positive(&what, read.number(&what, height)?)?)
         }
     };
-    if settings.plane {
-        // A figure in the plane is seen face on; a camera can only choose the part of it.
+    if settings.is_plane {
+        // A 2-D shape is seen face on; a camera only selects the visible part.
         return Ok(match lens {
-            Lens::Orthographic(height) if !camera.automatic => {
+            ResolvedLens::Orthographic(height) if !camera.auto_framed => {
                 View::plane([look[0], look[1]], height)
             }
-            _ => face_on(target, aspect),
+            _ => plane_view(target, aspect),
         });
     }
     let view = View {
@@ -336,7 +339,7 @@ fn view(
         up,
         lens,
     };
-    if camera.automatic {
+    if camera.auto_framed {
         return Ok(standpoint.find(&view));
     }
     if from == look {
@@ -354,7 +357,7 @@ fn lighting(settings: &Settings, read: &Reader<'_>) -> Result<Lighting, Settings
     let lights = settings
         .lights
         .iter()
-        .map(|given| light(given, read))
+        .map(|scene_light| light(scene_light, read))
         .collect::<Result<_, _>>()?;
     Ok(Lighting {
         lights,
@@ -371,39 +374,39 @@ fn lighting(settings: &Settings, read: &Reader<'_>) -> Result<Lighting, Settings
     })
 }
 
-fn light(given: &scene::Light, read: &Reader<'_>) -> Result<Light, SettingsError> {
-    let source = match given.source {
+fn light(scene_light: &scene::Light, read: &Reader<'_>) -> Result<ResolvedLight, SettingsError> {
+    let source = match scene_light.source {
         scene::LightSource::Directional(direction) => {
-            Source::Directional(read.triple("the direction of a light", direction)?)
+            LightEmitter::Directional(read.triple("the direction of a light", direction)?)
         }
         scene::LightSource::Point(place) => {
-            Source::Point(read.triple("the place of a light", place)?)
+            LightEmitter::Point(read.triple("the place of a light", place)?)
         }
     };
-    let intensity = read.number("the intensity of a light", given.intensity)?;
-    let size = |size: Setting| read.number("the size of a light", size);
-    let shadow = match given.shadow {
-        scene::Shadow::None => Shadow::None,
-        scene::Shadow::Hard => Shadow::Hard,
-        scene::Shadow::Plain(setting) => Shadow::Plain(size(setting)?),
-        scene::Shadow::Soft(setting) => Shadow::Improved(size(setting)?),
-        scene::Shadow::Sized(setting) => Shadow::Sized(size(setting)?),
+    let intensity = read.number("the intensity of a light", scene_light.intensity)?;
+    let size = |size: SettingValue| read.number("the size of a light", size);
+    let shadow = match scene_light.shadow {
+        scene::Shadow::None => ResolvedShadow::None,
+        scene::Shadow::Hard => ResolvedShadow::Hard,
+        scene::Shadow::Plain(setting) => ResolvedShadow::Plain(size(setting)?),
+        scene::Shadow::Soft(setting) => ResolvedShadow::Improved(size(setting)?),
+        scene::Shadow::Sized(setting) => ResolvedShadow::Sized(size(setting)?),
     };
-    let color = read.triple("the colour of a light", given.color)?;
-    Ok(Light {
+    let color = read.triple("the colour of a light", scene_light.color)?;
+    Ok(ResolvedLight {
         source,
         color: color.map(|channel| channel * intensity),
         shadow,
     })
 }
 
-/// Reads numbers that may follow the parameters, and refuses those that are none.
+/// Reads numbers that may depend on parameters, and refuses those that are not finite.
 struct Reader<'a> {
     outputs: &'a [f64],
 }
 
 impl Reader<'_> {
-    fn number(&self, what: &str, setting: Setting) -> Result<f64, SettingsError> {
+    fn number(&self, what: &str, setting: SettingValue) -> Result<f64, SettingsError> {
         let value = setting.value(self.outputs);
         if value.is_finite() {
             return Ok(value);
@@ -425,25 +428,25 @@ impl Reader<'_> {
 
 fn size([width, height]: [u32; 2]) -> Result<[u32; 2], SettingsError> {
     let size = [
-        within("the width of the picture", width, LARGEST_SIDE)?,
-        within("the height of the picture", height, LARGEST_SIDE)?,
+        within("the width of the picture", width, MAX_SIDE_PIXELS)?,
+        within("the height of the picture", height, MAX_SIDE_PIXELS)?,
     ];
     let pixels = u64::from(width) * u64::from(height);
-    if pixels > MOST_PIXELS {
+    if pixels > MAX_PIXELS {
         return Err(SettingsError::OutOfRange {
             what: "the number of pixels".to_owned(),
             value: pixels as f64,
-            allowed: format!("at most {MOST_PIXELS}"),
+            allowed: format!("at most {MAX_PIXELS}"),
         });
     }
     Ok(size)
 }
 
-fn within(what: &str, value: u32, most: u32) -> Result<u32, SettingsError> {
-    if (1..=most).contains(&value) {
+fn within(what: &str, value: u32, max: u32) -> Result<u32, SettingsError> {
+    if (1..=max).contains(&value) {
         return Ok(value);
     }
-    let allowed = format!("1 to {most}");
+    let allowed = format!("1 to {max}");
     Err(SettingsError::OutOfRange {
         what: what.to_owned(),
         value: value.into(),

@@ -1,147 +1,149 @@
-//! Whether engines agree: the same picture and the same values from each of them, compared in
-//! pairs.
+//! Verification of engines: the same image and the same values from each of them, compared in pairs.
 //!
-//! There are two demands. With strict arithmetic ([`Arithmetic::is_strict`]) engines are equal: every
-//! bit of hit, depth, step count and normal, and of distances and gradients at points
-//! ([`BitDifferences`]). Without:
+//! There are two criteria. With strict arithmetic ([`Arithmetic::is_strict`]) engines must be equal in every
+//! bit of hit, depth, step count and normal, and of distances and gradients at points ([`BitDifferences`]).
 //!
-//! Engines on plain WGSL are not equal bit for bit: drivers contract and reorder arithmetic. What
-//! is held is this. Away from silhouettes no ray hits in one picture and misses in the other; away
-//! from all edges (of shapes, materials, shadows) no pixel differs by more than one step of a
-//! byte; and at random points the distances differ by no more than rounding can explain. The
-//! first engine is the reference: it says where silhouettes and edges are. Everything that was
-//! measured is in the [`Report`], passed or not.
+//! With default arithmetic drivers contract and reorder operations, so bits differ. The criteria are then:
+//! Away from silhouettes no ray hits in one image and misses in the other. Away from all edges (of shapes,
+//! materials, shadows) no pixel differs by more than one step of a byte. At random points the distances
+//! differ by no more than rounding can explain. The first engine is the reference: it defines the silhouettes
+//! and edges. All measurements are in the [`Report`], passed or not.
 
 mod bits;
 mod field;
+mod percentiles;
 mod picture;
-mod spread;
 
-use crate::engine::{Engine, EngineError, EngineKind, Loaded, Sample};
-use crate::frame::{CellUse, Frame, RenderSettings};
+use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::gpu::Arithmetic;
+use crate::render::{CellMode, Image, RenderSettings};
 use serde::Serialize;
 use std::fmt;
 
 pub use bits::{BitDifferences, PointDifference, RayDifference};
-pub use field::{FieldDifferences, POINTS};
-pub use picture::{PictureDifferences, difference_picture};
-pub use spread::Spread;
+pub use field::{FieldDifferences, POINT_COUNT};
+pub use percentiles::Percentiles;
+pub use picture::{PictureDifferences, difference_image};
 
-/// The width of the pictures that are compared where nothing else is asked for.
-pub const WIDTH: u32 = 160;
+/// Default width of the compared images.
+pub const DEFAULT_WIDTH: u32 = 160;
 
-/// What was found.
+/// The result of a verification.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The engines, the reference first.
     pub engines: Vec<Subject>,
-    /// Width and height of the pictures.
+    /// Width and height of the images.
     pub size: [u32; 2],
-    /// Each pair of engines.
+    /// The comparisons of all pairs of engines.
     pub comparisons: Vec<Comparison>,
-    /// The pictures, in the order of the engines.
+    /// The images, in the order of the engines.
     #[serde(skip)]
-    pub frames: Vec<Frame>,
+    pub images: Vec<Image>,
 }
 
-/// An engine that took part.
+/// A verified engine.
 #[derive(Clone, Debug, Serialize)]
 pub struct Subject {
-    /// Which one.
+    /// The kind of the engine.
     pub kind: EngineKind,
-    /// What it ran on.
+    /// The name of its device.
     pub device: String,
 }
 
 /// Two engines compared.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
-    /// The one that is compared with.
+    /// The reference.
     pub reference: EngineKind,
-    /// The one that is compared.
+    /// The engine compared with it.
     pub engine: EngineKind,
-    /// How their pictures differ.
+    /// Differences of their images.
     pub picture: PictureDifferences,
-    /// How their values at points differ.
+    /// Differences of their values at points.
     pub field: FieldDifferences,
-    /// The results that are not equal in every bit, where equality was demanded.
+    /// The results that differ in any bit, if equality was required.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bits: Option<BitDifferences>,
-    /// What is more than may be; empty if they agree.
+    /// Messages for all differences that are not allowed; empty if the engines agree.
     pub failures: Vec<String>,
 }
 
 impl Report {
-    /// Whether all engines agree.
+    /// Reports whether all engines agree.
     pub fn passed(&self) -> bool {
         self.comparisons
             .iter()
             .all(|comparison| comparison.failures.is_empty())
     }
 
-    /// The pictures of two engines that were compared.
-    pub fn pictures(&self, comparison: &Comparison) -> Option<[&Frame; 2]> {
-        let of = |kind| {
-            let at = self
+    /// The images of two engines that were compared.
+    pub fn images_of(&self, comparison: &Comparison) -> Option<[&Image; 2]> {
+        let image_of = |kind| {
+            let index = self
                 .engines
                 .iter()
                 .position(|subject| subject.kind == kind)?;
-            self.frames.get(at)
+            self.images.get(index)
         };
-        Some([of(comparison.reference)?, of(comparison.engine)?])
+        Some([
+            image_of(comparison.reference)?,
+            image_of(comparison.engine)?,
+        ])
     }
 }
 
-/// The settings of a small picture of the same view: [`WIDTH`] wide, one sample per pixel.
-pub fn small(settings: &RenderSettings) -> RenderSettings {
+/// The settings of a small image of the same view: [`DEFAULT_WIDTH`] wide, one sample per pixel.
+pub fn small_settings(settings: &RenderSettings) -> RenderSettings {
     let [width, height] = settings.size.map(u64::from);
-    let height = (u64::from(WIDTH) * height / width.max(1)).clamp(1, 4 * u64::from(WIDTH));
+    let height =
+        (u64::from(DEFAULT_WIDTH) * height / width.max(1)).clamp(1, 4 * u64::from(DEFAULT_WIDTH));
     RenderSettings {
-        size: [WIDTH, height as u32],
+        size: [DEFAULT_WIDTH, height as u32],
         aa: 1,
         ..settings.clone()
     }
 }
 
-/// How a picture differs from a reference of the same view, and what of it is more than may be.
-pub fn compare(reference: &Frame, frame: &Frame) -> (PictureDifferences, Vec<String>) {
-    let edges = picture::Edges::of(reference);
-    let differences = picture::compare(reference, frame, &edges);
+/// Compares an image with a reference of the same view. Returns the differences, and messages for those that
+/// are not allowed.
+pub fn compare(reference: &Image, image: &Image) -> (PictureDifferences, Vec<String>) {
+    let edges = picture::Edges::new(reference);
+    let differences = picture::compare(reference, image, &edges);
     let failures = differences.failures();
     (differences, failures)
 }
 
-/// Loads the scene into all engines, makes the picture with each, asks each for values at
-/// [`POINTS`] points, and compares each with every one before it.
+/// Verifies engines: loads the scene into each, renders its image, queries values at [`POINT_COUNT`] points,
+/// and compares each engine with all earlier ones.
 pub fn verify(
-    scene: &Loaded<'_>,
+    scene: &SceneInput<'_>,
     engines: &mut [Box<dyn Engine>],
     settings: &RenderSettings,
 ) -> Result<Report, EngineError> {
     verify_with(scene, engines, settings, Arithmetic::Default)
 }
 
-/// The same with the demand of this arithmetic, which is that of the engines.
+/// Like [`verify`], with the criterion of this arithmetic, which must be that of the engines.
 pub fn verify_with(
-    scene: &Loaded<'_>,
+    scene: &SceneInput<'_>,
     engines: &mut [Box<dyn Engine>],
     settings: &RenderSettings,
     arithmetic: Arithmetic,
 ) -> Result<Report, EngineError> {
-    // Engines are compared in the same steps. Rays in cells stop at other places, by less than the
-    // stop threshold; that is compared with the same engine without cells, by a test.
+    // Without cells all engines take the same steps. Rays in cells stop at other points, by less than the
+    // stop threshold; a test compares that with the same engine without cells.
     let settings = &RenderSettings {
-        cells: CellUse::Never,
+        cells: CellMode::Never,
         ..settings.clone()
     };
     let points = field::points(&scene.module.settings.bounds);
     let mut subjects = Vec::new();
-    let mut frames: Vec<Frame> = Vec::new();
+    let mut images: Vec<Image> = Vec::new();
     let mut samples = Vec::new();
     for engine in engines.iter_mut() {
         engine.load(scene)?;
-        frames.push(engine.render(settings, &|_| {})?);
+        images.push(engine.render(settings, &|_| {})?);
         samples.push(engine.query(&points)?);
         subjects.push(Subject {
             kind: engine.kind(),
@@ -151,16 +153,16 @@ pub fn verify_with(
     let mut comparisons = Vec::new();
     for b in 1..subjects.len() {
         for a in 0..b {
-            let edges = picture::Edges::of(&frames[a]);
-            let picture = picture::compare(&frames[a], &frames[b], &edges);
+            let edges = picture::Edges::new(&images[a]);
+            let picture = picture::compare(&images[a], &images[b], &edges);
             let field = field::compare(scene.module, &points, &samples[a], &samples[b]);
             let mut failures = picture.failures();
             failures.extend(field.failures());
-            let frames = [&frames[a], &frames[b]];
-            let samples: [&[Sample]; 2] = [&samples[a], &samples[b]];
+            let pair = [&images[a], &images[b]];
+            let samples: [&[FieldSample]; 2] = [&samples[a], &samples[b]];
             let bits = arithmetic
                 .is_strict()
-                .then(|| bits::compare(frames, &points, samples));
+                .then(|| bits::compare(pair, &points, samples));
             failures.extend(bits.iter().flat_map(BitDifferences::failures));
             let (reference, engine) = (subjects[a].kind, subjects[b].kind);
             comparisons.push(Comparison {
@@ -177,7 +179,7 @@ pub fn verify_with(
         engines: subjects,
         size: settings.size,
         comparisons,
-        frames,
+        images,
     })
 }
 

@@ -1,5 +1,5 @@
-//! Engines: that they make the same pictures and values of programs written here as listings, what
-//! an update costs, and what happens when a limit is passed or a device fails.
+//! Tests of engines, on programs written here as listings: equal images and values, the cost of updates, and
+//! the behaviour at limits and when a device fails.
 
 #[path = "engines/agreement.rs"]
 mod agreement;

@@ -1,5 +1,5 @@
-//! The GPU layer, on whatever adapter the machine has. Without one these tests fail, unless
-//! `SDFC_SKIP_GPU` gives the reason why there is none.
+//! Tests of the GPU layer, on any adapter of the machine. Without an adapter these tests fail, unless
+//! `SDFC_SKIP_GPU` states the reason why there is none.
 
 #![expect(clippy::print_stdout, reason = "a test that is skipped says why")]
 
@@ -7,16 +7,16 @@ use std::process::Command;
 use std::time::Duration;
 
 use sdfc_runtime::gpu::{
-    Access, Arithmetic, Batch, Binding, Extent, Gpu, GpuError, Kernel, KernelSource, Preference,
-    Usage, devices,
+    AdapterPreference, Arithmetic, Batch, BindingAccess, BufferBinding, BufferUsage, Extent, Gpu,
+    GpuError, Kernel, KernelSource, devices,
 };
 
-const READ: Access = Access::StorageRead;
-const WRITE: Access = Access::StorageReadWrite;
-const UNIFORM: Access = Access::Uniform;
+const READ: BindingAccess = BindingAccess::StorageRead;
+const WRITE: BindingAccess = BindingAccess::StorageReadWrite;
+const UNIFORM: BindingAccess = BindingAccess::Uniform;
 
-/// Runs `test` on the best adapter, with plain kernels and with strict ones, which promise all the
-/// same. Only a stated reason excuses the want of an adapter.
+/// Runs `test` on the best adapter, with default and with strict kernels, which have the same guarantees.
+/// Only a stated reason excuses a missing adapter.
 fn on_gpu(test: impl Fn(Gpu)) {
     if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
         println!("skipped: {reason}");
@@ -27,7 +27,7 @@ fn on_gpu(test: impl Fn(Gpu)) {
         Arithmetic::Strict,
         Arithmetic::Portable,
     ] {
-        match Gpu::open_with(Preference::Any, arithmetic) {
+        match Gpu::open_with(AdapterPreference::Any, arithmetic) {
             Ok(gpu) => {
                 assert_eq!(gpu.arithmetic(), arithmetic);
                 test(gpu);
@@ -38,10 +38,15 @@ fn on_gpu(test: impl Fn(Gpu)) {
 }
 
 /// A kernel with entry point `main` whose slots are numbered from 0.
-fn kernel(gpu: &Gpu, label: &str, wgsl: &str, access: &[Access]) -> Result<Kernel, GpuError> {
+fn kernel(
+    gpu: &Gpu,
+    label: &str,
+    wgsl: &str,
+    access: &[BindingAccess],
+) -> Result<Kernel, GpuError> {
     let bindings: Vec<_> = (0..)
         .zip(access)
-        .map(|(slot, &access)| Binding { slot, access })
+        .map(|(slot, &access)| BufferBinding { slot, access })
         .collect();
     gpu.kernel(&KernelSource {
         label,
@@ -65,7 +70,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if id.x < arrayLength(&out) { out[id.x] = a[id.x] + b[id.x]; }
 }";
 
-/// `out[i] = out[i] * factor + i`, for as many as `out` holds, over both axes.
+/// `out[i] = out[i] * factor + i`, for all elements of `out`, over both axes.
 const SCALE_ADD: &str = "
 @group(0) @binding(0) var<uniform> factor: vec4u;
 @group(0) @binding(1) var<storage, read_write> out: array<u32>;
@@ -75,7 +80,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     if i < arrayLength(&out) { out[i] = out[i] * factor.x + i; }
 }";
 
-/// Ends only after a while: 65,000 dependent steps per invocation.
+/// Takes a while: 65,000 dependent steps per invocation.
 const SLOW: &str = "
 @group(0) @binding(0) var<storage, read_write> out: array<u32>;
 @compute @workgroup_size(64)
@@ -95,9 +100,13 @@ fn vectors_are_added() {
         assert_eq!(add.workgroup_size(), [64, 1, 1]);
         assert_eq!(gpu.pipelines_created(), 1);
 
-        let a_buffer = gpu.buffer_with("a", Usage::Storage, &a).expect("room");
-        let b_buffer = gpu.buffer_with("b", Usage::Storage, &b).expect("room");
-        let out = gpu.buffer("out", Usage::Storage, 4000).expect("room");
+        let a_buffer = gpu
+            .buffer_with("a", BufferUsage::Storage, &a)
+            .expect("room");
+        let b_buffer = gpu
+            .buffer_with("b", BufferUsage::Storage, &b)
+            .expect("room");
+        let out = gpu.buffer("out", BufferUsage::Storage, 4000).expect("room");
         let call = gpu
             .bind(&add, &[(0, &a_buffer), (1, &b_buffer), (2, &out)])
             .expect("it fits");
@@ -116,8 +125,12 @@ fn vectors_are_added() {
 fn a_uniform_changes_between_submissions_and_dispatches_follow_each_other() {
     on_gpu(|gpu| {
         let scale = kernel(&gpu, "scale", SCALE_ADD, &[UNIFORM, WRITE]).expect("it compiles");
-        let factor = gpu.buffer("factor", Usage::Uniform, 16).expect("room");
-        let out = gpu.buffer("out", Usage::Storage, 4 * 100).expect("room");
+        let factor = gpu
+            .buffer("factor", BufferUsage::Uniform, 16)
+            .expect("room");
+        let out = gpu
+            .buffer("out", BufferUsage::Storage, 4 * 100)
+            .expect("room");
         let call = gpu
             .bind(&scale, &[(0, &factor), (1, &out)])
             .expect("it fits");
@@ -145,9 +158,11 @@ fn a_million_words_come_back_from_more_workgroups_than_one_axis_holds() {
         assert!(count / 8 > u64::from(gpu.info().limits.workgroups_per_axis.min(65_535)));
         let scale = kernel(&gpu, "scale", SCALE_ADD, &[UNIFORM, WRITE]).expect("it compiles");
         let factor = gpu
-            .buffer_with("factor", Usage::Uniform, &[0u32; 4])
+            .buffer_with("factor", BufferUsage::Uniform, &[0u32; 4])
             .expect("room");
-        let out = gpu.buffer("out", Usage::Storage, 4 * count).expect("room");
+        let out = gpu
+            .buffer("out", BufferUsage::Storage, 4 * count)
+            .expect("room");
         let call = gpu
             .bind(&scale, &[(0, &factor), (1, &out)])
             .expect("it fits");
@@ -164,7 +179,7 @@ fn bytes_that_fill_no_word_are_written_and_read() {
     on_gpu(|gpu| {
         let bytes = [1u8, 2, 3, 4, 5, 6, 7];
         let buffer = gpu
-            .buffer_with("bytes", Usage::Storage, &bytes)
+            .buffer_with("bytes", BufferUsage::Storage, &bytes)
             .expect("room");
         assert_eq!(buffer.size(), 8);
         assert_eq!(gpu.read_first::<u8>(&buffer, 7), Ok(bytes.to_vec()));
@@ -233,16 +248,22 @@ fn what_passes_a_limit_says_both_numbers() {
             Err(GpuError::LimitExceeded { need, have, .. }) => (need, have),
             other => panic!("no limit error: {other:?}"),
         };
-        let most = limits.storage_binding.min(limits.buffer);
-        let large = gpu.buffer("large", Usage::Storage, most + 4).map(drop);
-        assert_eq!(limit(large), (most + 4, most));
-        let most = limits.uniform_binding.min(limits.buffer);
-        let large = gpu.buffer("large", Usage::Uniform, most + 4).map(drop);
-        assert_eq!(limit(large), (most + 4, most));
-        let endless = gpu.buffer("endless", Usage::Storage, u64::MAX).map(drop);
+        let max_bytes = limits.storage_binding.min(limits.buffer);
+        let large = gpu
+            .buffer("large", BufferUsage::Storage, max_bytes + 4)
+            .map(drop);
+        assert_eq!(limit(large), (max_bytes + 4, max_bytes));
+        let max_bytes = limits.uniform_binding.min(limits.buffer);
+        let large = gpu
+            .buffer("large", BufferUsage::Uniform, max_bytes + 4)
+            .map(drop);
+        assert_eq!(limit(large), (max_bytes + 4, max_bytes));
+        let endless = gpu
+            .buffer("endless", BufferUsage::Storage, u64::MAX)
+            .map(drop);
         assert_eq!(limit(endless).0, u64::MAX);
 
-        let small = gpu.buffer("small", Usage::Storage, 8).expect("room");
+        let small = gpu.buffer("small", BufferUsage::Storage, 8).expect("room");
         assert_eq!(limit(gpu.write(&small, &[0u32; 3])), (12, 8));
         assert_eq!(limit(gpu.write_at(&small, 8, &[0u32])), (12, 8));
         let read = gpu.read_first::<u32>(&small, usize::MAX).map(drop);
@@ -255,10 +276,10 @@ fn a_mistake_is_an_error_and_the_device_stays_usable() {
     on_gpu(|gpu| {
         let add = kernel(&gpu, "add", ADD, &[READ, READ, WRITE]).expect("it compiles");
         let buffer = gpu
-            .buffer_with("b", Usage::Storage, &[1.0f32; 4])
+            .buffer_with("b", BufferUsage::Storage, &[1.0f32; 4])
             .expect("room");
-        let out = gpu.buffer("out", Usage::Storage, 16).expect("room");
-        let uniform = gpu.buffer("u", Usage::Uniform, 16).expect("room");
+        let out = gpu.buffer("out", BufferUsage::Storage, 16).expect("room");
+        let uniform = gpu.buffer("u", BufferUsage::Uniform, 16).expect("room");
         let validation = |result: Result<_, GpuError>| match result {
             Err(GpuError::Validation(text)) => text,
             other => panic!("no validation error: {other:?}"),
@@ -268,7 +289,7 @@ fn a_mistake_is_an_error_and_the_device_stays_usable() {
         assert!(validation(missing).contains("add"));
         let wrong = gpu.bind(&add, &[(0, &uniform), (1, &buffer), (2, &out)]);
         validation(wrong.map(drop));
-        // A slot that the module uses and the description lacks.
+        // A slot that the module uses but the description lacks.
         validation(kernel(&gpu, "add", ADD, &[READ, READ]).map(drop));
         // One buffer read and written by the same dispatch.
         let alias = gpu
@@ -291,7 +312,7 @@ fn a_mistake_is_an_error_and_the_device_stays_usable() {
     });
 }
 
-/// Kernels with an index far outside of every buffer, and with memory that nobody has written.
+/// Kernels with an index far outside of every buffer, and with memory that was never written.
 #[test]
 fn indices_stay_inside_and_workgroup_memory_begins_as_zeros() {
     on_gpu(|gpu| {
@@ -307,7 +328,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     made[far] = 7u + given[far] + own[far] + shared_words[63u - id.x % 64u];
     made[id.x % 2u] = shared_words[id.x % 64u];
 }";
-        let bindings = [(6, READ), (2, WRITE)].map(|(slot, access)| Binding { slot, access });
+        let bindings = [(6, READ), (2, WRITE)].map(|(slot, access)| BufferBinding { slot, access });
         let reach = gpu
             .kernel(&KernelSource {
                 label: "reach",
@@ -318,20 +339,20 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             .expect("it compiles");
         let buffer = |value: u32| {
             let words = [value; 8];
-            gpu.buffer_with("words", Usage::Storage, &words)
+            gpu.buffer_with("words", BufferUsage::Storage, &words)
                 .expect("room")
         };
-        let (given, made, beside) = (buffer(5), buffer(9), buffer(3));
+        let (input, output, neighbour) = (buffer(5), buffer(9), buffer(3));
         let call = gpu
-            .bind(&reach, &[(6, &given), (2, &made)])
+            .bind(&reach, &[(6, &input), (2, &output)])
             .expect("it fits");
         let mut batch = gpu.batch();
         batch.dispatch(&call, Extent::Line(256)).expect("in size");
         finish(batch);
-        assert_eq!(gpu.read::<u32>(&given), Ok(vec![5; 8]));
-        assert_eq!(gpu.read::<u32>(&beside), Ok(vec![3; 8]));
-        // What is out of bounds may go nowhere or to the last word.
-        let written = gpu.read::<u32>(&made).expect("it reads");
+        assert_eq!(gpu.read::<u32>(&input), Ok(vec![5; 8]));
+        assert_eq!(gpu.read::<u32>(&neighbour), Ok(vec![3; 8]));
+        // Out-of-bounds accesses may be dropped or go to the last word.
+        let written = gpu.read::<u32>(&output).expect("it reads");
         assert_eq!(written[..7], [0, 0, 9, 9, 9, 9, 9]);
     });
 }
@@ -339,11 +360,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #[test]
 fn a_workgroup_that_is_too_large_is_refused() {
     on_gpu(|gpu| {
-        let most = gpu.info().limits;
-        let mut large = vec![(most.workgroup_invocations + 1, 1)];
+        let limits = gpu.info().limits;
+        let mut large = vec![(limits.workgroup_invocations + 1, 1)];
         // wgpu leaves memory to the driver.
         if gpu.arithmetic() == Arithmetic::Strict {
-            large.push((1, most.workgroup_memory / 4 + 1));
+            large.push((1, limits.workgroup_memory / 4 + 1));
         }
         for (size, words) in large {
             let wgsl = format!(
@@ -371,8 +392,10 @@ fn a_workgroup_that_is_too_large_is_refused() {
 fn buffers_that_are_smaller_than_declared_are_refused() {
     on_gpu(|gpu| {
         let scale = kernel(&gpu, "scale", SCALE_ADD, &[UNIFORM, WRITE]).expect("it compiles");
-        let factor = gpu.buffer("factor", Usage::Uniform, 12).expect("room");
-        let out = gpu.buffer("out", Usage::Storage, 16).expect("room");
+        let factor = gpu
+            .buffer("factor", BufferUsage::Uniform, 12)
+            .expect("room");
+        let out = gpu.buffer("out", BufferUsage::Storage, 16).expect("room");
         let refused = gpu
             .bind(&scale, &[(0, &factor), (1, &out)])
             .and_then(|call| {
@@ -391,7 +414,7 @@ fn buffers_that_are_smaller_than_declared_are_refused() {
 fn a_wait_ends_when_its_time_is_up() {
     on_gpu(|mut gpu| {
         let slow = kernel(&gpu, "slow", SLOW, &[WRITE]).expect("it compiles");
-        let out = gpu.buffer("out", Usage::Storage, 4096).expect("room");
+        let out = gpu.buffer("out", BufferUsage::Storage, 4096).expect("room");
         let call = gpu.bind(&slow, &[(0, &out)]).expect("it fits");
         gpu.timeout = Duration::from_millis(1);
         let mut batch = gpu.batch();
@@ -414,12 +437,12 @@ fn a_wait_ends_when_its_time_is_up() {
 fn a_lost_device_is_an_error_everywhere() {
     on_gpu(|gpu| {
         let add = kernel(&gpu, "add", ADD, &[READ, READ, WRITE]).expect("it compiles");
-        let buffer = gpu.buffer("b", Usage::Storage, 16).expect("room");
+        let buffer = gpu.buffer("b", BufferUsage::Storage, 16).expect("room");
         gpu.destroy();
         let lost = |result: Result<(), GpuError>| {
             assert!(matches!(result, Err(GpuError::DeviceLost(_))), "{result:?}");
         };
-        lost(gpu.buffer("c", Usage::Storage, 16).map(drop));
+        lost(gpu.buffer("c", BufferUsage::Storage, 16).map(drop));
         lost(gpu.write(&buffer, &[0u32]));
         lost(gpu.read::<u32>(&buffer).map(drop));
         lost(gpu.bind(&add, &[(0, &buffer)]).map(drop));
@@ -431,26 +454,28 @@ fn a_lost_device_is_an_error_everywhere() {
 #[test]
 fn hardware_is_listed_first_and_asked_for_alone() {
     on_gpu(|gpu| {
-        let all = devices();
-        assert!(all.is_sorted_by_key(|device| device.kind));
-        assert_eq!(all.first(), Some(gpu.info()));
-        let hardware = all.iter().any(|device| device.kind.name() != "software");
-        match Gpu::open(Preference::Hardware) {
+        let available = devices();
+        assert!(available.is_sorted_by_key(|device| device.kind));
+        assert_eq!(available.first(), Some(gpu.info()));
+        let hardware = available
+            .iter()
+            .any(|device| device.kind.name() != "software");
+        match Gpu::open(AdapterPreference::Hardware) {
             Ok(gpu) => assert!(hardware && gpu.info().kind.name() != "software"),
-            Err(GpuError::OnlySoftware { name }) => assert!(!hardware && name == all[0].name),
+            Err(GpuError::OnlySoftware { name }) => assert!(!hardware && name == available[0].name),
             Err(other) => panic!("{other}"),
         }
     });
 }
 
-/// The loader reads its environment once, so a machine without adapters is a process of its own:
-/// this test, run again with a variable that says so.
+/// The loader reads its environment once, so a machine without adapters is simulated by a separate process:
+/// this test, run again with an environment variable.
 #[test]
 fn without_an_adapter_opening_is_an_error_and_the_list_is_empty() {
     const CHILD: &str = "SDFC_TEST_WITHOUT_ADAPTER";
     if std::env::var_os(CHILD).is_some() {
         assert_eq!(devices(), []);
-        for preference in [Preference::Any, Preference::Hardware] {
+        for preference in [AdapterPreference::Any, AdapterPreference::Hardware] {
             assert_eq!(Gpu::open(preference).map(drop), Err(GpuError::NoAdapter));
         }
         return;

@@ -1,4 +1,4 @@
-//! Pictures on the CPU, of fields given by formulas, against what geometry says of them.
+//! Renders on the CPU, of fields given by formulas, compared with geometry.
 
 #[path = "picture/analytic.rs"]
 mod analytic;
@@ -7,11 +7,11 @@ mod divided;
 #[path = "picture/light.rs"]
 mod light;
 
-use analytic::{Analytic, Ball, Formula};
-use sdfc_runtime::cpu::{Field, render};
-use sdfc_runtime::frame::{
-    CellUse, Frame, Lens, Light, Lighting, Mode, Normals, Occlusion, RenderSettings, Shadow,
-    Source, Status, Tonemap, View, prepare,
+use analytic::{Analytic, Formula, Sphere};
+use sdfc_runtime::cpu::{RenderField, render};
+use sdfc_runtime::render::{
+    CellMode, Image, LightEmitter, Lighting, Mode, Normals, Occlusion, RenderSettings,
+    ResolvedLens, ResolvedLight, ResolvedShadow, Status, Tonemap, View, prepare,
 };
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::real::{Real, Vector3, lit};
@@ -24,7 +24,7 @@ fn settings() -> RenderSettings {
         far: 1000.0,
         cone: RenderSettings::CONE,
         relaxation: RenderSettings::RELAXATION,
-        cells: CellUse::Auto,
+        cells: CellMode::Auto,
         mode: Mode::Shaded,
         normals: Normals::Exact,
         occlusion: Occlusion::Off,
@@ -35,7 +35,7 @@ fn settings() -> RenderSettings {
             from: [0.0, 0.0, 5.0],
             look: [0.0; 3],
             up: [0.0, 1.0, 0.0],
-            lens: Lens::Perspective(0.7),
+            lens: ResolvedLens::Perspective(0.7),
         },
         lighting: Lighting {
             lights: vec![],
@@ -46,16 +46,16 @@ fn settings() -> RenderSettings {
             ambient: 1.0,
             fog: None,
         },
-        plane: false,
+        is_2d: false,
     }
 }
 
-fn picture(field: &dyn Field, settings: &RenderSettings) -> Frame {
+fn render_image(field: &dyn RenderField, settings: &RenderSettings) -> Image {
     let picture = prepare(settings, &field.facts());
     render(field, &picture, &|_| ()).expect("nothing stops it")
 }
 
-/// The ray through the middle of a pixel, in f64 and from the settings alone.
+/// The ray through the centre of a pixel, in `f64` and from the settings alone.
 fn ray(settings: &RenderSettings, x: usize, y: usize) -> ([f64; 3], [f64; 3]) {
     let view = &settings.view;
     let unit = |v: [f64; 3]| {
@@ -71,12 +71,13 @@ fn ray(settings: &RenderSettings, x: usize, y: usize) -> ([f64; 3], [f64; 3]) {
         1.0 - (y as f64 + 0.5) / h * 2.0,
     );
     match view.lens {
-        Lens::Perspective(fov) => {
+        ResolvedLens::Perspective(fov) => {
             let k = (fov / 2.0).tan();
-            let way = std::array::from_fn(|i| forward[i] + k * (right[i] * u * w / h + up[i] * v));
-            (view.from, unit(way))
+            let direction =
+                std::array::from_fn(|i| forward[i] + k * (right[i] * u * w / h + up[i] * v));
+            (view.from, unit(direction))
         }
-        Lens::Orthographic(height) => {
+        ResolvedLens::Orthographic(height) => {
             let k = height / 2.0;
             let from =
                 std::array::from_fn(|i| view.from[i] + k * (right[i] * u * w / h + up[i] * v));
@@ -96,47 +97,50 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// Where a ray enters and leaves a ball, if it meets it.
-fn through_ball(ball: &Ball, (from, way): ([f64; 3], [f64; 3])) -> Option<(f64, f64)> {
-    let to: [f64; 3] = std::array::from_fn(|i| ball.centre[i] - from[i]);
-    let middle = dot(to, way);
-    let aside: [f64; 3] = std::array::from_fn(|i| to[i] - middle * way[i]);
-    let half = ball.radius * ball.radius - dot(aside, aside);
+/// The parameters at which a ray enters and leaves a sphere, if it hits it.
+fn sphere_crossings(
+    sphere: &Sphere,
+    (from, direction): ([f64; 3], [f64; 3]),
+) -> Option<(f64, f64)> {
+    let to: [f64; 3] = std::array::from_fn(|i| sphere.centre[i] - from[i]);
+    let middle = dot(to, direction);
+    let aside: [f64; 3] = std::array::from_fn(|i| to[i] - middle * direction[i]);
+    let half = sphere.radius * sphere.radius - dot(aside, aside);
     (half >= 0.0).then(|| (middle - half.sqrt(), middle + half.sqrt()))
 }
 
-/// Compares a picture of a ball with the quadratic equation: every hit and miss is right but at
-/// the very edge, and depths are exact to `tolerance`, relative.
-fn check_ball(ball: Ball, settings: &RenderSettings, tolerance: f64) {
-    let field = Analytic(ball);
-    let frame = picture(&field, settings);
-    let ball = &field.0;
+/// Compares the image of a sphere with the quadratic equation: every hit and miss is correct except at the
+/// very edge, and depths have a relative error of at most `tolerance`.
+fn check_sphere(sphere: Sphere, settings: &RenderSettings, tolerance: f64) {
+    let field = Analytic(sphere);
+    let image = render_image(&field, settings);
+    let sphere = &field.0;
     let (mut worst, mut hits) = (0.0_f64, 0);
-    for y in 0..frame.height {
-        for x in 0..frame.width {
-            let at = y * frame.width + x;
-            // Along the edge, within a quarter of half a pixel, a near miss counts as a hit.
-            let wider = Ball {
-                centre: ball.centre,
-                radius: ball.radius * 1.01,
+    for y in 0..image.height {
+        for x in 0..image.width {
+            let index = y * image.width + x;
+            // At the edge, a miss within a quarter of half a pixel counts as a hit.
+            let wider = Sphere {
+                centre: sphere.centre,
+                radius: sphere.radius * 1.01,
             };
-            let smaller = Ball {
-                centre: ball.centre,
-                radius: ball.radius * 0.98,
+            let smaller = Sphere {
+                centre: sphere.centre,
+                radius: sphere.radius * 0.98,
             };
             let ray = ray(settings, x, y);
-            let status = frame.status[at];
-            if through_ball(&wider, ray).is_none() {
+            let status = image.status[index];
+            if sphere_crossings(&wider, ray).is_none() {
                 assert_eq!(status, Status::Miss, "pixel {x} {y}");
-                assert_eq!(frame.depth[at], f32::INFINITY);
+                assert_eq!(image.depth[index], f32::INFINITY);
                 continue;
             }
-            if through_ball(&smaller, ray).is_none() {
+            if sphere_crossings(&smaller, ray).is_none() {
                 continue;
             }
-            let (enter, _) = through_ball(ball, ray).expect("a hit");
+            let (enter, _) = sphere_crossings(sphere, ray).expect("a hit");
             assert_eq!(status, Status::Hit, "pixel {x} {y}");
-            worst = worst.max((f64::from(frame.depth[at]) - enter).abs() / enter);
+            worst = worst.max((f64::from(image.depth[index]) - enter).abs() / enter);
             hits += 1;
         }
     }
@@ -146,8 +150,8 @@ fn check_ball(ball: Ball, settings: &RenderSettings, tolerance: f64) {
 
 #[test]
 fn a_ball_is_where_it_is() {
-    check_ball(
-        Ball {
+    check_sphere(
+        Sphere {
             centre: [0.3, -0.2, 0.1],
             radius: 1.2,
         },
@@ -155,11 +159,11 @@ fn a_ball_is_where_it_is() {
         2e-6,
     );
     let view = View {
-        lens: Lens::Orthographic(4.0),
+        lens: ResolvedLens::Orthographic(4.0),
         ..settings().view
     };
-    check_ball(
-        Ball {
+    check_sphere(
+        Sphere {
             centre: [0.3, -0.2, 0.1],
             radius: 1.2,
         },
@@ -176,11 +180,11 @@ fn far_away_is_as_good() {
             look: [0.0; 3],
             ..settings().view
         };
-        let ball = Ball {
+        let ball = Sphere {
             centre: [0.0; 3],
             radius: distance * 1.2,
         };
-        check_ball(
+        check_sphere(
             ball,
             &RenderSettings {
                 view,
@@ -189,17 +193,17 @@ fn far_away_is_as_good() {
             },
             2e-6,
         );
-        // The same in the eyes of a camera at the origin of a far ball.
+        // The equivalent view from a camera at the origin, of a distant sphere.
         let view = View {
             from: [0.0; 3],
             look: [0.0, 0.0, -1.0],
             ..settings().view
         };
-        let ball = Ball {
+        let ball = Sphere {
             centre: [0.0, 0.0, -5.0 * distance],
             radius: distance * 1.2,
         };
-        check_ball(
+        check_sphere(
             ball,
             &RenderSettings {
                 view,
@@ -211,18 +215,18 @@ fn far_away_is_as_good() {
     }
 }
 
-/// From a million away the coordinates of a point near the ball, rounded where the eye is, would be
-/// off by a sixteenth; rays that start near the ball have normals as good as those of a near eye.
+/// At a distance of a million, coordinates near the sphere that are rounded at the camera would have an error
+/// of a sixteenth. Rays that start near the sphere have normals as good as those of a near camera.
 #[test]
 fn a_telescope_sees_a_ball_as_round_as_it_is() {
-    let ball = || Ball {
+    let ball = || Sphere {
         centre: [0.3, -0.2, 0.1],
         radius: 1.2,
     };
     let lenses = [
-        Lens::Perspective(4e-6),
-        Lens::Perspective(2e-5),
-        Lens::Orthographic(4.0),
+        ResolvedLens::Perspective(4e-6),
+        ResolvedLens::Perspective(2e-5),
+        ResolvedLens::Orthographic(4.0),
     ];
     for lens in lenses {
         let view = View {
@@ -236,33 +240,34 @@ fn a_telescope_sees_a_ball_as_round_as_it_is() {
             far: 1e7,
             ..settings()
         };
-        let frame = picture(&Analytic(Boxed(ball())), &settings);
+        let image = render_image(&Analytic(Boxed(ball())), &settings);
         let (mut worst, mut hits) = (0.0_f64, 0);
-        for at in 0..frame.status.len() {
-            let (from, way) = ray(&settings, at % 96, at / 96);
+        for index in 0..image.status.len() {
+            let (from, direction) = ray(&settings, index % 96, index / 96);
             let ball = ball();
-            let Some((enter, _)) = through_ball(&ball, (from, way)) else {
-                // A near miss, within a part of a pixel, counts as a hit.
-                let wider = Ball {
+            let Some((enter, _)) = sphere_crossings(&ball, (from, direction)) else {
+                // A near miss, within a fraction of a pixel, counts as a hit.
+                let wider = Sphere {
                     radius: 1.3,
                     ..ball
                 };
-                let near = through_ball(&wider, (from, way)).is_some();
-                let missed = frame.status[at] == Status::Miss;
-                assert!(near || missed, "{lens:?}, pixel {at}");
+                let is_near_miss = sphere_crossings(&wider, (from, direction)).is_some();
+                let missed = image.status[index] == Status::Miss;
+                assert!(is_near_miss || missed, "{lens:?}, pixel {index}");
                 continue;
             };
-            let normal: [f64; 3] =
-                std::array::from_fn(|i| (from[i] + enter * way[i] - ball.centre[i]) / ball.radius);
-            // Along the edge a tiny step aside turns the normal.
-            if -dot(normal, way) < 0.2 {
+            let normal: [f64; 3] = std::array::from_fn(|i| {
+                (from[i] + enter * direction[i] - ball.centre[i]) / ball.radius
+            });
+            // At the edge a tiny offset rotates the normal.
+            if -dot(normal, direction) < 0.2 {
                 continue;
             }
-            assert_eq!(frame.status[at], Status::Hit, "{lens:?}, pixel {at}");
-            let depth = f64::from(frame.depth[at]);
+            assert_eq!(image.status[index], Status::Hit, "{lens:?}, pixel {index}");
+            let depth = f64::from(image.depth[index]);
             assert!((depth - enter).abs() < 0.1, "{lens:?}: {depth} {enter}");
-            let apart = cross(normal, frame.normal[at].map(f64::from));
-            worst = worst.max(dot(apart, apart).sqrt().to_degrees());
+            let cross_product = cross(normal, image.normal[index].map(f64::from));
+            worst = worst.max(dot(cross_product, cross_product).sqrt().to_degrees());
             hits += 1;
         }
         assert!(hits > 40, "{lens:?}: {hits} hits");
@@ -286,10 +291,13 @@ impl Formula for Cube {
     }
 }
 
-/// The corner of a cube is as far in front of its middle as anything of a box can be.
+/// The corner of a cube is the point of a box farthest in front of its centre.
 #[test]
 fn a_telescope_sees_the_corner_of_a_cube() {
-    for lens in [Lens::Perspective(1e-5), Lens::Orthographic(2.0)] {
+    for lens in [
+        ResolvedLens::Perspective(1e-5),
+        ResolvedLens::Orthographic(2.0),
+    ] {
         let settings = RenderSettings {
             size: [65, 65],
             view: View {
@@ -301,10 +309,10 @@ fn a_telescope_sees_the_corner_of_a_cube() {
             far: 1e7,
             ..settings()
         };
-        let frame = picture(&Analytic(Cube(1.0)), &settings);
+        let image = render_image(&Analytic(Cube(1.0)), &settings);
         let middle = 32 * 65 + 32;
-        assert_eq!(frame.status[middle], Status::Hit, "{lens:?}");
-        let (depth, corner) = (f64::from(frame.depth[middle]), (2e5 - 1.0) * 3.0_f64.sqrt());
+        assert_eq!(image.status[middle], Status::Hit, "{lens:?}");
+        let (depth, corner) = (f64::from(image.depth[middle]), (2e5 - 1.0) * 3.0_f64.sqrt());
         assert!(
             (depth - corner).abs() < 0.1,
             "{lens:?}: {depth}, not {corner}"
@@ -312,7 +320,7 @@ fn a_telescope_sees_the_corner_of_a_cube() {
     }
 }
 
-/// The ground, or anything else below a height.
+/// The ground: a half-space below a height.
 struct Ground(f64);
 
 impl Formula for Ground {
@@ -326,18 +334,18 @@ fn the_ground_is_flat_up_to_the_horizon() {
     let mut settings = settings();
     settings.view.from = [0.0, 1.0, 0.0];
     settings.view.look = [0.0, 0.9, -1.0];
-    let frame = picture(&Analytic(Ground(0.0)), &settings);
+    let image = render_image(&Analytic(Ground(0.0)), &settings);
     let (mut worst, mut most_slanted) = (0.0_f64, 1.0_f64);
-    for y in 0..frame.height {
-        for x in 0..frame.width {
+    for y in 0..image.height {
+        for x in 0..image.width {
             let (from, way) = ray(&settings, x, y);
             let t = -from[1] / way[1];
-            let at = y * frame.width + x;
+            let index = y * image.width + x;
             if way[1] > -1e-3 || t > 900.0 {
                 continue;
             }
-            assert_eq!(frame.status[at], Status::Hit, "pixel {x} {y}, {t} away");
-            worst = worst.max((f64::from(frame.depth[at]) - t).abs() / t);
+            assert_eq!(image.status[index], Status::Hit, "pixel {x} {y}, {t} away");
+            worst = worst.max((f64::from(image.depth[index]) - t).abs() / t);
             most_slanted = most_slanted.min(-way[1]);
         }
     }
@@ -346,29 +354,29 @@ fn the_ground_is_flat_up_to_the_horizon() {
         "the picture has no grazing rays: {most_slanted}"
     );
     assert!(worst < 1e-5, "a depth is off by {worst:e} of itself");
-    assert_eq!(frame.stats.rays(), 96 * 64);
-    assert_eq!(frame.stats.nans, 0);
+    assert_eq!(image.stats.rays(), 96 * 64);
+    assert_eq!(image.stats.nans, 0);
 }
 
 #[test]
 fn from_inside_the_far_side_is_seen() {
-    let ball = Ball {
+    let ball = Sphere {
         centre: [0.0, 0.0, 4.0],
         radius: 2.0,
     };
     let settings = settings();
     let field = Analytic(ball);
-    let frame = picture(&field, &settings);
-    assert_eq!(frame.stats.inside, 96 * 64);
-    for y in 0..frame.height {
-        for x in 0..frame.width {
+    let image = render_image(&field, &settings);
+    assert_eq!(image.stats.inside, 96 * 64);
+    for y in 0..image.height {
+        for x in 0..image.width {
             let ray = ray(&settings, x, y);
-            let (_, leave) = through_ball(&field.0, ray).expect("the camera is inside");
-            let at = y * frame.width + x;
-            assert!((f64::from(frame.depth[at]) - leave).abs() < 1e-5 * leave);
+            let (_, leave) = sphere_crossings(&field.0, ray).expect("the camera is inside");
+            let index = y * image.width + x;
+            assert!((f64::from(image.depth[index]) - leave).abs() < 1e-5 * leave);
             // The surface faces the camera.
             let facing: f64 = (0..3)
-                .map(|i| f64::from(frame.normal[at][i]) * ray.1[i])
+                .map(|i| f64::from(image.normal[index][i]) * ray.1[i])
                 .sum();
             assert!(facing < 0.0);
         }
@@ -381,10 +389,10 @@ fn rays_out_of_steps_are_counted() {
     settings.steps = 3;
     settings.view.from = [0.0, 1.0, 0.0];
     settings.view.look = [0.0, 0.9, -1.0];
-    let frame = picture(&Analytic(Ground(0.0)), &settings);
-    assert!(frame.stats.step_caps > 1000, "{:?}", frame.stats);
-    assert_eq!(frame.stats.rays(), 96 * 64);
-    assert!(frame.steps.iter().all(|&steps| steps <= 3 + 6));
+    let image = render_image(&Analytic(Ground(0.0)), &settings);
+    assert!(image.stats.step_caps > 1000, "{:?}", image.stats);
+    assert_eq!(image.stats.rays(), 96 * 64);
+    assert!(image.steps.iter().all(|&steps| steps <= 3 + 6));
 }
 
 #[test]
@@ -393,7 +401,7 @@ fn rays_that_end_at_far_are_counted_where_the_scene_goes_on() {
     settings.view.from = [0.0, 1.0, 0.0];
     settings.view.look = [0.0, 0.9, -1.0];
     settings.far = 20.0;
-    let ground = picture(&Analytic(Ground(0.0)), &settings).stats;
+    let ground = render_image(&Analytic(Ground(0.0)), &settings).stats;
     assert_eq!(ground.at_far, ground.misses);
     let places = (0..64).flat_map(|y| (0..96).map(move |x| (x, y)));
     let beyond = places.filter(|&(x, y)| {
@@ -406,19 +414,19 @@ fn rays_that_end_at_far_are_counted_where_the_scene_goes_on() {
         ground.at_far.abs_diff(expected) <= 96,
         "{ground:?}, {expected}"
     );
-    // What has an end is left, and not too far; but a ball behind `far` is.
-    let bounded = Analytic(Boxed(Ball {
+    // Rays leave a finite scene without reaching `far`; a sphere behind `far` is cut off.
+    let bounded = Analytic(Boxed(Sphere {
         centre: [0.0, 0.0, -10.0],
         radius: 2.0,
     }));
-    let ball = picture(&bounded, &settings).stats;
+    let ball = render_image(&bounded, &settings).stats;
     assert!(ball.misses > 1000 && ball.at_far == 0, "{ball:?}");
     settings.far = 9.0;
-    let cut = picture(&bounded, &settings).stats;
+    let cut = render_image(&bounded, &settings).stats;
     assert!(cut.at_far > 100 && cut.at_far < cut.misses, "{cut:?}");
 }
 
-/// Not a number anywhere, or on one side.
+/// NaN everywhere, or on one side.
 struct Broken {
     everywhere: bool,
 }
@@ -439,7 +447,7 @@ impl Formula for Broken {
 fn what_is_not_a_number_ends_rays() {
     for mode in [Mode::Shaded, Mode::Steps, Mode::Distance, Mode::Edges] {
         for everywhere in [true, false] {
-            let lights = vec![lamp(Shadow::Improved(0.1))];
+            let lights = vec![lamp(ResolvedShadow::Improved(0.1))];
             let lighting = Lighting {
                 lights,
                 ..settings().lighting
@@ -451,19 +459,19 @@ fn what_is_not_a_number_ends_rays() {
                 occlusion,
                 ..settings()
             };
-            let frame = picture(&Analytic(Broken { everywhere }), &settings);
-            let least = if everywhere { 96 * 64 } else { 96 * 64 / 3 };
-            assert!(frame.stats.nans >= least, "{mode:?}: {:?}", frame.stats);
+            let image = render_image(&Analytic(Broken { everywhere }), &settings);
+            let min_count = if everywhere { 96 * 64 } else { 96 * 64 / 3 };
+            assert!(image.stats.nans >= min_count, "{mode:?}: {:?}", image.stats);
             assert!(
-                frame.color.iter().flatten().all(|c| c.is_finite()),
+                image.color.iter().flatten().all(|c| c.is_finite()),
                 "{mode:?}"
             );
         }
     }
 }
 
-/// A ball with known bounds.
-struct Boxed(Ball);
+/// A sphere with known bounds.
+struct Boxed(Sphere);
 
 impl Formula for Boxed {
     fn distance<R: Real>(&self, p: R::Vec3) -> R {
@@ -479,13 +487,13 @@ impl Formula for Boxed {
 
 #[test]
 fn bounds_change_nothing_but_the_work() {
-    let ball = || Ball {
+    let ball = || Sphere {
         centre: [0.3, -0.2, 0.1],
         radius: 1.2,
     };
-    let free = picture(&Analytic(ball()), &settings());
-    let bound = picture(&Analytic(Boxed(ball())), &settings());
-    let [less, more] = [&bound, &free].map(|frame| frame.stats.evaluations);
+    let free = render_image(&Analytic(ball()), &settings());
+    let bound = render_image(&Analytic(Boxed(ball())), &settings());
+    let [less, more] = [&bound, &free].map(|image| image.stats.evaluations);
     assert!(less < more * 3 / 4, "{less} instead of {more}");
     let mut differences = 0;
     for at in 0..free.status.len() {
@@ -493,7 +501,7 @@ fn bounds_change_nothing_but_the_work() {
             differences += 1;
             continue;
         }
-        // Rays that only touch the ball have no root to agree on.
+        // Rays that only touch the sphere have no well-defined root.
         let (_, way) = ray(&settings(), at % 96, at / 96);
         let slanted = -dot(free.normal[at].map(f64::from), way) < 0.1;
         if free.status[at] == Status::Hit && !slanted {
@@ -509,16 +517,16 @@ fn bounds_change_nothing_but_the_work() {
     assert!(differences <= 4, "{differences} pixels at the edge");
 }
 
-fn lamp(shadow: Shadow) -> Light {
-    let source = Source::Directional([0.3, 0.5, 0.4]);
-    Light {
+fn lamp(shadow: ResolvedShadow) -> ResolvedLight {
+    let source = LightEmitter::Directional([0.3, 0.5, 0.4]);
+    ResolvedLight {
         source,
         color: [2.0; 3],
         shadow,
     }
 }
 
-/// A ball with waves on it, with a slope of at most one.
+/// A sphere with waves on it, with a slope of at most one.
 struct Wavy;
 
 impl Formula for Wavy {
@@ -531,7 +539,7 @@ impl Formula for Wavy {
 #[test]
 fn all_ways_to_find_normals_agree() {
     let with = |normals| {
-        picture(
+        render_image(
             &Analytic(Wavy),
             &RenderSettings {
                 normals,
@@ -547,11 +555,11 @@ fn all_ways_to_find_normals_agree() {
         (Normals::Tetrahedron, 0.15),
         (Normals::Wide, 0.5),
     ] {
-        let frame = with(method);
-        let mut angles: Vec<f64> = (0..frame.normal.len())
-            .filter(|&at| exact.status[at] == Status::Hit)
-            .map(|at| {
-                let [a, b] = [exact.normal[at], frame.normal[at]].map(|n| n.map(f64::from));
+        let image = with(method);
+        let mut angles: Vec<f64> = (0..image.normal.len())
+            .filter(|&index| exact.status[index] == Status::Hit)
+            .map(|index| {
+                let [a, b] = [exact.normal[index], image.normal[index]].map(|n| n.map(f64::from));
                 let sine = cross(a, b);
                 dot(sine, sine).sqrt().asin().to_degrees()
             })
@@ -565,10 +573,10 @@ fn all_ways_to_find_normals_agree() {
 #[test]
 fn more_samples_measure_areas() {
     let view = View {
-        lens: Lens::Orthographic(2.0),
+        lens: ResolvedLens::Orthographic(2.0),
         ..settings().view
     };
-    let ball = Analytic(Ball {
+    let ball = Analytic(Sphere {
         centre: [0.0; 3],
         radius: 0.7,
     });
@@ -578,10 +586,10 @@ fn more_samples_measure_areas() {
         view,
         ..settings()
     };
-    let frame = picture(&ball, &settings);
-    assert_eq!(frame.stats.rays(), 96 * 64 * 16);
+    let image = render_image(&ball, &settings);
+    assert_eq!(image.stats.rays(), 96 * 64 * 16);
     let pixel = 2.0 / 64.0;
-    let area: f64 = frame.color.iter().map(|c| f64::from(c[3])).sum::<f64>() * pixel * pixel;
+    let area: f64 = image.color.iter().map(|c| f64::from(c[3])).sum::<f64>() * pixel * pixel;
     let expected = std::f64::consts::PI * 0.49;
     assert!(
         (area / expected - 1.0).abs() < 0.005,
@@ -592,7 +600,7 @@ fn more_samples_measure_areas() {
 #[test]
 fn plane_figures_are_filled() {
     let view = View::plane([0.0, 0.0], 2.0);
-    let ball = Analytic(Ball {
+    let ball = Analytic(Sphere {
         centre: [0.0; 3],
         radius: 0.7,
     });
@@ -600,17 +608,17 @@ fn plane_figures_are_filled() {
         let settings = RenderSettings {
             mode,
             view,
-            plane: true,
+            is_2d: true,
             ..settings()
         };
-        let frame = picture(&ball, &settings);
-        let area: f64 = frame.color.iter().map(|c| f64::from(c[3])).sum::<f64>() / 1024.0;
+        let image = render_image(&ball, &settings);
+        let area: f64 = image.color.iter().map(|c| f64::from(c[3])).sum::<f64>() / 1024.0;
         let expected = std::f64::consts::PI * 0.49;
         assert!(
             (area / expected - 1.0).abs() < 0.002,
             "{area} for {expected}"
         );
-        assert_eq!(frame.stats.evaluations, 96 * 64);
+        assert_eq!(image.stats.evaluations, 96 * 64);
     }
 }
 
@@ -623,11 +631,14 @@ fn pictures_of_any_size_come_out_the_same_every_time() {
                 mode,
                 ..settings()
             };
-            let ball = Analytic(Ball {
+            let ball = Analytic(Sphere {
                 centre: [0.0; 3],
                 radius: 1.0,
             });
-            let (a, b) = (picture(&ball, &settings), picture(&ball, &settings));
+            let (a, b) = (
+                render_image(&ball, &settings),
+                render_image(&ball, &settings),
+            );
             assert_eq!(a.rgba8().len(), (size[0] * size[1] * 4) as usize);
             assert_eq!(a.color, b.color);
             assert_eq!(a.stats, b.stats);
@@ -641,15 +652,15 @@ fn lines_are_drawn_around_shapes() {
         mode: Mode::Edges,
         ..settings()
     };
-    let frame = picture(
-        &Analytic(Ball {
+    let image = render_image(
+        &Analytic(Sphere {
             centre: [0.0; 3],
             radius: 1.0,
         }),
         &settings,
     );
-    let dark = |x: usize, y: usize| frame.color[y * frame.width + x][0] < 0.3;
-    let row: Vec<usize> = (0..frame.width).filter(|&x| dark(x, 32)).collect();
+    let dark = |x: usize, y: usize| image.color[y * image.width + x][0] < 0.3;
+    let row: Vec<usize> = (0..image.width).filter(|&x| dark(x, 32)).collect();
     assert_eq!(row.len(), 2, "{row:?}");
     let inside = row[0] + 5..row[1] - 5;
     assert!(inside.clone().len() > 20 && inside.into_iter().all(|x| !dark(x, 32)));
@@ -662,7 +673,10 @@ fn the_march_saves_what_bytes_say() {
         mode: Mode::Normal,
         ..settings()
     };
-    let frame = picture(&Analytic(Ground(-1.0)), &settings);
-    let at = 63 * frame.width + 40;
-    assert_eq!(&frame.rgba8()[at * 4..at * 4 + 4], &[128, 255, 128, 255]);
+    let image = render_image(&Analytic(Ground(-1.0)), &settings);
+    let index = 63 * image.width + 40;
+    assert_eq!(
+        &image.rgba8()[index * 4..index * 4 + 4],
+        &[128, 255, 128, 255]
+    );
 }

@@ -1,67 +1,68 @@
-//! Kernels, put together from what a picture needs.
+//! Kernels, assembled from the features of a picture.
 //!
-//! A picture is made in [`stages`], each a kernel over the rays of a tile with one place where the
-//! scene is evaluated. [`kernel`] gives a stage's text: the declarations, constants and recorded
-//! functions that the stage's file mentions, the scene's functions, and the file itself, whose
-//! `#if` lines choose what the [`Features`] ask for. What is not mentioned is not in the text.
+//! A picture is made in [`stages`], each a kernel over the rays of a tile that evaluates the scene in one
+//! place. [`kernel`] returns the text of a stage. It consists of the stage's file, preprocessed by its `#if`
+//! lines for the [`Features`], the declarations, constants and recorded functions that the file mentions, and
+//! the scene's functions. Declarations that are not mentioned are left out.
 //!
-//! # How a driver runs them
+//! # Running them
 //!
-//! All buffers are in group 0; a scene may bind what it needs in group 0 from slot
-//! [`FIRST_SCENE_SLOT`] on, or in a group of its own. For each tile and each pass over subpixels
-//! the stages run in order. All kernels have workgroups of 64 in a row and want a line of
-//! [`invocations`]; a line too long for one axis goes on along y.
+//! All buffers are in group 0; a scene may bind its own in group 0 from slot [`FIRST_SCENE_SLOT`] on, or in
+//! another group. For each tile and each pass over subpixels the stages run in order. All kernels have
+//! workgroups of 64 × 1 × 1 and are dispatched over a line of invocations. A line too long for one axis
+//! continues along y.
 //!
-//! The stages `beam`, `march`, `shadow` and `occlusion` are resumable ([`Stage::is_resumable`]): one
-//! dispatch evaluates the scene a bounded number of times per ray and lists the rays that are not
-//! done in the queue. Before each of their dispatches four words are written to its front
-//! ([`queue_front`]). While its first word then says that rays are left, the stage runs again over a
-//! line of so many, the other half of the queue being read.
+//! The stages `beam`, `march`, `shadow` and `occlusion` are resumable. One dispatch evaluates the scene a
+//! bounded number of times per ray and lists the unfinished rays in the queue. Before each of their
+//! dispatches its header of four words is written. While the first word then counts unfinished rays, the
+//! stage runs again over a line of that length, and reads the other half of the queue.
 //!
-//! The picture is then in [`Slot::Colors`], as light; making bytes of it for a screen is the
-//! driver's, by the functions of [`crate::tone`].
+//! The picture is then in the buffer of colours, as light; the driver converts it to bytes for a screen, by
+//! the functions of [`crate::tone`].
 //!
-//! Kernels of features that are *general* ([`Features::general`]) draw any picture of a mode. They read
-//! the numbers that the last fields of the [`Frame`] hold, and how many lights there are from the lights
-//! themselves, which one of them binds as storage: what a loop's end depends on is never a uniform,
-//! or software Vulkan would compile the kernel again for each of its values.
+//! *Generic* kernels ([`Features::generic`]) draw any picture of a mode. They read the numbers in the last
+//! fields of [`FrameUniforms`], and the number of lights from the lights themselves, which the `shade` stage
+//! binds as storage. The end of a loop never depends on a uniform, or software Vulkan would compile the
+//! kernel again for each of its values.
 //!
-//! The `edges` stage compares neighbours within a tile: tiles for it overlap by one pixel.
+//! The `edges` stage compares neighbours within a tile: its tiles overlap by one pixel.
 
-use crate::features::{Features, MOST_LIGHTS, Mode, Normals, Occlusion, Shadow};
-use crate::layout::{self, Beam, Frame, Light, OcclusionRay, Ray, ShadowRay, Surface};
-use crate::{beam, claim, functions, marching, normals, shadow};
+use crate::features::{Features, MAX_GENERIC_LIGHTS, Mode, Normals, Occlusion, ShadowForm};
+use crate::layout::{
+    self, Beam, FrameUniforms, LightRecord, OcclusionState, RayState, ShadowRayState, Surface,
+};
+use crate::{beam, candidate, functions, marching, normals, shadow};
 use sdfc_vm::prelude;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// The first slot of group 0 that is free for the scene's own buffers.
+/// First slot of group 0 that is free for the scene's own buffers.
 pub const FIRST_SCENE_SLOT: u32 = 16;
 
-/// A step on the way to a picture; each has a file in `kernels`.
+/// A stage of a picture; each has a file in `kernels`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Stage {
-    /// Finds how far the rays of a block of pixels can go together.
+pub enum RenderStage {
+    /// Advances the rays of a block of pixels together.
     Beam,
-    /// Finds where rays end.
+    /// Marches rays to their ends.
     March,
-    /// Makes that exact.
+    /// Refines hits.
     Polish,
-    /// Finds the direction of surfaces.
+    /// Finds the normals of surfaces.
     Normal,
-    /// Asks what they are made of.
+    /// Evaluates the material of surfaces.
     Surface,
-    /// Finds what lies between them and the lights.
+    /// Traces rays towards the lights.
     Shadow,
-    /// Finds what hides the sky.
+    /// Samples the surroundings of surfaces for ambient occlusion.
     Occlusion,
-    /// Adds up the light.
+    /// Sums the light towards the camera.
     Shade,
-    /// Shows something other than light.
+    /// Shows a debug view.
     View,
-    /// Draws lines where neighbours do not belong together.
+    /// Draws lines between neighbours that differ.
     Edges,
-    /// Shows the field on a plane; takes the place of all the above.
+    /// Shows the field on a plane, without the other stages.
     Plane,
 }
 
@@ -90,8 +91,8 @@ impl SceneFunction {
 /// The scene as WGSL.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SceneSource<'a> {
-    /// Its functions, at least those of [`Stage::scene_functions`], with all that they need except
-    /// the prelude and the struct `Surface`.
+    /// Its functions, at least those of the stage, with all that they call except the prelude and the struct
+    /// `Surface`.
     pub text: &'a str,
     /// The functions of [`sdfc_vm::prelude`] that it calls.
     pub calls: &'a [&'static str],
@@ -100,22 +101,22 @@ pub struct SceneSource<'a> {
 /// A buffer of the picture; its number is its slot in group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u32)]
-pub enum Slot {
-    /// The uniform [`Frame`].
+pub enum BufferSlot {
+    /// The uniform [`FrameUniforms`].
     Frame = 0,
-    /// The uniform array of [`Light`]s.
+    /// The uniform array of [`LightRecord`]s.
     Lights = 1,
-    /// A [`Ray`] per pixel.
+    /// A [`RayState`] per pixel.
     Rays = 2,
-    /// What is left to do: the words of [`queue_front`], and two lists of indices.
+    /// Unfinished items: the header of four words, and two lists of indices.
     Queue = 3,
     /// Four numbers per pixel: the normal, and the length of the gradient.
     Normals = 4,
     /// A [`Surface`] per pixel.
     Surfaces = 5,
-    /// A [`ShadowRay`] per light and pixel, the pixels of one light together.
+    /// A [`ShadowRayState`] per light and pixel, the pixels of one light together.
     Shadows = 6,
-    /// An [`OcclusionRay`] per pixel.
+    /// An [`OcclusionState`] per pixel.
     Occlusion = 7,
     /// Four numbers per pixel: the sum of all samples.
     Colors = 8,
@@ -123,7 +124,7 @@ pub enum Slot {
     Beams = 9,
 }
 
-impl Slot {
+impl BufferSlot {
     /// All buffers.
     pub const ALL: [Self; 10] = [
         Self::Frame,
@@ -138,37 +139,38 @@ impl Slot {
         Self::Beams,
     ];
 
-    /// How many bytes it takes for a tile of so many pixels.
+    /// Returns the size in bytes for a tile of `pixels` pixels.
     pub fn bytes(self, pixels: u64, lights: u64) -> u64 {
         match self {
-            Self::Frame => size_of::<Frame>() as u64,
-            Self::Lights => size_of::<Light>() as u64 * lights.max(1),
-            Self::Rays => size_of::<Ray>() as u64 * pixels,
+            Self::Frame => size_of::<FrameUniforms>() as u64,
+            Self::Lights => size_of::<LightRecord>() as u64 * lights.max(1),
+            Self::Rays => size_of::<RayState>() as u64 * pixels,
             Self::Queue => 16 + 8 * queue_capacity(pixels, lights),
             Self::Normals | Self::Colors => 16 * pixels,
             Self::Surfaces => size_of::<Surface>() as u64 * pixels,
-            Self::Shadows => size_of::<ShadowRay>() as u64 * pixels * lights,
-            Self::Occlusion => size_of::<OcclusionRay>() as u64 * pixels,
-            // A strip one pixel wide has a block for each eight of them.
+            Self::Shadows => size_of::<ShadowRayState>() as u64 * pixels * lights,
+            Self::Occlusion => size_of::<OcclusionState>() as u64 * pixels,
+            // A strip one pixel wide has a block for every eight pixels.
             Self::Beams => size_of::<Beam>() as u64 * (pixels / 8 + 1),
         }
     }
 }
 
-/// How many entries a half of the queue holds: the number to put into [`Frame::capacity`].
+/// Returns the number of entries in each half of the queue.
 pub fn queue_capacity(pixels: u64, lights: u64) -> u64 {
     pixels * lights.max(1)
 }
 
-/// The front of the queue before a dispatch that evaluates the scene at most `budget` times in each
-/// invocation, and reads the first `listed` entries of a half, 0 or 1; with none it takes all rays.
-pub fn queue_front(budget: u32, listed: u32, half: u32) -> [u32; 4] {
+/// Returns the header of the queue before a dispatch that evaluates the scene at most `budget` times in each
+/// invocation. The dispatch reads the first `listed` entries of a half, 0 or 1; with none it processes all
+/// rays.
+pub fn queue_header(budget: u32, listed: u32, half: u32) -> [u32; 4] {
     [0, budget, listed, half]
 }
 
-/// How a kernel uses a buffer.
+/// Access of a kernel to a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Access {
+pub enum BufferAccess {
     /// `var<uniform>`
     Uniform,
     /// `var<storage, read>`
@@ -177,61 +179,61 @@ pub enum Access {
     ReadWrite,
 }
 
-/// A stage's kernel.
+/// The kernel of a stage.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Kernel {
-    /// The stage's name.
+pub struct StageKernel {
+    /// Name of the stage.
     pub label: &'static str,
-    /// The whole module; its entry point is `main`.
+    /// The complete module; its entry point is `main`.
     pub text: String,
-    /// The picture's buffers that it uses; the scene's own come on top.
-    pub bindings: Vec<(Slot, Access)>,
+    /// Buffers of the picture that it uses, without the scene's own.
+    pub bindings: Vec<(BufferSlot, BufferAccess)>,
 }
 
-/// The stages of a picture, in the order in which they run.
-pub fn stages(features: &Features) -> Vec<Stage> {
+/// Returns the stages of a picture, in the order in which they run.
+pub fn stages(features: &Features) -> Vec<RenderStage> {
     if features.plane || features.mode == Mode::Distance {
-        return vec![Stage::Plane];
+        return vec![RenderStage::Plane];
     }
     let mode = features.mode;
     let colored = matches!(mode, Mode::Shaded | Mode::Albedo | Mode::Id | Mode::Edges);
     let surfaces = features.materials && colored;
-    let faces = matches!(mode, Mode::Shaded | Mode::Normal | Mode::Edges);
-    let lit = mode == Mode::Shaded;
-    let wanted = |stage: Stage| match stage {
-        Stage::Beam | Stage::March => true,
-        Stage::Polish => !matches!(mode, Mode::Steps | Mode::Mask),
-        Stage::Normal => faces || surfaces,
-        Stage::Surface => surfaces,
-        Stage::Shadow => lit && casts_shadows(features),
-        Stage::Occlusion => lit && features.occlusion != Occlusion::Off,
-        Stage::Shade => lit,
-        Stage::View => !lit && mode != Mode::Edges,
-        Stage::Edges => mode == Mode::Edges,
-        Stage::Plane => false,
+    let has_normals = matches!(mode, Mode::Shaded | Mode::Normal | Mode::Edges);
+    let is_lit = mode == Mode::Shaded;
+    let is_needed = |stage: RenderStage| match stage {
+        RenderStage::Beam | RenderStage::March => true,
+        RenderStage::Polish => !matches!(mode, Mode::Steps | Mode::Mask),
+        RenderStage::Normal => has_normals || surfaces,
+        RenderStage::Surface => surfaces,
+        RenderStage::Shadow => is_lit && casts_shadows(features),
+        RenderStage::Occlusion => is_lit && features.occlusion != Occlusion::Off,
+        RenderStage::Shade => is_lit,
+        RenderStage::View => !is_lit && mode != Mode::Edges,
+        RenderStage::Edges => mode == Mode::Edges,
+        RenderStage::Plane => false,
     };
-    Stage::ALL
+    RenderStage::ALL
         .into_iter()
-        .filter(|&stage| wanted(stage))
+        .filter(|&stage| is_needed(stage))
         .collect()
 }
 
-/// How long the line of invocations is that covers a tile: for `beam` one for each block of its
-/// pixels, for `shadow` one for each pixel and light.
-pub fn invocations(stage: Stage, tile: [u32; 2], lights: u64) -> u64 {
+/// Returns the length of the line of invocations for a tile: one per pixel, for `beam` one per block of
+/// pixels, for `shadow` one per pixel and light.
+pub fn invocation_count(stage: RenderStage, tile: [u32; 2], lights: u64) -> u64 {
     let blocks = u64::from(tile[0].div_ceil(8)) * u64::from(tile[1].div_ceil(8));
     match stage {
-        Stage::Beam => blocks,
-        Stage::Shadow => blocks * 64 * lights,
+        RenderStage::Beam => blocks,
+        RenderStage::Shadow => blocks * 64 * lights,
         _ => blocks * 64,
     }
 }
 
 fn casts_shadows(features: &Features) -> bool {
-    features.lights.iter().any(|&form| form != Shadow::None)
+    features.lights.iter().any(|&form| form != ShadowForm::None)
 }
 
-impl Stage {
+impl RenderStage {
     /// All stages, in the order in which they run.
     pub const ALL: [Self; 11] = [
         Self::Beam,
@@ -252,7 +254,7 @@ impl Stage {
         self.source().0
     }
 
-    /// Whether a dispatch may leave rays for another one.
+    /// Reports whether a dispatch may leave unfinished rays for another one.
     pub fn is_resumable(self) -> bool {
         matches!(
             self,
@@ -260,12 +262,13 @@ impl Stage {
         )
     }
 
-    /// The most evaluations of the scene in one invocation of a stage that is not resumable.
+    /// Returns the maximum number of evaluations of the scene in one invocation of a stage that is not
+    /// resumable.
     pub fn evaluations(self, features: &Features) -> u32 {
         match self {
-            Self::Polish => marching::SECANT_STEPS,
-            // Just outside, just inside, and across a jump.
-            Self::Normal if features.normals == Normals::Exact => 2 + jump_taps(),
+            Self::Polish => marching::MAX_SECANT_STEPS,
+            // Just outside, just inside, and across a discontinuity.
+            Self::Normal if features.normals == Normals::Exact => 2 + discontinuity_taps(),
             Self::Normal => normals::taps(features.normals).len() as u32,
             Self::Surface => 1,
             Self::Plane => 2,
@@ -274,7 +277,7 @@ impl Stage {
         }
     }
 
-    /// The scene's functions that the stage calls.
+    /// Returns the scene's functions that the stage calls.
     pub fn scene_functions(self, features: &Features) -> Vec<SceneFunction> {
         match self {
             Self::Beam | Self::March | Self::Polish | Self::Shadow | Self::Occlusion => {
@@ -283,7 +286,7 @@ impl Stage {
             Self::Normal if features.normals == Normals::Exact => vec![SceneFunction::Gradient],
             Self::Normal => vec![SceneFunction::Distance],
             Self::Surface => vec![SceneFunction::Surface],
-            Self::Plane if features.materials && is_painted(features) => {
+            Self::Plane if features.materials && shows_material_colors(features) => {
                 vec![SceneFunction::Distance, SceneFunction::Surface]
             }
             Self::Plane => vec![SceneFunction::Distance],
@@ -291,7 +294,7 @@ impl Stage {
         }
     }
 
-    /// Its name and its file.
+    /// Returns the name and the file of the stage.
     fn source(self) -> (&'static str, &'static str) {
         macro_rules! file {
             ($name:literal) => {
@@ -314,34 +317,39 @@ impl Stage {
     }
 }
 
-/// Whether a plane figure is drawn in its own colours.
-fn is_painted(features: &Features) -> bool {
+/// Reports whether a 2-D shape is drawn in its own colours.
+fn shows_material_colors(features: &Features) -> bool {
     features.plane && matches!(features.mode, Mode::Shaded | Mode::Albedo)
 }
 
-/// Whether the colours of a mode are light, to be encoded for a screen; the others are shown as
-/// they are.
+/// Reports whether the colours of a mode are light, to be encoded for a screen; others are shown unchanged.
 pub fn shows_light(mode: Mode) -> bool {
     matches!(mode, Mode::Shaded | Mode::Albedo | Mode::Edges)
 }
 
-/// The words that `#if` lines of the kernels can ask for and that hold.
-fn conditions(features: &Features) -> BTreeSet<&'static str> {
-    let general = features.general;
-    let has = |form| general || features.lights.contains(&form);
+/// Returns the words that hold in `#if` lines of the kernels.
+fn defines(features: &Features) -> BTreeSet<&'static str> {
+    let generic = features.generic;
+    let has = |form| generic || features.lights.contains(&form);
     let mode = features.mode;
-    let all = [
-        ("general", general),
+    let list = [
+        ("generic", generic),
         ("exact", features.normals == Normals::Exact),
-        ("hard", has(Shadow::Hard)),
-        ("plain", has(Shadow::Plain)),
-        ("improved", has(Shadow::Improved)),
-        ("sized", has(Shadow::Sized)),
-        ("short", has(Shadow::Plain) || has(Shadow::Sized)),
-        ("shadows", general || casts_shadows(features)),
-        ("lit", general || !features.lights.is_empty()),
-        ("many", matches!(features.occlusion, Occlusion::Multi(_))),
-        ("occlusion", general || features.occlusion != Occlusion::Off),
+        ("hard", has(ShadowForm::Hard)),
+        ("plain", has(ShadowForm::Plain)),
+        ("improved", has(ShadowForm::Improved)),
+        ("sized", has(ShadowForm::Sized)),
+        (
+            "short_stride",
+            has(ShadowForm::Plain) || has(ShadowForm::Sized),
+        ),
+        ("shadows", generic || casts_shadows(features)),
+        ("lights", generic || !features.lights.is_empty()),
+        (
+            "hemisphere",
+            matches!(features.occlusion, Occlusion::Multi(_)),
+        ),
+        ("occlusion", generic || features.occlusion != Occlusion::Off),
         ("materials", features.materials),
         ("fog", features.fog),
         ("steps", mode == Mode::Steps),
@@ -351,23 +359,23 @@ fn conditions(features: &Features) -> BTreeSet<&'static str> {
         ("id", mode == Mode::Id),
         ("mask", mode == Mode::Mask),
         ("distance", mode == Mode::Distance),
-        ("painted", is_painted(features)),
+        ("material_colors", shows_material_colors(features)),
     ];
-    all.into_iter()
+    list.into_iter()
         .filter_map(|(name, holds)| holds.then_some(name))
         .collect()
 }
 
-/// The lines of `text` that hold under the conditions: those outside `#if WORD … #else … #end`, and
-/// the right side of each.
-fn chosen(text: &str, conditions: &BTreeSet<&'static str>) -> String {
+/// Returns the lines of `text` that are active under the defines: those outside `#if WORD … #else … #end`,
+/// and the active branch of each.
+fn preprocess(text: &str, defines: &BTreeSet<&'static str>) -> String {
     let mut open: Vec<bool> = Vec::new();
     let mut result = String::new();
     for line in text.lines() {
         match line.strip_prefix('#') {
             Some("else") => {
-                if let Some(last) = open.last_mut() {
-                    *last = !*last;
+                if let Some(block) = open.last_mut() {
+                    *block = !*block;
                 }
             }
             Some("end") => {
@@ -375,7 +383,7 @@ fn chosen(text: &str, conditions: &BTreeSet<&'static str>) -> String {
             }
             Some(directive) => {
                 let word = directive.strip_prefix("if ").unwrap_or_default();
-                open.push(conditions.contains(word));
+                open.push(defines.contains(word));
             }
             None if open.iter().all(|&holds| holds) => {
                 result.push_str(line);
@@ -387,50 +395,54 @@ fn chosen(text: &str, conditions: &BTreeSet<&'static str>) -> String {
     result
 }
 
-/// Every word of a WGSL text that could be a name, comments left out.
-fn words(text: &str) -> impl Iterator<Item = &str> {
+/// Returns every potential identifier of a WGSL text, without comments.
+fn identifiers(text: &str) -> impl Iterator<Item = &str> {
     text.lines()
         .map(|line| line.split("//").next().unwrap_or_default())
         .flat_map(|line| line.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')))
         .filter(|word| !word.is_empty())
 }
 
-/// The kernel of a stage.
-pub fn kernel(stage: Stage, features: &Features, scene: &SceneSource<'_>) -> Kernel {
+/// Returns the kernel of a stage.
+pub fn kernel(stage: RenderStage, features: &Features, scene: &SceneSource<'_>) -> StageKernel {
     let (label, file) = stage.source();
-    let own = chosen(file, &conditions(features));
+    let stage_text = preprocess(file, &defines(features));
     let scene_text = if stage.scene_functions(features).is_empty() {
         ""
     } else {
         scene.text
     };
-    let body = format!("{}{own}", shared_parts(&own));
-    let mut named: BTreeSet<&str> = words(&body).collect();
+    let body = format!("{}{stage_text}", shared_text(&stage_text));
+    let mut mentioned: BTreeSet<&str> = identifiers(&body).collect();
     let mut prelude_calls: BTreeSet<&'static str> = BTreeSet::new();
     if !scene_text.is_empty() {
-        named.extend(words(scene_text).filter(|&word| word == "Surface"));
+        mentioned.extend(identifiers(scene_text).filter(|&word| word == "Surface"));
         prelude_calls.extend(scene.calls);
     }
     let recorded: Vec<_> = functions::ALL
         .iter()
-        .filter(|entry| named.contains(entry.name))
+        .filter(|entry| mentioned.contains(entry.name))
         .map(functions::Entry::function)
         .collect();
     prelude_calls.extend(recorded.iter().flat_map(|function| &function.calls));
-    prelude_calls.extend(prelude::NAMES.iter().filter(|name| named.contains(*name)));
+    prelude_calls.extend(
+        prelude::NAMES
+            .iter()
+            .filter(|name| mentioned.contains(*name)),
+    );
 
     let mut text = format!("// The kernel `{label}`.\n\n");
     for (name, declaration) in STRUCTS {
-        if named.contains(name) || *name == "Frame" {
+        if mentioned.contains(name) || *name == "FrameUniforms" {
             let _ = writeln!(text, "{declaration}");
         }
     }
     for (name, value) in constants(features) {
-        if named.contains(name) {
+        if mentioned.contains(name) {
             let _ = writeln!(text, "const {name} = {value};");
         }
     }
-    text.push_str("\n@group(0) @binding(0) var<uniform> frame: Frame;\n\n");
+    text.push_str("\n@group(0) @binding(0) var<uniform> frame: FrameUniforms;\n\n");
     for function in prelude::functions(prelude_calls) {
         let _ = writeln!(text, "{}", function.text);
     }
@@ -446,56 +458,56 @@ pub fn kernel(stage: Stage, features: &Features, scene: &SceneSource<'_>) -> Ker
     }
     text.truncate(text.trim_end().len());
     text.push('\n');
-    Kernel {
+    StageKernel {
         label,
-        bindings: bindings(&own),
+        bindings: declared_bindings(&stage_text),
         text,
     }
 }
 
-/// The parts that several kernels share, those of them that this one mentions.
-fn shared_parts(own: &str) -> String {
+/// Returns the files shared by several kernels that this one mentions.
+fn shared_text(stage_text: &str) -> String {
     let parts = [
         ("is_nan", include_str!("kernels/nan.wgsl")),
         ("line_index", include_str!("kernels/work.wgsl")),
         ("camera_ray", include_str!("kernels/camera.wgsl")),
         ("enqueue", include_str!("kernels/queue.wgsl")),
     ];
-    let named: BTreeSet<&str> = words(own).collect();
-    let used = parts.iter().filter(|(name, _)| named.contains(name));
+    let mentioned: BTreeSet<&str> = identifiers(stage_text).collect();
+    let used = parts.iter().filter(|(name, _)| mentioned.contains(name));
     used.map(|(_, text)| format!("{text}\n")).collect()
 }
 
 const STRUCTS: &[(&str, &str)] = &[
-    ("Frame", Frame::WGSL),
-    ("Light", Light::WGSL),
+    ("FrameUniforms", FrameUniforms::WGSL),
+    ("LightRecord", LightRecord::WGSL),
     ("Beam", Beam::WGSL),
-    ("Ray", Ray::WGSL),
-    ("ShadowRay", ShadowRay::WGSL),
-    ("OcclusionRay", OcclusionRay::WGSL),
+    ("RayState", RayState::WGSL),
+    ("ShadowRayState", ShadowRayState::WGSL),
+    ("OcclusionState", OcclusionState::WGSL),
     ("Surface", Surface::WGSL),
 ];
 
-/// The number of taps across a jump.
-fn jump_taps() -> u32 {
-    normals::taps(normals::ACROSS_JUMPS).len() as u32
+/// Returns the number of taps across a discontinuity.
+fn discontinuity_taps() -> u32 {
+    normals::taps(normals::AT_DISCONTINUITIES).len() as u32
 }
 
-/// The constants of the kernels.
+/// Returns the constants of the kernels.
 fn constants(features: &Features) -> Vec<(&'static str, String)> {
-    let (taps, first_jump_tap) = if features.general {
-        let first = normals::first_in_table(normals::ACROSS_JUMPS);
-        (normals::table(), first as u32)
+    let (taps, first_discontinuity_tap) = if features.generic {
+        let first = normals::first_tap(normals::AT_DISCONTINUITIES);
+        (normals::tap_table(), first as u32)
     } else {
-        let way = match features.normals {
-            Normals::Exact => normals::ACROSS_JUMPS,
+        let scheme = match features.normals {
+            Normals::Exact => normals::AT_DISCONTINUITIES,
             other => other,
         };
-        (normals::taps(way).to_vec(), 0)
+        (normals::taps(scheme).to_vec(), 0)
     };
-    let taps_of_normals = normals::taps(features.normals).len();
-    let lights = if features.general {
-        MOST_LIGHTS
+    let normal_tap_count = normals::taps(features.normals).len();
+    let light_count = if features.generic {
+        MAX_GENERIC_LIGHTS
     } else {
         features.lights.len()
     };
@@ -511,7 +523,7 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         )
     };
     let word = |value: u32| format!("{value}u");
-    let taps_of_stage = match features.occlusion {
+    let occlusion_tap_count = match features.occlusion {
         Occlusion::Off => 0,
         other => other.taps(),
     };
@@ -521,59 +533,71 @@ fn constants(features: &Features) -> Vec<(&'static str, String)> {
         ("MISS", word(marching::Status::Miss as u32)),
         ("STEP_CAP", word(marching::Status::StepCap as u32)),
         ("NOT_A_NUMBER", word(marching::Status::NotANumber as u32)),
-        ("ENDING", word(marching::ENDING)),
+        ("END_MASK", word(marching::ENDING)),
         ("FROM_INSIDE", word(marching::FROM_INSIDE)),
         ("SHOWN", word(marching::SHOWN)),
-        ("BLOCK", word(beam::SIDE)),
-        ("BEAM_STEPS", word(beam::STEPS)),
-        ("SECANT_STEPS", word(marching::SECANT_STEPS)),
-        ("SPREAD", format!("{:?}", normals::spread(features.normals))),
-        ("NORMAL_TAPS", word(taps_of_normals as u32)),
-        ("JUMP_TAPS", word(jump_taps())),
-        ("FIRST_JUMP_TAP", word(first_jump_tap)),
+        ("BLOCK_SIDE", word(beam::BLOCK_SIDE)),
+        ("MAX_BEAM_STEPS", word(beam::MAX_STEPS)),
+        ("MAX_SECANT_STEPS", word(marching::MAX_SECANT_STEPS)),
+        (
+            "TAP_SPREAD",
+            format!("{:?}", normals::tap_spread(features.normals)),
+        ),
+        ("NORMAL_TAPS", word(normal_tap_count as u32)),
+        ("DISCONTINUITY_TAPS", word(discontinuity_taps())),
+        ("FIRST_DISCONTINUITY_TAP", word(first_discontinuity_tap)),
         ("TAP_OFFSETS", table(|tap| tap.0)),
         ("TAP_WEIGHTS", table(|tap| tap.1)),
-        ("LIGHTS", word(lights as u32)),
-        ("FOG", word(layout::FOG)),
-        ("HEMISPHERE", word(layout::HEMISPHERE)),
-        ("DONE", word(shadow::DONE)),
-        ("MOVED", format!("{:?}", claim::MOVED)),
-        ("NOTHING", format!("{:?}", claim::NOTHING)),
-        ("TOO_FAR", format!("{:?}", claim::TOO_FAR)),
-        ("NO_CLAIM", format!("{:?}", shadow::NO_CLAIM)),
-        ("NO_LAST", format!("{:?}", shadow::NO_LAST)),
+        ("LIGHT_COUNT", word(light_count as u32)),
+        ("FOG_FLAG", word(layout::FOG_FLAG)),
+        ("HEMISPHERE_FLAG", word(layout::HEMISPHERE_FLAG)),
+        ("DONE_FLAG", word(shadow::DONE_FLAG)),
+        ("MOVED_PHASE", format!("{:?}", candidate::MOVED_PHASE)),
+        ("NO_SURFACE", format!("{:?}", candidate::NO_SURFACE)),
+        ("OVERSHOT", format!("{:?}", candidate::OVERSHOT)),
+        ("NO_CANDIDATE", format!("{:?}", shadow::NO_CANDIDATE)),
+        (
+            "NO_LAST_VISIBILITY",
+            format!("{:?}", shadow::NO_LAST_VISIBILITY),
+        ),
         ("RIM_RAYS", format!("{:?}", shadow::RIM_RAYS)),
         ("FIRST_RIM_RAYS", format!("{:?}", shadow::FIRST_RIM_RAYS)),
-        ("INSIDE", format!("{:?}", shadow::INSIDE)),
-        ("HIDDEN", format!("{:?}", shadow::HIDDEN)),
-        ("SHADOW_NONE", word(Shadow::None as u32)),
-        ("SHADOW_HARD", word(Shadow::Hard as u32)),
-        ("SHADOW_PLAIN", word(Shadow::Plain as u32)),
-        ("SHADOW_IMPROVED", word(Shadow::Improved as u32)),
-        ("SHADOW_SIZED", word(Shadow::Sized as u32)),
-        ("TAPS", format!("{taps_of_stage}.0")),
+        (
+            "INSIDE_RAY_NUMBER",
+            format!("{:?}", shadow::INSIDE_RAY_NUMBER),
+        ),
+        (
+            "MAX_HIDDEN_VISIBILITY",
+            format!("{:?}", shadow::MAX_HIDDEN_VISIBILITY),
+        ),
+        ("SHADOW_NONE", word(ShadowForm::None as u32)),
+        ("SHADOW_HARD", word(ShadowForm::Hard as u32)),
+        ("SHADOW_PLAIN", word(ShadowForm::Plain as u32)),
+        ("SHADOW_IMPROVED", word(ShadowForm::Improved as u32)),
+        ("SHADOW_SIZED", word(ShadowForm::Sized as u32)),
+        ("OCCLUSION_TAPS", format!("{occlusion_tap_count}.0")),
     ]
 }
 
-/// The picture's buffers that a kernel declares, read from its text.
-fn bindings(own: &str) -> Vec<(Slot, Access)> {
-    let mut found = vec![(Slot::Frame, Access::Uniform)];
-    for line in own.lines() {
-        let Some(rest) = line.strip_prefix("@group(0) @binding(") else {
+/// Returns the buffers of the picture that a kernel declares, read from its text.
+fn declared_bindings(stage_text: &str) -> Vec<(BufferSlot, BufferAccess)> {
+    let mut bindings = vec![(BufferSlot::Frame, BufferAccess::Uniform)];
+    for line in stage_text.lines() {
+        let Some(after_group) = line.strip_prefix("@group(0) @binding(") else {
             continue;
         };
-        let Some((number, declaration)) = rest.split_once(')') else {
+        let Some((number, declaration)) = after_group.split_once(')') else {
             continue;
         };
         let access = match declaration.split_once('>').map(|(kind, _)| kind.trim()) {
-            Some("var<uniform") => Access::Uniform,
-            Some("var<storage, read") => Access::Read,
-            _ => Access::ReadWrite,
+            Some("var<uniform") => BufferAccess::Uniform,
+            Some("var<storage, read") => BufferAccess::Read,
+            _ => BufferAccess::ReadWrite,
         };
-        let slot = Slot::ALL
+        let slot = BufferSlot::ALL
             .into_iter()
             .find(|&slot| number.parse() == Ok(slot as u32));
-        found.extend(slot.map(|slot| (slot, access)));
+        bindings.extend(slot.map(|slot| (slot, access)));
     }
-    found
+    bindings
 }

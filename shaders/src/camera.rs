@@ -1,54 +1,60 @@
-//! Where a pixel's ray starts and goes, how wide the pixel is along it, and where it crosses the
-//! scene's bounds.
+//! Rays of pixels, the size of a pixel along its ray, and the intersection of rays with the scene's bounds.
 
 use sdfc_vm::real::{Real, Vector2, Vector3, lit};
 
-/// Where in the picture a pixel's sample lies: from (-1, -1), lower left, to (1, 1), upper right.
-/// `pixel` counts from the upper left; `offset` is within (-½, ½).
+/// Returns the position of a pixel's sample in the picture: from (-1, -1), lower left, to (1, 1), upper
+/// right. `pixel` counts from the upper left; `offset` is within (-½, ½).
 #[inline(always)]
-pub fn place_in_view<R: Real>(pixel: R::Vec2, offset: R::Vec2, size: R::Vec2) -> R::Vec2 {
+pub fn view_position<R: Real>(pixel: R::Vec2, offset: R::Vec2, size: R::Vec2) -> R::Vec2 {
     let half = R::Vec2::splat(lit(0.5));
-    let at = (pixel + half + offset).named("at");
+    let sample = (pixel + half + offset).named("sample");
     R::Vec2::new(
-        at.x() / size.x() * lit(2.0) - lit(1.0),
-        lit::<R>(1.0) - at.y() / size.y() * lit(2.0),
+        sample.x() / size.x() * lit(2.0) - lit(1.0),
+        lit::<R>(1.0) - sample.y() / size.y() * lit(2.0),
     )
 }
 
-/// What lies at `place` when the middle lies at `centre` and the edges at `right` and `up` from it.
+/// Returns the vector at `position` in the picture, by that at its `centre` and the differences to its right
+/// and upper edges.
 #[inline(always)]
-pub fn across<R: Real>(place: R::Vec2, centre: R::Vec3, right: R::Vec3, up: R::Vec3) -> R::Vec3 {
-    centre + right * place.x() + up * place.y()
+pub fn interpolate_view<R: Real>(
+    position: R::Vec2,
+    centre: R::Vec3,
+    right: R::Vec3,
+    up: R::Vec3,
+) -> R::Vec3 {
+    centre + right * position.x() + up * position.y()
 }
 
-/// How much longer the way from the eye to a ray's start is than in the middle of the picture, where
-/// it is `approach`; `side` is how the ray's direction differs from the middle's. Written so that
-/// nothing is lost where the two ways are nearly equal.
+/// Returns how much farther the start of a ray is from the camera than in the middle of the picture, where
+/// that distance is `approach`. `offset` is the difference between the ray's direction and the middle one.
+/// The formula loses no precision where both distances are nearly equal.
 #[inline(always)]
-pub fn way_beyond<R: Real>(side: R::Vec3, approach: R) -> R {
-    let s = side.dot(side).named("s");
-    approach * s / (lit::<R>(1.0) + (lit::<R>(1.0) + s).sqrt())
+pub fn start_excess<R: Real>(offset: R::Vec3, approach: R) -> R {
+    let tangent_square = offset.dot(offset).named("tangent_square");
+    approach * tangent_square / (lit::<R>(1.0) + (lit::<R>(1.0) + tangent_square).sqrt())
 }
 
-/// The direction of length one; `v` is never zero here.
+/// Returns the direction of length one; `v` is never zero here.
 #[inline(always)]
 pub fn unit<R: Real>(v: R::Vec3) -> R::Vec3 {
     v.normalize()
 }
 
-/// The point at `t` along a ray.
+/// Returns the point at `t` along a ray.
 #[inline(always)]
-pub fn along<R: Real>(origin: R::Vec3, direction: R::Vec3, t: R) -> R::Vec3 {
+pub fn point_along<R: Real>(origin: R::Vec3, direction: R::Vec3, t: R) -> R::Vec3 {
     origin + direction * t
 }
 
-/// Half of a pixel's height at `t` along its ray.
+/// Returns half of a pixel's height at `t` along its ray.
 #[inline(always)]
 pub fn half_pixel<R: Real>(t: R, footprint: R, growth: R) -> R {
     footprint + growth * t
 }
 
-/// The ways along a ray to the first and the last of a box's two faces across each axis, and those per unit across it.
+/// Returns the distances along a ray to the first and the last of a box's two faces across each axis, and the
+/// inverse of the direction.
 #[inline(always)]
 pub(crate) fn faces<R: Real>(
     origin: R::Vec3,
@@ -56,10 +62,10 @@ pub(crate) fn faces<R: Real>(
     low: R::Vec3,
     high: R::Vec3,
 ) -> [R::Vec3; 3] {
-    // Directions along a face are moved off it by so little that nothing is seen of it.
+    // Directions along a face are moved off it by an invisible amount.
     let inverse = |d: R| {
         let tiny = lit::<R>(1e-12);
-        lit::<R>(1.0) / (d.abs().max(tiny) * d.side())
+        lit::<R>(1.0) / (d.abs().max(tiny) * d.sign_nonzero())
     };
     let inverse = R::Vec3::new(
         inverse(direction.x()),
@@ -72,10 +78,10 @@ pub(crate) fn faces<R: Real>(
     [a.min(b).named("first"), a.max(b).named("last"), inverse]
 }
 
-/// The ways along a ray to where it enters and leaves a box, as (enter, leave) with `enter ≥ 0` and
-/// `leave ≤ far`; it misses the box if `leave < enter`.
+/// Returns the distances along a ray at which it enters and leaves a box, as (enter, exit) with `enter ≥ 0`
+/// and `exit ≤ far`. The ray misses the box if `exit < enter`.
 #[inline(always)]
-pub fn crossing<R: Real>(
+pub fn intersect_box<R: Real>(
     origin: R::Vec3,
     direction: R::Vec3,
     low: R::Vec3,
@@ -84,13 +90,13 @@ pub fn crossing<R: Real>(
 ) -> R::Vec2 {
     let [first, last, _] = faces::<R>(origin, direction, low, high);
     let enter = first.max_component();
-    let leave = last.x().min(last.y()).min(last.z());
-    R::Vec2::new(enter.max(lit(0.0)), leave.min(far))
+    let exit = last.x().min(last.y()).min(last.z());
+    R::Vec2::new(enter.max(lit(0.0)), exit.min(far))
 }
 
-/// How far along the ray the plane through `centre` lies that faces along `forward`.
+/// Returns the distance along the ray to the plane through `centre` with the normal `forward`.
 #[inline(always)]
-pub fn meet_plane<R: Real>(
+pub fn intersect_plane<R: Real>(
     origin: R::Vec3,
     direction: R::Vec3,
     centre: R::Vec3,

@@ -1,23 +1,22 @@
-//! What a picture needs, as far as it decides which code a kernel has.
+//! The features of a picture that decide the code of a kernel.
 //!
-//! Numbers are not features: they live in uniforms, so that moving a light or the camera compiles
-//! nothing.
+//! Numbers are not features: they are uniforms, so that moving a light or the camera compiles nothing.
 
 pub use sdfc_vm::settings::{Normals, Occlusion};
 
-/// What a picture shows.
+/// Content of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Mode {
     /// The lit scene.
     #[default]
     Shaded,
-    /// The share of light that surfaces reflect.
+    /// The fraction of light that surfaces reflect.
     Albedo,
-    /// The direction surfaces face: red, green and blue for x, y and z.
+    /// Surface normals: red, green and blue for x, y and z.
     Normal,
-    /// The distance along the ray, near white, far black.
+    /// The distance along the ray, white near and black far.
     Depth,
-    /// How often the field was evaluated along the ray, as a heat map.
+    /// The number of evaluations along the ray, as a heat map.
     Steps,
     /// The field on a plane through the view's centre, with lines of equal distance.
     Distance,
@@ -25,60 +24,58 @@ pub enum Mode {
     Id,
     /// White where there is a surface, black elsewhere.
     Mask,
-    /// Dark lines where depth, direction or material jump.
+    /// Dark lines where depth, normal or material are discontinuous.
     Edges,
 }
 
-/// The form of a light's shadow.
+/// Form of a light's shadow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Shadow {
-    /// It casts none.
+pub enum ShadowForm {
+    /// No shadow.
     #[default]
     None = 0,
-    /// With a sharp edge.
+    /// A sharp edge.
     Hard = 1,
-    /// A penumbra from the nearest of the points that the ray stepped on.
+    /// A penumbra from the lowest of the samples along the ray.
     Plain = 2,
-    /// A penumbra from the nearest point of the ray, estimated between steps.
+    /// A penumbra from the nearest point of the ray, estimated between samples.
     Improved = 3,
     /// A penumbra that also darkens from inside the shape.
     Sized = 4,
 }
 
-/// What a picture needs.
+/// The features of a picture.
 ///
-/// A kernel is made for features and has nothing else, or it is a *general* one
-/// ([`Features::general`]): then lights and the forms of their shadows, occlusion, fog, materials and
-/// the way of taking differences are no features, but read from buffers when it runs. There are so few
-/// of these that all of them can be made beforehand.
+/// A kernel is either made for these alone, or *generic* ([`Features::generic`]). Then lights, the forms of
+/// their shadows, occlusion, fog, materials and the scheme of differences are not features, but read from
+/// buffers when it runs. There are so few generic kernels that all of them can be compiled in advance.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Features {
-    /// What it shows.
+    /// Content of the picture.
     pub mode: Mode,
     /// The shadow of each light, in the order of the lights' buffer.
-    pub lights: Vec<Shadow>,
+    pub lights: Vec<ShadowForm>,
     /// Ambient occlusion.
     pub occlusion: Occlusion,
-    /// How normals are found.
+    /// Method for normals.
     pub normals: Normals,
-    /// Whether the scene has materials that have to be asked for at each point; otherwise the
-    /// only one is in the uniform.
+    /// True if the material is evaluated at each point; otherwise the only one is in the uniform.
     pub materials: bool,
-    /// Whether the air hides what is far.
+    /// True with fog.
     pub fog: bool,
-    /// Whether the scene is a plane figure, seen face on.
+    /// True if the scene is a 2-D shape, seen face on.
     pub plane: bool,
-    /// Whether kernels are made for any lights, occlusion, fog, materials and differences.
-    pub general: bool,
+    /// True for kernels that handle any lights, occlusion, fog, materials and differences.
+    pub generic: bool,
 }
 
-/// The most lights that general kernels have room for.
-pub const MOST_LIGHTS: usize = 256;
+/// Maximum number of lights of generic kernels.
+pub const MAX_GENERIC_LIGHTS: usize = 256;
 
 impl Features {
-    /// Those of the general kernels that draw such a picture: what they read from buffers is the same
-    /// for all pictures here.
-    pub fn generally(&self) -> Self {
+    /// Returns the features of the generic kernels that draw such a picture. Numbers that these read from
+    /// buffers are the same here for all pictures.
+    pub fn for_generic_kernels(&self) -> Self {
         let normals = match self.normals {
             Normals::Exact => Normals::Exact,
             _ => Normals::Central,
@@ -91,7 +88,7 @@ impl Features {
             materials: true,
             fog: false,
             plane: self.plane,
-            general: true,
+            generic: true,
         }
     }
 }

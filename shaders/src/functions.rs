@@ -1,28 +1,29 @@
-//! The bodies of this crate as WGSL: each is recorded under the name that kernels call it by.
+//! The functions of this crate as WGSL, each recorded under its name in the kernels.
 
-use crate::{beam, camera, claim, marching, normals, occlusion, reflectance, shadow, sky, views};
-use sdfc_vm::record::{Function, Recorded, Scalar, Type, record, record_struct};
+use crate::{
+    beam, camera, candidate, marching, normals, occlusion, reflectance, shadow, sky, views,
+};
+use sdfc_vm::record::{Recorded, RecordedFunction, RecordedType, Scalar, record, record_struct};
 
-/// A function that kernels can call: its name, and how to record it.
+/// A function that kernels can call.
 pub struct Entry {
     /// Its name in WGSL.
     pub name: &'static str,
-    record: fn() -> Function,
+    record: fn() -> RecordedFunction,
 }
 
 impl Entry {
-    /// Records it.
-    pub fn function(&self) -> Function {
+    /// Records the function as WGSL.
+    pub fn function(&self) -> RecordedFunction {
         (self.record)()
     }
 }
 
-/// Functions of one result are recorded as they are; those that give a struct name it, with the
-/// fields that are scalars.
+/// Declares functions with a single result, or with a struct: its name and its scalar fields.
 macro_rules! functions {
     ($($name:ident = $module:ident::$body:ident($($parameter:ident),*)
         $(-> $structure:ident { $($field:ident),+ })?;)+) => {
-        /// All functions, those that others read before them in the order of a picture.
+        /// All functions, each after those that it calls, in the order of the stages.
         pub const ALL: &[Entry] = &[$(
             Entry {
                 name: stringify!($name),
@@ -41,129 +42,129 @@ macro_rules! functions {
         $structure:ident { $($field:ident),+ }) => {
         record_struct(stringify!($name), stringify!($structure), |s| {
             let result = $module::$body::<Scalar>($(s.parameter(stringify!($parameter))),*);
-            vec![$((stringify!($field), Type::Scalar, result.$field.node())),+]
+            vec![$((stringify!($field), RecordedType::Scalar, result.$field.node())),+]
         })
     };
 }
 
 functions! {
-    place_in_view = camera::place_in_view(pixel, offset, size);
-    across = camera::across(place, centre, right, up);
-    way_beyond = camera::way_beyond(side, approach);
+    view_position = camera::view_position(pixel, offset, size);
+    interpolate_view = camera::interpolate_view(position, centre, right, up);
+    start_excess = camera::start_excess(offset, approach);
     unit = camera::unit(v);
-    along = camera::along(origin, direction, t);
+    point_along = camera::point_along(origin, direction, t);
     half_pixel = camera::half_pixel(t, footprint, growth);
-    crossing = camera::crossing(origin, direction, low, high, far);
-    meet_plane = camera::meet_plane(origin, direction, centre, forward);
+    intersect_box = camera::intersect_box(origin, direction, low, high, far);
+    intersect_plane = camera::intersect_plane(origin, direction, centre, forward);
 
-    apart = beam::apart(a, b);
-    beam_begin = beam::begin(origin, low, high, spread);
-    beam_within = beam::within(p, low, high);
+    distance_between = beam::distance_between(a, b);
+    beam_start = beam::start_t(origin, low, high, spread);
+    beam_clamp_to_box = beam::clamp_to_box(p, low, high);
     beam_advance = beam::advance(t, field, spread, widening, threshold);
-    beam_goes_on = beam::goes_on(way, half_pixel);
+    beam_continues = beam::should_continue(advance, half_pixel);
 
     march_step = marching::march_step(
         t, radius, step, trend, t_before, radius_before, field, count, threshold, half_pixel,
-        relaxation, rounding, raw, leave
+        relaxation, rounding, raw, t_exit
     ) -> MarchStep { t, radius, step, trend, t_before, radius_before, arrived };
     threshold = marching::threshold(t, half_pixel, cone, rounding);
     rounding_at = marching::rounding_at(t, rounding);
-    nearly_arrived = marching::nearly_arrived(
+    accept_at_step_cap = marching::accept_at_step_cap(
         t, radius, trend, t_before, radius_before, half_pixel, far
     );
-    settled = marching::settled(t, field, t_other, field_other, rounding, raw);
-    next_guess = marching::next_guess(t, field, t_other, field_other, rounding, raw);
-    secant_guess = marching::secant_guess(t, field, t_other, field_other);
-    secant_step = marching::secant_step(t, field, t_other, field_other, guess, field_at_guess)
+    is_settled = marching::is_settled(t, field, t_other, field_other, rounding, raw);
+    next_estimate = marching::next_estimate(t, field, t_other, field_other, rounding, raw);
+    secant_estimate = marching::secant_estimate(t, field, t_other, field_other);
+    secant_step = marching::secant_step(t, field, t_other, field_other, estimate, field_at_estimate)
         -> Bracket { t, field, t_other, field_other };
 
-    tap_distance = normals::tap_distance(p, half_pixel, spread);
+    tap_distance = normals::tap_distance(p, half_pixel, spread_half_pixels);
     facing = normals::facing(gradient, direction, side);
     bumped = normals::bumped(normal, bump);
-    lift = normals::lift(p, half_pixel, rounding, sharp);
-    outside = normals::outside(rounding);
-    inside = normals::inside(rounding);
+    lift = normals::lift(p, half_pixel, rounding, is_sharp);
+    outside_distance = normals::outside_distance(rounding);
+    inside_depth = normals::inside_depth(rounding);
     is_doubtful = normals::is_doubtful(value, slope, rounding);
-    jumps = normals::jumps(value, slope, apart);
+    is_discontinuous = normals::is_discontinuous(value, slope, distance);
 
-    claim_apart = claim::apart(value, at, limit);
-    claim_offset = claim::offset(at, offset, phase, value, gradient, limit);
-    claim_place = claim::place(at, offset, phase, value, gradient, limit);
-    claim_gradient = claim::gradient(gradient, phase, change, apart);
-    claim_outcome = claim::outcome(at, gradient, round, phase, value, field, offset, next, limit);
-    claim_repeated = claim::repeated(field);
-    claim_surface = claim::surface(offset, next, value, field);
-    shadow_shortest = shadow::shortest(half_pixel, above);
-    shadow_begin = shadow::begin(shortest, sharp);
-    shadow_leave = shadow::leave(origin, direction, low, high, reach, size);
-    shadow_limit = shadow::limit(t, size);
-    shadow_moved = shadow::moved(way, gradient, direction, t, leave, value, round, moves);
-    shadow_earlier = shadow::earlier(t, size, moves);
-    shadow_is_vain = shadow::is_vain(h, t, size, visibility);
-    shadow_aside = shadow::aside(way, gradient, direction);
-    occlusion_limit = occlusion::limit(height);
+    candidate_tap_distance = candidate::tap_distance(value, point, limit);
+    candidate_next_offset = candidate::next_offset(point, offset, phase, value, gradient, limit);
+    candidate_sample_point = candidate::sample_point(point, offset, phase, value, gradient, limit);
+    candidate_add_tap = candidate::add_tap(gradient, phase, change, distance);
+    candidate_outcome = candidate::probe_outcome(point, gradient, round, phase, value, field, offset, next, limit);
+    candidate_restart_value = candidate::restart_value(field);
+    candidate_surface_offset = candidate::surface_offset(offset, next, value, field);
+    shadow_min_step = shadow::min_step(half_pixel, height);
+    shadow_start = shadow::start_t(min_step, is_sharp);
+    shadow_exit = shadow::exit_t(origin, direction, low, high, light_t, size);
+    shadow_candidate_limit = shadow::candidate_limit(t, size);
+    shadow_moved_candidate = shadow::moved_candidate_t(to_surface, gradient, direction, t, t_end, value, round, moves);
+    shadow_earlier_candidate = shadow::earlier_candidate_t(t, size, moves);
+    shadow_cannot_darken = shadow::cannot_darken(field, t, size, bound);
+    shadow_plane_offset = shadow::plane_offset(to_surface, gradient, direction);
+    occlusion_candidate_limit = occlusion::candidate_limit(height);
 
-    march_noise = marching::noise(rounding, slope, raw);
-    shadow_hard = shadow::hard(visibility, h, noise);
-    shadow_hurry = shadow::hurry(count);
-    shadow_claims = shadow::claims(visible, last, visibility);
-    shadow_seen = shadow::seen(h, t, size);
-    shadow_beside = shadow::beside(
-        visibility, way, direction, t, size, value, leave
+    sign_margin = marching::sign_margin(rounding, slope, raw);
+    shadow_hard_visibility = shadow::hard_visibility(visibility, field, margin);
+    shadow_late_speedup = shadow::late_speedup(count);
+    shadow_is_candidate = shadow::is_candidate(sample_visibility, last_visibility, visibility);
+    shadow_sample_visibility = shadow::visibility_at(field, t, size);
+    shadow_visibility_beside = shadow::visibility_beside(
+        visibility, to_surface, direction, t, size, value, t_end
     );
-    shadow_slope = shadow::slope(h, last, step);
-    shadow_passed = shadow::passed(h, last, step, fall, noise);
-    shadow_stride = shadow::stride(h, t, threshold, size);
-    shadow_short_stride = shadow::short_stride(h, t, threshold, size);
-    shadow_inner_stride = shadow::inner_stride(t, threshold, size);
-    shadow_rim = shadow::rim(axis, number);
-    shadow_aim = shadow::aim(axis, rim, size);
-    shadow_rim_reach = shadow::rim_reach(direction, axis, reach);
-    shadow_room = shadow::room(reach, size);
-    shadow_fitting = shadow::fitting(room, reach);
-    shadow_beside_rim = shadow::beside_rim(
-        visibility, way, direction, axis, t, size, leave
+    shadow_slope = shadow::slope(field, field_before, step);
+    shadow_step_to_passed_sheet = shadow::step_to_passed_sheet(field, field_before, step, slope_before, margin);
+    shadow_stride = shadow::stride(field, t, min_step, size);
+    shadow_short_stride = shadow::short_stride(field, t, min_step, size);
+    shadow_inner_stride = shadow::inner_stride(t, min_step, size);
+    shadow_rim_direction = shadow::rim_direction(axis, number);
+    shadow_rim_ray_direction = shadow::rim_ray_direction(axis, rim, size);
+    shadow_light_plane = shadow::light_plane_t(direction, axis, light_t);
+    shadow_required_room = shadow::required_room(light_t, size);
+    shadow_size_in_room = shadow::size_in_room(room, light_t);
+    shadow_rim_visibility_beside = shadow::rim_visibility_beside(
+        visibility, to_surface, direction, axis, t, size, t_end
     );
-    shadow_claimed = shadow::claimed(visibility, number);
-    shadow_cleared = shadow::cleared(cleared, h, t, size);
-    shadow_arriving = shadow::arriving(visibility);
-    shadow_arriving_sized = shadow::arriving_sized(visibility);
+    shadow_candidate_bound = shadow::candidate_bound(visibility, number);
+    shadow_clear_until = shadow::clear_until(clear_t, field, t, size);
+    shadow_light_fraction = shadow::light_fraction(visibility);
+    shadow_light_fraction_sized = shadow::light_fraction_sized(visibility);
 
-    five_distance = occlusion::five_distance(index, reach);
-    five_weight = occlusion::five_weight(index);
-    many_direction = occlusion::many_direction(normal, index, count, place);
-    many_distance = occlusion::many_distance(index, place, reach);
-    many_cosine = occlusion::many_cosine(index, count);
-    occlusion_hidden = occlusion::hidden(field, height, distance, weight);
-    occlusion_claims = occlusion::claims(field, height, slope);
-    occlusion_open = occlusion::open(hidden, weight);
+    five_tap_distance = occlusion::five_tap_distance(index, reach);
+    five_tap_weight = occlusion::five_tap_weight(index);
+    hemisphere_direction = occlusion::hemisphere_direction(normal, index, count, seed);
+    hemisphere_distance = occlusion::hemisphere_distance(index, seed, reach);
+    hemisphere_cosine = occlusion::hemisphere_cosine(index, count);
+    occlusion_hidden_weight = occlusion::hidden_weight(field, height, distance, weight);
+    occlusion_is_candidate = occlusion::is_candidate(field, height, slope);
+    occlusion_open_fraction = occlusion::open_fraction(hidden_sum, weight_sum);
 
     cosine_between = reflectance::cosine(a, b);
-    diffuse_share = reflectance::diffuse(normal, to_eye, albedo, roughness, metallic);
+    diffuse_albedo = reflectance::diffuse_albedo(normal, to_camera, albedo, roughness, metallic);
     reflected = reflectance::reflected(
-        normal, to_eye, to_light, albedo, diffuse, roughness, metallic
+        normal, to_camera, to_light, albedo, diffuse, roughness, metallic
     );
     attenuation = reflectance::attenuation(distance);
-    mirror = reflectance::mirror(direction, normal);
-    ambient_light = reflectance::ambient(
-        normal, to_eye, albedo, diffuse, roughness, metallic, around, ahead, open
+    mirror_direction = reflectance::mirror_direction(direction, normal);
+    ambient_light = reflectance::ambient_light(
+        normal, to_camera, albedo, diffuse, roughness, metallic, mean_sky, mirrored_sky, open_fraction
     );
 
-    sky_color = sky::sky(direction, up, top, horizon, ground, blur);
-    sky_on = sky::sky_on(normal, up, top, horizon, ground);
-    hidden_by_fog = sky::hidden_by_fog(t, density);
+    sky_color = sky::sky_color(direction, up, top, horizon, ground, blur);
+    mean_sky_color = sky::mean_sky_color(normal, up, top, horizon, ground);
+    fog_opacity = sky::fog_opacity(t, density);
 
-    heat = views::heat(share);
+    heat = views::heat(fraction);
     direction_color = views::direction_color(direction);
     depth_color = views::depth_color(t, range);
     id_color = views::id_color(id);
-    distance_color = views::distance_color(field, spacing, pixel);
-    coverage = views::coverage(field, pixel);
+    distance_color = views::distance_color(field, spacing, pixel_size);
+    coverage = views::coverage(field, pixel_size);
     edge_between = views::edge_between(
-        p, normal, id, p_other, normal_other, id_other, half_pixel, both
+        p, normal, id, p_other, normal_other, id_other, half_pixel, same_coverage
     );
     edge_color = views::edge_color(edge, paper);
-    paper = views::paper(normal, direction);
+    paper_color = views::paper_color(normal, direction);
 }
 
 #[cfg(test)]

@@ -1,70 +1,71 @@
-//! The interpreter: a program's words run by a loop, as WGSL functions of the same names and types
-//! as those that are generated for a scene.
+//! The interpreter: a loop that runs the words of a program, as WGSL functions of the same names and types as
+//! those generated for a scene.
 //!
-//! The text holds only what the programs it is made for need: the opcodes, the blend kernels,
-//! frames, a stack, kept points and slots. Constants are loaded in front of the `switch` and
-//! results are stored behind it, since software devices run every `case`; for the same reason the
-//! stack's bookkeeping is free of branches. The word layout is drawn in [`sdfc_vm::program`]. Where a
-//! guard skips, the loop goes on behind its block; each lane skips for itself.
+//! The text contains only what its programs require: the opcodes, the blend kernels, point transforms, a
+//! stack, saved points and slots. Constants are loaded before the `switch` and results are stored after it,
+//! since software devices run every `case`. For the same reason the stack's bookkeeping is free of branches.
+//! The word layout is described in [`sdfc_vm::program`]. A guard continues the loop after its block; each
+//! lane skips individually.
 
+mod constant_layout;
 pub mod cut;
 mod operation;
-mod record;
 pub mod tape;
 
-pub use record::Record;
+pub use constant_layout::ConstantLayout;
 
 use operation::{
-    Names, Numbers, apply_paint, arity, blends, case, constant_operands, declare_paint, frame,
-    surface_blend, widest,
+    NumberKind, OperandNames, apply_material_rule, declare_material_rule, emit_blends,
+    emit_constant_operands, emit_surface_blend, emit_transform, max_arity, max_pool_width,
+    operation_case,
 };
-use sdfc_vm::library::Library;
-use sdfc_vm::program::Needs;
-use sdfc_vm::surface::tie_line;
+use sdfc_vm::program::KernelRequirements;
+use sdfc_vm::surface::tie_wgsl;
+use sdfc_vm::wgsl_library::WgslLibrary;
 use std::fmt::Write;
 
-/// The binding of the instructions.
+/// Binding of the instructions.
 pub const CODE_SLOT: u32 = 16;
-/// The binding of the constants.
+/// Binding of the constants.
 pub const POOL_SLOT: u32 = 17;
-/// The binding of where programs lie among the instructions: the distance's from 0 to x, that of
-/// surfaces from y to z. In storage, since software Vulkan compiles a kernel again for each new
-/// value of a uniform that a loop's end depends on.
-pub const LENGTH_SLOT: u32 = 18;
+/// Binding of the programs' ranges among the instructions: the distance's from 0 to x, that of surfaces from
+/// y to z. They are in storage, since software Vulkan compiles a kernel again for each new value of a uniform
+/// that the end of a loop depends on.
+pub const PROGRAM_RANGES_SLOT: u32 = 18;
 
-/// Where instructions and constants lie.
+/// Address space of instructions and constants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Memory {
-    /// In uniform buffers of these many instructions and constants, which every lane of a device
-    /// reads at once; they hold 4,096 of either at most.
+pub enum ProgramStorage {
+    /// Uniform buffers of fixed sizes, which all lanes of a device read at once; at most 4,096 instructions
+    /// and 4,096 constants.
     Uniform {
-        /// Instructions.
+        /// Number of instructions.
         code: u32,
-        /// Constants.
+        /// Number of constants.
         pool: u32,
     },
-    /// In storage buffers.
+    /// Storage buffers.
     Storage,
 }
 
-impl Memory {
-    /// The smallest memory for programs of so many instructions and constants.
+impl ProgramStorage {
+    /// Returns the smallest storage for programs with these numbers of instructions and constants.
     pub fn for_program(code: usize, pool: usize) -> Self {
-        let class = |n: usize| {
+        let size_class = |n: usize| {
             [64, 256, 1024, 4096]
                 .into_iter()
                 .find(|&size| n <= size as usize)
         };
-        match (class(code), class(pool)) {
+        match (size_class(code), size_class(pool)) {
             (Some(code), Some(pool)) => Self::Uniform { code, pool },
             _ => Self::Storage,
         }
     }
 }
 
-/// Which function is wanted.
+/// A function of the scene that the interpreter implements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Function {
+pub enum InterpreterFunction {
     /// `scene_distance(p: vec3f) -> f32`
     Distance,
     /// `scene_gradient(p: vec3f) -> vec4f`
@@ -73,33 +74,33 @@ pub enum Function {
     Surface,
 }
 
-impl Function {
-    /// What it computes with.
-    fn numbers(self) -> Numbers {
+impl InterpreterFunction {
+    /// Returns the kind of its numbers.
+    fn number_kind(self) -> NumberKind {
         match self {
-            Self::Distance => Numbers::Plain,
-            Self::Gradient | Self::Surface => Numbers::Gradients,
+            Self::Distance => NumberKind::Plain,
+            Self::Gradient | Self::Surface => NumberKind::Gradients,
         }
     }
 }
 
-/// The bindings that the interpreter of stacks reads.
-pub fn bindings(memory: Memory) -> String {
+/// Returns the bindings of the stack interpreter.
+pub fn bindings(memory: ProgramStorage) -> String {
     format!(
-        "{}@group(0) @binding({LENGTH_SLOT}) var<storage, read> program_length: vec4u;
+        "{}@group(0) @binding({PROGRAM_RANGES_SLOT}) var<storage, read> program_ranges: vec4u;
 ",
         code_bindings(memory)
     )
 }
 
-/// The bindings that both interpreters read.
-fn code_bindings(memory: Memory) -> String {
+/// Returns the bindings of both interpreters.
+fn code_bindings(memory: ProgramStorage) -> String {
     let (code, pool) = match memory {
-        Memory::Uniform { code, pool } => (
+        ProgramStorage::Uniform { code, pool } => (
             format!("var<uniform> code: array<vec4u, {code}>"),
             format!("var<uniform> pool: array<vec4f, {pool}>"),
         ),
-        Memory::Storage => (
+        ProgramStorage::Storage => (
             "var<storage, read> code: array<vec4u>".to_owned(),
             "var<storage, read> pool: array<vec4f>".to_owned(),
         ),
@@ -111,16 +112,20 @@ fn code_bindings(memory: Memory) -> String {
     )
 }
 
-/// The interpreter as one function; what it calls is marked in `library`.
-pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> String {
-    let numbers = function.numbers();
-    let surface = function == Function::Surface;
+/// Returns the interpreter as one function, and marks the functions that it calls in `library`.
+pub fn interpreter(
+    requirements: &KernelRequirements,
+    function: InterpreterFunction,
+    library: &mut WgslLibrary,
+) -> String {
+    let numbers = function.number_kind();
+    let surface = function == InterpreterFunction::Surface;
     let (value, point) = (numbers.value(), numbers.point());
     numbers.declare(library);
-    // One entry more than the depth: the top is written above the stack before it is known whether
-    // it stays there.
-    let stack = needs.depth > 1;
-    let size = (needs.depth + 1).next_power_of_two();
+    // One entry more than the depth: the top is always written above the stack, even if it does not stay
+    // there.
+    let stack = requirements.depth > 1;
+    let size = (requirements.depth + 1).next_power_of_two();
     let mut text = String::new();
     let mut line = |indent: usize, content: &str| {
         let _ = writeln!(text, "{:indent$}{content}", "", indent = indent * 4);
@@ -128,12 +133,14 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     line(
         0,
         match function {
-            Function::Distance => "fn scene_distance(origin: vec3f) -> f32 {",
-            Function::Gradient => "fn scene_gradient(origin: vec3f) -> vec4f {",
-            Function::Surface => "fn scene_surface(origin: vec3f, n: vec3f) -> Surface {",
+            InterpreterFunction::Distance => "fn scene_distance(origin: vec3f) -> f32 {",
+            InterpreterFunction::Gradient => "fn scene_gradient(origin: vec3f) -> vec4f {",
+            InterpreterFunction::Surface => {
+                "fn scene_surface(origin: vec3f, n: vec3f) -> Surface {"
+            }
         },
     );
-    if numbers == Numbers::Gradients {
+    if numbers == NumberKind::Gradients {
         line(
             1,
             "var p = DualPoint(origin, vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), vec3f(0.0, 0.0, 1.0));",
@@ -146,101 +153,101 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
         line(1, &format!("var stack: array<{value}, {size}>;"));
         line(1, "var depth = 0u;");
     }
-    if needs.points > 0 {
+    if requirements.points > 0 {
         line(
             1,
             &format!(
                 "var points: array<{point}, {}>;",
-                needs.points.next_power_of_two()
+                requirements.points.next_power_of_two()
             ),
         );
-        line(1, "var kept = 0u;");
+        line(1, "var point_count = 0u;");
     }
-    if needs.slots > 0 {
+    if requirements.slots > 0 {
         line(
             1,
             &format!(
                 "var slots: array<{value}, {}>;",
-                needs.slots.next_power_of_two()
+                requirements.slots.next_power_of_two()
             ),
         );
     }
     if surface {
         line(1, "var material = unpainted_surface();");
-        line(1, &tie_line("origin"));
+        line(1, &tie_wgsl("origin"));
         line(1, "var channels: array<vec4f, 9>;");
         if stack {
             line(1, &format!("var materials: array<Surface, {size}>;"));
         }
-        if needs.slots > 0 {
-            let slots = needs.slots.next_power_of_two();
+        if requirements.slots > 0 {
+            let slots = requirements.slots.next_power_of_two();
             line(1, &format!("var slot_materials: array<Surface, {slots}>;"));
         }
     }
     let (first, end) = if surface {
-        ("program_length.y", "z")
+        ("program_ranges.y", "z")
     } else {
         ("0u", "x")
     };
     line(
         1,
-        &format!("for (var at = {first}; at < program_length.{end}; at += 1u) {{"),
+        &format!("for (var index = {first}; index < program_ranges.{end}; index += 1u) {{"),
     );
-    line(2, "let instruction = code[at];");
+    line(2, "let instruction = code[index];");
     line(2, "let word = instruction.x;");
-    for k in 0..widest(needs) {
+    for k in 0..max_pool_width(requirements) {
         line(2, &format!("let k{k} = pool[instruction.y + {k}u];"));
     }
-    if needs.constant_operands || !needs.kernels.is_empty() {
+    if requirements.constant_operands || !requirements.kernels.is_empty() {
         line(2, "let c = pool[instruction.w];");
     }
-    if needs.points > 0 {
-        line(2, "let back = (word >> 16u) & 31u;");
-        line(2, "if back > 0u {");
-        line(3, "kept -= back;");
-        line(3, "p = points[kept];");
+    if requirements.points > 0 {
+        line(2, "let point_pops = (word >> 16u) & 31u;");
+        line(2, "if point_pops > 0u {");
+        line(3, "point_count -= point_pops;");
+        line(3, "p = points[point_count];");
         line(2, "}");
         line(2, "if (word & 0x800000u) != 0u {");
-        line(3, "points[kept] = p;");
-        line(3, "kept += 1u;");
+        line(3, "points[point_count] = p;");
+        line(3, "point_count += 1u;");
         line(2, "}");
     }
-    frame(needs, numbers, "instruction.z", library, &mut line);
+    emit_transform(requirements, numbers, "instruction.z", library, &mut line);
     if stack {
-        line(2, "let taken = (word >> 21u) & 3u;");
+        line(2, "let popped = (word >> 21u) & 3u;");
         line(2, "stack[depth] = top;");
         if surface {
             line(2, "materials[depth] = material;");
         }
-        line(2, "let below = stack[depth - taken];");
+        line(2, "let accumulator = stack[depth - popped];");
     } else {
-        line(2, "let below = top;");
+        line(2, "let accumulator = top;");
     }
-    operands(needs, stack, numbers, &mut line);
+    emit_operands(requirements, stack, numbers, &mut line);
     line(2, &format!("var result = {value}();"));
     if surface {
-        line(2, "var painted = material;");
-        declare_paint(&mut line);
+        line(2, "var result_material = material;");
+        declare_material_rule(&mut line);
     }
-    let names = Names {
+    let names = OperandNames {
         point: "p",
-        one: "top",
-        two: ["a", "b"],
-        three: ["s", "a", "b"],
-        both: "taken == 2u",
+        single: "top",
+        pair: ["a", "b"],
+        triple: ["s", "a", "b"],
+        no_constant: "popped == 2u",
         materials: stack.then_some(["materials[depth - 1u]", "material"]),
     };
     line(2, "switch word & 255u {");
-    for &code in &needs.codes {
-        let body = case(code, needs, numbers, surface, &names, library);
+    for &code in &requirements.codes {
+        let body = operation_case(code, requirements, numbers, surface, &names, library);
         line(3, &format!("case {}u: {{ {body} }}", code.number()));
     }
     line(3, "default: {}");
     line(2, "}");
     if surface {
-        apply_paint(needs, &names, library, &mut line);
+        apply_material_rule(requirements, &names, library, &mut line);
     }
-    place(needs, numbers, surface, stack, library, &mut line);
+    emit_result(requirements, numbers, surface, stack, library, &mut line);
     line(1, "}");
     line(
         1,
@@ -254,75 +261,83 @@ pub fn interpreter(needs: &Needs, function: Function, library: &mut Library) -> 
     text
 }
 
-/// The operands of the operations: `top` alone; `a` and `b` of two; `s`, `a`, `b` of three.
-fn operands(needs: &Needs, stack: bool, numbers: Numbers, line: &mut impl FnMut(usize, &str)) {
-    if arity(needs) >= 3 && stack {
+/// Emits the operands of the operations: `top` alone; `a` and `b` of two; `s`, `a`, `b` of three.
+fn emit_operands(
+    requirements: &KernelRequirements,
+    stack: bool,
+    numbers: NumberKind,
+    line: &mut impl FnMut(usize, &str),
+) {
+    if max_arity(requirements) >= 3 && stack {
         line(2, "let s = stack[max(depth, 2u) - 2u];");
     }
-    if arity(needs) < 2 {
+    if max_arity(requirements) < 2 {
         return;
     }
-    let under = if stack {
+    let first_operand = if stack {
         "stack[max(depth, 1u) - 1u]"
     } else {
         "top"
     };
-    line(2, &format!("var a = {under};"));
+    line(2, &format!("var a = {first_operand};"));
     line(2, "var b = top;");
-    constant_operands(needs, numbers, line);
-    if needs.constant_operands {
-        // The one value on the stack is then the first.
+    emit_constant_operands(requirements, numbers, line);
+    if requirements.constant_operands {
+        // The only value on the stack is then the first.
         line(2, "a = select(a, top, constant_operand == 1u);");
     }
 }
 
-/// What becomes of the result: pushed, or blended into what is below; without one, what is below
-/// comes back.
-fn place(
-    needs: &Needs,
-    numbers: Numbers,
+/// Emits the destination of the result: pushed, or blended into the accumulator. An instruction without a
+/// value restores the accumulator.
+fn emit_result(
+    requirements: &KernelRequirements,
+    numbers: NumberKind,
     surface: bool,
     stack: bool,
-    library: &mut Library,
+    library: &mut WgslLibrary,
     line: &mut impl FnMut(usize, &str),
 ) {
-    let none = needs.codes.iter().any(|code| code.gives_none());
-    if !needs.kernels.is_empty() {
+    let may_have_no_value = requirements.codes.iter().any(|code| code.has_no_value());
+    if !requirements.kernels.is_empty() {
         line(2, "let kernel = (word >> 8u) & 7u;");
     }
-    blends(needs, numbers, library, line);
+    emit_blends(requirements, numbers, library, line);
     if surface {
-        let under = if stack {
-            "materials[depth - taken]"
+        let accumulator_material = if stack {
+            "materials[depth - popped]"
         } else {
             "material"
         };
-        surface_blend(needs, under, library, line);
+        emit_surface_blend(requirements, accumulator_material, library, line);
     }
-    if none {
-        line(2, "let none = (word & 0x800u) != 0u;");
+    if may_have_no_value {
+        line(2, "let has_no_value = (word & 0x800u) != 0u;");
         if surface {
             let restored = if stack {
-                "materials[depth - taken]"
+                "materials[depth - popped]"
             } else {
                 "material"
             };
-            line(2, &format!("if none {{ painted = {restored}; }}"));
+            line(
+                2,
+                &format!("if has_no_value {{ result_material = {restored}; }}"),
+            );
         }
-        line(2, "top = select(placed, below, none);");
+        line(2, "top = select(blended, accumulator, has_no_value);");
     } else {
-        line(2, "top = placed;");
+        line(2, "top = blended;");
     }
     if surface {
-        line(2, "material = painted;");
+        line(2, "material = result_material;");
     }
     if stack {
-        let stays = match (needs.kernels.is_empty(), none) {
+        let pushes = match (requirements.kernels.is_empty(), may_have_no_value) {
             (true, false) => "1u".to_owned(),
             (false, false) => "select(0u, 1u, kernel == 0u)".to_owned(),
-            (true, true) => "select(1u, 0u, none)".to_owned(),
-            (false, true) => "select(0u, 1u, kernel == 0u && !none)".to_owned(),
+            (true, true) => "select(1u, 0u, has_no_value)".to_owned(),
+            (false, true) => "select(0u, 1u, kernel == 0u && !has_no_value)".to_owned(),
         };
-        line(2, &format!("depth = depth - taken + {stays};"));
+        line(2, &format!("depth = depth - popped + {pushes};"));
     }
 }

@@ -1,9 +1,8 @@
-//! What host and kernels share: the uniform data of a frame and the records of the storage
-//! buffers, each declared once for Rust and WGSL.
+//! Data shared by host and kernels: the uniforms of a frame and the records of the storage buffers, each
+//! declared once for Rust and WGSL.
 //!
-//! `shared!` writes both declarations from one list of fields. In WGSL a `vec3f` begins at a
-//! multiple of 16 bytes and takes 12, so each stands before a number of its own; a test compares
-//! every offset with the one that naga computes.
+//! `shared!` writes both declarations from one list of fields. In WGSL a `vec3f` begins at a multiple of 16
+//! bytes and takes 12, so each precedes a scalar; a test compares every offset with naga's.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -23,7 +22,7 @@ macro_rules! shared {
                 $("    ", stringify!($field), ": ", stringify!($ty), ",\n",)+
                 "}\n",
             );
-            /// The names of the fields and where they begin, in bytes.
+            /// Names of the fields and their offsets, in bytes.
             pub const OFFSETS: &'static [(&'static str, usize)] =
                 &[$((stringify!($field), std::mem::offset_of!($name, $field)),)+];
         }
@@ -39,231 +38,230 @@ macro_rules! shared {
 shared! {
     /// The numbers of a frame and of one dispatch: binding 0, a uniform.
     ///
-    /// The ray through a pixel, with (u, v) in [-1, 1]² from the lower left to the upper right,
-    /// starts at `origin + origin_right · u + origin_up · v` and goes along
-    /// `forward + forward_right · u + forward_up · v`. Of the two pairs one is zero, but for an eye
-    /// so far away that its rays start on a plane near the scene, `approach` ahead of it.
-    Frame {
-        /// Where the rays of the middle start.
+    /// A pixel has coordinates (u, v) in [-1, 1]², from the lower left to the upper right. Its ray starts at
+    /// `origin + origin_right · u + origin_up · v` and has the direction `forward + forward_right · u +
+    /// forward_up · v`. One of the two pairs is zero, except for a very distant camera. The rays of such a
+    /// camera start on a plane near the scene, at the distance `approach`.
+    FrameUniforms {
+        /// Start of the middle rays.
         origin: vec3f,
-        /// How far a ray goes.
+        /// Maximum length of a ray.
         far: f32,
-        /// How the start moves to the right edge.
+        /// Difference of the start at the right edge.
         origin_right: vec3f,
-        /// 1 where the length of the field's gradient is not known to be about one, else 0.
+        /// 1 where the length of the field's gradient may differ from one, else 0.
         raw: f32,
-        /// How the start moves to the upper edge.
+        /// Difference of the start at the upper edge.
         origin_up: vec3f,
-        /// The part of the field's largest rounding error that does not grow with the way.
+        /// The part of the field's largest rounding error that is constant along a ray.
         rounding: f32,
-        /// The direction of the middle.
+        /// Direction of the middle ray.
         forward: vec3f,
         /// Half a pixel's height at the start of its ray.
         footprint: f32,
-        /// How the direction moves to the right edge.
+        /// Difference of the direction at the right edge.
         forward_right: vec3f,
-        /// How much half a pixel's height grows per unit of the way.
+        /// Growth of half a pixel's height per unit along the ray.
         footprint_growth: f32,
-        /// How the direction moves to the upper edge.
+        /// Difference of the direction at the upper edge.
         forward_up: vec3f,
-        /// The threshold of the march, as a share of half a pixel.
+        /// Threshold of the march, as a fraction of half a pixel.
         cone: f32,
-        /// The lower corner of the box outside which there is nothing.
+        /// Lower corner of the box of the scene.
         bounds_min: vec3f,
-        /// How far occlusion reaches.
+        /// Maximum distance of occlusion.
         occlusion_reach: f32,
-        /// The upper corner of that box.
+        /// Upper corner of that box.
         bounds_max: vec3f,
-        /// What the weights of all occlusion taps sum to.
+        /// Sum of the weights of all occlusion taps.
         occlusion_weight: f32,
         /// The sky's colour straight up.
         sky_top: vec3f,
-        /// A factor on the light that comes from the sky.
+        /// Factor on the light of the sky.
         ambient: f32,
         /// The sky's colour at the horizon.
         sky_horizon: vec3f,
-        /// How much of a surface the air hides per unit of distance.
+        /// Density of fog: the attenuation per unit of distance.
         fog: f32,
         /// The sky's colour straight down.
         sky_ground: vec3f,
-        /// A factor on all light.
+        /// Factor on all light.
         exposure: f32,
-        /// The direction that is up.
+        /// The upward direction.
         sky_up: vec3f,
-        /// The identity of the only material.
+        /// Number of the only material.
         id: f32,
-        /// The albedo of the only material.
+        /// Albedo of the only material.
         albedo: vec3f,
-        /// The roughness of the only material.
+        /// Roughness of the only material.
         roughness: f32,
-        /// The emission of the only material.
+        /// Emission of the only material.
         emission: vec3f,
-        /// The metalness of the only material.
+        /// Metalness of the only material.
         metallic: f32,
-        /// A point of the plane that plane figures and slices lie in; it faces along `forward`.
+        /// A point of the plane of 2-D shapes and slices; its normal is `forward`.
         centre: vec3f,
-        /// The distance between two lines of equal distance.
+        /// Distance between two lines of equal distance.
         spacing: f32,
         /// Width and height of the whole picture, in pixels.
         size: vec2f,
-        /// Where in its pixel the ray of this pass goes, from (-½, -½) to (½, ½).
+        /// Offset of the ray of this pass within its pixel, from (-½, -½) to (½, ½).
         offset: vec2f,
-        /// The part of the picture that is computed: left, upper, width, height.
+        /// The rendered part of the picture: left, upper, width, height.
         tile: vec4u,
-        /// The distances that `depth` shows as white and black, from the plane `approach` ahead of the
-        /// eye.
+        /// The distances that `depth` shows as white and black, from the plane at the distance `approach`
+        /// from the camera.
         depth_range: vec2f,
-        /// Which of the passes over subpixels this is.
+        /// Index of the pass over subpixels.
         sample: u32,
-        /// How many passes there are.
+        /// Number of these passes.
         samples: u32,
-        /// The most steps of a ray.
-        steps: u32,
-        /// The most steps of a shadow ray.
-        shadow_steps: u32,
-        /// How many items a half of the queue has room for.
-        capacity: u32,
-        /// How many lights there are.
-        lights: u32,
-        /// How far along `forward` the rays start from the eye.
+        /// Maximum number of steps of a ray.
+        max_steps: u32,
+        /// Maximum number of steps of a shadow ray.
+        max_shadow_steps: u32,
+        /// Number of entries in each half of the queue.
+        queue_capacity: u32,
+        /// Number of lights.
+        light_count: u32,
+        /// Distance from the camera to the start of the rays, along `forward`.
         approach: f32,
-        /// The weight of the newest slope when steps are relaxed; 0 for plain sphere tracing.
+        /// Weight of the newest slope when steps are relaxed; 0 for plain sphere tracing.
         relaxation: f32,
-        /// For general kernels: how many taps of occlusion there are; 0 for none.
+        /// For generic kernels: number of occlusion taps; 0 for none.
         occlusion_taps: f32,
-        /// For general kernels: how far apart the taps of normals are, in halves of a pixel.
+        /// For generic kernels: distance of the taps of normals, in halves of a pixel.
         normal_spread: f32,
-        /// For general kernels: the first of those taps in [`crate::normals::table`].
+        /// For generic kernels: index of the first of those taps in [`crate::normals::tap_table`].
         normal_taps: u32,
-        /// For general kernels: [`FOG`] and [`HEMISPHERE`].
-        choices: u32,
-        /// Fills the last 16 bytes.
+        /// For generic kernels: the flags for fog and for hemispherical occlusion.
+        flags: u32,
+        /// Padding to a multiple of 16 bytes.
         reserved0: u32,
-        /// Likewise.
+        /// Padding to a multiple of 16 bytes.
         reserved1: u32,
     }
 }
 
-/// Set in [`Frame::choices`] where the air hides what is far.
-pub const FOG: u32 = 1;
-/// Set in [`Frame::choices`] where occlusion looks all over the hemisphere.
-pub const HEMISPHERE: u32 = 2;
+/// Set in `FrameUniforms::flags` with fog.
+pub const FOG_FLAG: u32 = 1;
+/// Set in `FrameUniforms::flags` where occlusion samples the hemisphere.
+pub const HEMISPHERE_FLAG: u32 = 2;
 
 shared! {
-    /// Where cells are, and which are the first: see [`crate::interpreter::tape`].
-    Grid {
-        /// The lower corner of their box.
+    /// The grid of cells, and its first cells: see [`crate::interpreter::tape`].
+    GridUniforms {
+        /// Lower corner of the box of the cells.
         low: vec3f,
-        /// How many bits the numbers of a place have.
-        bits: u32,
-        /// From coordinates to those numbers.
+        /// Number of bits of a grid coordinate.
+        coordinate_bits: u32,
+        /// Factor from scene coordinates to grid coordinates.
         scale: vec3f,
-        /// How many of the bits say which child of a cell it is.
-        digit: u32,
-        /// The first cell of the distance.
-        distance: u32,
-        /// The whole tape of the distance, for points outside the box.
-        distance_whole: u32,
-        /// The first cell of surfaces.
-        surface: u32,
-        /// The whole tape of surfaces.
-        surface_whole: u32,
+        /// Number of bits per level, which select the child of a cell along an axis.
+        digit_bits: u32,
+        /// Word of the first cell of the distance.
+        distance_root: u32,
+        /// The full tape of the distance, for points outside the box.
+        distance_full_tape: u32,
+        /// Word of the first cell of surfaces.
+        surface_root: u32,
+        /// The full tape of surfaces.
+        surface_full_tape: u32,
     }
 }
 
 shared! {
-    /// How cells are cut on a device: see [`crate::interpreter::cut`].
-    Cut {
-        /// The lower corner of the box that is cut.
+    /// Parameters of cutting cells on a device: see [`crate::interpreter::cut`].
+    CutParams {
+        /// Lower corner of the box that is cut.
         low: vec3f,
-        /// How many levels of cells there are at most.
-        levels: u32,
-        /// The sides of that box.
+        /// Maximum number of levels of cells.
+        max_levels: u32,
+        /// Sides of that box.
         size: vec3f,
-        /// How many bits of a place say which child of a cell it is, along each axis.
-        digit: u32,
-        /// Where rays start.
-        eye: vec3f,
+        /// Number of bits per level, which select the child of a cell along an axis.
+        digit_bits: u32,
+        /// Start of the rays.
+        camera: vec3f,
         /// A pixel's height at the start of its ray.
         footprint: f32,
-        /// How much that grows per unit of the way.
-        growth: f32,
-        /// A cell's side in pixels, at most.
-        leaf: f32,
-        /// Where the field is this far from zero or farther, nothing but its sign is kept.
+        /// Growth of that per unit along the ray.
+        footprint_growth: f32,
+        /// Side in pixels up to which a cell is a leaf.
+        max_leaf_pixels: f32,
+        /// Field value from which on only the sign of a cell is kept.
         band: f32,
-        /// The slope of the whole program.
+        /// Slope bound of the whole program.
         slope: f32,
-        /// What rounding puts into the place of a cell.
+        /// Rounding error of a cell's position.
         rounding: f32,
-        /// Tapes of so many clauses or fewer are not cut further.
-        few: u32,
-        /// How many clauses the whole tape has.
-        whole: u32,
-        /// The word of a child outside of the band.
-        empty: u32,
-        /// The word of one inside.
-        full: u32,
-        /// For how many nodes there is room.
-        nodes: u32,
-        /// For how many clauses and lengths of tapes there is.
-        tapes: u32,
-        /// For how many words of choices there is.
-        choices: u32,
-        /// For how many cells to be cut there is.
-        queue: u32,
-        /// How many clauses the cells of a dispatch have together, more or less.
-        budget: u32,
-        /// The most workgroups along an axis.
-        per_axis: u32,
-        /// Nothing: it fills the last 16 bytes.
-        filler: u32,
+        /// Number of clauses up to which a tape is not cut further.
+        max_uncut_clauses: u32,
+        /// Number of clauses of the full tape.
+        full_tape_length: u32,
+        /// Word of a child outside of the band.
+        empty_word: u32,
+        /// Word of a child inside.
+        full_word: u32,
+        /// Capacity for nodes.
+        node_capacity: u32,
+        /// Capacity for clauses and lengths of tapes.
+        tape_capacity: u32,
+        /// Capacity for words of choices.
+        choice_capacity: u32,
+        /// Capacity for listed cells.
+        queue_capacity: u32,
+        /// Approximate number of clauses of the cells of one dispatch.
+        clause_budget: u32,
+        /// Maximum number of workgroups along an axis.
+        max_groups_per_axis: u32,
+        /// Padding to a multiple of 16 bytes.
+        reserved0: u32,
     }
 }
 
-/// The [`Job::before`] of a cell that nothing is known of.
-pub const NONE_BEFORE: u32 = u32::MAX;
+/// Placeholder for the entry before an edit of a cell that is cut anew.
+pub const NO_OLD_ENTRY: u32 = u32::MAX;
 
 shared! {
-    /// A cell that is to be cut on a device.
-    Job {
-        /// Which entry of the nodes is its.
-        entry: u32,
-        /// Where its tape begins.
+    /// A cell to be cut on a device.
+    CellJob {
+        /// Index of its entry among the nodes.
+        node_entry: u32,
+        /// Start of its tape.
         tape: u32,
-        /// How many clauses that has; 0 for a cell that an edit left as it was, with all that it was cut
-        /// into.
+        /// Number of clauses of the tape; 0 for a cell that an edit left unchanged, with all its descendants.
         length: u32,
-        /// How often space was cut for it.
+        /// Number of subdivisions from the root.
         level: u32,
-        /// Its place among the cells of its level along x.
+        /// Its position among the cells of its level along x.
         x: u32,
-        /// Along y.
+        /// Position along y.
         y: u32,
-        /// Along z.
+        /// Position along z.
         z: u32,
-        /// How many levels in a row left next to nothing of their parents' tapes out.
-        stale: u32,
-        /// Which entry was its before an edit; [`NONE_BEFORE`] where all cells are cut anew.
-        before: u32,
+        /// Number of successive levels that removed less than a tenth of their parents' clauses.
+        stalled_levels: u32,
+        /// Index of its entry before an edit; [`NO_OLD_ENTRY`] where all cells are cut anew.
+        old_entry: u32,
     }
 }
 
 shared! {
     /// A light: an element of binding 1, an array.
-    Light {
-        /// The direction towards a light far away, of length one; the place of a near one.
-        place: vec3f,
-        /// 0 for a light far away, 1 for one at a place.
-        near: f32,
+    LightRecord {
+        /// The direction of length one towards a directional light; the position of a positional one.
+        position: vec3f,
+        /// 1 for a positional light, 0 for a directional one.
+        is_positional: f32,
         /// Its colour times its intensity.
         color: vec3f,
-        /// The tangent of the angle under which half of it is seen, for soft shadows.
+        /// Tangent of its angular radius, for soft shadows.
         size: f32,
-        /// The form of its shadow: [`crate::features::Shadow`] as a number.
-        shadow: u32,
-        /// How many lights there are; each says so.
-        count: u32,
+        /// Form of its shadow: [`crate::features::ShadowForm`] as a number.
+        shadow_form: u32,
+        /// Number of lights, the same in each of them.
+        light_count: u32,
         /// Unused.
         reserved0: u32,
         /// Unused.
@@ -272,119 +270,119 @@ shared! {
 }
 
 shared! {
-    /// What the rays of a block of pixels have in common: see [`crate::beam`].
+    /// The common advance of the rays of a block of pixels: see [`crate::beam`].
     Beam {
-        /// How far all of them can go.
+        /// Distance that all of them advance.
         t: f32,
-        /// How many times the field was evaluated for that.
+        /// Number of evaluations of the field.
         steps: u32,
     }
 }
 
 shared! {
-    /// A ray under way, or where it ended.
-    Ray {
-        /// How far it came.
+    /// An active ray, or its end.
+    RayState {
+        /// Distance along the ray.
         t: f32,
-        /// The field there, positive on the side the ray started on.
+        /// Field value there, positive on the side on which the ray started.
         radius: f32,
-        /// The step that is tried next.
+        /// Next step to try.
         step: f32,
-        /// How the field changes along the ray, as a running mean.
+        /// Running mean of the field's slope along the ray.
         trend: f32,
-        /// How far it was one step before.
+        /// Distance one step before.
         t_before: f32,
-        /// The field there.
+        /// Field value there.
         radius_before: f32,
-        /// How it ended: see [`crate::marching::Status::of`].
+        /// Status word: see [`crate::marching::Status`].
         status: u32,
-        /// How many times the field was evaluated on the way.
+        /// Number of evaluations of the field.
         steps: u32,
     }
 }
 
 shared! {
-    /// A shadow ray under way, or its result.
-    ShadowRay {
-        /// What is known of the gradient while a claim is checked; see [`crate::claim`].
+    /// An active shadow ray, or its result.
+    ShadowRayState {
+        /// The gradient as far as it is found while a candidate is probed; see [`crate::candidate`].
         gradient: vec3f,
-        /// The phase of that check.
+        /// Phase of the probe.
         phase: f32,
-        /// The way from the claim to the place of the present round.
+        /// Offset from the candidate to the round's point.
         offset: vec3f,
-        /// The number of rounds before it.
+        /// Number of earlier rounds.
         round: f32,
-        /// How far it came.
+        /// Distance along the ray.
         t: f32,
-        /// What arrives of the light so far: 0 to 1, for a sized light -1 to 1.
+        /// The visibility so far: 0 to 1, for a sized light −1 to 1.
         visibility: f32,
-        /// What would arrive by the point before alone, its field taken for a distance.
-        last: f32,
-        /// The place of the claim on the ray; [`crate::shadow::NO_CLAIM`] without one.
-        claim_t: f32,
-        /// The field at the place of the present round.
+        /// The visibility at the previous sample alone, its field taken for a distance.
+        last_visibility: f32,
+        /// Distance of the candidate along the ray, or a placeholder.
+        candidate_t: f32,
+        /// Field value at the round's point.
         value: f32,
-        /// 1 where the ray ends after the check of the claim.
-        ends: f32,
-        /// The number of times that the claim was moved, to be checked once more.
+        /// 1 where the ray ends after the probe of the candidate.
+        ends_after_check: f32,
+        /// Number of moves of the candidate.
         moves: f32,
-        /// How many evaluations it took; [`crate::shadow::DONE`] is set when it has ended.
+        /// Number of evaluations; with a flag once it has ended.
         steps: u32,
-        /// The field at the point before.
-        before: f32,
-        /// The way from there.
+        /// Field value at the previous sample.
+        field_before: f32,
+        /// Step from there.
         step: f32,
-        /// The number of the ray towards a light with a size; see [`crate::shadow::rim`].
-        number: f32,
-        /// The greatest visibility of the rays to its rim that have ended.
-        best: f32,
-        /// The place where rays to its rim begin; see [`crate::shadow::cleared`].
-        cleared: f32,
-        /// The number of evaluations before the present ray.
-        begun: f32,
-        /// The size by which the ray to the rim is measured; 0 while the light's room is.
+        /// Number of the ray towards a light with a size; see [`crate::shadow`].
+        ray_number: f32,
+        /// The greatest visibility of the finished rays to its rim.
+        best_visibility: f32,
+        /// Distance at which rays to its rim start, negative once it is final.
+        clear_t: f32,
+        /// Number of evaluations before the present ray.
+        steps_before: f32,
+        /// The light's size for the ray to the rim; 0 while the light's room is measured.
         size: f32,
-        /// The slope of the field at the point before.
-        fall: f32,
+        /// Slope of the field at the previous sample.
+        slope_before: f32,
     }
 }
 
 shared! {
-    /// A look around from a surface under way, or its result.
-    OcclusionRay {
-        /// The part of the gradient that is found while a claim is checked; see [`crate::claim`].
+    /// The state of occlusion sampling from a surface, or its result.
+    OcclusionState {
+        /// The gradient as far as it is found while a candidate is probed; see [`crate::candidate`].
         gradient: vec3f,
-        /// The phase of that check.
+        /// Phase of the probe.
         phase: f32,
-        /// The way from the tap to the place of the present round.
+        /// Offset from the tap to the round's point.
         offset: vec3f,
-        /// The number of rounds before it.
+        /// Number of earlier rounds.
         round: f32,
-        /// What is hidden so far.
+        /// The hidden weight so far.
         hidden: f32,
-        /// The tap that is looked at.
-        tap: f32,
-        /// The field at the place of the present round.
+        /// Index of the current tap.
+        tap_index: f32,
+        /// Field value at the round's point.
         value: f32,
-        /// The number of evaluations so far.
+        /// Number of evaluations so far.
         steps: f32,
     }
 }
 
 shared! {
-    /// What a surface is made of at a point.
+    /// The material of a surface at a point.
     Surface {
-        /// The share of light it reflects.
+        /// Fraction of light that it reflects.
         albedo: vec3f,
         /// From 0, a mirror, to 1, chalk.
         roughness: f32,
-        /// The light it gives off.
+        /// The light that it emits.
         emission: vec3f,
         /// From 0, a dielectric, to 1, a metal.
         metallic: f32,
-        /// The gradient of the height by which it seems displaced.
+        /// Gradient of the height of its bump map.
         bump: vec3f,
-        /// Which material it is.
+        /// Number of the material.
         id: f32,
     }
 }

@@ -1,16 +1,14 @@
-//! The functions that turn a distance field into a picture, and the WGSL kernels that loop over
-//! them.
+//! The functions that turn a distance field into a picture, and the WGSL kernels that call them in loops.
 //!
-//! Every function with arithmetic in it is a body over [`Real`](sdfc_vm::real::Real), written
-//! once: the CPU runs it on `f32`, kernels call the WGSL that [`functions`] records from it. What
-//! is left by hand in `kernels/*.wgsl` is which ray an invocation works on, what it reads and
-//! writes, and how often it asks the scene. [`assemble`] puts the two and the scene's own functions
-//! together. Knows no scene.
+//! Every arithmetic function is a body over [`Real`](sdfc_vm::real::Real), written once: the CPU runs it on
+//! `f32`, and kernels call the WGSL that [`functions`] records from it. The files `kernels/*.wgsl` are
+//! written by hand: they select the ray of an invocation, read and write its state, and evaluate the scene in
+//! loops. [`assemble`] joins both with the scene's own functions. This crate is independent of scenes.
 
 pub mod assemble;
 pub mod beam;
 pub mod camera;
-pub mod claim;
+pub mod candidate;
 pub mod features;
 pub mod functions;
 pub mod interpreter;

@@ -1,41 +1,41 @@
 //! Sphere tracing, one step at a time.
 //!
-//! A ray keeps the last point that is proven to lie outside (`t`, with the field's value there as
-//! `radius`: no surface is nearer), and tries a `step` longer than that radius: the running slope
-//! of the field along the ray says how much longer (automatic relaxation: R. Bán and G. Valasek,
-//! *Automatic Step Size Relaxation in Sphere Tracing*, 2023). If the ball around the new point
-//! overlaps the ball around the old one, nothing was jumped over; else the ray goes back and takes
-//! exactly the old radius (B. Keinert and others, *Enhanced Sphere Tracing*, 2014, there with a
-//! shorter step back).
+//! A ray keeps the last point that is proven to lie outside: `t`, with the field's value there as `radius`,
+//! within which there is no surface. It tries a `step` longer than that radius. The running slope of the
+//! field along the ray determines the excess length (automatic relaxation: R. Bán and G. Valasek, *Automatic
+//! Step Size Relaxation in Sphere Tracing*, 2023). If the empty sphere around the new point overlaps that
+//! around the old one, no surface was skipped. Otherwise the ray goes back and takes exactly the old radius
+//! (B. Keinert and others, *Enhanced Sphere Tracing*, 2014, there with a shorter step back).
 //!
 //! # Hits
-//! A surface is where the field changes its sign, and nothing else: [`noise`] is how far it must get below
-//! zero, so that what is positive on both sides but for rounding (a flush cut, two faces that coincide, a
-//! sheet without thickness) is passed. Neither a bound of the slope nor a factor on the field moves a hit.
+//! A surface is where the field changes its sign, and nothing else. The field must fall below zero by more
+//! than [`sign_margin`]. A field that is positive on both sides but for rounding (a flush cut, two faces that
+//! coincide, a sheet without thickness) is passed. Neither a bound of the slope nor a factor on the field
+//! moves a hit.
 //!
-//! Where the field has come near to zero and falls evenly, as towards a plane, the root is estimated by a
-//! line through the last two points, and the ray goes a little beyond it, to where the sign should have
-//! changed. Estimates begin at 10 thresholds (20 where the field falls steadily, as it does above a plane at
-//! grazing angles), capped at half a pixel. A ray that all but touches something would creep past it: where
-//! less than an eighth of a pixel is left of the field it goes on by at least as much, or to where a line
-//! says that the root is, and passes what is shorter along the ray. After 1,024 steps it goes on faster, by up
-//! to half a pixel: where a field was divided by a large bound, rays are late though nothing is near. At last it goes
-//! on ever faster, so that a field that stays close to zero ends, too.
+//! If the field is near zero and falls almost linearly, as towards a plane, the root is estimated by a line
+//! through the last two points. The ray then goes slightly beyond the estimate, to where the sign should have
+//! changed. Estimates begin at 10 thresholds (20 where the field falls strictly linearly, as it does above a
+//! plane at grazing angles), capped at half a pixel. A ray that all but touches a surface would creep past it
+//! in tiny steps. So steps are at least a 32nd of a pixel long where the field is below that, or end at the
+//! estimated root. Thinner sheets along the ray are passed. After 1,024 steps this minimum grows, up to half
+//! a pixel. Where a field was divided by a large bound, rays need many steps without a surface nearby. After
+//! 2,048 steps it grows without limit, so that a ray along a field that stays close to zero ends, too.
 //!
-//! A field may fall faster than its slope says, or jump: a slope that a scene claims is not checked. A
-//! step that ends deep inside is halved until the place where the sign changes is known to a fraction of
-//! half a pixel. The two sides of the change then close in on the root ([`secant_step`]).
+//! A field may fall faster than its slope bound, or be discontinuous: a slope that a scene states is not
+//! checked. A step that ends deep inside is halved until the change of sign is bracketed to a fraction of
+//! half a pixel. The bracket's two sides then close in on the root ([`secant_step`]).
 //!
-//! The field is given with a slope of at most one, and negated for rays that start inside: these
-//! see the surface from behind.
+//! The field has a slope of at most one, and is negated for rays that start inside: these hit the surface
+//! from behind.
 
 use sdfc_vm::real::{Real, lit};
 
-/// How a ray ended.
+/// The end of a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum Status {
-    /// It has not.
+    /// Under way.
     #[default]
     Active = 0,
     /// On a surface, from outside.
@@ -51,8 +51,8 @@ pub enum Status {
 }
 
 impl Status {
-    /// The status of a ray's record, which also says on which side it started and what is shown.
-    pub fn of(word: u32) -> Self {
+    /// Returns the status stored in a ray's status word, which also holds the start side and [`SHOWN`].
+    pub fn from_word(word: u32) -> Self {
         match (word & ENDING, word & FROM_INSIDE != 0) {
             (1, false) => Self::Hit,
             (1, true) => Self::Inside,
@@ -64,85 +64,85 @@ impl Status {
     }
 }
 
-/// The bits of a record's status that say how the ray ended; [`Status::Inside`] is written as a
-/// hit with [`FROM_INSIDE`].
+/// Mask of the status bits for a ray's end. [`Status::Inside`] is stored as a hit with [`FROM_INSIDE`].
 pub const ENDING: u32 = 7;
-/// Set in the status of a ray that started inside a solid.
+/// Status bit of a ray that started inside a solid.
 pub const FROM_INSIDE: u32 = 8;
-/// Set in the status of a ray that ended on a surface, or out of steps so near to one that it is
-/// drawn.
+/// Status bit of a ray that is drawn: it ended on a surface, or near one when it ran out of steps.
 pub const SHOWN: u32 = 16;
-/// Set in the status of a ray whose end an engine that proves things could not prove. No kernel
-/// does so.
+/// Status bit of a ray whose end the engine `reference` could not prove. Kernels never set it.
 pub const UNDECIDED: u32 = 32;
 
-/// The weight of the newest slope in the running mean that is used where nothing else is asked for.
-pub const RELAXATION: f64 = 0.3;
-/// The largest mean that is used: steps are at most 2 / (1 − this) radii.
-const STEEPEST: f64 = 0.9;
-/// The share of the field or of the threshold by which a ray goes beyond an estimated root. A sheet that is
-/// thinner may be passed.
-const OVERSHOOT: f64 = 0.02;
-/// How far the field must get below zero, in units of what rounding alone can cause.
-const NOISE: f64 = 4.0;
-/// The same per slope along the ray, for fields whose gradient's length is not known.
-const NOISE_PER_SLOPE: f64 = 64.0;
-/// The steps after which a ray that stays close to zero begins to go on faster, by up to half a pixel.
-const PATIENT_STEPS: f64 = 1024.0;
-/// The steps after which it goes on ever faster, so that it ends. Scenes give rays a thousand more by default.
-const LAST_STEPS: f64 = 2048.0;
-/// The further steps after which it goes on twice as fast.
-const HURRY_STEPS: f64 = 64.0;
-/// From how many thresholds on roots are estimated where the field falls steadily, and from half as many on
-/// where it falls evenly.
-const NEAR: f64 = 20.0;
-/// How far a ray goes at least where no more than that is left of the field, in halves of a pixel.
-const CREEP: f64 = 0.0625;
-/// How far ahead roots are guessed, in halves of a pixel: four pixels. A line farther on may lead through a
-/// wall; only where the field falls steadily is it followed.
-const AHEAD: f64 = 8.0;
-/// The longest guess at a root of a field with unknown slopes without a look halfway, in halves of a pixel.
-const UNPROVEN: f64 = 4.0;
-/// A field falls evenly if its last slope differs from the mean by no more than this share of it.
-const EVENLY: f64 = 0.3;
-/// It falls steadily, as towards a plane and nothing else, if they differ by no more than this share.
-const STEADILY: f64 = 0.01;
-/// From how many halves of a pixel on a ray that ran out of steps is taken for one that hit: a pixel.
-const BESIDE: f64 = 2.0;
-/// From how many on it is if the field falls to zero before it: four pixels.
-const WITHIN: f64 = 8.0;
-/// The largest way from the last look to the root, in units of the way that tells its side.
-const AT_HAND: f64 = 1.5;
-/// The distance from a root that tells its side, in units of rounding.
-const BOTH_SIDES: f64 = 2.0;
-/// How many secant steps are taken at most.
-pub const SECANT_STEPS: u32 = 24;
+/// Default weight of the newest slope in the running mean.
+pub const DEFAULT_RELAXATION: f64 = 0.3;
+/// Maximum running mean that is used: steps are at most 2 / (1 − this) radii.
+const MAX_TREND: f64 = 0.9;
+/// Overshoot beyond an estimated root, as a fraction of the field or of the threshold. Thinner sheets may be
+/// passed.
+const OVERSHOOT_FRACTION: f64 = 0.02;
+/// Margin below zero that makes a hit, in units of the field's rounding error.
+const MARGIN_ROUNDINGS: f64 = 4.0;
+/// Margin per slope along the ray, for fields with a gradient of unknown length.
+const MARGIN_ROUNDINGS_PER_SLOPE: f64 = 64.0;
+/// Number of steps after which the minimum step of a ray close to zero grows, up to half a pixel.
+const CAPPED_SPEEDUP_STEPS: f64 = 1024.0;
+/// Number of steps after which it grows without limit, so that the ray ends. By default, scenes give rays a
+/// thousand more.
+const UNCAPPED_SPEEDUP_STEPS: f64 = 2048.0;
+/// Number of further steps after which the minimum step has doubled.
+const SPEEDUP_DOUBLING_STEPS: f64 = 64.0;
+/// Field value, in thresholds, from which on roots are estimated where the field falls strictly linearly;
+/// half as much where it falls linearly.
+const SECANT_FROM_THRESHOLDS: f64 = 20.0;
+/// Minimum step where the field is below it, in halves of a pixel.
+const MIN_STEP_HALF_PIXELS: f64 = 0.0625;
+/// Maximum distance to an estimated root, in halves of a pixel: four pixels. A longer line may lead through a
+/// wall, and is followed only where the field falls strictly linearly.
+const SECANT_MAX_HALF_PIXELS: f64 = 8.0;
+/// Maximum step to a root of a field with unknown slopes without a sample halfway, in halves of a pixel.
+const RAW_SECANT_MAX_HALF_PIXELS: f64 = 4.0;
+/// Maximum relative difference between the last slope and the mean in a linear fall.
+const LINEARITY_TOLERANCE: f64 = 0.3;
+/// Maximum relative difference in a strictly linear fall, as towards a plane and nothing else.
+const STRICT_LINEARITY_TOLERANCE: f64 = 0.01;
+/// Field value below which a ray out of steps counts as a hit, in halves of a pixel: a pixel.
+const ACCEPT_WITHIN_HALF_PIXELS: f64 = 2.0;
+/// Field value below which it does if the field falls to zero before `far`, in halves of a pixel: four
+/// pixels.
+const ACCEPT_FALLING_WITHIN_HALF_PIXELS: f64 = 8.0;
+/// Maximum distance of the last sample from the root, in units of [`side_distance`].
+const MAX_SETTLED_SIDE_DISTANCES: f64 = 1.5;
+/// Distance from a root at which the sign is certain, in units of the field's rounding error.
+const SIDE_ROUNDINGS: f64 = 2.0;
+/// Maximum number of secant steps.
+pub const MAX_SECANT_STEPS: u32 = 24;
 
-/// What a step makes of a ray.
+/// State of a ray after a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Step<R> {
-    /// How far it came.
+    /// Distance along the ray.
     pub t: R,
-    /// The field there.
+    /// Field value there.
     pub radius: R,
-    /// The step that is tried next.
+    /// Next step to try.
     pub step: R,
-    /// The running mean of the field's slope along the ray.
+    /// Running mean of the field's slope along the ray.
     pub trend: R,
-    /// The way to the last place with the field above zero, one step before or earlier.
+    /// Distance of the last point with the field above zero, one step before or earlier.
     pub t_before: R,
-    /// The field there.
+    /// Field value there.
     pub radius_before: R,
-    /// 1 where it has come to a root, else 0.
+    /// 1 where the ray has reached a root, else 0.
     pub arrived: R,
 }
 
-/// One step: `field` is the value at `t + step`, and the ray's `count` of steps includes it. A ray begins
-/// with `radius = step = 0` and a `trend` of −1. `relaxation`, from 0 to 1, is the weight of the newest slope
-/// in the running mean; with 0 the trend stays −1 and each step is exactly the radius: plain sphere tracing.
-/// Near `threshold`, a fraction of `half_pixel`, roots are estimated, up to `leave` along the ray;
-/// `rounding` is what rounding alone can make of the field, and `raw` is 1 where the length of the field's
-/// gradient is not known, else 0.
+/// Takes one step: `field` is the value at `t + step`, and `count`, the ray's number of steps, includes it.
+///
+/// A ray begins with `radius = step = 0` and a `trend` of −1. `relaxation`, from 0 to 1, is the weight of the
+/// newest slope in the running mean. With 0 the trend stays −1 and each step is exactly the radius: plain
+/// sphere tracing. Near `threshold`, a fraction of `half_pixel`, roots are estimated, up to `t_exit` along
+/// the ray. `rounding` is the field's rounding error, and `raw` is 1 where the length of the field's gradient
+/// is unknown, else 0.
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
@@ -162,122 +162,162 @@ pub fn march_step<R: Real>(
     relaxation: R,
     rounding: R,
     raw: R,
-    leave: R,
+    t_exit: R,
 ) -> Step<R> {
     let zero = lit::<R>(0.0);
     let slope = ((field - radius) / step.max(lit(1e-30))).named("slope");
-    let depth = noise(rounding, slope, raw).named("depth");
-    let plain = R::not(radius.less(step));
-    let overlapping = R::not((radius + field).less(step));
-    let guessed = R::or(plain, radius.less(radius_before));
-    let near = near(threshold, half_pixel).named("near");
-    let slowest = (half_pixel * lit(CREEP)).max(threshold).named("slowest");
-    let patient = (slowest * hurry(count, PATIENT_STEPS)).min(half_pixel.max(slowest));
-    let creep = patient
-        .max(slowest * hurry(count, LAST_STEPS))
-        .named("creep");
-    let below = radius.less(creep);
-    let short = R::and(below, R::not(creep.less(step)));
-    let crossed = field.less(-depth);
-    // A line followed far must lead to the root itself, or there was something in between.
-    let ahead = (half_pixel.max(threshold) * lit(AHEAD)).named("ahead");
-    let far = R::and(R::not(plain), ahead.less(step));
-    let beyond = (radius * lit(2.0 * OVERSHOOT)).max(depth * lit(4.0));
-    let astray = R::and(far, field.less(-beyond));
-    let inside = R::and(crossed, R::and(radius.less(near), R::not(astray)));
-    let landed = R::and(inside, R::or(guessed, short));
-    let found = R::and(crossed, R::or(plain, landed));
-    let sure = threshold.max(depth * lit(2.0)).named("sure");
-    let deep = R::and(field.less(-sure), sure.less(step));
-    // A sheet may lie on a longer way, or a wall before what was divided by a bound, and the value off the line.
+    let depth = sign_margin(rounding, slope, raw).named("depth");
+    let is_plain = R::not(radius.less(step));
+    let overlaps = R::not((radius + field).less(step));
+    let is_estimate = R::or(is_plain, radius.less(radius_before));
+    let secant_start = secant_start(threshold, half_pixel).named("secant_start");
+    let min_step = (half_pixel * lit(MIN_STEP_HALF_PIXELS))
+        .max(threshold)
+        .named("min_step");
+    let capped_step =
+        (min_step * late_speedup(count, CAPPED_SPEEDUP_STEPS)).min(half_pixel.max(min_step));
+    let short_step = capped_step
+        .max(min_step * late_speedup(count, UNCAPPED_SPEEDUP_STEPS))
+        .named("short_step");
+    let is_value_short = radius.less(short_step);
+    let is_step_short = R::and(is_value_short, R::not(short_step.less(step)));
+    let has_crossed = field.less(-depth);
+    // The value at the end of a long line must be near zero, or there was a surface in between.
+    let max_estimate =
+        (half_pixel.max(threshold) * lit(SECANT_MAX_HALF_PIXELS)).named("max_estimate");
+    let is_far = R::and(R::not(is_plain), max_estimate.less(step));
+    let max_depth = (radius * lit(2.0 * OVERSHOOT_FRACTION)).max(depth * lit(4.0));
+    let is_astray = R::and(is_far, field.less(-max_depth));
+    let is_inside = R::and(
+        has_crossed,
+        R::and(radius.less(secant_start), R::not(is_astray)),
+    );
+    let has_landed = R::and(is_inside, R::or(is_estimate, is_step_short));
+    let has_found = R::and(has_crossed, R::or(is_plain, has_landed));
+    let certain_depth = threshold.max(depth * lit(2.0)).named("certain_depth");
+    let is_deep = R::and(field.less(-certain_depth), certain_depth.less(step));
+    // A long step may pass a sheet. A value off the line may lie behind a wall before a field that was
+    // divided by a bound.
     let is_raw = lit::<R>(0.5).less(raw);
-    let long = (half_pixel * lit(UNPROVEN)).max(sure).less(step);
-    let off = R::and(field.less(-beyond), sure.less(step));
-    let unproven = R::and(is_raw, R::or(long, off));
-    let jumped = R::and(found, R::or(deep, unproven));
-    let passable = R::or(plain, R::or(overlapping, R::or(landed, short)));
-    let safe = R::and(passable, R::not(jumped));
-    let mean = trend + (slope - trend) * relaxation;
-    let known = R::and(safe, zero.less(step));
-    let trend =
-        R::select(known, mean.clamp(lit(-1.0), lit(STEEPEST)), lit(-1.0)).named("new_trend");
-    let new_t = R::select(safe, t + step, t).named("new_t");
-    let new_radius = R::select(safe, field, radius).named("new_radius");
+    let is_long = (half_pixel * lit(RAW_SECANT_MAX_HALF_PIXELS))
+        .max(certain_depth)
+        .less(step);
+    let is_off_line = R::and(field.less(-max_depth), certain_depth.less(step));
+    let is_unproven = R::and(is_raw, R::or(is_long, is_off_line));
+    let must_halve = R::and(has_found, R::or(is_deep, is_unproven));
+    let may_advance = R::or(is_plain, R::or(overlaps, R::or(has_landed, is_step_short)));
+    let advances = R::and(may_advance, R::not(must_halve));
+    let mean_slope = trend + (slope - trend) * relaxation;
+    let has_slope = R::and(advances, zero.less(step));
+    let trend = R::select(
+        has_slope,
+        mean_slope.clamp(lit(-1.0), lit(MAX_TREND)),
+        lit(-1.0),
+    )
+    .named("new_trend");
+    let new_t = R::select(advances, t + step, t).named("new_t");
+    let new_radius = R::select(advances, field, radius).named("new_radius");
     let relaxed = new_radius.max(zero) * lit(2.0) / (lit::<R>(1.0) - trend);
-    let falling = R::and(known, slope.less(zero));
-    let left = new_radius.max(zero);
-    let goal = (left + left.min(threshold) * lit(OVERSHOOT) + depth * lit(2.0)).named("goal");
-    let to_root = (goal / (-slope).max(lit(1e-30))).named("to_root");
-    let stuck = (rounding * lit(2.0 * NOISE)).min(creep).named("stuck");
-    let at_least = R::select(falling, to_root.min(creep), R::select(known, creep, stuck));
-    let creeping = new_radius.less(creep);
-    let onward = R::select(creeping, relaxed.max(at_least), relaxed).named("onward");
-    let evenly = (slope - mean).abs().less(slope * lit(-EVENLY));
-    let steadily = (slope - mean).abs().less(slope * lit(-STEADILY));
-    // What was divided by a bound may be far above its surface, and a wall in between.
-    let straight = R::and(steadily, R::not(is_raw));
-    let leads = R::or(to_root.less(ahead), straight);
-    let enough = R::select(steadily, near, (near * lit(0.5)).max(threshold));
-    let within = R::and(new_radius.less(enough), to_root.less(leave - new_t));
-    let guess = R::and(falling, R::and(R::and(evenly, leads), within));
-    let next = R::select(guess, to_root, onward);
-    // A root lies between where the field was above zero last and where it has crossed.
-    let leaves = R::and(safe, R::not(radius.less(zero)));
+    let is_falling = R::and(has_slope, slope.less(zero));
+    let remaining = new_radius.max(zero);
+    let estimate_depth =
+        (remaining + remaining.min(threshold) * lit(OVERSHOOT_FRACTION) + depth * lit(2.0))
+            .named("estimate_depth");
+    let to_root = (estimate_depth / (-slope).max(lit(1e-30))).named("to_root");
+    let min_stalled_step = (rounding * lit(2.0 * MARGIN_ROUNDINGS))
+        .min(short_step)
+        .named("min_stalled_step");
+    let least_step = R::select(
+        is_falling,
+        to_root.min(short_step),
+        R::select(has_slope, short_step, min_stalled_step),
+    );
+    let is_close = new_radius.less(short_step);
+    let regular_step = R::select(is_close, relaxed.max(least_step), relaxed).named("regular_step");
+    let is_linear = (slope - mean_slope)
+        .abs()
+        .less(slope * lit(-LINEARITY_TOLERANCE));
+    let is_strictly_linear = (slope - mean_slope)
+        .abs()
+        .less(slope * lit(-STRICT_LINEARITY_TOLERANCE));
+    // A field that was divided by a bound may be far above its surface, and a wall in between.
+    let may_go_far = R::and(is_strictly_linear, R::not(is_raw));
+    let is_estimate_near = R::or(to_root.less(max_estimate), may_go_far);
+    let start_value = R::select(
+        is_strictly_linear,
+        secant_start,
+        (secant_start * lit(0.5)).max(threshold),
+    );
+    let is_in_range = R::and(new_radius.less(start_value), to_root.less(t_exit - new_t));
+    let takes_estimate = R::and(
+        is_falling,
+        R::and(R::and(is_linear, is_estimate_near), is_in_range),
+    );
+    let next_step = R::select(takes_estimate, to_root, regular_step);
+    // A root lies between the last point above zero and the first one that has crossed.
+    let moves_bracket = R::and(advances, R::not(radius.less(zero)));
     Step {
         t: new_t,
         radius: new_radius,
-        step: R::select(jumped, step * lit(0.5), next),
+        step: R::select(must_halve, step * lit(0.5), next_step),
         trend,
-        t_before: R::select(leaves, t, t_before),
-        radius_before: R::select(leaves, radius, radius_before),
-        arrived: R::select(R::and(safe, found), lit(1.0), lit(0.0)),
+        t_before: R::select(moves_bracket, t, t_before),
+        radius_before: R::select(moves_bracket, radius, radius_before),
+        arrived: R::select(R::and(advances, has_found), lit(1.0), lit(0.0)),
     }
 }
 
-/// How far a field must get below zero to be inside: some times what rounding alone can make of it. Where the
-/// gradient's length is not known (`raw` is 1), its slope along the ray stands for it.
+/// Returns the depth below zero from which on a point is inside: a multiple of the field's rounding error.
+/// The slope along the ray scales it if the gradient's length is unknown (`raw` is 1).
 #[inline(always)]
-pub fn noise<R: Real>(rounding: R, slope: R, raw: R) -> R {
-    let known = (lit::<R>(1.0) - raw) * lit(NOISE);
-    rounding * (slope.abs() * lit(NOISE_PER_SLOPE) + known).min(lit(NOISE))
+pub fn sign_margin<R: Real>(rounding: R, slope: R, raw: R) -> R {
+    let known_slope_roundings = (lit::<R>(1.0) - raw) * lit(MARGIN_ROUNDINGS);
+    rounding
+        * (slope.abs() * lit(MARGIN_ROUNDINGS_PER_SLOPE) + known_slope_roundings)
+            .min(lit(MARGIN_ROUNDINGS))
 }
 
-/// The factor on the steps of a ray close to zero after so many steps, of which the first `patient` change nothing.
+/// Returns the factor on the minimum step of a ray close to zero after `count` steps; 1 during the first
+/// `free_steps`.
 #[inline(always)]
-pub(crate) fn hurry<R: Real>(count: R, patient: f64) -> R {
-    let late = ((count - lit(patient)).max(lit(0.0)) * lit(1.0 / HURRY_STEPS)).named("late");
+pub(crate) fn late_speedup<R: Real>(count: R, free_steps: f64) -> R {
+    let late =
+        ((count - lit(free_steps)).max(lit(0.0)) * lit(1.0 / SPEEDUP_DOUBLING_STEPS)).named("late");
     late * late * late + lit(1.0)
 }
 
-/// The field near which a ray looks for a root: a share of half a pixel, but no less than what
-/// rounding leaves of a point at `t`.
+/// Returns the field value near which a ray estimates its root: a fraction of half a pixel, but at least the
+/// field's rounding error at `t`.
 #[inline(always)]
 pub fn threshold<R: Real>(t: R, half_pixel: R, cone: R, rounding: R) -> R {
     (half_pixel * cone).max(rounding_at(t, rounding))
 }
 
-/// The field below which roots are guessed where it falls steadily: some thresholds, but no more than
-/// half a pixel where the threshold is less.
+/// Returns the field value below which roots are estimated where the field falls strictly linearly:
+/// [`SECANT_FROM_THRESHOLDS`], but at most half a pixel, and at least the threshold.
 #[inline(always)]
-pub fn near<R: Real>(threshold: R, half_pixel: R) -> R {
-    (threshold * lit(NEAR)).min(half_pixel).max(threshold)
+pub fn secant_start<R: Real>(threshold: R, half_pixel: R) -> R {
+    (threshold * lit(SECANT_FROM_THRESHOLDS))
+        .min(half_pixel)
+        .max(threshold)
 }
 
-/// What rounding alone can make of a field per unit of its coordinates: about three roundings of `f32`.
-pub const ROUNDING: f64 = 2e-7;
+/// Rounding error of a field per unit of its coordinates: about three roundings of `f32`.
+pub const ROUNDING_PER_UNIT: f64 = 2e-7;
 
-/// The field that rounding alone can cause at `t` along a ray.
+/// Returns the field's rounding error at `t` along a ray.
 #[inline(always)]
 pub fn rounding_at<R: Real>(t: R, rounding: R) -> R {
-    rounding + t * lit(ROUNDING)
+    rounding + t * lit(ROUNDING_PER_UNIT)
 }
 
-/// Whether, as 1 or 0, a ray that ran out of steps is drawn as one that hit: where it is within a pixel of
-/// a surface, along which it creeps; and where the field falls to zero before `far`, if the ray is
-/// near to a surface, or the field has been falling steadily for many steps, as towards an endless
-/// plane near its horizon. `half_pixel` is no less than the threshold here.
+/// Returns 1 if a ray that ran out of steps is drawn as a hit, else 0.
+///
+/// Such a ray is within a pixel of a surface, along which it creeps. Or the field falls to zero before `far`,
+/// and the ray is near a surface or the field falls strictly linearly. The latter happens near the horizon of
+/// an endless plane. `half_pixel` is at least the threshold here.
 #[inline(always)]
-pub fn nearly_arrived<R: Real>(
+pub fn accept_at_step_cap<R: Real>(
     t: R,
     radius: R,
     trend: R,
@@ -286,101 +326,121 @@ pub fn nearly_arrived<R: Real>(
     half_pixel: R,
     far: R,
 ) -> R {
-    let beside = radius.less(half_pixel * lit(BESIDE));
-    let near = radius.less(half_pixel * lit(WITHIN));
+    let is_beside = radius.less(half_pixel * lit(ACCEPT_WITHIN_HALF_PIXELS));
+    let is_near = radius.less(half_pixel * lit(ACCEPT_FALLING_WITHIN_HALF_PIXELS));
     let slope = ((radius - radius_before) / (t - t_before).max(lit(1e-30))).named("slope");
-    let steadily = (slope - trend).abs().less(slope * lit(-STEADILY));
-    let falls = radius.less(slope * (t - far));
-    let falls_soon = R::and(falls, R::or(near, steadily));
-    R::select(R::or(beside, falls_soon), lit(1.0), lit(0.0))
+    let is_strictly_linear = (slope - trend)
+        .abs()
+        .less(slope * lit(-STRICT_LINEARITY_TOLERANCE));
+    let falls_before_far = radius.less(slope * (t - far));
+    let falls_nearby = R::and(falls_before_far, R::or(is_near, is_strictly_linear));
+    R::select(R::or(is_beside, falls_nearby), lit(1.0), lit(0.0))
 }
 
-/// 1 if no further secant step would tell more than [`secant_guess`] does, else 0: the field was seen above zero
-/// as near before the root as rounding allows, or both sides are that near to each other, or the same. Of a
-/// field whose slopes are not known (`raw` is 1) both sides must be near: it may be far flatter on one of them.
+/// Returns 1 if no further secant step would improve on the secant estimate, else 0.
+///
+/// Then the last sample is above zero and as near before the root as rounding allows. Or both sides are that
+/// near to each other, or have the same value. For a field with unknown slopes (`raw` is 1) both sides must
+/// be near: it may be far flatter on one of them.
 #[inline(always)]
-pub fn settled<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R, raw: R) -> R {
+pub fn is_settled<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R, raw: R) -> R {
     let change = (field_other - field).abs().named("change");
     let width = (t - t_other).abs().named("width");
-    let least = least_way::<R>(width, change, rounding, raw).named("least");
-    let at_hand = R::not((change * least * lit(AT_HAND)).less(field * width));
-    let known = R::or(raw.less(lit(0.5)), R::not((least * lit(2.0)).less(width)));
-    let seen = R::and(lit::<R>(0.0).less(field), R::and(at_hand, known));
-    let is_open = R::and(least.less(width), lit::<R>(0.0).less(change));
-    R::select(R::and(is_open, R::not(seen)), lit(0.0), lit(1.0))
+    let side_distance = side_distance::<R>(width, change, rounding, raw).named("side_distance");
+    let is_at_hand =
+        R::not((change * side_distance * lit(MAX_SETTLED_SIDE_DISTANCES)).less(field * width));
+    let is_width_small = R::or(
+        raw.less(lit(0.5)),
+        R::not((side_distance * lit(2.0)).less(width)),
+    );
+    let is_value_close = R::and(
+        lit::<R>(0.0).less(field),
+        R::and(is_at_hand, is_width_small),
+    );
+    let is_open = R::and(side_distance.less(width), lit::<R>(0.0).less(change));
+    R::select(R::and(is_open, R::not(is_value_close)), lit(0.0), lit(1.0))
 }
 
-/// The next place to look at between both sides of a change of sign. It lies before [`secant_guess`], far enough
-/// for the field to be above zero by more than rounding: where it is not, there is a root before that one. At the
-/// foot of a wall a line may lead through the wall, into the plate on which it stands.
+/// Returns the next point to sample within the bracket of a change of sign.
+///
+/// It lies before the secant estimate, far enough for the field to be above zero by more than rounding. Where
+/// it is not, there is an earlier root: at the foot of a wall a line may lead through the wall, into the
+/// plate below it.
 #[inline(always)]
-pub fn next_guess<R: Real>(t: R, field: R, t_other: R, field_other: R, rounding: R, raw: R) -> R {
+pub fn next_estimate<R: Real>(
+    t: R,
+    field: R,
+    t_other: R,
+    field_other: R,
+    rounding: R,
+    raw: R,
+) -> R {
     let width = (t_other - t).named("width");
     let change = (field_other - field).abs().named("change");
-    let least = least_way::<R>(width.abs(), change, rounding, raw).named("least");
-    let root = secant_guess::<R>(t, field, t_other, field_other).named("root");
-    let guess = (root - least).max(t.min(t_other)).named("guess");
-    let short = (guess - t).abs().less(least);
-    let share = (least / width.abs().max(lit(1e-30))).min(lit(0.5));
-    R::select(short, t + width * share, guess)
+    let side_distance =
+        side_distance::<R>(width.abs(), change, rounding, raw).named("side_distance");
+    let root = secant_estimate::<R>(t, field, t_other, field_other).named("root");
+    let estimate = (root - side_distance).max(t.min(t_other)).named("estimate");
+    let is_short = (estimate - t).abs().less(side_distance);
+    let fraction = (side_distance / width.abs().max(lit(1e-30))).min(lit(0.5));
+    R::select(is_short, t + width * fraction, estimate)
 }
 
-/// The distance from a root at which the sign tells on which side it is: [`BOTH_SIDES`] along a ray whose field
-/// changes by `change` over `width`. Slopes of raw fields are not known there, and taken to be one.
+/// Returns the distance from a root at which the sign is certain: [`SIDE_ROUNDINGS`] along a ray whose field
+/// changes by `change` over `width`. Slopes of raw fields are unknown there, and taken to be one.
 #[inline(always)]
-fn least_way<R: Real>(width: R, change: R, rounding: R, raw: R) -> R {
+fn side_distance<R: Real>(width: R, change: R, rounding: R, raw: R) -> R {
     let over_slope = R::select(
         lit::<R>(0.5).less(raw),
         lit(1.0),
         width / change.max(lit(1e-30)),
     );
-    rounding * lit(BOTH_SIDES) * over_slope
+    rounding * lit(SIDE_ROUNDINGS) * over_slope
 }
 
-/// Where a straight line through two values of the field, of which one is below zero, meets zero. It is never
-/// outside of the two.
+/// Returns the root of the line through two values of the field, of which one is below zero. It is never
+/// outside of the two points.
 #[inline(always)]
-pub fn secant_guess<R: Real>(t: R, field: R, t_other: R, field_other: R) -> R {
+pub fn secant_estimate<R: Real>(t: R, field: R, t_other: R, field_other: R) -> R {
     let change = (field_other - field).named("change");
-    let line = lit::<R>(1e-37).less(change.abs());
-    let share = (field / R::select(line, change, lit(-1.0))).named("share");
-    // What is no number is the end where the ray is.
-    t + (t - t_other) * share.max(lit(-1.0)).min(lit(0.0))
+    let has_line = lit::<R>(1e-37).less(change.abs());
+    let fraction = (field / R::select(has_line, change, lit(-1.0))).named("fraction");
+    // A value that is not a number selects `t`.
+    t + (t - t_other) * fraction.max(lit(-1.0)).min(lit(0.0))
 }
 
 /// The two sides of a change of sign along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Bracket<R> {
-    /// The place that was found last.
+    /// The latest estimate.
     pub t: R,
-    /// The field there.
+    /// Field value there.
     pub field: R,
-    /// A place with the other sign.
+    /// A point where the field has the other sign.
     pub t_other: R,
-    /// The field there, or less of it: see [`secant_step`].
+    /// Field value there, possibly scaled down: see [`secant_step`].
     pub field_other: R,
 }
 
-/// Takes the field at an estimate into account, which becomes one of the two sides. Where it is twice the
-/// same side, the field at the other one is scaled down, so that the next line ends nearer to that one
-/// (N. Anderson and Å. Björck, *A New High Order Method of Regula Falsi Type for Computing a Root of an
-/// Equation*, 1973).
+/// Replaces a side of the bracket by the field at an estimate. Where the same side is replaced twice, the
+/// field at the other one is scaled down, so that the next line ends nearer to that one (N. Anderson and Å.
+/// Björck, *A New High Order Method of Regula Falsi Type for Computing a Root of an Equation*, 1973).
 #[inline(always)]
 pub fn secant_step<R: Real>(
     t: R,
     field: R,
     t_other: R,
     field_other: R,
-    guess: R,
-    field_at_guess: R,
+    estimate: R,
+    field_at_estimate: R,
 ) -> Bracket<R> {
-    let alike = lit::<R>(0.0).less(field * field_at_guess);
-    let left = lit::<R>(1.0) - field_at_guess / R::select(alike, field, lit(1.0));
-    let scale = R::select(lit::<R>(0.0).less(left), left, lit(0.5)).named("scale");
+    let same_sign = lit::<R>(0.0).less(field * field_at_estimate);
+    let remaining = lit::<R>(1.0) - field_at_estimate / R::select(same_sign, field, lit(1.0));
+    let scale = R::select(lit::<R>(0.0).less(remaining), remaining, lit(0.5)).named("scale");
     Bracket {
-        t: guess,
-        field: field_at_guess,
-        t_other: R::select(alike, t_other, t),
-        field_other: R::select(alike, field_other * scale, field),
+        t: estimate,
+        field: field_at_estimate,
+        t_other: R::select(same_sign, t_other, t),
+        field_other: R::select(same_sign, field_other * scale, field),
     }
 }

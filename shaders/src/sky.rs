@@ -1,14 +1,15 @@
-//! The light that comes from everywhere, and the air in between.
+//! The light of the sky, and fog.
 
 use sdfc_vm::real::{Real, Vector3, lit};
 
-/// The sine of the angle below the horizon up to which the ground is hazy.
-const HAZE: f64 = 0.35;
+/// Sine of the angle below the horizon up to which the ground is hazy.
+const HAZE_SINE: f64 = 0.35;
 
-/// The colour of the sky in a direction of length one. Below the horizon it turns into that of the ground, as
-/// softly as haze and `blur` make it: 0 for what the eye sees, the roughness for what a surface mirrors.
+/// Returns the colour of the sky in a direction of length one. Below the horizon it fades into that of the
+/// ground, over a range that grows with `blur`. That is 0 for camera rays, and the roughness for mirrored
+/// rays.
 #[inline(always)]
-pub fn sky<R: Real>(
+pub fn sky_color<R: Real>(
     direction: R::Vec3,
     up: R::Vec3,
     top: R::Vec3,
@@ -18,26 +19,27 @@ pub fn sky<R: Real>(
 ) -> R::Vec3 {
     let height = direction.dot(up).named("height");
     let above = height.max(lit(0.0)).sqrt();
-    let heaven = horizon.mix(top, above);
-    let edge = (blur + lit(HAZE)).named("edge");
-    heaven.mix(ground, (-height).smoothstep(lit(0.0), edge))
+    let upper = horizon.mix(top, above);
+    let edge = (blur + lit(HAZE_SINE)).named("edge");
+    upper.mix(ground, (-height).smoothstep(lit(0.0), edge))
 }
 
-/// The light of the whole sky on a surface, as the mean colour over the hemisphere it faces.
+/// Returns the light of the whole sky on a surface: the mean colour over the hemisphere that the surface
+/// faces.
 #[inline(always)]
-pub fn sky_on<R: Real>(
+pub fn mean_sky_color<R: Real>(
     normal: R::Vec3,
     up: R::Vec3,
     top: R::Vec3,
     horizon: R::Vec3,
     ground: R::Vec3,
 ) -> R::Vec3 {
-    let heaven = horizon.mix(top, lit(0.6));
-    ground.mix(heaven, normal.dot(up) * lit(0.5) + lit(0.5))
+    let upper = horizon.mix(top, lit(0.6));
+    ground.mix(upper, normal.dot(up) * lit(0.5) + lit(0.5))
 }
 
-/// How much of what lies at `t` the air hides.
+/// Returns the fraction of the light from the distance `t` that fog hides.
 #[inline(always)]
-pub fn hidden_by_fog<R: Real>(t: R, density: R) -> R {
+pub fn fog_opacity<R: Real>(t: R, density: R) -> R {
     lit::<R>(1.0) - (-(t * density)).exp()
 }

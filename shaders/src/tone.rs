@@ -1,22 +1,23 @@
-//! From light to the numbers of a picture file.
+//! Tone curves, and the conversion of light to the numbers of a picture file.
 
 use sdfc_vm::real::{Real, Vector3, lit};
 
-/// The luminance of a linear colour (ITU-R BT.709).
+/// Returns the luminance of a linear colour (ITU-R BT.709).
 #[inline(always)]
 pub fn luminance<R: Real>(color: R::Vec3) -> R {
     color.dot(R::Vec3::new(lit(0.2126), lit(0.7152), lit(0.0722)))
 }
 
-/// Reinhard's curve on the luminance, which keeps the hue.
+/// Applies Reinhard's curve to the luminance, which keeps the hue.
 #[inline(always)]
 pub fn reinhard<R: Real>(color: R::Vec3) -> R::Vec3 {
     color * (lit::<R>(1.0) / (lit::<R>(1.0) + luminance::<R>(color).max(lit(0.0))))
 }
 
-/// A filmic curve per channel: dark tones a little darker, a long shoulder towards white. Of the
-/// quotients of two quadratics it is the one that starts with a slope of 0.6 and takes 0.18 to
-/// 0.18, 1 to 0.75 and 16 to 1.
+/// Applies a filmic curve per channel: dark tones slightly darker, a long shoulder towards white.
+///
+/// Among quotients of two quadratics it is the one with a slope of 0.6 at 0 that maps 0.18 to 0.18, 1 to 0.75
+/// and 16 to 1.
 #[inline(always)]
 pub fn filmic<R: Real>(color: R::Vec3) -> R::Vec3 {
     let c = color.max(R::Vec3::splat(lit(0.0)));
@@ -29,23 +30,23 @@ pub fn filmic<R: Real>(color: R::Vec3) -> R::Vec3 {
 
 #[inline(always)]
 fn filmic_curve<R: Real>(x: R) -> R {
-    let above = x * (x * lit(4.230_823) + lit(0.6));
-    let below = x * (x * lit(4.185_971_4) + lit(1.255_126)) + lit(1.0);
-    (above / below).min(lit(1.0))
+    let numerator = x * (x * lit(4.230_823) + lit(0.6));
+    let denominator = x * (x * lit(4.185_971_4) + lit(1.255_126)) + lit(1.0);
+    (numerator / denominator).min(lit(1.0))
 }
 
-/// The transfer curve of sRGB (IEC 61966-2-1): a straight piece near black, then a power.
+/// Applies the transfer curve of sRGB (IEC 61966-2-1): linear near black, then a power.
 #[inline(always)]
 pub fn encode<R: Real>(color: R::Vec3) -> R::Vec3 {
     R::Vec3::new(
-        encode_one(color.x()),
-        encode_one(color.y()),
-        encode_one(color.z()),
+        encode_channel(color.x()),
+        encode_channel(color.y()),
+        encode_channel(color.z()),
     )
 }
 
 #[inline(always)]
-fn encode_one<R: Real>(c: R) -> R {
+fn encode_channel<R: Real>(c: R) -> R {
     let c = c.saturate().named("c");
     R::select(
         c.less(lit(0.003_130_8)),
@@ -54,7 +55,7 @@ fn encode_one<R: Real>(c: R) -> R {
     )
 }
 
-/// A channel from 0 to 1 as a whole number from 0 to 255.
+/// Returns a channel from 0 to 1 as an integer from 0 to 255.
 #[inline(always)]
 pub fn to_byte<R: Real>(channel: R) -> R {
     (channel.saturate() * lit(255.0)).round()

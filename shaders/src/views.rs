@@ -1,38 +1,38 @@
-//! Colours for what is not light: steps, distances, directions, materials, edges.
+//! False colours of debug views: steps, distances, directions, materials, edges.
 
 use sdfc_vm::real::{Real, Vector2, Vector3, lit};
 
-/// A colour literal.
+/// Returns a colour literal.
 #[inline(always)]
 fn rgb<R: Real>(r: f64, g: f64, b: f64) -> R::Vec3 {
     R::Vec3::new(lit(r), lit(g), lit(b))
 }
 
-/// A heat map: 0 is black, then blue, red, yellow, and 1 is white.
+/// Returns a heat map: 0 is black, then blue, red, yellow, and 1 is white.
 #[inline(always)]
-pub fn heat<R: Real>(share: R) -> R::Vec3 {
-    let x = (share.saturate() * lit(4.0)).named("x");
+pub fn heat<R: Real>(fraction: R) -> R::Vec3 {
+    let x = (fraction.saturate() * lit(4.0)).named("x");
     let blue = rgb::<R>(0.0, 0.0, 0.0).mix(rgb::<R>(0.12, 0.15, 0.6), x.saturate());
     let red = blue.mix(rgb::<R>(0.8, 0.1, 0.25), (x - lit(1.0)).saturate());
     let yellow = red.mix(rgb::<R>(1.0, 0.8, 0.1), (x - lit(2.0)).saturate());
     yellow.mix(rgb::<R>(1.0, 1.0, 1.0), (x - lit(3.0)).saturate())
 }
 
-/// A direction as a colour: each component from −1 to 1 becomes a channel from 0 to 1.
+/// Returns a direction as a colour: each component from −1 to 1 becomes a channel from 0 to 1.
 #[inline(always)]
 pub fn direction_color<R: Real>(direction: R::Vec3) -> R::Vec3 {
     direction * lit::<R>(0.5) + R::Vec3::splat(lit(0.5))
 }
 
-/// A depth as a grey: `range` is what is white and what is black.
+/// Returns a depth as a grey: `range` holds the depths of white and of black.
 #[inline(always)]
 pub fn depth_color<R: Real>(t: R, range: R::Vec2) -> R::Vec3 {
-    let share = (range.y() - t) / (range.y() - range.x()).max(lit(1e-20));
-    // Never quite black: that is for rays that hit nothing.
-    R::Vec3::splat(share.saturate() * lit(0.95) + lit(0.05))
+    let fraction = (range.y() - t) / (range.y() - range.x()).max(lit(1e-20));
+    // Never black: that is for rays that hit nothing.
+    R::Vec3::splat(fraction.saturate() * lit(0.95) + lit(0.05))
 }
 
-/// A colour for a whole number: neighbours in number are far apart in hue.
+/// Returns a colour for an integer: successive numbers differ widely in hue.
 #[inline(always)]
 pub fn id_color<R: Real>(id: R) -> R::Vec3 {
     let hash = R::lattice(R::Vec3::new(id, lit(0.0), lit(0.0)), lit(3.0)).named("hash");
@@ -47,39 +47,41 @@ pub fn id_color<R: Real>(id: R) -> R::Vec3 {
     R::Vec3::splat(lit(1.0)).mix(pure, lit(0.65)) * (lit::<R>(0.85) + hash.x() * lit(0.12))
 }
 
-/// The field as colours: cool inside, warm outside, darker bands at every `spacing`, a dark line
-/// where it is zero. `pixel` is how much of the scene a pixel covers.
+/// Returns the field as colours: cool inside, warm outside, darker bands at multiples of `spacing`, a dark
+/// line at zero. `pixel_size` is the size of a pixel in the scene.
 #[inline(always)]
-pub fn distance_color<R: Real>(field: R, spacing: R, pixel: R) -> R::Vec3 {
+pub fn distance_color<R: Real>(field: R, spacing: R, pixel_size: R) -> R::Vec3 {
     let magnitude = field.abs().named("magnitude");
-    let paper = R::Vec3::select(
+    let side_color = R::Vec3::select(
         field.less(lit(0.0)),
         rgb::<R>(0.35, 0.62, 0.85),
         rgb::<R>(0.95, 0.72, 0.42),
     );
-    // Fades with the distance from the surface, so that near and far can be told apart.
-    let near = (magnitude / spacing * lit(-0.12)).exp();
-    let tinted = rgb::<R>(0.93, 0.93, 0.92).mix(paper, near * lit(0.75) + lit(0.25));
-    // A triangle wave has its corners on the lines; it is measured in pixels.
-    let cell = magnitude / spacing;
-    let to_line = ((cell + lit(0.5)).fract() - lit(0.5)).abs() * spacing / pixel;
+    // Fades with the distance from the surface, so that near and far differ.
+    let nearness = (magnitude / spacing * lit(-0.12)).exp();
+    let tinted = rgb::<R>(0.93, 0.93, 0.92).mix(side_color, nearness * lit(0.75) + lit(0.25));
+    // A triangle wave has its corners on the lines; the distance to these is measured in pixels.
+    let spacings = magnitude / spacing;
+    let to_line = ((spacings + lit(0.5)).fract() - lit(0.5)).abs() * spacing / pixel_size;
     let line = lit::<R>(1.0) - to_line.smoothstep(lit(0.4), lit(1.4));
-    // Where lines would be closer than three pixels there are none.
-    let room = (spacing / pixel).smoothstep(lit(3.0), lit(6.0));
-    let lined = tinted * (lit::<R>(1.0) - line * room * lit(0.28));
-    let border = lit::<R>(1.0) - (magnitude / pixel).smoothstep(lit(0.8), lit(1.8));
-    lined.mix(rgb::<R>(0.08, 0.09, 0.12), border)
+    // Lines closer than three pixels are not drawn.
+    let line_fade = (spacing / pixel_size).smoothstep(lit(3.0), lit(6.0));
+    let with_lines = tinted * (lit::<R>(1.0) - line * line_fade * lit(0.28));
+    let border = lit::<R>(1.0) - (magnitude / pixel_size).smoothstep(lit(0.8), lit(1.8));
+    with_lines.mix(rgb::<R>(0.08, 0.09, 0.12), border)
 }
 
-/// How much of a pixel a plane figure covers, from the field at its middle.
+/// Returns the fraction of a pixel that a 2-D shape covers, from the field at its middle.
 #[inline(always)]
-pub fn coverage<R: Real>(field: R, pixel: R) -> R {
-    (lit::<R>(0.5) - field / pixel.max(lit(1e-20))).saturate()
+pub fn coverage<R: Real>(field: R, pixel_size: R) -> R {
+    (lit::<R>(0.5) - field / pixel_size.max(lit(1e-20))).saturate()
 }
 
-/// How much of an edge lies between two neighbouring samples of surfaces, from 0 to 1: a step in
-/// depth, measured along the normal of the first and in pixels, so that slopes are no edges; a
-/// bend; another material. `both` is 0 where exactly one of the samples is a surface, else 1.
+/// Returns the strength of the edge between two neighbouring samples of surfaces, from 0 to 1.
+///
+/// It is the largest of a step in depth, a bend, and a change of material. The step is measured along the
+/// normal of either sample and in pixels, so that slanted surfaces are no edges. `same_coverage` is 0 where
+/// exactly one of the samples is a surface, else 1.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "two samples, side by side")]
 pub fn edge_between<R: Real>(
@@ -90,7 +92,7 @@ pub fn edge_between<R: Real>(
     normal_other: R::Vec3,
     id_other: R,
     half_pixel: R,
-    both: R,
+    same_coverage: R,
 ) -> R {
     let between = (p_other - p).named("between");
     let height = between
@@ -100,17 +102,17 @@ pub fn edge_between<R: Real>(
     let step = (height / half_pixel).smoothstep(lit(4.0), lit(10.0));
     let bend = (lit::<R>(1.0) - normal.dot(normal_other)).smoothstep(lit(0.08), lit(0.25));
     let material = (id - id_other).abs().saturate();
-    lit::<R>(1.0).mix(step.max(bend).max(material), both)
+    lit::<R>(1.0).mix(step.max(bend).max(material), same_coverage)
 }
 
-/// The colour of a sample with so much edge: dark lines on a light surface.
+/// Returns the colour of a sample by its edge strength: dark lines on a light surface.
 #[inline(always)]
 pub fn edge_color<R: Real>(edge: R, paper: R::Vec3) -> R::Vec3 {
     paper.mix(rgb::<R>(0.02, 0.02, 0.03), edge.saturate())
 }
 
-/// What lines are drawn on: nearly white, a little darker where the surface turns away.
+/// Returns the background of the lines: nearly white, slightly darker where the surface turns away.
 #[inline(always)]
-pub fn paper<R: Real>(normal: R::Vec3, direction: R::Vec3) -> R::Vec3 {
+pub fn paper_color<R: Real>(normal: R::Vec3, direction: R::Vec3) -> R::Vec3 {
     rgb::<R>(0.86, 0.86, 0.84) * (lit::<R>(0.7) - normal.dot(direction) * lit(0.3))
 }

@@ -1,13 +1,13 @@
-//! The functions that pictures are made of, against closed forms, standards and physics.
+//! The functions of pictures, compared with closed forms, standards and physics.
 
 use sdfc_shaders::{camera, normals, occlusion, reflectance, shadow, sky, tone, views};
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::{V2, V3};
 
 /// Numbers in [0, 1) that are the same in every run.
-struct Numbers(u64);
+struct TestRandom(u64);
 
-impl Numbers {
+impl TestRandom {
     fn next(&mut self) -> f32 {
         self.0 = self
             .0
@@ -15,29 +15,30 @@ impl Numbers {
             .wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f32 / (1_u64 << 24) as f32
     }
-    /// A direction over the hemisphere around y, spread evenly by area.
+    /// Returns a direction over the hemisphere around y, distributed evenly by area.
     fn upwards(&mut self) -> V3<f32> {
         let (y, turn) = (self.next(), self.next() * std::f32::consts::TAU);
         let r = (1.0 - y * y).sqrt();
-        V3::of(r * turn.cos(), y, r * turn.sin())
+        V3::new(r * turn.cos(), y, r * turn.sin())
     }
 }
 
 #[test]
 fn the_picture_goes_from_corner_to_corner() {
     let size = V2 { x: 640.0, y: 360.0 };
-    let place = |x, y, dx, dy| camera::place_in_view::<f32>(V2 { x, y }, V2 { x: dx, y: dy }, size);
-    assert_eq!(place(0.0, 0.0, -0.5, -0.5), V2 { x: -1.0, y: 1.0 });
-    assert_eq!(place(639.0, 359.0, 0.5, 0.5), V2 { x: 1.0, y: -1.0 });
-    assert_eq!(place(319.0, 179.0, 0.5, 0.5), V2 { x: 0.0, y: 0.0 });
+    let position =
+        |x, y, dx, dy| camera::view_position::<f32>(V2 { x, y }, V2 { x: dx, y: dy }, size);
+    assert_eq!(position(0.0, 0.0, -0.5, -0.5), V2 { x: -1.0, y: 1.0 });
+    assert_eq!(position(639.0, 359.0, 0.5, 0.5), V2 { x: 1.0, y: -1.0 });
+    assert_eq!(position(319.0, 179.0, 0.5, 0.5), V2 { x: 0.0, y: 0.0 });
 }
 
 #[test]
 fn rays_cross_boxes_where_they_should() {
     let cross = |o: [f32; 3], d: [f32; 3], far| {
-        let [o, d] = [o, d].map(|[x, y, z]| V3::of(x, y, z));
-        let one = V3::of(1.0, 1.0, 1.0);
-        camera::crossing::<f32>(o, d, -one, one, far)
+        let [o, d] = [o, d].map(|[x, y, z]| V3::new(x, y, z));
+        let corner = V3::new(1.0, 1.0, 1.0);
+        camera::intersect_box::<f32>(o, d, -corner, corner, far)
     };
     assert_eq!(
         cross([0.0, 0.0, 5.0], [0.0, 0.0, -1.0], 100.0),
@@ -55,24 +56,24 @@ fn rays_cross_boxes_where_they_should() {
     assert!(beside.y < beside.x, "{beside:?}");
     let behind = cross([0.0, 0.0, 5.0], [0.0, 0.0, 1.0], 100.0);
     assert!(behind.y < behind.x, "{behind:?}");
-    let endless = V3::of(1e18, 1e18, 1e18);
-    let (o, d) = (V3::of(3.0, 4.0, 5.0), V3::of(0.6, -0.8, 0.0));
-    let all = camera::crossing::<f32>(o, d, -endless, endless, 1000.0);
-    assert_eq!(all, V2 { x: 0.0, y: 1000.0 });
+    let endless = V3::new(1e18, 1e18, 1e18);
+    let (o, d) = (V3::new(3.0, 4.0, 5.0), V3::new(0.6, -0.8, 0.0));
+    let full = camera::intersect_box::<f32>(o, d, -endless, endless, 1000.0);
+    assert_eq!(full, V2 { x: 0.0, y: 1000.0 });
 }
 
 #[test]
 fn slanted_ways_to_a_far_start_are_longer() {
     for approach in [1.0_f32, 1e3, 1e6] {
         for aside in [0.0_f32, 1e-5, 1e-2, 0.5, 3.0] {
-            let found = camera::way_beyond::<f32>(V3::of(0.6, 0.0, -0.8) * aside, approach);
-            let [way, aside] = [approach, aside].map(f64::from);
-            // The difference of two lengths, of which f64 keeps enough.
-            let expected = way * (1.0 + aside * aside).sqrt() - way;
-            let off = (f64::from(found) - expected).abs();
+            let found = camera::start_excess::<f32>(V3::new(0.6, 0.0, -0.8) * aside, approach);
+            let [distance, aside] = [approach, aside].map(f64::from);
+            // The difference of two lengths, for which f64 is accurate enough.
+            let expected = distance * (1.0 + aside * aside).sqrt() - distance;
+            let error = (f64::from(found) - expected).abs();
             assert!(
-                off <= 1e-6 * expected + 1e-9 * way,
-                "{found}: {off} off {expected}"
+                error <= 1e-6 * expected + 1e-9 * distance,
+                "{found}: {error} error {expected}"
             );
         }
     }
@@ -80,48 +81,56 @@ fn slanted_ways_to_a_far_start_are_longer() {
 
 #[test]
 fn normals_survive_vanishing_gradients() {
-    let direction = V3::of(0.0, 0.0, -1.0);
-    let facing = |g: [f32; 3]| normals::facing::<f32>(V3::of(g[0], g[1], g[2]), direction, 1.0);
-    assert_eq!(facing([0.0; 3]), V3::of(0.0, 0.0, 1.0));
-    assert_eq!(facing([0.0, 1e-25, 0.0]), V3::of(0.0, 1.0, 0.0));
-    assert_eq!(facing([0.0, -3e20, 0.0]), V3::of(0.0, -1.0, 0.0));
-    assert_eq!(facing([f32::NAN, 0.0, 0.0]), V3::of(0.0, 0.0, 1.0));
+    let direction = V3::new(0.0, 0.0, -1.0);
+    let facing = |g: [f32; 3]| normals::facing::<f32>(V3::new(g[0], g[1], g[2]), direction, 1.0);
+    assert_eq!(facing([0.0; 3]), V3::new(0.0, 0.0, 1.0));
+    assert_eq!(facing([0.0, 1e-25, 0.0]), V3::new(0.0, 1.0, 0.0));
+    assert_eq!(facing([0.0, -3e20, 0.0]), V3::new(0.0, -1.0, 0.0));
+    assert_eq!(facing([f32::NAN, 0.0, 0.0]), V3::new(0.0, 0.0, 1.0));
     assert_eq!(
-        normals::facing::<f32>(V3::of(2.0, 0.0, 0.0), direction, -1.0),
-        V3::of(-1.0, 0.0, 0.0)
+        normals::facing::<f32>(V3::new(2.0, 0.0, 0.0), direction, -1.0),
+        V3::new(-1.0, 0.0, 0.0)
     );
 }
 
 #[test]
 fn shadows_are_numbers_between_none_and_all() {
-    let mut numbers = Numbers(1);
+    let mut numbers = TestRandom(1);
     for _ in 0..200_000 {
         let mut any = |scale: f32| numbers.next().powi(4) * scale;
         let (h, t, size) = (any(3.0) - 0.1, any(50.0), any(0.5));
-        let way = V3::of(any(3.0), any(3.0) - 0.1, any(3.0));
-        let ahead = V3::of(1.0, 0.0, 0.0);
-        let v = shadow::hard(1.0, h, 1e-4);
+        let to_surface = V3::new(any(3.0), any(3.0) - 0.1, any(3.0));
+        let ahead = V3::new(1.0, 0.0, 0.0);
+        let v = shadow::hard_visibility(1.0, h, 1e-4);
         assert!((0.0..=1.0).contains(&v), "{v} from {h}");
-        let v = shadow::beside::<f32>(1.0, way, ahead, t, size, h, 60.0);
+        let v = shadow::visibility_beside::<f32>(1.0, to_surface, ahead, t, size, h, 60.0);
         assert!((-1.0..=1.0).contains(&v), "{v} from {h} {t} {size}");
-        for v in [shadow::arriving(v), shadow::arriving_sized(v)] {
+        for v in [shadow::light_fraction(v), shadow::light_fraction_sized(v)] {
             assert!((0.0..=1.0).contains(&v), "{v}");
         }
         assert!(shadow::stride(h, t, 1e-4, size) >= 1e-4);
     }
 }
 
-/// The penumbra of an edge follows from the edge and the ray, wherever the claim was made: inside of the solid less is
-/// seen of the light by as much as more is seen outside.
+/// The penumbra of an edge depends on the edge and the ray, not on the position of the candidate. Inside of
+/// the solid the visibility is lower by as much as it is higher outside.
 #[test]
-fn penumbras_of_shadows_do_not_depend_on_the_place_of_a_claim() {
-    let mut numbers = Numbers(5);
+fn penumbras_of_shadows_do_not_depend_on_the_place_of_a_candidate() {
+    let mut numbers = TestRandom(5);
     for _ in 0..1000 {
         let [at, aside] = [1.0 + numbers.next(), 0.05 + 0.5 * numbers.next()];
         let t = at + aside * (2.0 * numbers.next() - 1.0);
-        let (way, direction) = (V3::of(at - t, aside, 0.0), V3::of(1.0, 0.0, 0.0));
+        let (to_surface, direction) = (V3::new(at - t, aside, 0.0), V3::new(1.0, 0.0, 0.0));
         for side in [1.0, -1.0] {
-            let found = shadow::beside::<f32>(1.0, way, direction, t, 1.0, side * aside, 9.0);
+            let found = shadow::visibility_beside::<f32>(
+                1.0,
+                to_surface,
+                direction,
+                t,
+                1.0,
+                side * aside,
+                9.0,
+            );
             let expected = side * aside / at;
             assert!(
                 (found - expected).abs() < 1e-5,
@@ -131,31 +140,31 @@ fn penumbras_of_shadows_do_not_depend_on_the_place_of_a_claim() {
     }
 }
 
-/// A ray that comes out of a surface is not in it, and one is in no surface that rounding alone made.
+/// A ray that leaves a surface is not in it, and rounding alone makes no surface.
 #[test]
 fn sharp_shadows_begin_below_what_rounding_makes() {
     let noise = 1e-4;
     for (h, seen) in [(1.0, 1.0), (0.5e-4, 1.0), (-0.5e-4, 1.0), (-1.5e-4, 0.0)] {
-        assert_eq!(shadow::hard(1.0, h, noise), seen, "{h}");
+        assert_eq!(shadow::hard_visibility(1.0, h, noise), seen, "{h}");
     }
 }
 
-/// What is seen of the sky at the origin, facing along y.
+/// Returns the visible fraction of the sky at the origin, facing along y.
 fn open(field: impl Fn(V3<f32>) -> f32, count: u32, pixel: f32) -> f32 {
     let (mut hidden, mut weight) = (0.0, 0.0);
-    let place = V3::of(pixel, 3.0, 0.0);
+    let seed = V3::new(pixel, 3.0, 0.0);
     for i in 0..count {
         let (i, n) = (i as f32, count as f32);
-        let direction = occlusion::many_direction::<f32>(V3::of(0.0, 1.0, 0.0), i, n, place);
+        let direction = occlusion::hemisphere_direction::<f32>(V3::new(0.0, 1.0, 0.0), i, n, seed);
         assert!((direction.length() - 1.0).abs() < 1e-5 && direction.y >= 0.0);
-        let distance = occlusion::many_distance(i, place, 1.0);
-        let cosine = occlusion::many_cosine(i, n);
+        let distance = occlusion::hemisphere_distance(i, seed, 1.0);
+        let cosine = occlusion::hemisphere_cosine(i, n);
         assert!((direction.y - cosine).abs() < 1e-5);
         let height = distance * cosine;
-        hidden += occlusion::hidden(field(direction * distance), height, distance, 1.0);
+        hidden += occlusion::hidden_weight(field(direction * distance), height, distance, 1.0);
         weight += cosine;
     }
-    occlusion::open(hidden, weight)
+    occlusion::open_fraction(hidden, weight)
 }
 
 #[test]
@@ -172,33 +181,34 @@ fn occlusion_of_known_places() {
 
 #[test]
 fn surfaces_send_on_no_more_than_arrives() {
-    let mut numbers = Numbers(3);
-    let normal = V3::of(0.0, 1.0, 0.0);
-    let white = V3::of(1.0, 1.0, 1.0);
+    let mut numbers = TestRandom(3);
+    let normal = V3::new(0.0, 1.0, 0.0);
+    let white = V3::new(1.0, 1.0, 1.0);
     for roughness in [0.35, 0.6, 1.0] {
         for metallic in [0.0, 0.5, 1.0] {
             for slant in [0.05_f32, 0.3, 0.7, 1.0] {
-                let to_eye = V3::of((1.0 - slant * slant).sqrt(), slant, 0.0);
+                let to_eye = V3::new((1.0 - slant * slant).sqrt(), slant, 0.0);
                 let count = 100_000;
                 let mut sum = 0.0_f64;
                 for _ in 0..count {
                     let to_light = numbers.upwards();
-                    let diffuse =
-                        reflectance::diffuse::<f32>(normal, to_eye, white, roughness, metallic);
+                    let diffuse = reflectance::diffuse_albedo::<f32>(
+                        normal, to_eye, white, roughness, metallic,
+                    );
                     let sent = reflectance::reflected::<f32>(
                         normal, to_eye, to_light, white, diffuse, roughness, metallic,
                     );
                     sum += f64::from(sent.y);
                 }
                 // The hemisphere has an area of 2π.
-                let share = sum / f64::from(count) * std::f64::consts::TAU;
+                let fraction = sum / f64::from(count) * std::f64::consts::TAU;
                 assert!(
-                    (0.2..1.06).contains(&share),
-                    "roughness {roughness}, metallic {metallic}, cosine {slant}: {share}"
+                    (0.2..1.06).contains(&fraction),
+                    "roughness {roughness}, metallic {metallic}, cosine {slant}: {fraction}"
                 );
                 let diffuse =
-                    reflectance::diffuse::<f32>(normal, to_eye, white, roughness, metallic);
-                let sky = reflectance::ambient::<f32>(
+                    reflectance::diffuse_albedo::<f32>(normal, to_eye, white, roughness, metallic);
+                let sky = reflectance::ambient_light::<f32>(
                     normal, to_eye, white, diffuse, roughness, metallic, white, white, 1.0,
                 );
                 assert!(sky.x <= 1.03 && sky.x > 0.2, "{sky:?}");
@@ -209,9 +219,9 @@ fn surfaces_send_on_no_more_than_arrives() {
 
 #[test]
 fn light_takes_the_same_way_back() {
-    let mut numbers = Numbers(11);
-    let normal = V3::of(0.0, 1.0, 0.0);
-    let (albedo, diffuse) = (V3::of(0.8, 0.5, 0.2), V3::of(0.3, 0.2, 0.1));
+    let mut numbers = TestRandom(11);
+    let normal = V3::new(0.0, 1.0, 0.0);
+    let (albedo, diffuse) = (V3::new(0.8, 0.5, 0.2), V3::new(0.3, 0.2, 0.1));
     for _ in 0..1000 {
         let (a, b) = (numbers.upwards(), numbers.upwards());
         if a.y < 0.05 || b.y < 0.05 {
@@ -231,18 +241,18 @@ fn the_sky_is_what_its_colours_say() {
         [0.9, 0.8, 0.7],
         [0.2, 0.1, 0.0],
     ]
-    .map(|[x, y, z]| V3::of(x, y, z));
-    let seen = |d| sky::sky::<f32>(d, up, top, horizon, ground, 0.0);
+    .map(|[x, y, z]| V3::new(x, y, z));
+    let seen = |d| sky::sky_color::<f32>(d, up, top, horizon, ground, 0.0);
     let close = |a: V3<f32>, b: V3<f32>| (a - b).length() < 1e-5;
     assert!(close(seen(up), top));
-    assert!(close(seen(V3::of(1.0, 0.0, 0.0)), horizon));
+    assert!(close(seen(V3::new(1.0, 0.0, 0.0)), horizon));
     assert!(close(seen(-up), ground));
-    assert!((sky::hidden_by_fog(10.0, 0.1_f32) - (1.0 - (-1.0_f32).exp())).abs() < 1e-5);
+    assert!((sky::fog_opacity(10.0, 0.1_f32) - (1.0 - (-1.0_f32).exp())).abs() < 1e-5);
 }
 
 #[test]
 fn srgb_is_the_standards() {
-    let encode = |c: f32| tone::encode::<f32>(V3::of(c, c, c)).x;
+    let encode = |c: f32| tone::encode::<f32>(V3::new(c, c, c)).x;
     let numbers = [
         (0.0, 0.0),
         (0.001, 0.01292),
@@ -275,7 +285,7 @@ fn srgb_is_the_standards() {
 
 #[test]
 fn tone_curves_go_through_their_points() {
-    let filmic = |c: f32| tone::filmic::<f32>(V3::of(c, c, c)).y;
+    let filmic = |c: f32| tone::filmic::<f32>(V3::new(c, c, c)).y;
     for (light, shown) in [
         (0.0, 0.0),
         (0.18, 0.18),
@@ -295,14 +305,14 @@ fn tone_curves_go_through_their_points() {
         assert!(shown >= last);
         last = shown;
     }
-    let grey = tone::reinhard::<f32>(V3::of(1.0, 1.0, 1.0));
+    let grey = tone::reinhard::<f32>(V3::new(1.0, 1.0, 1.0));
     assert!((grey.x - 0.5).abs() < 1e-6);
 }
 
 #[test]
 fn false_colours_tell_things_apart() {
-    assert_eq!(views::heat(0.0_f32), V3::of(0.0, 0.0, 0.0));
-    assert_eq!(views::heat(1.0_f32), V3::of(1.0, 1.0, 1.0));
+    assert_eq!(views::heat(0.0_f32), V3::new(0.0, 0.0, 0.0));
+    assert_eq!(views::heat(1.0_f32), V3::new(1.0, 1.0, 1.0));
     for a in 0..24 {
         for b in 0..a {
             let gap = views::id_color(a as f32) - views::id_color(b as f32);

@@ -1,15 +1,18 @@
-//! Every kernel validates, contains what its features ask for and nothing else, and lays its data
-//! out as Rust does.
+//! Every kernel validates, contains only the code of its features, and has the data layout of Rust.
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use sdfc_shaders::assemble::{Access, Kernel, SceneFunction, SceneSource, Stage, kernel, stages};
-use sdfc_shaders::features::{Features, Mode, Normals, Occlusion, Shadow};
-use sdfc_shaders::interpreter::cut::Way;
-use sdfc_shaders::interpreter::tape::Registers;
-use sdfc_shaders::interpreter::{Memory, Record, cut};
-use sdfc_shaders::layout::{Cut, Frame, Job, Light, Ray, ShadowRay, Surface};
-use sdfc_vm::kernel::Kernel as Blend;
-use sdfc_vm::program::{Code, Needs};
+use sdfc_shaders::assemble::{
+    BufferAccess, RenderStage, SceneFunction, SceneSource, StageKernel, kernel, stages,
+};
+use sdfc_shaders::features::{Features, Mode, Normals, Occlusion, ShadowForm};
+use sdfc_shaders::interpreter::cut::CutMethod;
+use sdfc_shaders::interpreter::tape::KernelRegisters;
+use sdfc_shaders::interpreter::{ConstantLayout, ProgramStorage, cut};
+use sdfc_shaders::layout::{
+    CellJob, CutParams, FrameUniforms, LightRecord, RayState, ShadowRayState, Surface,
+};
+use sdfc_vm::kernel::BlendKernel as Blend;
+use sdfc_vm::program::{Code, KernelRequirements};
 use std::collections::BTreeSet;
 
 const SCENE: &str = "
@@ -22,7 +25,7 @@ fn scene_surface(p: vec3f, n: vec3f) -> Surface {
 }
 ";
 
-fn trivial(stage: Stage, features: &Features) -> Kernel {
+fn trivial(stage: RenderStage, features: &Features) -> StageKernel {
     let mut text = SCENE.to_owned();
     if stage
         .scene_functions(features)
@@ -40,7 +43,7 @@ fn trivial(stage: Stage, features: &Features) -> Kernel {
     )
 }
 
-fn validated(kernel: &Kernel) -> naga::Module {
+fn validated(kernel: &StageKernel) -> naga::Module {
     validated_text(kernel.label, &kernel.text)
 }
 
@@ -72,15 +75,15 @@ const NORMALS: [Normals; 6] = [
     Normals::Tetrahedron,
     Normals::Wide,
 ];
-const SHADOWS: [Shadow; 5] = [
-    Shadow::None,
-    Shadow::Hard,
-    Shadow::Plain,
-    Shadow::Improved,
-    Shadow::Sized,
+const SHADOWS: [ShadowForm; 5] = [
+    ShadowForm::None,
+    ShadowForm::Hard,
+    ShadowForm::Plain,
+    ShadowForm::Improved,
+    ShadowForm::Sized,
 ];
 
-/// Features that between them use every line of every kernel.
+/// Returns features that together use every line of every kernel.
 fn variants() -> Vec<Features> {
     let everything = Features {
         mode: Mode::Shaded,
@@ -90,13 +93,13 @@ fn variants() -> Vec<Features> {
         materials: true,
         fog: true,
         plane: false,
-        general: false,
+        generic: false,
     };
-    let mut all = vec![Features::default(), everything.clone()];
+    let mut variants = vec![Features::default(), everything.clone()];
     for mode in MODES {
         for plane in [false, true] {
             for materials in [false, true] {
-                all.push(Features {
+                variants.push(Features {
                     mode,
                     plane,
                     materials,
@@ -105,33 +108,33 @@ fn variants() -> Vec<Features> {
             }
         }
     }
-    all.extend(NORMALS.map(|normals| Features {
+    variants.extend(NORMALS.map(|normals| Features {
         normals,
         ..everything.clone()
     }));
-    all.extend(SHADOWS.map(|form| Features {
+    variants.extend(SHADOWS.map(|form| Features {
         lights: vec![form],
         ..Features::default()
     }));
     for occlusion in [Occlusion::Off, Occlusion::FiveTap, Occlusion::Multi(4)] {
-        all.push(Features {
+        variants.push(Features {
             occlusion,
             ..Features::default()
         });
     }
-    all
+    variants
 }
 
-/// Each variant with the features that its kernels are made for: its own, and the general ones.
+/// Returns each variant with the features of its kernels: its own, and the generic ones.
 fn variants_and_forms() -> impl Iterator<Item = (Features, Features)> {
     variants().into_iter().flat_map(|features| {
         let asked = Features {
             materials: true,
-            general: true,
+            generic: true,
             ..features.clone()
         };
-        let general = features.generally();
-        [(features.clone(), features), (asked, general)]
+        let generic = features.for_generic_kernels();
+        [(features.clone(), features), (asked, generic)]
     })
 }
 
@@ -155,16 +158,16 @@ fn all_kernels_validate() {
             let storage = kernel
                 .bindings
                 .iter()
-                .filter(|(_, access)| *access != Access::Uniform)
+                .filter(|(_, access)| *access != BufferAccess::Uniform)
                 .count();
             // The scene has four more.
-            let most = if stage.scene_functions(&features).is_empty() {
+            let max_storage = if stage.scene_functions(&features).is_empty() {
                 8
             } else {
                 4
             };
             assert!(
-                storage <= most,
+                storage <= max_storage,
                 "{} binds {storage} storage buffers",
                 kernel.label
             );
@@ -177,7 +180,7 @@ fn all_kernels_validate() {
 #[test]
 fn layouts_are_those_of_rust() {
     let features = Features {
-        lights: vec![Shadow::Hard],
+        lights: vec![ShadowForm::Hard],
         materials: true,
         ..Features::default()
     };
@@ -190,10 +193,10 @@ fn layouts_are_those_of_rust() {
                 continue;
             };
             let (size, offsets) = match name.as_str() {
-                "Frame" => (size_of::<Frame>(), Frame::OFFSETS),
-                "Light" => (size_of::<Light>(), Light::OFFSETS),
-                "Ray" => (size_of::<Ray>(), Ray::OFFSETS),
-                "ShadowRay" => (size_of::<ShadowRay>(), ShadowRay::OFFSETS),
+                "FrameUniforms" => (size_of::<FrameUniforms>(), FrameUniforms::OFFSETS),
+                "LightRecord" => (size_of::<LightRecord>(), LightRecord::OFFSETS),
+                "RayState" => (size_of::<RayState>(), RayState::OFFSETS),
+                "ShadowRayState" => (size_of::<ShadowRayState>(), ShadowRayState::OFFSETS),
                 "Surface" => (size_of::<Surface>(), Surface::OFFSETS),
                 _ => continue,
             };
@@ -209,18 +212,18 @@ fn layouts_are_those_of_rust() {
     assert_eq!(seen.len(), 5, "{seen:?}");
 }
 
-/// What programs may need, from next to nothing to everything.
-fn needs() -> [Needs; 3] {
+/// Returns requirements of programs, from the least to all.
+fn requirements() -> [KernelRequirements; 3] {
     let sphere = Code::from_name("sphere").expect("there is a sphere");
-    let least = Needs {
+    let least = KernelRequirements {
         codes: vec![sphere],
-        ..Needs::default()
+        ..KernelRequirements::default()
     };
-    let blended = Needs {
+    let blended = KernelRequirements {
         kernels: vec![Blend::Quadratic],
         ..least.clone()
     };
-    [least, blended, Needs::everything()]
+    [least, blended, KernelRequirements::all()]
 }
 
 #[test]
@@ -231,30 +234,41 @@ fn kernels_that_cut_cells_validate() {
         variables.filter(|(_, v)| is_storage(v.space)).count()
     };
     let memories = [
-        Memory::Uniform {
+        ProgramStorage::Uniform {
             code: 64,
             pool: 256,
         },
-        Memory::Storage,
+        ProgramStorage::Storage,
     ];
-    let few = Registers {
+    let small = KernelRegisters {
         values: 4,
         points: 2,
     };
-    let many = Registers {
+    let large = KernelRegisters {
         values: 128,
         points: 32,
     };
-    let forms = memories.map(|memory| [few, many].map(|registers| (memory, registers)));
-    for needs in needs() {
-        for (memory, registers) in forms.into_iter().flatten() {
-            for way in [Way::Slopes, Way::Intervals] {
-                let text = cut::kernel(&needs, registers, Record::of(&needs), memory, way);
+    let combinations = memories.map(|memory| [small, large].map(|registers| (memory, registers)));
+    for requirements in requirements() {
+        for (memory, registers) in combinations.into_iter().flatten() {
+            for method in [CutMethod::Lipschitz, CutMethod::Interval] {
+                let text = cut::kernel(
+                    &requirements,
+                    registers,
+                    ConstantLayout::for_requirements(&requirements),
+                    memory,
+                    method,
+                );
                 let module = validated_text("cut", &text);
                 assert!(storage(&module) <= cut::STORAGE_BUFFERS as usize);
                 assert_eq!(module.entry_points[0].workgroup_size, [64, 1, 1]);
-                check_layout(&module, "Cut", size_of::<Cut>(), Cut::OFFSETS);
-                check_layout(&module, "Job", size_of::<Job>(), Job::OFFSETS);
+                check_layout(
+                    &module,
+                    "CutParams",
+                    size_of::<CutParams>(),
+                    CutParams::OFFSETS,
+                );
+                check_layout(&module, "CellJob", size_of::<CellJob>(), CellJob::OFFSETS);
             }
         }
     }
@@ -263,13 +277,13 @@ fn kernels_that_cut_cells_validate() {
 
 /// Compares a struct of a kernel with that of Rust.
 fn check_layout(module: &naga::Module, name: &str, size: usize, offsets: &[(&str, usize)]) {
-    let found = module.types.iter().find_map(|(_, ty)| match &ty.inner {
+    let structure = module.types.iter().find_map(|(_, ty)| match &ty.inner {
         naga::TypeInner::Struct { members, span } if ty.name.as_deref() == Some(name) => {
             Some((members, *span))
         }
         _ => None,
     });
-    let (members, span) = found.unwrap_or_else(|| panic!("there is no {name}"));
+    let (members, span) = structure.unwrap_or_else(|| panic!("there is no {name}"));
     let in_wgsl: Vec<(&str, usize)> = members
         .iter()
         .map(|member| (member.name.as_deref().unwrap_or(""), member.offset as usize))
@@ -277,8 +291,8 @@ fn check_layout(module: &naga::Module, name: &str, size: usize, offsets: &[(&str
     assert_eq!((span as usize, &*in_wgsl), (size, offsets), "{name}");
 }
 
-/// The names of a kernel's functions, those of the scene left out.
-fn functions(kernel: &Kernel) -> String {
+/// Returns the names of a kernel's functions, without those of the scene.
+fn functions(kernel: &StageKernel) -> String {
     let names = kernel
         .text
         .lines()
@@ -293,7 +307,7 @@ fn functions(kernel: &Kernel) -> String {
 fn kernels_contain_what_is_used() {
     let plain = Features::default();
     let rich = Features {
-        lights: vec![Shadow::Improved, Shadow::Sized],
+        lights: vec![ShadowForm::Improved, ShadowForm::Sized],
         occlusion: Occlusion::Multi(16),
         normals: Normals::Tetrahedron,
         materials: true,
@@ -316,10 +330,10 @@ fn kernels_contain_what_is_used() {
 
 #[test]
 fn the_march_reads_well() {
-    insta::assert_snapshot!(trivial(Stage::March, &Features::default()).text);
+    insta::assert_snapshot!(trivial(RenderStage::March, &Features::default()).text);
 }
 
 #[test]
 fn the_plainest_shading_reads_well() {
-    insta::assert_snapshot!(trivial(Stage::Shade, &Features::default()).text);
+    insta::assert_snapshot!(trivial(RenderStage::Shade, &Features::default()).text);
 }

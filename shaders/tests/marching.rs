@@ -1,11 +1,11 @@
-//! Rays along lines through fields that are known: where they end, and after how many steps.
+//! Rays along lines through known fields: where they end, and their number of steps.
 
 use sdfc_shaders::marching;
 
 /// Numbers in [0, 1) that are the same in every run.
-struct Numbers(u64);
+struct TestRandom(u64);
 
-impl Numbers {
+impl TestRandom {
     fn next(&mut self) -> f32 {
         self.0 = self
             .0
@@ -15,7 +15,7 @@ impl Numbers {
     }
 }
 
-/// The numbers that a frame gives its rays.
+/// The parameters of the rays of a frame.
 #[derive(Clone, Copy)]
 struct Rays {
     threshold: f32,
@@ -30,13 +30,13 @@ impl Rays {
         Self {
             threshold,
             half_pixel: 4.0 * threshold,
-            relaxation: marching::RELAXATION as f32,
+            relaxation: marching::DEFAULT_RELAXATION as f32,
             rounding: 1e-6,
             raw: 0.0,
         }
     }
 
-    /// Marches a field along a line; gives how far it came and how many steps that took.
+    /// Marches a field along a line; returns the distance and the number of steps.
     fn march(self, field: impl Fn(f32) -> f32, steps: usize) -> (f32, usize) {
         let (mut t, mut radius, mut step, mut trend) = (0.0, 0.0, 0.0, -1.0);
         let (mut t_before, mut radius_before) = (0.0, 0.0);
@@ -67,23 +67,23 @@ impl Rays {
         (t, steps)
     }
 
-    /// The root between two places of which one is inside, as engines look for it.
+    /// Returns the root between two points of which one is inside, as the engines find it.
     fn root_between(self, field: impl Fn(f32) -> f32, ends: [(f32, f32); 2]) -> f32 {
         let [(mut t, mut value), (mut other, mut value_other)] = ends;
-        for _ in 0..marching::SECANT_STEPS {
+        for _ in 0..marching::MAX_SECANT_STEPS {
             let rounding = marching::rounding_at(t, self.rounding);
-            if marching::settled(t, value, other, value_other, rounding, self.raw) > 0.0 {
+            if marching::is_settled(t, value, other, value_other, rounding, self.raw) > 0.0 {
                 break;
             }
-            let guess = marching::next_guess(t, value, other, value_other, rounding, self.raw);
+            let guess = marching::next_estimate(t, value, other, value_other, rounding, self.raw);
             let best = marching::secant_step(t, value, other, value_other, guess, field(guess));
             (t, value, other, value_other) = (best.t, best.field, best.t_other, best.field_other);
         }
-        marching::secant_guess(t, value, other, value_other)
+        marching::secant_estimate(t, value, other, value_other)
     }
 }
 
-/// The root between two places of which one is inside, where slopes are not known.
+/// Returns the root between two points of which one is inside, for unknown slopes.
 fn between(field: impl Fn(f32) -> f32, ends: [(f32, f32); 2]) -> f32 {
     let rays = Rays {
         rounding: 2e-7,
@@ -93,31 +93,35 @@ fn between(field: impl Fn(f32) -> f32, ends: [(f32, f32); 2]) -> f32 {
     rays.root_between(field, ends)
 }
 
-/// Marches with usual numbers.
+/// Marches with default parameters.
 fn march(field: impl Fn(f32) -> f32, threshold: f32, steps: usize) -> (f32, usize) {
     Rays::with_threshold(threshold).march(field, steps)
 }
 
 #[test]
 fn relaxed_steps_never_jump_over_a_surface() {
-    let mut numbers = Numbers(7);
+    let mut numbers = TestRandom(7);
     for _ in 0..20_000 {
-        // A ray past two balls, seen as the field along it: the first hit must not be missed.
-        let ball = |n: &mut Numbers| (2.0 + 20.0 * n.next(), 2.5 * n.next(), 0.2 + n.next());
-        let balls = [ball(&mut numbers), ball(&mut numbers), ball(&mut numbers)];
+        // A ray past spheres, seen as the field along it: the first hit must not be missed.
+        let sphere = |n: &mut TestRandom| (2.0 + 20.0 * n.next(), 2.5 * n.next(), 0.2 + n.next());
+        let spheres = [
+            sphere(&mut numbers),
+            sphere(&mut numbers),
+            sphere(&mut numbers),
+        ];
         let field = |t: f32| {
             let to =
                 |(at, aside, r): (f32, f32, f32)| ((t - at).powi(2) + aside * aside).sqrt() - r;
-            balls.map(to).into_iter().fold(30.0 - t, f32::min)
+            spheres.map(to).into_iter().fold(30.0 - t, f32::min)
         };
         let enter = |&(at, aside, r): &(f32, f32, f32)| {
-            // Rays that only touch a ball may or may not stop at it.
+            // Rays that only touch a sphere may or may not stop at it.
             (aside < r - 1e-3).then(|| at - (r * r - aside * aside).sqrt())
         };
-        let first = balls.iter().filter_map(enter).fold(30.0, f32::min);
+        let first = spheres.iter().filter_map(enter).fold(30.0, f32::min);
         let (t, steps) = march(field, 1e-4, 500);
-        assert!(t <= first + 1e-3, "{balls:?}: came to {t} beyond {first}");
-        assert!(steps < 500, "{balls:?}: {steps} steps");
+        assert!(t <= first + 1e-3, "{spheres:?}: came to {t} beyond {first}");
+        assert!(steps < 500, "{spheres:?}: {steps} steps");
     }
 }
 
@@ -132,19 +136,19 @@ fn relaxed_steps_are_fewer() {
 
 #[test]
 fn without_relaxation_each_step_is_the_radius() {
-    // The field along a ray past a ball towards a wall, as plain sphere tracing sees it.
+    // The field along a ray past a sphere towards a wall, as plain sphere tracing sees it.
     let field = |t: f32| (((t - 3.0).powi(2) + 1.21).sqrt() - 1.0).min(9.0 - t);
     let (mut plain, mut count) = (0.0_f32, 0);
     while field(plain) >= 1e-4 {
         plain += field(plain);
         count += 1;
     }
-    let plainly = Rays {
+    let unrelaxed = Rays {
         relaxation: 0.0,
         ..Rays::with_threshold(1e-4)
     };
-    let (t, steps) = plainly.march(field, 1000);
-    // The last steps are guesses at the root.
+    let (t, steps) = unrelaxed.march(field, 1000);
+    // The last steps are estimates of the root.
     assert!(
         (t - plain).abs() < 2e-4 && (count..count + 4).contains(&steps),
         "{t}, {steps} steps"
@@ -182,8 +186,8 @@ fn rays_stop_at_roots_and_not_beside_them() {
 fn rays_that_all_but_touch_pass_without_creeping() {
     let threshold = 1e-2;
     for above in [1e-3_f32, 3e-4, 1e-4, 1e-5] {
-        let ball = |t: f32| (t - 5.0).hypot(1.0 + above) - 1.0;
-        let (t, steps) = march(|t| ball(t).min(12.0 - t), threshold, 200);
+        let sphere = |t: f32| (t - 5.0).hypot(1.0 + above) - 1.0;
+        let (t, steps) = march(|t| sphere(t).min(12.0 - t), threshold, 200);
         assert!((t - 12.0).abs() < 1e-4, "{above}: stopped at {t}");
         assert!(steps < 80, "{above}: {steps} steps");
     }
@@ -191,7 +195,7 @@ fn rays_that_all_but_touch_pass_without_creeping() {
 
 #[test]
 fn jumps_are_closed_in_on() {
-    // Half a unit above zero, and half below from 2.3 on: no step of a distance ends in there.
+    // Half a unit above zero, and half below from 2.3 on: no step of a distance field ends there.
     let jump = |t: f32| if t < 2.3 { 0.5 } else { -0.5 };
     let threshold = 1e-3;
     let (t, steps) = march(jump, threshold, 100);
@@ -201,7 +205,7 @@ fn jumps_are_closed_in_on() {
     let (t, steps) = march(|t| if t < 33.0 { 20.0 } else { -20.0 }, threshold, 1000);
     assert!((t - 33.0).abs() <= threshold, "stopped at {t}");
     assert!(steps < 200, "{steps} steps");
-    // And on: of two points with different signs, those between which it lies are kept.
+    // The bracket keeps two points with different signs.
     let ends = [2.300_5_f32, 2.299_5].map(|t| (t, jump(t)));
     let t = between(jump, ends);
     assert!((t - 2.3).abs() < 3e-5, "{t}");
@@ -213,7 +217,7 @@ fn secant_steps_find_the_root() {
     let root = 24.0_f32.sqrt();
     let t = between(field, [5.0_f32, 4.0].map(|t| (t, field(t))));
     assert!((t - root).abs() < 1e-6, "{t} for {root}");
-    // Inside of a fold the field may be so flat that a value there tells nothing.
+    // Inside of a fold the field may be so flat that a value there is useless.
     for flat in [1e-1, 1e-3, 1e-5] {
         let fold = |t: f32| (2.3 - t) * if t < 2.3 { 1.0 } else { flat };
         let t = between(fold, [2.300_1_f32, 2.29].map(|t| (t, fold(t))));
@@ -240,15 +244,15 @@ fn secant_steps_find_the_root() {
         (1e30, -1e-30),
         (f32::INFINITY, -1.0),
     ] {
-        let guess = marching::secant_guess(1.0, field, 0.5, other);
+        let guess = marching::secant_estimate(1.0, field, 0.5, other);
         assert!((0.5..=1.0).contains(&guess), "{field}, {other}: {guess}");
-        let next = marching::next_guess(1.0, field, 0.5, other, 1e-6, 1.0);
+        let next = marching::next_estimate(1.0, field, 0.5, other, 1e-6, 1.0);
         assert!((0.5..=1.0).contains(&next), "{field}, {other}: {next}");
     }
 }
 
-/// Faces that are flush leave a field about zero with nothing there. Rays pass it where it is no farther below zero
-/// than rounding takes it.
+/// Faces that are flush leave a field about zero without a surface. Rays pass it where it is no farther below
+/// zero than rounding.
 #[test]
 fn what_rounding_alone_takes_below_zero_is_passed() {
     let rays = Rays::with_threshold(1e-2);
@@ -258,12 +262,13 @@ fn what_rounding_alone_takes_below_zero_is_passed() {
         assert!((t - 8.0).abs() < 1e-4, "{below}: stopped at {t}");
         assert!(steps < 400, "{below}: {steps} steps");
     }
-    // What is farther below zero is a surface.
+    // A field farther below zero is a surface.
     let (t, _) = rays.march(|t| ((t - 4.0).abs() - 1.0).max(-1e-5), 800);
     assert!((t - 3.0).abs() < 1e-4, "stopped at {t}");
 }
 
-/// Rays past what they all but touch take steps of a fraction of a pixel, however close a root they want.
+/// Rays past surfaces that they all but touch take steps of a fraction of a pixel, however small their
+/// threshold.
 #[test]
 fn rays_that_want_close_roots_do_not_creep_either() {
     let rays = Rays {
@@ -273,17 +278,17 @@ fn rays_that_want_close_roots_do_not_creep_either() {
         ..Rays::with_threshold(0.0)
     };
     for above in [3e-4_f32, 1e-4, 1e-5, 1e-6] {
-        let ball = |t: f32| (t - 5.0).hypot(1.0 + above) - 1.0;
-        let (t, steps) = rays.march(|t| ball(t).min(12.0 - t), 2000);
+        let sphere = |t: f32| (t - 5.0).hypot(1.0 + above) - 1.0;
+        let (t, steps) = rays.march(|t| sphere(t).min(12.0 - t), 2000);
         assert!((t - 12.0).abs() < 1e-4, "{above}: stopped at {t}");
         assert!(steps < 210, "{above}: {steps} steps");
     }
 }
 
-/// A line that leads many pixels ahead may lead through a wall into what stands behind it.
+/// A line that leads many pixels ahead may lead through a wall into a surface behind it.
 #[test]
 fn lines_that_lead_through_walls_are_not_followed() {
-    let mut numbers = Numbers(5);
+    let mut numbers = TestRandom(5);
     let rays = Rays {
         threshold: 1e-3,
         half_pixel: 1e-2,
@@ -309,18 +314,18 @@ fn lines_that_lead_through_walls_are_not_followed() {
     assert_eq!(wrong, 0, "rays went through walls");
 }
 
-/// Estimates land a little beyond roots, so that rays to curved surfaces end after few steps.
+/// Estimates land slightly beyond roots, so that rays to curved surfaces end after few steps.
 #[test]
 fn estimated_roots_take_few_steps() {
-    let mut numbers = Numbers(5);
+    let mut numbers = TestRandom(5);
     let rays = Rays {
         half_pixel: 2e-2,
         ..Rays::with_threshold(1e-3)
     };
     let steps = (0..20_000).map(|_| {
         let (at, aside) = (2.0 + numbers.next(), numbers.next());
-        let ball = |t: f32| (t - at).hypot(aside) - 1.0;
-        rays.march(|t| ball(t).min(12.0 - t), 2000).1
+        let sphere = |t: f32| (t - at).hypot(aside) - 1.0;
+        rays.march(|t| sphere(t).min(12.0 - t), 2000).1
     });
     let mean = steps.sum::<usize>() as f32 / 20_000.0;
     assert!(mean < 7.1, "{mean} steps in the mean");
@@ -340,10 +345,11 @@ fn far_guesses_of_raw_fields_are_looked_at_halfway() {
     assert!((t - 2.9).abs() < 1e-4, "stopped at {t} after {steps}");
 }
 
-/// A wall stands on a plate, and its foot lies in the top of it: there the field is zero within the solid, too.
+/// A wall stands on a plate, and its foot lies in the top of it: there the field is zero within the solid,
+/// too.
 #[test]
 fn rays_to_the_foot_of_a_wall_end_on_its_face() {
-    let mut numbers = Numbers(11);
+    let mut numbers = TestRandom(11);
     for _ in 0..20_000 {
         let (down, along) = (0.02 + 0.6 * numbers.next(), 0.3 + 0.6 * numbers.next());
         let (face, height) = (60.0 + 40.0 * numbers.next(), 0.2 * numbers.next().powi(3));

@@ -1,16 +1,16 @@
-//! Charts of cost against error, both axes logarithmic, as SVG that stands inside of HTML.
+//! Charts of cost against error, both axes logarithmic, as SVG for embedding in HTML.
 
 use plotters::prelude::*;
 
 /// A chart.
 pub(crate) struct Chart {
-    /// What it shows.
+    /// Its title.
     pub(crate) title: String,
-    /// What the horizontal axis measures.
-    pub(crate) across: &'static str,
-    /// What the vertical axis measures.
-    pub(crate) up: &'static str,
-    /// What is drawn.
+    /// Quantity of the horizontal axis.
+    pub(crate) x_label: &'static str,
+    /// Quantity of the vertical axis.
+    pub(crate) y_label: &'static str,
+    /// The plotted series.
     pub(crate) series: Vec<Series>,
 }
 
@@ -19,24 +19,24 @@ pub(crate) struct Series {
     /// Its name in the legend.
     pub(crate) name: &'static str,
     /// Cost and error of each.
-    pub(crate) points: Vec<Point>,
+    pub(crate) points: Vec<ChartPoint>,
 }
 
 /// A setting.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Point {
-    /// What it costs.
+pub(crate) struct ChartPoint {
+    /// Its cost.
     pub(crate) cost: f64,
-    /// How far it is off.
+    /// Its error.
     pub(crate) error: f64,
-    /// Whether it is on the front, which is drawn as a line.
-    pub(crate) front: bool,
-    /// Whether it is the default, which has a ring around it and its name beside it.
-    pub(crate) default: bool,
+    /// True on the Pareto front, which is drawn as a line.
+    pub(crate) on_front: bool,
+    /// True for the default, which has a ring around it and a label.
+    pub(crate) is_default: bool,
 }
 
-/// Smaller numbers are drawn as this.
-const LEAST: f64 = 1e-9;
+/// Minimum plotted number, which replaces smaller ones.
+const MIN_PLOTTED: f64 = 1e-9;
 const SIZE: (u32, u32) = (760, 420);
 const COLORS: [RGBColor; 3] = [
     RGBColor(31, 122, 120),
@@ -46,29 +46,31 @@ const COLORS: [RGBColor; 3] = [
 const GREY: RGBColor = RGBColor(205, 205, 205);
 const LIGHT_GREY: RGBColor = RGBColor(238, 238, 238);
 
-impl Point {
-    fn place(&self) -> (f64, f64) {
-        (self.cost.max(LEAST), self.error.max(LEAST))
+impl ChartPoint {
+    fn position(&self) -> (f64, f64) {
+        (self.cost.max(MIN_PLOTTED), self.error.max(MIN_PLOTTED))
     }
 }
 
 impl Chart {
-    /// Draws it; a chart without points is an empty text.
+    /// Returns the SVG; an empty text without points.
     pub(crate) fn svg(&self) -> Result<String, String> {
-        let all = || self.series.iter().flat_map(|series| &series.points);
-        if all().all(|point| !is_number(point)) {
+        let all_points = || self.series.iter().flat_map(|series| &series.points);
+        if all_points().all(|point| !is_finite(point)) {
             return Ok(String::new());
         }
         let mut text = String::new();
         self.draw(&mut text).map_err(|error| error.to_string())?;
-        // Inside of HTML no namespace is said.
+        // Within HTML the namespace is implied.
         Ok(text.replace(" xmlns=\"http://www.w3.org/2000/svg\"", ""))
     }
 
     fn draw(&self, text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
-        let places = || {
+        let positions = || {
             let points = self.series.iter().flat_map(|series| &series.points);
-            points.filter(|point| is_number(point)).map(Point::place)
+            points
+                .filter(|point| is_finite(point))
+                .map(ChartPoint::position)
         };
         let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
@@ -78,25 +80,25 @@ impl Chart {
             .x_label_area_size(42)
             .y_label_area_size(66)
             .build_cartesian_2d(
-                range(&mut places().map(|place| place.0)).log_scale(),
-                range(&mut places().map(|place| place.1)).log_scale(),
+                range(&mut positions().map(|position| position.0)).log_scale(),
+                range(&mut positions().map(|position| position.1)).log_scale(),
             )?;
         chart
             .configure_mesh()
-            .x_desc(self.across)
-            .y_desc(self.up)
-            .x_label_formatter(&|n| short(*n))
-            .y_label_formatter(&|n| short(*n))
+            .x_desc(self.x_label)
+            .y_desc(self.y_label)
+            .x_label_formatter(&|n| short_number(*n))
+            .y_label_formatter(&|n| short_number(*n))
             .max_light_lines(1)
             .light_line_style(LIGHT_GREY)
             .bold_line_style(GREY)
             .draw()?;
         for (series, color) in self.series.iter().zip(COLORS.iter().cycle()) {
             let color = *color;
-            let points = || series.points.iter().filter(|point| is_number(point));
+            let points = || series.points.iter().filter(|point| is_finite(point));
             let mut front: Vec<(f64, f64)> = points()
-                .filter(|point| point.front)
-                .map(Point::place)
+                .filter(|point| point.on_front)
+                .map(ChartPoint::position)
                 .collect();
             front.sort_by(|a, b| a.0.total_cmp(&b.0));
             chart
@@ -104,20 +106,20 @@ impl Chart {
                 .label(series.name)
                 .legend(move |(x, y)| Circle::new((x + 9, y), 4, color.filled()));
             chart.draw_series(points().map(|point| {
-                let style = if point.front {
+                let style = if point.on_front {
                     color.filled()
                 } else {
                     color.mix(0.35).filled()
                 };
-                Circle::new(point.place(), 3, style)
+                Circle::new(point.position(), 3, style)
             }))?;
-            let defaults = || points().filter(|point| point.default);
+            let defaults = || points().filter(|point| point.is_default);
             chart.draw_series(
-                defaults().map(|point| Circle::new(point.place(), 7, color.stroke_width(2))),
+                defaults().map(|point| Circle::new(point.position(), 7, color.stroke_width(2))),
             )?;
             let font = ("sans-serif", 12).into_font().color(&color);
             chart.draw_series(defaults().map(|point| {
-                EmptyElement::at(point.place()) + Text::new("default", (10, -14), font.clone())
+                EmptyElement::at(point.position()) + Text::new("default", (10, -14), font.clone())
             }))?;
         }
         chart
@@ -133,9 +135,9 @@ impl Chart {
     }
 }
 
-/// A number beside an axis. Steps of an axis are powers that come out a rounding beside what they stand
-/// for, so no more than three digits are told.
-fn short(n: f64) -> String {
+/// Formats a number beside an axis. The steps of an axis are powers with rounding errors, so the number is
+/// rounded to three digits.
+fn short_number(n: f64) -> String {
     let n = format!("{n:.2e}").parse().unwrap_or(n);
     if (0.01..10_000.0).contains(&n) {
         format!("{n}")
@@ -144,13 +146,13 @@ fn short(n: f64) -> String {
     }
 }
 
-fn is_number(point: &Point) -> bool {
+fn is_finite(point: &ChartPoint) -> bool {
     point.cost.is_finite() && point.error.is_finite()
 }
 
-/// An axis that holds all numbers, with some room at both ends; at least a factor of ten long.
+/// Returns an axis that contains all numbers, with a margin at both ends; at least a factor of ten long.
 fn range(numbers: &mut dyn Iterator<Item = f64>) -> std::ops::Range<f64> {
-    let (low, high) = numbers.fold((f64::MAX, LEAST), |(low, high), number| {
+    let (low, high) = numbers.fold((f64::MAX, MIN_PLOTTED), |(low, high), number| {
         (low.min(number), high.max(number))
     });
     let middle = (low.log10() + high.log10()) / 2.0;
@@ -164,15 +166,15 @@ mod tests {
 
     #[test]
     fn numbers_beside_an_axis_are_short() {
-        let tell = [9.999_999_999_999_999e-6, 0.1 + 0.2, 20.0, 0.001, 123_456.0].map(short);
-        assert_eq!(tell, ["1e-5", "0.3", "20", "1e-3", "1.23e5"]);
+        let texts = [9.999_999_999_999_999e-6, 0.1 + 0.2, 20.0, 0.001, 123_456.0].map(short_number);
+        assert_eq!(texts, ["1e-5", "0.3", "20", "1e-3", "1.23e5"]);
     }
 
-    fn chart(points: Vec<Point>) -> Chart {
+    fn chart(points: Vec<ChartPoint>) -> Chart {
         Chart {
             title: "a < b".to_owned(),
-            across: "cost",
-            up: "error",
+            x_label: "cost",
+            y_label: "error",
             series: vec![Series {
                 name: "cpu",
                 points,
@@ -182,11 +184,11 @@ mod tests {
 
     #[test]
     fn the_default_and_the_front_are_drawn() {
-        let point = |cost, error, front, default| Point {
+        let point = |cost, error, on_front, is_default| ChartPoint {
             cost,
             error,
-            front,
-            default,
+            on_front,
+            is_default,
         };
         let svg = chart(vec![
             point(1.0, 1e-3, true, false),

@@ -1,41 +1,41 @@
-//! The report as one HTML file that needs no other: charts are inside of it, and nothing is loaded.
+//! The report as one self-contained HTML file: charts are embedded, and nothing is loaded.
 
-use super::Report;
-use super::chart::{Chart, Point, Series};
-use super::markdown::{LEGEND, about, all_scenes, chosen, made_on};
-use super::study::SceneReport;
+use super::BenchReport;
+use super::chart::{Chart, ChartPoint, Series};
+use super::markdown::{LEGEND, chosen_settings, provenance, ray_summary, suite_title};
+use super::scene_report::SceneReport;
 use super::table::{self, escaped};
 use std::fmt::Write;
 
-/// The whole report.
-pub(crate) fn page(report: &Report) -> Result<String, String> {
+/// Returns the complete report.
+pub(crate) fn page(report: &BenchReport) -> Result<String, String> {
     let mut text = String::from(HEAD);
     let _ = write!(
         text,
         "<h1>Speed against error</h1>\n<pre>{}</pre>\n<ul>\n",
         escaped(&report.command)
     );
-    for line in made_on(report) {
+    for line in provenance(report) {
         let _ = writeln!(text, "<li>{}</li>", escaped(&line));
     }
-    let _ = write!(text, "</ul>\n<h2>{}</h2>\n", all_scenes(report));
+    let _ = write!(text, "</ul>\n<h2>{}</h2>\n", suite_title(report));
     text.push_str(&suite_charts(report)?);
     text.push_str("<details><summary>What the words mean</summary>\n");
     for paragraph in LEGEND {
-        let _ = writeln!(text, "<p>{}</p>", coded(paragraph));
+        let _ = writeln!(text, "<p>{}</p>", code_spans(paragraph));
     }
     text.push_str("</details>\n");
     if !report.suite.steps.is_empty() {
-        let rules = table::of_steps(&report.suite.steps);
+        let rules = table::steps_table(&report.suite.steps);
         let _ = write!(
             text,
             "<h3>Relaxed steps against plain ones</h3>\n{}",
             rules.html()
         );
     }
-    let choices: Vec<_> = chosen(report).collect();
+    let choices: Vec<_> = chosen_settings(report).collect();
     if let (false, Some(pixels)) = (choices.is_empty(), report.tolerance) {
-        let table = table::of_choices(choices.into_iter());
+        let table = table::choices_table(choices.into_iter());
         let _ = write!(
             text,
             "<h3>The fastest that keeps an error of {pixels} px</h3>\n{}",
@@ -44,7 +44,7 @@ pub(crate) fn page(report: &Report) -> Result<String, String> {
     }
     for device in &report.devices {
         let rows = report.suite.rows.iter();
-        let table = table::of_suite(rows.filter(|row| row.engine == device.engine));
+        let table = table::suite_table(rows.filter(|row| row.engine == device.engine));
         let _ = write!(text, "<h3>{}</h3>\n{}", device.engine, table.html());
     }
     text.push_str("<h2>Each scene</h2>\n");
@@ -53,9 +53,9 @@ pub(crate) fn page(report: &Report) -> Result<String, String> {
             text,
             "<details><summary>{}</summary>\n<p>{}</p>\n{}{}</details>\n",
             escaped(&scene.scene),
-            about(scene),
+            ray_summary(scene),
             scene_chart(report, scene)?,
-            table::of_scene(scene.rows.iter()).html()
+            table::scene_table(scene.rows.iter()).html()
         );
     }
     text.push_str("</main>\n</body>\n</html>\n");
@@ -91,10 +91,10 @@ summary { cursor: pointer; padding: 0.35rem 0; font-weight: 600; }
 <main>
 ";
 
-/// The charts over all scenes.
-fn suite_charts(report: &Report) -> Result<String, String> {
-    let series = |point: fn(&super::suite::SuiteRow) -> Point| -> Vec<Series> {
-        let engine = |device: &super::Device| Series {
+/// Returns the charts over all scenes.
+fn suite_charts(report: &BenchReport) -> Result<String, String> {
+    let series = |point: fn(&super::suite::SuiteRow) -> ChartPoint| -> Vec<Series> {
+        let engine = |device: &super::EngineDevice| Series {
             name: device.engine,
             points: report
                 .suite
@@ -109,35 +109,35 @@ fn suite_charts(report: &Report) -> Result<String, String> {
     let charts = [
         Chart {
             title: "Time against error; lines are the Pareto fronts".to_owned(),
-            across: "milliseconds per picture, mean of the scenes",
-            up: "depth error p99, median of the scenes",
-            series: series(|row| Point {
+            x_label: "milliseconds per picture, mean of the scenes",
+            y_label: "depth error p99, median of the scenes",
+            series: series(|row| ChartPoint {
                 cost: row.milliseconds,
                 error: row.depth_p99,
-                front: row.front_of_time,
-                default: row.default,
+                on_front: row.front_of_time,
+                is_default: row.default,
             }),
         },
         Chart {
             title: "Work against error; lines are the Pareto fronts".to_owned(),
-            across: "evaluations per pixel, mean of the scenes",
-            up: "depth error p99, median of the scenes",
-            series: series(|row| Point {
+            x_label: "evaluations per pixel, mean of the scenes",
+            y_label: "depth error p99, median of the scenes",
+            series: series(|row| ChartPoint {
                 cost: row.evaluations,
                 error: row.depth_p99,
-                front: row.front_of_evaluations,
-                default: row.default,
+                on_front: row.front_of_evaluations,
+                is_default: row.default,
             }),
         },
         Chart {
             title: "Work against what is seen".to_owned(),
-            across: "evaluations per pixel, mean of the scenes",
-            up: "ꟻLIP, mean of the scenes",
-            series: series(|row| Point {
+            x_label: "evaluations per pixel, mean of the scenes",
+            y_label: "ꟻLIP, mean of the scenes",
+            series: series(|row| ChartPoint {
                 cost: row.evaluations,
                 error: row.picture,
-                front: false,
-                default: row.default,
+                on_front: false,
+                is_default: row.default,
             }),
         },
     ];
@@ -149,37 +149,37 @@ fn suite_charts(report: &Report) -> Result<String, String> {
     Ok(text)
 }
 
-/// The chart of one scene.
-fn scene_chart(report: &Report, scene: &SceneReport) -> Result<String, String> {
-    let engine = |device: &super::Device| Series {
+/// Returns the chart of one scene.
+fn scene_chart(report: &BenchReport, scene: &SceneReport) -> Result<String, String> {
+    let engine = |device: &super::EngineDevice| Series {
         name: device.engine,
         points: scene
             .rows
             .iter()
             .filter(|row| row.engine == device.engine)
-            .map(|row| Point {
+            .map(|row| ChartPoint {
                 cost: row.measured.milliseconds,
                 error: row.error(),
-                front: row.front_of_time,
-                default: row.default,
+                on_front: row.front_of_time,
+                is_default: row.default,
             })
             .collect(),
     };
     let chart = Chart {
         title: format!("{}: time against error", scene.scene),
-        across: "milliseconds per picture",
-        up: "depth error p99",
+        x_label: "milliseconds per picture",
+        y_label: "depth error p99",
         series: report.devices.iter().map(engine).collect(),
     };
     chart.svg()
 }
 
-/// A paragraph of Markdown, in which only code is marked.
-fn coded(paragraph: &str) -> String {
+/// Converts a paragraph of Markdown, in which only code is marked.
+fn code_spans(paragraph: &str) -> String {
     let parts = paragraph.split('`').enumerate();
-    let part = |(at, part): (usize, &str)| match at % 2 {
+    let render = |(index, part): (usize, &str)| match index % 2 {
         0 => escaped(part),
         _ => format!("<code>{}</code>", escaped(part)),
     };
-    parts.map(part).collect()
+    parts.map(render).collect()
 }

@@ -1,12 +1,12 @@
-//! What measurements are made on, and when.
+//! The machine and the date of measurements.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The processor and how many cores of it there are.
+/// Returns the processor and its number of cores.
 pub(crate) fn processor() -> String {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let known = std::fs::read_to_string("/proc/cpuinfo").ok();
-    let name = known.as_deref().and_then(|text| {
+    let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").ok();
+    let name = cpuinfo.as_deref().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;
         Some(line.split_once(':')?.1.trim())
     });
@@ -17,7 +17,7 @@ pub(crate) fn processor() -> String {
     }
 }
 
-/// The day in UTC, year first.
+/// Returns the day in UTC, year first.
 pub(crate) fn today() -> String {
     let seconds = SystemTime::now().duration_since(UNIX_EPOCH);
     let days = seconds.map_or(0, |time| time.as_secs() / 86_400);
@@ -25,7 +25,7 @@ pub(crate) fn today() -> String {
     format!("{year}-{month:02}-{day:02}")
 }
 
-/// The date so many days after the first of January 1970.
+/// Returns the date `days` days after the first of January 1970.
 fn date(mut days: u64) -> (u64, usize, u64) {
     let leap = |year: u64| {
         year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))

@@ -1,13 +1,13 @@
-//! The report as Markdown: all settings over all scenes, and of each scene the default and what is on
-//! a front.
+//! The report as Markdown: all settings over all scenes, and for each scene the default and the settings on a
+//! front.
 
-use super::Report;
-use super::study::SceneReport;
+use super::BenchReport;
+use super::scene_report::SceneReport;
 use super::table;
-use sdfc_runtime::frame::RenderSettings;
+use sdfc_runtime::render::RenderSettings;
 use std::fmt::Write;
 
-/// What the words of the tables mean, a paragraph each.
+/// Explanations of the words in the tables, a paragraph each.
 pub(crate) const LEGEND: [&str; 6] = [
     "Errors are against the truth that the engine `reference` proves with intervals in double \
      precision, one ray through the middle of each pixel; rays that it cannot decide are left out. \
@@ -31,11 +31,11 @@ pub(crate) const LEGEND: [&str; 6] = [
      sums, errors are medians of the scenes.",
 ];
 
-/// The whole report.
-pub(crate) fn page(report: &Report) -> String {
+/// Returns the complete report.
+pub(crate) fn page(report: &BenchReport) -> String {
     let mut text = String::from("# Speed against error\n\n");
     let _ = writeln!(text, "Made by\n\n```sh\n{}\n```\n", report.command);
-    for line in made_on(report) {
+    for line in provenance(report) {
         let _ = writeln!(text, "- {line}");
     }
     text.push('\n');
@@ -43,26 +43,26 @@ pub(crate) fn page(report: &Report) -> String {
         let _ = writeln!(text, "{paragraph}\n");
     }
     if !report.suite.steps.is_empty() {
-        let rules = table::of_steps(&report.suite.steps);
+        let rules = table::steps_table(&report.suite.steps);
         let _ = writeln!(
             text,
             "## Relaxed steps against plain ones\n\n{}",
             rules.markdown()
         );
     }
-    let choices: Vec<_> = chosen(report).collect();
+    let choices: Vec<_> = chosen_settings(report).collect();
     if let (false, Some(pixels)) = (choices.is_empty(), report.tolerance) {
-        let table = table::of_choices(choices.into_iter());
+        let table = table::choices_table(choices.into_iter());
         let _ = writeln!(
             text,
             "## The fastest that keeps an error of {pixels} px\n\n{}",
             table.markdown()
         );
     }
-    let _ = writeln!(text, "## {}\n", all_scenes(report));
+    let _ = writeln!(text, "## {}\n", suite_title(report));
     for device in &report.devices {
         let rows = report.suite.rows.iter();
-        let table = table::of_suite(rows.filter(|row| row.engine == device.engine));
+        let table = table::suite_table(rows.filter(|row| row.engine == device.engine));
         let _ = writeln!(text, "### {}\n\n{}", device.engine, table.markdown());
     }
     text.push_str("## Each scene\n\nThe default, and what is on a front.\n\n");
@@ -73,8 +73,8 @@ pub(crate) fn page(report: &Report) -> String {
             text,
             "### {}\n\n{}\n\n{}",
             scene.scene,
-            about(scene),
-            table::of_scene(shown).markdown()
+            ray_summary(scene),
+            table::scene_table(shown).markdown()
         );
     }
     text.truncate(text.trim_end().len());
@@ -82,8 +82,8 @@ pub(crate) fn page(report: &Report) -> String {
     text
 }
 
-/// On what, when and how it was made.
-pub(crate) fn made_on(report: &Report) -> Vec<String> {
+/// Returns the machine, the date and the settings of the report.
+pub(crate) fn provenance(report: &BenchReport) -> Vec<String> {
     let mut lines = vec![format!(
         "{}, sdfc {}, {}",
         report.date, report.version, report.machine
@@ -99,24 +99,26 @@ pub(crate) fn made_on(report: &Report) -> Vec<String> {
     lines
 }
 
-/// The title over all scenes.
-pub(crate) fn all_scenes(report: &Report) -> String {
+/// Returns the title over all scenes.
+pub(crate) fn suite_title(report: &BenchReport) -> String {
     match report.scenes.len() {
         1 => "The scene".to_owned(),
         count => format!("All {count} scenes"),
     }
 }
 
-/// What was taken in each scene.
-pub(crate) fn chosen(report: &Report) -> impl Iterator<Item = (&str, &super::tolerance::Choice)> {
+/// Returns the chosen settings of each scene.
+pub(crate) fn chosen_settings(
+    report: &BenchReport,
+) -> impl Iterator<Item = (&str, &super::tolerance::ChosenSetting)> {
     report.scenes.iter().flat_map(|scene| {
         let choices = scene.choices.iter();
         choices.map(|choice| (scene.scene.as_str(), choice))
     })
 }
 
-/// A scene's rays, in a sentence.
-pub(crate) fn about(scene: &SceneReport) -> String {
+/// Describes a scene's rays in a sentence.
+pub(crate) fn ray_summary(scene: &SceneReport) -> String {
     let [width, height] = scene.size;
     let truth = &scene.truth;
     format!(

@@ -1,13 +1,13 @@
-//! Tables of what was measured, in Markdown and in HTML.
+//! Tables of measurements, in Markdown and in HTML.
 
-use super::study::Row;
+use super::scene_report::SettingRow;
 use super::suite::{StepRule, SuiteRow};
-use super::tolerance::Choice;
+use super::tolerance::ChosenSetting;
 use std::fmt::Write;
 
 /// Words and numbers in rows.
 pub(crate) struct Table {
-    /// The names of the columns; the first `words` of them hold words, the others numbers.
+    /// Names of the columns; the first `words` of them contain words, the others numbers.
     columns: Vec<&'static str>,
     words: usize,
     rows: Vec<(Vec<String>, bool)>,
@@ -22,11 +22,11 @@ impl Table {
         }
     }
 
-    /// As Markdown; rows that are marked are bold in their first column.
+    /// Returns Markdown; marked rows are bold in their first column.
     pub(crate) fn markdown(&self) -> String {
         let mut text = format!("| {} |\n|", self.columns.join(" | "));
-        for at in 0..self.columns.len() {
-            text.push_str(if at < self.words { "---|" } else { "---:|" });
+        for index in 0..self.columns.len() {
+            text.push_str(if index < self.words { "---|" } else { "---:|" });
         }
         text.push('\n');
         for (cells, marked) in &self.rows {
@@ -40,18 +40,18 @@ impl Table {
         text
     }
 
-    /// As HTML; rows that are marked have the class `marked`.
+    /// Returns HTML; marked rows have the class `marked`.
     pub(crate) fn html(&self) -> String {
-        let class = |at: usize| {
-            if at < self.words {
+        let class = |index: usize| {
+            if index < self.words {
                 " class=\"word\""
             } else {
                 ""
             }
         };
         let mut text = String::from("<div class=\"wide\"><table>\n<thead><tr>");
-        for (at, name) in self.columns.iter().enumerate() {
-            let _ = write!(text, "<th{}>{}</th>", class(at), escaped(name));
+        for (index, name) in self.columns.iter().enumerate() {
+            let _ = write!(text, "<th{}>{}</th>", class(index), escaped(name));
         }
         text.push_str("</tr></thead>\n<tbody>\n");
         for (cells, marked) in &self.rows {
@@ -60,8 +60,8 @@ impl Table {
             } else {
                 "<tr>"
             });
-            for (at, cell) in cells.iter().enumerate() {
-                let _ = write!(text, "<td{}>{}</td>", class(at), escaped(cell));
+            for (index, cell) in cells.iter().enumerate() {
+                let _ = write!(text, "<td{}>{}</td>", class(index), escaped(cell));
             }
             text.push_str("</tr>\n");
         }
@@ -70,7 +70,7 @@ impl Table {
     }
 }
 
-/// Text in which nothing is markup.
+/// Escapes a text for HTML.
 pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -78,8 +78,8 @@ pub(crate) fn escaped(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// Settings over all scenes, those of one engine.
-pub(crate) fn of_suite<'a>(rows: impl Iterator<Item = &'a SuiteRow>) -> Table {
+/// Returns the settings of one engine over all scenes.
+pub(crate) fn suite_table<'a>(rows: impl Iterator<Item = &'a SuiteRow>) -> Table {
     let mut table = Table::new(
         2,
         &[
@@ -112,10 +112,10 @@ pub(crate) fn of_suite<'a>(rows: impl Iterator<Item = &'a SuiteRow>) -> Table {
             number(row.ray_evaluations),
             row.mismatches.to_string(),
             row.mismatches_inside.to_string(),
-            share(row.depth_p50),
-            share(row.depth_p99),
-            share(row.depth_p99_worst),
-            share(row.depth_max),
+            fraction(row.depth_p50),
+            fraction(row.depth_p99),
+            fraction(row.depth_p99_worst),
+            fraction(row.depth_max),
             number(row.ulps_p99),
             degrees(row.normals_p50),
             degrees(row.normals_p99),
@@ -129,8 +129,8 @@ pub(crate) fn of_suite<'a>(rows: impl Iterator<Item = &'a SuiteRow>) -> Table {
     table
 }
 
-/// Settings of a scene.
-pub(crate) fn of_scene<'a>(rows: impl Iterator<Item = &'a Row>) -> Table {
+/// Returns the settings of a scene.
+pub(crate) fn scene_table<'a>(rows: impl Iterator<Item = &'a SettingRow>) -> Table {
     let mut table = Table::new(
         3,
         &[
@@ -164,10 +164,10 @@ pub(crate) fn of_scene<'a>(rows: impl Iterator<Item = &'a Row>) -> Table {
             number(measured.evaluations),
             errors.mismatches().to_string(),
             errors.mismatches_inside.to_string(),
-            share(errors.depth.p50),
-            share(errors.depth.p99),
-            share(errors.depth.max),
-            share(errors.depth_smooth.p99),
+            fraction(errors.depth.p50),
+            fraction(errors.depth.p99),
+            fraction(errors.depth.max),
+            fraction(errors.depth_smooth.p99),
             number(errors.depth_ulps.p99),
             degrees(errors.normals.p50),
             degrees(errors.normals.p99),
@@ -181,8 +181,8 @@ pub(crate) fn of_scene<'a>(rows: impl Iterator<Item = &'a Row>) -> Table {
     table
 }
 
-/// What relaxed steps gain.
-pub(crate) fn of_steps(rules: &[StepRule]) -> Table {
+/// Returns the gain of relaxed steps.
+pub(crate) fn steps_table(rules: &[StepRule]) -> Table {
     let mut table = Table::new(
         2,
         &[
@@ -210,16 +210,18 @@ pub(crate) fn of_steps(rules: &[StepRule]) -> Table {
             rule.relaxed.mismatches.to_string(),
             rule.plain.mismatches_inside.to_string(),
             rule.relaxed.mismatches_inside.to_string(),
-            share(rule.plain.depth_p99),
-            share(rule.relaxed.depth_p99),
+            fraction(rule.plain.depth_p99),
+            fraction(rule.relaxed.depth_p99),
         ];
         table.rows.push((cells, false));
     }
     table
 }
 
-/// What was taken for an error, in scenes that are named.
-pub(crate) fn of_choices<'a>(choices: impl Iterator<Item = (&'a str, &'a Choice)>) -> Table {
+/// Returns the chosen settings for an error, by scene.
+pub(crate) fn choices_table<'a>(
+    choices: impl Iterator<Item = (&'a str, &'a ChosenSetting)>,
+) -> Table {
     let mut table = Table::new(
         4,
         &[
@@ -249,7 +251,7 @@ pub(crate) fn of_choices<'a>(choices: impl Iterator<Item = (&'a str, &'a Choice)
     table
 }
 
-/// On which fronts a setting is.
+/// Names the fronts of a setting.
 fn fronts(time: bool, evaluations: bool) -> String {
     match (time, evaluations) {
         (true, true) => "time, evaluations",
@@ -260,7 +262,7 @@ fn fronts(time: bool, evaluations: bool) -> String {
     .to_owned()
 }
 
-/// A number with three digits or so.
+/// Formats a number with about three digits.
 fn number(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_owned(),
@@ -272,8 +274,8 @@ fn number(value: f64) -> String {
     }
 }
 
-/// A share of a depth.
-fn share(value: f64) -> String {
+/// Formats a fraction of a depth.
+fn fraction(value: f64) -> String {
     if value == 0.0 {
         "0".to_owned()
     } else {

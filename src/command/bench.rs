@@ -1,12 +1,12 @@
-//! `sdfc bench`: how fast scenes are drawn, and how far from the truth.
+//! `sdfc bench`: the speed of drawing scenes, and the error of their pictures.
 
-use crate::bench::study::{Options, SceneReport, devices, study};
-use crate::bench::{Report, html, markdown, tolerance};
-use crate::engine::{self, Tier};
+use crate::bench::scene_report::{MeasureOptions, SceneReport, devices, measure_scene};
+use crate::bench::{BenchReport, html, markdown, tolerance};
+use crate::engine::{self, ArithmeticArgs};
 use crate::failure::{Failure, on_each};
 use crate::output;
 use crate::progress::Progress;
-use crate::scene::Build;
+use crate::scene::BuildArgs;
 use crate::terminal::Terminal;
 use sdfc_runtime::engine::{Engine, EngineKind};
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]
-    build: Build,
+    build: BuildArgs,
     /// The engines; without it, cpu, and interp and wgsl where there is a device.
     #[arg(long, value_name = "ENGINES", value_delimiter = ',', value_parser = kind)]
     engines: Vec<EngineKind>,
@@ -31,12 +31,11 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "PIXELS", default_value_t = 160,
         value_parser = clap::value_parser!(u32).range(8..=4096))]
     width: u32,
-    /// A time is the median of so many pictures, or of fewer where they take seconds.
+    /// Number of pictures whose median time is reported; fewer where they take seconds.
     #[arg(long, value_name = "N", default_value_t = 3,
         value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: u32,
-    /// Take the fastest setting that keeps an error of so many pixels, such as 0.5px, and tell which
-    /// it is.
+    /// Error in pixels, such as 0.5px: report the fastest setting that keeps it.
     #[arg(long, value_name = "PIXELS", value_parser = tolerance::pixels)]
     tolerance: Option<f64>,
     /// Write the report with charts as one HTML file.
@@ -50,7 +49,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// The name of an engine that draws pictures.
+/// Parses the name of an engine that draws pictures.
 fn kind(name: &str) -> Result<EngineKind, String> {
     match name.parse() {
         Ok(EngineKind::Reference) => {
@@ -71,7 +70,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
         output::check(path)?;
     }
     let mut engines = engines(&arguments.engines, terminal)?;
-    let options = Options {
+    let options = MeasureOptions {
         width: arguments.width,
         rounds: arguments.rounds as usize,
         tolerance: arguments.tolerance,
@@ -79,35 +78,42 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
     let mut scenes: Vec<SceneReport> = Vec::new();
     let measured = on_each(&arguments.scenes, terminal, |path| {
         let progress = Progress::new(terminal, path.display().to_string(), false);
-        let told = |share: f32| progress.is_at(share);
+        let report_progress = |fraction: f32| progress.update(fraction);
         let (build, engines) = (&arguments.build, &mut engines);
-        scenes.push(study(path, build, engines, &options, terminal, &told)?);
+        scenes.push(measure_scene(
+            path,
+            build,
+            engines,
+            &options,
+            terminal,
+            &report_progress,
+        )?);
         Ok(())
     });
     if scenes.is_empty() {
         return measured;
     }
-    let report = Report::of(command(), devices(&engines), &options, scenes);
-    tell_choices(&report, terminal);
+    let report = BenchReport::new(command(), devices(&engines), &options, scenes);
+    report_choices(&report, terminal);
     deliver(&report, arguments)?;
     measured
 }
 
-/// Opens the engines that are asked for; if none are, those that can be.
-fn engines(asked: &[EngineKind], terminal: &Terminal) -> Result<Vec<Box<dyn Engine>>, Failure> {
-    if !asked.is_empty() {
-        let mut once: Vec<EngineKind> = Vec::new();
-        for kind in asked {
-            if !once.contains(kind) {
-                once.push(*kind);
+/// Opens the requested engines; without any, all that are available.
+fn engines(requested: &[EngineKind], terminal: &Terminal) -> Result<Vec<Box<dyn Engine>>, Failure> {
+    if !requested.is_empty() {
+        let mut unique: Vec<EngineKind> = Vec::new();
+        for kind in requested {
+            if !unique.contains(kind) {
+                unique.push(*kind);
             }
         }
-        let open = |kind| engine::open(kind, Tier::default());
-        return once.into_iter().map(open).collect();
+        let open = |kind| engine::open(kind, ArithmeticArgs::default());
+        return unique.into_iter().map(open).collect();
     }
     let mut opened = Vec::new();
     for kind in EngineKind::FAST {
-        match engine::open(kind, Tier::default()) {
+        match engine::open(kind, ArithmeticArgs::default()) {
             Ok(engine) => opened.push(engine),
             Err(Failure::Environment(problem)) => {
                 let first = problem.lines().next().unwrap_or_default();
@@ -119,7 +125,7 @@ fn engines(asked: &[EngineKind], terminal: &Terminal) -> Result<Vec<Box<dyn Engi
     Ok(opened)
 }
 
-/// The command as it was given, without the path of the program.
+/// Returns the command as it was given, without the path of the program.
 fn command() -> String {
     let words = std::env::args().skip(1).map(|word| {
         let plain = |c: char| c.is_alphanumeric() || "-_./,=:+@%".contains(c);
@@ -133,12 +139,12 @@ fn command() -> String {
     format!("sdfc {}", words.join(" "))
 }
 
-/// Says what was taken for the error that was asked for.
-fn tell_choices(report: &Report, terminal: &Terminal) {
+/// Reports the chosen settings for the requested error.
+fn report_choices(report: &BenchReport, terminal: &Terminal) {
     let Some(pixels) = report.tolerance else {
         return;
     };
-    for (scene, choice) in markdown::chosen(report) {
+    for (scene, choice) in markdown::chosen_settings(report) {
         let about = format!("{scene} on {}", choice.engine);
         if choice.kept {
             terminal.note(&format!(
@@ -154,8 +160,8 @@ fn tell_choices(report: &Report, terminal: &Terminal) {
     }
 }
 
-/// Writes and prints what is asked for.
-fn deliver(report: &Report, arguments: &Arguments) -> Result<(), Failure> {
+/// Writes and prints the requested reports.
+fn deliver(report: &BenchReport, arguments: &Arguments) -> Result<(), Failure> {
     let write = |to: &Path, text: String| output::deliver(Some(to), text.as_bytes(), true);
     if let Some(to) = &arguments.report {
         let page = html::page(report);

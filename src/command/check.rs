@@ -1,11 +1,11 @@
-//! `sdfc check`: what is wrong with scenes, without drawing them.
+//! `sdfc check`: problems of scenes, without drawing them.
 
 use crate::failure::{Failure, INPUT, on_each};
 use crate::output;
 use crate::rounding;
-use crate::scene::{self, Build};
+use crate::scene::{self, BuildArgs};
 use crate::terminal::Terminal;
-use sdfc_compiler::open::{Content, Outcome};
+use sdfc_compiler::open::{OpenResult, SceneFile};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ pub(crate) struct Arguments {
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]
-    build: Build,
+    build: BuildArgs,
     /// Print what was found as JSON.
     #[arg(long)]
     json: bool,
@@ -25,55 +25,60 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     if !arguments.json {
         return on_each(&arguments.scenes, terminal, |path| {
-            for warning in scene::told(check(path, &arguments.build)?, terminal)? {
+            for warning in scene::report_and_unwrap(check(path, &arguments.build)?, terminal)? {
                 terminal.warning(&format!("{}: {warning}", path.display()));
             }
             Ok(())
         });
     }
-    let mut all = Vec::new();
+    let mut reports = Vec::new();
     let checked = on_each(&arguments.scenes, terminal, |path| {
         let outcome = check(path, &arguments.build);
-        all.push(as_json(path, &outcome));
-        match outcome?.made {
+        reports.push(as_json(path, &outcome));
+        match outcome?.value {
             Some(_) => Ok(()),
-            None => Err(Failure::Told(INPUT)),
+            None => Err(Failure::AlreadyReported(INPUT)),
         }
     });
-    output::print_json(&all)?;
+    output::print_json(&reports)?;
     checked
 }
 
-/// What there is to say about a file, and about its picture. A library, which has nothing to draw, is
-/// fine as it is.
-fn check(path: &Path, build: &Build) -> Result<Outcome<Vec<String>>, Failure> {
+/// Returns the diagnostics of a file, and the warnings about its picture. A library, which has nothing to
+/// draw, is valid.
+fn check(path: &Path, build: &BuildArgs) -> Result<OpenResult<Vec<String>>, Failure> {
     let content = scene::read(path)?;
-    if let (Content::Text(text), None) = (&content, &build.part) {
+    if let (SceneFile::Text(text), None) = (&content, &build.part) {
         let outcome = scene::elaborated(path, text.clone(), build)?;
         if outcome
-            .made
+            .value
             .as_ref()
             .is_some_and(|scene| scene.root.is_none())
         {
-            let Outcome { sources, found, .. } = outcome;
-            return Ok(Outcome {
+            let OpenResult {
                 sources,
-                found,
-                made: Some(Vec::new()),
+                diagnostics,
+                ..
+            } = outcome;
+            return Ok(OpenResult {
+                sources,
+                diagnostics,
+                value: Some(Vec::new()),
             });
         }
     }
-    let Outcome {
+    let OpenResult {
         sources,
-        found,
-        made,
+        diagnostics,
+        value,
     } = scene::compile(path, content, build)?;
-    Ok(Outcome {
+    Ok(OpenResult {
         sources,
-        found,
-        made: made.map(|opened| {
-            let off = rounding::of(&opened);
-            off.as_ref()
+        diagnostics,
+        value: value.map(|opened| {
+            let error = rounding::for_scene(&opened);
+            error
+                .as_ref()
                 .and_then(rounding::warning)
                 .into_iter()
                 .collect()
@@ -81,14 +86,14 @@ fn check(path: &Path, build: &Build) -> Result<Outcome<Vec<String>>, Failure> {
     })
 }
 
-fn as_json(path: &Path, outcome: &Result<Outcome<Vec<String>>, Failure>) -> Value {
+fn as_json(path: &Path, outcome: &Result<OpenResult<Vec<String>>, Failure>) -> Value {
     let file = path.display().to_string();
     match outcome {
         Ok(outcome) => json!({
             "file": file,
-            "ok": outcome.made.is_some(),
-            "diagnostics": outcome.found.to_json(&outcome.sources),
-            "warnings": outcome.made.as_deref().unwrap_or_default(),
+            "ok": outcome.value.is_some(),
+            "diagnostics": outcome.diagnostics.to_json(&outcome.sources),
+            "warnings": outcome.value.as_deref().unwrap_or_default(),
         }),
         Err(failure) => json!({
             "file": file,

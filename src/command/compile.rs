@@ -1,14 +1,14 @@
-//! `sdfc compile`: what a scene becomes, stage by stage.
+//! `sdfc compile`: the stages of compiling a scene.
 
 use crate::failure::{Failure, INPUT};
 use crate::output;
-use crate::scene::{self, Build, Detail};
+use crate::scene::{self, BuildArgs, LodArgs};
 use crate::terminal::Terminal;
 use clap::ValueEnum;
 use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::dump::dump;
 use sdfc_compiler::export::{Target, translate};
-use sdfc_compiler::open::{Content, Outcome};
+use sdfc_compiler::open::{OpenResult, SceneFile};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources};
 use sdfc_runtime::settings::Overrides;
@@ -24,29 +24,29 @@ pub(crate) struct Arguments {
     scene: PathBuf,
     /// The stage.
     #[arg(long, value_enum, value_name = "STAGE", default_value = "asm")]
-    emit: Stage,
-    /// Where to; without it, to standard output.
+    emit: EmitStage,
+    /// Output file; by default standard output.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Say on standard error what each pass did, and what the program takes.
     #[arg(long)]
     stats: bool,
     #[command(flatten)]
-    detail: Detail,
+    lod: LodArgs,
     #[command(flatten)]
-    build: Build,
+    build: BuildArgs,
 }
 
 /// A stage of the compiler, in order, and what it exports to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Stage {
+enum EmitStage {
     /// The syntax tree.
     Ast,
     /// Names, types and loops resolved.
     Scene,
     /// Operations, each once.
     Graph,
-    /// The same after the optimizing passes.
+    /// The graph after the optimizing passes.
     Optimized,
     /// A listing of the program.
     Asm,
@@ -66,7 +66,7 @@ enum Stage {
     Shadertoy,
 }
 
-impl Stage {
+impl EmitStage {
     fn is_text(self) -> bool {
         !matches!(self, Self::Bytecode | Self::Spirv)
     }
@@ -74,34 +74,34 @@ impl Stage {
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let stage = arguments.emit;
-    let bytes = emitted(arguments, terminal)?;
+    let bytes = emit(arguments, terminal)?;
     output::deliver(arguments.output.as_deref(), &bytes, stage.is_text())
 }
 
-fn emitted(arguments: &Arguments, terminal: &Terminal) -> Result<Vec<u8>, Failure> {
+fn emit(arguments: &Arguments, terminal: &Terminal) -> Result<Vec<u8>, Failure> {
     let Arguments {
         scene: path,
         emit: stage,
         build,
-        detail,
+        lod,
         ..
     } = arguments;
     let target = match stage {
-        Stage::Ast => return Ok(tree(path, terminal)?.into_bytes()),
-        Stage::Scene => {
-            let scene = scene::told(elaborated(path, build)?, terminal)?;
+        EmitStage::Ast => return Ok(syntax_tree(path, terminal)?.into_bytes()),
+        EmitStage::Scene => {
+            let scene = scene::report_and_unwrap(elaborate(path, build)?, terminal)?;
             return Ok(dump(&scene).into_bytes());
         }
-        Stage::Graph | Stage::Optimized | Stage::Asm | Stage::Bytecode => None,
-        Stage::Wgsl => Some(Target::Wgsl),
-        Stage::Glsl => Some(Target::Glsl),
-        Stage::Hlsl => Some(Target::Hlsl),
-        Stage::Msl => Some(Target::Msl),
-        Stage::Spirv => Some(Target::Spirv),
-        Stage::Shadertoy => Some(Target::Shadertoy),
+        EmitStage::Graph | EmitStage::Optimized | EmitStage::Asm | EmitStage::Bytecode => None,
+        EmitStage::Wgsl => Some(Target::Wgsl),
+        EmitStage::Glsl => Some(Target::Glsl),
+        EmitStage::Hlsl => Some(Target::Hlsl),
+        EmitStage::Msl => Some(Target::Msl),
+        EmitStage::Spirv => Some(Target::Spirv),
+        EmitStage::Shadertoy => Some(Target::Shadertoy),
     };
     // For the scene's own camera and size.
-    let opened = detail.open(path, build, &Overrides::default(), terminal)?;
+    let opened = lod.open(path, build, &Overrides::default(), terminal)?;
     let compiled = &opened.compiled;
     if arguments.stats {
         terminal.write(&stats(compiled));
@@ -111,42 +111,42 @@ fn emitted(arguments: &Arguments, terminal: &Terminal) -> Result<Vec<u8>, Failur
         return translate(compiled, target).map_err(failed);
     }
     Ok(match stage {
-        Stage::Graph => compiled.graph.dump().into_bytes(),
-        Stage::Bytecode => file::encode_file(&compiled.module),
-        Stage::Asm => assembly(&opened).into_bytes(),
+        EmitStage::Graph => compiled.graph.dump().into_bytes(),
+        EmitStage::Bytecode => file::encode_file(&compiled.module),
+        EmitStage::Asm => assembly(&opened).into_bytes(),
         _ => compiled.optimized.dump().into_bytes(),
     })
 }
 
-/// The syntax tree of a text.
-fn tree(path: &Path, terminal: &Terminal) -> Result<String, Failure> {
-    let Content::Text(text) = scene::read(path)? else {
-        return Err(no_text(path, "syntax tree"));
+/// Returns the syntax tree of a text.
+fn syntax_tree(path: &Path, terminal: &Terminal) -> Result<String, Failure> {
+    let SceneFile::Text(text) = scene::read(path)? else {
+        return Err(no_text_error(path, "syntax tree"));
     };
     let mut sources = Sources::new();
     let file = sources.add(path.display().to_string(), text);
-    let (tree, found) = sdfc_lang::parse(&sources, file);
-    terminal.diagnostics(&Diagnostics::from_iter(found), &sources);
+    let (tree, diagnostics) = sdfc_lang::parse(&sources, file);
+    terminal.diagnostics(&Diagnostics::from_iter(diagnostics), &sources);
     tree.map(|tree| sdfc_lang::dump(&tree))
-        .ok_or(Failure::Told(INPUT))
+        .ok_or(Failure::AlreadyReported(INPUT))
 }
 
-fn elaborated(path: &Path, build: &Build) -> Result<Outcome<Scene>, Failure> {
+fn elaborate(path: &Path, build: &BuildArgs) -> Result<OpenResult<Scene>, Failure> {
     match scene::read(path)? {
-        Content::Text(text) => scene::elaborated(path, text, build),
-        Content::Clauses(text) => scene::clauses(path, text, build),
-        Content::Bytecode(_) => Err(no_text(path, "scene")),
+        SceneFile::Text(text) => scene::elaborated(path, text, build),
+        SceneFile::Clauses(text) => scene::clauses(path, text, build),
+        SceneFile::Bytecode(_) => Err(no_text_error(path, "scene")),
     }
 }
 
-fn no_text(path: &Path, what: &str) -> Failure {
+fn no_text_error(path: &Path, missing: &str) -> Failure {
     Failure::Input(format!(
-        "{} is compiled already and has no {what}",
+        "{} is compiled already and has no {missing}",
         path.display()
     ))
 }
 
-/// What the passes did, and what the programs take.
+/// Describes the effects of the passes, and the size of the programs.
 fn stats(compiled: &Compiled) -> String {
     let mut text = format!("lowered   {} nodes\n", compiled.graph.len());
     for pass in &compiled.passes {
@@ -167,7 +167,7 @@ fn stats(compiled: &Compiled) -> String {
     let programs = [Some(&module.distance), module.surface.as_ref()];
     for (name, program) in ["distance", "surface"].into_iter().zip(programs) {
         if let Some(program) = program {
-            let needs = program.needs();
+            let needs = program.requirements();
             let _ = writeln!(
                 text,
                 "{name:<9} {} instructions, {} constants, {} values deep, {} slots, {} opcodes",
@@ -182,8 +182,8 @@ fn stats(compiled: &Compiled) -> String {
     text
 }
 
-/// The programs as listings.
-fn assembly(opened: &scene::Opened) -> String {
+/// Returns listings of the programs.
+fn assembly(opened: &scene::OpenedScene) -> String {
     let module = opened.module();
     let mut text = listing::print(&module.distance);
     if let Some(surface) = &module.surface {

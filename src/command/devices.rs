@@ -1,4 +1,4 @@
-//! `sdfc devices`: what scenes can be run on.
+//! `sdfc devices`: the devices that can run scenes.
 
 use crate::failure::Failure;
 use crate::output;
@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         if cores == 1 { "" } else { "s" }
     );
     for (number, device) in devices.iter().enumerate() {
-        text.push_str(&described(number, device));
+        text.push_str(&describe(number, device));
     }
     text.push_str(match devices.first().map(|device| device.kind) {
         None => {
@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     output::print(text)
 }
 
-fn described(number: usize, device: &DeviceInfo) -> String {
+fn describe(number: usize, device: &DeviceInfo) -> String {
     format!(
         "gpu{number} {}, {}, {}: engines interp, wgsl\n     {}\n     buffers up to {} MiB, \
          {} MiB of one in a kernel; uniforms up to {} KiB\n",

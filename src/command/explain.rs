@@ -1,4 +1,4 @@
-//! `sdfc explain`: the page behind a message's code.
+//! `sdfc explain`: the documentation of a message's code.
 
 use crate::failure::Failure;
 use crate::output;

@@ -20,21 +20,21 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     on_each(&arguments.files, terminal, |file| {
-        format(file, arguments.check, terminal)
+        format_file(file, arguments.check, terminal)
     })
 }
 
-fn format(path: &Path, check: bool, terminal: &Terminal) -> Result<(), Failure> {
-    let before = input::text(path)?;
+fn format_file(path: &Path, check: bool, terminal: &Terminal) -> Result<(), Failure> {
+    let original = input::text(path)?;
     let mut sources = Sources::new();
-    let file = sources.add(path.display().to_string(), before);
-    let (tree, found) = parse(&sources, file);
+    let file = sources.add(path.display().to_string(), original);
+    let (tree, diagnostics) = parse(&sources, file);
     let Some(tree) = tree else {
-        terminal.diagnostics(&Diagnostics::from_iter(found), &sources);
-        return Err(Failure::Told(crate::failure::INPUT));
+        terminal.diagnostics(&Diagnostics::from_iter(diagnostics), &sources);
+        return Err(Failure::AlreadyReported(crate::failure::INPUT));
     };
-    let after = print(&tree);
-    if after == sources.text(file) {
+    let formatted = print(&tree);
+    if formatted == sources.text(file) {
         return Ok(());
     }
     if check {
@@ -44,5 +44,5 @@ fn format(path: &Path, check: bool, terminal: &Terminal) -> Result<(), Failure> 
         );
         return Err(Failure::Input(problem));
     }
-    output::write(path, after.as_bytes())
+    output::write(path, formatted.as_bytes())
 }

@@ -1,7 +1,7 @@
 //! `sdfc gen`: a scene of many primitives.
 
 use crate::failure::Failure;
-use crate::generate::{self, Family, Options};
+use crate::generate::{self, Family, GenerateOptions};
 use crate::output;
 use sdfc_lang::{Sources, parse, print};
 use std::path::PathBuf;
@@ -9,51 +9,51 @@ use std::path::PathBuf;
 /// Write a scene of many primitives, to see how cost grows with their number.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// What it is made of.
+    /// Kind of the scene.
     #[arg(value_enum)]
     family: Family,
-    /// How many primitives, besides the ground; they are smaller where they are more.
+    /// Number of primitives, besides the ground; more are smaller.
     #[arg(long, value_name = "N", default_value_t = 1000,
-        value_parser = clap::value_parser!(u32).range(1..=MOST))]
+        value_parser = clap::value_parser!(u32).range(1..=MAX_COUNT))]
     count: u32,
-    /// Another number is another scene.
+    /// Seed of the random numbers: each one gives another scene.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// How thick the smooth union of neighbours is, as a share of their size; 0 is a hard union.
-    #[arg(long, value_name = "K", default_value_t = 0.0, value_parser = share)]
+    /// Width of the smooth union of neighbors, as a fraction of their size; 0 is a hard union.
+    #[arg(long, value_name = "K", default_value_t = 0.0, value_parser = blend_fraction)]
     blend: f64,
-    /// Where to; without it, to standard output.
+    /// Output file; by default standard output.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
-/// The most primitives that are written.
-const MOST: i64 = 10_000_000;
+/// Maximum number of primitives.
+const MAX_COUNT: i64 = 10_000_000;
 
-/// A blend that is at most as thick as the primitives.
-fn share(text: &str) -> Result<f64, String> {
-    let share = text
+/// Parses a blend that is at most as thick as the primitives.
+fn blend_fraction(text: &str) -> Result<f64, String> {
+    let fraction = text
         .parse()
         .ok()
-        .filter(|share| (0.0..=1.0).contains(share));
-    share.ok_or_else(|| "write a number from 0 to 1".to_owned())
+        .filter(|fraction| (0.0..=1.0).contains(fraction));
+    fraction.ok_or_else(|| "write a number from 0 to 1".to_owned())
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(path) = &arguments.output {
         output::check(path)?;
     }
-    let options = Options {
+    let options = GenerateOptions {
         count: arguments.count,
         seed: arguments.seed,
         blend: arguments.blend,
     };
-    let text = laid_out(generate::scene(arguments.family, &options));
+    let text = canonical_layout(generate::scene(arguments.family, &options));
     output::deliver(arguments.output.as_deref(), text.as_bytes(), true)
 }
 
-/// The canonical layout, where the text is not too long to be parsed.
-fn laid_out(text: String) -> String {
+/// Returns the canonical layout, where the text is short enough to be parsed.
+fn canonical_layout(text: String) -> String {
     let mut sources = Sources::new();
     let file = sources.add("generated".to_owned(), text);
     match parse(&sources, file) {

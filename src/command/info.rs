@@ -1,9 +1,9 @@
-//! `sdfc info`: what is in a scene.
+//! `sdfc info`: the contents of a scene.
 
 use crate::failure::Failure;
 use crate::output;
 use crate::rounding;
-use crate::scene::{self, Build};
+use crate::scene::{self, BuildArgs};
 use crate::terminal::Terminal;
 use sdfc_compiler::compile::operation_counts;
 use sdfc_runtime::rounding::Rounding;
@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     /// The scene: .sdf, .sdfb or .vm.
     scene: PathBuf,
     #[command(flatten)]
-    build: Build,
+    build: BuildArgs,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -31,30 +31,30 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let opened = scene::open(&arguments.scene, &arguments.build, terminal)?;
-    let off = rounding::of(&opened);
+    let rounding_error = rounding::for_scene(&opened);
     if arguments.json {
-        output::print_json(&as_json(&opened, off.as_ref()))?;
+        output::print_json(&as_json(&opened, rounding_error.as_ref()))?;
     } else {
-        output::print(page(&opened, off.as_ref()))?;
+        output::print(page(&opened, rounding_error.as_ref()))?;
     }
-    if let Some(warning) = off.as_ref().and_then(rounding::warning) {
+    if let Some(warning) = rounding_error.as_ref().and_then(rounding::warning) {
         terminal.warning(&warning);
     }
     Ok(())
 }
 
-/// The facts for people.
-fn page(opened: &scene::Opened, off: Option<&Rounding>) -> String {
+/// Returns the facts for people.
+fn page(opened: &scene::OpenedScene, rounding_error: Option<&Rounding>) -> String {
     let module = opened.module();
     let settings = &module.settings;
-    let needs = module.distance.needs();
+    let needs = module.distance.requirements();
     let mut text = String::new();
     let mut fact = |name: &str, value: &str| {
         let _ = writeln!(text, "{name:11} {value}");
     };
     fact(
         "kind",
-        if settings.plane {
+        if settings.is_plane {
             "a figure in the plane"
         } else {
             "a solid"
@@ -62,7 +62,9 @@ fn page(opened: &scene::Opened, off: Option<&Rounding>) -> String {
     );
     fact("bounds", &corners(&settings.bounds));
     fact("slope", &slope(module));
-    let lines = off.map(rounding::lines).unwrap_or_default();
+    let lines = rounding_error
+        .map(rounding::report_lines)
+        .unwrap_or_default();
     for (i, line) in lines.iter().enumerate() {
         fact(if i == 0 { "rounding" } else { "" }, line);
     }
@@ -92,14 +94,17 @@ fn page(opened: &scene::Opened, off: Option<&Rounding>) -> String {
         &format!("{width}x{height}, {0}x{0} samples", settings.render.aa),
     );
     if let Some(animation) = settings.animation {
-        let again = if animation.repeats {
+        let repetition = if animation.repeats {
             ", again and again"
         } else {
             ""
         };
         fact(
             "animation",
-            &format!("{} s, {} fps{again}", animation.duration, animation.fps),
+            &format!(
+                "{} s, {} fps{repetition}",
+                animation.duration, animation.fps
+            ),
         );
     }
     fact(
@@ -121,10 +126,10 @@ fn page(opened: &scene::Opened, off: Option<&Rounding>) -> String {
             param.name,
             value(param.kind, &param.value)
         );
-        if let Some((least, most)) = param.range {
+        if let Some((min, max)) = param.range {
             let dots = if param.inclusive { "..=" } else { ".." };
             let end = |number| value(param.kind, &[number]);
-            let _ = write!(text, " in {}{dots}{}", end(least), end(most));
+            let _ = write!(text, " in {}{dots}{}", end(min), end(max));
         }
         if let Some(step) = param.step {
             let _ = write!(text, " by {}", value(param.kind, &[step]));
@@ -142,18 +147,22 @@ fn page(opened: &scene::Opened, off: Option<&Rounding>) -> String {
     text
 }
 
-/// Names in a list, those of nameless things left out.
+/// Joins names, and counts the nameless things.
 fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    let all: Vec<_> = names.collect();
-    let named: Vec<_> = all
+    let list: Vec<_> = names.collect();
+    let named: Vec<_> = list
         .iter()
         .copied()
         .filter(|name| !name.is_empty())
         .collect();
-    match (all.len(), named.len()) {
+    match (list.len(), named.len()) {
         (count, 0) => count.to_string(),
-        (count, with) if count == with => named.join(", "),
-        (count, with) => format!("{}, and {} without a name", named.join(", "), count - with),
+        (count, named_count) if count == named_count => named.join(", "),
+        (count, named_count) => format!(
+            "{}, and {} without a name",
+            named.join(", "),
+            count - named_count
+        ),
     }
 }
 
@@ -161,11 +170,11 @@ fn corners(bounds: &Bounds) -> String {
     if bounds.is_empty() {
         return "empty".to_owned();
     }
-    let corner = |at: [f64; 3]| format!("[{}]", at.map(rounded).join(", "));
+    let corner = |point: [f64; 3]| format!("[{}]", point.map(rounded).join(", "));
     format!("{} to {}", corner(bounds.min), corner(bounds.max))
 }
 
-/// A number with as many digits as a person reads.
+/// Formats a number with at most four decimals.
 fn rounded(value: f64) -> String {
     let text = format!("{value:.4}");
     match text.contains('.') {
@@ -174,14 +183,14 @@ fn rounded(value: f64) -> String {
     }
 }
 
-/// A param's value as a scene writes it.
+/// Formats the value of a param as a scene writes it.
 fn value(kind: ParamKind, numbers: &[f64]) -> String {
     match (kind, numbers) {
         (ParamKind::Bool, [truth]) => (*truth != 0.0).to_string(),
         (ParamKind::Angle, [radians]) => format!("{}deg", rounded(radians.to_degrees())),
         (ParamKind::Time, [seconds]) => format!("{}s", rounded(*seconds)),
         (ParamKind::Color, [r, g, b]) => color([*r, *g, *b]),
-        (_, [one]) => rounded(*one),
+        (_, [number]) => rounded(*number),
         (_, several) => {
             format!(
                 "[{}]",
@@ -195,20 +204,20 @@ fn value(kind: ParamKind, numbers: &[f64]) -> String {
     }
 }
 
-/// A linear colour in the notation of scenes, which is sRGB.
+/// Formats a linear colour in the notation of scenes, which is sRGB.
 fn color(linear: [f64; 3]) -> String {
-    let encoded = tone::encode::<f64>(V3::of(linear[0], linear[1], linear[2]));
+    let encoded = tone::encode::<f64>(V3::new(linear[0], linear[1], linear[2]));
     let [r, g, b] = [encoded.x, encoded.y, encoded.z].map(|channel| tone::to_byte(channel) as u8);
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-fn as_json(opened: &scene::Opened, off: Option<&Rounding>) -> Value {
+fn as_json(opened: &scene::OpenedScene, rounding_error: Option<&Rounding>) -> Value {
     let module = opened.module();
     let settings = &module.settings;
-    let needs = module.distance.needs();
-    // JSON has no infinity: a side without end is null.
-    let corner = |at: [f64; 3]| {
-        at.map(|side| {
+    let needs = module.distance.requirements();
+    // JSON has no infinity: an unbounded side is null.
+    let corner = |point: [f64; 3]| {
+        point.map(|side| {
             if side.is_finite() {
                 json!(side)
             } else {
@@ -218,10 +227,10 @@ fn as_json(opened: &scene::Opened, off: Option<&Rounding>) -> Value {
     };
     let counts = operation_counts(&opened.compiled.optimized);
     json!({
-        "plane": settings.plane,
+        "plane": settings.is_plane,
         "bounds": { "min": corner(settings.bounds.min), "max": corner(settings.bounds.max) },
         "divisor": divisor(module),
-        "rounding": off.map(rounding::as_json),
+        "rounding": rounding_error.map(rounding::as_json),
         "instructions": module.distance.code.len(),
         "surface_instructions": module.surface.as_ref().map(|surface| surface.code.len()),
         "constants": module.distance.pool.len() * 4,
@@ -253,13 +262,13 @@ fn param_json(param: &Param) -> Value {
     })
 }
 
-/// The largest number that a raw field is divided by near the scene.
+/// Returns the largest divisor of a raw field near the scene.
 fn divisor(module: &Module) -> f64 {
     let divisors = module.distance.code.iter().filter_map(|i| {
         let pool = &module.distance.pool[i.parameters as usize..];
         match i.code {
             Code::Op(Op::FieldDistance) => Some(1.0 / f64::from(pool[0][0])),
-            // One over the bound within the cube.
+            // The inverse of the bound within the cube.
             Code::Op(Op::FieldGrowth) => Some(1.0 / f64::from(pool[0][3])),
             _ => None,
         }
@@ -267,7 +276,7 @@ fn divisor(module: &Module) -> f64 {
     divisors.fold(1.0, f64::max)
 }
 
-/// How steps are kept safe.
+/// Describes the slope after division.
 fn slope(module: &Module) -> String {
     let divisor = divisor(module);
     if divisor <= 1.0 {

@@ -1,4 +1,4 @@
-//! `sdfc ops`: the reference of shapes and operators, straight from the table.
+//! `sdfc ops`: the reference of shapes and operators, generated from the table.
 
 use crate::failure::Failure;
 use crate::output;
@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })
 }
 
-/// All rows of a word of the language, or the row of a listing's name.
+/// Returns all rows of a word of the language, or the row of a name in a listing.
 fn named(name: &str) -> Result<Vec<&'static Row>, Failure> {
     let mut rows: Vec<_> = ROWS.iter().filter(|row| word(row) == Some(name)).collect();
     if rows.is_empty() {
@@ -47,15 +47,15 @@ fn named(name: &str) -> Result<Vec<&'static Row>, Failure> {
     if !rows.is_empty() {
         return Ok(rows);
     }
-    let known = ROWS
+    let names = ROWS
         .iter()
         .flat_map(|row| word(row).into_iter().chain([row.name]));
-    let nearest = known
-        .map(|known| (strsim::damerau_levenshtein(known, name), known))
+    let nearest = names
+        .map(|known_name| (strsim::damerau_levenshtein(known_name, name), known_name))
         .min_by_key(|(distance, _)| *distance)
-        .filter(|(distance, known)| *distance <= 1 + known.len() / 3);
+        .filter(|(distance, known_name)| *distance <= 1 + known_name.len() / 3);
     let hint = match nearest {
-        Some((_, known)) => format!("did you mean `{known}`?"),
+        Some((_, known_name)) => format!("did you mean `{known_name}`?"),
         None => "`sdfc ops` lists all of them".to_owned(),
     };
     Err(Failure::Input(format!(
@@ -63,7 +63,7 @@ fn named(name: &str) -> Result<Vec<&'static Row>, Failure> {
     )))
 }
 
-/// All rows by category, a line each: the call in a scene, and the first sentence about it.
+/// Lists all rows by category, a line each: the call in a scene, and the first sentence of its description.
 fn list(rows: &[&Row]) -> String {
     let mut text = String::new();
     for category in CATEGORIES {
@@ -78,7 +78,7 @@ fn list(rows: &[&Row]) -> String {
         let width = calls.iter().map(String::len).max().unwrap_or(0).min(48);
         let _ = writeln!(text, "{}", heading(category));
         for (row, call) in rows.iter().zip(&calls) {
-            let _ = writeln!(text, "  {call:width$}  {}", gist(row.doc.trim()));
+            let _ = writeln!(text, "  {call:width$}  {}", summary(row.doc.trim()));
         }
         text.push('\n');
     }
@@ -86,10 +86,10 @@ fn list(rows: &[&Row]) -> String {
     text
 }
 
-/// The first clause of a description: up to a semicolon, or to a full stop behind a whole word.
-fn gist(doc: &str) -> &str {
+/// Returns the first clause of a description: up to a semicolon, or to a full stop after a complete word.
+fn summary(doc: &str) -> &str {
     let is_initial = |stop: usize| doc[..stop].ends_with(|c: char| c.is_ascii_uppercase());
-    let mut stops = doc.match_indices(". ").map(|(at, _)| at);
+    let mut stops = doc.match_indices(". ").map(|(start, _)| start);
     let sentence = stops
         .find(|stop| !is_initial(*stop))
         .map_or(doc, |stop| &doc[..stop]);
@@ -97,12 +97,17 @@ fn gist(doc: &str) -> &str {
     clause.trim_end_matches('.')
 }
 
-/// All there is to say about a row.
+/// Returns the complete description of a row.
 fn page(row: &Row) -> String {
     let meta = &row.meta;
     let mut text = format!("{}\n  {}\n\n", call(row), row.doc.trim());
     for argument in arguments(row) {
-        let _ = write!(text, "  {:10}  {}", argument.name, described(argument.kind));
+        let _ = write!(
+            text,
+            "  {:10}  {}",
+            argument.name,
+            describe_kind(argument.kind)
+        );
         if let Some(default) = argument.default {
             let _ = write!(text, "; {} if it is not given", numbers(default));
         }
@@ -145,7 +150,7 @@ fn heading(category: Category) -> &'static str {
     }
 }
 
-/// The word of the language that makes a row.
+/// Returns the word of the language for a row.
 fn word(row: &Row) -> Option<&'static str> {
     row.meta.language.map(|language| language.name)
 }
@@ -154,7 +159,7 @@ fn arguments(row: &Row) -> &'static [Argument] {
     row.meta.language.map_or(&[], |language| language.arguments)
 }
 
-/// The row as a call in a scene; what the language has no word for has its listing's name.
+/// Returns the row as a call in a scene; without a word in the language, its name in listings.
 fn call(row: &Row) -> String {
     let Some(name) = word(row) else {
         return row.name.to_owned();
@@ -171,7 +176,7 @@ fn call(row: &Row) -> String {
 
 fn numbers(values: &[f64]) -> String {
     match values {
-        [one] => one.to_string(),
+        [number] => number.to_string(),
         several => {
             format!(
                 "[{}]",
@@ -185,7 +190,7 @@ fn numbers(values: &[f64]) -> String {
     }
 }
 
-fn described(kind: ArgumentKind) -> &'static str {
+fn describe_kind(kind: ArgumentKind) -> &'static str {
     match kind {
         ArgumentKind::Radius => "a radius, more than 0 (or a diameter, with `d` for `r`)",
         ArgumentKind::RadiusOrZero => "a radius, 0 or more (or a diameter, with `d` for `r`)",
@@ -217,18 +222,18 @@ fn exactness(exactness: Exactness) -> &'static str {
 
 fn slope(slope: &Slope) -> String {
     match slope {
-        Slope::Constant(most) => format!("at most {most}"),
-        Slope::Of(_) => "follows from the arguments".to_owned(),
-        Slope::Largest(factor) if *factor == 1.0 => "that of the steepest operand".to_owned(),
-        Slope::Largest(factor) => format!("that of the steepest operand, times {factor}"),
-        Slope::LargestOrOne => "that of the steepest operand, at least 1".to_owned(),
+        Slope::Constant(bound) => format!("at most {bound}"),
+        Slope::FromParams(_) => "follows from the arguments".to_owned(),
+        Slope::MaxOfOperands(factor) if *factor == 1.0 => "that of the steepest operand".to_owned(),
+        Slope::MaxOfOperands(factor) => format!("that of the steepest operand, times {factor}"),
+        Slope::MaxOfOperandsOrOne => "that of the steepest operand, at least 1".to_owned(),
         Slope::Step => "none: the value jumps, and is a safe step on both sides".to_owned(),
         Slope::Sum => "the sum of the operands'".to_owned(),
         Slope::Norm => "the root of the sum of the operands' squares".to_owned(),
-        Slope::Plus(_) => "the operand's, plus what follows from the arguments".to_owned(),
-        Slope::Times(_) => "the operand's, times what follows from the arguments".to_owned(),
-        Slope::Stretch(_) => "the shape's, times how much space is stretched".to_owned(),
-        Slope::Unknown => "found by interval arithmetic".to_owned(),
+        Slope::PlusParams(_) => "the operand's, plus what follows from the arguments".to_owned(),
+        Slope::ScaledBy(_) => "the operand's, times what follows from the arguments".to_owned(),
+        Slope::PointMap(_) => "the shape's, times how much space is stretched".to_owned(),
+        Slope::Unbounded => "found by interval arithmetic".to_owned(),
     }
 }
 
@@ -237,10 +242,10 @@ fn bounds(rule: &BoundsRule) -> &'static str {
         BoundsRule::Shape(_) => "follow from the arguments",
         BoundsRule::Hull => "around all operands",
         BoundsRule::HullGrown(_) => "around all operands, and some more for the blend",
-        BoundsRule::Common => "what the operands have in common",
-        BoundsRule::First => "those of the operand",
+        BoundsRule::Intersection => "what the operands have in common",
+        BoundsRule::FirstOperand => "those of the operand",
         BoundsRule::Map(_) => "those of the shape, changed as it is",
-        BoundsRule::Everything => "",
+        BoundsRule::Infinite => "",
     }
 }
 
@@ -250,7 +255,7 @@ fn as_json(row: &Row) -> serde_json::Value {
         .map(|argument| {
             json!({
                 "name": argument.name,
-                "kind": described(argument.kind),
+                "kind": describe_kind(argument.kind),
                 "default": argument.default,
             })
         })

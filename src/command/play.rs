@@ -3,11 +3,11 @@
 use crate::engine;
 use crate::failure::Failure;
 use crate::terminal::Terminal;
-use sdfc_playground::build::Source;
+use sdfc_playground::build::SceneOrigin;
 use sdfc_playground::files::Disk;
-use sdfc_playground::painter::engines;
-use sdfc_playground::session::{Choice, Devices, Event, Session};
-use sdfc_playground::window::{Example, Tools, open};
+use sdfc_playground::renderer::editing_engines;
+use sdfc_playground::session::{Devices, EngineChoice, Event, Session};
+use sdfc_playground::window::{Example, WindowServices, open};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::gpu::{DeviceKind, devices};
 use std::path::PathBuf;
@@ -19,14 +19,13 @@ use std::time::Duration;
 pub(crate) struct Arguments {
     /// The scene: .sdf, .sdfb or .vm; without it, one that comes with the program.
     scene: Option<PathBuf>,
-    /// What draws. With auto, hardware runs the program at once and generated code once that is
-    /// compiled, and the CPU draws where there is none.
+    /// Engine that draws. With auto, a GPU runs the program at once and generated code when compiled;
+    /// without a GPU, the CPU draws.
     #[arg(long, value_enum, value_name = "ENGINE", default_value_t)]
-    engine: engine::Choice,
+    engine: engine::EngineArg,
 }
 
-/// The scenes that come with the program, by their names; the first one is shown where none is asked
-/// for.
+/// Declares the scenes that come with the program, by their names; the first one is the default.
 macro_rules! examples {
     ($($name:literal)*) => {
         &[$(Example {
@@ -43,29 +42,31 @@ const EXAMPLES: &[Example] = examples! {
 
 pub(crate) fn run(arguments: &Arguments, _terminal: &Terminal) -> Result<(), Failure> {
     let source = match &arguments.scene {
-        Some(path) => Source::File(path.clone()),
-        None => Source::Text {
+        Some(path) => SceneOrigin::File(path.clone()),
+        None => SceneOrigin::Text {
             name: format!("{}.sdf", EXAMPLES[0].name),
             text: EXAMPLES[0].text.to_owned(),
         },
     };
-    let found = devices();
-    let here = Devices {
-        gpu: !found.is_empty(),
-        hardware: found.iter().any(|gpu| gpu.kind != DeviceKind::Software),
+    let devices_found = devices();
+    let available = Devices {
+        gpu: !devices_found.is_empty(),
+        hardware: devices_found
+            .iter()
+            .any(|gpu| gpu.kind != DeviceKind::Software),
     };
-    let mut session = Session::new(source, here);
+    let mut session = Session::new(source, available);
     let choice = match arguments.engine {
-        engine::Choice::Auto => Choice::Auto,
-        engine::Choice::Cpu => Choice::Only(EngineKind::Cpu),
-        engine::Choice::Interp => Choice::Only(EngineKind::Interp),
-        engine::Choice::Wgsl => Choice::Only(EngineKind::Wgsl),
-        engine::Choice::Reference => Choice::Only(EngineKind::Reference),
+        engine::EngineArg::Auto => EngineChoice::Auto,
+        engine::EngineArg::Cpu => EngineChoice::Only(EngineKind::Cpu),
+        engine::EngineArg::Interp => EngineChoice::Only(EngineKind::Interp),
+        engine::EngineArg::Wgsl => EngineChoice::Only(EngineKind::Wgsl),
+        engine::EngineArg::Reference => EngineChoice::Only(EngineKind::Reference),
     };
     session.handle(Event::Engine(choice), Duration::ZERO);
-    let tools = Tools {
+    let tools = WindowServices {
         files: Arc::new(Disk),
-        opener: Box::new(engines),
+        opener: Box::new(editing_engines),
         examples: EXAMPLES.to_vec(),
     };
     open(session, tools).map_err(|error| Failure::Environment(error.to_string()))
@@ -79,13 +80,13 @@ mod tests {
     #[test]
     fn all_examples_are_in_the_menu() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
-        let there: BTreeSet<String> = std::fs::read_dir(folder)
+        let on_disk: BTreeSet<String> = std::fs::read_dir(folder)
             .unwrap()
             .map(|entry| entry.unwrap().path())
-            .filter(|path| path.extension().is_some_and(|found| found == "sdf"))
+            .filter(|path| path.extension().is_some_and(|extension| extension == "sdf"))
             .map(|path| path.file_stem().unwrap().to_string_lossy().into_owned())
             .collect();
         let listed = EXAMPLES.iter().map(|example| example.name.to_owned());
-        assert_eq!(listed.collect::<BTreeSet<_>>(), there);
+        assert_eq!(listed.collect::<BTreeSet<_>>(), on_disk);
     }
 }

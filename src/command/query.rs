@@ -1,19 +1,19 @@
-//! `sdfc query`: what a scene is at points, for scripts and tests.
+//! `sdfc query`: values of a scene at points, for scripts and tests.
 
-use crate::engine::{self, Choice, Tier};
+use crate::engine::{self, ArithmeticArgs, EngineArg};
 use crate::failure::{Failure, INPUT};
 use crate::input;
 use crate::output;
-use crate::scene::{self, Build};
+use crate::scene::{self, BuildArgs};
 use crate::terminal::Terminal;
-use sdfc_runtime::engine::Sample;
+use sdfc_runtime::engine::FieldSample;
 use serde_json::json;
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
-/// The most lines with mistakes that are told.
-const MOST_TOLD: usize = 20;
+/// Maximum number of reported lines with mistakes.
+const MAX_REPORTED_LINES: usize = 20;
 
 /// Read points, and tell distance, gradient and material there.
 ///
@@ -24,27 +24,31 @@ pub(crate) struct Arguments {
     /// The scene: .sdf, .sdfb or .vm.
     scene: PathBuf,
     #[command(flatten)]
-    build: Build,
-    /// What evaluates.
+    build: BuildArgs,
+    /// Engine that evaluates.
     #[arg(long, value_enum, value_name = "ENGINE", default_value_t)]
-    engine: Choice,
+    engine: EngineArg,
     #[command(flatten)]
-    tier: Tier,
+    arithmetic: ArithmeticArgs,
     /// Print JSON.
     #[arg(long)]
     json: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
-    let mut engine = engine::chosen(arguments.engine, arguments.tier)?;
+    let mut engine = engine::open_choice(arguments.engine, arguments.arithmetic)?;
     let build = arguments.build.for_engine(&*engine);
     let scene = scene::open(&arguments.scene, &build, terminal)?;
     if std::io::stdin().is_terminal() {
         terminal.note("write a point a line: x y z");
     }
-    let points = points(&input::standard()?, scene.module().settings.plane, terminal)?;
+    let points = points(
+        &input::standard()?,
+        scene.module().settings.is_plane,
+        terminal,
+    )?;
     engine::load(&mut *engine, &scene)?;
-    let samples = engine.query(&points).map_err(engine::failed)?;
+    let samples = engine.query(&points).map_err(engine::to_failure)?;
     let materials = &scene.module().settings.materials;
     if arguments.json {
         let rows = points.iter().zip(&samples);
@@ -54,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
         return output::print_json(&rows);
     }
     let mut text = String::new();
-    for Sample {
+    for FieldSample {
         distance,
         gradient: [x, y, z],
         surface,
@@ -69,10 +73,10 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
     output::print(text)
 }
 
-/// The points of a text, a line each; the third coordinate may be left out in the plane.
+/// Parses the points of a text, a line each; the third coordinate is optional in the plane.
 fn points(text: &str, plane: bool, terminal: &Terminal) -> Result<Vec<[f32; 3]>, Failure> {
     let mut points = Vec::new();
-    let mut wrong = Vec::new();
+    let mut problems = Vec::new();
     for (number, line) in text.lines().enumerate() {
         let content = line.split('#').next().unwrap_or_default().trim();
         if content.is_empty() {
@@ -80,19 +84,24 @@ fn points(text: &str, plane: bool, terminal: &Terminal) -> Result<Vec<[f32; 3]>,
         }
         match point(content, plane) {
             Ok(point) => points.push(point),
-            Err(problem) => wrong.push(format!("standard input, line {}: {problem}", number + 1)),
+            Err(problem) => {
+                problems.push(format!("standard input, line {}: {problem}", number + 1))
+            }
         }
     }
-    if wrong.is_empty() {
+    if problems.is_empty() {
         return Ok(points);
     }
-    for problem in wrong.iter().take(MOST_TOLD) {
+    for problem in problems.iter().take(MAX_REPORTED_LINES) {
         terminal.error(problem);
     }
-    if wrong.len() > MOST_TOLD {
-        terminal.note(&format!("{} more lines are wrong", wrong.len() - MOST_TOLD));
+    if problems.len() > MAX_REPORTED_LINES {
+        terminal.note(&format!(
+            "{} more lines are wrong",
+            problems.len() - MAX_REPORTED_LINES
+        ));
     }
-    Err(Failure::Told(INPUT))
+    Err(Failure::AlreadyReported(INPUT))
 }
 
 fn point(content: &str, plane: bool) -> Result<[f32; 3], String> {
@@ -117,13 +126,13 @@ fn point(content: &str, plane: bool) -> Result<[f32; 3], String> {
     }
 }
 
-/// The number and the name of a material.
+/// Returns the number and the name of a material.
 fn material(id: f32, names: &[String]) -> (usize, &str) {
     let number = id.round().max(0.0) as usize;
     (number, names.get(number).map_or("", String::as_str))
 }
 
-fn as_json(point: &[f32; 3], sample: &Sample, materials: &[String]) -> serde_json::Value {
+fn as_json(point: &[f32; 3], sample: &FieldSample, materials: &[String]) -> serde_json::Value {
     let (number, name) = material(sample.surface.id, materials);
     json!({
         "point": point,

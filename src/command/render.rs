@@ -1,18 +1,18 @@
-//! `sdfc render`: a scene's picture.
+//! `sdfc render`: the picture of a scene.
 
-use crate::engine::{self, Choice, Tier};
+use crate::engine::{self, ArithmeticArgs, EngineArg};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::Progress;
 use crate::rounding;
-use crate::scene::{Build, Detail};
+use crate::scene::{BuildArgs, LodArgs};
 use crate::terminal::Terminal;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use sdfc_playground::picture::png;
+use sdfc_playground::png_file::png;
 use sdfc_runtime::engine::Engine;
-use sdfc_runtime::frame::{CellUse, Frame, Mode, Normals, Occlusion, Tonemap};
-use sdfc_runtime::settings::{LARGEST_SIDE, Overrides, resolve};
-use sdfc_runtime::unseen;
+use sdfc_runtime::render::{CellMode, Image, Mode, Normals, Occlusion, Tonemap};
+use sdfc_runtime::settings::{MAX_SIDE_PIXELS, Overrides, resolve};
+use sdfc_runtime::visibility_notes;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -21,28 +21,28 @@ use std::time::{Duration, Instant};
 pub(crate) struct Arguments {
     /// The scene: .sdf, .sdfb or .vm.
     pub(super) scene: PathBuf,
-    /// Where the picture goes, a PNG; without it, the scene's name with `.png`, in this folder.
+    /// Output file, a PNG; by default the scene's name with `.png`, in the current folder.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
-    pub(super) build: Build,
+    pub(super) build: BuildArgs,
     #[command(flatten)]
-    look: Look,
+    picture: PictureArgs,
     #[command(flatten)]
-    detail: Detail,
-    /// What draws.
+    lod: LodArgs,
+    /// Engine that draws.
     #[arg(long, value_enum, value_name = "ENGINE", default_value_t)]
-    pub(super) engine: Choice,
+    pub(super) engine: EngineArg,
     #[command(flatten)]
-    pub(super) tier: Tier,
+    pub(super) arithmetic: ArithmeticArgs,
     /// Show progress even where stderr is no terminal.
     #[arg(long)]
     progress: bool,
 }
 
-/// What replaces the scene's own settings of its picture.
+/// Flags that replace the scene's own settings of its picture.
 #[derive(Clone, Debug, clap::Args)]
-pub(crate) struct Look {
+pub(crate) struct PictureArgs {
     /// Width and height in pixels, up to 16384 each: 1280x720.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<[u32; 2]>,
@@ -52,32 +52,32 @@ pub(crate) struct Look {
     /// The camera's name.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
-    /// What is shown.
+    /// Quantity that is shown.
     #[arg(long, value_name = "MODE", default_value = "shaded", value_parser = one_of(MODES))]
     mode: Mode,
-    /// The most steps of a ray.
+    /// Maximum number of steps of a ray.
     #[arg(long, value_name = "N")]
     steps: Option<u32>,
-    /// How far a ray goes, in the scene's units.
+    /// Maximum length of a ray, in the scene's units.
     #[arg(long, value_name = "DISTANCE")]
     far: Option<f64>,
-    /// How normals are found.
+    /// Method for normals.
     #[arg(long, value_name = "METHOD", value_parser = one_of(NORMALS))]
     normals: Option<Normals>,
-    /// How crevices are darkened: off, five-tap, or so many samples.
+    /// Ambient occlusion: off, five-tap, or a number of samples.
     #[arg(long, value_name = "FORM", value_parser = occlusion)]
     occlusion: Option<Occlusion>,
-    /// How light becomes a colour.
+    /// Tone curve, from light to color.
     #[arg(long, value_name = "CURVE", value_parser = one_of(TONEMAPS))]
     tonemap: Option<Tonemap>,
     /// A factor on all light.
     #[arg(long, value_name = "FACTOR")]
     exposure: Option<f64>,
-    /// Whether the engines cpu and interp cut space into cells, each with what of the program matters
-    /// there; the picture is the same, but on cpu for pixels at edges, and where fields jump. With gpu, interp
-    /// cuts them on the device, which auto and always do on graphics cards only; with cpu, on the processor.
+    /// Use of cells on the engines cpu and interp: boxes of space, each with the operations that matter inside it.
+    /// The picture stays the same, except on cpu for pixels at edges and at discontinuities of fields. With gpu,
+    /// interp builds cells on the device; with cpu, on the CPU; auto and always use the device on graphics cards.
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = one_of(CELLS))]
-    cells: CellUse,
+    cells: CellMode,
 }
 
 const MODES: &[(&str, Mode)] = &[
@@ -101,12 +101,12 @@ const NORMALS: &[(&str, Normals)] = &[
     ("wide", Normals::Wide),
 ];
 
-const CELLS: &[(&str, CellUse)] = &[
-    ("auto", CellUse::Auto),
-    ("never", CellUse::Never),
-    ("always", CellUse::Always),
-    ("cpu", CellUse::Processor),
-    ("gpu", CellUse::Device),
+const CELLS: &[(&str, CellMode)] = &[
+    ("auto", CellMode::Auto),
+    ("never", CellMode::Never),
+    ("always", CellMode::Always),
+    ("cpu", CellMode::Cpu),
+    ("gpu", CellMode::Gpu),
 ];
 
 const TONEMAPS: &[(&str, Tonemap)] = &[
@@ -115,14 +115,14 @@ const TONEMAPS: &[(&str, Tonemap)] = &[
     ("aces", Tonemap::Aces),
 ];
 
-/// A parser of the names in a list.
+/// Returns a parser of the names in a list.
 fn one_of<T: Copy + Send + Sync + 'static>(
     list: &'static [(&'static str, T)],
 ) -> impl TypedValueParser<Value = T> {
     let names = list.iter().map(|(name, _)| *name);
-    PossibleValuesParser::new(names).try_map(|given| {
-        let found = list.iter().find(|(name, _)| *name == given);
-        found.map(|(_, value)| *value).ok_or("an unknown name")
+    PossibleValuesParser::new(names).try_map(|word| {
+        let entry = list.iter().find(|(name, _)| *name == word);
+        entry.map(|(_, value)| *value).ok_or("an unknown name")
     })
 }
 
@@ -130,7 +130,7 @@ pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once(['x', 'X', '×']);
     let sides = sides.and_then(|(w, h)| Some([w.trim().parse().ok()?, h.trim().parse().ok()?]));
     sides.ok_or_else(|| {
-        format!("write width and height such as 1280x720, each from 1 to {LARGEST_SIDE}")
+        format!("write width and height such as 1280x720, each from 1 to {MAX_SIDE_PIXELS}")
     })
 }
 
@@ -143,8 +143,8 @@ fn occlusion(text: &str) -> Result<Occlusion, String> {
     }
 }
 
-impl Look {
-    /// What the runtime is to use in place of what the scene says.
+impl PictureArgs {
+    /// Returns the settings that replace the scene's own.
     pub(crate) fn overrides(&self) -> Overrides {
         Overrides {
             size: self.size,
@@ -165,11 +165,11 @@ impl Look {
 
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let to = destination(arguments)?;
-    let mut engine = engine::chosen(arguments.engine, arguments.tier)?;
+    let mut engine = engine::open_choice(arguments.engine, arguments.arithmetic)?;
     draw(arguments, &to, &mut *engine, terminal)
 }
 
-/// Draws the scene as it is now.
+/// Draws the present scene.
 pub(super) fn draw(
     arguments: &Arguments,
     to: &Path,
@@ -177,27 +177,27 @@ pub(super) fn draw(
     terminal: &Terminal,
 ) -> Result<(), Failure> {
     let build = arguments.build.for_engine(engine);
-    let (detail, look) = (&arguments.detail, arguments.look.overrides());
-    let scene = detail.open(&arguments.scene, &build, &look, terminal)?;
-    let settings = resolve(scene.module(), &scene.outputs, &look)
+    let (lod, overrides) = (&arguments.lod, arguments.picture.overrides());
+    let scene = lod.open(&arguments.scene, &build, &overrides, terminal)?;
+    let settings = resolve(scene.module(), &scene.outputs, &overrides)
         .map_err(|error| Failure::Input(format!("{}: {error}", arguments.scene.display())))?;
     let started = Instant::now();
     engine::load(engine, &scene)?;
-    let what = arguments.scene.display().to_string();
-    let progress = Progress::new(terminal, what, arguments.progress);
-    let frame = engine.render(&settings, &|share| progress.is_at(share));
+    let label = arguments.scene.display().to_string();
+    let progress = Progress::new(terminal, label, arguments.progress);
+    let frame = engine.render(&settings, &|fraction| progress.update(fraction));
     drop(progress);
-    let frame = frame.map_err(engine::failed)?;
-    let took = started.elapsed();
+    let frame = frame.map_err(engine::to_failure)?;
+    let duration = started.elapsed();
     let bytes = png([frame.width, frame.height], &frame.rgba8()).map_err(Failure::Input)?;
     output::deliver(Some(to), &bytes, false)?;
-    let detail = detail.told(&scene);
-    terminal.write(&summary(to, &frame, engine, took, &detail));
+    let lod_summary = lod.summary(&scene);
+    terminal.write(&summary(to, &frame, engine, duration, &lod_summary));
     let rounding = rounding::warning_in(&scene, &settings);
-    let unseen = unseen::notes(scene.module(), &settings, &frame.stats);
-    for warning in troubles(&frame, settings.steps)
+    let notes = visibility_notes::notes(scene.module(), &settings, &frame.stats);
+    for warning in render_warnings(&frame, settings.steps)
         .into_iter()
-        .chain(unseen)
+        .chain(notes)
         .chain(rounding)
     {
         terminal.warning(&warning);
@@ -205,7 +205,7 @@ pub(super) fn draw(
     Ok(())
 }
 
-/// Where the picture goes; told before the work begins if it cannot go there.
+/// Returns the path of the picture; fails before the work begins if it cannot be written.
 pub(super) fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
     let to = match &arguments.output {
         Some(path) => path.clone(),
@@ -228,21 +228,27 @@ pub(super) fn destination(arguments: &Arguments) -> Result<PathBuf, Failure> {
     Ok(to)
 }
 
-/// What was drawn, by what, how fast.
-fn summary(to: &Path, frame: &Frame, engine: &dyn Engine, took: Duration, detail: &str) -> String {
-    let short = out_of_memory(frame.stats.cells.short);
+/// Returns the summary: the picture, the engine and the time.
+fn summary(
+    to: &Path,
+    frame: &Image,
+    engine: &dyn Engine,
+    duration: Duration,
+    lod_summary: &str,
+) -> String {
+    let memory_note = out_of_memory(frame.stats.cells.out_of_memory);
     format!(
-        "{}: {}x{}, {} on {}, {} ms{short}{detail}\n",
+        "{}: {}x{}, {} on {}, {} ms{memory_note}{lod_summary}\n",
         to.display(),
         frame.width,
         frame.height,
         engine.kind(),
         engine.device(),
-        took.as_millis()
+        duration.as_millis()
     )
 }
 
-/// That so many cells found no room for a program of their own, if any.
+/// Returns the note about cells without memory for a pruned program, if any.
 fn out_of_memory(cells: u64) -> String {
     match cells {
         0 => String::new(),
@@ -251,46 +257,46 @@ fn out_of_memory(cells: u64) -> String {
     }
 }
 
-/// Rays and pixels of which the picture does not show the truth.
-fn troubles(frame: &Frame, steps: u32) -> Vec<String> {
+/// Returns warnings about rays and pixels that may be wrong in the picture.
+fn render_warnings(frame: &Image, steps: u32) -> Vec<String> {
     let stats = &frame.stats;
-    let share = |count: u64| {
-        let all = stats.rays().max(1);
+    let fraction = |count: u64| {
+        let total = stats.rays().max(1);
         format!(
-            "{count} of {all} rays ({:.2} %)",
-            100.0 * count as f64 / all as f64
+            "{count} of {total} rays ({:.2} %)",
+            100.0 * count as f64 / total as f64
         )
     };
-    let mut troubles = Vec::new();
+    let mut warnings = Vec::new();
     if stats.undecided > 0 {
-        troubles.push(format!(
+        warnings.push(format!(
             "{} could not be proved to hit or to miss: the picture shows what they most likely do",
-            share(stats.undecided)
+            fraction(stats.undecided)
         ));
     }
     if stats.step_caps > 0 {
-        troubles.push(format!(
+        warnings.push(format!(
             "{} ended before they hit or missed: give them more than {steps} `--steps`",
-            share(stats.step_caps)
+            fraction(stats.step_caps)
         ));
     }
     if stats.nans > 0 {
-        troubles.push(format!(
+        warnings.push(format!(
             "{} met a distance that is not a number: a field has values beyond all \
              numbers, as high powers have far away. Stop its iterations sooner, or say with \
              `within` where it ends",
-            share(stats.nans)
+            fraction(stats.nans)
         ));
     }
-    let (colorless, pixels) = (frame.colorless(), frame.color.len());
+    let (colorless, pixels) = (frame.nan_pixels(), frame.color.len());
     if colorless > 0 {
-        troubles.push(format!(
+        warnings.push(format!(
             "{colorless} of {pixels} pixels are black, since their colour is not a number: beside a surface \
              there, a field has values beyond all numbers. Stop its iterations sooner, or say with `within` \
              where it ends"
         ));
     }
-    troubles
+    warnings
 }
 
 #[cfg(test)]

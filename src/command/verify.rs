@@ -1,15 +1,15 @@
-//! `sdfc verify`: whether all engines draw the same.
+//! `sdfc verify`: a comparison of the pictures of all engines.
 
 use crate::engine;
 use crate::failure::{Failure, INPUT, on_each};
 use crate::output;
-use crate::scene::{self, Build};
+use crate::scene::{self, BuildArgs};
 use crate::terminal::Terminal;
-use sdfc_playground::picture::png;
+use sdfc_playground::png_file::png;
 use sdfc_runtime::engine::{Engine, EngineKind};
-use sdfc_runtime::frame::RenderSettings;
+use sdfc_runtime::render::RenderSettings;
 use sdfc_runtime::settings::{Overrides, resolve};
-use sdfc_runtime::verify::{Report, difference_picture, small, verify_with};
+use sdfc_runtime::verify::{Report, difference_image, small_settings, verify_with};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -24,13 +24,13 @@ pub(crate) struct Arguments {
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]
-    build: Build,
+    build: BuildArgs,
     /// The engines, the first of which is the reference.
     #[arg(long, value_name = "ENGINES", value_delimiter = ',', value_parser = kind,
         default_value = "cpu,interp,wgsl")]
     engines: Vec<EngineKind>,
     #[command(flatten)]
-    tier: engine::Tier,
+    arithmetic: engine::ArithmeticArgs,
     /// The pictures' width and height in pixels; without it they are 160 wide.
     #[arg(long, value_name = "WxH", value_parser = super::render::size)]
     size: Option<[u32; 2]>,
@@ -51,19 +51,19 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
     let mut engines = arguments
         .engines
         .iter()
-        .map(|kind| engine::open(*kind, arguments.tier))
+        .map(|kind| engine::open(*kind, arguments.arithmetic))
         .collect::<Result<Vec<_>, _>>()?;
-    if arguments.tier.arithmetic().is_strict() {
-        // The device says by which means.
+    if arguments.arithmetic.arithmetic().is_strict() {
+        // The description of the device names the method.
         for engine in &engines {
             terminal.note(&format!("{} on {}", engine.kind(), engine.device()));
         }
     }
-    let mut all = Vec::new();
+    let mut reports = Vec::new();
     let verified = on_each(&arguments.scenes, terminal, |path| {
-        let report = compared(path, arguments, &mut engines, terminal);
+        let report = compare(path, arguments, &mut engines, terminal);
         if arguments.json {
-            all.push(as_json(path, &report));
+            reports.push(as_json(path, &report));
         }
         let report = report?;
         if !arguments.json {
@@ -73,16 +73,16 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
             return Ok(());
         }
         write_pictures(path, &report, &arguments.output, terminal)?;
-        Err(Failure::Told(INPUT))
+        Err(Failure::AlreadyReported(INPUT))
     });
     if arguments.json {
-        output::print_json(&all)?;
+        output::print_json(&reports)?;
     }
     verified
 }
 
-/// A scene on all engines.
-fn compared(
+/// Compares a scene on all engines.
+fn compare(
     path: &Path,
     arguments: &Arguments,
     engines: &mut [Box<dyn Engine>],
@@ -97,13 +97,13 @@ fn compared(
             aa: 1,
             ..settings
         },
-        None => small(&settings),
+        None => small_settings(&settings),
     };
-    let arithmetic = arguments.tier.arithmetic();
-    verify_with(&scene.loaded(), engines, &settings, arithmetic).map_err(engine::failed)
+    let arithmetic = arguments.arithmetic.arithmetic();
+    verify_with(&scene.loaded(), engines, &settings, arithmetic).map_err(engine::to_failure)
 }
 
-/// The pictures of engines that differ, and where.
+/// Writes the pictures of engines that differ, and their differences.
 fn write_pictures(
     path: &Path,
     report: &Report,
@@ -117,24 +117,24 @@ fn write_pictures(
         .display()
         .to_string();
     let [width, height] = report.size.map(|side| side as usize);
-    let write = |what: &str, rgba: &[u8]| {
-        let to = folder.join(format!("{stem}-{what}.png"));
+    let write = |suffix: &str, rgba: &[u8]| {
+        let path = folder.join(format!("{stem}-{suffix}.png"));
         let bytes = png([width, height], rgba).map_err(Failure::Input)?;
-        output::write(&to, &bytes)?;
-        terminal.note(&format!("wrote {}", to.display()));
+        output::write(&path, &bytes)?;
+        terminal.note(&format!("wrote {}", path.display()));
         Ok(())
     };
-    for (subject, frame) in report.engines.iter().zip(&report.frames) {
+    for (subject, frame) in report.engines.iter().zip(&report.images) {
         write(subject.kind.name(), &frame.rgba8())?;
     }
     for comparison in report
         .comparisons
         .iter()
-        .filter(|found| !found.failures.is_empty())
+        .filter(|comparison| !comparison.failures.is_empty())
     {
-        if let Some([a, b]) = report.pictures(comparison) {
-            let what = format!("{}-{}", comparison.reference, comparison.engine);
-            write(&what, &difference_picture(a, b))?;
+        if let Some([a, b]) = report.images_of(comparison) {
+            let suffix = format!("{}-{}", comparison.reference, comparison.engine);
+            write(&suffix, &difference_image(a, b))?;
         }
     }
     Ok(())

@@ -1,10 +1,10 @@
-//! `sdfc watch`: a scene's picture, drawn again whenever the scene changes.
+//! `sdfc watch`: the picture of a scene, drawn again whenever the scene changes.
 
 use super::render::{self, destination, draw};
 use crate::engine;
 use crate::failure::Failure;
 use crate::terminal::Terminal;
-use sdfc_playground::watcher::{SETTLING, Watcher, changed_since};
+use sdfc_playground::watcher::{SETTLE_DELAY, Watcher, changed_since};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::SystemTime;
 
@@ -19,21 +19,21 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Failure> {
     let arguments = &arguments.render;
     let to = destination(arguments)?;
-    let mut engine = engine::chosen(arguments.engine, arguments.tier)?;
+    let mut engine = engine::open_choice(arguments.engine, arguments.arithmetic)?;
     let (sender, changes) = channel();
     let watcher = Watcher::new(move || {
-        // Nobody listens any more only where the program ends.
+        // There is no receiver only while the program ends.
         let _ = sender.send(());
     });
     let mut watcher = watcher.map_err(Failure::Environment)?;
     loop {
-        // Before the files are read: what changes meanwhile is noticed.
+        // Watched before the files are read, so that changes meanwhile are noticed.
         let mut files = vec![arguments.scene.clone()];
         files.extend(std::mem::take(&mut *arguments.build.imported()));
         watcher.watch(&files).map_err(Failure::Environment)?;
         let started = SystemTime::now();
         if let Err(failure) = draw(arguments, &to, &mut *engine, terminal) {
-            // The picture of before stays until the scene is whole again.
+            // The old picture stays until the scene is valid again.
             failure.report(terminal);
         }
         let new = arguments
@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
             files.truncate(1);
             files.extend(new);
             watcher.watch(&files).map_err(Failure::Environment)?;
-            // Nobody watched what is imported for the first time.
+            // Files that are imported for the first time were not watched.
             if changed_since(&files[1..], started) {
                 continue;
             }
@@ -57,9 +57,9 @@ pub(crate) fn run(arguments: &Arguments, terminal: &Terminal) -> Result<(), Fail
     }
 }
 
-/// Waits until files have changed, and then been quiet for a while; nobody will tell, if not so.
+/// Waits until files have changed and then been quiet for a while; returns false where no watcher is left.
 fn changed(changes: &Receiver<()>) -> bool {
     let changed = changes.recv().is_ok();
-    while changes.recv_timeout(SETTLING).is_ok() {}
+    while changes.recv_timeout(SETTLE_DELAY).is_ok() {}
     changed
 }

@@ -1,7 +1,7 @@
 //! Rounded, rotated boxes that fill a ring.
 
-use super::random::{Even, Random};
-use super::{Draft, Options, Primitive, number, spacing};
+use super::random::{EvenPoints, SplitMix};
+use super::{Draft, GenerateOptions, Primitive, number, spacing};
 use std::f64::consts::{PI, TAU};
 
 const SETTINGS: &str = "\
@@ -17,7 +17,7 @@ const FUNCTIONS: &[&str] = &[
     "fn brick(x, y, z, a, b, c, round, turn: angle, u, v, w) -> shape3 = box([a, b, c], round: round).rotate(turn, [u, v, w]).translate(x, y, z);",
 ];
 
-/// Around the ring.
+/// Colours around the ring.
 const PALETTE: &[(&str, &str)] = &[
     ("teal", "#1f7a78"),
     ("leaf", "#6aa84f"),
@@ -27,36 +27,41 @@ const PALETTE: &[(&str, &str)] = &[
     ("slate", "#4a5a8a"),
 ];
 
-/// From the ring's centre to the middle of its tube, and the tube's radius.
+/// Distance from the ring's centre to the middle of its tube, and the radius of the tube.
 const RING: f64 = 1.55;
 const TUBE: f64 = 0.55;
 
-pub(super) fn draft(options: &Options) -> Draft {
-    let mut random = Random::new(options.seed);
+pub(super) fn draft(options: &GenerateOptions) -> Draft {
+    let mut random = SplitMix::new(options.seed);
     let volume = TAU * RING * PI * TUBE * TUBE;
     let spacing = spacing(volume, options.count);
-    let places: Vec<_> = Even::new(&mut random)
+    let parameters: Vec<_> = EvenPoints::new(&mut random)
         .take(options.count as usize)
         .collect();
-    let primitives = places
+    let primitives = parameters
         .into_iter()
         .map(|[u, v, w]| {
-            let (around, turn) = (u * TAU, v * TAU);
-            let way = (TUBE - 0.3 * spacing).max(0.0) * w.sqrt();
-            let out = RING + way * turn.cos();
-            let at = [out * around.cos(), way * turn.sin(), out * around.sin()];
+            let (ring_angle, tube_angle) = (u * TAU, v * TAU);
+            let tube_distance = (TUBE - 0.3 * spacing).max(0.0) * w.sqrt();
+            let ring_distance = RING + tube_distance * tube_angle.cos();
+            let center = [
+                ring_distance * ring_angle.cos(),
+                tube_distance * tube_angle.sin(),
+                ring_distance * ring_angle.sin(),
+            ];
             let sides: [f64; 3] = std::array::from_fn(|_| spacing * random.between(0.5, 1.2));
             let round = 0.2 * sides.into_iter().fold(f64::INFINITY, f64::min);
             let axis: [f64; 3] = std::array::from_fn(|_| random.between(-1.0, 1.0));
-            // No axis is so short that its rounded numbers have no direction.
+            // The second component keeps the axis from vanishing when rounded.
             let axis = [axis[0], axis[1].abs() + 0.2, axis[2]];
             let list = |numbers: [f64; 3], size| numbers.map(|n| number(n, size)).join(", ");
-            let along = u + random.between(-0.04, 0.04);
+            let palette_fraction = u + random.between(-0.04, 0.04);
             Primitive {
-                material: (along.rem_euclid(1.0) * PALETTE.len() as f64) as usize % PALETTE.len(),
+                material: (palette_fraction.rem_euclid(1.0) * PALETTE.len() as f64) as usize
+                    % PALETTE.len(),
                 text: format!(
                     "brick({}, {}, {}, {}deg, {})",
-                    list(at, spacing),
+                    list(center, spacing),
                     list(sides, spacing),
                     number(round, spacing),
                     random.between(0.0, 360.0) as u32,

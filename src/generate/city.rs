@@ -1,7 +1,7 @@
 //! Towers of several forms on a grid of streets, higher towards the middle.
 
-use super::random::Random;
-use super::{Draft, Options, Primitive, number};
+use super::random::SplitMix;
+use super::{Draft, GenerateOptions, Primitive, number};
 
 const SETTINGS: &str = "\
 camera { from: [5.2, 4.4, 8.2], look: [0, 0.35, 0.2], fov: 38deg }
@@ -25,18 +25,18 @@ const PALETTE: &[(&str, &str)] = &[
     ("steel", "#59616e"),
     ("copper", "#6fa38c"),
 ];
-/// What roofs are made of.
+/// The material of roofs.
 const COPPER: usize = 4;
 
 /// Half a side of the city.
 const HALF: f64 = 3.4;
-/// How many primitives a lot has on average.
+/// Mean number of primitives per lot.
 const PER_LOT: f64 = 1.55;
-/// Every so many lots there is a street.
+/// Number of lots from one street to the next.
 const BLOCK: i32 = 5;
 
-pub(super) fn draft(options: &Options) -> Draft {
-    let mut random = Random::new(options.seed);
+pub(super) fn draft(options: &GenerateOptions) -> Draft {
+    let mut random = SplitMix::new(options.seed);
     let count = options.count as usize;
     let built = f64::from(BLOCK * BLOCK) / f64::from((BLOCK - 1) * (BLOCK - 1));
     let lot = 2.0 * HALF / (f64::from(options.count) / PER_LOT * built).sqrt().max(1.0);
@@ -58,7 +58,7 @@ pub(super) fn draft(options: &Options) -> Draft {
     }
 }
 
-/// The lots without the streets, ring by ring from the middle outwards.
+/// Returns the lots without the streets, ring by ring from the middle outwards.
 fn lots() -> impl Iterator<Item = [i32; 2]> {
     (0_i32..).flat_map(|ring| {
         let side = -ring..=ring;
@@ -72,15 +72,15 @@ fn lots() -> impl Iterator<Item = [i32; 2]> {
     })
 }
 
-/// What stands on a lot: one or two primitives.
-fn build([x, z]: [i32; 2], lot: f64, random: &mut Random, primitives: &mut Vec<Primitive>) {
-    let place = [x, z].map(|c| f64::from(c) * lot);
-    let from_middle = place[0].hypot(place[1]) / HALF;
-    let skyline = 1.7 * (-5.0 * from_middle * from_middle).exp();
+/// Builds on a lot: one or two primitives.
+fn build([x, z]: [i32; 2], lot: f64, random: &mut SplitMix, primitives: &mut Vec<Primitive>) {
+    let position = [x, z].map(|c| f64::from(c) * lot);
+    let distance_from_centre = position[0].hypot(position[1]) / HALF;
+    let skyline = 1.7 * (-5.0 * distance_from_centre * distance_from_centre).exp();
     let height = lot * random.between(0.4, 1.4) + skyline * random.unit().powi(2) + 0.04;
     let [w, d] = [0; 2].map(|_| lot * random.between(0.62, 0.88));
     let write = |n: f64| number(n, lot);
-    let [x, z] = place.map(write);
+    let [x, z] = position.map(write);
     let material = (random.unit() * COPPER as f64) as usize;
     let mut add = |material, text| primitives.push(Primitive { material, text });
     let tower = |y: f64, w: f64, h: f64, d: f64| {

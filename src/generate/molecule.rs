@@ -1,8 +1,8 @@
-//! Atoms and the bonds between them: a tree that grows from the centre of a ball, along the edges
-//! of a shaken cubic lattice.
+//! Atoms and the bonds between them: a tree that grows from the centre of a sphere, along the edges of a
+//! randomly displaced cubic lattice.
 
-use super::random::Random;
-use super::{Draft, Options, Primitive, ball, number, spacing};
+use super::random::SplitMix;
+use super::{Draft, GenerateOptions, Primitive, number, spacing, sphere_volume};
 use std::collections::HashMap;
 
 const SETTINGS: &str = "\
@@ -27,24 +27,24 @@ const PALETTE: &[(&str, &str)] = &[
     ("sticks", "#b9b6a8"),
 ];
 const BOND: usize = 4;
-/// How often each element comes, and its radius in distances between neighbours.
+/// Frequency of each element, and its radius in distances between neighbours.
 const ELEMENTS: [(f64, f64); 4] = [(0.5, 0.33), (0.25, 0.24), (0.15, 0.31), (0.1, 0.32)];
 
-/// The radius of the ball that is filled.
+/// Radius of the filled sphere.
 const RADIUS: f64 = 1.5;
 
-pub(super) fn draft(options: &Options) -> Draft {
-    let mut random = Random::new(options.seed);
+pub(super) fn draft(options: &GenerateOptions) -> Draft {
+    let mut random = SplitMix::new(options.seed);
     // Every atom but the first has a bond.
     let atoms = options.count / 2 + 1;
-    let spacing = spacing(ball(RADIUS), atoms);
+    let spacing = spacing(sphere_volume(RADIUS), atoms);
     let size = 0.5 * spacing;
-    let mut places: HashMap<[i32; 3], [f64; 3]> = HashMap::new();
+    let mut positions: HashMap<[i32; 3], [f64; 3]> = HashMap::new();
     let mut primitives = Vec::new();
     for site in sites(atoms as usize) {
-        let place = site.map(|c| spacing * (f64::from(c) + random.between(-0.2, 0.2)));
-        let [x, y, z] = place.map(|c| number(c, size));
-        if let Some([u, v, w]) = inner_neighbour(site, &places, &mut random) {
+        let position = site.map(|c| spacing * (f64::from(c) + random.between(-0.2, 0.2)));
+        let [x, y, z] = position.map(|c| number(c, size));
+        if let Some([u, v, w]) = inner_neighbour(site, &positions, &mut random) {
             let [u, v, w] = [u, v, w].map(|c| number(c, size));
             let radius = number(0.11 * spacing, size);
             primitives.push(Primitive {
@@ -58,9 +58,9 @@ pub(super) fn draft(options: &Options) -> Draft {
             material: element,
             text: format!("atom({x}, {y}, {z}, {radius})"),
         });
-        places.insert(site, place);
+        positions.insert(site, position);
     }
-    // Where the number is even the last bond holds nothing.
+    // With an even number, the last bond has no atom.
     primitives.truncate(options.count as usize);
     Draft {
         settings: SETTINGS,
@@ -72,11 +72,11 @@ pub(super) fn draft(options: &Options) -> Draft {
     }
 }
 
-/// The sites of the lattice that are nearest to its centre, from there outwards.
+/// Returns the sites of the lattice that are nearest to its centre, from there outwards.
 fn sites(count: usize) -> Vec<[i32; 3]> {
-    let reach = (1..).find(|&r: &i32| ball(f64::from(r)) > 1.5 * count as f64 + 8.0);
-    let reach = reach.unwrap_or(1);
-    let range = || -reach..=reach;
+    let radius = (1..).find(|&r: &i32| sphere_volume(f64::from(r)) > 1.5 * count as f64 + 8.0);
+    let radius = radius.unwrap_or(1);
+    let range = || -radius..=radius;
     let mut sites: Vec<[i32; 3]> = range()
         .flat_map(|x| range().flat_map(move |y| range().map(move |z| [x, y, z])))
         .collect();
@@ -85,24 +85,24 @@ fn sites(count: usize) -> Vec<[i32; 3]> {
     sites
 }
 
-/// Where one of the neighbours is that lie nearer to the centre; the centre has none.
+/// Returns the position of a random neighbour that is nearer to the centre; the centre has none.
 fn inner_neighbour(
     site: [i32; 3],
-    places: &HashMap<[i32; 3], [f64; 3]>,
-    random: &mut Random,
+    positions: &HashMap<[i32; 3], [f64; 3]>,
+    random: &mut SplitMix,
 ) -> Option<[f64; 3]> {
     let axes: Vec<usize> = (0..3).filter(|&axis| site[axis] != 0).collect();
     let axis = *axes.get((random.unit() * axes.len() as f64) as usize)?;
     let mut neighbour = site;
     neighbour[axis] -= site[axis].signum();
-    places.get(&neighbour).copied()
+    positions.get(&neighbour).copied()
 }
 
 fn element(chance: f64) -> usize {
     let mut sum = 0.0;
-    let below = ELEMENTS.iter().position(|(share, _)| {
-        sum += share;
+    let index = ELEMENTS.iter().position(|(fraction, _)| {
+        sum += fraction;
         chance < sum
     });
-    below.unwrap_or(0)
+    index.unwrap_or(0)
 }

@@ -1,16 +1,16 @@
-//! Numbers that look random and are the same on every machine.
+//! Pseudorandom numbers that are the same on every machine.
 
-/// A generator: splitmix64, after G. Steele, D. Lea and C. Flood, *Fast Splittable Pseudorandom
-/// Number Generators*, 2014.
-pub(super) struct Random(u64);
+/// A generator: splitmix64, after G. Steele, D. Lea and C. Flood, *Fast Splittable Pseudorandom Number
+/// Generators*, 2014.
+pub(super) struct SplitMix(u64);
 
-impl Random {
-    /// The numbers of a seed.
+impl SplitMix {
+    /// Returns the generator of a seed.
     pub(super) fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// A number from 0 up to, but not, 1.
+    /// Returns a number in [0, 1).
     pub(super) fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -19,30 +19,30 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// A number between two.
+    /// Returns a number between two.
     pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 }
 
-/// Points that fill the unit cube evenly, however many are taken: the additive recurrence of
-/// M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018, from a random start.
-pub(super) struct Even([f64; 3]);
+/// Points that fill the unit cube evenly for any count: the additive recurrence of M. Roberts, *The
+/// Unreasonable Effectiveness of Quasirandom Sequences*, 2018, from a random start.
+pub(super) struct EvenPoints([f64; 3]);
 
-impl Even {
-    /// The points of a random start.
-    pub(super) fn new(random: &mut Random) -> Self {
+impl EvenPoints {
+    /// Returns the points of a random start.
+    pub(super) fn new(random: &mut SplitMix) -> Self {
         Self(std::array::from_fn(|_| random.unit()))
     }
 }
 
-impl Iterator for Even {
+impl Iterator for EvenPoints {
     type Item = [f64; 3];
     fn next(&mut self) -> Option<[f64; 3]> {
-        /// The root of x⁴ = x + 1; the steps are its inverse powers.
+        /// The root of x⁴ = x + 1; the increments are its inverse powers.
         const ROOT: f64 = 1.220_744_084_605_759_5;
-        for (axis, at) in (1..).zip(&mut self.0) {
-            *at = (*at + ROOT.powi(-axis)).fract();
+        for (axis, coordinate) in (1..).zip(&mut self.0) {
+            *coordinate = (*coordinate + ROOT.powi(-axis)).fract();
         }
         Some(self.0)
     }
@@ -55,18 +55,18 @@ mod tests {
     #[test]
     fn a_seed_always_gives_the_same_numbers() {
         // The first output of the published generator for the seed 0 is 0xe220a8397b1dcdaf.
-        let first = Random::new(0).unit();
+        let first = SplitMix::new(0).unit();
         assert_eq!(
             first,
             (0xe220_a839_7b1d_cdaf_u64 >> 11) as f64 / (1_u64 << 53) as f64
         );
-        let mut random = Random::new(7);
+        let mut random = SplitMix::new(7);
         assert!((0..1000).all(|_| (2.0..3.0).contains(&random.between(2.0, 3.0))));
     }
 
     #[test]
     fn even_points_keep_apart() {
-        let points: Vec<_> = Even::new(&mut Random::new(1)).take(500).collect();
+        let points: Vec<_> = EvenPoints::new(&mut SplitMix::new(1)).take(500).collect();
         let distance =
             |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
         let pairs = points.iter().enumerate();

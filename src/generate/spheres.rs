@@ -1,7 +1,7 @@
-//! Balls that fill a ball, in bands of larger and smaller ones.
+//! Spheres that fill a sphere, in bands of larger and smaller ones.
 
-use super::random::{Even, Random};
-use super::{Draft, Options, Primitive, ball, number, spacing};
+use super::random::{EvenPoints, SplitMix};
+use super::{Draft, GenerateOptions, Primitive, number, spacing, sphere_volume};
 use std::f64::consts::TAU;
 
 const SETTINGS: &str = "\
@@ -15,7 +15,7 @@ material floor { color: #b9b4ab, roughness: 0.8 }
 
 const FUNCTIONS: &[&str] = &["fn ball(x, y, z, r) -> shape3 = sphere(r).translate(x, y, z);"];
 
-/// From the lowest ball to the highest.
+/// Colours from the lowest sphere to the highest.
 const PALETTE: &[(&str, &str)] = &[
     ("plum", "#5b2a57"),
     ("wine", "#a0304f"),
@@ -25,28 +25,33 @@ const PALETTE: &[(&str, &str)] = &[
     ("ivory", "#f6f0dc"),
 ];
 
-/// The radius of the ball that is filled.
+/// Radius of the filled sphere.
 const RADIUS: f64 = 1.5;
 
-pub(super) fn draft(options: &Options) -> Draft {
-    let mut random = Random::new(options.seed);
-    let spacing = spacing(ball(RADIUS), options.count);
+pub(super) fn draft(options: &GenerateOptions) -> Draft {
+    let mut random = SplitMix::new(options.seed);
+    let spacing = spacing(sphere_volume(RADIUS), options.count);
     let tilt = random.between(0.0, TAU);
     let size = 0.8 * spacing;
-    let primitives = Even::new(&mut random).take(options.count as usize);
+    let primitives = EvenPoints::new(&mut random).take(options.count as usize);
     let primitives: Vec<_> = primitives.collect();
     let primitives = primitives
         .into_iter()
         .map(|[u, v, w]| {
-            // Even in the ball: the height on the sphere, the turn around it, and the depth.
-            let (height, turn) = (2.0 * u - 1.0, v * TAU);
-            let across = (1.0 - height * height).sqrt();
-            let way = (RADIUS - 0.4 * spacing) * w.cbrt();
-            let at = [across * turn.cos(), height, across * turn.sin()].map(|c| c * way);
-            let band = (6.0 * height + 2.0 * (turn + tilt).sin()).sin();
+            // A uniform distribution in the sphere: the height, the angle around it, and the depth.
+            let (height, angle) = (2.0 * u - 1.0, v * TAU);
+            let circle_radius = (1.0 - height * height).sqrt();
+            let distance = (RADIUS - 0.4 * spacing) * w.cbrt();
+            let center = [
+                circle_radius * angle.cos(),
+                height,
+                circle_radius * angle.sin(),
+            ]
+            .map(|c| c * distance);
+            let band = (6.0 * height + 2.0 * (angle + tilt).sin()).sin();
             let radius = spacing * (0.38 + 0.12 * band) * random.between(0.85, 1.15);
-            let [x, y, z] = at.map(|c| number(c, size));
-            let level = (at[1] / RADIUS + 1.0) / 2.0 + random.between(-0.08, 0.08);
+            let [x, y, z] = center.map(|c| number(c, size));
+            let level = (center[1] / RADIUS + 1.0) / 2.0 + random.between(-0.08, 0.08);
             Primitive {
                 material: (level.clamp(0.0, 0.999) * PALETTE.len() as f64) as usize,
                 text: format!("ball({x}, {y}, {z}, {})", number(radius, size)),

@@ -1,10 +1,10 @@
-//! Every engine draws every scene alike, within the tolerances that `sdfc verify` states.
+//! All engines draw all scenes alike, within the tolerances of `sdfc verify`.
 
 use crate::corpus::{compiled, on_large_stack, scenes};
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open};
+use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open};
 use sdfc_runtime::settings::{Overrides, resolve};
-use sdfc_runtime::verify::{small, verify};
+use sdfc_runtime::verify::{small_settings, verify};
 use sdfc_shaders::assemble::SceneSource;
 
 #[test]
@@ -33,12 +33,12 @@ fn engines_draw_every_scene_alike() {
             text: &source.text,
             calls: &source.calls,
         };
-        let loaded = Loaded {
+        let loaded = SceneInput {
             module: &compiled.module,
             outputs: &outputs,
             generated,
         };
-        let report = verify(&loaded, &mut engines, &small(&settings));
+        let report = verify(&loaded, &mut engines, &small_settings(&settings));
         let report = report.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         if !report.passed() {
             failures.push(format!("{}\n{report}", path.display()));

@@ -1,42 +1,44 @@
-//! Cells keep the picture of every scene, and in each cell the bits of the field.
+//! Cells preserve the picture of every scene, and the bits of the field inside each cell.
 
 use crate::corpus::{compiled, on_large_stack, scenes};
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_lang::Sources;
-use sdfc_runtime::cells::{Cells, Cut, Held, Refine, Region, Split, again, build};
-use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open};
-use sdfc_runtime::frame::{CellUse, Frame, Mode, RenderSettings, Status};
+use sdfc_runtime::cells::{
+    Aabb, CellSpec, Cells, Occupancy, Refine, Subdivision, build, rebuild_after_edit,
+};
+use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open};
+use sdfc_runtime::render::{CellMode, Image, Mode, RenderSettings, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::compare;
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::evaluate::evaluate_f64;
-use sdfc_vm::lanes::{Column, LANES};
+use sdfc_vm::lanes::{F32x64, LANES};
 use sdfc_vm::program::Module;
-use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::tape::evaluator::TapeEvaluator;
 use sdfc_vm::tape::{Clause, Tape};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-fn all() -> Vec<PathBuf> {
+fn scene_paths() -> Vec<PathBuf> {
     let mut paths = scenes("tests/scenes");
     paths.extend(scenes("examples"));
     paths
 }
 
-fn opened(kind: EngineKind) -> Box<dyn Engine> {
+fn open_engine(kind: EngineKind) -> Box<dyn Engine> {
     open(kind).expect("there is a processor, and an adapter")
 }
 
-/// The picture of a scene that is loaded anew.
+/// Draws a scene after loading it.
 fn picture(
     engine: &mut dyn Engine,
     module: &Module,
     outputs: &[f64],
     settings: &RenderSettings,
-) -> Frame {
-    let loaded = Loaded {
+) -> Image {
+    let loaded = SceneInput {
         module,
         outputs,
         generated: SceneSource::default(),
@@ -45,13 +47,13 @@ fn picture(
     engine.render(settings, &|_| {}).expect("it is drawn")
 }
 
-/// The scene drawn.
+/// Draws a compiled scene with a cell mode and size.
 fn drawn(
     engine: &mut dyn Engine,
     compiled: &Compiled,
     outputs: &[f64],
-    (cells, size): (CellUse, [u32; 2]),
-) -> Frame {
+    (cells, size): (CellMode, [u32; 2]),
+) -> Image {
     let overrides = Overrides {
         size: Some(size),
         aa: Some(1),
@@ -65,13 +67,13 @@ fn drawn(
 #[test]
 fn pictures_are_the_same_with_and_without_cells() {
     let mut failures = Vec::new();
-    let mut engine = opened(EngineKind::Cpu);
-    for path in all() {
+    let mut engine = open_engine(EngineKind::Cpu);
+    for path in scene_paths() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
         let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, (cells, [128, 96]));
-        let without = drawn(CellUse::Never);
-        for cells in [CellUse::Auto, CellUse::Always] {
+        let without = drawn(CellMode::Never);
+        for cells in [CellMode::Auto, CellMode::Always] {
             let with = drawn(cells);
             let (differences, _) = compare(&without, &with);
             if differences.hit_mismatches_inside > 0 || differences.differing_inside > 0 {
@@ -82,12 +84,13 @@ fn pictures_are_the_same_with_and_without_cells() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// The least cosine of the angle between a normal by the tape of its leaf and that by the whole program.
-const SAME_NORMAL: f32 = 0.9998;
+/// Minimum cosine of the angle between a normal from the tape of its leaf and that from the whole
+/// program.
+const MIN_NORMAL_COSINE: f32 = 0.9998;
 
 #[test]
 fn normals_by_leaves_are_those_of_the_whole() {
-    let mut engine = opened(EngineKind::Cpu);
+    let mut engine = open_engine(EngineKind::Cpu);
     for scene in [
         "examples/chess.sdf",
         "examples/clock.sdf",
@@ -104,40 +107,43 @@ fn normals_by_leaves_are_those_of_the_whole() {
             cells,
             ..Overrides::default()
         };
-        let [without, with] = [CellUse::Never, CellUse::Always].map(|cells| {
+        let [without, with] = [CellMode::Never, CellMode::Always].map(|cells| {
             let settings = resolve(&compiled.module, &outputs, &overrides(cells));
             let settings = settings.expect("the scene has settings");
             picture(&mut *engine, &compiled.module, &outputs, &settings)
         });
-        let differs = |&at: &usize| {
-            let [n, m] = [&without, &with].map(|frame| frame.normal[at]);
+        let differs = |&index: &usize| {
+            let [n, m] = [&without, &with].map(|frame| frame.normal[index]);
             let is_hit = [&without, &with]
                 .iter()
-                .all(|frame| frame.status[at] == Status::Hit);
-            is_hit && (0..3).map(|i| n[i] * m[i]).sum::<f32>() < SAME_NORMAL
+                .all(|frame| frame.status[index] == Status::Hit);
+            is_hit && (0..3).map(|i| n[i] * m[i]).sum::<f32>() < MIN_NORMAL_COSINE
         };
         let differing: Vec<usize> = (0..without.normal.len()).filter(differs).collect();
         assert!(differing.is_empty(), "{scene}: {differing:?}");
     }
 }
 
-/// How much colours may differ: a driver may simplify the arithmetic of two kernels differently.
-const COLOR: f32 = 1e-4;
+/// Maximum difference of a colour channel. A driver may simplify the arithmetic of two kernels
+/// differently.
+const MAX_COLOR_DIFFERENCE: f32 = 1e-4;
 
 #[test]
 fn the_interpreter_draws_the_same_bits_with_and_without_cells() {
-    let mut engine = opened(EngineKind::Interp);
+    let mut engine = open_engine(EngineKind::Interp);
     let mut failures = Vec::new();
-    for path in all() {
+    for path in scene_paths() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
         let mut drawn = |cells| drawn(&mut *engine, &compiled, &outputs, (cells, [64, 48]));
-        let [without, with] = [CellUse::Never, CellUse::Always].map(&mut drawn);
+        let [without, with] = [CellMode::Never, CellMode::Always].map(&mut drawn);
         let differing =
             |same: &dyn Fn(usize) -> bool| (0..without.depth.len()).filter(|&i| !same(i)).count();
         let near = |i: usize| {
             let channels = without.color[i].iter().zip(with.color[i]);
-            channels.fold(true, |near, (a, b)| near && (a - b).abs() <= COLOR)
+            channels.fold(true, |near, (a, b)| {
+                near && (a - b).abs() <= MAX_COLOR_DIFFERENCE
+            })
         };
         let found = [
             differing(&near),
@@ -158,8 +164,8 @@ fn the_interpreter_draws_the_same_bits_with_and_without_cells() {
 
 #[test]
 fn a_query_of_many_points_answers_as_one_of_few() {
-    let mut engine = opened(EngineKind::Cpu);
-    let region = Region {
+    let mut engine = open_engine(EngineKind::Cpu);
+    let region = Aabb {
         low: [-4.0; 3],
         high: [4.0; 3],
     };
@@ -169,19 +175,19 @@ fn a_query_of_many_points_answers_as_one_of_few() {
         .collect();
     points[77] = [f32::NAN, 0.0, 1.0];
     points[99] = [f32::INFINITY, 0.0, 1.0];
-    for path in all() {
+    for path in scene_paths() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
-        let loaded = Loaded {
+        let loaded = SceneInput {
             module: &compiled.module,
             outputs: &outputs,
             generated: SceneSource::default(),
         };
         engine.load(&loaded).expect("the scene loads");
-        let together = engine.query(&points).expect("it answers");
-        let alone = points.chunks(LANES).map(|few| engine.query(few));
-        let alone: Vec<_> = alone.map(|few| few.expect("it answers")).collect();
-        for (at, (a, b)) in together.iter().zip(alone.iter().flatten()).enumerate() {
+        let batched = engine.query(&points).expect("it answers");
+        let separate = points.chunks(LANES).map(|chunk| engine.query(chunk));
+        let separate: Vec<_> = separate.map(|chunk| chunk.expect("it answers")).collect();
+        for (index, (a, b)) in batched.iter().zip(separate.iter().flatten()).enumerate() {
             let same =
                 |a: f32, b: f32| a == b || (a - b).abs() <= 1e-5 || (a.is_nan() && b.is_nan());
             let gradients = a.gradient.iter().zip(b.gradient);
@@ -191,29 +197,30 @@ fn a_query_of_many_points_answers_as_one_of_few() {
                     && a.surface.id == b.surface.id,
                 "{} at {:?}: {a:?} of many, {b:?} alone",
                 path.display(),
-                points[at]
+                points[index]
             );
         }
     }
 }
 
-/// Cuts everything down to a side.
-struct Down(f32);
+/// Subdivides all cells down to a side length.
+struct DownToSide(f32);
 
-impl Refine for Down {
-    fn cut(&self, region: &Region, _: usize, _: f32) -> bool {
-        region.side() > self.0
+impl Refine for DownToSide {
+    fn should_split(&self, region: &Aabb, _: usize, _: f32) -> bool {
+        region.longest_side() > self.0
     }
 }
 
-/// A cube from one coordinate to another along each axis, of which the cells that may hold a surface are kept.
-fn cube([low, high]: [f32; 2], refine: &Down) -> Cut<'_> {
-    Cut {
-        region: Region {
+/// Returns a cut of the cube between two coordinates on each axis. Only cells that may contain a surface
+/// are kept.
+fn cube([low, high]: [f32; 2], refine: &DownToSide) -> CellSpec<'_> {
+    CellSpec {
+        region: Aabb {
             low: [low; 3],
             high: [high; 3],
         },
-        split: Split::Cube,
+        subdivision: Subdivision::Volume,
         band: 0.0,
         refine,
     }
@@ -222,25 +229,25 @@ fn cube([low, high]: [f32; 2], refine: &Down) -> Cut<'_> {
 #[test]
 fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
     let mut shorter = 0;
-    for path in all() {
+    for path in scene_paths() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         compiled.module.update(0.0);
         let program = &compiled.module.distance;
-        let tape = Tape::of(program);
-        let cut = cube([-3.1, 3.2], &Down(0.5));
+        let tape = Tape::new(program);
+        let cut = cube([-3.1, 3.2], &DownToSide(0.5));
         let cells = build(program, &tape, &cut);
-        let mut machine = Machine::<f32>::new(tape.values, tape.points);
-        let mut run = |clauses: &[Clause], points: [Column; 3]| {
-            *machine.seed() = points;
+        let mut machine = TapeEvaluator::<f32>::new(tape.values, tape.points);
+        let mut run = |clauses: &[Clause], points: [F32x64; 3]| {
+            *machine.inputs_mut() = points;
             *machine.run(program, clauses, LANES)
         };
         for (number, leaf) in cells.leaves().enumerate().step_by(7) {
             let points = scattered(&cells.cell(leaf).region, number as u64);
             let clauses = cells.tape(leaf);
             shorter += usize::from(clauses.len() < tape.clauses.len());
-            let (whole, pruned) = (run(&tape.clauses, points), run(clauses, points));
+            let (full, pruned) = (run(&tape.clauses, points), run(clauses, points));
             for lane in 0..LANES {
-                let (a, b) = (whole.0[lane], pruned.0[lane]);
+                let (a, b) = (full.0[lane], pruned.0[lane]);
                 assert!(
                     a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()),
                     "{}: {a} by the whole, {b} by the cell's {} of {} clauses",
@@ -256,8 +263,8 @@ fn the_tape_of_a_cell_gives_the_bits_of_the_whole_in_it() {
 
 #[test]
 fn where_nothing_is_kept_the_field_has_the_sign_that_is_claimed() {
-    // Boxes of raw fields are empty by the value in their middle and bounds of the gradient, too.
-    let mut paths = all();
+    // Boxes of raw fields can also be empty by the value at their centre and bounds of the gradient.
+    let mut paths = scene_paths();
     paths.extend(scenes("tests/hard"));
     let mut fields: Vec<(String, Module)> = paths
         .iter()
@@ -273,24 +280,24 @@ fn where_nothing_is_kept_the_field_has_the_sign_that_is_claimed() {
     let mut failures = Vec::new();
     for (name, module) in &fields {
         let program = &module.distance;
-        let tape = Tape::of(program);
-        let cut = cube([-3.1, 3.2], &Down(0.3));
+        let tape = Tape::new(program);
+        let cut = cube([-3.1, 3.2], &DownToSide(0.3));
         let cells = build(program, &tape, &cut);
         let points = (0..64).flat_map(|seed| {
             let [x, y, z] = scattered(&cut.region, seed + 1);
             (0..LANES).map(move |lane| [x.0[lane], y.0[lane], z.0[lane]])
         });
         for point in points {
-            let Some(part) = cells.part_at(point) else {
+            let Some(part) = cells.info_at(point) else {
                 continue;
             };
             if part.clauses.is_some() {
                 continue;
             }
             let value = evaluate_f64(program, point.map(f64::from));
-            let inside = cells.held_at(point) == Held::Solid;
+            let inside = cells.occupancy_at(point) == Occupancy::Full;
             *(if inside { &mut full } else { &mut empty }) += 1;
-            // What jumps has, at a jump, either value.
+            // At a discontinuity either value may be returned.
             if (value < 0.0) != inside && value.abs() > 1e-6 {
                 failures.push(format!("{name}: {value} at {point:?}"));
             }
@@ -307,11 +314,11 @@ fn fields_get_cells_where_they_are_worth_it() {
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(scene);
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
-        let frame = drawn(engine, &compiled, &outputs, (CellUse::Auto, size));
-        frame.stats.cells.made
+        let frame = drawn(engine, &compiled, &outputs, (CellMode::Auto, size));
+        frame.stats.cells.count
     };
     // Measured: see `runtime/src/engine/worth.rs`.
-    for (scene, worth) in [
+    for (scene, expects_cells) in [
         ("examples/primitives.sdf", true),
         ("examples/city.sdf", true),
         ("examples/landscape.sdf", true),
@@ -319,12 +326,12 @@ fn fields_get_cells_where_they_are_worth_it() {
         ("examples/chess.sdf", false),
         ("tests/hard/flat_field.sdf", false),
     ] {
-        let mut engine = opened(EngineKind::Cpu);
+        let mut engine = open_engine(EngineKind::Cpu);
         let first = cells_of(scene, &mut *engine);
-        assert_eq!(first > 0, worth, "{scene}: {first} cells");
-        // The same again is decided the same.
-        let again = cells_of(scene, &mut *engine);
-        assert_eq!(again > 0, worth, "{scene}: {again} cells");
+        assert_eq!(first > 0, expects_cells, "{scene}: {first} cells");
+        // Drawing again makes the same decision.
+        let repeated = cells_of(scene, &mut *engine);
+        assert_eq!(repeated > 0, expects_cells, "{scene}: {repeated} cells");
     }
 }
 
@@ -336,8 +343,8 @@ fn things_on_an_endless_ground_have_as_short_tapes_as_without_it() {
     let camera = "camera { from: [4, 5, 6], look: [0, 0, 0], fov: 30deg }\n";
     let clauses_at_hits = |scene: String| {
         let module = without_guards(scene);
-        let mut engine = opened(EngineKind::Cpu);
-        let loaded = Loaded {
+        let mut engine = open_engine(EngineKind::Cpu);
+        let loaded = SceneInput {
             module: &module,
             outputs: &[],
             generated: SceneSource::default(),
@@ -360,19 +367,19 @@ fn things_on_an_endless_ground_have_as_short_tapes_as_without_it() {
             })
             .max()
     };
-    let alone = clauses_at_hits(format!("{camera}{things}"));
+    let separate = clauses_at_hits(format!("{camera}{things}"));
     let grounded = clauses_at_hits(format!("{camera}{things} | plane(Y, at: -0.2)"));
     assert!(
-        alone < Some(9) && grounded < Some(9),
-        "{alone:?} {grounded:?}"
+        separate < Some(9) && grounded < Some(9),
+        "{separate:?} {grounded:?}"
     );
 }
 
-/// Points all over a box, its corners among them.
-fn scattered(region: &Region, seed: u64) -> [Column; 3] {
+/// Returns points spread over a box, including its corners.
+fn scattered(region: &Aabb, seed: u64) -> [F32x64; 3] {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     std::array::from_fn(|axis| {
-        Column(std::array::from_fn(|lane| {
+        F32x64(std::array::from_fn(|lane| {
             let (low, high) = (region.low[axis], region.high[axis]);
             if lane < 8 {
                 return if lane >> axis & 1 == 0 { low } else { high };
@@ -380,40 +387,44 @@ fn scattered(region: &Region, seed: u64) -> [Column; 3] {
             state ^= state << 13;
             state ^= state >> 7;
             state ^= state << 17;
-            let share = (state >> 40) as f32 / (1 << 24) as f32;
-            (low + (high - low) * share).clamp(low, high)
+            let fraction = (state >> 40) as f32 / (1 << 24) as f32;
+            (low + (high - low) * fraction).clamp(low, high)
         }))
     })
 }
 
-/// A thousand balls in a smooth union, one of which is lifted by this height. Without guards, whose
-/// boxes and places among the instructions follow the balls.
+/// Returns a thousand spheres in a smooth union, one of them raised to this height. Guards are disabled,
+/// because their boxes and positions in the program depend on the spheres.
 fn balls(height: f64) -> Module {
     use std::fmt::Write;
     let mut text = String::from("union([\n");
     for n in 0..1000 {
-        let at = |n: i32| f64::from(n) * 0.3 - 4.7;
-        let (x, y, z) = (at(n % 32), if n == 444 { height } else { 0.0 }, at(n / 32));
+        let coordinate = |n: i32| f64::from(n) * 0.3 - 4.7;
+        let (x, y, z) = (
+            coordinate(n % 32),
+            if n == 444 { height } else { 0.0 },
+            coordinate(n / 32),
+        );
         let _ = writeln!(text, "sphere(0.12).translate({x}, {y}, {z}),");
     }
     text.push_str("], smooth: 0.01)\n");
     without_guards(text)
 }
 
-/// Two thousand rounded boxes in a smooth union, scattered in a cube of side 10 and turned.
+/// Returns two thousand rounded boxes in a smooth union, scattered in a cube of side 10 and rotated.
 fn boxes() -> Module {
     use std::fmt::Write;
     let mut text = String::from("union([\n");
     let mut state = 1_u64;
-    let mut share = || {
+    let mut fraction = || {
         state = state
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1);
         (state >> 40) as f64 / f64::from(1 << 24)
     };
     for _ in 0..2000 {
-        let [x, y, z] = [0; 3].map(|_| share() * 9.0 - 4.5);
-        let [size, angle] = [share() * 0.3 + 0.2, share() * 180.0];
+        let [x, y, z] = [0; 3].map(|_| fraction() * 9.0 - 4.5);
+        let [size, angle] = [fraction() * 0.3 + 0.2, fraction() * 180.0];
         let _ = writeln!(
             text,
             "box([{size}, {size}, {size}], round: 0.02).rotate({angle}deg, [1, 2, 0]).translate({x}, {y}, {z}),"
@@ -423,15 +434,15 @@ fn boxes() -> Module {
     without_guards(text)
 }
 
-/// What a text means, compiled without guards.
+/// Compiles a text without guards.
 fn without_guards(text: String) -> Module {
     let mut sources = Sources::new();
     let file = sources.add("scene".to_owned(), text);
     let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
     let scene = scene.unwrap_or_else(|| panic!("{found:?}"));
     let passes = PassOptions {
-        none: false,
-        without: vec!["bounding".to_owned()],
+        disable_all: false,
+        disabled: vec!["bounding".to_owned()],
     };
     let (compiled, found) = compile(
         scene,
@@ -445,51 +456,59 @@ fn without_guards(text: String) -> Module {
     module
 }
 
-/// At the resolution of 256³ engines make leaves of 16 voxels; these have 4.
+/// At a resolution of 256³, engines use leaves of 16 voxels; these have 4.
 #[test]
 fn cells_of_two_thousand_blended_primitives_take_less_than_64_mib() {
     let program = on_large_stack(boxes).distance;
-    let tape = Tape::of(&program);
+    let tape = Tape::new(&program);
     assert!(tape.clauses.len() >= 2000);
-    let cut = cube([-5.2, 5.2], &Down(10.4 / 64.0 * 1.5));
+    let cut = cube([-5.2, 5.2], &DownToSide(10.4 / 64.0 * 1.5));
     let cells = build(&program, &tape, &cut);
-    assert_eq!(cells.short(), 0);
+    assert_eq!(cells.over_budget_count(), 0);
     assert!(
         cells.leaves().count() > 20_000,
         "{}",
         cells.leaves().count()
     );
-    assert!(cells.size() < 64 << 20, "{} bytes", cells.size());
-    // With smaller ones there is an end, and it is not far beyond what is allowed.
-    let finest = Cut {
-        refine: &Down(10.4 / 256.0 * 1.5),
+    assert!(
+        cells.size_bytes() < 64 << 20,
+        "{} bytes",
+        cells.size_bytes()
+    );
+    // Smaller cells exceed the memory budget, but not by much.
+    let finest = CellSpec {
+        refine: &DownToSide(10.4 / 256.0 * 1.5),
         ..cut
     };
     let cells = build(&program, &tape, &finest);
-    assert!(cells.short() > 0);
-    assert!(cells.size() < 128 << 20, "{} bytes", cells.size());
+    assert!(cells.over_budget_count() > 0);
+    assert!(
+        cells.size_bytes() < 128 << 20,
+        "{} bytes",
+        cells.size_bytes()
+    );
 }
 
 #[test]
 fn moving_one_primitive_makes_only_the_cells_that_it_touches() {
     let [old, new] = [0.0, 0.05].map(|height| on_large_stack(|| balls(height)).distance);
-    let [old_tape, new_tape] = [&old, &new].map(Tape::of);
-    let cut = cube([-5.2, 5.2], &Down(0.2));
+    let [old_tape, new_tape] = [&old, &new].map(Tape::new);
+    let cut = cube([-5.2, 5.2], &DownToSide(0.2));
     let before = Arc::new(build(&old, &old_tape, &cut));
-    assert_eq!(before.short(), 0);
-    let after = again(&before, (&old, &old_tape), (&new, &new_tape), &cut)
+    assert_eq!(before.over_budget_count(), 0);
+    let after = rebuild_after_edit(&before, (&old, &old_tape), (&new, &new_tape), &cut)
         .expect("the edit changes only constants");
     let anew = build(&new, &new_tape, &cut);
     assert!(
-        after.made() * 5 < anew.made(),
+        after.rebuilt_count() * 5 < anew.rebuilt_count(),
         "{} of {} cells were made",
-        after.made(),
-        anew.made()
+        after.rebuilt_count(),
+        anew.rebuilt_count()
     );
-    assert!(after.made() > 0);
-    // What is there now is what would have been made anew.
+    assert!(after.rebuilt_count() > 0);
+    // The cells equal those of a full rebuild.
     let tapes = |cells: &Cells| {
-        let mut all: Vec<_> = cells
+        let mut leaf_tapes: Vec<_> = cells
             .leaves()
             .map(|leaf| {
                 (
@@ -498,32 +517,32 @@ fn moving_one_primitive_makes_only_the_cells_that_it_touches() {
                 )
             })
             .collect();
-        all.sort_by(|a, b| a.0.cmp(&b.0));
-        all
+        leaf_tapes.sort_by(|a, b| a.0.cmp(&b.0));
+        leaf_tapes
     };
     assert!(tapes(&after) == tapes(&anew));
-    // The same again is all kept, and an edit that changes more than constants keeps nothing.
-    let same = again(&after, (&new, &new_tape), (&new, &new_tape), &cut);
-    assert!(same.is_some_and(|cells| Arc::ptr_eq(&cells, &after)));
+    // An unchanged program keeps all cells; an edit beyond constants keeps none.
+    let unchanged = rebuild_after_edit(&after, (&new, &new_tape), (&new, &new_tape), &cut);
+    assert!(unchanged.is_some_and(|cells| Arc::ptr_eq(&cells, &after)));
     let mut longer = new.clone();
     longer.code.push(longer.code[0]);
-    assert!(again(&after, (&new, &new_tape), (&longer, &new_tape), &cut).is_none());
+    assert!(rebuild_after_edit(&after, (&new, &new_tape), (&longer, &new_tape), &cut).is_none());
 }
 
 #[test]
 fn a_picture_after_an_edit_is_as_one_drawn_anew() {
-    let mut engine = opened(EngineKind::Cpu);
+    let mut engine = open_engine(EngineKind::Cpu);
     let overrides = Overrides {
         size: Some([96, 72]),
         aa: Some(1),
-        cells: CellUse::Always,
+        cells: CellMode::Always,
         ..Overrides::default()
     };
     for height in [0.0, 0.05, 0.3, 0.3] {
         let module = on_large_stack(|| balls(height));
         let settings = resolve(&module, &[], &overrides).expect("the scene has settings");
         let edited = picture(&mut *engine, &module, &[], &settings);
-        let anew = picture(&mut *opened(EngineKind::Cpu), &module, &[], &settings);
+        let anew = picture(&mut *open_engine(EngineKind::Cpu), &module, &[], &settings);
         assert_eq!(edited.color, anew.color);
         assert_eq!(edited.depth, anew.depth);
     }
@@ -531,11 +550,11 @@ fn a_picture_after_an_edit_is_as_one_drawn_anew() {
 
 #[test]
 fn cells_are_those_of_the_picture_and_not_of_the_one_before() {
-    let draw = |engine: &mut dyn Engine, loaded: &Loaded<'_>, mode: Mode| {
+    let draw = |engine: &mut dyn Engine, loaded: &SceneInput<'_>, mode: Mode| {
         let overrides = Overrides {
             size: Some([256, 192]),
             aa: Some(1),
-            cells: CellUse::Always,
+            cells: CellMode::Always,
             mode,
             ..Overrides::default()
         };
@@ -549,21 +568,21 @@ fn cells_are_those_of_the_picture_and_not_of_the_one_before() {
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(scene);
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
-        let loaded = Loaded {
+        let loaded = SceneInput {
             module: &compiled.module,
             outputs: &outputs,
             generated: SceneSource::default(),
         };
         let started = || {
-            let mut engine = opened(EngineKind::Interp);
+            let mut engine = open_engine(EngineKind::Interp);
             engine.load(&loaded).expect("the scene loads");
             engine
         };
         let mut engine = started();
         for mode in [Mode::Mask, Mode::Distance, Mode::Normal, Mode::Shaded] {
             let after = draw(&mut *engine, &loaded, mode);
-            let alone = draw(&mut *started(), &loaded, mode);
-            assert!(after == alone, "{scene}, {mode:?}");
+            let separate = draw(&mut *started(), &loaded, mode);
+            assert!(after == separate, "{scene}, {mode:?}");
         }
     }
 }
@@ -574,39 +593,50 @@ fn the_interpreter_keeps_the_cells_that_an_edit_does_not_touch() {
         size: Some([96, 72]),
         aa: Some(1),
         mode: Mode::Depth,
-        cells: CellUse::Processor,
+        cells: CellMode::Cpu,
         ..Overrides::default()
     };
-    let mut engine = opened(EngineKind::Interp);
+    let mut engine = open_engine(EngineKind::Interp);
     let mut before = None;
     let mut view = None;
     for height in [0.0, 0.05, 0.05, 0.0] {
         let module = on_large_stack(|| balls(height));
         let mut settings = resolve(&module, &[], &overrides).expect("the scene has settings");
-        // Whoever edits does not let go of the camera.
+        // The camera stays fixed during edits.
         settings.view = *view.get_or_insert(settings.view);
         let edited = picture(&mut *engine, &module, &[], &settings);
-        let anew = picture(&mut *opened(EngineKind::Interp), &module, &[], &settings);
+        let anew = picture(
+            &mut *open_engine(EngineKind::Interp),
+            &module,
+            &[],
+            &settings,
+        );
         assert_eq!(edited.depth, anew.depth);
         assert_eq!(edited.steps, anew.steps);
-        let [kept, all] = [&edited, &anew].map(|frame| frame.stats.cells);
-        // What edits left behind is not counted; the box is that of the first picture, and tapes are shared
-        // with those made together.
+        let [incremental, rebuilt] = [&edited, &anew].map(|frame| frame.stats.cells);
+        // Replaced cells are not counted. The box is that of the first picture, and tapes are shared with
+        // those built together.
         let near = |a: u64, b: u64| a.abs_diff(b) * 50 <= b;
-        assert!(near(kept.made, all.made), "{kept:?} and {all:?}");
-        assert!(near(kept.clauses, all.clauses), "{kept:?} and {all:?}");
-        assert_eq!(all.fresh, all.made);
+        assert!(
+            near(incremental.count, rebuilt.count),
+            "{incremental:?} and {rebuilt:?}"
+        );
+        assert!(
+            near(incremental.clauses, rebuilt.clauses),
+            "{incremental:?} and {rebuilt:?}"
+        );
+        assert_eq!(rebuilt.fresh, rebuilt.count);
         match before {
-            None => assert_eq!(kept.fresh, all.fresh),
-            Some((same, pipelines)) => {
-                // Of cells all over space, many know of a ball that is not the nearest.
+            None => assert_eq!(incremental.fresh, rebuilt.fresh),
+            Some((previous_height, pipelines)) => {
+                // Many cells in the whole region depend on a sphere that is not the nearest one.
                 assert!(
-                    kept.fresh * 2 < all.made,
+                    incremental.fresh * 2 < rebuilt.count,
                     "{} of {} cells were made",
-                    kept.fresh,
-                    all.made
+                    incremental.fresh,
+                    rebuilt.count
                 );
-                assert_eq!(kept.fresh == 0, same == height);
+                assert_eq!(incremental.fresh == 0, previous_height == height);
                 assert_eq!(engine.pipelines_created(), pipelines);
             }
         }

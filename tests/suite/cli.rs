@@ -1,9 +1,9 @@
-//! The command line, run as a person runs it: the built program, in a folder of its own.
+//! Tests of the command line: the built program runs in its own folder, as for a user.
 //!
-//! To add a case: write the scene into a [`Sandbox`](sandbox::Sandbox), run the command, and hold
-//! what it says with a snapshot, [`Run::transcript`](sandbox::Run::transcript). Paths in it are
-//! relative to the sandbox, so nothing depends on the machine; see `tests/README.md` for how
-//! snapshots are blessed.
+//! To add a case, write the scene into a [`Sandbox`](sandbox::Sandbox), run the command, and compare the
+//! output with a snapshot of [`Run::transcript`](sandbox::Run::transcript). Paths in it are relative to
+//! the sandbox, so the output does not depend on the machine. See `tests/README.md` for blessing
+//! snapshots.
 
 mod bench;
 mod bytecode;

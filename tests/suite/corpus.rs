@@ -1,5 +1,4 @@
-//! The scenes that the suites run over: `tests/scenes`, each of which holds one idea, and the
-//! examples.
+//! Scenes of the suites: `tests/scenes`, each of which covers one feature, and the examples.
 
 use sdfc_compiler::compile::{self, Compiled};
 use sdfc_compiler::elaborate::{Loader, Options, elaborate};
@@ -8,7 +7,7 @@ use sdfc_compiler::scene::Scene;
 use sdfc_lang::{Diagnostics, Sources, Style};
 use std::path::{Path, PathBuf};
 
-/// Files beside a scene.
+/// Files in the folder of a scene.
 struct Folder(PathBuf);
 
 impl Loader for Folder {
@@ -17,7 +16,7 @@ impl Loader for Folder {
     }
 }
 
-/// The scenes of a folder of the repository, in order.
+/// Returns the scenes of a folder of the repository, sorted.
 pub(crate) fn scenes(folder: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let entries = std::fs::read_dir(&folder).expect("the folder can be read");
@@ -30,7 +29,7 @@ pub(crate) fn scenes(folder: &str) -> Vec<PathBuf> {
     paths
 }
 
-/// The name of a scene.
+/// Returns the name of a scene.
 pub(crate) fn name(path: &Path) -> String {
     path.file_stem()
         .expect("a scene has a name")
@@ -38,7 +37,7 @@ pub(crate) fn name(path: &Path) -> String {
         .into_owned()
 }
 
-/// Makes something of a scene on a thread with the stack that the command line gives it.
+/// Runs a function on a thread with the stack size of the command line.
 pub(crate) fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(64 << 20);
@@ -51,7 +50,7 @@ pub(crate) fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     })
 }
 
-/// The scene of a file, which must be without errors.
+/// Elaborates the scene of a file, which must have no errors.
 pub(crate) fn scene(path: &Path) -> Scene {
     let text = std::fs::read_to_string(path).expect("the scene can be read");
     let mut sources = Sources::new();
@@ -61,39 +60,39 @@ pub(crate) fn scene(path: &Path) -> Scene {
         loader: &folder,
         ..Options::default()
     };
-    let (scene, found) = elaborate(&mut sources, file, &options);
-    let found: Diagnostics = found.into_iter().collect();
-    scene.unwrap_or_else(|| panic!("{}", found.render(&sources, Style::Plain)))
+    let (scene, diagnostics) = elaborate(&mut sources, file, &options);
+    let diagnostics: Diagnostics = diagnostics.into_iter().collect();
+    scene.unwrap_or_else(|| panic!("{}", diagnostics.render(&sources, Style::Plain)))
 }
 
-/// The scene of a text without other files, compiled with some passes.
+/// Compiles a text without imports, with the given passes.
 pub(crate) fn compiled_text(text: &str, passes: PassOptions) -> Compiled {
     let mut sources = Sources::new();
     let file = sources.add("text", text.to_owned());
-    let (scene, found) = elaborate(&mut sources, file, &Options::default());
-    let scene = scene.unwrap_or_else(|| panic!("{found:?}"));
-    let (compiled, found) = compile::compile(
+    let (scene, diagnostics) = elaborate(&mut sources, file, &Options::default());
+    let scene = scene.unwrap_or_else(|| panic!("{diagnostics:?}"));
+    let (compiled, diagnostics) = compile::compile(
         scene,
         &compile::Options {
             passes,
             ..compile::Options::default()
         },
     );
-    compiled.unwrap_or_else(|| panic!("{found:?}"))
+    compiled.unwrap_or_else(|| panic!("{diagnostics:?}"))
 }
 
-/// A scene, compiled with all passes.
+/// Compiles a scene with all passes.
 pub(crate) fn compiled_scene(scene: Scene) -> Compiled {
-    let (compiled, found) = compile::compile(scene, &compile::Options::default());
-    compiled.unwrap_or_else(|| panic!("{found:?}"))
+    let (compiled, diagnostics) = compile::compile(scene, &compile::Options::default());
+    compiled.unwrap_or_else(|| panic!("{diagnostics:?}"))
 }
 
-/// The scene of a file, compiled with some passes.
+/// Compiles the scene of a file with the given passes.
 pub(crate) fn compiled(path: &Path, passes: PassOptions) -> Compiled {
     let options = compile::Options {
         passes,
         ..compile::Options::default()
     };
-    let (compiled, found) = compile::compile(scene(path), &options);
-    compiled.unwrap_or_else(|| panic!("{}: {found:?}", path.display()))
+    let (compiled, diagnostics) = compile::compile(scene(path), &options);
+    compiled.unwrap_or_else(|| panic!("{}: {diagnostics:?}", path.display()))
 }

@@ -1,30 +1,30 @@
-//! Cameras that scenes leave open: what has an end fills most of the picture, and nothing of it is cut off.
+//! Default cameras: bounded scenes fill most of the picture and are not cut off.
 
 use crate::corpus::{compiled, compiled_text, name, on_large_stack, scenes};
 use crate::strangers::folders;
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
-use sdfc_runtime::frame::{Frame, Status};
+use sdfc_runtime::engine::{EngineKind, SceneInput, open};
+use sdfc_runtime::render::{Image, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 const SIZE: [u32; 2] = [96, 72];
-/// The share of the picture's width or height, whichever is larger, that a scene fills.
-const FILLED: RangeInclusive<f64> = 0.6..=0.9;
+/// Fraction of the picture's width or height, whichever is larger, that a scene fills.
+const FILLED_FRACTION: RangeInclusive<f64> = 0.6..=0.9;
 
-/// Scenes that fill less, by what: the outline of a field is as loose as its intervals are, and ends that are
-/// thinner than a pixel are not seen.
-const LOOSE: [(&str, f64); 4] = [
+/// Scenes that fill less, with their minimum fraction. The outline of a field is as loose as its interval
+/// bounds, and ends thinner than a pixel are invisible.
+const LOOSELY_BOUNDED: [(&str, f64); 4] = [
     ("kaleido_snowflake", 0.55),
     ("torus_quartic", 0.45),
     ("normalized_quartic", 0.55),
     ("shelf_rail_two_metres", 0.4),
 ];
 
-/// The scenes without a place for their camera.
-fn left_open() -> Vec<PathBuf> {
+/// Returns the scenes without a camera position.
+fn open_scenes() -> Vec<PathBuf> {
     let ours = ["examples", "tests/scenes"].map(PathBuf::from);
     let folders = folders().into_iter().chain(ours);
     let paths = folders.flat_map(|folder| scenes(&folder.to_string_lossy()));
@@ -35,34 +35,34 @@ fn left_open() -> Vec<PathBuf> {
     paths.filter(is_open).collect()
 }
 
-/// The share of the picture's sides that the hits span, and if they touch its edges.
-fn spanned(frame: &Frame) -> Option<(f64, bool)> {
+/// Returns the fraction of the picture's sides spanned by the hits, and whether they touch its edges.
+fn spanned_fraction(frame: &Image) -> Option<(f64, bool)> {
     let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
-    for (at, status) in frame.status.iter().enumerate() {
+    for (index, status) in frame.status.iter().enumerate() {
         if *status == Status::Hit {
-            let at = at as u32;
-            let place = [at % SIZE[0], at / SIZE[0]];
+            let index = index as u32;
+            let pixel = [index % SIZE[0], index / SIZE[0]];
             for axis in 0..2 {
-                low[axis] = low[axis].min(place[axis]);
-                high[axis] = high[axis].max(place[axis]);
+                low[axis] = low[axis].min(pixel[axis]);
+                high[axis] = high[axis].max(pixel[axis]);
             }
         }
     }
     let is_cut = (0..2).any(|axis| low[axis] == 0 || high[axis] == SIZE[axis] - 1);
-    let share = |axis: usize| f64::from(high[axis] + 1 - low[axis]) / f64::from(SIZE[axis]);
-    (low[0] <= high[0]).then(|| (share(0).max(share(1)), is_cut))
+    let fraction = |axis: usize| f64::from(high[axis] + 1 - low[axis]) / f64::from(SIZE[axis]);
+    (low[0] <= high[0]).then(|| (fraction(0).max(fraction(1)), is_cut))
 }
 
 #[test]
 fn open_cameras_frame_what_has_an_end() {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
-    let (mut tried, mut wrong) = (0, Vec::new());
-    for path in left_open() {
+    let (mut count, mut failures) = (0, Vec::new());
+    for path in open_scenes() {
         let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
         let module = &compiled.module;
-        // Of floors and endless fields the picture may be full.
-        if module.settings.plane || !module.settings.bounds.is_finite() {
+        // Floors and unbounded fields may fill the picture.
+        if module.settings.is_plane || !module.settings.bounds.is_finite() {
             continue;
         }
         let overrides = Overrides {
@@ -71,32 +71,38 @@ fn open_cameras_frame_what_has_an_end() {
             ..Overrides::default()
         };
         let settings = resolve(module, &outputs, &overrides).expect("it has settings");
-        let scene = Loaded {
+        let scene = SceneInput {
             module,
             outputs: &outputs,
             generated: SceneSource::default(),
         };
         engine.load(&scene).expect("it loads");
         let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
-        let Some((share, is_cut)) = spanned(&frame) else {
+        let Some((fraction, is_cut)) = spanned_fraction(&frame) else {
             continue;
         };
-        tried += 1;
-        let loose = LOOSE.iter().find(|(scene, _)| *scene == name(&path));
-        let least = loose.map_or(*FILLED.start(), |&(_, least)| least);
-        if is_cut || !(least..=*FILLED.end()).contains(&share) {
-            wrong.push(format!("{}: {share:.2} filled, cut: {is_cut}", name(&path)));
+        count += 1;
+        let exception = LOOSELY_BOUNDED
+            .iter()
+            .find(|(scene, _)| *scene == name(&path));
+        let min_fraction =
+            exception.map_or(*FILLED_FRACTION.start(), |&(_, min_fraction)| min_fraction);
+        if is_cut || !(min_fraction..=*FILLED_FRACTION.end()).contains(&fraction) {
+            failures.push(format!(
+                "{}: {fraction:.2} filled, cut: {is_cut}",
+                name(&path)
+            ));
         }
     }
-    assert!(tried >= 40, "{tried}");
-    assert!(wrong.is_empty(), "of {tried}:\n{}", wrong.join("\n"));
+    assert!(count >= 40, "{count}");
+    assert!(failures.is_empty(), "of {count}:\n{}", failures.join("\n"));
 }
 
-/// Open cameras of endless scenes see what has an end, whichever way a wall stands.
+/// Default cameras of unbounded scenes show the bounded parts, whichever way a wall faces.
 #[test]
 fn open_cameras_look_past_walls() {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
-    for (axis, way) in [
+    for (axis, sign) in [
         ("X", 1),
         ("X", -1),
         ("Y", 1),
@@ -104,8 +110,8 @@ fn open_cameras_look_past_walls() {
         ("Z", 1),
         ("Z", -1),
     ] {
-        let place = ["X", "Y", "Z"].map(|other| if other == axis { way } else { 0 });
-        let [x, y, z] = place;
+        let wall_position = ["X", "Y", "Z"].map(|other| if other == axis { sign } else { 0 });
+        let [x, y, z] = wall_position;
         let text = format!("sphere(0.5) | slab({axis}, 0.2).translate({x}, {y}, {z})\n");
         let mut compiled = compiled_text(&text, PassOptions::default());
         let outputs = compiled.module.update(0.0);
@@ -116,7 +122,7 @@ fn open_cameras_look_past_walls() {
             ..Overrides::default()
         };
         let settings = resolve(module, &outputs, &overrides).expect("it has settings");
-        let scene = Loaded {
+        let scene = SceneInput {
             module,
             outputs: &outputs,
             generated: SceneSource::default(),
@@ -124,17 +130,20 @@ fn open_cameras_look_past_walls() {
         engine.load(&scene).expect("it loads");
         let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
         let view = settings.view;
-        let way: [f64; 3] = std::array::from_fn(|axis| view.look[axis] - view.from[axis]);
-        let length = way.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let view_direction: [f64; 3] =
+            std::array::from_fn(|axis| view.look[axis] - view.from[axis]);
+        let length = view_direction.iter().map(|v| v * v).sum::<f64>().sqrt();
         let depth = f64::from(frame.depth[16 * 33 + 16]);
-        let seen: [f64; 3] = std::array::from_fn(|i| view.from[i] + way[i] / length * depth);
+        let seen: [f64; 3] =
+            std::array::from_fn(|i| view.from[i] + view_direction[i] / length * depth);
         let radius = seen.iter().map(|v| v * v).sum::<f64>().sqrt();
         assert!((radius - 0.5).abs() < 0.01, "{text}{view:?} sees {seen:?}");
     }
 }
 
-/// A text's picture from its open camera, or that of its finite part from the camera of the whole.
-fn spanned_by(text: &str, part: &str) -> Option<(f64, bool)> {
+/// Draws `part`, the bounded part of a text, with the default camera of the text, and returns its spanned
+/// fraction.
+fn spanned_fraction_of(text: &str, part: &str) -> Option<(f64, bool)> {
     let camera = |text: &str, view| {
         let mut compiled = compiled_text(text, PassOptions::default());
         let outputs = compiled.module.update(0.0);
@@ -150,29 +159,29 @@ fn spanned_by(text: &str, part: &str) -> Option<(f64, bool)> {
     let view = camera(text, None).2.view;
     let (compiled, outputs, settings) = camera(part, Some(view));
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
-    let scene = Loaded {
+    let scene = SceneInput {
         module: &compiled.module,
         outputs: &outputs,
         generated: SceneSource::default(),
     };
     engine.load(&scene).expect("it loads");
     let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
-    spanned(&frame)
+    spanned_fraction(&frame)
 }
 
-/// The pairs of a text and its finite part that are not framed as they should be.
+/// Returns the pairs of a text and its bounded part that are framed wrongly.
 fn framed_wrongly(pairs: impl IntoIterator<Item = (String, String)>) -> Vec<String> {
-    let mut wrong = Vec::new();
+    let mut failures = Vec::new();
     for (text, part) in pairs {
-        match spanned_by(&text, &part) {
-            Some((share, false)) if FILLED.contains(&share) => {}
-            found => wrong.push(format!("{text}: {found:?}")),
+        match spanned_fraction_of(&text, &part) {
+            Some((fraction, false)) if FILLED_FRACTION.contains(&fraction) => {}
+            found => failures.push(format!("{text}: {found:?}")),
         }
     }
-    wrong
+    failures
 }
 
-/// Transforms of a whole scene keep the floor in the background, and small parts in the picture.
+/// Transforms of a whole scene keep the floor in the background and small parts in the picture.
 #[test]
 fn open_cameras_frame_transformed_scenes_with_floors() {
     let parts =
@@ -214,13 +223,13 @@ fn open_cameras_frame_transformed_scenes_with_floors() {
         let text = format!("({house} | plane(Y, at: -0.5)).scale({scale})\n");
         pairs.push((text, format!("({house}).scale({scale})\n")));
     }
-    // Other ways to write the same.
+    // Equivalent notations.
     for (text, part) in [
         (
             "!(!(box(1) | sphere(0.1).translate(0, 2, 0)) & !plane(Y))",
             "box(1, 0.5, 1).translate(0, 0.25, 0) | sphere(0.1).translate(0, 2, 0)",
         ),
-        // What a floor hides is not framed.
+        // Parts hidden by a floor are not framed.
         (
             "(cylinder(r: 0.3, h: 8).translate(0, -3, 0) | box(2, 0.2, 2).translate(0, 1, 0)).color(#c05050) | plane(Y)",
             "cylinder(r: 0.3, h: 1).translate(0, 0.5, 0) | box(2, 0.2, 2).translate(0, 1, 0)",
@@ -240,11 +249,11 @@ fn open_cameras_frame_transformed_scenes_with_floors() {
     ] {
         pairs.push((format!("{text}\n"), format!("{part}\n")));
     }
-    let wrong = framed_wrongly(pairs);
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let failures = framed_wrongly(pairs);
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// Of a field that is written as a minimum, what has an end is framed.
+/// For a field written as a minimum, the bounded operands are framed.
 #[test]
 fn open_cameras_frame_finite_parts_of_fields() {
     let cuboid = "max(max(abs(p.x) - 1, abs(p.y) - 0.5), abs(p.z) - 0.7)";
@@ -253,15 +262,21 @@ fn open_cameras_frame_finite_parts_of_fields() {
     let fold = "{ let a = atan2(p.z, p.x) * 12 / tau; let b = (a - round(a)) * tau / 12; let r = length(p.xz);";
     let balls = "length([r * cos(b) - 1, p.y, r * sin(b)]) - 0.2";
     let field = |body: &str| format!("field(fn(p) => {body})\n");
-    let both = format!("min({cuboid}, {ball})");
+    let combined = format!("min({cuboid}, {ball})");
     let pairs = [
         (format!("min({cuboid}, {floor})"), cuboid.to_owned()),
         (format!("min({floor}, {cuboid})"), cuboid.to_owned()),
-        (format!("min(min({cuboid}, {ball}), {floor})"), both.clone()),
-        (format!("min({cuboid}, min({floor}, {ball}))"), both.clone()),
+        (
+            format!("min(min({cuboid}, {ball}), {floor})"),
+            combined.clone(),
+        ),
+        (
+            format!("min({cuboid}, min({floor}, {ball}))"),
+            combined.clone(),
+        ),
         (
             format!("{{ let d = {cuboid}; let e = min(d, {floor}); min(e, {ball}) }}"),
-            both.clone(),
+            combined.clone(),
         ),
         (format!("0.1 * min({cuboid}, {floor})"), cuboid.to_owned()),
         (format!("-max(-({cuboid}), -({floor}))"), cuboid.to_owned()),
@@ -280,11 +295,11 @@ fn open_cameras_frame_finite_parts_of_fields() {
         ),
     ];
     let pairs = pairs.map(|(text, part)| (field(&text), field(&part)));
-    let wrong = framed_wrongly(pairs);
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let failures = framed_wrongly(pairs);
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// Solids whose boxes are loose fill the picture, too.
+/// Solids with loose bounding boxes fill the picture too.
 #[test]
 fn open_cameras_frame_turned_and_twisted_solids() {
     let gear = "(cylinder(r: 20, h: 8) | box(48, 8, 6) | box(6, 8, 48))";
@@ -303,11 +318,11 @@ fn open_cameras_frame_turned_and_twisted_solids() {
         "torus(r1: 2, r2: 0.1).rotate(45deg, X).rotate(35deg, Z)".to_owned(),
     ];
     let pairs = texts.map(|text| (format!("{text}\n"), format!("{text}\n")));
-    let wrong = framed_wrongly(pairs);
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let failures = framed_wrongly(pairs);
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// Occlusion reaches as far in every unit.
+/// The default radius of occlusion scales with the unit.
 #[test]
 fn default_lengths_follow_the_unit() {
     let superellipsoid =
@@ -317,7 +332,7 @@ fn default_lengths_follow_the_unit() {
         superellipsoid.to_owned(),
         "p.y - 0.3 * sin(3 * p.x) * sin(3 * p.z)".to_owned(),
     ] {
-        let reach = |unit: f64| {
+        let relative_reach = |unit: f64| {
             let text = format!(
                 "camera {{ from: [{}, {}, {}], look: [0, 0, 0], fov: 40deg }}\nfield(fn(q) => {{ let p = q / {unit}; {unit} * ({field}) }})\n",
                 3.0 * unit,
@@ -329,16 +344,16 @@ fn default_lengths_follow_the_unit() {
             let settings = resolve(&compiled.module, &outputs, &Overrides::default());
             settings.expect("it has settings").occlusion_reach / unit
         };
-        let one = reach(1.0);
+        let unit_reach = relative_reach(1.0);
         for unit in [0.001, 0.1, 20.0, 1000.0] {
-            let ratio = reach(unit) / one;
-            // Boxes that are found by halving are some hundredths larger than what is in them.
+            let ratio = relative_reach(unit) / unit_reach;
+            // Bounds found by bisection are some hundredths too large.
             assert!((0.95..=1.05).contains(&ratio), "{field} in {unit}: {ratio}");
         }
     }
 }
 
-/// Open cameras stand as far away from what stands on a ground without an end as if there were none.
+/// The default camera's distance from an object on unbounded ground equals that without the ground.
 #[test]
 fn open_cameras_frame_what_stands_on_endless_grounds() {
     let distance = |text: &str| {
@@ -369,7 +384,7 @@ fn open_cameras_frame_what_stands_on_endless_grounds() {
     }
 }
 
-/// Solids that go down without an end are framed as far as they rise from a floor.
+/// Solids that extend downwards without bound are framed by their part above a floor.
 #[test]
 fn open_cameras_frame_what_rises_from_floors() {
     let waves = "field(fn(p) => max(p.y - 0.5 * sin(2 * p.x) * sin(2 * p.z), max(abs(p.xz)) - 4))";
@@ -383,6 +398,6 @@ fn open_cameras_frame_what_rises_from_floors() {
         );
         (format!("{solid} | plane(Y, at: {floor})"), above)
     });
-    let wrong = framed_wrongly(pairs);
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let failures = framed_wrongly(pairs);
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

@@ -1,32 +1,33 @@
-//! The interpreter whose kernels run every scene: it draws what the one draws whose kernels have only
-//! what a scene needs, and makes no pipeline for it.
+//! The interpreter with generic kernels, which run every scene. It draws the same pictures as the one
+//! with specialised kernels and creates no pipelines per scene.
 
 use crate::corpus::{compiled, compiled_text, on_large_stack, scenes};
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::engine::{Engine, EngineKind, Loaded, general, on};
-use sdfc_runtime::frame::{
-    CellUse, Frame, Light, Lighting, Mode, Normals, Occlusion, RenderSettings, Shadow, Source,
+use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open_generic, open_on};
+use sdfc_runtime::gpu::{AdapterPreference, Gpu};
+use sdfc_runtime::render::{
+    CellMode, Image, LightEmitter, Lighting, Mode, Normals, Occlusion, RenderSettings,
+    ResolvedLight, ResolvedShadow,
 };
-use sdfc_runtime::gpu::{Gpu, Preference};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
 
-/// The engine with general kernels, warmed up for these modes, and the one with special ones; `None`
-/// where GPU tests are to be skipped.
+/// Returns the engine with generic kernels, warmed up for these modes, and the one with specialised
+/// kernels; `None` if GPU tests are skipped.
 fn engines(modes: &[Mode]) -> Option<[Box<dyn Engine>; 2]> {
     if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
         eprintln!("skipped: {reason}");
         return None;
     }
-    let gpu = || Gpu::open(Preference::Any).expect("there is an adapter");
-    let mut warm = general(gpu());
-    warm.warm_up(modes).expect("it warms up");
-    Some([warm, on(EngineKind::Interp, gpu())])
+    let gpu = || Gpu::open(AdapterPreference::Any).expect("there is an adapter");
+    let mut generic = open_generic(gpu());
+    generic.warm_up(modes).expect("it warms up");
+    Some([generic, open_on(EngineKind::Interp, gpu())])
 }
 
 fn load(engine: &mut dyn Engine, module: &Module, outputs: &[f64]) {
-    let loaded = Loaded {
+    let loaded = SceneInput {
         module,
         outputs,
         generated: SceneSource::default(),
@@ -34,26 +35,26 @@ fn load(engine: &mut dyn Engine, module: &Module, outputs: &[f64]) {
     engine.load(&loaded).expect("the scene loads");
 }
 
-/// In how many pixels depths, materials and steps differ in any bit, and normals and colours by more
-/// than a driver may make them differ between two kernels.
-fn differing(a: &Frame, b: &Frame) -> [usize; 5] {
+/// Counts the pixels in which depths, materials and steps differ in any bit, and those in which normals
+/// and colours differ by more than drivers may cause.
+fn differing(a: &Image, b: &Image) -> [usize; 5] {
     let count = |same: &dyn Fn(usize) -> bool| (0..a.depth.len()).filter(|&i| !same(i)).count();
-    let near = |a: &[f32], b: &[f32], most: f32| {
+    let is_close = |a: &[f32], b: &[f32], max_difference: f32| {
         let mut pairs = a.iter().zip(b);
-        pairs.all(|(a, b)| (a - b).abs() <= most)
+        pairs.all(|(a, b)| (a - b).abs() <= max_difference)
     };
     [
         count(&|i| a.depth[i].to_bits() == b.depth[i].to_bits()),
         count(&|i| a.id[i] == b.id[i]),
         count(&|i| a.steps[i] == b.steps[i]),
-        count(&|i| near(&a.normal[i], &b.normal[i], 1e-6)),
-        count(&|i| near(&a.color[i], &b.color[i], 1e-4)),
+        count(&|i| is_close(&a.normal[i], &b.normal[i], 1e-6)),
+        count(&|i| is_close(&a.color[i], &b.color[i], 1e-4)),
     ]
 }
 
-const SAME: [usize; 5] = [0; 5];
+const NO_DIFFERENCES: [usize; 5] = [0; 5];
 
-fn settings(module: &Module, outputs: &[f64], mode: Mode, cells: CellUse) -> RenderSettings {
+fn settings(module: &Module, outputs: &[f64], mode: Mode, cells: CellMode) -> RenderSettings {
     let overrides = Overrides {
         size: Some([24, 16]),
         aa: Some(1),
@@ -64,57 +65,57 @@ fn settings(module: &Module, outputs: &[f64], mode: Mode, cells: CellUse) -> Ren
     resolve(module, outputs, &overrides).expect("the scene has settings")
 }
 
-fn draw(engine: &mut dyn Engine, settings: &RenderSettings) -> Frame {
+fn draw(engine: &mut dyn Engine, settings: &RenderSettings) -> Image {
     engine.render(settings, &|_| {}).expect("it is drawn")
 }
 
 #[test]
 fn every_scene_runs_in_the_kernels_that_are_there() {
-    let Some([mut general, mut special]) = engines(&[Mode::Shaded]) else {
+    let Some([mut generic, mut specialized]) = engines(&[Mode::Shaded]) else {
         return;
     };
-    let pipelines = general.pipelines_created();
+    let pipelines = generic.pipelines_created();
     let mut failures = Vec::new();
     for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
         let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
         let module = &compiled.module;
-        load(&mut *general, module, &outputs);
-        load(&mut *special, module, &outputs);
-        let [never, always] =
-            [CellUse::Never, CellUse::Always].map(|c| settings(module, &outputs, Mode::Shaded, c));
-        let needed = draw(&mut *special, &never);
+        load(&mut *generic, module, &outputs);
+        load(&mut *specialized, module, &outputs);
+        let [never, always] = [CellMode::Never, CellMode::Always]
+            .map(|c| settings(module, &outputs, Mode::Shaded, c));
+        let expected = draw(&mut *specialized, &never);
         for settings in [never, always] {
-            let found = draw(&mut *general, &settings);
-            let pixels = differing(&found, &needed);
-            if pixels != SAME || found.stats.evaluations != needed.stats.evaluations {
+            let drawn = draw(&mut *generic, &settings);
+            let pixels = differing(&drawn, &expected);
+            if pixels != NO_DIFFERENCES || drawn.stats.evaluations != expected.stats.evaluations {
                 failures.push(format!(
                     "{}, cells {:?}: depths, materials, steps, normals and colours differ in \
                      {pixels:?} pixels; {} and {} evaluations",
                     path.display(),
                     settings.cells,
-                    found.stats.evaluations,
-                    needed.stats.evaluations,
+                    drawn.stats.evaluations,
+                    expected.stats.evaluations,
                 ));
             }
         }
-        general
+        generic
             .query(&[[0.3, 0.2, 0.4], [-1.0, 0.5, 0.1]])
             .expect("it answers");
-        assert_eq!(general.pipelines_created(), pipelines, "{}", path.display());
+        assert_eq!(generic.pipelines_created(), pipelines, "{}", path.display());
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 /// A scene with materials and one without.
-const PAINTED: &str = "material clay { color: #c04030, roughness: 0.4 }
+const WITH_MATERIALS: &str = "material clay { color: #c04030, roughness: 0.4 }
 sphere(1).material(clay) | box([3, 0.1, 3]).translate(0, -1, 0)
 ";
-const PLAIN: &str = "sphere(1) | box([3, 0.1, 3]).translate(0, -1, 0)\n";
+const WITHOUT_MATERIALS: &str = "sphere(1) | box([3, 0.1, 3]).translate(0, -1, 0)\n";
 
-/// Pictures of a scene that ask for one thing after the other.
-fn asked(first: &RenderSettings) -> Vec<(String, RenderSettings)> {
-    let mut all = Vec::new();
+/// Returns variants of a picture that differ in one setting each.
+fn picture_variants(first: &RenderSettings) -> Vec<(String, RenderSettings)> {
+    let mut variants = Vec::new();
     for normals in [
         Normals::Exact,
         Normals::Forward,
@@ -127,34 +128,35 @@ fn asked(first: &RenderSettings) -> Vec<(String, RenderSettings)> {
             normals,
             ..first.clone()
         };
-        all.push((format!("{normals:?}"), settings));
+        variants.push((format!("{normals:?}"), settings));
     }
     for occlusion in [Occlusion::Off, Occlusion::FiveTap, Occlusion::Multi(6)] {
         let settings = RenderSettings {
             occlusion,
             ..first.clone()
         };
-        all.push((format!("{occlusion:?}"), settings));
+        variants.push((format!("{occlusion:?}"), settings));
     }
-    let lamp = |shadow| Light {
-        source: Source::Directional([0.4, 1.0, 0.6]),
+    let light = |shadow| ResolvedLight {
+        source: LightEmitter::Directional([0.4, 1.0, 0.6]),
         color: [0.7, 0.6, 0.5],
         shadow,
     };
-    let near = Light {
-        source: Source::Point([-2.0, 2.0, 2.0]),
-        ..lamp(Shadow::Improved(0.1))
+    let point_light = ResolvedLight {
+        source: LightEmitter::Point([-2.0, 2.0, 2.0]),
+        ..light(ResolvedShadow::Improved(0.1))
     };
-    let forms = [
-        Shadow::None,
-        Shadow::Hard,
-        Shadow::Plain(0.1),
-        Shadow::Improved(0.1),
-        Shadow::Sized(0.1),
+    let shadows = [
+        ResolvedShadow::None,
+        ResolvedShadow::Hard,
+        ResolvedShadow::Plain(0.1),
+        ResolvedShadow::Improved(0.1),
+        ResolvedShadow::Sized(0.1),
     ];
-    let mut lights: Vec<Vec<Light>> = forms.iter().map(|&form| vec![lamp(form)]).collect();
+    let mut lights: Vec<Vec<ResolvedLight>> =
+        shadows.iter().map(|&shadow| vec![light(shadow)]).collect();
     lights.push(Vec::new());
-    lights.push([&lights[0][..], &lights[4], &[near]].concat());
+    lights.push([&lights[0][..], &lights[4], &[point_light]].concat());
     for lights in lights {
         for fog in [None, Some(0.1)] {
             let lighting = Lighting {
@@ -167,41 +169,45 @@ fn asked(first: &RenderSettings) -> Vec<(String, RenderSettings)> {
                 lighting,
                 ..first.clone()
             };
-            all.push((title, settings));
+            variants.push((title, settings));
         }
     }
-    all
+    variants
 }
 
 #[test]
 fn whatever_a_picture_asks_for_runs_in_them() {
     let modes = [Mode::Shaded, Mode::Normal, Mode::Distance];
-    let Some([mut general, mut special]) = engines(&modes) else {
+    let Some([mut generic, mut specialized]) = engines(&modes) else {
         return;
     };
-    let pipelines = general.pipelines_created();
-    for text in [PAINTED, PLAIN] {
+    let pipelines = generic.pipelines_created();
+    for text in [WITH_MATERIALS, WITHOUT_MATERIALS] {
         let mut compiled = on_large_stack(|| compiled_text(text, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
         let module = &compiled.module;
-        load(&mut *general, module, &outputs);
-        load(&mut *special, module, &outputs);
-        let shaded = settings(module, &outputs, Mode::Shaded, CellUse::Auto);
-        let mut pictures = asked(&shaded);
+        load(&mut *generic, module, &outputs);
+        load(&mut *specialized, module, &outputs);
+        let shaded = settings(module, &outputs, Mode::Shaded, CellMode::Auto);
+        let mut pictures = picture_variants(&shaded);
         for mode in [Mode::Normal, Mode::Distance] {
-            let settings = settings(module, &outputs, mode, CellUse::Auto);
+            let settings = settings(module, &outputs, mode, CellMode::Auto);
             pictures.push((format!("{mode:?}"), settings));
         }
         for (title, settings) in pictures {
-            let found = draw(&mut *general, &settings);
-            let needed = draw(&mut *special, &settings);
-            assert_eq!(differing(&found, &needed), SAME, "{title} of {text}");
-            assert_eq!(general.pipelines_created(), pipelines, "{title} of {text}");
+            let drawn = draw(&mut *generic, &settings);
+            let expected = draw(&mut *specialized, &settings);
+            assert_eq!(
+                differing(&drawn, &expected),
+                NO_DIFFERENCES,
+                "{title} of {text}"
+            );
+            assert_eq!(generic.pipelines_created(), pipelines, "{title} of {text}");
         }
     }
 }
 
-/// So many boxes, each with all smaller ones taken out of it: as many values at once.
+/// Returns `depth` boxes, each with all smaller ones subtracted, which require as many registers.
 fn nested(depth: usize) -> String {
     let mut text = String::from("sphere(0.1)");
     for n in 0..depth {
@@ -216,28 +222,32 @@ fn nested(depth: usize) -> String {
 
 #[test]
 fn a_scene_beyond_their_room_gets_kernels_of_its_own() {
-    let Some([mut general, mut special]) = engines(&[Mode::Shaded]) else {
+    let Some([mut generic, mut specialized]) = engines(&[Mode::Shaded]) else {
         return;
     };
-    let mut made = general.pipelines_created();
-    for (depth, fits) in [(8, true), (40, false), (8, true)] {
+    let mut pipelines = generic.pipelines_created();
+    for (depth, is_within_limits) in [(8, true), (40, false), (8, true)] {
         let text = nested(depth);
         let mut compiled = on_large_stack(|| compiled_text(&text, PassOptions::default()));
         let outputs = compiled.module.update(0.0);
         let module = &compiled.module;
-        load(&mut *general, module, &outputs);
-        load(&mut *special, module, &outputs);
-        let settings = settings(module, &outputs, Mode::Shaded, CellUse::Never);
-        let found = draw(&mut *general, &settings);
-        let needed = draw(&mut *special, &settings);
-        assert_eq!(differing(&found, &needed), SAME, "{depth} boxes");
-        let now = general.pipelines_created();
+        load(&mut *generic, module, &outputs);
+        load(&mut *specialized, module, &outputs);
+        let settings = settings(module, &outputs, Mode::Shaded, CellMode::Never);
+        let drawn = draw(&mut *generic, &settings);
+        let expected = draw(&mut *specialized, &settings);
         assert_eq!(
-            now == made,
-            fits,
-            "{} pipelines for {depth} boxes",
-            now - made
+            differing(&drawn, &expected),
+            NO_DIFFERENCES,
+            "{depth} boxes"
         );
-        made = now;
+        let created = generic.pipelines_created();
+        assert_eq!(
+            created == pipelines,
+            is_within_limits,
+            "{} pipelines for {depth} boxes",
+            created - pipelines
+        );
+        pipelines = created;
     }
 }

@@ -1,11 +1,10 @@
-//! The hard cases: each scene of `tests/hard` holds one idea that pictures of distance fields fail at,
-//! and is measured against the truth that the engine `reference` proves, from all of its cameras.
+//! Hard cases: each scene of `tests/hard` covers one feature that breaks pictures of distance fields. It
+//! is compared with the ground truth proved by the engine `reference`, from all of its cameras.
 //!
-//! What every picture must keep: no ray is wrong away from silhouettes, none is lost to a value that
-//! is not a number or to the cap of steps, 99 of 100 depths are within 1e-5 of the truth and normals
-//! within 0.1°. Where `f32` cannot do that, [`LIMITS`] says what it can do instead, and why.
-//! `SDFC_MEASURE=1 cargo test --test suite hard:: -- --nocapture` prints all numbers, `SDFC_CASE=tips`
-//! looks at one case only.
+//! Requirements of every picture: no ray is wrong away from silhouettes, and none is lost to NaN or to
+//! the step cap. 99 % of depths are within 1e-5 of the truth, and 99 % of normals within 0.1°. Where
+//! `f32` cannot achieve that, [`LIMITS`] states the achievable limits and the reason. `SDFC_MEASURE=1
+//! cargo test --test suite hard:: -- --nocapture` prints all numbers; `SDFC_CASE=tips` selects one case.
 
 mod acne;
 mod chains;
@@ -17,26 +16,26 @@ mod steps;
 use crate::corpus::{name, scenes};
 use measure::{Measured, Shot, measured, shots};
 use sdfc_runtime::engine::EngineKind;
-use sdfc_runtime::frame::CellUse;
+use sdfc_runtime::render::CellMode;
 use std::path::Path;
 
-/// What a picture may be off by.
+/// Limits of the errors of a picture.
 #[derive(Clone, Copy, Debug)]
 struct Limit {
-    /// Rays that are wrong away from silhouettes.
+    /// Maximum number of wrong rays away from silhouettes.
     mismatches: usize,
-    /// The error of 99 of 100 depths, as a share of the depth.
+    /// Maximum 99th percentile of the depth errors, relative to the depth.
     depth: f64,
-    /// The error of 99 of 100 normals in degrees.
+    /// Maximum 99th percentile of the normal errors, in degrees.
     normals: f64,
-    /// Rays that run out of steps.
+    /// Maximum number of rays that run out of steps.
     step_caps: usize,
-    /// The share of rays of which the truth is not known.
+    /// Maximum fraction of rays with undecided truth.
     undecided: f64,
 }
 
-/// What is asked of every picture.
-const GATE: Limit = Limit {
+/// Default limits.
+const DEFAULT_LIMIT: Limit = Limit {
     mismatches: 0,
     depth: 1e-5,
     normals: 0.1,
@@ -44,67 +43,69 @@ const GATE: Limit = Limit {
     undecided: 0.01,
 };
 
-/// What is asked of pictures that cannot be better, and why they cannot.
+/// Exceptions from the default limits, with reasons.
 const LIMITS: [(&str, Limit); 2] = [
-    // Where a shape is taken away from itself, all rays only touch what is left.
+    // A shape is subtracted from itself, so all rays only graze the rest.
     (
         "coincident",
         Limit {
             undecided: 0.05,
-            ..GATE
+            ..DEFAULT_LIMIT
         },
     ),
-    // The rays of one line of pixels never leave the plane by more than rounding.
+    // The rays of one row of pixels stay within rounding of the plane.
     (
         "grazing_plane/horizon",
         Limit {
             undecided: 0.02,
-            ..GATE
+            ..DEFAULT_LIMIT
         },
     ),
 ];
 
-/// The size of the CPU's pictures, and of those that devices draw in software.
+/// Picture sizes on the CPU, and on software devices.
 const SIZE: [u32; 2] = [96, 64];
-const SMALL: [u32; 2] = [48, 32];
+const DEVICE_SIZE: [u32; 2] = [48, 32];
 
 fn limit(shot: &Shot) -> Limit {
-    let found = LIMITS.iter().find(|(of, _)| *of == shot.name);
-    found.map_or(GATE, |&(_, limit)| limit)
+    let exception = LIMITS
+        .iter()
+        .find(|(limit_name, _)| *limit_name == shot.name);
+    exception.map_or(DEFAULT_LIMIT, |&(_, limit)| limit)
 }
 
-/// What of a picture is beyond its limit.
-fn faults(shot: &Shot, measured: &Measured) -> Option<String> {
+/// Returns a description of the violated limits of a picture.
+fn violations(shot: &Shot, measured: &Measured) -> Option<String> {
     let (limit, e) = (limit(shot), &measured.errors);
     let undecided = e.undecided as f64 / e.pixels as f64;
-    let kept = e.mismatches_inside <= limit.mismatches
+    let is_within = e.mismatches_inside <= limit.mismatches
         && e.nans == 0
         && e.step_caps <= limit.step_caps
         && e.depth_smooth.p99 <= limit.depth
         && e.normals.p99 <= limit.normals
         && undecided <= limit.undecided;
-    (!kept).then(|| format!("{measured}, but {limit:?} is asked for"))
+    (!is_within).then(|| format!("{measured}, but {limit:?} is asked for"))
 }
 
 #[test]
 fn pictures_of_the_cpu_are_near_the_truth() {
     let mut failures = Vec::new();
-    let only = std::env::var("SDFC_CASE").unwrap_or_default();
+    let filter = std::env::var("SDFC_CASE").unwrap_or_default();
     let paths = scenes("tests/hard");
-    for path in paths.iter().filter(|path| name(path).contains(&only)) {
+    for path in paths.iter().filter(|path| name(path).contains(&filter)) {
         for shot in shots(path, SIZE) {
-            for cells in [CellUse::Never, CellUse::Always] {
+            for cells in [CellMode::Never, CellMode::Always] {
                 let measured = measured(&shot, EngineKind::Cpu, cells);
                 measured.print();
-                failures.extend(faults(&shot, &measured));
+                failures.extend(violations(&shot, &measured));
             }
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// Scenes for devices that software stands in for, which take their time.
-const ON_DEVICES: [&str; 8] = [
+/// Subset of scenes for devices, which are slow in software.
+const DEVICE_SCENES: [&str; 8] = [
     "grazing_plane",
     "thin_shells",
     "displacement",
@@ -122,13 +123,13 @@ fn pictures_of_devices_are_near_the_truth() {
         return;
     }
     let mut failures = Vec::new();
-    for scene in ON_DEVICES {
+    for scene in DEVICE_SCENES {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/hard/{scene}.sdf"));
-        let shot = shots(&path, SMALL).swap_remove(0);
+        let shot = shots(&path, DEVICE_SIZE).swap_remove(0);
         for kind in [EngineKind::Interp, EngineKind::Wgsl] {
-            let measured = measured(&shot, kind, CellUse::Auto);
+            let measured = measured(&shot, kind, CellMode::Auto);
             measured.print();
-            failures.extend(faults(&shot, &measured));
+            failures.extend(violations(&shot, &measured));
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
@@ -147,8 +148,11 @@ fn every_case_says_what_it_holds_and_every_limit_has_a_case() {
         );
     }
     let names: Vec<String> = paths.iter().map(|path| name(path)).collect();
-    for (of, _) in LIMITS {
-        let scene = of.split('/').next().unwrap_or_default();
-        assert!(names.iter().any(|name| name == scene), "{of} is no case");
+    for (limit_name, _) in LIMITS {
+        let scene = limit_name.split('/').next().unwrap_or_default();
+        assert!(
+            names.iter().any(|name| name == scene),
+            "{limit_name} is no case"
+        );
     }
 }

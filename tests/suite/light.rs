@@ -1,107 +1,111 @@
-//! Light in scenes that were once lit wrongly, on the CPU.
+//! Lighting of scenes that were once lit wrongly, on the CPU.
 
-use crate::metamorphic::draw::{Way, frame};
+use crate::metamorphic::draw::{DrawOptions, frame};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, open};
-use sdfc_runtime::frame::{CellUse, Frame};
+use sdfc_runtime::render::{CellMode, Image};
 
-/// The most channels of pixels at edges that rounding changes in a picture.
+/// Maximum number of channels of edge pixels that rounding changes in a picture.
 const MAX_EDGE_CHANNELS: usize = 12;
 
-/// The picture of a text, with one sample for each pixel.
-fn picture(text: &str, size: [u32; 2]) -> Frame {
+/// Draws a text with one sample per pixel.
+fn picture(text: &str, size: [u32; 2]) -> Image {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
-    let way = Way {
+    let offset = DrawOptions {
         size,
         passes: PassOptions::default(),
-        cells: CellUse::Auto,
+        cells: CellMode::Auto,
         scale: 1.0,
     };
-    frame(&mut *engine, text, &way).expect("it compiles")
+    frame(&mut *engine, text, &offset).expect("it compiles")
 }
 
-/// The brightness of a pixel, from 0 to 765.
-fn brightness(frame: &Frame, bytes: &[u8], x: usize, y: usize) -> i32 {
-    let at = 4 * (y * frame.width + x);
-    bytes[at..at + 3]
+/// Returns the brightness of a pixel, from 0 to 765.
+fn brightness(frame: &Image, bytes: &[u8], x: usize, y: usize) -> i32 {
+    let pixel_start = 4 * (y * frame.width + x);
+    bytes[pixel_start..pixel_start + 3]
         .iter()
         .map(|&channel| i32::from(channel))
         .sum()
 }
 
-/// The pixels that are brighter than all eight around them by more than `most` of 765.
-fn bright_dots(frame: &Frame, most: i32) -> Vec<[usize; 2]> {
+/// Returns the pixels that are brighter than all eight neighbours by more than `max`, of 765.
+fn bright_dots(frame: &Image, max: i32) -> Vec<[usize; 2]> {
     let bytes = frame.rgba8();
     let pixels = (1..frame.height - 1).flat_map(|y| (1..frame.width - 1).map(move |x| [x, y]));
     pixels
         .filter(|&[x, y]| {
-            let own = brightness(frame, &bytes, x, y);
+            let center = brightness(frame, &bytes, x, y);
             let around = (y - 1..=y + 1).flat_map(|v| (x - 1..=x + 1).map(move |u| [u, v]));
             let mut others = around.filter(|&other| other != [x, y]);
-            others.all(|[u, v]| brightness(frame, &bytes, u, v) + most < own)
+            others.all(|[u, v]| brightness(frame, &bytes, u, v) + max < center)
         })
         .collect()
 }
 
-/// Rays that pass an edge nearby are darkened by it, however far away the eye is.
+/// An edge darkens rays that pass it closely, at any distance from the camera.
 #[test]
 fn shadows_of_inner_rims_have_no_bright_dots() {
     let text = "scene { units: mm, up: z }\n\
         camera { from: [0, -20, 140], look: [0, 0, 5], fov: 40deg }\n\
         box(80, 60, 20) - box(76, 56, 18).translate(0, 0, 1)\n";
-    let found = bright_dots(&picture(text, [800, 600]), 30);
-    assert!(found.is_empty(), "{found:?}");
+    let dots = bright_dots(&picture(text, [800, 600]), 30);
+    assert!(dots.is_empty(), "{dots:?}");
 }
 
-/// A hinge on a floor under grazing light and something other, `scale` times as large and with its middle at `place`.
-fn hinge(other: &str, scale: f64, place: [f64; 3]) -> String {
-    let at = |p: [f64; 3]| [0, 1, 2].map(|axis| p[axis] * scale + place[axis]);
-    let (from, look) = (at([0.482, 1.541, -2.175]), at([0.0, 0.2, 0.0]));
+/// Returns a hinge on a floor under grazing light and another shape, scaled by `scale` and centred at
+/// `position`.
+fn hinge(other: &str, scale: f64, position: [f64; 3]) -> String {
+    let placed = |p: [f64; 3]| [0, 1, 2].map(|axis| p[axis] * scale + position[axis]);
+    let (from, look) = (placed([0.482, 1.541, -2.175]), placed([0.0, 0.2, 0.0]));
     format!(
         "camera {{ from: {from:?}, look: {look:?}, fov: 40deg }}\n\
          light {{ dir: [0.44, 0.19, 0.46], intensity: 2.5, shadow: plain(0.1) }}\n\
          ((box(1.6, 0.2, 2).translate(0.9, 0.3, 0) - cylinder(r: 0.16, h: 0.6).translate(1.1, 0.3, 0)).mirror(X)\n\
          | cylinder(r: 0.3, h: 0.38).rotate(90deg, X).repeat([0, 0, 0.8], [1, 1, 3]).translate(0, 0.3, 0)\n\
-         | plane(Y, at: 0){other}).scale({scale}).translate({place:?})\n"
+         | plane(Y, at: 0){other}).scale({scale}).translate({position:?})\n"
     )
 }
 
-/// The number of channels that differ visibly between two pictures.
-fn other_channels(one: &str, other: &str) -> usize {
-    let [one, other] = [one, other].map(|text| picture(text, [160, 120]).rgba8());
-    let pairs = one.iter().zip(&other);
+/// Counts the channels that differ visibly between two pictures.
+fn differing_channels(first: &str, other: &str) -> usize {
+    let [first, other] = [first, other].map(|text| picture(text, [160, 120]).rgba8());
+    let pairs = first.iter().zip(&other);
     pairs.filter(|&(&a, &b)| a.abs_diff(b) > 2).count()
 }
 
-/// Neither where a scene on an endless floor is nor its unit changes its shadows and its default occlusion.
+/// Shadows and default occlusion of a scene on an unbounded floor depend neither on its position nor on
+/// its unit.
 #[test]
 fn things_on_an_endless_floor_are_lit_alike_in_any_place_and_unit() {
-    let here = hinge("", 1.0, [0.0; 3]);
-    for (scale, place) in [
+    let original = hinge("", 1.0, [0.0; 3]);
+    for (scale, position) in [
         (0.125, [0.0; 3]),
         (0.01, [0.0; 3]),
         (64.0, [0.0; 3]),
         (1.0, [6.0, 2.5, -4.0]),
         (0.125, [-2.0, -3.5, 1.0]),
     ] {
-        let count = other_channels(&here, &hinge("", scale, place));
+        let count = differing_channels(&original, &hinge("", scale, position));
         assert!(
             count <= MAX_EDGE_CHANNELS,
-            "{scale} at {place:?}: {count} channels"
+            "{scale} at {position:?}: {count} channels"
         );
     }
 }
 
-/// A ray just above the highest solid is darkened by it, though it leaves the box of all solids before it is there.
+/// A ray just above the highest solid is darkened by it, although the ray leaves the bounding box of all
+/// solids before it reaches the solid.
 #[test]
 fn a_tall_post_far_away_changes_no_penumbra() {
     let off = "render { occlusion: off }\n";
     let post = "| cylinder(r: 0.1, h: 40).translate(-80, 0, 80)";
     let texts = ["", post].map(|other| format!("{off}{}", hinge(other, 1.0, [0.0; 3])));
-    assert_eq!(other_channels(&texts[0], &texts[1]), 0);
+    assert_eq!(differing_channels(&texts[0], &texts[1]), 0);
 }
 
-/// The penumbras of wide lights are those of surfaces, whatever the fields are that make these, alone or in a map.
+/// Penumbras of wide lights depend only on surfaces, not on the fields that define them, alone or in a
+/// point map.
 #[test]
 fn wide_lights_see_no_fields() {
     let scene = |light: &str, shape: &str| {
@@ -122,6 +126,9 @@ fn wide_lights_see_no_fields() {
         "field(fn(p) => (length(p) - 0.5) * (1 + 0.2 * length(p)))",
         "field(fn(p) => pow(dot(p, p), 6) - pow(0.25, 6))",
         "field(fn(p) => exp(10 * length(p)) - exp(5))",
+        "field(fn(p) => 2 - 1 / length(p))",
+        "field(fn(p) => 4 - 1 / dot(p, p))",
+        "field(fn(p) => ln(2 * length(p)))",
     ]
     .map(|field| [field.to_owned(), ball.to_owned()])
     .to_vec();
@@ -141,7 +148,7 @@ fn wide_lights_see_no_fields() {
         format!("{turned}box(0.4, 1, 0.4).warp(turned)"),
         format!("{turned}{bar}"),
     ]);
-    // Half of a slot that ends at the plane of its mirror.
+    // Half of a slot that ends at its mirror plane.
     let slotted = |slot: &str| format!("(box(1.2, 0.6, 1.2) - {slot})");
     pairs.push([
         slotted("box(0.2, 0.6, 2).translate(0.1, 0.2, 0).mirror(X)"),
@@ -152,27 +159,27 @@ fn wide_lights_see_no_fields() {
         "dir: [0.5, 0.8, 0.3], shadow: soft(0.4)",
         "dir: [-0.6, 0.8, 0.2], shadow: plain(0.3)",
     ] {
-        for [one, other] in &pairs {
-            let count = other_channels(&scene(light, one), &scene(light, other));
+        for [first, other] in &pairs {
+            let count = differing_channels(&scene(light, first), &scene(light, other));
             if count > MAX_EDGE_CHANNELS {
-                failures.push(format!("{light}, {one}: {count} channels"));
+                failures.push(format!("{light}, {first}: {count} channels"));
             }
         }
     }
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// A solid whose crossing by a ray is known in closed form.
+/// A solid with a closed-form ray intersection.
 #[derive(Clone, Copy)]
 enum Solid {
-    /// A box around a place with these halves of its sides.
+    /// A box with this centre and these half sides.
     Cuboid([f64; 3], [f64; 3]),
-    /// A ball around a place.
+    /// A sphere with this centre and radius.
     Ball([f64; 3], f64),
 }
 
 impl Solid {
-    /// Its text in a scene.
+    /// Returns its text in a scene.
     fn text(self) -> String {
         match self {
             Self::Cuboid([x, y, z], [a, b, c]) => {
@@ -186,7 +193,7 @@ impl Solid {
         }
     }
 
-    /// Reports whether the way from `p` along `d`, as long as that, leads through it.
+    /// Reports whether the segment from `p` to `p + d` intersects the solid.
     fn blocks(self, p: [f64; 3], d: [f64; 3]) -> bool {
         match self {
             Self::Cuboid(middle, half) => {
@@ -203,30 +210,31 @@ impl Solid {
                 let to = [0, 1, 2].map(|axis| middle[axis] - p[axis]);
                 let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
                 let nearest = (dot(to, d) / dot(d, d)).clamp(0.0, 1.0);
-                let way = [0, 1, 2].map(|axis| to[axis] - nearest * d[axis]);
-                dot(way, way) < radius * radius
+                let offset = [0, 1, 2].map(|axis| to[axis] - nearest * d[axis]);
+                dot(offset, offset) < radius * radius
             }
         }
     }
 }
 
-/// The way from a point to a light: towards its direction, or to its place.
-fn way_to(lamp: ([f64; 3], bool), p: [f64; 3]) -> [f64; 3] {
-    match lamp {
-        (place, true) => [0, 1, 2].map(|axis| place[axis] - p[axis]),
+/// Returns the vector from a point to a light, given by its direction or its position.
+fn vector_to_light(light: ([f64; 3], bool), p: [f64; 3]) -> [f64; 3] {
+    match light {
+        (position, true) => [0, 1, 2].map(|axis| position[axis] - p[axis]),
         (direction, false) => direction.map(|d| 100.0 * d),
     }
 }
 
-/// The number of points of a light's disc that are hidden from `p`, and of all: on rings up to `radius` times its own.
+/// Returns the number of hidden points of a light's disc, seen from `p`, and their total number. The
+/// points lie on rings up to `radius` times the disc's radius.
 fn hidden_points(
     solids: &[Solid],
-    lamp: ([f64; 3], bool),
+    light: ([f64; 3], bool),
     size: f64,
     p: [f64; 3],
     radius: f64,
 ) -> (usize, usize) {
-    let axis = way_to(lamp, p);
+    let axis = vector_to_light(light, p);
     let length = axis.map(|d| d * d).iter().sum::<f64>().sqrt();
     let unit = axis.map(|d| d / length);
     let cross = |a: [f64; 3], b: [f64; 3]| {
@@ -247,8 +255,8 @@ fn hidden_points(
             let angle = f64::from(turn) * std::f64::consts::TAU / 24.0;
             let out = size * length * radius * f64::from(ring) / 8.0;
             let (sin, cos) = angle.sin_cos();
-            let way = [0, 1, 2].map(|k| axis[k] + out * (cos * right[k] + sin * up[k]));
-            let is_hidden = way[1] <= 0.0 || solids.iter().any(|solid| solid.blocks(p, way));
+            let offset = [0, 1, 2].map(|k| axis[k] + out * (cos * right[k] + sin * up[k]));
+            let is_hidden = offset[1] <= 0.0 || solids.iter().any(|solid| solid.blocks(p, offset));
             hidden += usize::from(is_hidden);
             count += 1;
         }
@@ -256,7 +264,8 @@ fn hidden_points(
     (hidden, count)
 }
 
-/// Linear light of a byte of a picture. It stands here again on purpose: the check shares nothing with the renderer.
+/// Converts an sRGB byte to linear light. It duplicates the renderer's function on purpose, so that the
+/// check shares no code with it.
 fn linear(byte: u8) -> f64 {
     let v = f64::from(byte) / 255.0;
     if v <= 0.04045 {
@@ -266,11 +275,12 @@ fn linear(byte: u8) -> f64 {
     }
 }
 
-/// The pixels of the ground that are lit otherwise than a light's disc is seen from there: where nothing of it is seen
-/// they are dark, where all is seen they are lit in full, and where its middle is hidden at most by half.
-fn wrongly_lit(solids: &[Solid], lamp: ([f64; 3], bool), size: f64, form: &str) -> Vec<String> {
+/// Returns the pixels of the ground whose lighting contradicts the visibility of the light's disc. Pixels
+/// are dark where the disc is hidden, fully lit where it is visible, and at most half lit where its
+/// centre is hidden.
+fn wrongly_lit(solids: &[Solid], light: ([f64; 3], bool), size: f64, form: &str) -> Vec<String> {
     const SIDE: usize = 96;
-    let (place, is_near) = lamp;
+    let (position, is_near) = light;
     let key = if is_near { "at" } else { "dir" };
     let scene = |shadow: &str| {
         let shapes: Vec<String> = solids.iter().map(|solid| solid.text()).collect();
@@ -280,46 +290,46 @@ fn wrongly_lit(solids: &[Solid], lamp: ([f64; 3], bool), size: f64, form: &str) 
              sky {{ top: #000000, horizon: #000000, ground: #000000, ambient: 0 }}\n\
              render {{ occlusion: off, far: 60 }}\n\
              {} | plane(Y)\n",
-            place[0],
-            place[1],
-            place[2],
+            position[0],
+            position[1],
+            position[2],
             shapes.join(" | ")
         )
     };
     let shaded = picture(&scene(&format!("{form}({size})")), [SIDE as u32; 2]);
     let full = picture(&scene("none"), [SIDE as u32; 2]);
     let (shaded, full) = (shaded.rgba8(), full.rgba8());
-    let mut wrong = Vec::new();
+    let mut failures = Vec::new();
     for y in 0..SIDE {
         for x in 0..SIDE {
             let to_scene = |pixel: usize| ((pixel as f64 + 0.5) / SIDE as f64 - 0.5) * 6.0;
             let p = [to_scene(x), 1e-6, to_scene(y)];
-            // What a solid covers is not the ground.
+            // Pixels covered by a solid are skipped.
             let above = [1e-9, 20.0, 1e-9];
             let near = [p[0], 0.0, p[2]];
             if solids.iter().any(|solid| solid.blocks(near, above)) {
                 continue;
             }
-            let at = 4 * (y * SIDE + x);
-            let (found, most) = (linear(shaded[at]), linear(full[at]));
-            let (wide, count) = hidden_points(solids, lamp, size, p, 1.2);
-            let (middle, _) = hidden_points(solids, lamp, size, p, 0.15);
+            let pixel_start = 4 * (y * SIDE + x);
+            let (brightness, max) = (linear(shaded[pixel_start]), linear(full[pixel_start]));
+            let (wide, count) = hidden_points(solids, light, size, p, 1.2);
+            let (middle, _) = hidden_points(solids, light, size, p, 0.15);
             let fault = match wide {
-                all if all == count => found > 0.002,
-                0 => found < 0.97 * most,
-                _ => middle == count && found > 0.55 * most,
+                all if all == count => brightness > 0.002,
+                0 => brightness < 0.97 * max,
+                _ => middle == count && brightness > 0.55 * max,
             };
             if fault {
-                wrong.push(format!(
-                    "{x}, {y}: {found:.3} of {most:.3}, {wide} of {count} hidden"
+                failures.push(format!(
+                    "{x}, {y}: {brightness:.3} of {max:.3}, {wide} of {count} hidden"
                 ));
             }
         }
     }
-    wrong
+    failures
 }
 
-/// Thin plates, beams and balls, however thin and however far from what they shade.
+/// Plates, beams and spheres of any thickness and at any distance from the ground that they shade.
 #[test]
 fn light_is_where_a_lamp_is_seen_and_nowhere_else() {
     let sheet = |thickness: f64| Solid::Cuboid([0.3, 1.0, -0.2], [0.9, thickness, 0.7]);
@@ -327,21 +337,21 @@ fn light_is_where_a_lamp_is_seen_and_nowhere_else() {
     let ball = Solid::Ball([-1.0, 0.7, -1.0], 0.4);
     let sun = ([0.3, 1.0, 0.2], false);
     let bulb = ([0.1, 3.0, -0.1], true);
-    for lamp in [sun, bulb] {
+    for light in [sun, bulb] {
         for thickness in [0.002, 0.02, 0.2] {
             let solids = [sheet(thickness), post, ball];
             for (form, size) in [("sized", 0.08), ("sized", 0.02)] {
-                let wrong = wrongly_lit(&solids, lamp, size, form);
+                let failures = wrongly_lit(&solids, light, size, form);
                 assert!(
-                    wrong.is_empty(),
-                    "{form}, {thickness}, {lamp:?}: {wrong:#?}"
+                    failures.is_empty(),
+                    "{form}, {thickness}, {light:?}: {failures:#?}"
                 );
             }
         }
     }
 }
 
-/// Nothing of a lamp in a closed case gets out of it, be it ever so thin.
+/// A light in a closed case does not leak through its walls, however thin.
 #[test]
 fn closed_cases_keep_their_light() {
     for thickness in [0.002, 0.02, 0.1] {
@@ -369,7 +379,7 @@ fn closed_cases_keep_their_light() {
     }
 }
 
-/// A shadow depends on where a field changes its sign, however steep it is there or elsewhere.
+/// A shadow depends on the sign changes of a field, not on its slope there or elsewhere.
 #[test]
 fn hard_shadows_of_steep_and_flat_fields_are_those_of_a_ball() {
     let scene = |shape: &str| {
@@ -397,7 +407,8 @@ fn hard_shadows_of_steep_and_flat_fields_are_those_of_a_ball() {
     }
 }
 
-/// A lamp 2.6 mm from a bar of 30 mm, 3 m above a floor: the near part of the floor lies wholly behind the bar.
+/// A light 2.6 mm from a bar of 30 mm, 3 m above a floor: the near part of the floor lies entirely behind
+/// the bar.
 #[test]
 fn a_lamp_beside_its_holder_lights_no_floor_behind_it() {
     let text = |intensity: f64| {
@@ -410,7 +421,7 @@ fn a_lamp_beside_its_holder_lights_no_floor_behind_it() {
     let size = [320, 240];
     let [lit, dark] = [12.0, 0.0].map(|intensity| picture(&text(intensity), size).rgba8());
     let floor = 4 * 200 * 320;
-    let wrong = lit[floor..].chunks(4).zip(dark[floor..].chunks(4));
-    let wrong = wrong.filter(|(lit, dark)| lit != dark).count();
-    assert_eq!(wrong, 0, "pixels are lit through the bar");
+    let failures = lit[floor..].chunks(4).zip(dark[floor..].chunks(4));
+    let failures = failures.filter(|(lit, dark)| lit != dark).count();
+    assert_eq!(failures, 0, "pixels are lit through the bar");
 }

@@ -1,14 +1,14 @@
-//! Level of detail: pictures keep what can be seen in them, values keep their bounds, and what is far
-//! away takes fewer instructions.
+//! Level of detail: pictures keep visible features, values stay within their bounds, and distant parts
+//! take fewer instructions.
 
 use crate::corpus::{name, on_large_stack, scene, scenes};
 use sdfc_compiler::compile::{self, Compiled, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
-use sdfc_compiler::passes::lod::{Loss, Pixel, Sight};
+use sdfc_compiler::passes::lod::{LodReport, LodTarget, PixelFootprint};
 use sdfc_compiler::scene::Scene;
 use sdfc_lang::Sources;
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
-use sdfc_runtime::frame::{Frame, Lens, RenderSettings};
+use sdfc_runtime::engine::{EngineKind, SceneInput, open};
+use sdfc_runtime::render::{Image, RenderSettings, ResolvedLens};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::evaluate::evaluate;
@@ -16,18 +16,19 @@ use sdfc_vm::program::Program;
 use sdfc_vm::vector::V3;
 
 const SIZE: [u32; 2] = [96, 72];
-/// Where a march ends, and what rounding may add, as a share of the distance from the eye.
-const STOP: f64 = 1e-4;
+/// Hit threshold of a march and allowance for rounding, relative to the distance from the camera.
+const HIT_TOLERANCE: f64 = 1e-4;
 
-/// Four hundred balls far behind one that is near; 60 units away a pixel is half a unit, a ball a fifth of it.
+/// Four hundred distant spheres behind a near one. At 60 units a pixel covers half a unit, a sphere a
+/// fifth of it.
 const CLUSTERS: &str = "camera { from: [0, 3, 10], look: [0, 0, 0], fov: 40deg }\n\
     let far = for i in 0..400 { sphere(0.05).translate(fract(i * 0.618) * 4 - 2, \
     fract(i * 0.377), -60 - floor(i / 20) * 0.1) };\n\
     union(far) | sphere(1) | union(box(1).translate(3, 0, 0), \
     sphere(0.7).translate(3.4, 0.5, 0), smooth: 0.002)\n";
 
-/// A scene for all to see: a blend, an offset and a pile too small for their pixels, and one of each
-/// that is not.
+/// A readable scene: a blend, an offset and a pile too small for their pixels, and one of each that is
+/// large enough.
 const SMALL: &str = "let pile = sphere(0.01) | box(0.02).translate(0.02, 0, 0).rotate(10deg, Y);\n\
     union(box(1), sphere(0.6).translate(0, 0.5, 0), smooth: 0.001).offset(0.0002)\n\
     | pile.translate(0, 2, 0) | union(sphere(0.3), sphere(0.3).translate(0.3, 0, 0), smooth: 0.1)\
@@ -36,17 +37,17 @@ const SMALL: &str = "let pile = sphere(0.01) | box(0.02).translate(0.02, 0, 0).r
 fn of_text(text: &str) -> Scene {
     let mut sources = Sources::new();
     let file = sources.add("text", text.to_owned());
-    let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
-    scene.unwrap_or_else(|| panic!("{found:?}"))
+    let (scene, surface_points) = elaborate(&mut sources, file, &elaborate::Options::default());
+    scene.unwrap_or_else(|| panic!("{surface_points:?}"))
 }
 
-fn compiled(scene: Scene, sight: Option<Sight>) -> Compiled {
+fn compiled(scene: Scene, sight: Option<LodTarget>) -> Compiled {
     let options = compile::Options {
-        sight,
+        lod_target: sight,
         ..compile::Options::default()
     };
-    let (compiled, found) = compile(scene, &options);
-    compiled.unwrap_or_else(|| panic!("{found:?}"))
+    let (compiled, surface_points) = compile(scene, &options);
+    compiled.unwrap_or_else(|| panic!("{surface_points:?}"))
 }
 
 fn settings(compiled: &mut Compiled) -> (Vec<f64>, RenderSettings) {
@@ -60,25 +61,25 @@ fn settings(compiled: &mut Compiled) -> (Vec<f64>, RenderSettings) {
     (outputs, settings)
 }
 
-/// The scene as it is, and as its camera sees it.
+/// The full scene and the scene simplified for its camera.
 struct Pair {
     full: Compiled,
     simple: Compiled,
     settings: RenderSettings,
-    sight: Sight,
-    loss: Loss,
+    sight: LodTarget,
+    loss: LodReport,
 }
 
 fn pair(make: impl Fn() -> Scene, tolerance: f64) -> Pair {
     let mut full = compiled(make(), None);
     let (_, settings) = settings(&mut full);
     let pixel = match settings.view.lens {
-        Lens::Perspective(angle) => Pixel::of_perspective(angle, SIZE),
-        Lens::Orthographic(shown) => Pixel::of_parallel(shown, SIZE),
+        ResolvedLens::Perspective(angle) => PixelFootprint::from_perspective(angle, SIZE),
+        ResolvedLens::Orthographic(pixel_color) => PixelFootprint::from_parallel(pixel_color, SIZE),
     };
-    let eye = settings.view.from;
-    let sight = Sight {
-        eye,
+    let camera = settings.view.from;
+    let sight = LodTarget {
+        camera_position: camera,
         pixel,
         tolerance,
     };
@@ -94,7 +95,7 @@ fn pair(make: impl Fn() -> Scene, tolerance: f64) -> Pair {
     }
 }
 
-/// Points on the surface: where rays from the eye through the box of the scene end.
+/// Returns surface points: the ends of rays from the camera through the scene's bounding box.
 fn surface(program: &Program, pair: &Pair, rays: u32) -> Vec<([f64; 3], f64)> {
     let view = &pair.settings.view;
     let middle: [f64; 3] = std::array::from_fn(|i| view.look[i] - view.from[i]);
@@ -106,40 +107,41 @@ fn surface(program: &Program, pair: &Pair, rays: u32) -> Vec<([f64; 3], f64)> {
         state ^= state << 17;
         (state >> 40) as f64 / f64::from(1 << 23) - 1.0
     };
-    let mut found = Vec::new();
+    let mut surface_points = Vec::new();
     for _ in 0..rays {
         let to: [f64; 3] = std::array::from_fn(|i| middle[i] / length + 0.3 * random());
         let size = to.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let (mut way, mut steps) = (0.0, 0);
-        while way < 4.0 * length.max(40.0) && steps < 200 {
-            let p: [f64; 3] = std::array::from_fn(|i| view.from[i] + to[i] / size * way);
-            let value = at(program, p);
-            if value < STOP * way {
-                found.push((p, way));
+        let (mut distance, mut steps) = (0.0, 0);
+        while distance < 4.0 * length.max(40.0) && steps < 200 {
+            let p: [f64; 3] = std::array::from_fn(|i| view.from[i] + to[i] / size * distance);
+            let value = value_at(program, p);
+            if value < HIT_TOLERANCE * distance {
+                surface_points.push((p, distance));
                 break;
             }
-            way += value;
+            distance += value;
             steps += 1;
         }
     }
-    found
+    surface_points
 }
 
-fn at(program: &Program, [x, y, z]: [f64; 3]) -> f64 {
+fn value_at(program: &Program, [x, y, z]: [f64; 3]) -> f64 {
     f64::from(evaluate::<f32>(
         program,
-        V3::of(x as f32, y as f32, z as f32),
+        V3::new(x as f32, y as f32, z as f32),
     ))
 }
 
-/// The value on the surface of one program by the other one is within the error: where the simple
-/// scene ends, the full one is near, and the other way round, unless that is inside.
+/// On the surface of one program, the value of the other one is within the error. Both directions are
+/// checked, except inside the solid.
 fn compare_surfaces(what: &str, pair: &Pair) {
     let (full, simple) = (&pair.full.module.distance, &pair.simple.module.distance);
     for (program, other, is_simple) in [(simple, full, true), (full, simple, false)] {
-        for (p, way) in surface(program, pair, 400) {
-            let value = at(other, p);
-            let allowed = pair.loss.pixels * pair.sight.footprint(way) + 4.0 * STOP * way;
+        for (p, distance) in surface(program, pair, 400) {
+            let value = value_at(other, p);
+            let allowed = pair.loss.max_error_pixels * pair.sight.footprint(distance)
+                + 4.0 * HIT_TOLERANCE * distance;
             assert!(
                 value <= allowed && (!is_simple || value >= -allowed),
                 "{what}: {value} at {p:?}, {allowed} is allowed for {:?}",
@@ -156,7 +158,7 @@ fn surfaces_are_where_they_were_but_for_the_error() {
         on_large_stack(|| {
             for tolerance in [1.0, 8.0] {
                 let pair = pair(|| scene(path), tolerance);
-                assert!(pair.loss.pixels <= tolerance, "{:?}", pair.loss);
+                assert!(pair.loss.max_error_pixels <= tolerance, "{:?}", pair.loss);
                 if pair.loss.replaced > 0 {
                     compare_surfaces(&name(path), &pair);
                 }
@@ -179,13 +181,17 @@ fn far_clusters_take_fewer_instructions() {
     let (full, simple) = (length(&pair.full), length(&pair.simple));
     assert!(3 * simple <= full, "{full} and {simple} instructions");
     assert!(pair.loss.replaced >= 200, "{:?}", pair.loss);
-    assert!((0.5..=1.0).contains(&pair.loss.pixels), "{:?}", pair.loss);
+    assert!(
+        (0.5..=1.0).contains(&pair.loss.max_error_pixels),
+        "{:?}",
+        pair.loss
+    );
 }
 
-fn drawn(compiled: &mut Compiled) -> Frame {
+fn draw(compiled: &mut Compiled) -> Image {
     let (outputs, settings) = settings(compiled);
     let mut engine = open(EngineKind::Cpu).expect("every machine has a processor");
-    let loaded = Loaded {
+    let loaded = SceneInput {
         module: &compiled.module,
         outputs: &outputs,
         generated: SceneSource::default(),
@@ -194,12 +200,12 @@ fn drawn(compiled: &mut Compiled) -> Frame {
     engine.render(&settings, &|_| {}).expect("it is drawn")
 }
 
-/// A pixel that differs by more than three in a hundred, in what a screen shows, is within two pixels
-/// of one that the other picture has: an edge moves by a pixel at most, and with it what is shaded.
+/// A pixel that differs by more than 3 % of the screen range lies within two pixels of one that the other
+/// picture contains: edges and shading move by at most one pixel.
 #[test]
 fn pictures_differ_at_edges_only() {
     let mut pair = pair(|| of_text(CLUSTERS), 1.0);
-    let [a, b] = [&mut pair.full, &mut pair.simple].map(|one| drawn(one).rgba8());
+    let [a, b] = [&mut pair.full, &mut pair.simple].map(|compiled| draw(compiled).rgba8());
     let [width, height] = SIZE.map(|side| side as i64);
     let pixel = |of: &[u8], x: i64, y: i64| -> [u8; 3] {
         let from = ((y * width + x) * 4) as usize;
@@ -208,18 +214,19 @@ fn pictures_differ_at_edges_only() {
     let alike = |a: [u8; 3], b: [u8; 3]| (0..3).all(|i| a[i].abs_diff(b[i]) <= 8);
     let mut differing = 0;
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-        let shown = pixel(&b, x, y);
-        if alike(shown, pixel(&a, x, y)) {
+        let pixel_color = pixel(&b, x, y);
+        if alike(pixel_color, pixel(&a, x, y)) {
             continue;
         }
         differing += 1;
-        let near = (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| (x + dx, y + dy)));
-        let mut near = near.filter(|(x, y)| (0..width).contains(x) && (0..height).contains(y));
-        let edge = near
+        let neighbours = (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| (x + dx, y + dy)));
+        let mut neighbours =
+            neighbours.filter(|(x, y)| (0..width).contains(x) && (0..height).contains(y));
+        let edge = neighbours
             .clone()
             .any(|(nx, ny)| !alike(pixel(&a, nx, ny), pixel(&a, x, y)));
-        let known = near.any(|(nx, ny)| alike(pixel(&a, nx, ny), shown));
-        assert!(edge || known, "{x}, {y} shows {shown:?}");
+        let is_nearby = neighbours.any(|(nx, ny)| alike(pixel(&a, nx, ny), pixel_color));
+        assert!(edge || is_nearby, "{x}, {y} shows {pixel_color:?}");
     }
     assert!(differing < SIZE[0] * SIZE[1] / 20, "{differing} pixels");
 }
@@ -227,7 +234,7 @@ fn pictures_differ_at_edges_only() {
 #[test]
 fn what_it_does_is_shown() {
     let pair = pair(|| of_text(SMALL), 1.0);
-    let notes = pair.simple.passes.iter().find(|done| done.name == "lod");
+    let notes = pair.simple.passes.iter().find(|pass| pass.name == "lod");
     let text = format!(
         "{SMALL}\n--- before\n{}\n--- after: {}\n{}",
         pair.full.optimized.dump(),

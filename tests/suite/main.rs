@@ -1,8 +1,9 @@
-//! The suites that look at the whole: what a person types, and what comes out.
+//! End-to-end suites: command lines and scenes in, text and pictures out.
 
 mod agreement;
 mod cells;
 mod cli;
+mod conventions;
 mod corpus;
 mod framing;
 mod general;

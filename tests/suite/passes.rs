@@ -1,22 +1,22 @@
-//! Each pass keeps the value of every scene: with all passes, with none, and with each left out.
+//! Passes preserve the values of all scenes: with all passes, with none, and with each left out.
 
 use crate::corpus::{compiled, compiled_text, name, on_large_stack, scenes};
 use sdfc_compiler::export::module_text;
 use sdfc_compiler::passes::{PASSES, PassOptions};
 use sdfc_vm::evaluate::evaluate;
-use sdfc_vm::lanes::{Column, LANES};
+use sdfc_vm::lanes::{F32x64, LANES};
 use sdfc_vm::listing;
 use sdfc_vm::program::{Code, Program};
 use sdfc_vm::tape::Tape;
-use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::tape::evaluator::TapeEvaluator;
 use sdfc_vm::vector::V3;
 use std::path::Path;
 
-/// 4,096 points in and around the cube of three units.
-fn points(block: u64) -> [Column; 3] {
+/// Returns points in and around a cube of three units; 64 blocks give 4,096.
+fn points(block: u64) -> [F32x64; 3] {
     let mut state = block.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     std::array::from_fn(|_| {
-        Column(std::array::from_fn(|_| {
+        F32x64(std::array::from_fn(|_| {
             state ^= state << 13;
             state ^= state >> 7;
             state ^= state << 17;
@@ -26,11 +26,11 @@ fn points(block: u64) -> [Column; 3] {
 }
 
 fn values(program: &Program) -> Vec<f32> {
-    let tape = Tape::of(program);
-    let mut machine = Machine::<f32>::new(tape.values, tape.points);
+    let tape = Tape::new(program);
+    let mut machine = TapeEvaluator::<f32>::new(tape.values, tape.points);
     (0..64)
         .flat_map(|block| {
-            *machine.seed() = points(block);
+            *machine.inputs_mut() = points(block);
             machine.run(program, &tape.clauses, LANES).0
         })
         .collect()
@@ -39,34 +39,35 @@ fn values(program: &Program) -> Vec<f32> {
 #[test]
 fn passes_keep_every_bit() {
     let mut variants = vec![PassOptions {
-        none: true,
-        without: vec![],
+        disable_all: true,
+        disabled: vec![],
     }];
     for pass in PASSES {
         variants.push(PassOptions {
-            none: false,
-            without: vec![pass.name.to_owned()],
+            disable_all: false,
+            disabled: vec![pass.name.to_owned()],
         });
     }
     for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
         on_large_stack(|| {
-            let all = values(&compiled(path, PassOptions::default()).module.distance);
-            assert_eq!(all.len(), 64 * LANES);
+            let expected = values(&compiled(path, PassOptions::default()).module.distance);
+            assert_eq!(expected.len(), 64 * LANES);
             for options in &variants {
                 let other = values(&compiled(path, options.clone()).module.distance);
-                // Without `lipschitz`, values may be smaller: never larger, nor of another sign.
-                let may_shrink = options.none || options.without.iter().any(|p| p == "lipschitz");
+                // Without `lipschitz`, values may be smaller, but never larger or of the opposite sign.
+                let may_shrink =
+                    options.disable_all || options.disabled.iter().any(|p| p == "lipschitz");
                 let same = |a: f32, b: f32| {
                     let shrunk = may_shrink && b.abs() <= a.abs() * 1.00001 && a * b > 0.0;
                     a == b || (a.is_nan() && b.is_nan()) || shrunk
                 };
-                let differs = all.iter().zip(&other).position(|(a, b)| !same(*a, *b));
-                if let Some(at) = differs {
+                let differs = expected.iter().zip(&other).position(|(a, b)| !same(*a, *b));
+                if let Some(index) = differs {
                     panic!(
-                        "{}, {options:?}: point {at} is {} with all passes, {} with these",
+                        "{}, {options:?}: point {index} is {} with all passes, {} with these",
                         path.display(),
-                        all[at],
-                        other[at]
+                        expected[index],
+                        other[index]
                     );
                 }
             }
@@ -79,22 +80,22 @@ fn guards(program: &Program) -> usize {
     program.code.iter().filter(is_guard).count()
 }
 
-/// Values far from the scene and near it, guards being followed, and the values without guards.
+/// Compares values with and without guards, near the scene and far from it.
 fn compare_guards(path: &Path, program: &Program) {
-    let tape = Tape::of(program);
-    let mut machine = Machine::<f32>::new(tape.values, tape.points);
+    let tape = Tape::new(program);
+    let mut machine = TapeEvaluator::<f32>::new(tape.values, tape.points);
     for block in 0..48 {
         let scale = [0.3, 1.0, 4.0, 40.0][block as usize % 4];
-        let points = points(block).map(|column| Column(column.0.map(|v| v * scale)));
-        *machine.seed() = points;
-        let all = *machine.run(program, &tape.clauses, LANES);
+        let points = points(block).map(|column| F32x64(column.0.map(|v| v * scale)));
+        *machine.inputs_mut() = points;
+        let unguarded = *machine.run(program, &tape.clauses, LANES);
         for lane in 0..LANES {
             let [x, y, z] = [0, 1, 2].map(|axis| points[axis].0[lane]);
-            let some = evaluate::<f32>(program, V3::of(x, y, z));
-            let all = all.0[lane];
+            let guarded = evaluate::<f32>(program, V3::new(x, y, z));
+            let unguarded = unguarded.0[lane];
             assert!(
-                some == all || (some.is_nan() && all.is_nan()),
-                "{}: {some} with guards and {all} without at {x}, {y}, {z}",
+                guarded == unguarded || (guarded.is_nan() && unguarded.is_nan()),
+                "{}: {guarded} with guards and {unguarded} without at {x}, {y}, {z}",
                 path.display()
             );
         }
@@ -124,24 +125,27 @@ fn guards_skip_only_what_does_not_matter() {
     }
 }
 
-/// What a scene is without and with one pass, after those that come before it.
-fn shown(pass: &str, text: &str) -> String {
-    let before = PASSES.iter().take_while(|p| p.name != pass);
-    let after = PASSES.iter().skip_while(|p| p.name != pass);
+/// Returns dumps of a scene without and with one pass, after all passes before it.
+fn before_and_after(pass: &str, text: &str) -> String {
+    let passes_before = PASSES.iter().take_while(|p| p.name != pass);
+    let passes_from = PASSES.iter().skip_while(|p| p.name != pass);
     let without = |passes: Vec<&str>| PassOptions {
-        none: false,
-        without: passes.into_iter().map(str::to_owned).collect(),
+        disable_all: false,
+        disabled: passes.into_iter().map(str::to_owned).collect(),
     };
-    let names: Vec<&str> = after.map(|p| p.name).collect();
-    assert!(before.count() + names.len() == PASSES.len());
-    let off = compiled_text(text, without(names.clone()));
-    let on = compiled_text(text, without(names[1..].to_vec()));
-    let notes = on.passes.iter().find(|done| done.name == pass);
+    let names: Vec<&str> = passes_from.map(|p| p.name).collect();
+    assert!(passes_before.count() + names.len() == PASSES.len());
+    let without_pass = compiled_text(text, without(names.clone()));
+    let with_pass = compiled_text(text, without(names[1..].to_vec()));
+    let notes = with_pass
+        .passes
+        .iter()
+        .find(|pass_report| pass_report.name == pass);
     let notes = notes.expect("the pass is known").notes.join("; ");
     format!(
         "{text}\n--- before\n{}\n--- after: {notes}\n{}",
-        off.optimized.dump(),
-        on.optimized.dump()
+        without_pass.optimized.dump(),
+        with_pass.optimized.dump()
     )
 }
 
@@ -154,11 +158,11 @@ fn check(pass: &str, text: &str) {
 #[test]
 fn each_pass_shows_what_it_does() {
     let frames = "box(1).rotate(20deg, Y).warp(fn(p) => [p.x + 0.5, p.y, -p.z]).offset(0)\n";
-    check("fold", &shown("fold", frames));
-    check("dead", &shown("dead", frames));
+    check("fold", &before_and_after("fold", frames));
+    check("dead", &before_and_after("dead", frames));
     let twice = "let a = sphere(1);\nlet b = box(1.5);\n(a | b) - (b | a).offset(-0.1)\n";
-    check("cse", &shown("cse", twice));
-    check("lipschitz", &shown("lipschitz", frames));
+    check("cse", &before_and_after("cse", twice));
+    check("lipschitz", &before_and_after("lipschitz", frames));
     let piles = "union(for i in 0..48 { box(0.3).rotate(i * 10deg, Y)\
                  .translate(i % 4 + floor(i / 24) * 20, floor(i / 4) % 6, 0) })\n";
     let compiled = compiled_text(piles, PassOptions::default());
@@ -182,7 +186,13 @@ fn composed_maps_of_points_differ_by_rounding_only() {
     let some = |passes: &[&str]| {
         let without = passes.iter().map(|pass| (*pass).to_owned()).collect();
         let none = false;
-        compiled_text(text, PassOptions { none, without })
+        compiled_text(
+            text,
+            PassOptions {
+                disable_all: none,
+                disabled: without,
+            },
+        )
     };
     let [without, with] = [&["fold", "lipschitz"][..], &["lipschitz"]].map(some);
     let all = some(&[]).module.distance;

@@ -1,5 +1,5 @@
-//! Running error bounds of whole scenes: they hold at every point, they are of the size of what is
-//! seen, and no place on a surface is off by more than what `sdfc info` tells.
+//! Rounding-error bounds of whole scenes: they hold at every point, they are not much larger than
+//! observed errors, and no surface point exceeds the error reported by `sdfc info`.
 
 use crate::corpus::{compiled, compiled_text, name, on_large_stack, scenes};
 use sdfc_compiler::compile::Compiled;
@@ -10,10 +10,10 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::program::Program;
-use sdfc_vm::rounding::bound;
+use sdfc_vm::rounding::error_bound;
 use sdfc_vm::vector::V3;
 
-/// Seeded numbers in [0, 1) (xorshift).
+/// Seeded random numbers in [0, 1) (xorshift).
 struct Random(u64);
 
 impl Random {
@@ -33,17 +33,17 @@ impl Random {
 
 fn double(program: &Program, p: [f32; 3]) -> f64 {
     let [x, y, z] = p.map(f64::from);
-    evaluate::<f64>(program, V3::of(x, y, z))
+    evaluate::<f64>(program, V3::new(x, y, z))
 }
 
-/// How far off `f32` is.
-fn off(program: &Program, p: [f32; 3]) -> f64 {
+/// Returns the error of `f32` at a point.
+fn rounding_error(program: &Program, p: [f32; 3]) -> f64 {
     let [x, y, z] = p;
-    let single = evaluate::<f32>(program, V3::of(x, y, z));
+    let single = evaluate::<f32>(program, V3::new(x, y, z));
     (f64::from(single) - double(program, p)).abs()
 }
 
-/// What is told of a scene.
+/// Returns the rounding report of a scene.
 fn report(compiled: &mut Compiled) -> Rounding {
     let outputs = compiled.module.update(0.0);
     let settings = resolve(&compiled.module, &outputs, &Overrides::default());
@@ -51,8 +51,8 @@ fn report(compiled: &mut Compiled) -> Rounding {
     rounding(&compiled.module, &outputs, &settings)
 }
 
-/// A few thousand points in and around each scene. How much larger the bound is than the worst that was
-/// seen is a promise for the examples; scenes of single ideas may be exact.
+/// Samples up to 3,000 points in and around each scene. The ratio between bound and largest observed
+/// error is limited for the examples only; scenes of a single feature may be exact.
 #[test]
 fn no_scene_is_off_by_more_than_its_bound() {
     let mut slack = Vec::new();
@@ -61,62 +61,65 @@ fn no_scene_is_off_by_more_than_its_bound() {
             let mut compiled = on_large_stack(|| compiled(&path, PassOptions::default()));
             compiled.module.update(0.0);
             let program = &compiled.module.distance;
-            let space = compiled.module.settings.space();
-            let around = space.grown(0.1 * space.half_diagonal().min(20.0));
+            let space = compiled.module.settings.clip_bounds();
+            let region = space.grown(0.1 * space.half_diagonal().min(20.0));
             let mut random = Random(7919);
             let points = (400_000 / program.code.len()).clamp(200, 3000);
-            let (mut worst, mut most, mut known) = (0.0_f64, 0.0_f64, 0);
+            let (mut worst, mut max_bound, mut bounded_count) = (0.0_f64, 0.0_f64, 0);
             for _ in 0..points {
-                let p = random.point(&around);
-                let found = bound(program, p.map(|v| Interval::point(v.into())), [0.0; 3]);
-                let off = off(program, p);
+                let p = random.point(&region);
+                let error_bound =
+                    error_bound(program, p.map(|v| Interval::point(v.into())), [0.0; 3]);
+                let error = rounding_error(program, p);
                 assert!(
-                    off <= found.whatever_is_decided(),
-                    "{} at {p:?}: {off} off, by no more than {}",
+                    error <= error_bound.worst_case_error(),
+                    "{} at {p:?}: {error} off, by no more than {}",
                     path.display(),
-                    found.error
+                    error_bound.error
                 );
-                if found.whatever_is_decided().is_finite() {
-                    known += 1;
-                    worst = worst.max(off);
-                    most = most.max(found.error);
+                if error_bound.worst_case_error().is_finite() {
+                    bounded_count += 1;
+                    worst = worst.max(error);
+                    max_bound = max_bound.max(error_bound.error);
                 }
             }
             eprintln!(
-                "{:20} {worst:.1e} seen, {most:.1e} bound, {:.0} times; {known} of {points}",
+                "{:20} {worst:.1e} seen, {max_bound:.1e} bound, {:.0} times; {bounded_count} of {points}",
                 name(&path),
-                most / worst
+                max_bound / worst
             );
             assert!(
-                known * 10 > points * 9,
-                "{}: {known} of {points}",
+                bounded_count * 10 > points * 9,
+                "{}: {bounded_count} of {points}",
                 path.display()
             );
             if folder == "examples" {
-                slack.push((most / worst, name(&path)));
+                slack.push((max_bound / worst, name(&path)));
             }
         }
     }
-    let silly: Vec<_> = slack.iter().filter(|(ratio, _)| *ratio > 50.0).collect();
-    assert!(silly.is_empty(), "{silly:?}");
+    let loose: Vec<_> = slack.iter().filter(|(ratio, _)| *ratio > 50.0).collect();
+    assert!(loose.is_empty(), "{loose:?}");
 }
 
-/// Places on surfaces are found by bisection between points inside and outside.
+/// Surface points are found by bisection between points inside and outside.
 #[test]
 fn no_surface_is_off_by_more_than_is_told() {
-    let mut settled = 0;
+    let mut settled_count = 0;
     for path in scenes("tests/scenes").iter().chain(&scenes("examples")) {
         let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
-        let told = report(&mut compiled);
-        eprintln!("{:20} {told:?}", name(path));
-        // No scene of ours is drawn worse for rounding, and each has something to be seen.
-        let seen = told.seen.map(|worst| worst.found);
-        let fine = seen.is_some_and(|pixels| 0.0 < pixels && pixels < 0.5);
-        assert!(fine, "{}: {told:?}", path.display());
-        let Some(within) = told.within else { continue };
-        settled += usize::from(within.is_settled());
+        let rounding = report(&mut compiled);
+        eprintln!("{:20} {rounding:?}", name(path));
+        // No scene of the repository is visibly affected by rounding, and each has a visible surface.
+        let visible = rounding.visible.map(|worst| worst.largest_found);
+        let is_drawn = visible.is_some_and(|pixels| 0.0 < pixels && pixels < 0.5);
+        assert!(is_drawn, "{}: {rounding:?}", path.display());
+        let Some(within) = rounding.in_bounds else {
+            continue;
+        };
+        settled_count += usize::from(within.is_settled());
         let program = &compiled.module.distance;
-        let space = *compiled.module.settings.space();
+        let space = *compiled.module.settings.clip_bounds();
         let space = Bounds {
             min: [space.min[0], space.min[1], space.min[2].max(-20.0)],
             max: [space.max[0], space.max[1], space.max[2].min(20.0)],
@@ -137,17 +140,21 @@ fn no_surface_is_off_by_more_than_is_told() {
                     b = middle;
                 }
             }
-            let off = off(program, a);
-            assert!(off <= within.at_most, "{} at {a:?}: {off}", path.display());
+            let error = rounding_error(program, a);
+            assert!(
+                error <= within.upper_bound,
+                "{} at {a:?}: {error}",
+                path.display()
+            );
         }
     }
     assert!(
-        settled >= 15,
-        "the search came to an end for {settled} scenes"
+        settled_count >= 15,
+        "the search came to an end for {settled_count} scenes"
     );
 }
 
-/// A blend follows its operands by shares that sum to one: what they are off by goes on, and does not add up.
+/// Blend weights sum to one, so the errors of the operands are averaged and do not accumulate.
 #[test]
 fn chains_of_blends_are_off_by_little() {
     use std::fmt::Write;
@@ -158,35 +165,38 @@ fn chains_of_blends_are_off_by_little() {
         let _ = write!(text, "\n{blend} sphere(0.3).translate({x}, {y}, 0)");
     }
     let mut compiled = compiled_text(&text, PassOptions::default());
-    let told = report(&mut compiled);
-    let seen = told.seen.expect("it is seen");
-    assert!(seen.found < 0.1, "{seen:?}");
+    let rounding = report(&mut compiled);
+    let visible = rounding.visible.expect("it is seen");
+    assert!(visible.largest_found < 0.1, "{visible:?}");
     let program = &compiled.module.distance;
     let mut random = Random(7_919);
     for _ in 0..200 {
-        let p = random.point(compiled.module.settings.space());
-        let place = p.map(|x| Interval::point(x.into()));
-        let bound = bound(program, place, [0.0; 3]).error;
-        let off = off(program, p);
-        assert!(off <= bound && bound < 1e-3, "{off} by {bound} at {p:?}");
+        let p = random.point(compiled.module.settings.clip_bounds());
+        let point_box = p.map(|x| Interval::point(x.into()));
+        let bound = error_bound(program, point_box, [0.0; 3]).error;
+        let error = rounding_error(program, p);
+        assert!(
+            error <= bound && bound < 1e-3,
+            "{error} by {bound} at {p:?}"
+        );
     }
 }
 
-/// A pixel's worth of rounding is where it should be: detail of 1e-4 at 1e4 from the origin cannot be
-/// drawn, the same near the origin can, and so can something as large as its distance.
+/// Rounding is reported in pixels: detail of 1e-4 at 1e4 from the origin cannot be drawn. The same detail
+/// near the origin can, as can a shape as large as its distance.
 #[test]
 fn what_rounding_hides_is_told() {
     let pixels = |text: &str| {
         let mut compiled = compiled_text(text, PassOptions::default());
-        let seen = report(&mut compiled).seen.expect("it is seen");
-        assert!(seen.is_settled(), "{text}: {seen:?}");
-        seen.found
+        let visible = report(&mut compiled).visible.expect("it is seen");
+        assert!(visible.is_settled(), "{text}: {visible:?}");
+        visible.largest_found
     };
     assert!(pixels("sphere(0.0001)") < 0.01);
     assert!(pixels("sphere(0.0001).translate(10000, 0, 0)") > 100.0);
     assert!(pixels("sphere(1000).translate(10000, 0, 0)") < 0.01);
     assert!(pixels("box(1).translate(100, 0, 0)") < 0.1);
-    // From far away rays start near the scene; what is small there is as exact as ever.
-    let far = "camera { from: [0, 0, 100000], look: [0, 0, 0], fov: 0.002deg }\nbox(1)";
-    assert!(pixels(far) < 0.1);
+    // Distant cameras start rays near the scene, so small parts there keep their precision.
+    let far_scene = "camera { from: [0, 0, 100000], look: [0, 0, 0], fov: 0.002deg }\nbox(1)";
+    assert!(pixels(far_scene) < 0.1);
 }

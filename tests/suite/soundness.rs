@@ -1,7 +1,7 @@
-//! Soundness of what engines leave out: in every cell its tape, its bounds and its gradient hold, at corners, on
-//! faces, inside, and where the field is zero.
+//! Soundness of pruning: in every cell its tape, its bounds and its gradient hold at corners, on faces,
+//! inside, and at zeros of the field.
 //!
-//! Pictures say little of this: a bound that is too narrow by a tenth may be so where no ray goes.
+//! Pictures do not test this: a bound may be too narrow by a tenth where no ray passes.
 
 mod cells;
 mod passes;

@@ -1,4 +1,4 @@
-//! What each stage makes of each test scene, as snapshots: `tests/suite/snapshots/STAGE__SCENE`.
+//! Output of each stage for each test scene, as snapshots: `tests/suite/snapshots/STAGE__SCENE`.
 
 use crate::corpus::{compiled, name, on_large_stack, scene, scenes};
 use sdfc_compiler::dump::dump;
@@ -13,7 +13,7 @@ use sdfc_vm::table::{Op, ROWS};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// A scene whose text would be too long to be read by anyone.
+/// Reports whether the text of a scene is too long to be read.
 fn is_long(path: &Path) -> bool {
     name(path) == "spheres_many"
 }
@@ -59,8 +59,8 @@ fn bytecode_files_hold_the_whole_module() {
             let bytes = encode_file(&compiled.module);
             let decoded = decode_file(&bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
             assert!(decoded == compiled.module, "{}", path.display());
-            // Back to a graph and to a program again: the same operations, if not in the same order, for which
-            // other values may have to be kept.
+            // Raised to a graph and scheduled again: the same operations, possibly in another order that
+            // keeps other values.
             let raised = raise(decoded);
             let again = sdfc_compiler::schedule::schedule(&raised.optimized);
             let operations = |program: &Program| -> Vec<Op> {
@@ -114,6 +114,6 @@ fn every_word_of_the_table_is_in_a_test_scene() {
         .map(|row| row.name)
         .filter(|name| !seen.contains(name))
         .collect();
-    // A constant is no operation of a graph.
+    // A constant is not an operation of a graph.
     assert_eq!(missing, ["constant"], "rows without a test scene");
 }

@@ -1,45 +1,46 @@
-//! Scenes of strangers, against an oracle that shares no definition of a hit with the engines: all on the CPU,
-//! every sixteenth on all engines, and with `SDFC_LONG=1` all on all.
+//! Scenes of strangers, compared with an oracle that shares no hit definition with the engines. All
+//! scenes run on the CPU, every sixteenth on all engines, and with `SDFC_LONG=1` all scenes on all
+//! engines.
 //!
-//! A pixel is wrong if nothing within two pixels of it looks like what an engine drew there: neither silhouettes
-//! nor edges excuse more. Scenes are in `tests/strangers`; the first line of each says its class. A line
-//! `// excused: 12 pixels, since …` says how many pixels may be wrong, and why that is right; one that begins
-//! with `// fault:` says what is to be mended.
+//! A pixel is wrong if nothing within two pixels of it matches the engine's result there; silhouettes and
+//! edges excuse nothing more. Scenes are in `tests/strangers`; the first line of each states its class. A
+//! line `// excused: 12 pixels, since …` states how many pixels may differ and why that is correct; `//
+//! fault:` states what must be fixed.
 
 use crate::corpus::{compiled_scene, name, scene, scenes};
 use sdfc_compiler::scene::Scene;
-use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open};
-use sdfc_runtime::frame::{CellUse, Frame, RenderSettings, Status};
-use sdfc_runtime::reference::{Camera, Ray};
+use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open};
+use sdfc_runtime::reference::{ReferenceCamera, ReferenceRay};
+use sdfc_runtime::render::{CellMode, Image, RenderSettings, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
-use sdfc_trials::oracle::{Oracle, Trace};
+use sdfc_trials::oracle::{Oracle, TraceOutcome};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-/// The size of the pictures.
+/// Size of the pictures.
 const SIZE: [u32; 2] = [96, 72];
-/// The largest distance of a pixel from what it shows, in pixels.
-const AROUND: isize = 2;
-/// Of how many scenes one is drawn by all engines.
-const EVERY: usize = 16;
-/// The length of rays, in distances of the camera from what it looks at.
-const SEEN: f64 = 40.0;
-/// The most steps of formulas that the oracle runs for a picture, and how many times as many in the long form.
-const EFFORT: u64 = 20_000_000;
-const LONG_EFFORT: u64 = 20;
-/// The largest depth of a sliver, in halves of a pixel, and the number of points of it that are looked at.
-const SLIVER: f64 = 0.5;
-const SLICES: usize = 64;
-/// The largest error of a depth, as a share of it and of the largest coordinate.
-const DEPTH: f64 = 2e-5;
-/// The most wrong pixels that are told one by one.
-const SHOWN: usize = 8;
-/// The largest error of a normal, in degrees.
-const NORMAL: f64 = 3.0;
+/// Maximum distance in pixels between a pixel and matching content.
+const NEIGHBOUR_RADIUS: isize = 2;
+/// One in this number of scenes is drawn by all engines.
+const ALL_ENGINES_STRIDE: usize = 16;
+/// Length of rays, in units of the camera's distance to the look-at point.
+const RAY_LENGTH_FACTOR: f64 = 40.0;
+/// Maximum number of formula steps of the oracle per picture, and the factor of the long form.
+const MAX_ORACLE_STEPS: u64 = 20_000_000;
+const LONG_FACTOR: u64 = 20;
+/// Maximum depth of a sliver in half pixels, and the number of its samples.
+const MAX_SLIVER_DEPTH: f64 = 0.5;
+const SLIVER_SAMPLES: usize = 64;
+/// Maximum error of a depth, relative to the depth and to the largest coordinate.
+const MAX_DEPTH_ERROR: f64 = 2e-5;
+/// Maximum number of wrong pixels that are listed.
+const MAX_LISTED_PIXELS: usize = 8;
+/// Maximum error of a normal in degrees.
+const MAX_NORMAL_ERROR_DEGREES: f64 = 3.0;
 
-/// The folders of `tests/strangers`.
+/// Returns the folders of `tests/strangers`.
 pub(crate) fn folders() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/strangers");
     let entries = std::fs::read_dir(root).expect("the folder can be read");
@@ -51,7 +52,7 @@ pub(crate) fn folders() -> Vec<PathBuf> {
     folders
 }
 
-/// All scenes that are compared: those of strangers, and the project's own.
+/// Returns all compared scenes: those of strangers and those of the repository.
 fn cases() -> Vec<PathBuf> {
     let ours = ["examples", "tests/scenes", "tests/hard"].map(PathBuf::from);
     let all = folders().into_iter().chain(ours);
@@ -59,96 +60,96 @@ fn cases() -> Vec<PathBuf> {
         .collect()
 }
 
-/// The truth of rays through pixels, found when it is asked for.
-struct Truth {
+/// Ground truth of rays through pixels, computed on demand.
+struct RayTruth {
     oracle: Oracle,
-    camera: Camera,
+    camera: ReferenceCamera,
     size: [u32; 2],
-    /// The length of rays.
+    /// Length of rays.
     far: f64,
-    met: Vec<Option<Trace>>,
+    outcomes: Vec<Option<TraceOutcome>>,
 }
 
-impl Truth {
+impl RayTruth {
     fn new(scene: &Scene, settings: &RenderSettings) -> Self {
         let root = scene.root.expect("it has a shape");
         let view = &settings.view;
-        let way = (0..3).map(|i| (view.look[i] - view.from[i]).powi(2));
-        let far = SEEN * way.sum::<f64>().sqrt();
+        let squared_offsets = (0..3).map(|i| (view.look[i] - view.from[i]).powi(2));
+        let far = RAY_LENGTH_FACTOR * squared_offsets.sum::<f64>().sqrt();
         Self {
             oracle: Oracle::new(scene, root, 0.0),
-            camera: Camera::of(settings),
+            camera: ReferenceCamera::new(settings),
             size: settings.size,
             far: settings.far.min(far),
-            met: vec![None; (settings.size[0] * settings.size[1]) as usize],
+            outcomes: vec![None; (settings.size[0] * settings.size[1]) as usize],
         }
     }
 
-    fn ray(&self, at: usize) -> Ray {
+    fn ray(&self, pixel: usize) -> ReferenceRay {
         let width = self.size[0] as usize;
         self.camera
-            .ray([at % width, at / width].map(|v| v as f64), [0.0; 2])
+            .ray([pixel % width, pixel / width].map(|v| v as f64), [0.0; 2])
     }
 
     /// Traces the ray through the centre of a pixel.
-    fn at(&mut self, at: usize) -> Trace {
-        if let Some(known) = self.met[at] {
-            return known;
+    fn outcome(&mut self, pixel: usize) -> TraceOutcome {
+        if let Some(cached) = self.outcomes[pixel] {
+            return cached;
         }
-        let ray = self.ray(at);
-        let found = self
+        let ray = self.ray(pixel);
+        let outcome = self
             .oracle
             .trace(ray.origin, ray.direction, [0.0, self.far]);
-        self.met[at] = Some(found);
-        found
+        self.outcomes[pixel] = Some(outcome);
+        outcome
     }
 
     /// Traces rays through the pixels around one, and between them.
-    fn around(&mut self, at: usize) -> Vec<Trace> {
+    fn outcomes_around(&mut self, pixel: usize) -> Vec<TraceOutcome> {
         let [width, height] = self.size.map(|side| side as isize);
-        let (x, y) = (at as isize % width, at as isize / width);
-        let mut found = Vec::new();
-        for dy in -2 * AROUND..=2 * AROUND {
-            for dx in -2 * AROUND..=2 * AROUND {
+        let (x, y) = (pixel as isize % width, pixel as isize / width);
+        let mut outcomes = Vec::new();
+        for dy in -2 * NEIGHBOUR_RADIUS..=2 * NEIGHBOUR_RADIUS {
+            for dx in -2 * NEIGHBOUR_RADIUS..=2 * NEIGHBOUR_RADIUS {
                 let (nx, ny) = (x + dx / 2, y + dy / 2);
                 let is_within = (0..width).contains(&nx) && (0..height).contains(&ny);
                 if is_within && dx % 2 == 0 && dy % 2 == 0 {
-                    found.push(self.at((ny * width + nx) as usize));
+                    outcomes.push(self.outcome((ny * width + nx) as usize));
                 } else {
                     let offset = [dx, dy].map(|v| v as f64 / 2.0);
                     let ray = self.camera.ray([x as f64, y as f64], offset);
-                    found.push(
+                    outcomes.push(
                         self.oracle
                             .trace(ray.origin, ray.direction, [0.0, self.far]),
                     );
                 }
             }
         }
-        found
+        outcomes
     }
 }
 
-impl Truth {
-    /// The direction out of the solid just before a place on a ray.
-    fn outward(&self, at: usize, t: f64) -> [f64; 3] {
-        let before = t - 1e-2 * self.camera.half_pixel(t);
-        let gradient = self.oracle.gradient(self.ray(at).at(before));
+impl RayTruth {
+    /// Returns the outward direction just before a point of a ray.
+    fn outward(&self, pixel: usize, t: f64) -> [f64; 3] {
+        let t_before = t - 1e-2 * self.camera.half_pixel(t);
+        let gradient = self.oracle.gradient(self.ray(pixel).at(t_before));
         let length = gradient.iter().map(|v| v * v).sum::<f64>().sqrt();
         gradient.map(|v| v / length)
     }
 
-    /// Tells if a ray that went on from a surface at `from` to `to` met no more of the solid than a sliver: less
-    /// than a fraction of a pixel, as along a silhouette.
-    fn is_sliver(&self, at: usize, from: f64, to: f64) -> bool {
-        let ray = self.ray(at);
-        let most = SLIVER * self.camera.half_pixel(from);
-        let step = (to.min(self.far) - from) / SLICES as f64;
+    /// Reports whether a ray that continued from a surface at `from` to `to` crossed only a sliver of the
+    /// solid: less than a fraction of a pixel deep, as along a silhouette.
+    fn is_sliver(&self, pixel: usize, from: f64, to: f64) -> bool {
+        let ray = self.ray(pixel);
+        let max_depth = MAX_SLIVER_DEPTH * self.camera.half_pixel(from);
+        let step = (to.min(self.far) - from) / SLIVER_SAMPLES as f64;
         let side = if self.oracle.value(ray.origin) < 0.0 {
             -1.0
         } else {
             1.0
         };
-        (1..SLICES).all(|slice| {
+        (1..SLIVER_SAMPLES).all(|slice| {
             let p = ray.at(from + slice as f64 * step);
             let value = side * self.oracle.value(p);
             let slope = self
@@ -158,119 +159,120 @@ impl Truth {
                 .map(|v| v * v)
                 .sum::<f64>()
                 .sqrt();
-            value > -most * slope.max(1e-3)
+            value > -max_depth * slope.max(1e-3)
         })
     }
 }
 
-/// The wrong pixels of a picture.
+/// Wrong pixels of a picture.
 #[derive(Default)]
-struct Wrong {
+struct WrongPixels {
     hits: Vec<usize>,
     depths: Vec<usize>,
     normals: Vec<usize>,
 }
 
-impl Wrong {
+impl WrongPixels {
     fn count(&self) -> usize {
         self.hits.len() + self.depths.len() + self.normals.len()
     }
 }
 
-/// The pixels in an order that soon has some of everywhere.
-fn spread(count: usize) -> impl Iterator<Item = usize> {
-    // Of two numbers without a common divisor, the multiples of one meet all remainders of the other.
+/// Returns the pixel indices in an order that covers the picture early.
+fn scattered_indices(count: usize) -> impl Iterator<Item = usize> {
+    // Multiples of a number coprime to the count visit every remainder.
     let step = (count * 5 / 8..)
         .find(|&step| (2..=step).all(|d| !count.is_multiple_of(d) || !step.is_multiple_of(d)));
     let step = step.expect("there is a prime");
     (0..count).map(move |i| i * step % count)
 }
 
-/// Looks at the pixels of a picture, as many as so much effort of the oracle is enough for.
-fn compare(truth: &mut Truth, frame: &Frame, effort: u64) -> (Wrong, usize) {
-    let mut wrong = Wrong::default();
-    let before = Oracle::effort();
-    let mut looked = 0;
-    for at in spread(truth.met.len()) {
-        if Oracle::effort() - before > effort {
+/// Compares the pixels of a picture until the oracle has run `max_steps` steps. Returns the wrong pixels
+/// and the number of compared ones.
+fn compare(truth: &mut RayTruth, frame: &Image, max_steps: u64) -> (WrongPixels, usize) {
+    let mut wrong = WrongPixels::default();
+    let steps_before = Oracle::steps_run();
+    let mut compared = 0;
+    for pixel in scattered_indices(truth.outcomes.len()) {
+        if Oracle::steps_run() - steps_before > max_steps {
             break;
         }
-        looked += 1;
-        if frame.status[at] == Status::StepCap {
-            wrong.hits.push(at);
+        compared += 1;
+        if frame.status[pixel] == Status::StepCap {
+            wrong.hits.push(pixel);
             continue;
         }
-        let met = truth.at(at);
-        let is_hit = matches!(frame.status[at], Status::Hit | Status::Inside)
-            && f64::from(frame.depth[at]) < truth.far;
-        let same = |trace: &Trace| match trace {
-            Trace::Hit { .. } => is_hit,
-            Trace::Miss => !is_hit,
-            Trace::Undecided { .. } => true,
+        let outcome = truth.outcome(pixel);
+        let is_hit = matches!(frame.status[pixel], Status::Hit | Status::Inside)
+            && f64::from(frame.depth[pixel]) < truth.far;
+        let same = |trace: &TraceOutcome| match trace {
+            TraceOutcome::Hit { .. } => is_hit,
+            TraceOutcome::Miss => !is_hit,
+            TraceOutcome::Undecided { .. } => true,
         };
         let drawn = if is_hit {
-            f64::from(frame.depth[at])
+            f64::from(frame.depth[pixel])
         } else {
             f64::INFINITY
         };
-        let is_passed = |truth: &Truth, t: f64| drawn > t && truth.is_sliver(at, t, drawn);
-        if !same(&met) && !truth.around(at).iter().any(same) {
-            match met {
-                Trace::Hit { t, .. } if is_passed(truth, t) => {}
-                _ => wrong.hits.push(at),
+        let is_passed = |truth: &RayTruth, t: f64| drawn > t && truth.is_sliver(pixel, t, drawn);
+        if !same(&outcome) && !truth.outcomes_around(pixel).iter().any(same) {
+            match outcome {
+                TraceOutcome::Hit { t, .. } if is_passed(truth, t) => {}
+                _ => wrong.hits.push(pixel),
             }
             continue;
         }
-        let Trace::Hit { t, normal, .. } = met else {
+        let TraceOutcome::Hit { t, normal, .. } = outcome else {
             continue;
         };
         if !is_hit {
             continue;
         }
-        let origin = truth.ray(at).origin;
+        let origin = truth.ray(pixel).origin;
         let largest = origin.iter().fold(t, |most, v| most.max(v.abs()));
-        let slack = DEPTH * largest + 0.1 * truth.camera.half_pixel(t);
+        let slack = MAX_DEPTH_ERROR * largest + 0.1 * truth.camera.half_pixel(t);
         if (drawn - t).abs() > slack {
             let places = truth
-                .around(at)
+                .outcomes_around(pixel)
                 .into_iter()
                 .filter_map(|trace| match trace {
-                    Trace::Hit { t, .. } => Some(t),
+                    TraceOutcome::Hit { t, .. } => Some(t),
                     _ => None,
                 });
             let (low, high) = places.fold((t, t), |(low, high), t| (low.min(t), high.max(t)));
             if !(low - slack..=high + slack).contains(&drawn) && !is_passed(truth, t) {
-                wrong.depths.push(at);
+                wrong.depths.push(pixel);
             }
             continue;
         }
-        let side = if frame.status[at] == Status::Inside {
+        let side = if frame.status[pixel] == Status::Inside {
             -1.0
         } else {
             1.0
         };
-        let drawn = frame.normal[at].map(|v| side * f64::from(v));
+        let drawn = frame.normal[pixel].map(|v| side * f64::from(v));
         let Some(normal) = normal else { continue };
-        if angle(normal, drawn) > NORMAL {
+        if angle(normal, drawn) > MAX_NORMAL_ERROR_DEGREES {
             let normals: Vec<[f64; 3]> = truth
-                .around(at)
+                .outcomes_around(pixel)
                 .into_iter()
                 .filter_map(|trace| match trace {
-                    Trace::Hit { normal, .. } => normal,
+                    TraceOutcome::Hit { normal, .. } => normal,
                     _ => None,
                 })
                 .collect();
-            let spread = normals
+            let max_angle = normals
                 .iter()
                 .fold(0.0, |most: f64, n| most.max(angle(normal, *n)));
-            let own = truth.outward(at, f64::from(frame.depth[at]));
-            let fits = |n: [f64; 3]| angle(n, drawn) < NORMAL.max(spread);
-            if !fits(own) && !normals.into_iter().any(fits) {
-                wrong.normals.push(at);
+            let outward_normal = truth.outward(pixel, f64::from(frame.depth[pixel]));
+            let fits = |n: [f64; 3]| angle(n, drawn) < MAX_NORMAL_ERROR_DEGREES.max(max_angle);
+            if !fits(outward_normal) && !normals.into_iter().any(fits) {
+                wrong.normals.push(pixel);
             }
         }
     }
-    (wrong, looked)
+    (wrong, compared)
 }
 
 fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -278,13 +280,13 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     dot.clamp(-1.0, 1.0).acos().to_degrees()
 }
 
-/// The number of pixels that a scene's head excuses.
+/// Returns the number of pixels that the scene's head excuses.
 fn excused(path: &Path) -> usize {
     let text = std::fs::read_to_string(path).expect("the scene can be read");
     let heads = text.lines().take_while(|line| line.starts_with("//"));
     let words = ["// excused: ", "// fault: "];
-    let said = |line| words.iter().find_map(|word| str::strip_prefix(line, word));
-    let mut excuses = heads.filter_map(said);
+    let excuse_text = |line| words.iter().find_map(|word| str::strip_prefix(line, word));
+    let mut excuses = heads.filter_map(excuse_text);
     excuses.next().map_or(0, |excuse| {
         let count = excuse
             .split_whitespace()
@@ -294,8 +296,8 @@ fn excused(path: &Path) -> usize {
     })
 }
 
-/// Tells what is wrong with a scene on these engines, line by line.
-fn examine(path: &Path, engines: &mut [Box<dyn Engine>], effort: u64) -> String {
+/// Reports the errors of a scene on these engines, one per line.
+fn examine(path: &Path, engines: &mut [Box<dyn Engine>], max_steps: u64) -> String {
     let mut report = String::new();
     let scene = scene(path);
     if scene.root.is_none() {
@@ -311,11 +313,11 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], effort: u64) -> String 
     };
     let settings = resolve(&compiled.module, &outputs, &overrides);
     let settings = settings.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    if settings.plane {
+    if settings.is_2d {
         return report;
     }
-    let mut truth = Truth::new(&scene, &settings);
-    let loaded = Loaded {
+    let mut truth = RayTruth::new(&scene, &settings);
+    let loaded = SceneInput {
         module: &compiled.module,
         outputs: &outputs,
         generated: SceneSource {
@@ -326,29 +328,32 @@ fn examine(path: &Path, engines: &mut [Box<dyn Engine>], effort: u64) -> String 
     let excused = excused(path);
     for engine in engines {
         engine.load(&loaded).expect("it loads");
-        for cells in [CellUse::Never, CellUse::Always] {
+        for cells in [CellMode::Never, CellMode::Always] {
             let settings = RenderSettings {
                 cells,
                 ..settings.clone()
             };
             let frame = engine.render(&settings, &|_| {}).expect("it draws");
-            let (wrong, looked) = compare(&mut truth, &frame, effort);
-            let Frame { stats, .. } = &frame;
+            let (wrong, compared) = compare(&mut truth, &frame, max_steps);
+            let Image { stats, .. } = &frame;
             if wrong.count() > excused || stats.step_caps > 0 {
                 let (hits, depths, normals) =
                     (wrong.hits.len(), wrong.depths.len(), wrong.normals.len());
                 let all = [&wrong.hits, &wrong.depths, &wrong.normals];
-                let some = all.into_iter().flatten().take(SHOWN);
-                let some: String = some
-                    .map(|&at| {
-                        let place = [at % frame.width, at / frame.width];
-                        let drawn = (frame.depth[at], frame.normal[at]);
-                        format!("\n  {place:?}: {:?}, drawn {drawn:?}", truth.met[at])
+                let listed = all.into_iter().flatten().take(MAX_LISTED_PIXELS);
+                let listed: String = listed
+                    .map(|&pixel| {
+                        let coordinates = [pixel % frame.width, pixel / frame.width];
+                        let drawn = (frame.depth[pixel], frame.normal[pixel]);
+                        format!(
+                            "\n  {coordinates:?}: {:?}, drawn {drawn:?}",
+                            truth.outcomes[pixel]
+                        )
                     })
                     .collect();
                 _ = writeln!(
                     report,
-                    "{}: {} cells {cells:?}: {hits} hits, {depths} depths, {normals} normals, of {looked}, {} out of steps, {} NaN{some}",
+                    "{}: {} cells {cells:?}: {hits} hits, {depths} depths, {normals} normals, of {compared}, {} out of steps, {} NaN{listed}",
                     name(path),
                     engine.kind(),
                     stats.step_caps,
@@ -367,7 +372,7 @@ fn strangers_see_what_is_there() {
         cases.retain(|path| path.to_string_lossy().contains(&wanted));
     }
     let is_long = std::env::var_os("SDFC_LONG").is_some();
-    let effort = EFFORT * if is_long { LONG_EFFORT } else { 1 };
+    let max_steps = MAX_ORACLE_STEPS * if is_long { LONG_FACTOR } else { 1 };
     let has_gpu = std::env::var_os("SDFC_SKIP_GPU").is_none();
     if !has_gpu {
         eprintln!("skipped: strangers on devices, as SDFC_SKIP_GPU asks");
@@ -378,17 +383,17 @@ fn strangers_see_what_is_there() {
             let mut engines = vec![open(EngineKind::Cpu).expect("there is always a CPU")];
             let mut report = String::new();
             loop {
-                let at = next.fetch_add(1, Relaxed);
-                let Some(path) = cases.get(at) else {
+                let index = next.fetch_add(1, Relaxed);
+                let Some(path) = cases.get(index) else {
                     return report;
                 };
-                let on_all = has_gpu && (is_long || at.is_multiple_of(EVERY));
+                let on_all = has_gpu && (is_long || index.is_multiple_of(ALL_ENGINES_STRIDE));
                 if on_all && engines.len() == 1 {
                     let others = EngineKind::FAST.into_iter().skip(1);
                     engines.extend(others.map(|kind| open(kind).expect("there is an adapter")));
                 }
                 let count = if on_all { engines.len() } else { 1 };
-                report += &examine(path, &mut engines[..count], effort);
+                report += &examine(path, &mut engines[..count], max_steps);
             }
         };
         let start = |_| {

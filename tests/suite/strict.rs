@@ -1,12 +1,12 @@
-//! Strict arithmetic: every bit of hit, depth, step count and normal, and of distances and gradients
-//! at points, is the same on the processor, in the interpreter and in generated code.
+//! Strict arithmetic: hit, depth, step count, normal, distances and gradients have the same bits on the
+//! CPU, in the interpreter and in generated code.
 //!
-//! The long form, `SDFC_STRICT=long`, does the same for 2.6 million rays and 16 million values; its
-//! numbers are printed with `--nocapture`. Where `SDFC_SECOND_DEVICE` names the file of another Vulkan
-//! driver, all of this runs on that one too.
+//! The long form, `SDFC_STRICT=long`, covers 2.6 million rays and 16 million values; its numbers are
+//! printed with `--nocapture`. If `SDFC_SECOND_DEVICE` names the file of another Vulkan driver, all tests
+//! also run on that driver.
 //!
-//! The portable form, which interfaces other than Vulkan get, runs here as well: on a few scenes, and in
-//! the long form on all of them.
+//! The portable form, used by backends other than Vulkan, is tested on a few scenes, and in the long form
+//! on all of them.
 
 mod constants;
 mod elementary;
@@ -15,23 +15,23 @@ mod programs;
 use crate::corpus::{compiled, name, on_large_stack, scenes};
 use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::engine::{Engine, EngineKind, Loaded, open_with};
-use sdfc_runtime::frame::{CellUse, Frame, Mode, RenderSettings};
+use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open_with};
 use sdfc_runtime::gpu::Arithmetic;
+use sdfc_runtime::render::{CellMode, Image, Mode, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::{BitDifferences, Report, verify_with};
 use sdfc_shaders::assemble::SceneSource;
 use std::process::Command;
 
-/// Names the file of another Vulkan driver.
+/// Environment variable with the file of another Vulkan driver.
 const SECOND_DEVICE: &str = "SDFC_SECOND_DEVICE";
 
-/// Whether the long form is asked for.
+/// Reports whether the long form is selected.
 fn is_long() -> bool {
     std::env::var("SDFC_STRICT").is_ok_and(|form| form == "long")
 }
 
-/// The engines on a device, which is strict or not; `None` where GPU tests are to be skipped.
+/// Opens the engines on a device with strict or fast arithmetic; `None` if GPU tests are skipped.
 fn engines(arithmetic: Arithmetic) -> Option<Vec<Box<dyn Engine>>> {
     if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
         eprintln!("skipped: engines are not compared ({reason})");
@@ -51,7 +51,7 @@ struct Case {
 }
 
 impl Case {
-    /// Of a picture without light and colours, which are not promised.
+    /// Creates a case without light and colours, which are not guaranteed.
     fn new(mut compiled: Compiled, size: [u32; 2]) -> Self {
         let outputs = compiled.module.update(0.0);
         let overrides = Overrides {
@@ -68,7 +68,7 @@ impl Case {
         }
     }
 
-    fn of(path: &std::path::Path, size: [u32; 2]) -> Self {
+    fn from_file(path: &std::path::Path, size: [u32; 2]) -> Self {
         Self::new(
             on_large_stack(|| compiled(path, PassOptions::default())),
             size,
@@ -78,7 +78,7 @@ impl Case {
     /// Compares all engines.
     fn compared(&self, engines: &mut [Box<dyn Engine>], arithmetic: Arithmetic) -> Report {
         let source = self.compiled.generated();
-        let loaded = Loaded {
+        let loaded = SceneInput {
             generated: SceneSource {
                 text: &source.text,
                 calls: &source.calls,
@@ -89,8 +89,8 @@ impl Case {
         report.unwrap_or_else(|error| panic!("{error}"))
     }
 
-    fn loaded(&self) -> Loaded<'_> {
-        Loaded {
+    fn loaded(&self) -> SceneInput<'_> {
+        SceneInput {
             module: &self.compiled.module,
             outputs: &self.outputs,
             generated: SceneSource::default(),
@@ -103,8 +103,8 @@ fn every_scene_has_the_same_bits_on_every_engine() {
     have_the_same_bits(Arithmetic::Strict, |_| true);
 }
 
-/// With barriers too. The scenes are those that have the most in them: smooth blends, raw fields, noise,
-/// space bent and repeated, and shapes with divisions and square roots.
+/// The portable form. The scenes cover the most operations: smooth blends, raw fields, noise, bent and
+/// repeated space, and shapes with divisions and square roots.
 #[test]
 fn scenes_have_the_same_bits_in_the_portable_form() {
     have_the_same_bits(Arithmetic::Portable, |name| {
@@ -122,8 +122,8 @@ const PORTABLE: [&str; 7] = [
     "solids_pointed",
 ];
 
-/// All engines, on the scenes that are wanted.
-fn have_the_same_bits(arithmetic: Arithmetic, wanted: impl Fn(&str) -> bool) {
+/// Asserts equal bits on all engines for the selected scenes.
+fn have_the_same_bits(arithmetic: Arithmetic, is_selected: impl Fn(&str) -> bool) {
     let Some(mut engines) = engines(arithmetic) else {
         return;
     };
@@ -131,8 +131,8 @@ fn have_the_same_bits(arithmetic: Arithmetic, wanted: impl Fn(&str) -> bool) {
     let mut failures = Vec::new();
     let (mut rays, mut points) = (0, 0);
     let paths = [scenes("tests/scenes"), scenes("examples")].concat();
-    for path in paths.iter().filter(|path| wanted(&name(path))) {
-        let report = Case::of(path, size).compared(&mut engines, arithmetic);
+    for path in paths.iter().filter(|path| is_selected(&name(path))) {
+        let report = Case::from_file(path, size).compared(&mut engines, arithmetic);
         let bits = report.comparisons.iter().map(|found| &found.bits);
         let bits: Vec<&BitDifferences> = bits.flatten().collect();
         assert_eq!(bits.len(), 3);
@@ -146,8 +146,8 @@ fn have_the_same_bits(arithmetic: Arithmetic, wanted: impl Fn(&str) -> bool) {
     assert!(failures.is_empty(), "{}", failures.join("\n\n"));
 }
 
-/// Without strict arithmetic bits do differ on the devices that are known, or nothing would be proved
-/// here. A device on which they do not is welcome.
+/// Without strict arithmetic, bits differ on the known devices; otherwise these tests would prove
+/// nothing. A device without differences passes too.
 #[test]
 fn what_is_not_strict_is_seen() {
     let Some(mut engines) = engines(Arithmetic::Default) else {
@@ -158,7 +158,7 @@ fn what_is_not_strict_is_seen() {
     let differing = paths.map(|path| {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let report =
-            Case::of(&root.join(path), [96, 64]).compared(&mut engines, Arithmetic::Strict);
+            Case::from_file(&root.join(path), [96, 64]).compared(&mut engines, Arithmetic::Strict);
         let bits = report
             .comparisons
             .iter()
@@ -172,7 +172,7 @@ fn what_is_not_strict_is_seen() {
     assert!(!known || differing.iter().sum::<usize>() > 0, "{device}");
 }
 
-/// Cells leave out what does not matter, in strict kernels too, whoever cut them.
+/// Pruned cells keep the bits of strict kernels, whether built on the CPU or the GPU.
 #[test]
 fn cells_keep_every_bit_of_strict_pictures() {
     keep_every_bit(Arithmetic::Strict, &["spheres_many", "combine_smooth"]);
@@ -188,20 +188,20 @@ fn keep_every_bit(arithmetic: Arithmetic, names: &[&str]) {
     for name in names {
         let paths = scenes("tests/scenes");
         let path = paths.iter().find(|path| crate::corpus::name(path) == *name);
-        let case = Case::of(path.expect("the scene is there"), [96, 64]);
+        let case = Case::from_file(path.expect("the scene is there"), [96, 64]);
         interp.load(&case.loaded()).expect("it loads");
-        let mut drawn = |cells| -> Frame {
+        let mut drawn = |cells| -> Image {
             let settings = RenderSettings {
                 cells,
                 ..case.settings.clone()
             };
             interp.render(&settings, &|_| {}).expect("it is drawn")
         };
-        let without = drawn(CellUse::Never);
-        for cells in [CellUse::Processor, CellUse::Device] {
+        let without = drawn(CellMode::Never);
+        for cells in [CellMode::Cpu, CellMode::Gpu] {
             let with = drawn(cells);
-            assert!(with.stats.cells.made > 64, "{name} {cells:?}");
-            let bits = |frame: &Frame| -> Vec<[u32; 5]> {
+            assert!(with.stats.cells.count > 64, "{name} {cells:?}");
+            let bits = |frame: &Image| -> Vec<[u32; 5]> {
                 let all = frame.depth.iter().zip(&frame.normal).zip(&frame.steps);
                 all.map(|((t, n), steps)| {
                     [
@@ -219,7 +219,7 @@ fn keep_every_bit(arithmetic: Arithmetic, names: &[&str]) {
     }
 }
 
-/// All other tests of strict arithmetic on the driver that the variable names.
+/// Runs all other tests of strict arithmetic on the driver that the variable names.
 #[test]
 fn a_second_device_gives_the_same_bits() {
     if std::env::var("SDFC_SKIP_GPU").is_ok() {
@@ -233,7 +233,7 @@ fn a_second_device_gives_the_same_bits() {
     let this = std::env::current_exe().expect("a test has a file");
     let output = Command::new(this)
         .args(["strict::", "--skip", "a_second_device", "--nocapture"])
-        // The newer of these names and the older one.
+        // The newer and the older name of the variable.
         .env("VK_DRIVER_FILES", &driver)
         .env("VK_ICD_FILENAMES", &driver)
         .env_remove(SECOND_DEVICE)

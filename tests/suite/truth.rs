@@ -1,12 +1,12 @@
-//! Pictures of every engine against the truth: no ray is wrong away from silhouettes, and depths and
-//! normals are those that the engine `reference` proves.
+//! Pictures of every engine against the ground truth: no ray is wrong away from silhouettes, and depths
+//! and normals equal those proved by the engine `reference`.
 
 use crate::corpus::{compiled, name, on_large_stack, scenes};
-use crate::metamorphic::draw::{self, Way};
+use crate::metamorphic::draw::{self, DrawOptions};
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
-use sdfc_runtime::frame::{CellUse, Mode, RenderSettings};
-use sdfc_runtime::reference::{Options, compare, trace};
+use sdfc_runtime::engine::{EngineKind, SceneInput, open};
+use sdfc_runtime::reference::{TraceOptions, compare, trace};
+use sdfc_runtime::render::{CellMode, Mode, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use std::path::Path;
@@ -21,8 +21,8 @@ const SCENES: [&str; 6] = [
     "tests/scenes/field_math.sdf",
 ];
 
-/// How many of a hundred rays may be undecided.
-const UNDECIDED: f64 = 1.0;
+/// Maximum percentage of undecided rays.
+const MAX_UNDECIDED_PERCENT: f64 = 1.0;
 
 #[test]
 fn pictures_of_all_engines_are_near_the_truth() {
@@ -43,12 +43,12 @@ fn pictures_of_all_engines_are_near_the_truth() {
         };
         let settings = resolve(&compiled.module, &outputs, &overrides);
         let settings = settings.unwrap_or_else(|error| panic!("{name}: {error}"));
-        let truth = trace(&compiled.module, &settings, &Options::default());
+        let truth = trace(&compiled.module, &settings, &TraceOptions::default());
         let share = 100.0 * truth.undecided() as f64 / truth.rays.len() as f64;
-        if share > UNDECIDED {
+        if share > MAX_UNDECIDED_PERCENT {
             wrong.push(format!("{name}: {share:.1} % of the rays are undecided"));
         }
-        let loaded = Loaded {
+        let loaded = SceneInput {
             module: &compiled.module,
             outputs: &outputs,
             generated: SceneSource {
@@ -62,7 +62,7 @@ fn pictures_of_all_engines_are_near_the_truth() {
             }
             let mut engine = open(kind).unwrap_or_else(|error| panic!("{kind}: {error}"));
             engine.load(&loaded).expect("it loads");
-            for cells in [CellUse::Never, CellUse::Always] {
+            for cells in [CellMode::Never, CellMode::Always] {
                 let settings = RenderSettings {
                     cells,
                     ..settings.clone()
@@ -79,20 +79,20 @@ fn pictures_of_all_engines_are_near_the_truth() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Unproved hits are shown as they most likely are. Noise is proved nowhere.
+/// Unproved hits are drawn with their most likely result. Nothing is proved about noise.
 #[test]
 fn unproved_hits_have_the_normals_of_the_field() {
     let text = "camera { from: [2, 3, 4], look: [0, 0, 0], fov: 35deg }\n\
         field(fn(p) => length(p) - 1 + 0.1 * noise(p * 5))\n";
-    let way = Way {
+    let options = DrawOptions {
         size: [48, 36],
         passes: PassOptions::default(),
-        cells: CellUse::Auto,
+        cells: CellMode::Auto,
         scale: 1.0,
     };
     let [truth, drawn] = [EngineKind::Reference, EngineKind::Cpu].map(|kind| {
         let mut engine = open(kind).expect("both run on the CPU");
-        draw::frame(&mut *engine, text, &way).expect("it compiles")
+        draw::frame(&mut *engine, text, &options).expect("it compiles")
     });
     let alike = |a: &[f32; 3], b: &[f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02);
     let pairs = truth.normal.iter().zip(&drawn.normal);
@@ -101,7 +101,7 @@ fn unproved_hits_have_the_normals_of_the_field() {
     assert!(others < 10, "{others} normals are others");
 }
 
-/// With fewer steps than by default four examples had rays that came to no end.
+/// With fewer steps than the default, rays of four examples did not terminate.
 #[test]
 fn every_ray_of_the_examples_ends() {
     let mut left = Vec::new();
@@ -113,7 +113,7 @@ fn every_ray_of_the_examples_ends() {
         let settings = resolve(&compiled.module, &outputs, &Overrides::default());
         let mut settings = settings.unwrap_or_else(|error| panic!("{}: {error}", name(&path)));
         settings.mode = Mode::Depth;
-        let loaded = Loaded {
+        let loaded = SceneInput {
             module: &compiled.module,
             outputs: &outputs,
             generated: SceneSource {

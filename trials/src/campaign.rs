@@ -1,163 +1,179 @@
 //! Campaigns: a check run on the inputs of many seeds.
 //!
-//! An ordinary test runs a few thousand. `SDFC_FUZZ=1000000` runs as many as it says of each campaign,
-//! from the seed `SDFC_FUZZ_FROM` on; a release build then also demands that no input takes longer
-//! than [`PATIENCE`]. Timings decide nothing else: the guard against hangs is far above any of them.
+//! An ordinary test runs at most a few thousand. `SDFC_FUZZ=1000000` runs that many in each campaign,
+//! divided by its relative cost, from the seed `SDFC_FUZZ_FROM` on. A release build then also requires that
+//! no input takes longer than [`MAX_INPUT_TIME`]. Times decide nothing else: the guard against hangs is far
+//! above all of them.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{LazyLock, Mutex};
 use std::time::{Duration, Instant};
 
-/// The stack that checks run on. Whoever compiles scenes needs no more; the command line has more.
+/// Stack size of the thread that runs checks, in bytes. Compiling a scene needs no more, and the command
+/// line has more.
 pub const STACK_BYTES: usize = 2 << 20;
-/// The longest that an input may take in the long form of a release build.
-pub const PATIENCE: Duration = Duration::from_millis(50);
-/// After so long an input is called a hang, in any build.
-const HANG: Duration = Duration::from_secs(120);
-/// After so many broken promises a campaign ends.
-const MOST_FAILURES: usize = 20;
+/// Longest time per input in the long form of a release build.
+pub const MAX_INPUT_TIME: Duration = Duration::from_millis(50);
+/// Time per input after which a campaign aborts as hanging, in any build.
+const HANG_TIMEOUT: Duration = Duration::from_secs(120);
+/// Number of failures after which a campaign ends.
+const MAX_FAILURES: usize = 20;
 
-/// What became of an input.
+/// Outcome of a successful check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// It was refused with a message.
+pub enum CheckOutcome {
+    /// The input was refused with a message.
     Refused,
-    /// It was accepted, and all that is promised of it holds.
+    /// The input was accepted, and all invariants hold.
     Accepted,
 }
 
-/// How many inputs were refused and accepted.
+/// Numbers of refused and accepted inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Refused.
+    /// Number of refused inputs.
     pub refused: u64,
-    /// Accepted.
+    /// Number of accepted inputs.
     pub accepted: u64,
 }
 
 impl Tally {
-    /// Whether enough were refused and accepted each to say something of both; a few inputs always do.
-    pub fn says_something(&self) -> bool {
-        let least = (self.refused + self.accepted) / 30;
-        self.refused + self.accepted < 300 || (self.refused > least && self.accepted > least)
+    /// Reports whether more than 1 in 30 inputs was refused, and more than 1 in 30 accepted. Fewer than 300
+    /// inputs always pass.
+    pub fn is_balanced(&self) -> bool {
+        let minimum = (self.refused + self.accepted) / 30;
+        self.refused + self.accepted < 300 || (self.refused > minimum && self.accepted > minimum)
     }
 }
 
-/// What a failure shows of an input.
-pub trait Shown {
-    /// A text by which a person can see what it is.
-    fn shown(&self) -> String;
+/// Text form of an input for failure messages.
+pub trait Describe {
+    /// Returns a readable form of the input.
+    fn describe(&self) -> String;
 }
 
-impl Shown for String {
-    fn shown(&self) -> String {
+impl Describe for String {
+    fn describe(&self) -> String {
         let end = self.floor_char_boundary(4000);
         self[..end].to_owned()
     }
 }
 
-impl Shown for Vec<u8> {
-    fn shown(&self) -> String {
+impl Describe for Vec<u8> {
+    fn describe(&self) -> String {
         format!("{} bytes", self.len())
     }
 }
 
-impl Shown for u64 {
-    fn shown(&self) -> String {
+impl Describe for u64 {
+    fn describe(&self) -> String {
         String::new()
     }
 }
 
-/// The number that an environment variable holds, if it is set.
-fn number(variable: &str) -> Option<u64> {
+/// Returns the number in an environment variable, if it is set.
+fn env_number(variable: &str) -> Option<u64> {
     let text = std::env::var(variable).ok()?;
-    let number = text.parse();
-    Some(number.unwrap_or_else(|_| panic!("{variable} is a number, not {text}")))
+    let env_number = text.parse();
+    Some(env_number.unwrap_or_else(|_| panic!("{variable} is a number, not {text}")))
 }
 
-/// How many inputs a campaign has: `few` where nobody asks for more, else what is asked for divided by
-/// how much dearer one is than a damaged text.
-pub fn count(few: u64, dear: u64) -> u64 {
-    number("SDFC_FUZZ").map_or(few, |many| (many / dear).max(1))
+/// Returns the number of inputs of a campaign: `default_count`, or `SDFC_FUZZ` divided by `relative_cost`
+/// if that is set.
+///
+/// `relative_cost` is the cost of an input in units of that of a damaged text.
+pub fn input_count(default_count: u64, relative_cost: u64) -> u64 {
+    env_number("SDFC_FUZZ").map_or(default_count, |requested_count| {
+        (requested_count / relative_cost).max(1)
+    })
 }
 
-/// Whether the long form is asked for, in a build whose timings mean something.
+/// Reports whether times are checked: in the long form of a release build.
 fn is_timed() -> bool {
-    number("SDFC_FUZZ").is_some() && !cfg!(debug_assertions)
+    env_number("SDFC_FUZZ").is_some() && !cfg!(debug_assertions)
 }
 
-/// Checks the inputs of `count` seeds on a thread with the stack of [`STACK_BYTES`], and panics with
-/// the seeds and the inputs for which a check did.
-pub fn run<I: Shown>(
+/// Checks the inputs of `count` seeds on a thread with a stack of [`STACK_BYTES`].
+///
+/// Panics with the seeds and inputs whose checks panicked.
+pub fn run<I: Describe>(
     name: &str,
     count: u64,
     make: impl Fn(u64) -> I + Sync,
-    check: impl Fn(&I) -> Verdict + Sync,
+    check: impl Fn(&I) -> CheckOutcome + Sync,
 ) -> Tally {
     run_timed(name, count, make, check, |_| Duration::ZERO)
 }
 
-/// The same, and in the long form with those inputs on which the `work` that a check is about takes
-/// longer than [`PATIENCE`] and what more it says that the input may ask for.
-pub fn run_timed<I: Shown>(
+/// Checks inputs as [`run`] does, and in the long form also their times.
+///
+/// `timed_work` runs the timed part of a check. It returns the time that the input may take beyond
+/// [`MAX_INPUT_TIME`].
+pub fn run_timed<I: Describe>(
     name: &str,
     count: u64,
     make: impl Fn(u64) -> I + Sync,
-    check: impl Fn(&I) -> Verdict + Sync,
-    work: impl Fn(&I) -> Duration + Sync,
+    check: impl Fn(&I) -> CheckOutcome + Sync,
+    timed_work: impl Fn(&I) -> Duration + Sync,
 ) -> Tally {
-    let first = number("SDFC_FUZZ_FROM").unwrap_or(0);
-    let present = Mutex::new((first, Instant::now()));
-    let now = || present.lock().map_or((0, Instant::now()), |now| *now);
-    let (tell, told) = channel();
-    let work = || {
+    let first_seed = env_number("SDFC_FUZZ_FROM").unwrap_or(0);
+    let progress = Mutex::new((first_seed, Instant::now()));
+    let current = || {
+        progress
+            .lock()
+            .map_or((0, Instant::now()), |current| *current)
+    };
+    let (sender, receiver) = channel();
+    let run_seeds = || {
         let mut tally = Tally::default();
         let mut failures = Vec::new();
         let mut longest = (Duration::ZERO, 0);
-        for seed in first..first + count {
-            if let Ok(mut now) = present.lock() {
-                *now = (seed, Instant::now());
+        for seed in first_seed..first_seed + count {
+            if let Ok(mut current) = progress.lock() {
+                *current = (seed, Instant::now());
             }
-            let (failure, took) = attempt(seed, &make, &check, &work, &mut tally);
-            longest = longest.max((took, seed));
+            let (failure, elapsed) = attempt(seed, &make, &check, &timed_work, &mut tally);
+            longest = longest.max((elapsed, seed));
             failures.extend(failure);
-            if failures.len() >= MOST_FAILURES {
+            if failures.len() >= MAX_FAILURES {
                 break;
             }
         }
-        // Nobody listens only where the campaign is being given up.
-        let _ = tell.send((tally, failures, longest));
+        // The receiver is gone only if the campaign is being aborted.
+        let _ = sender.send((tally, failures, longest));
     };
     let (tally, failures, longest) = std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(STACK_BYTES);
-        let worker = thread.spawn_scoped(scope, work).expect("a thread starts");
-        // Seconds: what takes hours says each minute how far it has come.
-        let mut waited = 0_u32;
+        let worker = thread
+            .spawn_scoped(scope, run_seeds)
+            .expect("a thread starts");
+        // In seconds. Long campaigns report their progress once a minute.
+        let mut waited_seconds = 0_u32;
         loop {
-            match told.recv_timeout(Duration::from_secs(1)) {
+            match receiver.recv_timeout(Duration::from_secs(1)) {
                 Ok(result) => break result,
                 Err(RecvTimeoutError::Timeout) if worker.is_finished() => {
-                    panic!("{name}: seed {} ended the campaign", now().0)
+                    panic!("{name}: seed {} ended the campaign", current().0)
                 }
                 Err(RecvTimeoutError::Timeout) => {
-                    waited += 1;
-                    if waited.is_multiple_of(60) {
-                        eprintln!("{name}: seed {} of {}", now().0, first + count);
+                    waited_seconds += 1;
+                    if waited_seconds.is_multiple_of(60) {
+                        eprintln!("{name}: seed {} of {}", current().0, first_seed + count);
                     }
                 }
-                Err(RecvTimeoutError::Disconnected) => panic!("{name}: seed {}", now().0),
+                Err(RecvTimeoutError::Disconnected) => panic!("{name}: seed {}", current().0),
             }
-            let (seed, since) = now();
-            if since.elapsed() > HANG {
-                eprintln!("{name}: seed {seed} hangs: {}", make(seed).shown());
+            let (seed, started) = current();
+            if started.elapsed() > HANG_TIMEOUT {
+                eprintln!("{name}: seed {seed} hangs: {}", make(seed).describe());
                 std::process::abort();
             }
         }
     });
-    let (took, seed) = longest;
+    let (elapsed, seed) = longest;
     eprintln!(
-        "{name}: {} refused, {} accepted, the longest {took:?} (seed {seed})",
+        "{name}: {} refused, {} accepted, the longest {elapsed:?} (seed {seed})",
         tally.refused, tally.accepted
     );
     assert!(
@@ -169,64 +185,63 @@ pub fn run_timed<I: Shown>(
     tally
 }
 
-/// Checks one input; gives what is wrong, and how long the work on it took where that is asked.
-fn attempt<I: Shown>(
+/// Checks one input. Returns the failure, and the time of the work where times are checked.
+fn attempt<I: Describe>(
     seed: u64,
     make: impl Fn(u64) -> I,
-    check: impl Fn(&I) -> Verdict,
-    work: impl Fn(&I) -> Duration,
+    check: impl Fn(&I) -> CheckOutcome,
+    timed_work: impl Fn(&I) -> Duration,
     tally: &mut Tally,
 ) -> (Option<String>, Duration) {
     let input = make(seed);
-    let mut took = Duration::ZERO;
+    let mut elapsed = Duration::ZERO;
     let mut failure = match catch_unwind(AssertUnwindSafe(|| check(&input))) {
-        Ok(Verdict::Refused) => {
+        Ok(CheckOutcome::Refused) => {
             tally.refused += 1;
             None
         }
-        Ok(Verdict::Accepted) => {
+        Ok(CheckOutcome::Accepted) => {
             tally.accepted += 1;
             None
         }
-        Err(panic) => Some(said(&*panic)),
+        Err(panic) => Some(panic_message(&*panic)),
     };
     if is_timed() && failure.is_none() {
-        let mut allowed = PATIENCE;
-        took = Duration::MAX;
-        // What is slow is slow each time.
+        let mut max_time = MAX_INPUT_TIME;
+        elapsed = Duration::MAX;
+        // The minimum of up to 5 runs, since noise only adds time.
         for _ in 0..5 {
-            let start = processor_time();
-            allowed = PATIENCE + work(&input);
-            took = took.min(processor_time().saturating_sub(start));
-            if took <= allowed {
+            let start = cpu_time();
+            max_time = MAX_INPUT_TIME + timed_work(&input);
+            elapsed = elapsed.min(cpu_time().saturating_sub(start));
+            if elapsed <= max_time {
                 break;
             }
         }
-        if took > allowed {
-            failure = Some(format!("it takes {took:?}, more than {allowed:?}"));
+        if elapsed > max_time {
+            failure = Some(format!("it takes {elapsed:?}, more than {max_time:?}"));
         }
     }
-    let failure = failure.map(|why| format!("seed {seed}: {why}\n{}", input.shown()));
-    (failure, took)
+    let failure = failure.map(|message| format!("seed {seed}: {message}\n{}", input.describe()));
+    (failure, elapsed)
 }
 
-/// How long the processor has worked on this process, to a hundredth of a second; where that is not
-/// told, how long it has run.
-fn processor_time() -> Duration {
+/// Returns the CPU time of this process, to 10 ms, or its run time where the CPU time is not available.
+fn cpu_time() -> Duration {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
     let Ok(stat) = std::fs::read_to_string("/proc/self/stat") else {
         return START.elapsed();
     };
-    // Behind the name, which is in parentheses: user and system time are the 12th and 13th fields, in
-    // hundredths of a second on every Linux.
+    // After the name in parentheses, user and system time are the 12th and 13th fields, in 1/100 s on every
+    // Linux.
     let fields = stat.rsplit(')').next().unwrap_or_default();
     let ticks = fields.split_whitespace().skip(11).take(2);
     let ticks = ticks.filter_map(|ticks| ticks.parse::<u64>().ok());
     Duration::from_millis(10 * ticks.sum::<u64>())
 }
 
-/// What a panic says.
-fn said(panic: &(dyn std::any::Any + Send)) -> String {
+/// Returns the message of a panic.
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
     text.unwrap_or("a panic without a message").to_owned()

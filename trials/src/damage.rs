@@ -1,13 +1,13 @@
-//! Damage: texts and files that were right, and what becomes of them.
+//! Damaged variants of valid texts and files.
 
 use crate::random::Random;
 use crate::seeds::{CLAUSES, FILES, TEXTS};
 use sdfc_compiler::elaborate::reference;
-use sdfc_vm::file::sealed;
+use sdfc_vm::file::with_header;
 use std::sync::LazyLock;
 
-/// What is put where it does not belong.
-const PIECES: &[&str] = &[
+/// Text fragments inserted at random positions.
+const FRAGMENTS: &[&str] = &[
     "(",
     ")",
     "[",
@@ -101,8 +101,8 @@ const PIECES: &[&str] = &[
     "len([])",
 ];
 
-/// Numbers at which something ends.
-const NUMBERS: &[&str] = &[
+/// Numbers at the limits of what is allowed.
+const EDGE_NUMBERS: &[&str] = &[
     "0",
     "-0",
     "1",
@@ -154,7 +154,7 @@ const NUMBERS: &[&str] = &[
     "(-1)",
 ];
 
-/// What is hung onto what stands there.
+/// Method calls appended to expressions.
 const METHODS: &[&str] = &[
     ".translate(0.1, 0, 0)",
     ".translate(1e18, 0, 0)",
@@ -201,23 +201,23 @@ const METHODS: &[&str] = &[
     ".scatter(cell: 0.5)",
 ];
 
-/// The names of all that the language has.
+/// Names of all items of the language.
 static NAMES: LazyLock<Vec<&'static str>> =
     LazyLock::new(|| reference().into_iter().map(|entry| entry.name).collect());
 
-/// A scene's text, damaged a little, or made large in one way.
+/// Returns a scene's text with light damage, or a text that is oversized in one way.
 pub fn text(seed: u64) -> String {
     let mut r = Random::new(seed);
     if r.chance(2) {
-        return large(&mut r);
+        return oversized_text(&mut r);
     }
     let mut words: Vec<String> = words(&r.pick(&TEXTS)).map(str::to_owned).collect();
     if r.chance(60) {
-        // What may well still be a scene.
-        strain(&mut r, &mut words);
+        // The result may still be a valid scene.
+        mutate_plausibly(&mut r, &mut words);
     } else {
         for _ in 0..1 + r.below(4) {
-            harm(&mut r, &mut words);
+            damage_words(&mut r, &mut words);
         }
     }
     let mut text = words.concat();
@@ -232,81 +232,83 @@ pub fn text(seed: u64) -> String {
     text
 }
 
-/// A text cut into words, numbers, spaces and single signs.
+/// Splits a text into words, numbers, spaces and single characters.
 fn words(text: &str) -> impl Iterator<Item = &str> {
-    let mut rest = text;
+    let mut remaining = text;
     std::iter::from_fn(move || {
-        let first = rest.chars().next()?;
+        let first_char = remaining.chars().next()?;
         let in_word = |c: char| c.is_alphanumeric() || c == '_';
         let in_number = |c: char| c.is_alphanumeric() || c == '.' || c == '_';
-        let is_part: &dyn Fn(char) -> bool = match first {
+        let is_in_token: &dyn Fn(char) -> bool = match first_char {
             c if c.is_ascii_digit() => &in_number,
             c if in_word(c) => &in_word,
             c if c.is_whitespace() => &char::is_whitespace,
             _ => &|_| false,
         };
-        let end = rest[first.len_utf8()..].find(|c| !is_part(c));
-        let end = end.map_or(rest.len(), |end| end + first.len_utf8());
-        let (word, after) = rest.split_at(end);
-        rest = after;
+        let end = remaining[first_char.len_utf8()..].find(|c| !is_in_token(c));
+        let end = end.map_or(remaining.len(), |end| end + first_char.len_utf8());
+        let (word, after) = remaining.split_at(end);
+        remaining = after;
         Some(word)
     })
 }
 
-/// Where a word stands for which something holds, if chance finds one.
-fn place(r: &mut Random, words: &[String], of: impl Fn(&str) -> bool) -> usize {
-    let at = r.below(words.len());
-    let behind = words[at..].iter().position(|word| of(word));
-    behind.map_or(at, |behind| at + behind)
+/// Returns the index of a random word that satisfies a predicate.
+///
+/// If no word after the random start satisfies it, the start is returned.
+fn find_word(r: &mut Random, words: &[String], matches: impl Fn(&str) -> bool) -> usize {
+    let start = r.below(words.len());
+    let offset = words[start..].iter().position(|word| matches(word));
+    offset.map_or(start, |offset| start + offset)
 }
 
-/// Whether a word is a number, or begins as one.
+/// Reports whether a word is a number, or begins with a digit.
 fn is_number(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// Whether a word is a name.
+/// Reports whether a word is a name.
 fn is_name(word: &str) -> bool {
     word.starts_with(char::is_alphabetic)
 }
 
-/// Changes numbers, or hangs a method onto a call.
-fn strain(r: &mut Random, words: &mut Vec<String>) {
+/// Changes numbers, or appends a method to a call.
+fn mutate_plausibly(r: &mut Random, words: &mut Vec<String>) {
     for _ in 0..1 + r.below(2) {
-        let at = place(r, words, is_number);
+        let index = find_word(r, words, is_number);
         match r.below(6) {
-            _ if !is_number(&words[at]) => {}
-            0 => words[at] = r.pick(NUMBERS).to_owned(),
+            _ if !is_number(&words[index]) => {}
+            0 => words[index] = r.pick(EDGE_NUMBERS).to_owned(),
             1 => {
                 let count = r.below(200);
-                words[at] = count.to_string();
+                words[index] = count.to_string();
             }
-            2 => words[at].insert(0, '-'),
-            3 => words[at].push_str("e-3"),
-            4 => words[at].push('5'),
-            _ => words[at] = format!("({} * 1.7)", words[at]),
+            2 => words[index].insert(0, '-'),
+            3 => words[index].push_str("e-3"),
+            4 => words[index].push('5'),
+            _ => words[index] = format!("({} * 1.7)", words[index]),
         }
     }
     if r.chance(30) {
-        let at = place(r, words, |word| word == ")");
-        words.insert(at + 1, r.pick(METHODS).to_owned());
+        let index = find_word(r, words, |word| word == ")");
+        words.insert(index + 1, r.pick(METHODS).to_owned());
     }
 }
 
-/// Does one kind of damage.
-fn harm(r: &mut Random, words: &mut Vec<String>) {
+/// Applies one kind of damage.
+fn damage_words(r: &mut Random, words: &mut Vec<String>) {
     if words.is_empty() {
-        words.push(r.pick(PIECES).to_owned());
+        words.push(r.pick(FRAGMENTS).to_owned());
         return;
     }
     match r.below(12) {
         0..=2 => {
-            let at = place(r, words, is_number);
-            words[at] = r.pick(NUMBERS).to_owned();
+            let index = find_word(r, words, is_number);
+            words[index] = r.pick(EDGE_NUMBERS).to_owned();
         }
         3 => {
-            let at = place(r, words, is_name);
-            words[at] = r.pick(&NAMES).to_owned();
+            let index = find_word(r, words, is_name);
+            words[index] = r.pick(&NAMES).to_owned();
         }
         4 => {
             let range = r.range(words.len(), 12);
@@ -315,45 +317,45 @@ fn harm(r: &mut Random, words: &mut Vec<String>) {
         5 => {
             let range = r.range(words.len(), 40);
             let copy = words[range].to_vec();
-            let to = r.below(words.len() + 1);
-            words.splice(to..to, copy);
+            let target = r.below(words.len() + 1);
+            words.splice(target..target, copy);
         }
         6 => {
-            let (a, b) = (place(r, words, is_name), place(r, words, is_name));
+            let (a, b) = (find_word(r, words, is_name), find_word(r, words, is_name));
             words.swap(a, b);
         }
         7 => {
-            let at = r.below(words.len());
-            words[at] = r.pick(PIECES).to_owned();
+            let index = r.below(words.len());
+            words[index] = r.pick(FRAGMENTS).to_owned();
         }
         8 => {
-            let at = r.below(words.len() + 1);
-            words.insert(at, r.pick(PIECES).to_owned());
+            let index = r.below(words.len() + 1);
+            words.insert(index, r.pick(FRAGMENTS).to_owned());
         }
         9 => {
-            let at = place(r, words, |word| word == ")");
-            words.insert(at + 1, r.pick(METHODS).to_owned());
+            let index = find_word(r, words, |word| word == ")");
+            words.insert(index + 1, r.pick(METHODS).to_owned());
         }
         10 => {
-            // The statements of another scene, or a part of one.
+            // Inserts some statements of another scene.
             let other: Vec<String> = self::words(&r.pick(&TEXTS)).map(str::to_owned).collect();
-            let from = place(r, &other, |word| word == ";");
+            let source = find_word(r, &other, |word| word == ";");
             let length = r.below(60);
-            let to = place(r, words, |word| word == ";") + 1;
-            let piece = other[from..].iter().skip(1).take(length).cloned();
-            words.splice(to..to, piece);
+            let target = find_word(r, words, |word| word == ";") + 1;
+            let piece = other[source..].iter().skip(1).take(length).cloned();
+            words.splice(target..target, piece);
         }
         _ => {
             let other: Vec<String> = self::words(&r.pick(&TEXTS)).map(str::to_owned).collect();
-            let from = place(r, &other, |word| word == ";");
-            words.truncate(place(r, words, |word| word == ";"));
-            words.extend_from_slice(&other[from..]);
+            let source = find_word(r, &other, |word| word == ";");
+            words.truncate(find_word(r, words, |word| word == ";"));
+            words.extend_from_slice(&other[source..]);
         }
     }
 }
 
-/// A text that is too much of one thing.
-fn large(r: &mut Random) -> String {
+/// Returns a text with one construct nested or repeated up to 100,000 times.
+fn oversized_text(r: &mut Random) -> String {
     let depth = r.pick(&[
         1_usize, 7, 60, 199, 200, 201, 450, 1000, 5000, 20_000, 100_000,
     ]);
@@ -407,12 +409,12 @@ fn large(r: &mut Random) -> String {
         let [open, middle, close] = r.pick(nested);
         format!("{}{middle}{}", open.repeat(depth), close.repeat(depth))
     } else {
-        let [first, link, last] = r.pick(chained);
-        format!("{first}{}{last}", link.repeat(depth))
+        let [start, link, last] = r.pick(chained);
+        format!("{start}{}{last}", link.repeat(depth))
     }
 }
 
-/// Clauses, damaged.
+/// Returns damaged clauses.
 pub fn clauses(seed: u64) -> String {
     let mut r = Random::new(seed);
     if r.chance(2) {
@@ -420,7 +422,7 @@ pub fn clauses(seed: u64) -> String {
         let line = |i: usize| format!("_{} {operation} _{i} _{}\n", i + 1, i / 2);
         return (0..count)
             .map(line)
-            .fold("_0 var-x\n".to_owned(), |all, line| all + &line);
+            .fold("_0 var-x\n".to_owned(), |lines, line| lines + &line);
     }
     let mut words: Vec<String> = words(r.pick(CLAUSES)).map(str::to_owned).collect();
     const WORDS: &[&str] = &[
@@ -456,11 +458,11 @@ pub fn clauses(seed: u64) -> String {
         "mod",
     ];
     if r.chance(50) {
-        // Another number or operand, or the same words once more, which may well still be clauses.
-        let at = place(&mut r, &words, |word| {
+        // Another number or operand. The result may still be valid clauses.
+        let index = find_word(&mut r, &words, |word| {
             word.starts_with(|c: char| c == '_' || c.is_ascii_digit())
         });
-        words[at] = r
+        words[index] = r
             .pick(&[
                 "_0", "_1", "_2", "_3", "0", "1", "2.5", "1e30", "1e-40", "3e38",
             ])
@@ -471,10 +473,10 @@ pub fn clauses(seed: u64) -> String {
         if words.is_empty() {
             break;
         }
-        let at = r.below(words.len());
+        let index = r.below(words.len());
         match r.below(5) {
-            0 => words[at] = r.pick(WORDS).to_owned(),
-            1 => words.insert(at, r.pick(WORDS).to_owned()),
+            0 => words[index] = r.pick(WORDS).to_owned(),
+            1 => words.insert(index, r.pick(WORDS).to_owned()),
             2 => {
                 let range = r.range(words.len(), 6);
                 words.drain(range);
@@ -482,39 +484,39 @@ pub fn clauses(seed: u64) -> String {
             3 => {
                 let range = r.range(words.len(), 30);
                 let copy = words[range].to_vec();
-                words.splice(at..at, copy);
+                words.splice(index..index, copy);
             }
             _ => {
                 let other = r.below(words.len());
-                words.swap(at, other);
+                words.swap(index, other);
             }
         }
     }
     words.concat()
 }
 
-/// The words in front of a file's sections.
-const HEADER: usize = 5;
+/// Number of words before a file's sections.
+const HEADER_WORDS: usize = 5;
 
-/// The bytes of a compiled scene, damaged; most of them with a header that fits.
+/// Returns the bytes of a compiled scene with damage, mostly with a valid header.
 pub fn file(seed: u64) -> Vec<u8> {
     let mut r = Random::new(seed);
     let bytes = r.pick(&FILES);
     if r.chance(10) {
-        return spoiled(&mut r, bytes);
+        return damage_bytes(&mut r, bytes);
     }
-    let mut words: Vec<u32> = bytes.as_chunks::<4>().0[HEADER..]
+    let mut words: Vec<u32> = bytes.as_chunks::<4>().0[HEADER_WORDS..]
         .iter()
         .map(|&bytes| u32::from_le_bytes(bytes))
         .collect();
     for _ in 0..1 + r.below(3) {
-        harm_words(&mut r, &mut words);
+        damage_file_words(&mut r, &mut words);
     }
-    sealed(&words)
+    with_header(&words)
 }
 
-/// Bytes changed anywhere, and left so.
-fn spoiled(r: &mut Random, mut bytes: Vec<u8>) -> Vec<u8> {
+/// Changes bytes anywhere, the header included.
+fn damage_bytes(r: &mut Random, mut bytes: Vec<u8>) -> Vec<u8> {
     for _ in 0..1 + r.below(3) {
         match r.below(4) {
             0 => bytes.truncate(r.below(bytes.len() + 1)),
@@ -525,34 +527,34 @@ fn spoiled(r: &mut Random, mut bytes: Vec<u8>) -> Vec<u8> {
             }
             _ if bytes.is_empty() => {}
             _ => {
-                let at = r.below(bytes.len());
-                bytes[at] ^= 1 << r.below(8);
+                let index = r.below(bytes.len());
+                bytes[index] ^= 1 << r.below(8);
             }
         }
     }
     bytes
 }
 
-/// Where the sections of a file lie: their kinds and words.
+/// Returns the kinds and ranges of words of a file's sections.
 fn sections(words: &[u32]) -> Vec<(u32, std::ops::Range<usize>)> {
-    let (mut found, mut at) = (Vec::new(), 0);
-    while let [kind, length, ..] = words[at.min(words.len())..] {
-        let end = (at + 2).saturating_add(length as usize).min(words.len());
-        found.push((kind, at + 2..end));
-        at = end;
+    let (mut sections, mut index) = (Vec::new(), 0);
+    while let [kind, length, ..] = words[index.min(words.len())..] {
+        let end = (index + 2).saturating_add(length as usize).min(words.len());
+        sections.push((kind, index + 2..end));
+        index = end;
     }
-    found
+    sections
 }
 
 /// Changes words of a file's sections, one field of an instruction, or a whole section.
-fn harm_words(r: &mut Random, words: &mut Vec<u32>) {
+fn damage_file_words(r: &mut Random, words: &mut Vec<u32>) {
     let sections = sections(words);
     if words.is_empty() || sections.is_empty() {
         words.push(r.bits() as u32);
         return;
     }
     let (kind, range) = r.pick(&sections);
-    let at = if range.is_empty() {
+    let index = if range.is_empty() {
         0
     } else {
         range.start + r.below(range.len())
@@ -560,7 +562,7 @@ fn harm_words(r: &mut Random, words: &mut Vec<u32>) {
     let is_code = kind == 1 || kind == 5;
     match r.below(10) {
         0..=2 if is_code && range.len() >= 4 => {
-            // A field of the first word, or a place in the pool.
+            // A field of an instruction's first word: the first bit and the number of bits.
             const FIELDS: &[(u32, u32)] = &[
                 (0, 8),
                 (8, 3),
@@ -572,34 +574,34 @@ fn harm_words(r: &mut Random, words: &mut Vec<u32>) {
                 (23, 1),
                 (24, 8),
             ];
-            let first = range.start + r.below(range.len() / 4) * 4;
-            let (from, bits) = r.pick(FIELDS);
-            let mask = ((1_u32 << bits) - 1) << from;
-            words[first] = words[first] & !mask | (r.bits() as u32) << from & mask;
+            let first_word = range.start + r.below(range.len() / 4) * 4;
+            let (shift, bits) = r.pick(FIELDS);
+            let mask = ((1_u32 << bits) - 1) << shift;
+            words[first_word] = words[first_word] & !mask | (r.bits() as u32) << shift & mask;
         }
         3 | 4 if is_code && range.len() >= 8 => {
-            // An instruction from elsewhere, put in or in place of one, or left out.
+            // Inserts or replaces an instruction by a copy of another, or removes it.
             let count = range.len() / 4;
-            let [from, to] = [0; 2].map(|_| range.start + r.below(count) * 4);
-            let copy = words[from..from + 4].to_vec();
+            let [source, target] = [0; 2].map(|_| range.start + r.below(count) * 4);
+            let copy = words[source..source + 4].to_vec();
             let length = words[range.start - 1];
             match r.below(3) {
                 0 => {
-                    words.splice(to..to, copy);
+                    words.splice(target..target, copy);
                     words[range.start - 1] = length + 4;
                 }
                 1 => {
-                    words.splice(to..to + 4, copy);
+                    words.splice(target..target + 4, copy);
                 }
                 _ => {
-                    words.drain(to..to + 4);
+                    words.drain(target..target + 4);
                     words[range.start - 1] = length - 4;
                 }
             }
         }
-        5 => words[at] = r.below(40) as u32,
+        5 => words[index] = r.below(40) as u32,
         6 => {
-            const NUMBERS: &[f32] = &[
+            const EDGE_FLOATS: &[f32] = &[
                 0.0,
                 -0.0,
                 1.0,
@@ -617,26 +619,28 @@ fn harm_words(r: &mut Random, words: &mut Vec<u32>) {
                 1e9,
                 16_777_216.0,
             ];
-            words[at] = r.pick(NUMBERS).to_bits();
+            words[index] = r.pick(EDGE_FLOATS).to_bits();
         }
         7 => {
-            // A section of another file.
+            // Replaces a section by that of another file.
             let other = &FILES[r.below(FILES.len())];
-            let other: Vec<u32> = other.as_chunks::<4>().0[HEADER..]
+            let other: Vec<u32> = other.as_chunks::<4>().0[HEADER_WORDS..]
                 .iter()
                 .map(|&bytes| u32::from_le_bytes(bytes))
                 .collect();
-            let theirs = self::sections(&other);
-            let same = theirs.iter().find(|(theirs, _)| *theirs == kind);
-            if let Some((_, from)) = same {
-                words[range.start - 1] = from.len() as u32;
-                words.splice(range, other[from.clone()].to_vec());
+            let other_sections = self::sections(&other);
+            let matching = other_sections
+                .iter()
+                .find(|(other_kind, _)| *other_kind == kind);
+            if let Some((_, source)) = matching {
+                words[range.start - 1] = source.len() as u32;
+                words.splice(range, other[source.clone()].to_vec());
             }
         }
         8 if kind == 9 => {
-            // A byte of the settings, which are not words.
-            words[at] ^= (r.below(256) as u32) << (8 * r.below(4));
+            // Changes a byte of the settings, which are bytes instead of words.
+            words[index] ^= (r.below(256) as u32) << (8 * r.below(4));
         }
-        _ => words[at] ^= 1 << r.below(32),
+        _ => words[index] ^= 1 << r.below(32),
     }
 }

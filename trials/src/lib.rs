@@ -1,13 +1,14 @@
-//! Trials: what nobody would write, made in great numbers, and what must hold of all of it.
+//! Property tests over generated inputs: random programs and scenes, damaged files, and the invariants that
+//! must hold for each.
 //!
-//! A generator makes an input from a seed, and is the same on every machine: [`programs`] makes
-//! programs that are valid, [`scenes`] scenes whose variants must have equal values, [`damage`]
-//! spoils texts and files. A check of [`checks`] takes an input and panics where a promise is broken.
-//! [`campaign`] runs a check on many seeds. The tests of this crate run a share of each; the targets
-//! in `fuzz/` run the same checks on what libFuzzer makes.
+//! A generator creates an input from a seed, identically on every machine. [`programs`] creates valid
+//! programs, [`scenes`] scenes with variants of equal values, and [`damage`] damages texts and files. A
+//! check of [`checks`] takes an input and panics where an invariant is violated. [`campaign`] runs a check
+//! on many seeds. The tests of this crate run a few seeds of each campaign. The targets in `fuzz/` run the
+//! same checks on inputs of libFuzzer.
 //!
-//! An [`oracle`] tells the surface that a ray through a scene really meets. It shares the language
-//! with the engines and nothing else.
+//! An [`oracle`] computes the true hit of a ray with a scene. It shares the language front end with the
+//! engines and nothing else.
 
 pub mod campaign;
 pub mod checks;

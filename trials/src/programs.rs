@@ -1,18 +1,20 @@
-//! Programs that are always valid.
+//! Random programs that are always valid.
 //!
-//! The generator draws every opcode of the table and every way to use it (frames, kept points, slots,
-//! constant operands, blends, guards), so a new row is covered without a new test. The numbers are
-//! any: roots of negative numbers and divisions by zero occur.
+//! The generator draws every opcode of the table and every way to use it: maps, saved points, slots,
+//! constant operands, blends and guards. New rows are therefore covered without a new test. Operands are
+//! arbitrary, so roots of negative numbers and divisions by zero occur.
 
 use crate::random::Random;
-use sdfc_vm::kernel::Kernel;
-use sdfc_vm::lanes::Column;
+use sdfc_vm::kernel::BlendKernel;
+use sdfc_vm::lanes::F32x64;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
-use sdfc_vm::program::{Code, Frame, Instruction, MAX_POINTS, Operands, Place, Program};
+use sdfc_vm::program::{
+    Code, Destination, Instruction, MAX_POINTS, Operands, PointTransform, Program,
+};
 use sdfc_vm::row::Output;
 use sdfc_vm::table::{Op, ROWS};
 
-/// The program of a seed: verified, of 3 to some 60 instructions, with one value left at its end.
+/// Generates the verified program of a seed, with about 3 to 60 instructions and one result.
 pub fn program(seed: u64) -> Program {
     let mut r = Random::new(seed);
     let mut pool = PoolBuilder::default();
@@ -20,9 +22,9 @@ pub fn program(seed: u64) -> Program {
     let (mut depth, mut points, mut slots) = (0_usize, 0_usize, 0_u32);
     let length = 3 + r.below(40);
     while code.len() < length || depth != 1 {
-        let closing = code.len() >= length && depth > 1;
+        let must_close = code.len() >= length && depth > 1;
         if depth > 0 && r.chance(8) {
-            guarded_balls(&mut r, &mut pool, &mut code, points, 0);
+            guarded_spheres(&mut r, &mut pool, &mut code, points, 0);
             continue;
         }
         let numbers = |r: &mut Random, n: usize| -> Vec<PoolNumber> {
@@ -31,70 +33,78 @@ pub fn program(seed: u64) -> Program {
         let code_of = |r: &mut Random| match r.below(12) {
             0 if slots > 0 => Code::Load,
             1 if depth > 0 => Code::Store,
-            2 if depth > 1 => Code::Take,
+            2 if depth > 1 => Code::Top,
             _ => Code::Op(ROWS[r.below(ROWS.len())].op),
         };
-        let picked = if closing { Code::Take } else { code_of(&mut r) };
-        let mut i = Instruction::new(picked);
-        if let Code::Op(op) = picked {
+        let opcode = if must_close {
+            Code::Top
+        } else {
+            code_of(&mut r)
+        };
+        let mut instruction = Instruction::new(opcode);
+        if let Code::Op(op) = opcode {
             let row = op.row();
             if row.arity() == 2 && r.chance(30) {
                 let index = pool.add(&numbers(&mut r, 1));
-                i.operands = if r.chance(50) {
+                instruction.operands = if r.chance(50) {
                     Operands::Left(index)
                 } else {
                     Operands::Right(index)
                 };
             }
             if row.parameter_width() > 0 {
-                i.parameters = pool.add(&numbers(&mut r, row.parameter_width()));
+                instruction.parameters = pool.add(&numbers(&mut r, row.parameter_width()));
             }
             if row.reads_point() {
-                i.frame = match r.below(3) {
-                    0 => Frame::Same,
-                    1 => Frame::Moved(pool.add(&numbers(&mut r, 3))),
-                    _ => Frame::Mapped(pool.add(&numbers(&mut r, 12))),
+                instruction.transform = match r.below(3) {
+                    0 => PointTransform::Identity,
+                    1 => PointTransform::Translate(pool.add(&numbers(&mut r, 3))),
+                    _ => PointTransform::Affine(pool.add(&numbers(&mut r, 12))),
                 };
             }
             if points > 0 && r.chance(30) {
-                i.pops = (1 + r.below(points)) as u8;
+                instruction.pops = (1 + r.below(points)) as u8;
             }
-            if row.output == Output::Point && points - (i.pops as usize) < MAX_POINTS {
-                i.push = r.chance(70);
+            if row.output == Output::Point && points - (instruction.pops as usize) < MAX_POINTS {
+                instruction.push = r.chance(70);
             }
         }
-        if i.taken() > depth {
+        if instruction.pop_count() > depth {
             continue;
         }
-        match picked {
-            Code::Load => i.slot = r.below(slots as usize) as u8,
+        match opcode {
+            Code::Load => instruction.slot = r.below(slots as usize) as u8,
             Code::Store => {
-                i.slot = r.below(slots as usize + 1).min(7) as u8;
-                slots = slots.max(u32::from(i.slot) + 1);
+                instruction.slot = r.below(slots as usize + 1).min(7) as u8;
+                slots = slots.max(u32::from(instruction.slot) + 1);
             }
             _ => {}
         }
-        let left = depth - i.taken();
-        let blends = closing || r.chance(40);
-        if blends && left > 0 && !i.gives_none() && i.operands == Operands::Stack {
-            let kernel = Kernel::ALL[r.below(5)];
+        let remaining = depth - instruction.pop_count();
+        let blends = must_close || r.chance(40);
+        if blends
+            && remaining > 0
+            && !instruction.has_no_value()
+            && instruction.operands == Operands::Stack
+        {
+            let kernel = BlendKernel::ALL[r.below(5)];
             let signs = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]][r.below(3)];
             let width = 0.1 + r.below(10) as f32 / 10.0;
             let list = [signs[0], signs[1], width, 1.0 / (4.0 * width)].map(PoolNumber::from);
-            i.place = Place::Blend {
+            instruction.destination = Destination::Blend {
                 kernel,
                 index: pool.add(&list),
             };
         }
-        let pushes = i.place == Place::Push && !i.gives_none();
-        if left + usize::from(pushes) > 8 {
+        let pushes = instruction.destination == Destination::Push && !instruction.has_no_value();
+        if remaining + usize::from(pushes) > 8 {
             continue;
         }
-        points = points - i.pops as usize + usize::from(i.push);
-        depth = left + usize::from(pushes);
-        code.push(i);
+        points = points - instruction.pops as usize + usize::from(instruction.push);
+        depth = remaining + usize::from(pushes);
+        code.push(instruction);
         if code.len() > 400 {
-            // Never seen; a guard against a generator that cannot close.
+            // Guard against a generator that does not terminate. It has never been reached.
             panic!("the program does not end");
         }
     }
@@ -107,44 +117,45 @@ pub fn program(seed: u64) -> Program {
     }
 }
 
-/// A guard in front of balls that are blended into the value on top, some of them behind guards of
-/// their own, some at a point that is kept for a while. It tells the truth: what it skips does not
-/// matter.
-fn guarded_balls(
+/// Emits a guard in front of spheres that are blended into the value on top.
+///
+/// Some spheres are behind nested guards, and some at a mirrored point. The guard is correct: the blocks
+/// that it skips do not change the value.
+fn guarded_spheres(
     r: &mut Random,
     pool: &mut PoolBuilder,
     code: &mut Vec<Instruction>,
     points: usize,
     level: usize,
 ) -> [[f32; 2]; 3] {
-    let at = code.len();
+    let guard_index = code.len();
     code.push(Instruction::new(Code::Guard));
     let smooth = r.chance(50);
     let mut hull = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
     for _ in 0..1 + r.below(3) {
         if level < 3 && r.chance(25) {
-            let inner = guarded_balls(r, pool, code, points, level + 1);
-            for (side, [low, high]) in hull.iter_mut().zip(inner) {
-                *side = [side[0].min(low), side[1].max(high)];
+            let inner_hull = guarded_spheres(r, pool, code, points, level + 1);
+            for (extent, [low, high]) in hull.iter_mut().zip(inner_hull) {
+                *extent = [extent[0].min(low), extent[1].max(high)];
             }
             continue;
         }
-        let mut ball = Instruction::new(Code::Op(Op::Sphere));
+        let mut sphere = Instruction::new(Code::Op(Op::Sphere));
         let radius = 0.1 + r.below(900) as f32 / 1000.0;
-        let by: [f32; 3] = std::array::from_fn(|_| r.number());
-        ball.parameters = pool.add(&[radius.into()]);
-        ball.frame = Frame::Moved(pool.add(&by.map(PoolNumber::from)));
+        let center: [f32; 3] = std::array::from_fn(|_| r.number());
+        sphere.parameters = pool.add(&[radius.into()]);
+        sphere.transform = PointTransform::Translate(pool.add(&center.map(PoolNumber::from)));
         let kernel = if smooth {
-            Kernel::Quadratic
+            BlendKernel::Quadratic
         } else {
-            Kernel::Hard
+            BlendKernel::Hard
         };
         let list = [1.0, 1.0, 0.5, 0.5].map(PoolNumber::from);
-        ball.place = Place::Blend {
+        sphere.destination = Destination::Blend {
             kernel,
             index: pool.add(&list),
         };
-        // The mirrored point is kept for this ball only: the shape is there on both sides.
+        // The mirrored point is saved for this sphere only, so the sphere has two copies.
         let mirrors = points + level < MAX_POINTS && r.chance(25);
         if mirrors {
             code.push(Instruction {
@@ -153,101 +164,102 @@ fn guarded_balls(
                 ..Instruction::new(Code::Op(Op::Mirror))
             });
         }
-        code.push(ball);
+        code.push(sphere);
         if mirrors {
             code.push(Instruction {
                 pops: 1,
-                ..Instruction::new(Code::Take)
+                ..Instruction::new(Code::Top)
             });
         }
-        for (side, by) in hull.iter_mut().zip(by) {
-            let reach = if mirrors {
-                [-by.abs() - radius, by.abs() + radius]
+        for (extent, center) in hull.iter_mut().zip(center) {
+            let bounds = if mirrors {
+                [-center.abs() - radius, center.abs() + radius]
             } else {
-                [-by - radius, -by + radius]
+                [-center - radius, -center + radius]
             };
-            *side = [side[0].min(reach[0]), side[1].max(reach[1])];
+            *extent = [extent[0].min(bounds[0]), extent[1].max(bounds[1])];
         }
     }
-    let middle = hull.map(|[low, high]| (low + high) / 2.0);
+    let center = hull.map(|[low, high]| (low + high) / 2.0);
     let half = hull.map(|[low, high]| (high - low) / 2.0 + 0.01);
-    // The blends within may be smooth, or those of the guards within.
+    // The blends inside may be smooth, also those of nested guards.
     let volume = [
-        middle[0], middle[1], middle[2], 0.5, half[0], half[1], half[2], 1.0,
+        center[0], center[1], center[2], 0.5, half[0], half[1], half[2], 1.0,
     ];
     let parameters = pool.add(&volume.map(PoolNumber::from));
-    code[at].parameters = parameters;
-    code[at].skips = (code.len() - at - 1) as u32;
+    code[guard_index].parameters = parameters;
+    code[guard_index].skips = (code.len() - guard_index - 1) as u32;
     hull
 }
 
-/// 64 points in the cube from −2 to 2.
-pub fn points(seed: u64) -> [Column; 3] {
+/// Returns 64 points in the cube from −2 to 2.
+pub fn points(seed: u64) -> [F32x64; 3] {
     let mut r = Random::new(seed);
-    std::array::from_fn(|_| Column(std::array::from_fn(|_| r.number())))
+    std::array::from_fn(|_| F32x64(std::array::from_fn(|_| r.number())))
 }
 
-/// One program that runs several one after another and unites what they give: it needs of a kernel
-/// what each of them needs.
-pub fn joined(programs: &[Program]) -> Program {
-    let mut all = Program {
+/// Concatenates programs into one that unites their results.
+///
+/// It has the kernel requirements of each of them.
+pub fn concatenated(programs: &[Program]) -> Program {
+    let mut combined = Program {
         code: Vec::new(),
-        // The first constant makes a blend of two values a hard union.
+        // The first constant turns a blend of two values into a hard union.
         pool: vec![[1.0, 1.0, 0.0, 0.0]],
         patches: Vec::new(),
         slots: 0,
     };
     for program in programs {
-        let by = all.pool.len() as u32;
+        let offset = combined.pool.len() as u32;
         let mut points = 0;
-        for i in &program.code {
-            points = points - i.pops + u8::from(i.push);
-            all.code.push(moved(*i, by));
+        for instruction in &program.code {
+            points = points - instruction.pops + u8::from(instruction.push);
+            combined.code.push(with_pool_offset(*instruction, offset));
         }
-        // Back to where it began, if it kept a point.
-        let place = match all.code.len() > program.code.len() {
-            true => Place::Blend {
-                kernel: Kernel::Hard,
+        // Returns to the initial point, if the program saved points.
+        let destination = match combined.code.len() > program.code.len() {
+            true => Destination::Blend {
+                kernel: BlendKernel::Hard,
                 index: 0,
             },
-            false => Place::Push,
+            false => Destination::Push,
         };
-        all.code.push(Instruction {
+        combined.code.push(Instruction {
             pops: points,
-            place,
-            ..Instruction::new(Code::Take)
+            destination,
+            ..Instruction::new(Code::Top)
         });
-        all.pool.extend(&program.pool);
-        all.slots = all.slots.max(program.slots);
+        combined.pool.extend(&program.pool);
+        combined.slots = combined.slots.max(program.slots);
     }
-    all
+    combined
 }
 
-/// An instruction whose constants lie so many places farther on.
-fn moved(i: Instruction, by: u32) -> Instruction {
+/// Returns an instruction with its pool indices moved by an offset.
+fn with_pool_offset(instruction: Instruction, offset: u32) -> Instruction {
     Instruction {
-        parameters: if i.code.pool_width() > 0 {
-            i.parameters + by
+        parameters: if instruction.code.pool_width() > 0 {
+            instruction.parameters + offset
         } else {
             0
         },
-        frame: match i.frame {
-            Frame::Same => Frame::Same,
-            Frame::Moved(index) => Frame::Moved(index + by),
-            Frame::Mapped(index) => Frame::Mapped(index + by),
+        transform: match instruction.transform {
+            PointTransform::Identity => PointTransform::Identity,
+            PointTransform::Translate(index) => PointTransform::Translate(index + offset),
+            PointTransform::Affine(index) => PointTransform::Affine(index + offset),
         },
-        operands: match i.operands {
+        operands: match instruction.operands {
             Operands::Stack => Operands::Stack,
-            Operands::Left(index) => Operands::Left(index + by),
-            Operands::Right(index) => Operands::Right(index + by),
+            Operands::Left(index) => Operands::Left(index + offset),
+            Operands::Right(index) => Operands::Right(index + offset),
         },
-        place: match i.place {
-            Place::Push => Place::Push,
-            Place::Blend { kernel, index } => Place::Blend {
+        destination: match instruction.destination {
+            Destination::Push => Destination::Push,
+            Destination::Blend { kernel, index } => Destination::Blend {
                 kernel,
-                index: index + by,
+                index: index + offset,
             },
         },
-        ..i
+        ..instruction
     }
 }

@@ -1,78 +1,81 @@
-//! Scenes in several ways of saying the same: the operands of hard unions in another order, and
-//! transforms in between that change nothing.
+//! Random scenes in several equivalent texts: operands of hard unions in another order, and identity
+//! transforms in between.
 
 use crate::random::Random;
 use std::fmt::Write;
 
 /// A shape of a random scene.
 #[derive(Clone, Debug)]
-enum Shape {
-    /// A primitive as it is written.
-    Plain(String),
-    /// A hard union.
-    Union(Vec<Shape>),
+enum RandomShape {
+    /// Primitive, as text.
+    Primitive(String),
+    /// Hard union.
+    Union(Vec<RandomShape>),
     /// Two shapes and the operator between them.
-    Pair(Box<[Shape; 2]>, String),
-    /// A shape and a method that is called on it.
-    Changed(Box<Shape>, String),
+    Pair(Box<[RandomShape; 2]>, String),
+    /// A shape and a method call on it.
+    Transformed(Box<RandomShape>, String),
 }
 
 /// A random scene.
 #[derive(Clone, Debug)]
-pub struct Scene {
-    shape: Shape,
+pub struct RandomScene {
+    shape: RandomShape,
     seed: u64,
 }
 
-/// How a scene is written.
+/// Variation of a scene's text.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Style {
-    /// Hard unions are in another order than they were made.
+pub struct SceneStyle {
+    /// Shuffles the operands of hard unions.
     pub shuffled: bool,
-    /// There are transforms that change nothing.
+    /// Inserts identity transforms.
     pub padded: bool,
 }
 
-/// The scene of a seed: 3 to some 40 primitives.
-pub fn scene(seed: u64) -> Scene {
+/// Generates the scene of a seed, with about 3 to 40 primitives.
+pub fn scene(seed: u64) -> RandomScene {
     let mut r = Random::new(seed);
-    let mut left = 3 + r.below(30);
-    let mut parts = Vec::new();
-    while left > 0 {
-        parts.push(shape(&mut r, 0, &mut left));
+    let mut remaining = 3 + r.below(30);
+    let mut operands = Vec::new();
+    while remaining > 0 {
+        operands.push(shape(&mut r, 0, &mut remaining));
     }
-    Scene {
-        shape: Shape::Union(parts),
+    RandomScene {
+        shape: RandomShape::Union(operands),
         seed,
     }
 }
 
-/// A length from 0.1 to `most`.
-fn length(r: &mut Random, most: f64) -> f64 {
-    0.1 + (most - 0.1) * r.below(1000) as f64 / 1000.0
+/// Returns a length from 0.1 to `max`.
+fn length(r: &mut Random, max: f64) -> f64 {
+    0.1 + (max - 0.1) * r.below(1000) as f64 / 1000.0
 }
 
-fn shape(r: &mut Random, depth: usize, left: &mut usize) -> Shape {
-    *left = left.saturating_sub(1);
-    let kind = if depth > 4 || *left == 0 {
+fn shape(r: &mut Random, depth: usize, remaining: &mut usize) -> RandomShape {
+    *remaining = remaining.saturating_sub(1);
+    let kind = if depth > 4 || *remaining == 0 {
         0
     } else {
         r.below(10)
     };
     match kind {
         0..=3 => {
-            let place = [0; 3].map(|_| r.number());
-            Shape::Changed(
-                Box::new(Shape::Plain(primitive(r))),
-                format!("translate({}, {}, {})", place[0], place[1], place[2]),
+            let position = [0; 3].map(|_| r.number());
+            RandomShape::Transformed(
+                Box::new(RandomShape::Primitive(primitive(r))),
+                format!(
+                    "translate({}, {}, {})",
+                    position[0], position[1], position[2]
+                ),
             )
         }
         4 | 5 => {
             let count = 2 + r.below(4);
-            Shape::Union((0..count).map(|_| shape(r, depth + 1, left)).collect())
+            RandomShape::Union((0..count).map(|_| shape(r, depth + 1, remaining)).collect())
         }
         6 | 7 => {
-            let pair = [0; 2].map(|_| shape(r, depth + 1, left));
+            let pair = [0; 2].map(|_| shape(r, depth + 1, remaining));
             let k = length(r, 0.4);
             let operator = match r.below(8) {
                 0 => "&".to_owned(),
@@ -84,10 +87,10 @@ fn shape(r: &mut Random, depth: usize, left: &mut usize) -> Shape {
                 6 => format!("|[exponential, {k}]"),
                 _ => format!("|[chamfer, {k}]"),
             };
-            Shape::Pair(Box::new(pair), operator)
+            RandomShape::Pair(Box::new(pair), operator)
         }
         _ => {
-            let child = shape(r, depth + 1, left);
+            let child = shape(r, depth + 1, remaining);
             let v = r.number();
             let method = match r.below(9) {
                 0 => format!("translate({v}, {}, 0)", r.number()),
@@ -100,7 +103,7 @@ fn shape(r: &mut Random, depth: usize, left: &mut usize) -> Shape {
                 7 => "displace(fn(p) => 0.03 * sin(7 * p.x) * sin(6 * p.y))".to_owned(),
                 _ => format!("elongate([{}, 0, 0.1])", length(r, 0.5)),
             };
-            Shape::Changed(Box::new(child), method)
+            RandomShape::Transformed(Box::new(child), method)
         }
     }
 }
@@ -121,9 +124,9 @@ fn primitive(r: &mut Random) -> String {
     }
 }
 
-impl Scene {
-    /// The scene as text. Styles mean the same.
-    pub fn text(&self, style: Style) -> String {
+impl RandomScene {
+    /// Returns the scene as text. All styles mean the same.
+    pub fn text(&self, style: SceneStyle) -> String {
         let mut text = String::new();
         let mut r = Random::new(self.seed ^ 0x5eed);
         self.shape.write(&mut text, style, &mut r);
@@ -132,44 +135,44 @@ impl Scene {
     }
 }
 
-impl Shape {
-    fn write(&self, to: &mut String, style: Style, r: &mut Random) {
+impl RandomShape {
+    fn write(&self, output: &mut String, style: SceneStyle, r: &mut Random) {
         match self {
-            Shape::Plain(text) => to.push_str(text),
-            Shape::Union(parts) => {
-                let mut order: Vec<&Shape> = parts.iter().collect();
+            RandomShape::Primitive(text) => output.push_str(text),
+            RandomShape::Union(operands) => {
+                let mut order: Vec<&RandomShape> = operands.iter().collect();
                 if style.shuffled {
-                    for at in (1..order.len()).rev() {
-                        order.swap(at, r.below(at + 1));
+                    for index in (1..order.len()).rev() {
+                        order.swap(index, r.below(index + 1));
                     }
                 }
-                to.push_str("union([");
-                for (at, part) in order.into_iter().enumerate() {
-                    to.push_str(if at > 0 { ", " } else { "" });
-                    part.write(to, style, r);
+                output.push_str("union([");
+                for (index, operand) in order.into_iter().enumerate() {
+                    output.push_str(if index > 0 { ", " } else { "" });
+                    operand.write(output, style, r);
                 }
-                to.push_str("])");
+                output.push_str("])");
             }
-            Shape::Pair(pair, operator) => {
-                to.push('(');
-                pair[0].write(to, style, r);
-                let _ = write!(to, " {operator} ");
-                pair[1].write(to, style, r);
-                to.push(')');
+            RandomShape::Pair(pair, operator) => {
+                output.push('(');
+                pair[0].write(output, style, r);
+                let _ = write!(output, " {operator} ");
+                pair[1].write(output, style, r);
+                output.push(')');
             }
-            Shape::Changed(child, method) => {
-                child.write(to, style, r);
-                let _ = write!(to, ".{method}");
+            RandomShape::Transformed(child, method) => {
+                child.write(output, style, r);
+                let _ = write!(output, ".{method}");
             }
         }
         if style.padded && r.chance(40) {
-            const NOTHING: &[&str] = &[
+            const IDENTITY_TRANSFORMS: &[&str] = &[
                 ".translate(0, 0, 0)",
                 ".rotate(0deg, Y)",
                 ".scale(1)",
                 ".offset(0)",
             ];
-            to.push_str(r.pick(NOTHING));
+            output.push_str(r.pick(IDENTITY_TRANSFORMS));
         }
     }
 }

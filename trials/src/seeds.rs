@@ -1,4 +1,4 @@
-//! What damage begins with: the scenes of the repository, and what they compile to.
+//! Valid inputs to damage: the scenes of the repository and their compiled files.
 
 use sdfc_compiler::compile::{Options, compile};
 use sdfc_compiler::elaborate::{self, elaborate};
@@ -7,30 +7,30 @@ use sdfc_vm::file::encode_file;
 use std::path::Path;
 use std::sync::LazyLock;
 
-/// The texts of `examples/` and `tests/scenes/`, by the names of their files.
+/// Texts of `examples/`, `tests/scenes/` and `lang/tests/scenes/`, by file name.
 pub static TEXTS: LazyLock<Vec<String>> = LazyLock::new(|| {
-    let mut texts = texts_of("../examples");
-    texts.extend(texts_of("../tests/scenes"));
-    texts.extend(texts_of("../lang/tests/scenes"));
+    let mut texts = read_texts("../examples");
+    texts.extend(read_texts("../tests/scenes"));
+    texts.extend(read_texts("../lang/tests/scenes"));
     texts
 });
 
-/// The bytecode of `tests/scenes/`, and of a scene with all kinds of settings.
+/// Bytecode of `tests/scenes/`, and of a scene with all kinds of settings.
 pub static FILES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
-    let mut texts = texts_of("../tests/scenes");
-    texts.push(SETTINGS.to_owned());
-    texts.iter().map(|text| compiled(text)).collect()
+    let mut texts = read_texts("../tests/scenes");
+    texts.push(SETTINGS_SCENE.to_owned());
+    texts.iter().map(|text| compile_text(text)).collect()
 });
 
-/// Texts of clauses, in the form of Fidget and libfive.
+/// Texts of clauses, in the format of Fidget and libfive.
 pub const CLAUSES: &[&str] = &[
     "# a disc\n_0 var-x\n_1 square _0\n_2 var-y\n_3 square _2\n_4 add _1 _3\n_5 sqrt _4\n_6 const 1\n_7 sub _5 _6\n",
     "_0 var-x\n_1 var-y\n_2 var-z\n_3 abs _0\n_4 abs _1\n_5 abs _2\n_6 max _3 _4\n_7 max _6 _5\n_8 const 0.5\n_9 sub _7 _8\n",
     "a var-x\nb var-y\nc var-z\nd sin a\ne cos b\nf mul d e\ng exp c\nh recip g\ni atan2 f h\nj min i a\nk const -0.25\nl max j k\nm compare l b\nn mod m c\no pow n a\np floor o\nq round p\nr ceil q\ns and r a\nt or s b\nu not t\nv ln u\nw tan v\nx asin w\ny acos x\nz atan y\nzz div z a\nzzz neg zz\n",
 ];
 
-/// Every kind of setting, and a parameter of every kind.
-const SETTINGS: &str = "
+/// A scene with every kind of setting and of parameter.
+const SETTINGS_SCENE: &str = "
 scene { units: cm, up: z }
 param r = 0.5 in 0.1..=1;
 param n: int = 3 in 1..=5;
@@ -51,7 +51,7 @@ part whole = union(for i in 0..n { sphere(r).translate(i * 0.6, 0, 0) }, smooth:
 (if on { whole.material(spots) } else { box(r) }) | box(0.3).translate(at + [0, 0, sin(time)]).color(tint)
 ";
 
-fn texts_of(folder: &str) -> Vec<String> {
+fn read_texts(folder: &str) -> Vec<String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let entries = std::fs::read_dir(&folder).expect("the folder can be read");
     let mut paths: Vec<_> = entries
@@ -63,13 +63,13 @@ fn texts_of(folder: &str) -> Vec<String> {
     paths.into_iter().map(read).collect()
 }
 
-/// The bytes of a scene that is well.
-fn compiled(text: &str) -> Vec<u8> {
+/// Compiles a valid scene to bytes.
+fn compile_text(text: &str) -> Vec<u8> {
     let mut sources = Sources::new();
     let file = sources.add("seed", text);
-    let (scene, found) = elaborate(&mut sources, file, &elaborate::Options::default());
-    let scene = scene.unwrap_or_else(|| panic!("{found:?}\n{text}"));
-    let (compiled, found) = compile(scene, &Options::default());
-    let compiled = compiled.unwrap_or_else(|| panic!("{found:?}\n{text}"));
-    encode_file(&compiled.module)
+    let (scene, diagnostics) = elaborate(&mut sources, file, &elaborate::Options::default());
+    let scene = scene.unwrap_or_else(|| panic!("{diagnostics:?}\n{text}"));
+    let (compile_text, diagnostics) = compile(scene, &Options::default());
+    let compile_text = compile_text.unwrap_or_else(|| panic!("{diagnostics:?}\n{text}"));
+    encode_file(&compile_text.module)
 }

@@ -1,55 +1,55 @@
-//! Random shapes as texts: every primitive, combination and change of the language.
+//! Random shapes as texts: every primitive, combination and transform of the language.
 //!
-//! Lengths are multiples of 1/64, which `f32` holds exactly, and about as large as a unit. Some are
-//! degenerate on purpose: zero where that is allowed, as large as fits, or equal to each other.
+//! Lengths are multiples of 1/64, which `f32` represents exactly, and about as large as a unit. Some are
+//! degenerate on purpose: zero where that is allowed, the largest that fits, or equal to each other.
 
 use crate::random::Random;
 
-/// The denominator of all lengths.
+/// Denominator of all lengths.
 const LENGTH_STEPS_PER_UNIT: f64 = 64.0;
-/// The chance of a degenerate number, in percent.
+/// Probability of a degenerate number, in percent.
 const DEGENERATE_PERCENT: usize = 12;
 
-/// A multiple of 1/64 between two lengths.
-pub fn length(r: &mut Random, least: f64, most: f64) -> f64 {
-    let steps = ((most - least) * LENGTH_STEPS_PER_UNIT) as usize;
-    least + r.below(steps + 1) as f64 / LENGTH_STEPS_PER_UNIT
+/// Returns a multiple of 1/64 between two lengths.
+pub fn length(r: &mut Random, min: f64, max: f64) -> f64 {
+    let steps = ((max - min) * LENGTH_STEPS_PER_UNIT) as usize;
+    min + r.below(steps + 1) as f64 / LENGTH_STEPS_PER_UNIT
 }
 
-/// A length that may be zero.
-fn length_or_zero(r: &mut Random, most: f64) -> f64 {
+/// Returns a length that may be zero.
+fn length_or_zero(r: &mut Random, max: f64) -> f64 {
     if r.chance(DEGENERATE_PERCENT) {
         return 0.0;
     }
-    length(r, 1.0 / LENGTH_STEPS_PER_UNIT, most)
+    length(r, 1.0 / LENGTH_STEPS_PER_UNIT, max)
 }
 
-/// A rounding between zero and the most that fits, either end included.
-fn rounding(r: &mut Random, most: f64) -> f64 {
+/// Returns a rounding radius between zero and the largest that fits, both included.
+fn rounding(r: &mut Random, max: f64) -> f64 {
     match r.below(6) {
-        0 => most,
+        0 => max,
         1 => 0.0,
-        _ => most * r.below(64) as f64 / 64.0,
+        _ => max * r.below(64) as f64 / 64.0,
     }
 }
 
-/// A vector whose components have a sign.
-fn vector(r: &mut Random, most: f64) -> [f64; 3] {
-    [0; 3].map(|_| length(r, -most, most))
+/// Returns a vector with signed components.
+fn vector(r: &mut Random, max: f64) -> [f64; 3] {
+    [0; 3].map(|_| length(r, -max, max))
 }
 
-/// A vector that is not zero.
+/// Returns a nonzero vector.
 fn direction(r: &mut Random) -> [f64; 3] {
     let v = vector(r, 1.0);
     if v == [0.0; 3] { [0.0, 1.0, 0.0] } else { v }
 }
 
-/// A whole number of degrees.
-fn degrees(r: &mut Random, least: usize, most: usize) -> usize {
-    least + r.below(most - least + 1)
+/// Returns an integer number of degrees.
+fn degrees(r: &mut Random, min: usize, max: usize) -> usize {
+    min + r.below(max - min + 1)
 }
 
-/// A solid whose row promises exact distances everywhere, centred near the origin.
+/// Returns a solid with exact distances everywhere by its row, centered near the origin.
 pub fn exact_solid(r: &mut Random) -> String {
     let [a, b, c] = [0; 3].map(|_| length(r, 0.125, 0.875));
     match r.below(17) {
@@ -100,8 +100,8 @@ pub fn exact_solid(r: &mut Random) -> String {
     }
 }
 
-/// A figure whose row promises exact distances everywhere.
-pub fn exact_figure(r: &mut Random) -> String {
+/// Returns a 2-D shape with exact distances everywhere by its row.
+pub fn exact_shape_2d(r: &mut Random) -> String {
     let [a, b] = [0; 2].map(|_| length(r, 0.125, 0.875));
     match r.below(7) {
         0 => format!("circle({a})"),
@@ -115,24 +115,25 @@ pub fn exact_figure(r: &mut Random) -> String {
         5 => format!("star({}, {a}, {b})", 2 + r.below(6)),
         _ => {
             let count = 3 + r.below(4);
-            let corner = |at: usize| {
-                let (sine, cosine) = (std::f64::consts::TAU * at as f64 / count as f64).sin_cos();
-                let away = length(r, 0.25, 0.75);
-                [cosine * away, sine * away]
+            let corner = |index: usize| {
+                let (sine, cosine) =
+                    (std::f64::consts::TAU * index as f64 / count as f64).sin_cos();
+                let distance = length(r, 0.25, 0.75);
+                [cosine * distance, sine * distance]
             };
             polygon((0..count).map(corner).collect())
         }
     }
 }
 
-/// A polygon whose sides may cross each other.
+/// Returns a polygon whose sides may cross each other.
 pub fn crossing_polygon(r: &mut Random) -> String {
     let count = 3 + r.below(4);
     let corners = (0..count).map(|_| [length(r, -0.75, 0.75), length(r, -0.75, 0.75)]);
     polygon(corners.collect())
 }
 
-/// The polygon of these corners, on multiples of 1/64.
+/// Returns the polygon of these corners, rounded to multiples of 1/64.
 fn polygon(corners: Vec<[f64; 2]>) -> String {
     let rounded = |v: f64| (v * LENGTH_STEPS_PER_UNIT).round() / LENGTH_STEPS_PER_UNIT;
     let corners: Vec<_> = corners
@@ -142,7 +143,7 @@ fn polygon(corners: Vec<[f64; 2]>) -> String {
     format!("polygon({corners:?})")
 }
 
-/// A solid whose row promises a bound, or exact distances outside only.
+/// Returns a solid whose row promises a bound, or exact distances outside only.
 fn bound_solid(r: &mut Random) -> String {
     let [a, b, c] = [0; 3].map(|_| length(r, 0.25, 0.875));
     match r.below(8) {
@@ -155,14 +156,14 @@ fn bound_solid(r: &mut Random) -> String {
         6 => format!("(diamond({a}, {}) & box({b}, {c}, 1))", a / 8.0),
         _ => format!(
             "{}.extrude({a}, round: {})",
-            exact_figure(r),
+            exact_shape_2d(r),
             rounding(r, a / 2.0)
         ),
     }
 }
 
-/// A solid without an end, cut or not.
-fn endless_solid(r: &mut Random) -> String {
+/// Returns an unbounded solid, half of the time cut by a sphere.
+fn unbounded_solid(r: &mut Random) -> String {
     let solid = match r.below(3) {
         0 => format!("plane({:?}, at: {})", direction(r), length(r, -0.5, 0.5)),
         1 => format!("slab({:?}, {})", direction(r), length(r, 0.125, 0.75)),
@@ -174,7 +175,7 @@ fn endless_solid(r: &mut Random) -> String {
     }
 }
 
-/// A field that someone writes: no slope is stated, or one that holds.
+/// Returns a user-defined field without a stated slope bound.
 fn field(r: &mut Random) -> String {
     let (a, b) = (length(r, 0.25, 1.0), length(r, 0.25, 2.0));
     let w = length(r, 1.0, 9.0);
@@ -196,25 +197,25 @@ fn field(r: &mut Random) -> String {
             "if p.y > 0 {{ length(p) - {a} }} else {{ max(length(p.xz) - {a}, -p.y - {b}) }}"
         ),
     };
-    let ends = match r.below(4) {
+    let arguments = match r.below(4) {
         0 => "",
         1 => ", within: 2.5",
         _ => ", within: 4",
     };
-    format!("field(fn(p) => {formula}{ends})")
+    format!("field(fn(p) => {formula}{arguments})")
 }
 
-/// A random shape, nested at most `depth` deep.
+/// Returns a random shape, nested at most `depth` deep.
 pub fn solid(r: &mut Random, depth: usize) -> String {
     if depth == 0 || r.chance(15) {
         let shape = match r.below(10) {
             0..=5 => exact_solid(r),
             6 | 7 => bound_solid(r),
             8 => field(r),
-            _ => endless_solid(r),
+            _ => unbounded_solid(r),
         };
         return match r.chance(50) {
-            true => format!("{shape}.translate({})", listed(vector(r, 0.75))),
+            true => format!("{shape}.translate({})", format_arguments(vector(r, 0.75))),
             false => shape,
         };
     }
@@ -229,13 +230,13 @@ pub fn solid(r: &mut Random, depth: usize) -> String {
         };
     }
     let child = match r.below(12) {
-        0 => return from_figure(r),
+        0 => return solid_from_shape_2d(r),
         _ => solid(r, depth - 1),
     };
-    format!("{child}.{}", change(r))
+    format!("{child}.{}", transform(r))
 }
 
-/// An operator between two shapes.
+/// Returns an operator between two shapes.
 fn operator(r: &mut Random) -> String {
     let k = length_or_zero(r, 0.4);
     let set = r.pick(&["|", "&", "-"]);
@@ -252,34 +253,34 @@ fn operator(r: &mut Random) -> String {
     }
 }
 
-/// A solid made of a figure.
-fn from_figure(r: &mut Random) -> String {
-    let mut figure = exact_figure(r);
+/// Returns a solid made from a 2-D shape.
+fn solid_from_shape_2d(r: &mut Random) -> String {
+    let mut shape_2d = exact_shape_2d(r);
     if r.chance(40) {
-        let other = exact_figure(r);
-        figure = format!(
-            "({figure} {} {other})",
+        let other = exact_shape_2d(r);
+        shape_2d = format!(
+            "({shape_2d} {} {other})",
             r.pick(&["|", "&", "-", "|[0.125]"])
         );
     }
     let a = length(r, 0.125, 1.0);
     match r.below(5) {
-        0 | 1 => format!("{figure}.extrude({a})"),
-        2 => format!("{figure}.extrude({a}, round: {})", rounding(r, a / 2.0)),
-        3 => format!("{figure}.revolve(offset: {})", length(r, 0.0, 1.0)),
+        0 | 1 => format!("{shape_2d}.extrude({a})"),
+        2 => format!("{shape_2d}.extrude({a}, round: {})", rounding(r, a / 2.0)),
+        3 => format!("{shape_2d}.revolve(offset: {})", length(r, 0.0, 1.0)),
         _ => format!(
-            "{figure}.revolve(offset: {a}, angle: {}deg)",
+            "{shape_2d}.revolve(offset: {a}, angle: {}deg)",
             degrees(r, 1, 360)
         ),
     }
 }
 
-/// A method that changes a shape.
-fn change(r: &mut Random) -> String {
+/// Returns a method that transforms a shape.
+fn transform(r: &mut Random) -> String {
     let (a, b) = (length(r, 0.0625, 1.0), length(r, 0.5, 2.0));
     let axes = r.pick(&["[1, 0, 0]", "[0, 1, 0]", "[1, 0, 1]", "[1, 1, 1]"]);
     match r.below(27) {
-        0 | 1 => format!("translate({})", listed(vector(r, 1.0))),
+        0 | 1 => format!("translate({})", format_arguments(vector(r, 1.0))),
         2 | 3 => format!("rotate({}deg, {:?})", degrees(r, 0, 360), direction(r)),
         4 => format!("scale({b})"),
         5 => format!(
@@ -339,7 +340,7 @@ fn change(r: &mut Random) -> String {
     }
 }
 
-/// A change of space.
+/// Returns a warp of space.
 fn warp(r: &mut Random) -> String {
     let (a, b, w) = (
         length(r, 0.0625, 0.5),
@@ -371,7 +372,7 @@ fn warp(r: &mut Random) -> String {
     }
 }
 
-/// Numbers as arguments of a call.
-fn listed(v: [f64; 3]) -> String {
+/// Formats numbers as arguments of a call.
+fn format_arguments(v: [f64; 3]) -> String {
     format!("{}, {}, {}", v[0], v[1], v[2])
 }

@@ -1,54 +1,56 @@
-//! One operation on one number type: the dispatch that evaluation and recording share.
+//! One operation on one number type: the dispatch that evaluation and recording use.
 
-use crate::branching::Branching;
+use crate::branching::BranchInterval;
 use crate::dual::{Dual, DualVec2, DualVec3};
 use crate::interval::{FloatInterval, Interval};
 use crate::ops::{combine, dimension, distance, domain, math, shapes, shapes2};
 use crate::real::{Real, Vector2, Vector3, lit};
-use crate::record::{Function, Range, Recorded, Scalar, Signature, Vec2, Vec3, record};
-use crate::rounding::Rounded;
+use crate::record::{
+    Recorded, RecordedFunction, RecordedInterval, Scalar, Signature, Vec2, Vec3, record,
+};
+use crate::rounding::RunningError;
 use crate::row::align;
 use crate::table::{Op, for_each_operation};
 use crate::vector::{V2, V3};
 
-/// What an operation gave.
+/// The result of an operation.
 #[derive(Clone, Copy, Debug)]
-pub enum Applied<R: Real> {
+pub enum OpResult<R: Real> {
     /// A value.
     Value(R),
     /// A new current point.
     Point(R::Vec3),
 }
 
-/// Runs one operation on one point: `values` are its operands, as many as its row says;
-/// `constants` its parameters, laid out as [`crate::row::Row::offsets`] says.
-pub fn apply<R: Apply>(op: Op, p: R::Vec3, values: [R; 3], constants: &[f32]) -> Applied<R> {
+/// Runs one operation on one point. `values` are its operands, as many as the row's arity. `constants` are
+/// its parameters in the layout of [`crate::row::Row::offsets`].
+pub fn apply<R: Apply>(op: Op, p: R::Vec3, values: [R; 3], constants: &[f32]) -> OpResult<R> {
     R::apply(op, p, values, constants)
 }
 
-/// The number types that all operations are compiled for, here and not in each crate that uses
-/// them: there are more than a hundred bodies.
+/// The number types that all operations are compiled for. They are compiled here and not in each crate that
+/// uses them, since there are more than a hundred bodies.
 pub trait Apply: Real {
-    /// See [`apply`].
-    fn apply(op: Op, p: Self::Vec3, values: [Self; 3], constants: &[f32]) -> Applied<Self>;
+    /// Runs one operation; see [`apply`].
+    fn apply(op: Op, p: Self::Vec3, values: [Self; 3], constants: &[f32]) -> OpResult<Self>;
 }
 
-macro_rules! apply_on {
+macro_rules! impl_apply_for {
     ($($number:ty),+) => {
         $(impl Apply for $number {
-            fn apply(op: Op, p: Self::Vec3, v: [Self; 3], k: &[f32]) -> Applied<Self> {
-                apply_body(op, p, v, Parameters::new(k))
+            fn apply(op: Op, p: Self::Vec3, v: [Self; 3], k: &[f32]) -> OpResult<Self> {
+                apply_body(op, p, v, ParameterReader::new(k))
             }
         })+
     };
 }
-apply_on!(
+impl_apply_for!(
     f32,
     f64,
     Interval,
-    Branching,
+    BranchInterval,
     FloatInterval,
-    Rounded,
+    RunningError,
     Dual<f32>,
     Dual<f64>,
     Dual<Interval>,
@@ -57,36 +59,36 @@ apply_on!(
 
 /// Runs one operation on numbers that need no constants: `parameters` are those of the row, in order and
 /// without gaps.
-pub fn apply_numbers<R: Real>(op: Op, p: R::Vec3, values: [R; 3], parameters: &[R]) -> Applied<R> {
+pub fn apply_numbers<R: Real>(op: Op, p: R::Vec3, values: [R; 3], parameters: &[R]) -> OpResult<R> {
     apply_body(op, p, values, parameters)
 }
 
-/// Gives the parameters of an operation, in order.
-trait TakeParameters<R: Real> {
-    /// The next one.
+/// A source of an operation's parameters, in order.
+trait ParameterSource<R: Real> {
+    /// Returns the next number.
     fn scalar(&mut self) -> R;
-    /// The next two.
+    /// Returns the next two numbers.
     fn vec2(&mut self) -> R::Vec2;
-    /// The next three.
+    /// Returns the next three numbers.
     fn vec3(&mut self) -> R::Vec3;
 }
 
-impl<R: Real> TakeParameters<R> for Parameters<'_> {
+impl<R: Real> ParameterSource<R> for ParameterReader<'_> {
     #[inline(always)]
     fn scalar(&mut self) -> R {
-        Parameters::scalar(self)
+        ParameterReader::scalar(self)
     }
     #[inline(always)]
     fn vec2(&mut self) -> R::Vec2 {
-        Parameters::vec2::<R>(self)
+        ParameterReader::vec2::<R>(self)
     }
     #[inline(always)]
     fn vec3(&mut self) -> R::Vec3 {
-        Parameters::vec3::<R>(self)
+        ParameterReader::vec3::<R>(self)
     }
 }
 
-impl<R: Real> TakeParameters<R> for &[R] {
+impl<R: Real> ParameterSource<R> for &[R] {
     fn scalar(&mut self) -> R {
         let (&first, rest) = self.split_first().unwrap_or((&lit(0.0), self));
         *self = rest;
@@ -103,20 +105,23 @@ impl<R: Real> TakeParameters<R> for &[R] {
 }
 
 /// Reads an operation's parameters from its constants, in order.
-pub(crate) struct Parameters<'a> {
+pub(crate) struct ParameterReader<'a> {
     constants: &'a [f32],
-    at: usize,
+    position: usize,
 }
 
-impl<'a> Parameters<'a> {
+impl<'a> ParameterReader<'a> {
     pub(crate) fn new(constants: &'a [f32]) -> Self {
-        Self { constants, at: 0 }
+        Self {
+            constants,
+            position: 0,
+        }
     }
     #[inline(always)]
     fn take(&mut self, width: usize) -> &'a [f32] {
-        let start = align(self.at, width);
-        self.at = start + width;
-        &self.constants[start..self.at]
+        let start = align(self.position, width);
+        self.position = start + width;
+        &self.constants[start..self.position]
     }
     #[inline(always)]
     pub(crate) fn scalar<R: Real>(&mut self) -> R {
@@ -135,7 +140,7 @@ impl<'a> Parameters<'a> {
     }
 }
 
-/// One parameter, by its type.
+/// Reads one parameter, by its type.
 macro_rules! read_parameter {
     ($k:ident, $R:ty, Scalar) => {
         $k.scalar::<$R>()
@@ -149,7 +154,7 @@ macro_rules! read_parameter {
 }
 pub(crate) use read_parameter;
 
-/// The next parameter, by its type.
+/// Takes the next parameter, by its type.
 macro_rules! take_parameter {
     ($k:ident, Scalar) => {
         $k.scalar()
@@ -187,19 +192,20 @@ macro_rules! define_apply {
             op: Op,
             p: R::Vec3,
             values: [R; 3],
-            mut parameters: impl TakeParameters<R>,
-        ) -> Applied<R> {
+            mut parameters: impl ParameterSource<R>,
+        ) -> OpResult<R> {
             match op {
                 $(Op::$name => {
-                    // A function of its own: compilers take minutes for one that holds all bodies.
+                    // One function per operation: compilers take minutes for one function that contains all
+                    // bodies.
                     #[inline(never)]
                     #[allow(unused_mut, unused_variables, unused_assignments, reason = "rows differ in what they read")]
                     fn apply_row<R: Real>(
                         p: R::Vec3,
                         mut v: [R; 3],
-                        k: &mut impl TakeParameters<R>,
-                    ) -> Applied<R> {
-                        Applied::$output($module::$body::<R>(
+                        k: &mut impl ParameterSource<R>,
+                    ) -> OpResult<R> {
+                        OpResult::$output($module::$body::<R>(
                             $(read_input!(p, v, $kind),)*
                             $(take_parameter!(k, $ty)),*
                         ))
@@ -209,7 +215,7 @@ macro_rules! define_apply {
             }
         }
 
-        fn record_on<R: Recordable>(op: Op, name: &str) -> Function
+        fn record_on<R: Recordable>(op: Op, name: &str) -> RecordedFunction
         where
             R::Vec3: Recorded,
         {
@@ -254,19 +260,19 @@ impl Recordable for Dual<Scalar> {
     }
 }
 
-impl Recordable for Range {
+impl Recordable for RecordedInterval {
     fn scalar(s: &mut Signature, name: &str) -> Self {
-        Range::point(s.parameter(name))
+        RecordedInterval::point(s.parameter(name))
     }
-    fn vec2(s: &mut Signature, name: &str) -> V2<Range> {
+    fn vec2(s: &mut Signature, name: &str) -> V2<RecordedInterval> {
         let v: Vec2 = s.parameter(name);
         V2 {
-            x: Range::point(v.x()),
-            y: Range::point(v.y()),
+            x: RecordedInterval::point(v.x()),
+            y: RecordedInterval::point(v.y()),
         }
     }
-    fn vec3(s: &mut Signature, name: &str) -> V3<Range> {
-        Range::points(s.parameter(name))
+    fn vec3(s: &mut Signature, name: &str) -> V3<RecordedInterval> {
+        RecordedInterval::points(s.parameter(name))
     }
 }
 
@@ -296,31 +302,30 @@ macro_rules! record_parameter {
 
 for_each_operation!(define_apply);
 
-/// The name of an operation's WGSL function; the prefix keeps it apart from WGSL's own words.
+/// Returns the name of an operation's WGSL function; the prefix avoids clashes with WGSL's own names.
 pub fn wgsl_name(op: Op) -> String {
     format!("sdf_{}", op.row().name)
 }
 
-/// The operation's body as the WGSL function [`wgsl_name`]: inputs first, then parameters.
-pub fn record_value(op: Op) -> Function {
+/// Records the operation's body as the WGSL function [`wgsl_name`]: inputs first, then parameters.
+pub fn record_value(op: Op) -> RecordedFunction {
     record_on::<Scalar>(op, &wgsl_name(op))
 }
 
-/// The operation's body with its gradient, as a WGSL function of the same name with `_gradient`
-/// behind it: values are `vec4f`
-/// with the gradient in `xyz`, points are `DualPoint`, parameters are plain.
-pub fn record_gradient(op: Op) -> Function {
+/// Records the operation's body with its gradient, as a WGSL function with the suffix `_gradient`. Values
+/// are `vec4f` with the gradient in `xyz`, points are `DualPoint`, parameters are plain.
+pub fn record_gradient(op: Op) -> RecordedFunction {
     record_on::<Dual<Scalar>>(op, &format!("{}_gradient", wgsl_name(op)))
 }
 
-/// The operation's body on intervals, as a WGSL function of the same name with `_interval` behind it:
-/// values are `vec2f`, the ends, points are `BoxPoint`, parameters are plain.
-pub fn record_interval(op: Op) -> Function {
-    record_on::<Range>(op, &format!("{}_interval", wgsl_name(op)))
+/// Records the operation's body on intervals, as a WGSL function with the suffix `_interval`. Values are
+/// `vec2f` of the ends, points are `BoxPoint`, parameters are plain.
+pub fn record_interval(op: Op) -> RecordedFunction {
+    record_on::<RecordedInterval>(op, &format!("{}_interval", wgsl_name(op)))
 }
 
-/// Numbers without gaps, laid out with the gaps that [`crate::row::Row::offsets`] wants.
-pub fn laid_out(op: Op, numbers: &[f64]) -> Vec<f32> {
+/// Packs numbers without gaps into the aligned layout of [`crate::row::Row::offsets`].
+pub fn pack_parameters(op: Op, numbers: &[f64]) -> Vec<f32> {
     let row = op.row();
     let mut laid = vec![0.0; row.parameter_width()];
     let mut numbers = numbers.iter();

@@ -1,11 +1,10 @@
 //! Axis-aligned bounding boxes, finite or not.
 
-/// A box that holds a solid; empty if a lower corner exceeds the upper one, infinite where a
-/// coordinate is.
+/// A bounding box of a solid. It is empty if a lower corner exceeds the upper one, and may be infinite.
 ///
-/// An empty box still says where its shape's distance is small: two balls that do not touch have
-/// nothing in common, yet between them the distance to "both" is less than anywhere else, and a
-/// blend may fill the gap. Growing such a box by half its gap makes it a box of one point.
+/// An empty box still marks the region where its shape's distance is small. Two disjoint spheres have an
+/// empty intersection, yet the distance of the intersection is smallest between them, and a blend may fill
+/// the gap. Growing such a box by half its gap reduces it to a single point.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Bounds {
     /// The lower corner.
@@ -16,36 +15,36 @@ pub struct Bounds {
 
 impl Bounds {
     /// All of space.
-    pub const EVERYTHING: Self = Self {
+    pub const ALL_SPACE: Self = Self {
         min: [f64::NEG_INFINITY; 3],
         max: [f64::INFINITY; 3],
     };
-    /// Nothing.
+    /// The empty box that stays empty when it grows.
     pub const EMPTY: Self = Self {
         min: [f64::INFINITY; 3],
         max: [f64::NEG_INFINITY; 3],
     };
 
-    /// The box from `-half` to `half`.
+    /// Creates the box from `-half` to `half`.
     pub fn centred(half: [f64; 3]) -> Self {
         Self {
             min: half.map(|h| -h),
             max: half,
         }
     }
-    /// The box around a ball at the origin.
-    pub fn ball(r: f64) -> Self {
+    /// Creates the box around a sphere at the origin.
+    pub fn sphere(r: f64) -> Self {
         Self::centred([r; 3])
     }
-    /// Whether nothing is inside.
+    /// Reports whether the box contains no point.
     pub fn is_empty(&self) -> bool {
         (0..3).any(|i| self.min[i] > self.max[i])
     }
-    /// Whether all corners are finite and there is something inside.
+    /// Reports whether all corners are finite and the box is not empty.
     pub fn is_finite(&self) -> bool {
         !self.is_empty() && self.min.iter().chain(&self.max).all(|v| v.is_finite())
     }
-    /// The smallest box around both.
+    /// Returns the smallest box around both.
     pub fn hull(&self, other: &Self) -> Self {
         let mut hull = *self;
         for i in 0..3 {
@@ -54,8 +53,8 @@ impl Bounds {
         }
         hull
     }
-    /// What both have in common.
-    pub fn common(&self, other: &Self) -> Self {
+    /// Returns the intersection of both.
+    pub fn intersection(&self, other: &Self) -> Self {
         let mut common = *self;
         for i in 0..3 {
             common.min[i] = self.min[i].max(other.min[i]);
@@ -63,11 +62,11 @@ impl Bounds {
         }
         common
     }
-    /// Whether it is as empty as [`Self::EMPTY`]: no growth puts anything inside.
+    /// Reports whether the box is as empty as [`Self::EMPTY`]: it stays empty when it grows.
     pub fn is_void(&self) -> bool {
         (0..3).any(|i| self.min[i] == f64::INFINITY || self.max[i] == f64::NEG_INFINITY)
     }
-    /// Grown by `by` on every side.
+    /// Returns the box grown by `by` on every side.
     pub fn grown(&self, by: f64) -> Self {
         if self.is_void() {
             return *self;
@@ -77,26 +76,26 @@ impl Bounds {
             max: self.max.map(|v| v + by),
         }
     }
-    /// With a point inside.
+    /// Returns the smallest box around this one and a point.
     pub fn including(&self, p: [f64; 3]) -> Self {
         self.hull(&Self { min: p, max: p })
     }
-    /// A point of the box, by its number in a sequence of low discrepancy; of a finite box only.
+    /// Returns a point of a finite box, by its index in a low-discrepancy sequence.
     ///
-    /// Its steps are powers of the number whose fourth power is one more than it (M. Roberts, *The Unreasonable
-    /// Effectiveness of Quasirandom Sequences*, 2018).
-    pub fn spread(&self, number: u32) -> [f64; 3] {
+    /// Its steps are powers of 1/φ, where φ⁴ = φ + 1 (M. Roberts, *The Unreasonable Effectiveness of
+    /// Quasirandom Sequences*, 2018).
+    pub fn quasi_random_point(&self, number: u32) -> [f64; 3] {
         let steps = [
             0.819_172_513_396_164_4,
             0.671_043_606_703_789_2,
             0.549_700_477_901_97,
         ];
         std::array::from_fn(|axis| {
-            let share = (f64::from(number) * steps[axis]).fract();
-            self.min[axis] + (self.max[axis] - self.min[axis]) * share
+            let fraction = (f64::from(number) * steps[axis]).fract();
+            self.min[axis] + (self.max[axis] - self.min[axis]) * fraction
         })
     }
-    /// The eight corners.
+    /// Returns the eight corners.
     pub fn corners(&self) -> [[f64; 3]; 8] {
         std::array::from_fn(|i| {
             std::array::from_fn(|axis| {
@@ -108,23 +107,24 @@ impl Bounds {
             })
         })
     }
-    /// The middle.
+    /// Returns the centre.
     pub fn centre(&self) -> [f64; 3] {
         std::array::from_fn(|i| (self.min[i] + self.max[i]) / 2.0)
     }
-    /// The distance from the middle to a corner.
+    /// Returns the distance from the centre to a corner.
     pub fn half_diagonal(&self) -> f64 {
         (0..3)
             .map(|i| ((self.max[i] - self.min[i]) / 2.0).powi(2))
             .sum::<f64>()
             .sqrt()
     }
-    /// The largest distance of a point inside from the y axis.
-    pub fn reach_from_y(&self) -> f64 {
+    /// Returns the largest distance of a point inside from the y axis.
+    pub fn radius_about_y(&self) -> f64 {
         let reach = |i: usize| self.min[i].abs().max(self.max[i].abs());
         reach(0).hypot(reach(2))
     }
-    /// The box of all points `m · p + t` for `p` inside; rows of `m` with `t` behind each.
+    /// Returns a bounding box of all points `m · p + t` for `p` inside; `t` is the fourth column of the
+    /// rows.
     pub fn mapped(&self, rows: &[[f64; 4]; 3]) -> Self {
         if self.is_void() {
             return *self;
@@ -137,7 +137,7 @@ impl Bounds {
             let is_single = factors.clone().count() == 1;
             for (i, factor) in factors {
                 let (a, b) = (factor * self.min[i], factor * self.max[i]);
-                // Empty sides stay empty where they stay apart from others.
+                // An empty side of a single axis stays empty.
                 let is_turned = if is_single { *factor < 0.0 } else { a > b };
                 let (a, b) = if is_turned { (b, a) } else { (a, b) };
                 lo += a;

@@ -1,130 +1,130 @@
-//! Intervals that look at both sides of a jump.
+//! Intervals that evaluate both sides of a discontinuity.
 //!
-//! On a box that a seam of a repetition runs through, the floor of a coordinate is known to be one
-//! of two numbers, but an [`Interval`] can only say that it lies between them, and what is computed
-//! from that tells nothing, however small the box is. A [`Branching`] is an interval whose floors
-//! and selections are *taken*, one way after the other: [`explore`] runs a computation once for
-//! each way and gives the hull of all results.
+//! On a box that contains a cell boundary of a repetition, the floor of a coordinate is one of two
+//! integers. An [`Interval`] can only represent the range between them, and results computed from that
+//! range are useless, however small the box is. A [`BranchInterval`] is an interval whose floors and
+//! selections are *decided*, one alternative after another: [`eval_all_branches`] runs a computation once
+//! per combination of decisions and returns the hull of all results.
 //!
-//! What is asked twice must be answered alike: the eight neighbours of a cell ask for the same
-//! floor. So every number carries an identity, a hash of how it was computed from coordinates and
-//! constants. Equal identities mean equal formulas (but for collisions of 64 bits), and therefore
-//! equal answers. Where more than [`MOST`] questions are open, the rest are answered by hulls, as
-//! intervals do; every result holds, whatever was answered how.
+//! Equal decisions must have equal results: the eight neighbours of a cell use the same floor. So every
+//! number has an identity, a hash of its expression over coordinates and constants. Equal identities mean
+//! equal expressions (except for collisions of 64 bits), and therefore equal results. At most
+//! [`MAX_OPEN_BRANCHES`] decisions are enumerated. Further ones use hulls, as intervals do. Every result is
+//! a valid bound in any case.
 
-use crate::interval::{Interval, Known};
+use crate::interval::{Interval, Tristate};
 use crate::real::{Real, lit};
 use crate::vector::{V2, V3};
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// How many questions are answered both ways at once; [`explore`] runs at most `2^MOST` times.
-pub const MOST: usize = 8;
+/// Maximum number of enumerated decisions; [`eval_all_branches`] runs at most `2^MAX_OPEN_BRANCHES` times.
+pub const MAX_OPEN_BRANCHES: usize = 8;
 
-/// An interval with the identity of its formula.
+/// An interval with the identity of its expression.
 #[derive(Clone, Copy, Debug)]
-pub struct Branching {
-    /// What it lies between.
+pub struct BranchInterval {
+    /// The range of the value.
     pub range: Interval,
     identity: u64,
 }
 
-/// What is known of a comparison, with its identity.
+/// The three-valued result of a comparison, with its identity.
 #[derive(Clone, Copy, Debug)]
-pub struct Condition {
-    known: Known,
+pub struct BranchCondition {
+    known: Tristate,
     identity: u64,
 }
 
-impl Condition {
-    /// The same, of which the answer is known, if it is.
-    fn answered(self, answer: Option<bool>) -> Self {
-        let known = answer.map_or(self.known, |holds| Known {
-            may: holds,
-            may_not: !holds,
+impl BranchCondition {
+    /// Returns the condition with this result, if there is one.
+    fn decided(self, answer: Option<bool>) -> Self {
+        let known = answer.map_or(self.known, |holds| Tristate {
+            can_be_true: holds,
+            can_be_false: !holds,
         });
         Self { known, ..self }
     }
 }
 
-/// The answers of the present run.
-struct Answers {
-    /// Questions that were answered, by identity.
-    given: Vec<(u64, bool)>,
-    /// How many may be.
-    most: usize,
-    /// How often a hull stood for an answer.
-    hulls: u64,
+/// The decisions of the current run.
+struct Decisions {
+    /// The decisions made so far, by identity.
+    made: Vec<(u64, bool)>,
+    /// Maximum number of decisions.
+    limit: usize,
+    /// Number of undecided branches that used a hull.
+    undecided: u64,
 }
 
 thread_local! {
-    static ANSWERS: RefCell<Answers> = const {
-        RefCell::new(Answers { given: Vec::new(), most: 0, hulls: 0 })
+    static ANSWERS: RefCell<Decisions> = const {
+        RefCell::new(Decisions { made: Vec::new(), limit: 0, undecided: 0 })
     };
 }
 
-/// The answer to a question with two answers; `None` if it has to be a hull.
-fn answer(identity: u64) -> Option<bool> {
+/// Returns the decision of a branch with two alternatives; `None` if it must use a hull.
+fn decide(identity: u64) -> Option<bool> {
     ANSWERS.with_borrow_mut(|answers| {
-        let known = answers.given.iter().find(|given| given.0 == identity);
+        let known = answers.made.iter().find(|given| given.0 == identity);
         if let Some(&(_, answer)) = known {
             return Some(answer);
         }
-        if answers.given.len() >= answers.most {
-            answers.hulls += 1;
+        if answers.made.len() >= answers.limit {
+            answers.undecided += 1;
             return None;
         }
-        answers.given.push((identity, false));
+        answers.made.push((identity, false));
         Some(false)
     })
 }
 
-/// Whether questions are answered, rather than left to hulls.
-fn is_exploring() -> bool {
-    ANSWERS.with_borrow(|answers| answers.most > 0)
+/// Reports whether branches are decided rather than replaced by hulls.
+fn is_branching() -> bool {
+    ANSWERS.with_borrow(|answers| answers.limit > 0)
 }
 
-fn count_hull() {
-    ANSWERS.with_borrow_mut(|answers| answers.hulls += 1);
+fn count_undecided() {
+    ANSWERS.with_borrow_mut(|answers| answers.undecided += 1);
 }
 
-/// Runs a computation once, with hulls in place of all answers: what [`Interval`] gives. The second
-/// result says whether it is *whole*: no floor, selection or angle in it was open, so that on this
-/// box it is a continuous function with the derivatives of its formula.
-pub fn hulled(run: impl FnOnce() -> Branching) -> (Interval, bool) {
+/// Runs a computation once, with hulls in place of all decisions, as [`Interval`] does. The second result
+/// is true if no floor, selection or angle was undecided. On this box, the computation is then a continuous
+/// function with the derivatives of its formula.
+pub fn eval_hull(run: impl FnOnce() -> BranchInterval) -> (Interval, bool) {
     ANSWERS.with_borrow_mut(|answers| {
-        answers.given.clear();
-        answers.most = 0;
-        answers.hulls = 0;
+        answers.made.clear();
+        answers.limit = 0;
+        answers.undecided = 0;
     });
     let range = run().range;
-    (range, ANSWERS.with_borrow(|answers| answers.hulls == 0))
+    (range, ANSWERS.with_borrow(|answers| answers.undecided == 0))
 }
 
-/// Runs a computation for all answers; gives the hull of its results, or of some of them if they
-/// hold zero already.
-pub fn explore(mut run: impl FnMut() -> Branching) -> Interval {
+/// Runs a computation for all combinations of decisions and returns the hull of the results. Stops early,
+/// with a partial hull, once the hull contains zero.
+pub fn eval_all_branches(mut run: impl FnMut() -> BranchInterval) -> Interval {
     ANSWERS.with_borrow_mut(|answers| {
-        answers.given.clear();
-        answers.most = MOST;
+        answers.made.clear();
+        answers.limit = MAX_OPEN_BRANCHES;
     });
-    let mut all: Option<Interval> = None;
+    let mut hull_so_far: Option<Interval> = None;
     loop {
         let range = run().range;
-        let hull = all.map_or(range, |all| all.hull(range));
-        if hull.contains(0.0) || !next_answers() {
+        let hull = hull_so_far.map_or(range, |all| all.hull(range));
+        if hull.contains(0.0) || !next_decisions() {
             return hull;
         }
-        all = Some(hull);
+        hull_so_far = Some(hull);
     }
 }
 
-/// Turns the last answer that was given one way to the other; whether there was one.
-fn next_answers() -> bool {
+/// Changes the last decision to its other alternative; reports whether there was one left.
+fn next_decisions() -> bool {
     ANSWERS.with_borrow_mut(|answers| {
-        while let Some((identity, answer)) = answers.given.pop() {
+        while let Some((identity, answer)) = answers.made.pop() {
             if !answer {
-                answers.given.push((identity, true));
+                answers.made.push((identity, true));
                 return true;
             }
         }
@@ -132,10 +132,10 @@ fn next_answers() -> bool {
     })
 }
 
-/// The identity of what is computed in this way from these.
+/// Returns the hash of an expression from the tag of its operation and the identities of its operands.
 #[inline(always)]
-fn made(how: u64, from: [u64; 3]) -> u64 {
-    let mut hash = how.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+fn hash_expr(tag: u64, from: [u64; 3]) -> u64 {
+    let mut hash = tag.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     for part in from {
         hash = (hash.rotate_left(23) ^ part).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         hash ^= hash >> 29;
@@ -143,8 +143,8 @@ fn made(how: u64, from: [u64; 3]) -> u64 {
     hash
 }
 
-/// Numbers for the ways of computing.
-mod how {
+/// Tags of operations.
+mod op_tag {
     pub(super) const CONSTANT: u64 = 1;
     pub(super) const COORDINATE: u64 = 2;
     pub(super) const ADD: u64 = 3;
@@ -178,145 +178,145 @@ mod how {
     pub(super) const ELLIPSOID: u64 = 31;
 }
 
-impl Branching {
-    /// A point whose coordinates lie in these intervals.
+impl BranchInterval {
+    /// Creates a point whose coordinates lie in these intervals.
     pub fn point(axes: [Interval; 3]) -> V3<Self> {
         let [x, y, z] = [0, 1, 2].map(|axis| Self {
             range: axes[axis],
-            identity: made(how::COORDINATE, [axis as u64, 0, 0]),
+            identity: hash_expr(op_tag::COORDINATE, [axis as u64, 0, 0]),
         });
-        V3::of(x, y, z)
+        V3::new(x, y, z)
     }
     #[inline(always)]
-    fn of(range: Interval, how: u64, from: [u64; 3]) -> Self {
+    fn new(range: Interval, tag: u64, from: [u64; 3]) -> Self {
         Self {
             range,
-            identity: made(how, from),
+            identity: hash_expr(tag, from),
         }
     }
     #[inline(always)]
-    fn one(self, range: Interval, how: u64) -> Self {
-        Self::of(range, how, [self.identity, 0, 0])
+    fn unary(self, range: Interval, tag: u64) -> Self {
+        Self::new(range, tag, [self.identity, 0, 0])
     }
     #[inline(always)]
-    fn two(self, other: Self, range: Interval, how: u64) -> Self {
-        Self::of(range, how, [self.identity, other.identity, 0])
+    fn binary(self, other: Self, range: Interval, tag: u64) -> Self {
+        Self::new(range, tag, [self.identity, other.identity, 0])
     }
-    /// The parts of a vector that was computed from a point and a number.
-    fn parts(v: V3<Interval>, how: u64, p: V3<Self>, seed: Self) -> V3<Self> {
-        let place = made(how, [p.x.identity, p.y.identity, p.z.identity]);
-        let part = |range, axis| Self::of(range, how::AXIS, [place, seed.identity, axis]);
-        V3::of(part(v.x, 0), part(v.y, 1), part(v.z, 2))
+    /// Returns the components of a vector that was computed from a point and a number.
+    fn components(v: V3<Interval>, tag: u64, p: V3<Self>, seed: Self) -> V3<Self> {
+        let point_hash = hash_expr(tag, [p.x.identity, p.y.identity, p.z.identity]);
+        let part = |range, axis| Self::new(range, op_tag::AXIS, [point_hash, seed.identity, axis]);
+        V3::new(part(v.x, 0), part(v.y, 1), part(v.z, 2))
     }
     fn ranges(p: V3<Self>) -> V3<Interval> {
-        V3::of(p.x.range, p.y.range, p.z.range)
+        V3::new(p.x.range, p.y.range, p.z.range)
     }
 }
 
-impl Add for Branching {
+impl Add for BranchInterval {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        self.two(other, self.range + other.range, how::ADD)
+        self.binary(other, self.range + other.range, op_tag::ADD)
     }
 }
-impl Sub for Branching {
+impl Sub for BranchInterval {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        self.two(other, self.range - other.range, how::SUB)
+        self.binary(other, self.range - other.range, op_tag::SUB)
     }
 }
-impl Mul for Branching {
+impl Mul for BranchInterval {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        self.two(other, self.range * other.range, how::MUL)
+        self.binary(other, self.range * other.range, op_tag::MUL)
     }
 }
-impl Div for Branching {
+impl Div for BranchInterval {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
-        self.two(other, self.range / other.range, how::DIV)
+        self.binary(other, self.range / other.range, op_tag::DIV)
     }
 }
-impl Neg for Branching {
+impl Neg for BranchInterval {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.one(-self.range, how::NEG)
+        self.unary(-self.range, op_tag::NEG)
     }
 }
 
-impl Real for Branching {
-    type Bool = Condition;
+impl Real for BranchInterval {
+    type Bool = BranchCondition;
     type Vec2 = V2<Self>;
     type Vec3 = V3<Self>;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
-        Self::of(
+        Self::new(
             Interval::point(value),
-            how::CONSTANT,
+            op_tag::CONSTANT,
             [value.to_bits(), 0, 0],
         )
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        self.one(self.range.abs(), how::ABS)
+        self.unary(self.range.abs(), op_tag::ABS)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        self.one(self.range.sqrt(), how::SQRT)
+        self.unary(self.range.sqrt(), op_tag::SQRT)
     }
     #[inline(always)]
     fn square(self) -> Self {
-        self.one(self.range.square(), how::SQUARE)
+        self.unary(self.range.square(), op_tag::SQUARE)
     }
     fn floor(self) -> Self {
-        let both = self.range.floor();
-        let floor = self.one(both, how::FLOOR);
-        if both.lo == both.hi {
+        let floors = self.range.floor();
+        let floor = self.unary(floors, op_tag::FLOOR);
+        if floors.lo == floors.hi {
             return floor;
         }
-        if both.hi - both.lo != 1.0 {
-            count_hull();
+        if floors.hi - floors.lo != 1.0 {
+            count_undecided();
             return floor;
         }
-        match answer(floor.identity) {
+        match decide(floor.identity) {
             None => floor,
             Some(upper) => Self {
-                range: Interval::point(if upper { both.hi } else { both.lo }),
+                range: Interval::point(if upper { floors.hi } else { floors.lo }),
                 ..floor
             },
         }
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        self.two(other, self.range.min(other.range), how::MIN)
+        self.binary(other, self.range.min(other.range), op_tag::MIN)
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        self.two(other, self.range.max(other.range), how::MAX)
+        self.binary(other, self.range.max(other.range), op_tag::MAX)
     }
     #[inline(always)]
     fn sin(self) -> Self {
-        self.one(self.range.sin(), how::SIN)
+        self.unary(self.range.sin(), op_tag::SIN)
     }
     #[inline(always)]
     fn cos(self) -> Self {
-        self.one(self.range.cos(), how::COS)
+        self.unary(self.range.cos(), op_tag::COS)
     }
     fn atan2(self, x: Self) -> Self {
-        let angle = |y: Interval| self.two(x, y.atan2(x.range), how::ATAN2);
+        let angle = |y: Interval| self.binary(x, y.atan2(x.range), op_tag::ATAN2);
         let y = self.range;
         if x.range.lo > 0.0 || y.lo > 0.0 || y.hi < 0.0 {
             return angle(y);
         }
-        // The angle jumps on the negative x axis, and nothing is known of its slope at the origin.
+        // The angle is discontinuous on the negative x axis, and its slope is unbounded at the origin.
         if x.range.hi >= 0.0 {
-            count_hull();
+            count_undecided();
             return angle(y);
         }
         let above = Interval {
@@ -327,7 +327,7 @@ impl Real for Branching {
             lo: y.lo.min(-f64::MIN_POSITIVE),
             hi: -f64::MIN_POSITIVE,
         };
-        match answer(angle(y).identity) {
+        match decide(angle(y).identity) {
             None => angle(y),
             Some(true) => angle(below),
             Some(false) => angle(above),
@@ -335,108 +335,118 @@ impl Real for Branching {
     }
     #[inline(always)]
     fn exp2(self) -> Self {
-        self.one(self.range.exp2(), how::EXP2)
+        self.unary(self.range.exp2(), op_tag::EXP2)
     }
     #[inline(always)]
     fn log2(self) -> Self {
-        self.one(self.range.log2(), how::LOG2)
+        self.unary(self.range.log2(), op_tag::LOG2)
     }
     #[inline(always)]
     fn power_of_two(self) -> Self {
-        self.one(self.range.power_of_two(), how::POWER_OF_TWO)
+        self.unary(self.range.power_of_two(), op_tag::POWER_OF_TWO)
     }
     fn exponent(self) -> Self {
         let range = self.range.exponent();
         if range.lo != range.hi {
-            count_hull();
+            count_undecided();
         }
-        self.one(range, how::EXPONENT)
+        self.unary(range, op_tag::EXPONENT)
     }
     fn mantissa(self) -> Self {
-        count_hull();
-        self.one(self.range.mantissa(), how::MANTISSA)
+        count_undecided();
+        self.unary(self.range.mantissa(), op_tag::MANTISSA)
     }
     fn lattice(cell: V3<Self>, seed: Self) -> V3<Self> {
         let random = Interval::lattice(Self::ranges(cell), seed.range);
         if random.x.lo != random.x.hi {
-            count_hull();
+            count_undecided();
         }
-        Self::parts(random, how::LATTICE, cell, seed)
+        Self::components(random, op_tag::LATTICE, cell, seed)
     }
-    fn lattice_edge(cell: V3<Self>, seed: Self) -> V3<Self> {
-        let random = Interval::lattice_edge(Self::ranges(cell), seed.range);
+    fn noise_corner_gradient(cell: V3<Self>, seed: Self) -> V3<Self> {
+        let random = Interval::noise_corner_gradient(Self::ranges(cell), seed.range);
         if random.x.lo != random.x.hi {
-            count_hull();
+            count_undecided();
         }
-        Self::parts(random, how::LATTICE_EDGE, cell, seed)
+        Self::components(random, op_tag::LATTICE_EDGE, cell, seed)
     }
     fn ellipsoid_gradient(p: V3<Self>, r: V3<Self>) -> (Self, V3<Self>) {
         let (value, gradient) = Interval::ellipsoid_gradient(Self::ranges(p), Self::ranges(r));
-        let gradient = Self::parts(gradient, how::ELLIPSOID, p, r.x);
-        let place = made(how::ELLIPSOID, [r.x.identity, r.y.identity, r.z.identity]);
-        let value = Self::of(value, how::ELLIPSOID, [gradient.x.identity, place, 0]);
+        let gradient = Self::components(gradient, op_tag::ELLIPSOID, p, r.x);
+        let point_hash = hash_expr(
+            op_tag::ELLIPSOID,
+            [r.x.identity, r.y.identity, r.z.identity],
+        );
+        let value = Self::new(
+            value,
+            op_tag::ELLIPSOID,
+            [gradient.x.identity, point_hash, 0],
+        );
         (value, gradient)
     }
     fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
         Self::noise_gradient(p, seed).1
     }
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
-        // Noise and its gradient are continuous: there is nothing to ask.
+        // Noise and its gradient are continuous: there is nothing to decide.
         let (value, gradient) = Interval::noise_gradient(Self::ranges(p), seed.range);
-        let gradient = Self::parts(gradient, how::NOISE, p, seed);
-        let value = Self::of(value, how::NOISE, [gradient.x.identity, 0, 0]);
+        let gradient = Self::components(gradient, op_tag::NOISE, p, seed);
+        let value = Self::new(value, op_tag::NOISE, [gradient.x.identity, 0, 0]);
         (value, gradient)
     }
     #[inline(always)]
     fn unit_component(self) -> Self {
         self.clamp(lit(-1.0), lit(1.0))
     }
-    fn less(self, other: Self) -> Condition {
-        let condition = Condition {
+    fn less(self, other: Self) -> BranchCondition {
+        let condition = BranchCondition {
             known: self.range.less(other.range),
-            identity: made(how::LESS, [self.identity, other.identity, 0]),
+            identity: hash_expr(op_tag::LESS, [self.identity, other.identity, 0]),
         };
-        // Answered here and not where it selects, so that all that is made of it agrees: a point is
-        // never above and below the corner between two edges.
-        let open = condition.known.may && condition.known.may_not;
-        match open && is_exploring() {
-            true => condition.answered(answer(condition.identity)),
+        // Decided here and not in `select`, so that all results that depend on it agree: a point is never
+        // both above and below the corner between two edges.
+        let open = condition.known.can_be_true && condition.known.can_be_false;
+        match open && is_branching() {
+            true => condition.decided(decide(condition.identity)),
             false => condition,
         }
     }
     #[inline(always)]
-    fn and(a: Condition, b: Condition) -> Condition {
-        Condition {
+    fn and(a: BranchCondition, b: BranchCondition) -> BranchCondition {
+        BranchCondition {
             known: Interval::and(a.known, b.known),
-            identity: made(how::AND, [a.identity, b.identity, 0]),
+            identity: hash_expr(op_tag::AND, [a.identity, b.identity, 0]),
         }
     }
     #[inline(always)]
-    fn or(a: Condition, b: Condition) -> Condition {
-        Condition {
+    fn or(a: BranchCondition, b: BranchCondition) -> BranchCondition {
+        BranchCondition {
             known: Interval::or(a.known, b.known),
-            identity: made(how::OR, [a.identity, b.identity, 0]),
+            identity: hash_expr(op_tag::OR, [a.identity, b.identity, 0]),
         }
     }
     #[inline(always)]
-    fn not(a: Condition) -> Condition {
-        Condition {
+    fn not(a: BranchCondition) -> BranchCondition {
+        BranchCondition {
             known: Interval::not(a.known),
-            identity: made(how::NOT, [a.identity, 0, 0]),
+            identity: hash_expr(op_tag::NOT, [a.identity, 0, 0]),
         }
     }
-    fn select(condition: Condition, then: Self, otherwise: Self) -> Self {
-        let Known { may, may_not } = condition.known;
+    fn select(condition: BranchCondition, then: Self, otherwise: Self) -> Self {
+        let Tristate {
+            can_be_true: may,
+            can_be_false: may_not,
+        } = condition.known;
         if !may_not {
             return then;
         }
         if !may {
             return otherwise;
         }
-        count_hull();
-        Self::of(
+        count_undecided();
+        Self::new(
             then.range.hull(otherwise.range),
-            how::SELECT,
+            op_tag::SELECT,
             [condition.identity, then.identity, otherwise.identity],
         )
     }

@@ -1,11 +1,11 @@
 //! Dual numbers: a value together with its gradient with respect to the world point.
 //!
-//! A body evaluated on duals gives the exact gradient of its formula, to rounding; on recorded
-//! duals it gives the WGSL that does so. Vectors stay vectors: a dual vector is a vector and the
+//! A body evaluated on duals gives the exact gradient of its formula, up to rounding. A body recorded on
+//! duals gives WGSL that does the same. Vectors are kept as vectors: a dual vector is a vector and the
 //! gradients of its components.
 //!
-//! Where a formula has a kink (`min`, `abs`, a `select`) the gradient is that of the branch taken.
-//! Where it has a pole (a square root at zero) the gradient is finite and otherwise arbitrary.
+//! At a kink (`min`, `abs`, a `select`), the gradient is that of the chosen branch. At a pole (a square
+//! root at zero), it is finite and otherwise arbitrary.
 
 use crate::real::{Real, Vector2, Vector3, lit};
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -28,7 +28,7 @@ pub struct DualVec2<R: Real> {
     pub gradients: [R::Vec3; 2],
 }
 
-/// Three values and their gradients: a point and the Jacobian of the map that led to it.
+/// Three values and their gradients: a point and the Jacobian of the map from the world to it.
 #[derive(Clone, Copy, Debug)]
 pub struct DualVec3<R: Real> {
     /// The values.
@@ -43,7 +43,7 @@ fn zero3<R: Real>() -> R::Vec3 {
 }
 
 impl<R: Real> Dual<R> {
-    /// A value that does not depend on the point.
+    /// Creates a value that does not depend on the point.
     #[inline(always)]
     pub fn fixed(value: R) -> Self {
         Self {
@@ -61,7 +61,7 @@ impl<R: Real> Dual<R> {
 }
 
 impl<R: Real> DualVec3<R> {
-    /// The gradient of a value that depends on the components by `slope`.
+    /// Returns the gradient of a function of the components whose partial derivatives are `slope`.
     #[inline(always)]
     pub(crate) fn along(&self, slope: R::Vec3) -> R::Vec3 {
         self.gradients[0] * slope.x()
@@ -69,7 +69,7 @@ impl<R: Real> DualVec3<R> {
             + self.gradients[2] * slope.z()
     }
 
-    /// The world point itself, whose components' gradients are the axes.
+    /// Creates the world point itself; the gradients of its components are the axes.
     #[inline(always)]
     pub fn seed(p: R::Vec3) -> Self {
         let (o, i) = (lit(0.0), lit(1.0));
@@ -83,7 +83,7 @@ impl<R: Real> DualVec3<R> {
             gradients: axes,
         }
     }
-    /// A vector that does not depend on the point.
+    /// Creates a vector that does not depend on the point.
     #[inline(always)]
     pub fn fixed(value: R::Vec3) -> Self {
         Self {
@@ -94,7 +94,7 @@ impl<R: Real> DualVec3<R> {
 }
 
 impl<R: Real> DualVec2<R> {
-    /// A vector that does not depend on the point.
+    /// Creates a vector that does not depend on the point.
     #[inline(always)]
     pub fn fixed(value: R::Vec2) -> Self {
         Self {
@@ -165,7 +165,7 @@ impl<R: Real> Real for Dual<R> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        self.chain(self.value.abs(), self.value.side())
+        self.chain(self.value.abs(), self.value.sign_nonzero())
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -185,10 +185,10 @@ impl<R: Real> Real for Dual<R> {
         }
     }
     #[inline(always)]
-    fn jumping(self, condition: R::Bool) -> Self {
+    fn mark_discontinuity(self, condition: R::Bool) -> Self {
         Self {
             value: self.value,
-            gradient: R::jump_gradient(self.gradient, condition),
+            gradient: R::discontinuity_gradient(self.gradient, condition),
         }
     }
     #[inline(always)]
@@ -200,7 +200,7 @@ impl<R: Real> Real for Dual<R> {
         }
     }
     #[inline(always)]
-    // Of two that are equal the second, as in `min`: a blend may be computed either way.
+    // Of equal values, the second one is chosen, as in `min`: a blend may be computed either way.
     fn max(self, b: Self) -> Self {
         let first = b.value.less(self.value);
         Self {
@@ -270,21 +270,21 @@ impl<R: Real> Real for Dual<R> {
         DualVec3::fixed(R::lattice(cell.value, seed.value))
     }
     #[inline(always)]
-    fn lattice_edge(cell: Self::Vec3, seed: Self) -> Self::Vec3 {
-        DualVec3::fixed(R::lattice_edge(cell.value, seed.value))
+    fn noise_corner_gradient(cell: Self::Vec3, seed: Self) -> Self::Vec3 {
+        DualVec3::fixed(R::noise_corner_gradient(cell.value, seed.value))
     }
     #[inline(always)]
     fn noise_gradient(p: Self::Vec3, seed: Self) -> (Self, Self::Vec3) {
         let (value, slope) = R::noise_gradient(p.value, seed.value);
         let gradient = p.along(slope);
-        // The gradient's own derivatives are never asked for.
+        // The derivatives of the gradient are never used.
         (Self { value, gradient }, DualVec3::fixed(slope))
     }
     #[inline(always)]
     fn ellipsoid_gradient(p: Self::Vec3, r: Self::Vec3) -> (Self, Self::Vec3) {
         let (value, slope) = R::ellipsoid_gradient(p.value, r.value);
         let gradient = p.along(slope);
-        // As for noise: radii are the same everywhere, and the gradient's own derivatives are never asked for.
+        // As for noise: radii are constant, and the derivatives of the gradient are never used.
         (Self { value, gradient }, DualVec3::fixed(slope))
     }
     #[inline(always)]
@@ -319,8 +319,8 @@ impl<R: Real> Real for Dual<R> {
         R::not(a)
     }
     #[inline(always)]
-    fn surely(condition: R::Bool) -> bool {
-        R::surely(condition)
+    fn is_certain(condition: R::Bool) -> bool {
+        R::is_certain(condition)
     }
     #[inline(always)]
     fn select(condition: R::Bool, then: Self, otherwise: Self) -> Self {
@@ -331,7 +331,7 @@ impl<R: Real> Real for Dual<R> {
     }
 }
 
-/// Arithmetic and the vector traits, for two or three components.
+/// Implements arithmetic and the vector traits, for two or three components.
 macro_rules! dual_vector {
     ($dual:ident, $vector:ident, $trait:ident, $n:literal, { $($axis:ident $i:literal),+ }) => {
         impl<R: Real> Add for $dual<R> {
@@ -403,7 +403,7 @@ macro_rules! dual_vector {
             fn abs(self) -> Self {
                 Self {
                     value: self.value.abs(),
-                    gradients: [$(self.gradients[$i] * self.value.$axis().side()),+],
+                    gradients: [$(self.gradients[$i] * self.value.$axis().sign_nonzero()),+],
                 }
             }
             #[inline(always)]
@@ -451,7 +451,7 @@ macro_rules! dual_vector {
                 let [first, rest @ ..] = [$(
                     self.gradients[$i] * direction.$axis().unit_component()
                 ),+];
-                // An iterator's call is not inlined into the loops over lanes.
+                // The call of an iterator is not inlined into the loops over lanes.
                 let mut gradient = first;
                 for more in rest {
                     gradient = gradient + more;

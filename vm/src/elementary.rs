@@ -1,18 +1,18 @@
-//! Sine, cosine, exponential, logarithm, arctangent and gradient noise, from additions and
-//! multiplications only.
+//! Sine, cosine, exponential, logarithm, arctangent and gradient noise, from additions and multiplications
+//! only.
 //!
-//! WGSL allows its builtins errors as large as 5e-4 in a sine, and devices use the room. These
-//! bodies are written once, run on every engine, and give the same bits wherever multiplications
-//! and additions are not fused. Ranges are reduced by constants in several parts (W. J. Cody and
-//! W. Waite, *Software Manual for the Elementary Functions*, 1980); the kernels on the reduced
-//! ranges are Taylor series, cut where the next term is below half a unit in the last place.
+//! WGSL allows its builtins errors as large as 5e-4 in a sine, and devices use this allowance. These bodies
+//! are written once, run on every engine, and give the same bits unless multiplications and additions are
+//! fused. Ranges are reduced by constants in several parts (W. J. Cody and W. Waite, *Software Manual for
+//! the Elementary Functions*, 1980). The kernels on the reduced ranges are Taylor series, truncated where
+//! the next term is below half a unit in the last place.
 //!
-//! Integer hashes cannot be expressed on [`Real`]; they are the intrinsics [`Real::lattice`] and, for
-//! noise, [`Real::lattice_edge`], written by hand on each side and compared bit for bit by a test.
+//! [`Real`] cannot express integer hashes. They are the intrinsics [`Real::lattice`] and, for noise,
+//! [`Real::noise_corner_gradient`], written by hand on each side and compared bit for bit by a test.
 
 use crate::real::{Real, Vector3, lit};
 
-/// Two to the power of `x`, which is kept within [-126, 127]; relative error below 4e-7.
+/// Returns two to the power of `x`, which is clamped to [-126, 127]; relative error below 4e-7.
 #[inline(always)]
 pub fn exponential<R: Real>(x: R) -> R {
     let x = x.at_least(lit(-126.0)).at_most(lit(127.0));
@@ -28,11 +28,11 @@ pub fn exponential<R: Real>(x: R) -> R {
     series * n.power_of_two()
 }
 
-/// The logarithm to base two of `x`, which is raised to 1.2e-38 if it is smaller; absolute error
-/// below 6e-7 near 1, three units in the last place elsewhere. It is at least 128 of what is no number.
+/// Returns the logarithm to base two of `x`, which is raised to 1.2e-38 if it is smaller. The absolute
+/// error is below 6e-7 near 1, and three units in the last place elsewhere. For NaN, it is at least 128.
 #[inline(always)]
 pub fn logarithm<R: Real>(x: R) -> R {
-    // What is no number has a sign, which is no part of its exponent.
+    // A NaN may have a sign bit, which is not part of its exponent.
     let x = x.at_least(lit(1.2e-38)).abs();
     let m = x.mantissa().named("m");
     let high = lit::<R>(std::f64::consts::SQRT_2).less(m);
@@ -47,15 +47,15 @@ pub fn logarithm<R: Real>(x: R) -> R {
     e + series * lit(2.0 * std::f64::consts::LOG2_E)
 }
 
-/// π/2 in three parts, the first two with enough trailing zeros that their products with the
-/// quadrant's number are exact up to 2¹³ quadrants.
+/// π/2 in three parts, the first two with enough trailing zeros that their products with the quadrant's
+/// number are exact up to 2¹³ quadrants.
 const HALF_PI: [f64; 3] = [
     1.5703125,
     4.837_512_969_970_703e-4,
     7.549_789_948_768_648e-8,
 ];
 
-/// The number of the quadrant that `x` lies in, and the remainder within [-π/4, π/4].
+/// Returns the number of the quadrant that contains `x`, and the remainder within [-π/4, π/4].
 #[inline(always)]
 fn quadrant<R: Real>(x: R) -> (R, R) {
     let k = (x * lit(std::f64::consts::FRAC_2_PI) + lit(0.5))
@@ -63,7 +63,7 @@ fn quadrant<R: Real>(x: R) -> (R, R) {
         .named("k");
     let r = x - k * lit(HALF_PI[0]);
     let r = r - k * lit(HALF_PI[1]);
-    // Of angles beyond any meaning the remainder is noise, but still of this size.
+    // For huge angles the remainder has no correct digit, but it stays within this range.
     let r = (r - k * lit(HALF_PI[2]))
         .at_least(lit(-0.8))
         .at_most(lit(0.8))
@@ -72,7 +72,7 @@ fn quadrant<R: Real>(x: R) -> (R, R) {
     (turn.named("turn"), r)
 }
 
-/// Sine and cosine of a remainder within [-π/4, π/4].
+/// Returns sine and cosine of a remainder within [-π/4, π/4].
 #[inline(always)]
 fn sine_cosine<R: Real>(r: R) -> (R, R) {
     let r2 = (r * r).named("r2");
@@ -88,7 +88,7 @@ fn sine_cosine<R: Real>(r: R) -> (R, R) {
     (sine, cosine)
 }
 
-/// The value for a quadrant: `even` in the even ones, `odd` in the odd ones, negated in the second
+/// Returns the value for a quadrant: `even` in the even ones, `odd` in the odd ones, negated in the second
 /// half of the turn.
 #[inline(always)]
 fn by_quadrant<R: Real>(turn: R, even: R, odd: R) -> R {
@@ -98,8 +98,8 @@ fn by_quadrant<R: Real>(turn: R, even: R, odd: R) -> R {
     R::select(lit::<R>(1.5).less(turn), -value, value)
 }
 
-/// The sine of `x` radians; absolute error below 2e-7 for |x| ≤ 100, growing in proportion to |x|
-/// beyond, as the rounding of the argument itself does.
+/// Returns the sine of `x` radians. The absolute error is below 2e-7 for |x| ≤ 100, and grows in proportion
+/// to |x| beyond, like the rounding error of the argument itself.
 #[inline(always)]
 pub fn sine<R: Real>(x: R) -> R {
     let (turn, r) = quadrant(x);
@@ -107,7 +107,7 @@ pub fn sine<R: Real>(x: R) -> R {
     by_quadrant(turn, sine, cosine)
 }
 
-/// The cosine of `x` radians; errors as for [`sine`].
+/// Returns the cosine of `x` radians; errors as for [`sine`].
 #[inline(always)]
 pub fn cosine<R: Real>(x: R) -> R {
     let (turn, r) = quadrant(x);
@@ -121,12 +121,12 @@ pub fn cosine<R: Real>(x: R) -> R {
     )
 }
 
-/// The angle of the vector (`x`, `y`) in [-π, π]; 0 at the origin; absolute error below 4e-7.
+/// Returns the angle of the vector (`x`, `y`) in [-π, π]; 0 at the origin; absolute error below 4e-7.
 #[inline(always)]
 pub fn arctangent<R: Real>(y: R, x: R) -> R {
     let (ax, ay) = (x.abs().named("ax"), y.abs().named("ay"));
-    // The ratio of the smaller to the larger lies in [0, 1]; above tan(π/8) it is turned by an
-    // eighth, which leaves a range short enough for a polynomial.
+    // The ratio of the smaller to the larger lies in [0, 1]. Above tan(π/8) it is rotated by an eighth of a
+    // turn, which leaves a range short enough for a polynomial.
     let ratio = (ax.min(ay) / ax.max(ay).max(lit(1e-30))).named("ratio");
     let far = lit::<R>(std::f64::consts::SQRT_2 - 1.0).less(ratio);
     let a = R::select(far, (ratio - lit(1.0)) / (ratio + lit(1.0)), ratio).named("a");
@@ -151,8 +151,8 @@ pub fn arctangent<R: Real>(y: R, x: R) -> R {
     R::select(y.less(lit(0.0)), -half, half)
 }
 
-/// Coefficients of `(atan(a) − a) / a³` in powers of a², fitted by least squares on Chebyshev
-/// nodes over [0, tan(π/8)]; relative error of the whole 2e-9.
+/// Coefficients of `(atan(a) − a) / a³` in powers of a², fitted by least squares on Chebyshev nodes over
+/// [0, tan(π/8)]; the relative error of the arctangent is 2e-9.
 const ARCTANGENT: [f64; 5] = [
     -0.333_333_166_913_634_4,
     0.199_985_484_344_080_76,
@@ -161,30 +161,30 @@ const ARCTANGENT: [f64; 5] = [
     -0.060_976_436_466_572_64,
 ];
 
-/// What is added to a whole number so that its last bits are the number: 1.5 · 2²³. It holds for
-/// numbers up to 2²², beyond which noise has no digits left, and takes one instruction for a vector of
-/// numbers, where a conversion that must say what becomes of the others takes dozens.
-const WHOLE: f32 = 12_582_912.0;
+/// The offset 1.5 · 2²³ that moves an integer to the last bits of its sum. It is exact for integers up to
+/// 2²², beyond which noise has no digits left. The addition takes one instruction for a vector of numbers.
+/// A conversion that defines the results for all other numbers takes dozens.
+const INTEGER_OFFSET: f32 = 12_582_912.0;
 
-/// Different bits for different whole numbers.
+/// Returns different bits for different integers.
 #[inline(always)]
-fn key(whole: f32) -> u32 {
-    (whole + WHOLE).to_bits()
+fn integer_bits(integer: f32) -> u32 {
+    (integer + INTEGER_OFFSET).to_bits()
 }
 
-/// What a seed makes different.
+/// Returns the hash bits of a seed.
 #[inline(always)]
 fn salt(seed: f32) -> u32 {
-    key(seed).wrapping_mul(0x9e37_79b9)
+    integer_bits(seed).wrapping_mul(0x9e37_79b9)
 }
 
-/// Three 32-bit hashes of three whole numbers and a seed (M. Jarzynski and M. Olano, *Hash
-/// Functions for GPU Rendering*, JCGT 2020: the "pcg3d" permutation).
+/// Returns three 32-bit hashes of three integers and a seed (M. Jarzynski and M. Olano, *Hash Functions for
+/// GPU Rendering*, JCGT 2020: the "pcg3d" permutation).
 #[inline(always)]
 pub fn hash(cell: [f32; 3], seed: f32) -> [u32; 3] {
     let step = |v: u32| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
     let salt = salt(seed);
-    let [mut x, mut y, mut z] = cell.map(|c| step(key(c) ^ salt));
+    let [mut x, mut y, mut z] = cell.map(|c| step(integer_bits(c) ^ salt));
     x = x.wrapping_add(y.wrapping_mul(z));
     y = y.wrapping_add(z.wrapping_mul(x));
     z = z.wrapping_add(x.wrapping_mul(y));
@@ -197,18 +197,18 @@ pub fn hash(cell: [f32; 3], seed: f32) -> [u32; 3] {
     [x, y, z]
 }
 
-/// One 32-bit hash of three whole numbers and a seed, whose upper bits are the better ones: a
-/// coordinate after the other, as in Perlin's permutations, so that the corners of a cell share what
-/// they have in common. Each coordinate is multiplied in and mixed by a shift; the multipliers and the
-/// last step are those of C. Wellons' *lowbias32* (Prospecting for Hash Functions, 2018).
+/// Returns one 32-bit hash of three integers and a seed, whose upper bits have the better quality. It mixes
+/// in one coordinate after another, as Perlin's permutations do, so that the corners of a cell reuse common
+/// partial hashes. Each coordinate is multiplied in and mixed by a shift. The multipliers and the last step
+/// are those of C. Wellons' *lowbias32* (Prospecting for Hash Functions, 2018).
 #[inline(always)]
 fn corner_hash([x, y, z]: [f32; 3], seed: f32) -> u32 {
-    let h = (key(x) ^ salt(seed)).wrapping_mul(0x7feb_352d);
+    let h = (integer_bits(x) ^ salt(seed)).wrapping_mul(0x7feb_352d);
     let h = (h ^ (h >> 15))
-        .wrapping_add(key(y))
+        .wrapping_add(integer_bits(y))
         .wrapping_mul(0x846c_a68b);
     let h = (h ^ (h >> 15))
-        .wrapping_add(key(z))
+        .wrapping_add(integer_bits(z))
         .wrapping_mul(0x7feb_352d);
     (h ^ (h >> 16)).wrapping_mul(0x846c_a68b)
 }
@@ -216,7 +216,8 @@ fn corner_hash([x, y, z]: [f32; 3], seed: f32) -> u32 {
 /// The bits of 1.
 const ONE: u32 = 0x3f80_0000;
 
-/// What [`Real::lattice_edge`] is made of: a number in [1, 2) and two signs, from the bits of one hash.
+/// Returns the components of [`Real::noise_corner_gradient`]: a number in [1, 2) and two signs, from the
+/// bits of one hash.
 #[inline(always)]
 pub fn edge(cell: [f32; 3], seed: f32) -> [f32; 3] {
     let h = corner_hash(cell, seed);
@@ -228,8 +229,8 @@ pub fn edge(cell: [f32; 3], seed: f32) -> [f32; 3] {
     ]
 }
 
-/// Gradient noise (K. Perlin, *Improving Noise*, SIGGRAPH 2002, with gradients of length one) and
-/// its exact gradient. Its magnitude never exceeds 1, and its slope never
+/// Returns gradient noise (K. Perlin, *Improving Noise*, SIGGRAPH 2002, with gradients of length one) and
+/// its exact gradient. Its magnitude is at most 1, and its slope is at most
 /// [`NOISE_SLOPE`](crate::interval::NOISE_SLOPE).
 #[inline(always)]
 pub fn perlin<R: Real>(p: R::Vec3, seed: R) -> (R, R::Vec3) {
@@ -248,13 +249,13 @@ pub fn perlin<R: Real>(p: R::Vec3, seed: R) -> (R, R::Vec3) {
         corner::<R>(cell, f, seed, [0.0, 1.0, 1.0]),
         corner::<R>(cell, f, seed, [1.0, 1.0, 1.0]),
     ];
-    let x00 = between::<R>(c[0], c[1], w.x());
-    let x10 = between::<R>(c[2], c[3], w.x());
-    let x01 = between::<R>(c[4], c[5], w.x());
-    let x11 = between::<R>(c[6], c[7], w.x());
-    let y0 = between::<R>(x00, x10, w.y());
-    let y1 = between::<R>(x01, x11, w.y());
-    let (value, mixed) = between::<R>(y0, y1, w.z());
+    let x00 = interpolate::<R>(c[0], c[1], w.x());
+    let x10 = interpolate::<R>(c[2], c[3], w.x());
+    let x01 = interpolate::<R>(c[4], c[5], w.x());
+    let x11 = interpolate::<R>(c[6], c[7], w.x());
+    let y0 = interpolate::<R>(x00, x10, w.y());
+    let y1 = interpolate::<R>(x01, x11, w.y());
+    let (value, mixed) = interpolate::<R>(y0, y1, w.z());
     // The weights change too: along x between the corners of each x edge, and so on.
     let dx = (c[1].0 - c[0].0)
         .mix(c[3].0 - c[2].0, w.y())
@@ -268,27 +269,27 @@ pub fn perlin<R: Real>(p: R::Vec3, seed: R) -> (R, R::Vec3) {
     )
 }
 
-/// How one corner of a cell gives way to the next.
+/// Returns the weight of the next corner of a cell.
 #[inline(always)]
 fn fade<R: Real>(t: R) -> R {
     t * t * t * (t * (t * lit(6.0) - lit(15.0)) + lit(10.0))
 }
 
-/// The derivative of [`fade`].
+/// Returns the derivative of [`fade`].
 #[inline(always)]
 fn fade_slope<R: Real>(t: R) -> R {
     let u = t * (t - lit(1.0));
     u * u * lit(30.0)
 }
 
-/// What a corner of a cell says at the place `f` in it, and its gradient, both √2 times too large: the
-/// gradient points to one of the twelve edges of a cube. With so few directions the steepest noise is
-/// little steeper than usual. A third of the numbers says which of its components is zero; the others
-/// are the two signs.
+/// Returns a corner's linear function at the position `f` in the cell, and its gradient, both √2 times too
+/// large. The gradient points to one of the twelve edges of a cube. With so few directions, the largest
+/// slope is little more than the typical one. The first number selects by thirds which component is zero;
+/// the others are the two signs.
 #[inline(always)]
 fn corner<R: Real>(cell: R::Vec3, f: R::Vec3, seed: R, [x, y, z]: [f64; 3]) -> (R, R::Vec3) {
     let offset = R::Vec3::new(lit(x), lit(y), lit(z));
-    let edge = R::lattice_edge(cell + offset, seed).named("edge");
+    let edge = R::noise_corner_gradient(cell + offset, seed).named("edge");
     let (a, b) = (edge.y(), edge.z());
     let (first, last) = (
         edge.x().less(lit(4.0 / 3.0)),
@@ -305,8 +306,8 @@ fn corner<R: Real>(cell: R::Vec3, f: R::Vec3, seed: R, [x, y, z]: [f64; 3]) -> (
     (value.named("v"), gradient.named("g"))
 }
 
-/// Between what two corners say.
+/// Interpolates linearly between the values and gradients of two corners.
 #[inline(always)]
-fn between<R: Real>(a: (R, R::Vec3), b: (R, R::Vec3), t: R) -> (R, R::Vec3) {
+fn interpolate<R: Real>(a: (R, R::Vec3), b: (R, R::Vec3), t: R) -> (R, R::Vec3) {
     (a.0.mix(b.0, t), a.1.mix(b.1, t))
 }

@@ -1,71 +1,74 @@
 //! The distance to an ellipsoid.
 //!
-//! The nearest point of the ellipsoid with the radii `r` to `p` is `r² p / (t + r²)` for the `t` at which that
-//! point lies on the ellipsoid (D. Eberly, *Distance from a Point to an Ellipse, an Ellipsoid, or a
-//! Hyperellipsoid*, 2013). Halley's steps find it on one over the norm of that point, which is concave and
-//! nearly a line (M. Hebden, 1973). The first `t` is that of the tangent plane below `p`, so most points take
-//! one step or two: a step is the last one where it changes no denominator by more than a fiftieth.
+//! The nearest point to `p` on the ellipsoid with the radii `r` is `r² p / (t + r²)`, for the `t` that puts
+//! this point on the ellipsoid (D. Eberly, *Distance from a Point to an Ellipse, an Ellipsoid, or a
+//! Hyperellipsoid*, 2013). Halley's method finds it on one over the norm of that point, a function that is
+//! concave and nearly linear (M. Hebden, 1973). The initial `t` is that of the tangent plane below `p`, so
+//! most points need one step or two. A step is the last one if it changes no denominator by more than 2 %.
 //!
-//! The distance is then taken along the normal `n` there, as `p · n − |r n|`. Along any direction this is at most
-//! the distance to a convex solid, inside and outside, and the error is the square of that of the direction. The
-//! root in `|r n|` is that of a number near one, and taken as the tangent of the root there, which is no less.
-//! So the value is a lower bound, however far the steps came. Of radii that differ by up to 1,000 to 1 it is
-//! exact to rounding outside, and inside as deep as half of the smallest radius of curvature. Beside the
-//! place where opposite sides are equally near it may be short by 0.2 % of the smallest radius. Of radii that
-//! differ more it may be far short near a rim, by half of the distance at 10,000 to 1.
+//! The distance is then computed along the normal `n` at that point, as `p · n − |r n|`. Along any
+//! direction, this is at most the distance to a convex solid, inside and outside, and its error is the
+//! square of the direction's error. The root in `|r n|` is that of a number near one. It is replaced by the
+//! tangent of the root there, which is no less. So the value is a lower bound after any number of steps.
+//!
+//! For radii that differ by up to 1,000 to 1, the value is exact up to rounding outside. Inside, it is exact
+//! to a depth of half the smallest radius of curvature. Near the points where opposite sides are equally
+//! near, it may be too small by 0.2 % of the smallest radius. For larger ratios it may be far too small near
+//! a rim, by half of the distance at 10,000 to 1.
 
 use crate::dual::Dual;
-use crate::interval::{End, FloatInterval, IntervalOf};
-use crate::lanes::{Column, Lane, Points, each_lane};
+use crate::interval::{End, FloatInterval, GenericInterval};
+use crate::lanes::{F32x64, Lane, Points, for_each_lane};
 use crate::real::{Real, Vector3, lit};
 use crate::vector::V3;
 
-/// The most of Halley's steps.
-const STEPS: usize = 6;
-/// The largest change of `t + r²` by a last step, as a fraction of that for the smallest radius. A step leaves the
-/// cube of the change before it, and the distance takes the square of that.
-const SMALL_STEP: f64 = 0.02;
-/// The least and the most that Newton's step is multiplied by.
+/// Maximum number of Halley steps.
+const MAX_STEPS: usize = 6;
+/// The largest change of `t + r²` by a last step, as a fraction of its value for the smallest radius. A
+/// step leaves the cube of the previous change as its error, and the distance depends on the square of
+/// that.
+const LAST_STEP_FRACTION: f64 = 0.02;
+/// The smallest and the largest factor applied to Newton's step.
 const STEP_RANGE: [f64; 2] = [2.0 / 3.0, 3.0];
-/// The least share of `r²` that `t + r²` is taken for.
-const LEAST_SHARE: f64 = 1e-3;
-/// The least radius that `t` is sought for, as a share of the largest.
-const LEAST_RADIUS: f64 = 1e-6;
-/// The exponent of the farthest point that `t` is sought for, in units of the largest radius. From there the nearest
-/// point is in the direction of the centre but for rounding.
-const FARTHEST: f64 = 20.0;
+/// The smallest value of `t + r²`, as a fraction of `r²`.
+const MIN_DENOMINATOR_FRACTION: f64 = 1e-3;
+/// The smallest radius for which `t` is searched, as a fraction of the largest.
+const MIN_RADIUS: f64 = 1e-6;
+/// The exponent of the farthest distance for which `t` is searched, in units of the largest radius. From
+/// there, the nearest point is in the direction of the centre, up to rounding.
+const MAX_DISTANCE_EXPONENT: f64 = 20.0;
 /// The largest exponent of an `f32`.
-const LARGEST: f64 = 127.0;
-/// The least norm of the nearest point by rounding: it is one.
-const LEAST_NORM: f64 = 1.0 - 1e-6;
-/// The most that the value may be short of the distance inside, as a fraction of the smallest radius.
-const MOST_SHORT: f64 = 2e-3;
-/// The same outside, as a fraction of the distance, where the radii differ more than [`STEADY`] to 1.
-const SHORT_OUTSIDE: f64 = 0.99;
-/// The ratio of radii up to which the value is the distance outside.
-const STEADY: f64 = 1000.0;
-/// The same in all cases for numbers of any precision, as a fraction of the distance and the largest radius: what
-/// the last step leaves.
-const LEFT_BY_STEPS: f64 = 1e-10;
-/// The error of `t` where the steps come to an end, as a share of itself and the largest square.
+const MAX_EXPONENT: f64 = 127.0;
+/// The norm of the nearest point, which is one, reduced by its rounding error.
+const MIN_NORM: f64 = 1.0 - 1e-6;
+/// The largest shortfall of the value below the distance inside, as a fraction of the smallest radius.
+const MAX_INNER_SHORTFALL: f64 = 2e-3;
+/// The largest shortfall outside, as a fraction of the distance, if the ratio of radii exceeds [`MAX_EXACT_RATIO`].
+const MAX_OUTER_SHORTFALL: f64 = 0.99;
+/// The largest ratio of radii for which the value outside is the exact distance.
+const MAX_EXACT_RATIO: f64 = 1000.0;
+/// The largest shortfall in all cases and for any precision, as a fraction of the distance and the largest
+/// radius: the error left by the last step.
+const STEP_RESIDUAL: f64 = 1e-10;
+/// The error of `t` after the last step, as a fraction of `1 + |t|` in units of the largest radius.
 const MULTIPLIER_ERROR: f64 = 4e-6;
-/// The least number to divide by.
-const LEAST: f64 = 1e-37;
-/// The least length whose square is a number of `f32`, of vectors that have a direction.
-const LEAST_LENGTH: f64 = 1e-18;
+/// The smallest divisor.
+const MIN_DIVISOR: f64 = 1e-37;
+/// The smallest length of vectors that have a direction; its square is representable in `f32`.
+const MIN_LENGTH: f64 = 1e-18;
 
-/// The distance and its gradient.
+/// Returns the distance and its gradient.
 #[inline(always)]
 pub fn ellipsoid<R: Real>(p: R::Vec3, r: R::Vec3) -> (R, R::Vec3) {
     let (q, r) = (p.abs().named("q"), lengths::<R>(r));
-    let unit = Unit::<R>::of(q, r);
+    let unit = NormalizedEllipsoid::<R>::new(q, r);
     let t = unit.multiplier();
     let nearest = unit.nearest(t);
     let normal = nearest.normal.named("normal");
     (q.dot(normal) - nearest.support, facing::<R>(p, normal))
 }
 
-/// The normal on the side of `p`, by that of the point with positive coordinates.
+/// Returns the normal on the side of `p`, given the one of the point with non-negative coordinates.
 #[inline(always)]
 fn facing<R: Real>(p: R::Vec3, normal: R::Vec3) -> R::Vec3 {
     let facing = |p: R, n: R| R::select(p.less(lit(0.0)), -n, n);
@@ -76,44 +79,45 @@ fn facing<R: Real>(p: R::Vec3, normal: R::Vec3) -> R::Vec3 {
     )
 }
 
-/// The distance in the first `count` lanes. The values are those of [`ellipsoid`], and so are those below.
+/// Computes the distance in the first `count` lanes, with the same values as [`ellipsoid`].
 #[inline(always)]
-pub(crate) fn in_lanes(p: &Points, r: V3<f32>, count: usize, out: &mut Column) {
+pub(crate) fn in_lanes(p: &Points, r: V3<f32>, count: usize, out: &mut F32x64) {
     let r = lengths::<f32>(r);
-    let ellipsoid = Unit::<f32>::of(V3::splat(0.0), r);
-    let at = |lane| f32::load_point(p, lane).abs();
-    let mut t = Column::default();
-    ellipsoid.multipliers(at, count, &mut t);
+    let ellipsoid = NormalizedEllipsoid::<f32>::new(V3::splat(0.0), r);
+    let point = |lane| f32::load_point(p, lane).abs();
+    let mut t = F32x64::default();
+    ellipsoid.multipliers(point, count, &mut t);
     let mut v = Points::default();
-    let mut lack = Column::default();
+    let mut lack = F32x64::default();
     let mut lacks = 0;
-    each_lane!(count, lane => {
-        let short = ellipsoid.moved(at(lane)).short(t.0[lane]);
+    for_each_lane!(count, lane => {
+        let short = ellipsoid.with_point(point(lane)).normal_vector(t.0[lane]);
         v[0].0[lane] = short.v.x;
         v[1].0[lane] = short.v.y;
         v[2].0[lane] = short.v.z;
-        lack.0[lane] = short.lack;
-        lacks |= u32::from(short.lack > 0.0);
+        lack.0[lane] = short.deficit;
+        lacks |= u32::from(short.deficit > 0.0);
     });
-    let short = |lane: usize| Short {
-        v: V3::of(v[0].0[lane], v[1].0[lane], v[2].0[lane]),
-        lack: lack.0[lane],
+    let short = |lane: usize| NormalVector {
+        v: V3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]),
+        deficit: lack.0[lane],
     };
-    // Only deep inside does anything lack, and to find it takes two roots.
+    // Only points deep inside have a lack, and completing their vectors takes two more roots.
     if lacks == 0 {
-        each_lane!(count, lane => {
-            let nearest = ellipsoid.on_surface(short(lane));
-            out.0[lane] = at(lane).dot(nearest.normal) - nearest.support;
+        for_each_lane!(count, lane => {
+            let nearest = ellipsoid.nearest_along(short(lane));
+            out.0[lane] = point(lane).dot(nearest.normal) - nearest.support;
         });
     } else {
-        each_lane!(count, lane => {
-            let nearest = ellipsoid.lengthened(short(lane));
-            out.0[lane] = at(lane).dot(nearest.normal) - nearest.support;
+        for_each_lane!(count, lane => {
+            let nearest = ellipsoid.completed(short(lane));
+            out.0[lane] = point(lane).dot(nearest.normal) - nearest.support;
         });
     }
 }
 
-/// The distance and its gradient in the first `count` lanes.
+/// Computes the distance and its gradient in the first `count` lanes, with the same values as
+/// [`ellipsoid`].
 #[inline(always)]
 pub(crate) fn gradients_in_lanes(
     p: &<Dual<f32> as Lane>::PointBlock,
@@ -122,21 +126,21 @@ pub(crate) fn gradients_in_lanes(
     out: &mut <Dual<f32> as Lane>::Block,
 ) {
     let r = lengths::<f32>(r);
-    let ellipsoid = Unit::<f32>::of(V3::splat(0.0), r);
-    let at = |lane| Dual::<f32>::load_point(p, lane);
-    let mut t = Column::default();
-    ellipsoid.multipliers(|lane| at(lane).value.abs(), count, &mut t);
-    each_lane!(count, lane => {
-        let p = at(lane);
+    let ellipsoid = NormalizedEllipsoid::<f32>::new(V3::splat(0.0), r);
+    let point = |lane| Dual::<f32>::load_point(p, lane);
+    let mut t = F32x64::default();
+    ellipsoid.multipliers(|lane| point(lane).value.abs(), count, &mut t);
+    for_each_lane!(count, lane => {
+        let p = point(lane);
         let q = p.value.abs();
-        let nearest = ellipsoid.moved(q).nearest(t.0[lane]);
+        let nearest = ellipsoid.with_point(q).nearest(t.0[lane]);
         let value = q.dot(nearest.normal) - nearest.support;
         let gradient = p.along(facing::<f32>(p.value, nearest.normal));
         Dual { value, gradient }.store(out, lane);
     });
 }
 
-/// Bounds of the distance in the first `count` lanes.
+/// Computes bounds of the distance in the first `count` lanes.
 #[inline(always)]
 pub(crate) fn bounds_in_lanes(
     p: &<FloatInterval as Lane>::PointBlock,
@@ -144,24 +148,24 @@ pub(crate) fn bounds_in_lanes(
     count: usize,
     out: &mut <FloatInterval as Lane>::Block,
 ) {
-    let radii = lengths::<f32>(V3::of(r.x.lo, r.y.lo, r.z.lo));
-    let ellipsoid = Unit::<f32>::of(V3::splat(0.0), radii);
-    let at = |lane| FloatInterval::load_point(p, lane);
-    let [mut first, mut last] = [Column::default(); 2];
-    ellipsoid.multipliers(|lane| corners(at(lane))[0], count, &mut first);
-    ellipsoid.multipliers(|lane| corners(at(lane))[1], count, &mut last);
-    each_lane!(count, lane => {
-        over_by(at(lane), r, [first.0[lane], last.0[lane]]).0.store(out, lane);
+    let radii = lengths::<f32>(V3::new(r.x.lo, r.y.lo, r.z.lo));
+    let ellipsoid = NormalizedEllipsoid::<f32>::new(V3::splat(0.0), radii);
+    let point = |lane| FloatInterval::load_point(p, lane);
+    let [mut first, mut last] = [F32x64::default(); 2];
+    ellipsoid.multipliers(|lane| corners(point(lane))[0], count, &mut first);
+    ellipsoid.multipliers(|lane| corners(point(lane))[1], count, &mut last);
+    for_each_lane!(count, lane => {
+        over_by(point(lane), r, [first.0[lane], last.0[lane]]).0.store(out, lane);
     });
 }
 
-/// Radii, none of them zero.
+/// Returns the magnitudes of the radii, none of them zero.
 #[inline(always)]
 fn lengths<R: Real>(r: R::Vec3) -> R::Vec3 {
     r.abs().max(R::Vec3::splat(lit(1e-12))).named("lengths")
 }
 
-/// The sum of the components.
+/// Returns the sum of the components.
 #[inline(always)]
 fn sum<R: Real>(a: R::Vec3) -> R {
     a.x() + a.y() + a.z()
@@ -172,46 +176,47 @@ fn least<R: Real>(r: R::Vec3) -> R {
     r.x().min(r.y()).min(r.z())
 }
 
-/// A point with positive coordinates and an ellipsoid, in units of the largest radius.
+/// A point with non-negative coordinates and an ellipsoid, in units of the largest radius.
 #[derive(Clone, Copy)]
-struct Unit<R: Real> {
+struct NormalizedEllipsoid<R: Real> {
     /// The point.
     q: R::Vec3,
     /// The radii.
     r: R::Vec3,
-    /// Their squares.
+    /// The squares of the radii.
     squares: R::Vec3,
     /// One over the radii.
     inverse: R::Vec3,
     /// The square of the smallest radius.
     least: R,
-    /// One over that.
+    /// One over the square of the smallest radius.
     sharpness: R,
-    /// The unit of before.
+    /// The factor from the original unit to this one.
     scale: R,
-    /// The largest radius, in that unit.
+    /// The largest radius, in the original unit.
     largest: R,
 }
 
-/// A vector in the direction of the normal at a nearest point: the point over the squares of the radii.
+/// A vector in the direction of the normal at a nearest point: that point over the squares of the radii.
 #[derive(Clone, Copy)]
-struct Short<R: Real> {
-    /// The vector, without a component across a smallest radius that it lacks.
+struct NormalVector<R: Real> {
+    /// The vector; it may lack a component along the axis of the smallest radius.
     v: R::Vec3,
-    /// The difference of its squared norm to that of a nearest point; positive where it lacks something.
-    lack: R,
+    /// The amount by which its squared norm is below that of a nearest point; positive if a component is
+    /// missing.
+    deficit: R,
 }
 
-/// A nearest point.
+/// The nearest point.
 #[derive(Clone, Copy)]
 struct Nearest<R: Real> {
-    /// The unit normal there.
+    /// The unit normal at the nearest point.
     normal: R::Vec3,
-    /// The distance of the tangent plane there from the centre, or a little more.
+    /// The distance of its tangent plane from the centre, or slightly more.
     support: R,
 }
 
-/// The least and the most that `t` can be.
+/// The search range of `t`.
 #[derive(Clone, Copy)]
 struct Search<R: Real> {
     /// The radii times the point.
@@ -220,15 +225,16 @@ struct Search<R: Real> {
     high: R,
 }
 
-impl Unit<f32> {
-    /// The `t` of the nearest points in the first `count` lanes, by steps of all lanes before the next: a step
-    /// waits for the one before, so several at once take no longer than one. Ends after the last lane's last step.
+impl NormalizedEllipsoid<f32> {
+    /// Computes the `t` of the nearest points in the first `count` lanes, with one step of all lanes at a
+    /// time. A step depends on the previous one, so several lanes at once take no longer than one. Ends
+    /// after the last lane's last step.
     #[inline(always)]
-    fn multipliers(&self, q: impl Fn(usize) -> V3<f32>, count: usize, t: &mut Column) {
+    fn multipliers(&self, q: impl Fn(usize) -> V3<f32>, count: usize, t: &mut F32x64) {
         let mut a = Points::default();
-        let [mut low, mut high, mut goes_on] = [Column::default(); 3];
-        each_lane!(count, lane => {
-            let (search, first) = self.moved(q(lane)).search();
+        let [mut low, mut high, mut goes_on] = [F32x64::default(); 3];
+        for_each_lane!(count, lane => {
+            let (search, first) = self.with_point(q(lane)).search();
             a[0].0[lane] = search.a.x;
             a[1].0[lane] = search.a.y;
             a[2].0[lane] = search.a.z;
@@ -237,11 +243,11 @@ impl Unit<f32> {
             t.0[lane] = first;
             goes_on.0[lane] = 1.0;
         });
-        for _ in 0..STEPS {
+        for _ in 0..MAX_STEPS {
             let mut open = 0;
-            each_lane!(count, lane => {
+            for_each_lane!(count, lane => {
                 let search = Search {
-                    a: V3::of(a[0].0[lane], a[1].0[lane], a[2].0[lane]),
+                    a: V3::new(a[0].0[lane], a[1].0[lane], a[2].0[lane]),
                     low: low.0[lane],
                     high: high.0[lane],
                 };
@@ -249,7 +255,7 @@ impl Unit<f32> {
                 let next = self.step(&search, last);
                 let is_open = goes_on.0[lane] > 0.0;
                 t.0[lane] = if is_open { next } else { last };
-                let still = is_open & self.goes_on(last, next);
+                let still = is_open & self.needs_step(last, next);
                 goes_on.0[lane] = if still { 1.0 } else { 0.0 };
                 open |= u32::from(still);
             });
@@ -260,13 +266,13 @@ impl Unit<f32> {
     }
 }
 
-impl<R: Real> Unit<R> {
+impl<R: Real> NormalizedEllipsoid<R> {
     #[inline(always)]
-    fn of(q: R::Vec3, r: R::Vec3) -> Self {
+    fn new(q: R::Vec3, r: R::Vec3) -> Self {
         let one = lit::<R>(1.0);
         let largest = r.max_component().named("largest");
         let scale = (one / largest).named("scale");
-        let r = (r * scale).max(R::Vec3::splat(lit(LEAST_RADIUS)));
+        let r = (r * scale).max(R::Vec3::splat(lit(MIN_RADIUS)));
         let r = r.named("radii");
         let inverse = R::Vec3::new(one / r.x(), one / r.y(), one / r.z()).named("inverse");
         let smallest = least::<R>(r).named("smallest");
@@ -281,54 +287,58 @@ impl<R: Real> Unit<R> {
             scale,
             largest,
         };
-        unit.moved(q)
+        unit.with_point(q)
     }
 
-    /// The same ellipsoid and another point, in the unit of before.
+    /// Returns the same ellipsoid with another point, given in the original unit.
     #[inline(always)]
-    fn moved(&self, q: R::Vec3) -> Self {
-        // From far away the normal is the direction alone.
-        let exponent = q.max_component().max(lit(LEAST)).exponent();
-        let nearer = (lit::<R>(FARTHEST) - exponent).min(lit(LARGEST));
+    fn with_point(&self, q: R::Vec3) -> Self {
+        // Far away, the normal depends on the direction alone.
+        let exponent = q.max_component().max(lit(MIN_DIVISOR)).exponent();
+        let nearer = (lit::<R>(MAX_DISTANCE_EXPONENT) - exponent).min(lit(MAX_EXPONENT));
         Self {
             q: (q * self.scale.min(nearer.power_of_two())).named("place"),
             ..*self
         }
     }
 
-    /// One over `t + r²`, which is kept above zero; by one division.
+    /// Returns one over `t + r²`, which is kept above zero, with a single division.
     #[inline(always)]
-    fn shares(&self, t: R) -> R::Vec3 {
+    fn reciprocals(&self, t: R) -> R::Vec3 {
         let m = R::Vec3::splat(t) + self.squares;
-        let m = m.max(self.squares * lit::<R>(LEAST_SHARE)).named("m");
+        let m = m
+            .max(self.squares * lit::<R>(MIN_DENOMINATOR_FRACTION))
+            .named("m");
         let others = R::Vec3::new(m.y() * m.z(), m.z() * m.x(), m.x() * m.y());
         let others = others.named("others");
         (others * (lit::<R>(1.0) / (m.x() * others.x()))).named("shares")
     }
 
-    /// The range of the `t` of the nearest point, and a first one.
+    /// Returns the search range of the `t` of the nearest point, and an initial value.
     #[inline(always)]
     fn search(&self) -> (Search<R>, R) {
         let one = lit::<R>(1.0);
         let a = (self.r * self.q).named("a");
-        // No component of the nearest point, seen from a sphere, is larger than one.
+        // In units of the radii, no component of the nearest point exceeds one.
         let low = (a - self.squares).max_component();
-        let low = low.max(self.least * lit(LEAST_SHARE - 1.0)).named("low");
-        // The sum is no less than the length.
+        let low = low
+            .max(self.least * lit(MIN_DENOMINATOR_FRACTION - 1.0))
+            .named("low");
+        // The sum is an upper bound of the length.
         let high = (sum::<R>(a) - self.least).max(low).named("high");
-        // The tangent plane of the ellipsoid that is as large as the point is far.
+        // The tangent plane of the similar ellipsoid through the point.
         let v = (self.q * self.inverse).named("seen");
         let w = (v * self.inverse).named("steepness");
         let (square, slope) = (v.dot(v).named("square"), w.dot(w));
-        let tangent = (square.sqrt() - one) * (square / slope.max(lit(LEAST)));
+        let tangent = (square.sqrt() - one) * (square / slope.max(lit(MIN_DIVISOR)));
         let first = tangent.max(low).min(high).named("t");
         (Search { a, low, high }, first)
     }
 
-    /// The next `t` by one of Halley's steps.
+    /// Returns the next `t` by a Halley step.
     #[inline(always)]
     fn step(&self, search: &Search<R>, t: R) -> R {
-        let shares = self.shares(t);
+        let shares = self.reciprocals(t);
         let u = (search.a * shares).named("u");
         let w = (u * u).named("w");
         let norm = sum::<R>(w).named("norm");
@@ -336,59 +346,60 @@ impl<R: Real> Unit<R> {
         let slope = sum::<R>(steep).named("slope");
         let bend = sum::<R>(steep * shares);
         let square = (slope * slope).named("square");
-        // The root of the norm is `(1 + 3 norm) / (3 + norm)` near one, and the norm is three at most.
+        // The root of the norm is `(1 + 3 norm) / (3 + norm)` near one, and the norm is at most three.
         let excess = (norm - lit::<R>(1.0)).named("excess");
         let whole = (square * (norm + lit::<R>(3.0))).named("whole");
         let [short, long] = STEP_RANGE;
         let divisor = (whole + excess * lit(3.0) * (square - norm * bend))
             .max(whole * lit(1.0 / long))
             .min(whole * lit(1.0 / short));
-        let step = norm * slope * excess * lit(2.0) / divisor.max(lit(LEAST));
+        let step = norm * slope * excess * lit(2.0) / divisor.max(lit(MIN_DIVISOR));
         (t + step).max(search.low).min(search.high).named("t")
     }
 
-    /// Reports whether a step from `t` to `next` was long enough for another one.
+    /// Reports whether a step from `t` to `next` was long enough to require another one.
     #[inline(always)]
-    fn goes_on(&self, t: R, next: R) -> R::Bool {
-        let small = (t.min(next) + self.least) * lit(SMALL_STEP);
+    fn needs_step(&self, t: R, next: R) -> R::Bool {
+        let small = (t.min(next) + self.least) * lit(LAST_STEP_FRACTION);
         small.less((next - t).abs())
     }
 
-    /// The `t` of the nearest point.
+    /// Returns the `t` of the nearest point.
     #[inline(always)]
     fn multiplier(&self) -> R {
         let (search, first) = self.search();
         let mut t = self.step(&search, first);
-        let mut goes_on = self.goes_on(first, t);
-        for _ in 1..STEPS {
+        let mut goes_on = self.needs_step(first, t);
+        for _ in 1..MAX_STEPS {
             let next = self.step(&search, t);
             let last = t;
             t = R::select(goes_on, next, last).named("t");
-            goes_on = R::and(goes_on, self.goes_on(last, next));
+            goes_on = R::and(goes_on, self.needs_step(last, next));
         }
         t
     }
 
-    /// The nearest point.
+    /// Returns the nearest point.
     #[inline(always)]
     fn nearest(&self, t: R) -> Nearest<R> {
-        self.lengthened(self.short(t))
+        self.completed(self.normal_vector(t))
     }
 
-    /// The vector in the direction of the normal, as far as the point tells it.
+    /// Returns the vector in the direction of the normal, as far as the point determines it.
     #[inline(always)]
-    fn short(&self, t: R) -> Short<R> {
-        let v = (self.q * self.shares(t)).named("v");
+    fn normal_vector(&self, t: R) -> NormalVector<R> {
+        let v = (self.q * self.reciprocals(t)).named("v");
         let u = (self.r * v).named("u");
-        let lack = (lit::<R>(LEAST_NORM * LEAST_NORM) - u.dot(u)).named("lack");
-        Short { v, lack }
+        let lack = (lit::<R>(MIN_NORM * MIN_NORM) - u.dot(u)).named("lack");
+        NormalVector { v, deficit: lack }
     }
 
-    /// The nearest point. Inside, beside the plane across a smallest radius, the norm lacks the component across that
-    /// plane. Of several smallest radii it has the direction of the point among them.
+    /// Completes the vector to that of the nearest point. Inside, near the plane across the axis of the
+    /// smallest radius, the component along that axis is missing. If several radii are the smallest, it has
+    /// the point's direction among their axes.
     #[inline(always)]
-    fn lengthened(&self, short: Short<R>) -> Nearest<R> {
-        let Short { v, lack } = short;
+    fn completed(&self, short: NormalVector<R>) -> Nearest<R> {
+        let NormalVector { v, deficit: lack } = short;
         let across = (lack.max(lit(0.0)) * self.sharpness).named("across");
         // One along the axes of the smallest radius, and zero along the others.
         let (zero, one) = (lit::<R>(0.0), lit::<R>(1.0));
@@ -398,24 +409,24 @@ impl<R: Real> Unit<R> {
         let first = R::Vec3::new(x, y * (one - x), (one - x) * (one - y)).named("first");
         let among = (v * axes).named("among");
         let known = among.length().named("known");
-        let least = lit::<R>(LEAST_LENGTH);
+        let least = lit::<R>(MIN_LENGTH);
         let direction = among * (one / known.max(least));
         let direction = R::Vec3::select(least.less(known), direction, first).named("direction");
         let longer = v + direction * ((known * known + across).sqrt() - known);
-        self.on_surface(Short {
+        self.nearest_along(NormalVector {
             v: R::Vec3::select(zero.less(lack), longer, v).named("longer"),
-            lack,
+            deficit: lack,
         })
     }
 
-    /// The nearest point by a vector that lacks nothing any more.
+    /// Returns the nearest point from a complete vector.
     #[inline(always)]
-    fn on_surface(&self, Short { v, lack }: Short<R>) -> Nearest<R> {
+    fn nearest_along(&self, NormalVector { v, deficit: lack }: NormalVector<R>) -> Nearest<R> {
         let one = lit::<R>(1.0);
         let inverse = (one / v.length().max(lit(1e-30))).named("inverse_length");
-        // The least norm where it lacked something; else a tangent of the root, which is no less.
+        // The smallest norm if a component was missing; else a tangent of the root, which is no less.
         let excess = (-lack).max(lit(0.0));
-        let norm = (lit::<R>(LEAST_NORM) + excess * lit(0.5 / LEAST_NORM)).named("norm");
+        let norm = (lit::<R>(MIN_NORM) + excess * lit(0.5 / MIN_NORM)).named("norm");
         Nearest {
             normal: v * inverse,
             support: norm * self.largest * inverse,
@@ -423,126 +434,129 @@ impl<R: Real> Unit<R> {
     }
 }
 
-/// What the value may be short of the distance by, where that is `distance`.
+/// Returns the largest shortfall of the value, given the distance.
 #[inline(always)]
-fn shortage<R: Real>(distance: R, r: R::Vec3) -> R {
+fn shortfall<R: Real>(distance: R, r: R::Vec3) -> R {
     let (smallest, largest) = (least::<R>(r), r.max_component());
-    // Where the surface is nearer than its centres of curvature the steps come to an end.
+    // The steps converge where the surface is nearer than its centres of curvature.
     let depth = (-distance).max(lit(0.0)) * largest / (smallest * smallest);
-    let inside = smallest * lit(MOST_SHORT) * (depth * depth).min(lit(1.0));
-    let is_steady = largest.less(smallest * lit(STEADY));
-    let outside = distance.max(lit(0.0)) * R::select(is_steady, lit(0.0), lit(SHORT_OUTSIDE));
-    let left = (distance.abs() + largest) * lit(LEFT_BY_STEPS);
-    // A radius that is smaller than the least was taken for that.
-    let thicker = largest * R::select(is_steady, lit(0.0), lit(LEAST_RADIUS));
+    let inside = smallest * lit(MAX_INNER_SHORTFALL) * (depth * depth).min(lit(1.0));
+    let is_steady = largest.less(smallest * lit(MAX_EXACT_RATIO));
+    let outside = distance.max(lit(0.0)) * R::select(is_steady, lit(0.0), lit(MAX_OUTER_SHORTFALL));
+    let left = (distance.abs() + largest) * lit(STEP_RESIDUAL);
+    // A radius below the minimum was replaced by the minimum.
+    let thicker = largest * R::select(is_steady, lit(0.0), lit(MIN_RADIUS));
     inside + outside + left + thicker
 }
 
-/// Bounds of the value over a box from those at the nearest and the farthest of its corners: the distance to a
-/// convex solid with three planes of symmetry grows with each coordinate's magnitude. `error` is that of rounding.
-pub fn between<R: Real>(near: R::Vec3, far: R::Vec3, r: R::Vec3, error: R) -> [R; 2] {
+/// Bounds the value over a box by its values at the nearest and the farthest corner. The distance to a
+/// convex solid with three planes of symmetry increases with each coordinate's magnitude. `error` is the
+/// rounding error.
+pub fn bounds_between<R: Real>(near: R::Vec3, far: R::Vec3, r: R::Vec3, error: R) -> [R; 2] {
     let r = lengths::<R>(r);
     let low = ellipsoid::<R>(near, r).0;
     let high = ellipsoid::<R>(far, r).0;
     widened(low, high, r, error)
 }
 
-/// The value at a point with positive coordinates, by the `t` of its nearest point.
+/// Returns the value at a point with non-negative coordinates, given the `t` of its nearest point.
 #[inline(always)]
 fn value<R: Real>(q: R::Vec3, r: R::Vec3, t: R) -> R {
-    let Nearest { normal, support } = Unit::<R>::of(q, r).nearest(t);
+    let Nearest { normal, support } = NormalizedEllipsoid::<R>::new(q, r).nearest(t);
     q.dot(normal) - support
 }
 
-/// The corners of a box that are nearest to the centre and farthest from it, on the side of positive coordinates.
+/// Returns the points of a box nearest to the centre and farthest from it, by magnitudes of coordinates.
 #[inline(always)]
-fn corners<E: End>(p: V3<IntervalOf<E>>) -> [V3<E>; 2] {
+fn corners<E: End>(p: V3<GenericInterval<E>>) -> [V3<E>; 2] {
     let q = p.abs();
     [
-        V3::of(q.x.lo, q.y.lo, q.z.lo),
-        V3::of(q.x.hi, q.y.hi, q.z.hi),
+        V3::new(q.x.lo, q.y.lo, q.z.lo),
+        V3::new(q.x.hi, q.y.hi, q.z.hi),
     ]
 }
 
-/// The values at the nearest and the farthest corner, and by how much the value may be short.
+/// Widens the values at the nearest and the farthest corner by the largest shortfall and the rounding
+/// error.
 #[inline(always)]
 fn widened<R: Real>(low: R, high: R, r: R::Vec3, error: R) -> [R; 2] {
     [
-        low - shortage::<R>(low, r) - error,
-        high + shortage::<R>(high, r) + error,
+        low - shortfall::<R>(low, r) - error,
+        high + shortfall::<R>(high, r) + error,
     ]
 }
 
-/// The value and its gradient over a box, for radii that are numbers.
+/// Returns the value and its gradient over a box, for radii that are single numbers.
 #[inline(always)]
 pub(crate) fn over<E: End>(
-    p: V3<IntervalOf<E>>,
-    r: V3<IntervalOf<E>>,
-) -> (IntervalOf<E>, V3<IntervalOf<E>>) {
-    let radii = lengths::<E>(V3::of(r.x.lo, r.y.lo, r.z.lo));
-    let multiplier = |q: V3<E>| Unit::<E>::of(q, radii).multiplier();
+    p: V3<GenericInterval<E>>,
+    r: V3<GenericInterval<E>>,
+) -> (GenericInterval<E>, V3<GenericInterval<E>>) {
+    let radii = lengths::<E>(V3::new(r.x.lo, r.y.lo, r.z.lo));
+    let multiplier = |q: V3<E>| NormalizedEllipsoid::<E>::new(q, radii).multiplier();
     over_by(p, r, corners(p).map(multiplier))
 }
 
-/// The same by the `t` of the nearest points to the box's corners. It has no branches, so that loops over lanes become
-/// SIMD.
+/// Returns the value and its gradient over a box, given the `t` of the nearest points to the box's corners.
+/// It is branch-free, so that loops over lanes are vectorized.
 #[inline(always)]
 fn over_by<E: End>(
-    p: V3<IntervalOf<E>>,
-    r: V3<IntervalOf<E>>,
+    p: V3<GenericInterval<E>>,
+    r: V3<GenericInterval<E>>,
     [first, last]: [E; 2],
-) -> (IntervalOf<E>, V3<IntervalOf<E>>) {
+) -> (GenericInterval<E>, V3<GenericInterval<E>>) {
     let [near, far] = corners(p);
     let size = far.max_component();
-    let same = |r: IntervalOf<E>| r.lo == r.hi;
+    let same = |r: GenericInterval<E>| r.lo == r.hi;
     let is_known = same(r.x) & same(r.y) & same(r.z) & size.less(E::INFINITY);
-    let r = lengths::<E>(V3::of(r.x.lo, r.y.lo, r.z.lo));
+    let r = lengths::<E>(V3::new(r.x.lo, r.y.lo, r.z.lo));
     let (low, high) = (value::<E>(near, r, first), value::<E>(far, r, last));
     let [low, high] = widened(low, high, r, E::distance_error(size + r.max_component()));
-    let value = IntervalOf {
+    let value = GenericInterval {
         lo: E::select(is_known, low, -E::INFINITY),
         hi: E::select(is_known, high, E::INFINITY),
     };
     let moved = |t: E, error: f64| t + (lit::<E>(1.0) + t.abs()) * lit(error);
     let first = moved(first, -MULTIPLIER_ERROR);
     let last = moved(last, MULTIPLIER_ERROR);
-    // Beside the plane across the smallest radius the normal may have any direction.
-    let Unit { squares, least, .. } = Unit::<E>::of(near, r);
+    // Near the plane across the axis of the smallest radius, the normal may have any direction.
+    let NormalizedEllipsoid { squares, least, .. } = NormalizedEllipsoid::<E>::new(near, r);
     let is_told = is_known
         & (least * lit(-0.75)).less(first)
-        & lit::<E>(1.0).less(least * lit(STEADY * STEADY));
+        & lit::<E>(1.0).less(least * lit(MAX_EXACT_RATIO * MAX_EXACT_RATIO));
     let zero = lit::<E>(0.0);
-    // What rounding does to the quotients is far below the slack of the directions.
-    let part = |p: IntervalOf<E>, square: E| {
+    // Rounding of the quotients is far below the slack of the directions.
+    let part = |p: GenericInterval<E>, square: E| {
         let (least, most) = (first + square, last + square);
-        IntervalOf {
+        GenericInterval {
             lo: p.lo / E::select(p.lo.less(zero), least, most),
             hi: p.hi / E::select(p.hi.less(zero), most, least),
         }
     };
-    let v = V3::of(
+    let v = V3::new(
         part(p.x, squares.x),
         part(p.y, squares.y),
         part(p.z, squares.z),
     );
-    let squared = |a: IntervalOf<E>| {
+    let squared = |a: GenericInterval<E>| {
         let a = a.abs();
         (a.lo * a.lo, a.hi * a.hi)
     };
     let (x, y, z) = (squared(v.x), squared(v.y), squared(v.z));
-    let component = |a: IntervalOf<E>, b: (E, E), c: (E, E)| {
+    let component = |a: GenericInterval<E>, b: (E, E), c: (E, E)| {
         let rest = (b.0 + c.0, b.1 + c.1);
-        // The component of a unit vector grows with the vector's, and shrinks with the others.
-        let share = |a: E, rest: E| a / (a * a + rest).sqrt().max(lit(1e-30));
-        let low = share(a.lo, E::select(a.lo.less(zero), rest.0, rest.1));
-        let high = share(a.hi, E::select(a.hi.less(zero), rest.1, rest.0));
+        // A component of a unit vector increases with that of the vector, and decreases with the others'
+        // magnitudes.
+        let component_of_unit = |a: E, rest: E| a / (a * a + rest).sqrt().max(lit(1e-30));
+        let low = component_of_unit(a.lo, E::select(a.lo.less(zero), rest.0, rest.1));
+        let high = component_of_unit(a.hi, E::select(a.hi.less(zero), rest.1, rest.0));
         let (slack, one) = (lit::<E>(1e-5), lit::<E>(1.0));
-        IntervalOf {
+        GenericInterval {
             lo: E::select(is_told, (low - slack).max(-one), -one),
             hi: E::select(is_told, (high + slack).min(one), one),
         }
     };
-    let gradient = V3::of(
+    let gradient = V3::new(
         component(v.x, y, z),
         component(v.y, z, x),
         component(v.z, x, y),

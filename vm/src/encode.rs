@@ -1,70 +1,70 @@
-//! Words: a program as little-endian `u32`s, which is what is uploaded and what `.sdfb` files hold.
+//! The encoding of a program as little-endian `u32` words, for GPU upload and `.sdfb` files.
 //!
-//! Four words per instruction, laid out as [`crate::program`] draws them. Decoding gives an equal
-//! program, or says what is wrong; it does not verify.
+//! An instruction takes four words, in the layout of [`crate::program`]. Decoding returns an equal program,
+//! or an error; it does not verify.
 
-use crate::kernel::Kernel;
-use crate::program::{Code, Frame, Instruction, Operands, Place};
+use crate::kernel::BlendKernel;
+use crate::program::{Code, Destination, Instruction, Operands, PointTransform};
 
-/// Why words are no program.
+/// The reasons why words are not a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
-    /// The words are not a whole number of instructions.
+    /// The number of words is not a multiple of four.
     #[error("{0} words are not a whole number of instructions of four")]
     Length(usize),
-    /// An opcode that no row and no machine code has.
+    /// The opcode is neither a row's nor one of the machine's own.
     #[error("instruction {at} has the unknown opcode {opcode}")]
     Opcode {
-        /// Which instruction.
+        /// Index of the instruction.
         at: usize,
         /// Its opcode.
         opcode: u8,
     },
-    /// A field holds a number that means nothing, or a word that must be zero is not.
+    /// A field has an invalid value, or an unused word is not zero.
     #[error("instruction {at} has no meaning in its {field}")]
     Field {
-        /// Which instruction.
+        /// Index of the instruction.
         at: usize,
-        /// Which part of it.
+        /// The invalid field.
         field: &'static str,
     },
 }
 
-/// An instruction as four words.
+/// Encodes an instruction as four words.
 pub fn encode_instruction(i: &Instruction) -> [u32; 4] {
-    let (blend, blend_index) = match i.place {
-        Place::Push => (0, 0),
-        Place::Blend { kernel, index } => (u32::from(kernel.number()), index),
+    let (blend, blend_index) = match i.destination {
+        Destination::Push => (0, 0),
+        Destination::Blend { kernel, index } => (u32::from(kernel.number()), index),
     };
     let (operands, operand_index) = match i.operands {
         Operands::Stack => (0, 0),
         Operands::Right(index) => (1, index),
         Operands::Left(index) => (2, index),
     };
-    let (frame, frame_index) = match i.frame {
-        Frame::Same => (0, 0),
-        Frame::Moved(index) => (1, index),
-        Frame::Mapped(index) => (2, index),
+    let (frame, frame_index) = match i.transform {
+        PointTransform::Identity => (0, 0),
+        PointTransform::Translate(index) => (1, index),
+        PointTransform::Affine(index) => (2, index),
     };
     let word = u32::from(i.code.number())
         | blend << 8
-        | u32::from(i.gives_none()) << 11
+        | u32::from(i.has_no_value()) << 11
         | operands << 12
         | frame << 14
         | u32::from(i.pops) << 16
-        | (i.taken() as u32) << 21
+        | (i.pop_count() as u32) << 21
         | u32::from(i.push) << 23
         | u32::from(i.slot) << 24;
     let last = blend_index | operand_index | i.skips;
     [word, i.parameters, frame_index, last]
 }
 
-/// A program's instructions as words.
+/// Encodes the instructions of a program.
 pub fn encode(code: &[Instruction]) -> Vec<u32> {
     code.iter().flat_map(encode_instruction).collect()
 }
 
-/// The instructions that the words stand for.
+/// Decodes instructions.
 pub fn decode(words: &[u32]) -> Result<Vec<Instruction>, DecodeError> {
     let (chunks, rest) = words.as_chunks::<4>();
     if !rest.is_empty() {
@@ -73,20 +73,20 @@ pub fn decode(words: &[u32]) -> Result<Vec<Instruction>, DecodeError> {
     chunks
         .iter()
         .enumerate()
-        .map(|(at, chunk)| decode_instruction(at, *chunk))
+        .map(|(index, chunk)| decode_instruction(index, *chunk))
         .collect()
 }
 
-fn decode_instruction(at: usize, words: [u32; 4]) -> Result<Instruction, DecodeError> {
+fn decode_instruction(index: usize, words: [u32; 4]) -> Result<Instruction, DecodeError> {
     let [word, parameters, frame_index, last] = words;
-    let field = |field| DecodeError::Field { at, field };
+    let field = |field| DecodeError::Field { at: index, field };
     let bits = |from: u32, count: u32| word >> from & ((1 << count) - 1);
     let opcode = bits(0, 8) as u8;
-    let code = Code::from_number(opcode).ok_or(DecodeError::Opcode { at, opcode })?;
-    let place = match bits(8, 3) {
-        0 => Place::Push,
-        number => Place::Blend {
-            kernel: Kernel::from_number(number as u8).ok_or_else(|| field("blend"))?,
+    let code = Code::from_number(opcode).ok_or(DecodeError::Opcode { at: index, opcode })?;
+    let destination = match bits(8, 3) {
+        0 => Destination::Push,
+        number => Destination::Blend {
+            kernel: BlendKernel::from_number(number as u8).ok_or_else(|| field("blend"))?,
             index: last,
         },
     };
@@ -96,24 +96,24 @@ fn decode_instruction(at: usize, words: [u32; 4]) -> Result<Instruction, DecodeE
         2 => Operands::Left(last),
         _ => return Err(field("operands")),
     };
-    let frame = match bits(14, 2) {
-        0 => Frame::Same,
-        1 => Frame::Moved(frame_index),
-        2 => Frame::Mapped(frame_index),
+    let transform = match bits(14, 2) {
+        0 => PointTransform::Identity,
+        1 => PointTransform::Translate(frame_index),
+        2 => PointTransform::Affine(frame_index),
         _ => return Err(field("frame")),
     };
     let instruction = Instruction {
         code,
         pops: bits(16, 5) as u8,
         push: bits(23, 1) == 1,
-        frame,
+        transform,
         operands,
-        place,
+        destination,
         slot: bits(24, 8) as u8,
         parameters,
         skips: if code == Code::Guard { last } else { 0 },
     };
-    // What means nothing must be zero, so that equal programs have equal words.
+    // Unused bits must be zero, so that equal programs have equal words.
     if encode_instruction(&instruction) != words || (instruction.slot != 0 && !code.has_slot()) {
         return Err(field("unused bits"));
     }

@@ -1,37 +1,37 @@
-//! Running a program on one point, on any number type: the meaning of programs in its shortest
-//! form. Tests and proofs use it (`f64`, intervals, duals); pictures use [`crate::tape`].
+//! Evaluation of a program at one point, for any number type: the semantics of programs in its shortest
+//! form. Tests and proofs use it (`f64`, intervals, duals); rendering uses [`crate::tape`].
 //!
 //! The program must be verified ([`crate::verify`]).
 
-use crate::apply::{Applied, Apply, apply};
+use crate::apply::{Apply, OpResult, apply};
 use crate::dual::{Dual, DualVec3};
-use crate::guard::beyond;
-use crate::program::{Code, Frame, Instruction, Operands, Place, Program};
+use crate::guard::influence_margin_sq;
+use crate::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
 use crate::real::{Real, Vector3};
 use crate::vector::V3;
 
-/// The value of the program at a point.
+/// Returns the value of the program at a point.
 pub fn evaluate<R: Apply>(program: &Program, point: R::Vec3) -> R {
     let mut stack: Vec<R> = Vec::with_capacity(8);
     let mut points: Vec<R::Vec3> = Vec::new();
     let mut slots = vec![R::constant(0.0); program.slots as usize];
     let mut p = point;
-    let mut at = 0;
-    while let Some(i) = program.code.get(at) {
-        at += 1;
+    let mut next = 0;
+    while let Some(i) = program.code.get(next) {
+        next += 1;
         for _ in 0..i.pops {
             p = points.pop().unwrap_or(p);
         }
         if i.push {
             points.push(p);
         }
-        let q = framed::<R>(program, i, p);
+        let q = transformed::<R>(program, i, p);
         let result = match i.code {
             Code::Op(op) => {
                 let constants = constants(program, i);
                 match apply::<R>(op, q, operands(program, i, &mut stack), constants) {
-                    Applied::Value(v) => v,
-                    Applied::Point(to) => {
+                    OpResult::Value(v) => v,
+                    OpResult::Point(to) => {
                         p = to;
                         continue;
                     }
@@ -43,8 +43,8 @@ pub fn evaluate<R: Apply>(program: &Program, point: R::Vec3) -> R {
                 slots[usize::from(i.slot)] = top;
                 top
             }
-            Code::Take => pop(&mut stack),
-            // Surfaces are the business of `crate::surface`.
+            Code::Top => pop(&mut stack),
+            // Surfaces are evaluated by `crate::surface`.
             Code::Normal => R::constant(0.0),
             Code::Channel => {
                 pop(&mut stack);
@@ -54,18 +54,18 @@ pub fn evaluate<R: Apply>(program: &Program, point: R::Vec3) -> R {
             Code::Guard => {
                 let top = stack.last().copied().unwrap_or(R::constant(0.0));
                 if may_skip(constants(program, i), q, top) {
-                    at += i.skips as usize;
+                    next += i.skips as usize;
                 }
                 continue;
             }
         };
-        let result = match i.place {
-            Place::Push => result,
-            Place::Blend { kernel, index } => {
+        let result = match i.destination {
+            Destination::Push => result,
+            Destination::Blend { kernel, index } => {
                 let below = pop(&mut stack);
                 let [s, sb, width, coefficient] =
                     program.pool[index as usize].map(|v| R::constant(v.into()));
-                R::shared(below, result, |below, result| {
+                R::convex_blend(below, result, |below, result| {
                     kernel.blend(below, result, s, sb, width, coefficient)
                 })
             }
@@ -75,15 +75,15 @@ pub fn evaluate<R: Apply>(program: &Program, point: R::Vec3) -> R {
     pop(&mut stack)
 }
 
-/// Whether a guard with these parameters knows that what it stands for does not matter.
+/// Reports whether a guard with these parameters certainly allows its block to be skipped.
 fn may_skip<R: Real>(k: &[f32], q: R::Vec3, top: R) -> bool {
     let number = |i: usize| R::constant(k[i].into());
     let vector = |i: usize| R::Vec3::new(number(i), number(i + 1), number(i + 2));
-    let excess = beyond::<R>(q, top, vector(0), number(3), vector(4), number(7));
-    R::surely(R::constant(0.0).less(excess))
+    let excess = influence_margin_sq::<R>(q, top, vector(0), number(3), vector(4), number(7));
+    R::is_certain(R::constant(0.0).less(excess))
 }
 
-/// The value and its gradient.
+/// Returns the value and its gradient.
 pub fn gradient<R: Real>(program: &Program, point: R::Vec3) -> Dual<R>
 where
     Dual<R>: Apply + Real<Vec3 = DualVec3<R>>,
@@ -91,17 +91,17 @@ where
     evaluate::<Dual<R>>(program, DualVec3::seed(point))
 }
 
-/// The value at a point given in `f64`.
+/// Returns the value at a point given in `f64`.
 pub fn evaluate_f64(program: &Program, [x, y, z]: [f64; 3]) -> f64 {
-    evaluate::<f64>(program, V3::of(x, y, z))
+    evaluate::<f64>(program, V3::new(x, y, z))
 }
 
-/// A verified program never pops more than it pushed; the zero is unreachable.
+/// Pops a value. A verified program never pops more than it pushed; the zero is unreachable.
 fn pop<R: Real>(stack: &mut Vec<R>) -> R {
     stack.pop().unwrap_or(R::constant(0.0))
 }
 
-/// The parameters of an instruction's operation.
+/// Returns the parameters of an instruction's operation.
 pub(crate) fn constants<'a>(program: &'a Program, i: &Instruction) -> &'a [f32] {
     let start = i.parameters as usize;
     program.pool[start..start + i.code.pool_width()].as_flattened()
@@ -122,31 +122,33 @@ fn operands<R: Real>(program: &Program, i: &Instruction, stack: &mut Vec<R>) -> 
     operands
 }
 
-/// The point that an instruction looks at.
-pub(crate) fn framed<R: Real>(program: &Program, i: &Instruction, p: R::Vec3) -> R::Vec3 {
+/// Returns the point of evaluation of an instruction.
+pub(crate) fn transformed<R: Real>(program: &Program, i: &Instruction, p: R::Vec3) -> R::Vec3 {
     let row = |index: u32| program.pool[index as usize].map(|v| R::constant(v.into()));
-    match i.frame {
-        Frame::Same => p,
-        Frame::Moved(index) => {
+    match i.transform {
+        PointTransform::Identity => p,
+        PointTransform::Translate(index) => {
             let [x, y, z, _] = row(index);
             p + R::Vec3::new(x, y, z)
         }
-        Frame::Mapped(index) => mapped::<R>([row(index), row(index + 1), row(index + 2)], p),
+        PointTransform::Affine(index) => {
+            apply_affine::<R>([row(index), row(index + 1), row(index + 2)], p)
+        }
     }
 }
 
-/// A point through a 3×4 matrix, summed in the order of the columns.
+/// Maps a point by a 3×4 matrix, summed in the order of the columns.
 #[inline(always)]
-pub fn mapped<R: Real>(rows: [[R; 4]; 3], p: R::Vec3) -> R::Vec3 {
+pub fn apply_affine<R: Real>(rows: [[R; 4]; 3], p: R::Vec3) -> R::Vec3 {
     R::Vec3::new(
-        along::<R>(rows[0], p),
-        along::<R>(rows[1], p),
-        along::<R>(rows[2], p),
+        row_product::<R>(rows[0], p),
+        row_product::<R>(rows[1], p),
+        row_product::<R>(rows[2], p),
     )
 }
 
-/// A row of a matrix times a point.
+/// Returns the product of a row of a matrix with a point.
 #[inline(always)]
-fn along<R: Real>([a, b, c, d]: [R; 4], p: R::Vec3) -> R {
+fn row_product<R: Real>([a, b, c, d]: [R; 4], p: R::Vec3) -> R {
     p.x() * a + p.y() * b + p.z() * c + d
 }

@@ -5,18 +5,18 @@
 //! word 1   version of this layout
 //! word 2   hash of the operation table
 //! word 3   checksum of all words from word 5 on
-//! word 4   how many words follow
+//! word 4   number of the words after the header
 //! then sections, each: its kind, its length in words, its words
-//!   1 instructions   2 constants   3 patches (number, result)   4 the count of slots
-//!   5 to 8 the same for the program of surfaces, if there is one
+//!   1 instructions   2 constants   3 patches (number, result)   4 the number of slots
+//!   5 to 8 the same for the surface program, if there is one
 //!   9 uniform program and settings: their length in bytes, then the bytes (postcard), zero-padded
 //! ```
-//! All words are little-endian. Sections 1, 2, 5 and 6 are uploaded to a GPU as they are. Decoding
-//! verifies; a file of another version or table is refused, since opcodes are positions in the table.
+//! All words are little-endian. Sections 1, 2, 5 and 6 are uploaded to a GPU unchanged. Decoding verifies.
+//! A file of another version or table is refused, since opcodes are positions in the table.
 
 use crate::encode::{DecodeError, decode, encode};
 use crate::program::{Module, Patch, Program};
-use crate::settings::{Camera, Lens, Light, LightSource, Setting, Settings, Shadow};
+use crate::settings::{Camera, Lens, Light, LightSource, SettingValue, Settings, Shadow};
 use crate::table::table_hash;
 use crate::uniform::{UniformError, UniformProgram};
 use crate::verify::{VerifyError, verify};
@@ -28,61 +28,61 @@ const HEADER: usize = 5;
 /// The largest file that is read, in bytes.
 pub const MAX_BYTES: usize = 64 << 20;
 
-/// Why bytes are no module.
+/// The reasons why bytes are not a module.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FileError {
-    /// It does not begin as such a file does.
+    /// The magic number is missing.
     #[error("this is not an sdfc bytecode file")]
     Magic,
-    /// It ends too early, or goes on too long.
+    /// The file is too short or too long.
     #[error("the file has {have} bytes where its header says {want}: it is cut off or damaged")]
     Length {
-        /// How many there are.
+        /// Actual size in bytes.
         have: usize,
-        /// How many there should be.
+        /// Expected size in bytes.
         want: usize,
     },
-    /// It is larger than any that is read.
+    /// The file exceeds the size limit.
     #[error("the file has {have} bytes, more than the {MAX_BYTES} that are read")]
     TooLarge {
-        /// How many there are.
+        /// Actual size in bytes.
         have: usize,
     },
-    /// Its layout is another version's.
+    /// The layout has another version.
     #[error(
         "the file has version {found} of the format, this sdfc reads version {VERSION}: compile the scene again"
     )]
     Version {
-        /// Its version.
+        /// The version of the file.
         found: u32,
     },
-    /// It was written with another table of operations.
+    /// The file was written with another table of operations.
     #[error("the file was written by an sdfc with other operations: compile the scene again")]
     Table,
-    /// Its words are not those that were written.
+    /// The checksum does not match.
     #[error("the file is damaged: its checksum does not match")]
     Checksum,
-    /// A section is missing, twice there, unknown, or does not fit.
+    /// A section is missing, duplicated, unknown, or has a wrong size.
     #[error("the file is damaged: section {0} is not as it should be")]
     Section(u32),
-    /// Its settings cannot be read.
+    /// The settings cannot be read.
     #[error("the file is damaged: its settings cannot be read ({0})")]
     Settings(String),
-    /// It could be read, but is not what would be written.
+    /// The file is readable, but encoding its module gives other bytes.
     #[error("the file is damaged: its scene would be written otherwise")]
     Form,
-    /// An instruction means nothing.
+    /// An instruction is not decodable.
     #[error(transparent)]
     Decode(#[from] DecodeError),
-    /// A program may not run.
+    /// A program fails verification.
     #[error(transparent)]
     Verify(#[from] VerifyError),
-    /// The uniform program may not run.
+    /// The uniform program fails verification.
     #[error(transparent)]
     Uniform(#[from] UniformError),
 }
 
-/// The module as bytes.
+/// Encodes a module.
 pub fn encode_file(module: &Module) -> Vec<u8> {
     let mut body: Vec<u32> = Vec::new();
     let mut section = |kind: u32, words: &[u32]| {
@@ -100,7 +100,7 @@ pub fn encode_file(module: &Module) -> Vec<u8> {
         let patches: Vec<u32> = program
             .patches
             .iter()
-            .flat_map(|patch| [patch.at, patch.output])
+            .flat_map(|patch| [patch.index, patch.output])
             .collect();
         section(first, &encode(&program.code));
         section(first + 1, &pool);
@@ -116,12 +116,11 @@ pub fn encode_file(module: &Module) -> Vec<u8> {
         u32::from_le_bytes(bytes)
     }));
     section(9, &words);
-    sealed(&body)
+    with_header(&body)
 }
 
-/// The bytes of a file with the words of these sections, behind a header that fits them. Nothing is
-/// said of whether they mean anything.
-pub fn sealed(body: &[u32]) -> Vec<u8> {
+/// Returns the bytes of a file with these sections after a matching header. The sections are not checked.
+pub fn with_header(body: &[u32]) -> Vec<u8> {
     let header = [
         MAGIC,
         VERSION,
@@ -136,13 +135,13 @@ pub fn sealed(body: &[u32]) -> Vec<u8> {
         .collect()
 }
 
-/// Whether bytes begin as such a file does.
+/// Reports whether bytes begin with the magic number.
 pub fn is_module(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC.to_le_bytes())
 }
 
-/// The module that bytes hold, verified. Equal modules have equal bytes: what [`encode_file`] would
-/// write otherwise is refused.
+/// Decodes and verifies a module. Equal modules have equal bytes: a file that differs from the output of
+/// [`encode_file`] is refused.
 pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
     if bytes.len() > MAX_BYTES {
         return Err(FileError::TooLarge { have: bytes.len() });
@@ -179,8 +178,8 @@ pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
         return Err(FileError::Checksum);
     }
     let mut sections: [Option<&[u32]>; 10] = [None; 10];
-    let mut left = body;
-    while let [kind, length, after @ ..] = left {
+    let mut remaining = body;
+    while let [kind, length, after @ ..] = remaining {
         let (kind, length) = (*kind, *length as usize);
         let slot = sections
             .get_mut(kind as usize)
@@ -189,9 +188,9 @@ pub fn decode_file(bytes: &[u8]) -> Result<Module, FileError> {
             return Err(FileError::Section(kind));
         }
         *slot = Some(&after[..length]);
-        left = &after[length..];
+        remaining = &after[length..];
     }
-    if !left.is_empty() {
+    if !remaining.is_empty() {
         return Err(FileError::Section(0));
     }
     let meta = sections[9].ok_or(FileError::Section(9))?;
@@ -236,7 +235,7 @@ fn program(sections: &[Option<&[u32]>; 10], first: usize) -> Result<Option<Progr
         pool: pool.iter().map(|four| four.map(f32::from_bits)).collect(),
         patches: patches
             .iter()
-            .map(|&[at, output]| Patch { at, output })
+            .map(|&[at, output]| Patch { index: at, output })
             .collect(),
         slots,
     }))
@@ -251,7 +250,7 @@ fn settings(words: &[u32]) -> Result<(UniformProgram, Settings), FileError> {
     postcard::from_bytes(bytes).map_err(|error| FileError::Settings(error.to_string()))
 }
 
-/// FNV-1a over the words.
+/// Returns the FNV-1a hash of the words.
 fn checksum(words: &[u32]) -> u32 {
     words.iter().fold(0x811c_9dc5, |hash, word| {
         word.to_le_bytes().iter().fold(hash, |hash: u32, &byte| {
@@ -260,10 +259,10 @@ fn checksum(words: &[u32]) -> u32 {
     })
 }
 
-/// What must hold of settings before anything reads them.
+/// Checks the settings before anything uses them.
 fn check_settings(settings: &Settings, uniforms: &UniformProgram) -> Result<(), &'static str> {
     let outputs = uniforms.outputs.len();
-    let mut numbers: Vec<Setting> = settings.material.to_vec();
+    let mut numbers: Vec<SettingValue> = settings.material.to_vec();
     numbers.extend(settings.checks.iter().map(|check| check.value));
     for Camera {
         from,
@@ -301,9 +300,9 @@ fn check_settings(settings: &Settings, uniforms: &UniformProgram) -> Result<(), 
     numbers.push(sky.ambient);
     numbers.extend(sky.fog);
     numbers.push(settings.render.exposure);
-    let readable = |number: &Setting| match *number {
-        Setting::Constant(v) => v.is_finite(),
-        Setting::Uniform(output) => (output as usize) < outputs,
+    let readable = |number: &SettingValue| match *number {
+        SettingValue::Constant(v) => v.is_finite(),
+        SettingValue::Uniform(output) => (output as usize) < outputs,
     };
     if !numbers.iter().all(readable) {
         return Err("a number is not finite or does not exist");
@@ -323,7 +322,11 @@ fn check_settings(settings: &Settings, uniforms: &UniformProgram) -> Result<(), 
     if inputs != uniforms.inputs as usize || !settings.params.iter().all(finite) {
         return Err("the parameters do not fit the uniform program");
     }
-    let boxes = [&settings.bounds, &settings.reach, &settings.found.bounds];
+    let boxes = [
+        &settings.bounds,
+        &settings.bounds_for_all_params,
+        &settings.current_bounds.bounds,
+    ];
     let mut corners = boxes.into_iter().flat_map(|b| b.min.iter().chain(&b.max));
     if corners.any(|v| v.is_nan()) {
         return Err("its bounds or its slope are not numbers");

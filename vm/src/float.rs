@@ -1,8 +1,8 @@
-//! `f32`, the number of every picture, and `f64`, the number of tests and uniform expressions.
+//! `f32`, the number type of rendering, and `f64`, that of tests and uniform expressions.
 //!
-//! On `f32` the elementary functions are our own ([`crate::elementary`]), so that the CPU and every
-//! GPU compute the same bits; on `f64` they are the standard library's, because `f64` is what the
-//! others are measured against.
+//! On `f32` the elementary functions are our own ([`crate::elementary`]), so that the CPU and every GPU
+//! compute the same bits. On `f64` they are the standard library's, because `f64` is the reference for the
+//! other types.
 
 use crate::elementary;
 use crate::real::Real;
@@ -18,7 +18,7 @@ impl Real for f32 {
         value as f32
     }
     #[inline(always)]
-    fn surely(condition: bool) -> bool {
+    fn is_certain(condition: bool) -> bool {
         condition
     }
     #[inline(always)]
@@ -71,7 +71,7 @@ impl Real for f32 {
     }
     #[inline(always)]
     fn power_of_two(self) -> Self {
-        // The last bits of the sum are the exponent's, and all others are shifted out.
+        // The last bits of the sum are those of the exponent; the shift drops all others.
         f32::from_bits((self + (8_388_608.0 + 127.0)).to_bits() << 23)
     }
     #[inline(always)]
@@ -92,7 +92,7 @@ impl Real for f32 {
         V3 { x, y, z }
     }
     #[inline(always)]
-    fn lattice_edge(cell: V3<f32>, seed: Self) -> V3<f32> {
+    fn noise_corner_gradient(cell: V3<f32>, seed: Self) -> V3<f32> {
         let [x, y, z] = elementary::edge([cell.x, cell.y, cell.z], seed);
         V3 { x, y, z }
     }
@@ -118,7 +118,7 @@ impl Real for f32 {
     }
 }
 
-/// The upper 24 bits of a hash as a number in [-1, 1).
+/// Converts the upper 24 bits of a hash to a number in [-1, 1).
 #[inline(always)]
 fn unit(bits: u32) -> f32 {
     (bits >> 8) as i32 as f32 * (1.0 / 8_388_608.0) - 1.0
@@ -134,7 +134,7 @@ impl Real for f64 {
         value
     }
     #[inline(always)]
-    fn surely(condition: bool) -> bool {
+    fn is_certain(condition: bool) -> bool {
         condition
     }
     #[inline(always)]
@@ -204,7 +204,7 @@ impl Real for f64 {
         V3 { x, y, z }
     }
     #[inline(always)]
-    fn lattice_edge(cell: V3<f64>, seed: Self) -> V3<f64> {
+    fn noise_corner_gradient(cell: V3<f64>, seed: Self) -> V3<f64> {
         let cell = [cell.x as f32, cell.y as f32, cell.z as f32];
         let [x, y, z] = elementary::edge(cell, seed as f32).map(f64::from);
         V3 { x, y, z }

@@ -1,31 +1,31 @@
-//! Guards: what a program may leave out at a point.
+//! Guards: blocks of a program that a point may skip.
 //!
-//! A guard stands in front of a block of instructions that blends shapes into the value on top. It
-//! holds a box around those shapes and how near they have to be to matter. Where a point is farther
-//! from the box, the block would give back the value on top in every bit, and is skipped.
+//! A guard precedes a block of instructions that blends shapes into the value on top. It holds a box around
+//! those shapes and the influence radius within which they matter. For a point that is farther from the
+//! box, the block would return the value on top with the same bits, and is skipped.
 
 use crate::real::{Real, Vector3, lit};
 
-/// What a guard compares is squared; the one side is taken by this much larger, so that rounding,
-/// of the guard or of the shapes, never skips what matters. What is far away is less certain.
-pub const CAUTION: f64 = 1.001;
+/// Safety factor on the squared influence radius, so that rounding, of the guard or of the shapes, never
+/// skips a block that matters. Rounding errors grow with the distance.
+pub const SAFETY_FACTOR: f64 = 1.001;
 
-/// By how much `p` lies beyond the reach of what a guard stands in front of, as a difference of
-/// squares: above zero, it has no part in `top`. The shapes are within `half` of `centre`; they
-/// matter where they are nearer than `factor` times `top` and `reach` together.
+/// Returns the signed squared margin by which `p` is outside the influence region of a guard's block: if it
+/// is positive, the block does not affect `top`. The shapes are within `half` of `centre`; they matter at
+/// distances below `scale` times `top` plus `radius`.
 #[inline(always)]
-pub fn beyond<R: Real>(
+pub fn influence_margin_sq<R: Real>(
     p: R::Vec3,
     top: R,
     centre: R::Vec3,
-    reach: R,
+    radius: R,
     half: R::Vec3,
-    factor: R,
+    scale: R,
 ) -> R {
     let gap = ((p - centre).abs() - half)
         .max(R::Vec3::splat(lit(0.0)))
         .named("gap");
-    // In this order, what is not a number stays so, and nothing is skipped.
-    let near = lit::<R>(0.0).max(top * factor + reach).named("near");
-    gap.dot(gap) - near * near * lit(CAUTION)
+    // In this order, NaN stays NaN, and nothing is skipped.
+    let near = lit::<R>(0.0).max(top * scale + radius).named("near");
+    gap.dot(gap) - near * near * lit(SAFETY_FACTOR)
 }

@@ -1,14 +1,13 @@
 //! Intervals: a body evaluated on intervals gives bounds that hold for every point of a box.
 //!
-//! There are two of them, by the number type of their ends ([`End`]):
-//! - [`Interval`], of `f64`, bounds what the formula gives for *real* numbers: every result is
-//!   widened to the next representable number on both sides. It is for proofs.
-//! - [`FloatInterval`], of `f32`, bounds what the formula gives when it is *evaluated in `f32`*.
-//!   Sums, products, quotients, roots and minima round monotonically, so their ends need no
-//!   widening at all: an end is what `f32` gives there. It is for pruning programs: what it
-//!   decides cannot change a bit of the result.
+//! There are two kinds, by the number type of their ends ([`End`]):
+//! - [`Interval`], of `f64`, bounds the formula's value for *real* numbers: every result is widened to the next
+//!   representable number on both sides. It is for proofs.
+//! - [`FloatInterval`], of `f32`, bounds the formula's value when it is *evaluated in `f32`*. Sums, products,
+//!   quotients, roots and minima round monotonically, so their ends need no widening: an end is the `f32` result
+//!   there. It is for pruning programs: its decisions cannot change a bit of the result.
 //!
-//! Everything is branch-free, so that 64 of them run in lanes ([`crate::lanes`]).
+//! All code is branch-free, so that 64 intervals are evaluated in lanes ([`crate::lanes`]).
 
 use crate::elementary;
 use crate::real::{Real, eased, lit};
@@ -17,7 +16,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// All numbers from `lo` to `hi`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct IntervalOf<E> {
+pub struct GenericInterval<E> {
     /// The smallest number.
     pub lo: E,
     /// The largest number.
@@ -25,47 +24,47 @@ pub struct IntervalOf<E> {
 }
 
 /// Bounds for real numbers.
-pub type Interval = IntervalOf<f64>;
+pub type Interval = GenericInterval<f64>;
 
-/// Bounds for what `f32` gives.
-pub type FloatInterval = IntervalOf<f32>;
+/// Bounds for `f32` results.
+pub type FloatInterval = GenericInterval<f32>;
 
-/// What is known of a comparison between intervals.
+/// The three-valued result of a comparison between intervals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Known {
-    /// It may hold for some numbers.
-    pub may: bool,
-    /// It may fail for some.
-    pub may_not: bool,
+pub struct Tristate {
+    /// Set if it may hold for some numbers.
+    pub can_be_true: bool,
+    /// Set if it may fail for some numbers.
+    pub can_be_false: bool,
 }
 
 /// A number type for the ends of intervals.
 pub trait End: Real<Bool = bool, Vec3 = V3<Self>> + PartialOrd + std::fmt::Debug {
-    /// Larger than all numbers.
+    /// Infinity, which is larger than all numbers.
     const INFINITY: Self;
-    /// Set where the ends bound real numbers, for which identities hold that devices are not asked to know.
-    const OF_REALS: bool;
-    /// The number itself, or the next one below where that is needed for the bound to hold.
+    /// Set if the ends bound real numbers, for which identities hold that `f32` arithmetic may violate.
+    const BOUNDS_REALS: bool;
+    /// Returns the number itself, or the next one below where the bound requires it.
     fn down(self) -> Self;
-    /// The number itself, or the next one above where that is needed for the bound to hold.
+    /// Returns the number itself, or the next one above where the bound requires it.
     fn up(self) -> Self;
-    /// How far the sine, cosine and angle of arguments up to `magnitude` may be off.
+    /// Returns the largest error of the sine, cosine and angle for arguments up to `magnitude`.
     fn trigonometric_error(magnitude: Self) -> Self;
-    /// How far the exponential and the logarithm that gave `result` may be off.
+    /// Returns the largest error of an exponential or logarithm with this result.
     fn exponential_error(result: Self) -> Self;
-    /// How far a distance may be off that is computed from coordinates and lengths up to `size` in some dozens of
-    /// operations.
+    /// Returns the largest error of a distance that is computed from coordinates and lengths up to `size`
+    /// in a few dozen operations.
     fn distance_error(size: Self) -> Self;
-    /// Gradient noise and its gradient over a box.
+    /// Returns bounds of gradient noise and of its gradient over a box.
     fn noise_gradient(
-        p: V3<IntervalOf<Self>>,
-        seed: IntervalOf<Self>,
-    ) -> (IntervalOf<Self>, V3<IntervalOf<Self>>);
+        p: V3<GenericInterval<Self>>,
+        seed: GenericInterval<Self>,
+    ) -> (GenericInterval<Self>, V3<GenericInterval<Self>>);
 }
 
 impl End for f64 {
     const INFINITY: Self = f64::INFINITY;
-    const OF_REALS: bool = true;
+    const BOUNDS_REALS: bool = true;
     #[inline(always)]
     fn down(self) -> Self {
         self.next_down()
@@ -92,12 +91,12 @@ impl End for f64 {
         let slopes: V3<Interval> = noise_slopes();
         if single(p.x) && single(p.y) && single(p.z) && seed.lo == seed.hi {
             let (inside, gradient) = elementary::perlin(p, seed);
-            let gradient = V3::of(
-                gradient.x.common(slopes.x),
-                gradient.y.common(slopes.y),
-                gradient.z.common(slopes.z),
+            let gradient = V3::new(
+                gradient.x.intersection(slopes.x),
+                gradient.y.intersection(slopes.y),
+                gradient.z.intersection(slopes.z),
             );
-            return (inside.common(value), gradient);
+            return (inside.intersection(value), gradient);
         }
         (value, slopes)
     }
@@ -105,7 +104,7 @@ impl End for f64 {
 
 impl End for f32 {
     const INFINITY: Self = f32::INFINITY;
-    const OF_REALS: bool = false;
+    const BOUNDS_REALS: bool = false;
     #[inline(always)]
     fn down(self) -> Self {
         self
@@ -135,70 +134,70 @@ impl End for f32 {
     }
 }
 
-/// A bound within all formats of what is too large for a number.
+/// A number near the overflow limit of `f32`; larger results of increasing functions are clamped to it.
 const LARGE: f64 = 3e38;
 
-/// Whether a number is one, and not NaN.
+/// Reports whether a number is not NaN.
 #[inline(always)]
 #[expect(clippy::eq_op, reason = "NaN alone is not equal to itself")]
 fn is_number<E: End>(v: E) -> bool {
     v == v
 }
 
-/// Noise over a box: its value in the middle, and no more than its slope allows on the way from
-/// there; `slack` covers rounding. What the middle is rounded to does not matter.
+/// Bounds noise over a box: its value at the centre, plus or minus the largest change that its slope bound
+/// allows. `slack` covers rounding of the value; rounding of the centre does not matter.
 #[inline(always)]
 fn noise_around_middle<E: End>(
-    p: V3<IntervalOf<E>>,
-    seed: IntervalOf<E>,
+    p: V3<GenericInterval<E>>,
+    seed: GenericInterval<E>,
     slack: f64,
-) -> IntervalOf<E> {
-    let middle = |i: IntervalOf<E>| (i.lo + i.hi) * lit(0.5);
-    let centre = V3::of(middle(p.x), middle(p.y), middle(p.z));
-    let half = |i: IntervalOf<E>, middle: E| (i.hi - middle).max(middle - i.lo);
+) -> GenericInterval<E> {
+    let middle = |i: GenericInterval<E>| (i.lo + i.hi) * lit(0.5);
+    let centre = V3::new(middle(p.x), middle(p.y), middle(p.z));
+    let half = |i: GenericInterval<E>, middle: E| (i.hi - middle).max(middle - i.lo);
     let (x, y, z) = (
         half(p.x, centre.x),
         half(p.y, centre.y),
         half(p.z, centre.z),
     );
-    let way = (x * x + y * y + z * z).sqrt();
+    let radius = (x * x + y * y + z * z).sqrt();
     let value = E::noise(centre, seed.lo);
-    // Far out, the coordinates themselves are rounded to steps that count.
+    // Far from the origin, coordinates are rounded to steps that are not negligible.
     let coarse = (centre.x.abs() + centre.y.abs() + centre.z.abs()) * lit(1e-6);
-    let change = (way + coarse) * lit(NOISE_STEEPNESS) + lit(slack);
-    let known = (seed.lo == seed.hi) & (change < E::INFINITY);
-    let most = lit::<E>(1.5);
-    IntervalOf {
-        lo: E::select(known, (value - change).max(-most), -most),
-        hi: E::select(known, (value + change).min(most), most),
+    let change = (radius + coarse) * lit(NOISE_STEEPNESS) + lit(slack);
+    let is_bounded = (seed.lo == seed.hi) & (change < E::INFINITY);
+    let limit = lit::<E>(1.5);
+    GenericInterval {
+        lo: E::select(is_bounded, (value - change).max(-limit), -limit),
+        hi: E::select(is_bounded, (value + change).min(limit), limit),
     }
 }
 
-/// What is known of the noise's slopes anywhere.
+/// Returns bounds of the noise's gradient that hold everywhere.
 #[inline(always)]
-fn noise_slopes<E: End>() -> V3<IntervalOf<E>> {
-    let slope = IntervalOf {
+fn noise_slopes<E: End>() -> V3<GenericInterval<E>> {
+    let slope = GenericInterval {
         lo: lit(-NOISE_SLOPE),
         hi: lit(NOISE_SLOPE),
     };
-    V3::of(slope, slope, slope)
+    V3::new(slope, slope, slope)
 }
 
 impl Interval {
-    /// All numbers.
+    /// The interval of all numbers.
     pub const ALL: Self = Self {
         lo: f64::NEG_INFINITY,
         hi: f64::INFINITY,
     };
 }
 
-impl<E: End> IntervalOf<E> {
-    /// The interval of one number.
+impl<E: End> GenericInterval<E> {
+    /// Creates the interval of one number.
     #[inline(always)]
     pub const fn point(v: E) -> Self {
         Self { lo: v, hi: v }
     }
-    /// The interval between two numbers, in either order.
+    /// Creates the interval between two numbers, in either order.
     #[inline(always)]
     pub fn between(a: E, b: E) -> Self {
         Self {
@@ -206,7 +205,7 @@ impl<E: End> IntervalOf<E> {
             hi: a.max(b),
         }
     }
-    /// The smallest interval that holds both.
+    /// Returns the smallest interval that contains both.
     #[inline(always)]
     pub fn hull(self, other: Self) -> Self {
         Self {
@@ -214,116 +213,117 @@ impl<E: End> IntervalOf<E> {
             hi: self.hi.max(other.hi),
         }
     }
-    /// What both hold of one number, of which both are known to be bounds.
+    /// Returns the intersection of two bounds of the same number.
     #[inline(always)]
-    fn common(self, other: Self) -> Self {
+    fn intersection(self, other: Self) -> Self {
         Self {
             lo: self.lo.max(other.lo),
             hi: self.hi.min(other.hi),
         }
     }
-    /// Whether `v` lies inside.
+    /// Reports whether `v` lies inside.
     #[inline(always)]
     pub fn contains(self, v: E) -> bool {
         self.lo <= v && v <= self.hi
     }
-    /// The largest magnitude inside.
+    /// Returns the largest magnitude inside.
     #[inline(always)]
     pub fn magnitude(self) -> E {
         self.lo.abs().max(self.hi.abs())
     }
-    /// Whether it is one number.
+    /// Reports whether it is a single number.
     #[inline(always)]
     fn is_point(self) -> bool {
         self.lo == self.hi
     }
-    /// A random number of a cell: `v`, or any of a range where the cell is not known.
+    /// Returns a random number of a cell: `v`, or its full range where the cell is ambiguous.
     #[inline(always)]
     fn random(v: E, [lo, hi]: [f64; 2], cell: V3<Self>, seed: Self) -> Self {
-        let known = cell.x.is_point() & cell.y.is_point() & cell.z.is_point() & seed.is_point();
+        let is_single = cell.x.is_point() & cell.y.is_point() & cell.z.is_point() & seed.is_point();
         Self {
-            lo: E::select(known, v, lit(lo)),
-            hi: E::select(known, v, lit(hi)),
+            lo: E::select(is_single, v, lit(lo)),
+            hi: E::select(is_single, v, lit(hi)),
         }
     }
-    /// Rounded outwards; NaN becomes everything.
+    /// Returns the ends rounded outwards; NaN becomes infinite.
     #[inline(always)]
     fn widened(lo: E, hi: E) -> Self {
-        let known = is_number(lo) & is_number(hi);
+        let is_valid = is_number(lo) & is_number(hi);
         Self {
-            lo: E::select(known, lo.down(), -E::INFINITY),
-            hi: E::select(known, hi.up(), E::INFINITY),
+            lo: E::select(is_valid, lo.down(), -E::INFINITY),
+            hi: E::select(is_valid, hi.up(), E::INFINITY),
         }
     }
-    /// Sums rounded outwards. One that is zero is exact: squares of boxes at the origin do not go below zero.
+    /// Returns a sum's ends rounded outwards. A zero end is exact, so squares of boxes at the origin stay
+    /// non-negative.
     #[inline(always)]
     fn summed(lo: E, hi: E) -> Self {
         let wide = Self::widened(lo, hi);
         let zero = lit::<E>(0.0);
-        let known = is_number(lo) & is_number(hi);
+        let is_valid = is_number(lo) & is_number(hi);
         Self {
-            lo: E::select(known & (lo == zero), zero, wide.lo),
-            hi: E::select(known & (hi == zero), zero, wide.hi),
+            lo: E::select(is_valid & (lo == zero), zero, wide.lo),
+            hi: E::select(is_valid & (hi == zero), zero, wide.hi),
         }
     }
-    /// The hull of four numbers, rounded outwards.
+    /// Returns the hull of four numbers, rounded outwards.
     #[inline(always)]
-    fn of_four([a, b, c, d]: [E; 4]) -> Self {
-        let known = is_number(a) & is_number(b) & is_number(c) & is_number(d);
+    fn hull_of_four([a, b, c, d]: [E; 4]) -> Self {
+        let is_valid = is_number(a) & is_number(b) & is_number(c) & is_number(d);
         let (lo, hi) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
         Self {
-            lo: E::select(known, lo.down(), -E::INFINITY),
-            hi: E::select(known, hi.up(), E::INFINITY),
+            lo: E::select(is_valid, lo.down(), -E::INFINITY),
+            hi: E::select(is_valid, hi.up(), E::INFINITY),
         }
     }
-    /// A monotonically increasing elementary function, widened by its error.
+    /// Evaluates a monotonically increasing elementary function, widened by its error.
     #[inline(always)]
     fn increasing(self, f: impl Fn(E) -> E) -> Self {
-        // What overflows is large: without a limit its error would be as large.
+        // Infinite results are clamped; otherwise their error would be infinite as well.
         let (lo, hi) = (f(self.lo).min(lit(LARGE)), f(self.hi).max(lit(-LARGE)));
         Self::widened(lo - E::exponential_error(lo), hi + E::exponential_error(hi))
     }
-    /// The range of a wave over this interval of radians: a sine or cosine `f` whose crests are
-    /// at `crest` and every full turn from there.
+    /// Returns the range of a wave over this interval of radians: a sine or cosine `f` whose maxima are at
+    /// `crest` and every full turn from there.
     #[inline(always)]
     fn wave(self, f: impl Fn(E) -> E, crest: f64) -> Self {
         use std::f64::consts::{PI, TAU};
         let error = E::trigonometric_error(self.magnitude());
         let (a, b) = (f(self.lo), f(self.hi));
-        // A crest (or a trough) lies inside if one more of them is passed at the end than at the
-        // start. One that rounding puts on the wrong side of an end is all but reached there.
+        // A crest (or a trough) lies inside if the end has passed one more of them than the start. Where
+        // rounding moves one across an end, the value at that end almost equals the crest.
         let passes = |phase: f64| {
             let turns = |x: E| ((x - lit(phase)) * lit(1.0 / TAU)).floor();
             turns(self.lo) < turns(self.hi)
         };
         let one = lit::<E>(1.0);
-        // Comparisons with NaN fail: what is not known to be short is taken to be long.
+        // Comparisons with NaN fail: an interval whose length is NaN counts as long.
         let short = (self.hi - self.lo < lit(TAU)) & (self.magnitude() < lit(1e5));
-        let most = one + E::trigonometric_error(one);
-        let lo = E::select(!short | passes(crest - PI), -most, a.min(b) - error);
-        let hi = E::select(!short | passes(crest), most, a.max(b) + error);
+        let limit = one + E::trigonometric_error(one);
+        let lo = E::select(!short | passes(crest - PI), -limit, a.min(b) - error);
+        let hi = E::select(!short | passes(crest), limit, a.max(b) + error);
         Self {
-            lo: lo.max(-most),
-            hi: hi.min(most),
+            lo: lo.max(-limit),
+            hi: hi.min(limit),
         }
     }
 }
 
-impl<E: End> Add for IntervalOf<E> {
+impl<E: End> Add for GenericInterval<E> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self::summed(self.lo + other.lo, self.hi + other.hi)
     }
 }
-impl<E: End> Sub for IntervalOf<E> {
+impl<E: End> Sub for GenericInterval<E> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self::summed(self.lo - other.hi, self.hi - other.lo)
     }
 }
-impl<E: End> Neg for IntervalOf<E> {
+impl<E: End> Neg for GenericInterval<E> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -333,11 +333,11 @@ impl<E: End> Neg for IntervalOf<E> {
         }
     }
 }
-impl<E: End> Mul for IntervalOf<E> {
+impl<E: End> Mul for GenericInterval<E> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        Self::of_four([
+        Self::hull_of_four([
             product(self.lo, other.lo),
             product(self.lo, other.hi),
             product(self.hi, other.lo),
@@ -346,40 +346,40 @@ impl<E: End> Mul for IntervalOf<E> {
     }
 }
 
-/// 0 · ∞ is 0 here: the infinite end stands for "however large". (A function and not a closure,
-/// which would not be compiled into each loop over lanes.)
+/// 0 · ∞ is 0 here: an infinite end means "arbitrarily large". (A function, because a closure would not be
+/// compiled into each loop over lanes.)
 #[inline(always)]
 fn product<E: End>(a: E, b: E) -> E {
     let zero = lit::<E>(0.0);
     E::select((a == zero) | (b == zero), zero, a * b)
 }
-impl<E: End> Div for IntervalOf<E> {
+impl<E: End> Div for GenericInterval<E> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
         let zero = lit::<E>(0.0);
-        let quotients = Self::of_four([
+        let quotients = Self::hull_of_four([
             self.lo / other.lo,
             self.lo / other.hi,
             self.hi / other.lo,
             self.hi / other.hi,
         ]);
-        // A divisor from zero on up leaves a dividend's sign.
+        // A non-negative divisor keeps the sign of the dividend.
         let rising = (self.lo >= zero) & (other.lo >= zero) & (other.hi > zero);
-        let whole = !((other.lo > zero) | (other.hi < zero));
+        let spans_zero = !((other.lo > zero) | (other.hi < zero));
         Self {
             lo: E::select(
-                whole,
+                spans_zero,
                 E::select(rising, (self.lo / other.hi).down(), -E::INFINITY),
                 quotients.lo,
             ),
-            hi: E::select(whole, E::INFINITY, quotients.hi),
+            hi: E::select(spans_zero, E::INFINITY, quotients.hi),
         }
     }
 }
 
-impl<E: End> Real for IntervalOf<E> {
-    type Bool = Known;
+impl<E: End> Real for GenericInterval<E> {
+    type Bool = Tristate;
     type Vec2 = crate::vector::V2<Self>;
     type Vec3 = V3<Self>;
 
@@ -441,21 +441,21 @@ impl<E: End> Real for IntervalOf<E> {
     }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {
-        // Away from the cut along the negative x axis the angle is monotone along every edge of
-        // the box, so its extremes lie at the corners.
+        // Away from the cut along the negative x axis, the angle is monotone along every edge of the box.
+        // So its extremes lie at the corners.
         let zero = lit::<E>(0.0);
-        let corners = Self::of_four([
+        let corners = Self::hull_of_four([
             self.lo.atan2(x.lo),
             self.lo.atan2(x.hi),
             self.hi.atan2(x.lo),
             self.hi.atan2(x.hi),
         ]);
         let monotone = (x.lo > zero) | (self.lo > zero) | (self.hi < zero);
-        let most = lit::<E>(std::f64::consts::PI);
+        let limit = lit::<E>(std::f64::consts::PI);
         let error = E::trigonometric_error(lit(1.0));
         Self {
-            lo: E::select(monotone, corners.lo, -most) - error,
-            hi: E::select(monotone, corners.hi, most) + error,
+            lo: E::select(monotone, corners.lo, -limit) - error,
+            hi: E::select(monotone, corners.hi, limit) + error,
         }
     }
     #[inline(always)]
@@ -469,7 +469,7 @@ impl<E: End> Real for IntervalOf<E> {
     #[inline(always)]
     fn log2(self) -> Self {
         let range = self.increasing(E::log2);
-        // Beyond all numbers, and of what is none, it may be anything.
+        // For infinite or NaN arguments, the logarithm is unbounded.
         Self {
             lo: range.lo,
             hi: E::select(self.hi < E::INFINITY, range.hi, E::INFINITY),
@@ -495,18 +495,18 @@ impl<E: End> Real for IntervalOf<E> {
     }
     #[inline(always)]
     fn lattice(cell: V3<Self>, seed: Self) -> V3<Self> {
-        let v = E::lattice(V3::of(cell.x.lo, cell.y.lo, cell.z.lo), seed.lo);
-        let of = |v: E| Self::random(v, [-1.0, 1.0], cell, seed);
-        V3::of(of(v.x), of(v.y), of(v.z))
+        let v = E::lattice(V3::new(cell.x.lo, cell.y.lo, cell.z.lo), seed.lo);
+        let component = |v: E| Self::random(v, [-1.0, 1.0], cell, seed);
+        V3::new(component(v.x), component(v.y), component(v.z))
     }
     #[inline(always)]
-    fn lattice_edge(cell: V3<Self>, seed: Self) -> V3<Self> {
-        let v = E::lattice_edge(V3::of(cell.x.lo, cell.y.lo, cell.z.lo), seed.lo);
-        let of = |v: E, range| Self::random(v, range, cell, seed);
-        V3::of(
-            of(v.x, [1.0, 2.0]),
-            of(v.y, [-1.0, 1.0]),
-            of(v.z, [-1.0, 1.0]),
+    fn noise_corner_gradient(cell: V3<Self>, seed: Self) -> V3<Self> {
+        let v = E::noise_corner_gradient(V3::new(cell.x.lo, cell.y.lo, cell.z.lo), seed.lo);
+        let component = |v: E, range| Self::random(v, range, cell, seed);
+        V3::new(
+            component(v.x, [1.0, 2.0]),
+            component(v.y, [-1.0, 1.0]),
+            component(v.z, [-1.0, 1.0]),
         )
     }
     #[inline(always)]
@@ -516,35 +516,43 @@ impl<E: End> Real for IntervalOf<E> {
     fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
         <E as End>::noise_gradient(p, seed).1
     }
-    /// Bounds that hold anywhere.
+    /// Returns bounds that hold everywhere.
     fn noise_curvature(_: V3<Self>, _: Self) -> [V3<Self>; 3] {
-        let any = IntervalOf {
+        let any = GenericInterval {
             lo: lit(-NOISE_CURVATURE),
             hi: lit(NOISE_CURVATURE),
         };
-        [V3::of(any, any, any); 3]
+        [V3::new(any, any, any); 3]
     }
     #[inline(always)]
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
         <E as End>::noise_gradient(p, seed)
     }
     #[inline(always)]
-    fn jump_gradient(gradient: V3<Self>, condition: Known) -> V3<Self> {
+    fn discontinuity_gradient(gradient: V3<Self>, condition: Tristate) -> V3<Self> {
         let either = |g: Self| Self {
-            lo: E::select(condition.may & condition.may_not, -E::INFINITY, g.lo),
-            hi: E::select(condition.may & condition.may_not, E::INFINITY, g.hi),
+            lo: E::select(
+                condition.can_be_true & condition.can_be_false,
+                -E::INFINITY,
+                g.lo,
+            ),
+            hi: E::select(
+                condition.can_be_true & condition.can_be_false,
+                E::INFINITY,
+                g.hi,
+            ),
         };
-        V3::of(either(gradient.x), either(gradient.y), either(gradient.z))
+        V3::new(either(gradient.x), either(gradient.y), either(gradient.z))
     }
     #[inline(always)]
     fn floor_gradient(floor: Self) -> V3<Self> {
         let zero = Self::point(lit(0.0));
-        let flat = V3::of(zero, zero, zero);
-        let apart = Known {
-            may: !floor.is_point(),
-            may_not: !floor.is_point(),
+        let flat = V3::new(zero, zero, zero);
+        let ambiguous = Tristate {
+            can_be_true: !floor.is_point(),
+            can_be_false: !floor.is_point(),
         };
-        Self::jump_gradient(flat, apart)
+        Self::discontinuity_gradient(flat, ambiguous)
     }
     #[inline(always)]
     fn fract(self) -> Self {
@@ -558,7 +566,7 @@ impl<E: End> Real for IntervalOf<E> {
     #[inline(always)]
     fn mix(self, other: Self, t: Self) -> Self {
         let line = self + (other - self) * t;
-        let is_between = E::OF_REALS & (lit::<E>(0.0) <= t.lo) & (t.hi <= lit(1.0));
+        let is_between = E::BOUNDS_REALS & (lit::<E>(0.0) <= t.lo) & (t.hi <= lit(1.0));
         let error = E::distance_error(self.magnitude() + other.magnitude());
         let between = Self {
             lo: line.lo.max(self.lo.min(other.lo) - error),
@@ -572,10 +580,10 @@ impl<E: End> Real for IntervalOf<E> {
     #[inline(always)]
     fn smoothstep(self, low: Self, high: Self) -> Self {
         let t = Self::ramp(self, low, high);
-        if !E::OF_REALS {
+        if !E::BOUNDS_REALS {
             return eased(t);
         }
-        // It rises with `t`, but for rounding.
+        // Monotone in `t`, except for rounding.
         let error = E::distance_error(lit(1.0));
         Self {
             lo: (eased(t.lo) - error).max(lit(0.0)),
@@ -584,16 +592,17 @@ impl<E: End> Real for IntervalOf<E> {
     }
     #[inline(always)]
     fn modulo(self, divisor: Self) -> Self {
-        let whole = (self / divisor).floor();
-        let rest = self - divisor * whole;
+        let quotient = (self / divisor).floor();
+        let remainder = self - divisor * quotient;
         let error = E::distance_error(self.magnitude() + divisor.magnitude());
-        let has_sign = E::OF_REALS & (lit::<E>(0.0).less(divisor.lo) | divisor.hi.less(lit(0.0)));
-        // The rest has the sign of the divisor, and is less.
-        let least = divisor.lo.min(lit(0.0)) - error;
-        let most = divisor.hi.max(lit(0.0)) + error;
+        let has_sign =
+            E::BOUNDS_REALS & (lit::<E>(0.0).less(divisor.lo) | divisor.hi.less(lit(0.0)));
+        // The remainder has the sign of the divisor, and a smaller magnitude.
+        let lower = divisor.lo.min(lit(0.0)) - error;
+        let limit = divisor.hi.max(lit(0.0)) + error;
         Self {
-            lo: E::select(has_sign, rest.lo.max(least), rest.lo),
-            hi: E::select(has_sign, rest.hi.min(most), rest.hi),
+            lo: E::select(has_sign, remainder.lo.max(lower), remainder.lo),
+            hi: E::select(has_sign, remainder.hi.min(limit), remainder.hi),
         }
     }
     #[inline(always)]
@@ -601,57 +610,57 @@ impl<E: End> Real for IntervalOf<E> {
         self.clamp(lit(-1.0), lit(1.0))
     }
     #[inline(always)]
-    fn less(self, other: Self) -> Known {
-        // Comparisons with NaN fail, and then nothing is known.
+    fn less(self, other: Self) -> Tristate {
+        // Comparisons with NaN fail, which leaves the result undecided.
         let never = self.lo >= other.hi;
         let always = self.hi < other.lo;
-        Known {
-            may: !never,
-            may_not: !always,
+        Tristate {
+            can_be_true: !never,
+            can_be_false: !always,
         }
     }
     #[inline(always)]
-    fn and(a: Known, b: Known) -> Known {
-        Known {
-            may: a.may & b.may,
-            may_not: a.may_not | b.may_not,
+    fn and(a: Tristate, b: Tristate) -> Tristate {
+        Tristate {
+            can_be_true: a.can_be_true & b.can_be_true,
+            can_be_false: a.can_be_false | b.can_be_false,
         }
     }
     #[inline(always)]
-    fn or(a: Known, b: Known) -> Known {
-        Known {
-            may: a.may | b.may,
-            may_not: a.may_not & b.may_not,
+    fn or(a: Tristate, b: Tristate) -> Tristate {
+        Tristate {
+            can_be_true: a.can_be_true | b.can_be_true,
+            can_be_false: a.can_be_false & b.can_be_false,
         }
     }
     #[inline(always)]
-    fn not(a: Known) -> Known {
-        Known {
-            may: a.may_not,
-            may_not: a.may,
+    fn not(a: Tristate) -> Tristate {
+        Tristate {
+            can_be_true: a.can_be_false,
+            can_be_false: a.can_be_true,
         }
     }
     #[inline(always)]
-    fn select(condition: Known, then: Self, otherwise: Self) -> Self {
-        let both = then.hull(otherwise);
+    fn select(condition: Tristate, then: Self, otherwise: Self) -> Self {
+        let hull = then.hull(otherwise);
         let sure = Self {
-            lo: E::select(condition.may_not, both.lo, then.lo),
-            hi: E::select(condition.may_not, both.hi, then.hi),
+            lo: E::select(condition.can_be_false, hull.lo, then.lo),
+            hi: E::select(condition.can_be_false, hull.hi, then.hi),
         };
         Self {
-            lo: E::select(condition.may, sure.lo, otherwise.lo),
-            hi: E::select(condition.may, sure.hi, otherwise.hi),
+            lo: E::select(condition.can_be_true, sure.lo, otherwise.lo),
+            hi: E::select(condition.can_be_true, sure.hi, otherwise.hi),
         }
     }
 }
 
-/// A bound of the noise's slope along an axis, where it can be as steep as in any direction.
+/// An upper bound of the noise's slope along an axis, no tighter than in any other direction.
 pub const NOISE_SLOPE: f64 = NOISE_STEEPNESS;
 
-/// A bound of each second derivative of the noise, whatever the hash: if each corner of a cell had the direction
-/// that is worst for a place, they would reach 8.5.
+/// An upper bound of each second derivative of the noise, for any hash. With the worst gradient direction
+/// at every corner of a cell, they would reach 8.5.
 pub const NOISE_CURVATURE: f64 = 9.0;
 
-/// A bound of the length of the noise's gradient, whatever the hash: in the middle of a cell it
-/// could be 2.652, and a test proves that it is nowhere more than this.
+/// An upper bound of the length of the noise's gradient, for any hash. In the middle of a cell it could be
+/// 2.652, and a test proves that it never exceeds this bound.
 pub const NOISE_STEEPNESS: f64 = 2.68;

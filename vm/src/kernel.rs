@@ -1,29 +1,28 @@
-//! The blends: hard and smooth minima and maxima as one formula,
-//! `s · (min(s·a, s·b) − kernel(|a − b|))`.
+//! Blends: hard and smooth minima and maxima as one formula, `s · (min(s·a, s·b) − kernel(|a − b|))`.
 //!
-//! `s` is 1 for unions and −1 for intersections; a subtraction is an intersection with the second
-//! operand negated. The kernel is what a smooth operation adds to a hard one: most, the thickness,
-//! where both operands are equal, and nothing where they differ by more than its support.
+//! `s` is 1 for unions and −1 for intersections. A subtraction is an intersection with the second operand
+//! negated. The kernel is the offset that a smooth operation adds to a hard one. It is largest where both
+//! operands are equal, and zero where they differ by more than its support.
 
 use crate::real::{Real, lit};
 
-/// How a blend eases from one operand to the other.
+/// The transition of a blend from one operand to the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
-pub enum Kernel {
-    /// Not at all.
+pub enum BlendKernel {
+    /// No transition.
     Hard = 1,
-    /// By a parabola.
+    /// A parabola.
     Quadratic,
-    /// By a cubic.
+    /// A cubic.
     Cubic,
-    /// By a quarter of a circle.
+    /// A quarter of a circle.
     Circular,
-    /// By an exponential, which never ends.
+    /// An exponential, with infinite support.
     Exponential,
 }
 
-impl Kernel {
+impl BlendKernel {
     /// All kernels, by number.
     pub const ALL: [Self; 5] = [
         Self::Hard,
@@ -33,17 +32,17 @@ impl Kernel {
         Self::Exponential,
     ];
 
-    /// Its number in an instruction.
+    /// Returns the kernel's number in an instruction.
     pub const fn number(self) -> u8 {
         self as u8
     }
-    /// The kernel with this number.
+    /// Returns the kernel with this number.
     pub fn from_number(number: u8) -> Option<Self> {
         Self::ALL
             .into_iter()
             .find(|kernel| kernel.number() == number)
     }
-    /// Its name in a listing and in WGSL.
+    /// Returns the kernel's name in a listing and in WGSL.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Hard => "hard",
@@ -54,10 +53,10 @@ impl Kernel {
         }
     }
 
-    /// What the kernel adds where the operands differ by `x ≥ 0`; `width` and `coefficient` are
-    /// those of the prepared parameters.
+    /// Returns the offset where the operands differ by `x ≥ 0`. `width` and `coefficient` are prepared
+    /// parameters.
     #[inline(always)]
-    pub fn bulge<R: Real>(self, x: R, width: R, coefficient: R) -> R {
+    pub fn offset_at<R: Real>(self, x: R, width: R, coefficient: R) -> R {
         let h = (width - x).max(lit(0.0)).named("h");
         match self {
             Self::Hard => lit(0.0),
@@ -80,8 +79,8 @@ impl Kernel {
         }
     }
 
-    /// The most that the kernel adds: its value where the operands are equal.
-    pub fn thickness(self, width: f64) -> f64 {
+    /// Returns the largest offset, which is that of equal operands.
+    pub fn max_offset(self, width: f64) -> f64 {
         match self {
             Self::Hard => 0.0,
             Self::Quadratic => width / 4.0,
@@ -90,17 +89,17 @@ impl Kernel {
             Self::Exponential => width,
         }
     }
-    /// The most that a chain of this many operands adds, one blended after the other: no more than
-    /// each step adds at most, and no more than where the kernel ends.
-    pub fn most(self, width: f64, operands: usize) -> f64 {
+    /// Returns an upper bound of the offset of a chain of this many operands, blended one after the other.
+    /// Both the sum of the steps' largest offsets and the support bound it.
+    pub fn max_chain_offset(self, width: f64, operands: usize) -> f64 {
         let steps = operands.saturating_sub(1).max(1) as f64;
         match self {
             // The order does not matter: all n operands are equal, and the sum is n · 2^(−x/w).
             Self::Exponential => width * (steps + 1.0).log2(),
-            _ => (self.thickness(width) * steps).min(self.support(width)),
+            _ => (self.max_offset(width) * steps).min(self.support(width)),
         }
     }
-    /// The difference of the operands from which on the kernel adds nothing.
+    /// Returns the difference of the operands from which on the offset is zero.
     pub fn support(self, width: f64) -> f64 {
         match self {
             Self::Hard => 0.0,
@@ -109,11 +108,11 @@ impl Kernel {
         }
     }
 
-    /// The share that the farther operand has in the result where the operands differ by `x ≥ 0`:
-    /// a half where they are equal. It is how much the result follows that operand, and what a
-    /// blend of two materials gives the farther one.
+    /// Returns the weight of the farther operand in the result where the operands differ by `x ≥ 0`; one
+    /// half where they are equal. It is the derivative of the result with respect to that operand, and its
+    /// weight in a blend of two materials.
     #[inline(always)]
-    pub fn share<R: Real>(self, x: R, width: R, coefficient: R) -> R {
+    pub fn mix_weight<R: Real>(self, x: R, width: R, coefficient: R) -> R {
         let h = (width - x).max(lit(0.0));
         match self {
             Self::Hard => lit(0.0),
@@ -134,25 +133,25 @@ impl Kernel {
         }
     }
 
-    /// The blend of `a` and `b` with sign `s`, after `b` is multiplied by `sb`.
+    /// Returns the blend of `a` and `b` with sign `s`, after `b` is multiplied by `sb`.
     #[inline(always)]
     pub fn blend<R: Real>(self, a: R, b: R, s: R, sb: R, width: R, coefficient: R) -> R {
         let b = b * sb;
         let hard = (a * s).min(b * s);
         match self {
             Self::Hard => hard * s,
-            _ => (hard - self.bulge((a - b).abs(), width, coefficient)) * s,
+            _ => (hard - self.offset_at((a - b).abs(), width, coefficient)) * s,
         }
     }
 }
 
-/// That a row of the table is a blend, and which.
+/// The blend that a row of the table performs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blend {
     /// The kernel.
-    pub kernel: Kernel,
+    pub kernel: BlendKernel,
     /// 1 for unions, −1 for intersections and subtractions.
     pub sign: f32,
-    /// Whether the second operand is negated: a subtraction.
+    /// Set for subtractions, which negate the second operand.
     pub negate_second: bool,
 }

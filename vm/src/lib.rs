@@ -1,6 +1,6 @@
-//! The virtual machine: one definition per operation, the number types that run it, and programs.
+//! The virtual machine: one definition per operation, the number types that evaluate it, and programs.
 //!
-//! Knows neither the language nor wgpu.
+//! Independent of the scene language and of wgpu.
 #![warn(missing_docs)]
 
 pub mod apply;
@@ -17,11 +17,10 @@ pub mod guard;
 pub mod interval;
 pub mod kernel;
 pub mod lanes;
-pub mod library;
 pub mod listing;
+mod multiversion;
 pub mod ops;
 pub mod outline;
-pub mod outward;
 pub mod pool;
 pub mod prelude;
 pub mod program;
@@ -36,4 +35,5 @@ pub mod tape;
 pub mod uniform;
 pub mod vector;
 pub mod verify;
-mod widest;
+pub mod wgsl_interval;
+pub mod wgsl_library;

@@ -3,29 +3,33 @@
 //! ```text
 //! 0003  cuboid        half=[1.0, 0.5, 0.25]  at affine [1.0, 0.0, …]  blend quadratic [1.0, 1.0, 0.4, 0.625]
 //! ```
-//! A line is an instruction: its number, its name, its slot, its parameters, how many instructions it
-//! may skip, where it goes back to, its frame, its constant operand, its blend. A number that follows the parameters of the scene is
-//! written with the uniform result behind it, `0.35@u2`.
+//! A line is an instruction: its number, its name, its slot, its parameters, the number of instructions it
+//! may skip, the number of points it pops, its point transform, its constant operand, its blend. A number
+//! that depends on the scene's parameters has the suffix of its uniform result, `0.35@u2`.
 
-use crate::kernel::Kernel;
+use crate::kernel::BlendKernel;
 use crate::pool::{PoolBuilder, PoolNumber};
-use crate::program::{Code, Frame, Instruction, Operands, Place, Program};
+use crate::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
 use std::collections::HashMap;
 use std::fmt::Write;
 
-/// Why a text is no listing.
+/// The error in a text that is not a listing.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {problem}")]
 pub struct ListingError {
-    /// Which line, from 1.
+    /// Number of the line, from 1.
     pub line: usize,
-    /// What is wrong with it.
+    /// The problem in that line.
     pub problem: String,
 }
 
-/// The program as text.
+/// Prints a program.
 pub fn print(program: &Program) -> String {
-    let outputs: HashMap<u32, u32> = program.patches.iter().map(|p| (p.at, p.output)).collect();
+    let outputs: HashMap<u32, u32> = program
+        .patches
+        .iter()
+        .map(|p| (p.index, p.output))
+        .collect();
     let numbers = |index: u32, count: usize| {
         let flat = program.pool.as_flattened();
         let list: Vec<String> = (index as usize * 4..index as usize * 4 + count)
@@ -54,12 +58,12 @@ pub fn print(program: &Program) -> String {
         if i.push {
             line.push_str("  keep");
         }
-        match i.frame {
-            Frame::Same => {}
-            Frame::Moved(index) => {
+        match i.transform {
+            PointTransform::Identity => {}
+            PointTransform::Translate(index) => {
                 let _ = write!(line, "  moved {}", numbers(index, 3));
             }
-            Frame::Mapped(index) => {
+            PointTransform::Affine(index) => {
                 let _ = write!(line, "  mapped {}", numbers(index, 12));
             }
         }
@@ -72,7 +76,7 @@ pub fn print(program: &Program) -> String {
                 let _ = write!(line, "  left {}", numbers(index, 1));
             }
         }
-        if let Place::Blend { kernel, index } = i.place {
+        if let Destination::Blend { kernel, index } = i.destination {
             let _ = write!(line, "  blend {} {}", kernel.name(), numbers(index, 4));
         }
         let _ = writeln!(text, "{}", line.trim_end());
@@ -80,7 +84,7 @@ pub fn print(program: &Program) -> String {
     text
 }
 
-/// How many numbers of the pool an instruction's parameters take, gaps included.
+/// Returns the number of numbers of the pool in an instruction's parameters, gaps included.
 fn parameter_count(code: Code) -> usize {
     match code {
         Code::Op(op) => op.row().parameter_width(),
@@ -88,8 +92,7 @@ fn parameter_count(code: Code) -> usize {
     }
 }
 
-/// The program that a listing stands for. Constants are shared where they are equal, as the
-/// compiler shares them.
+/// Parses a listing. Equal constants are deduplicated, as in the compiler.
 pub fn parse(text: &str) -> Result<Program, ListingError> {
     let mut program = Program {
         code: Vec::new(),
@@ -143,16 +146,16 @@ fn parse_line(line: &str, pool: &mut PoolBuilder) -> Result<Instruction, String>
             "keep" => i.push = true,
             "back" => i.pops = count(&mut rest)?,
             "skips" => i.skips = count(&mut rest)?,
-            "moved" => i.frame = Frame::Moved(pool.add(&list(&mut rest)?)),
-            "mapped" => i.frame = Frame::Mapped(pool.add(&list(&mut rest)?)),
+            "moved" => i.transform = PointTransform::Translate(pool.add(&list(&mut rest)?)),
+            "mapped" => i.transform = PointTransform::Affine(pool.add(&list(&mut rest)?)),
             "right" => i.operands = Operands::Right(pool.add(&list(&mut rest)?)),
             "left" => i.operands = Operands::Left(pool.add(&list(&mut rest)?)),
             "blend" => {
                 let (kernel, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-                let found = Kernel::ALL.into_iter().find(|k| k.name() == kernel);
-                let kernel = found.ok_or_else(|| format!("`{kernel}` is not a kernel"))?;
+                let named_kernel = BlendKernel::ALL.into_iter().find(|k| k.name() == kernel);
+                let kernel = named_kernel.ok_or_else(|| format!("`{kernel}` is not a kernel"))?;
                 rest = after.trim_start();
-                i.place = Place::Blend {
+                i.destination = Destination::Blend {
                     kernel,
                     index: pool.add(&list(&mut rest)?),
                 };
@@ -168,7 +171,7 @@ fn parse_line(line: &str, pool: &mut PoolBuilder) -> Result<Instruction, String>
     Ok(i)
 }
 
-/// A whole number.
+/// Parses an integer.
 fn count<T: std::str::FromStr>(rest: &mut &str) -> Result<T, String> {
     let (count, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
     *rest = after.trim_start();
@@ -177,7 +180,7 @@ fn count<T: std::str::FromStr>(rest: &mut &str) -> Result<T, String> {
         .map_err(|_| format!("`{count}` is not a count"))
 }
 
-/// A list of numbers in brackets, each with the uniform result it follows.
+/// Parses a list of numbers in brackets, each with the uniform result it depends on.
 fn list(rest: &mut &str) -> Result<Vec<PoolNumber>, String> {
     let inner = rest.strip_prefix('[').ok_or("expected `[`")?;
     let (inner, after) = inner.split_once(']').ok_or("unclosed `[`")?;

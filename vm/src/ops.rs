@@ -1,4 +1,4 @@
-//! The bodies of all operations, by family; the table ([`crate::table`]) names them.
+//! The bodies of all operations, by family; the table ([`crate::table`]) refers to them.
 
 pub mod affine;
 pub mod combine;

@@ -1,4 +1,4 @@
-//! The reach of a solid along fixed directions: the polytope that cameras frame.
+//! The support function of a solid along fixed directions: the polytope that cameras frame.
 
 use crate::bounds::Bounds;
 use serde::{Deserialize, Serialize};
@@ -6,19 +6,19 @@ use serde::{Deserialize, Serialize};
 /// The number of directions.
 pub const DIRECTIONS: usize = 26;
 
-/// The reaches of a solid in the directions from a cube's centre to its faces, edges and corners.
+/// The supports of a solid in the directions from a cube's centre to its faces, edges and corners.
 ///
-/// A reach is the largest `d · p` of its points, for `d` with components −1, 0 and 1.
+/// A support is the largest `d · p` over its points, for `d` with components −1, 0 and 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outline {
-    /// The reaches, in the order of [`directions`].
-    pub reaches: [f64; DIRECTIONS],
+    /// The supports, in the order of [`directions`].
+    pub supports: [f64; DIRECTIONS],
 }
 
-/// The directions, not of length one.
+/// Returns the directions, which are not normalized.
 pub fn directions() -> [[f64; 3]; DIRECTIONS] {
     std::array::from_fn(|number| {
-        // The middle one of 27 is no direction.
+        // The middle one of 27 is the zero vector.
         let number = if number < DIRECTIONS / 2 {
             number
         } else {
@@ -28,8 +28,8 @@ pub fn directions() -> [[f64; 3]; DIRECTIONS] {
     })
 }
 
-/// The place of a direction in the list of all.
-fn place(direction: [f64; 3]) -> usize {
+/// Returns the index of a direction in the list of all.
+fn direction_index(direction: [f64; 3]) -> usize {
     let number = direction
         .iter()
         .fold(0, |number, &v| number * 3 + (v + 1.0) as usize);
@@ -37,16 +37,16 @@ fn place(direction: [f64; 3]) -> usize {
 }
 
 impl Outline {
-    /// The outline of a solid whose reach along a direction is known.
-    pub fn by(reach: impl FnMut([f64; 3]) -> f64) -> Self {
+    /// Creates the outline of a solid from its support function.
+    pub fn from_support(reach: impl FnMut([f64; 3]) -> f64) -> Self {
         Self {
-            reaches: directions().map(reach),
+            supports: directions().map(reach),
         }
     }
 
-    /// The outline of a box.
-    pub fn of_box(bounds: &Bounds) -> Self {
-        Self::by(|direction| {
+    /// Creates the outline of a box.
+    pub fn from_bounds(bounds: &Bounds) -> Self {
+        Self::from_support(|direction| {
             let corner = |i: usize| match direction[i] > 0.0 {
                 true => bounds.max[i],
                 false => bounds.min[i],
@@ -58,11 +58,11 @@ impl Outline {
         })
     }
 
-    /// No less than the largest `n · p` of the solid's points.
+    /// Returns an upper bound of the largest `n · p` over the solid's points.
     ///
-    /// `n` is a sum of three of the directions with factors that are not negative: those to a face, an
-    /// edge and a corner of the cube around it.
-    pub fn reach(&self, n: [f64; 3]) -> f64 {
+    /// `n` is a sum of three of the directions with non-negative factors: those to a face, an edge and a
+    /// corner of the surrounding cube.
+    pub fn support(&self, n: [f64; 3]) -> f64 {
         let mut axes = [0, 1, 2];
         axes.sort_by(|&a, &b| n[b].abs().total_cmp(&n[a].abs()));
         let mut direction = [0.0; 3];
@@ -72,18 +72,18 @@ impl Outline {
             let next = axes.get(i + 1).map_or(0.0, |&next| n[next].abs());
             let factor = n[axis].abs() - next;
             if factor > 0.0 {
-                sum += factor * self.reaches[place(direction)];
+                sum += factor * self.supports[direction_index(direction)];
             }
         }
         sum
     }
 
-    /// The box around it.
+    /// Returns the bounding box.
     pub fn bounds(&self) -> Bounds {
         let along = |i: usize, sign: f64| {
             let mut direction = [0.0; 3];
             direction[i] = sign;
-            sign * self.reach(direction)
+            sign * self.support(direction)
         };
         Bounds {
             min: std::array::from_fn(|i| along(i, -1.0)),
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn directions_stand_at_their_places() {
         for (at, direction) in directions().into_iter().enumerate() {
-            assert_eq!(place(direction), at, "{direction:?}");
+            assert_eq!(direction_index(direction), at, "{direction:?}");
         }
     }
 
@@ -109,9 +109,9 @@ mod tests {
             min: [-1.0, 0.5, 2.0],
             max: [3.0, 0.75, 9.0],
         };
-        let outline = Outline::of_box(&bounds);
+        let outline = Outline::from_bounds(&bounds);
         assert_eq!(outline.bounds(), bounds);
-        let ball = Outline::by(|d| d.iter().map(|v| v * v).sum::<f64>().sqrt());
+        let ball = Outline::from_support(|d| d.iter().map(|v| v * v).sum::<f64>().sqrt());
         for n in [
             [0.3, -0.7, 0.2],
             [1.0, 0.0, 0.0],
@@ -121,9 +121,9 @@ mod tests {
             let corners = bounds.corners();
             let along = corners.map(|c| (0..3).map(|i| c[i] * n[i]).sum::<f64>());
             let most = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
-            assert!((outline.reach(n) - most).abs() < 1e-12, "{n:?}");
+            assert!((outline.support(n) - most).abs() < 1e-12, "{n:?}");
             let length = n.iter().map(|v| v * v).sum::<f64>().sqrt();
-            let reach = ball.reach(n) / length;
+            let reach = ball.support(n) / length;
             assert!((1.0 - 1e-12..1.13).contains(&reach), "{n:?}: {reach}");
         }
     }

@@ -1,14 +1,14 @@
-//! The constants of a program on their way into its pool.
+//! The builder of a program's constant pool.
 
 use crate::program::Patch;
 use std::collections::HashMap;
 
-/// A number on its way into the pool.
+/// A number of the pool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoolNumber {
-    /// Its value; for one that follows the parameters, the present one.
+    /// Its value; if it depends on the parameters, the current one.
     pub value: f32,
-    /// The uniform result that it follows.
+    /// The uniform result that it depends on.
     pub output: Option<u32>,
 }
 
@@ -21,27 +21,28 @@ impl From<f32> for PoolNumber {
     }
 }
 
-/// Collects constants by fours and shares equal runs.
+/// Collects constants in groups of four and deduplicates equal runs.
 #[derive(Default)]
 pub struct PoolBuilder {
     pool: Vec<[f32; 4]>,
     patches: Vec<Patch>,
-    known: HashMap<Vec<(u32, Option<u32>)>, u32>,
+    indices: HashMap<Vec<(u32, Option<u32>)>, u32>,
 }
 
 impl PoolBuilder {
-    /// The index of these numbers, which are added unless they are there already.
+    /// Returns the pool index of these numbers; adds them unless an equal run exists.
     pub fn add(&mut self, numbers: &[PoolNumber]) -> u32 {
         let key: Vec<_> = numbers
             .iter()
             .map(|n| (n.value.to_bits(), n.output))
             .collect();
-        // A number that follows the parameters is known by what it follows, whatever it is now.
+        // A number that depends on the parameters is identified by its uniform result, whatever its current
+        // value.
         let key: Vec<_> = key
             .into_iter()
             .map(|(v, o)| if o.is_some() { (0, o) } else { (v, o) })
             .collect();
-        if let Some(&index) = self.known.get(&key) {
+        if let Some(&index) = self.indices.get(&key) {
             return index;
         }
         let index = self.pool.len() as u32;
@@ -55,15 +56,15 @@ impl PoolBuilder {
         for (at, n) in numbers.iter().enumerate() {
             if let Some(output) = n.output {
                 self.patches.push(Patch {
-                    at: index * 4 + at as u32,
+                    index: index * 4 + at as u32,
                     output,
                 });
             }
         }
-        self.known.insert(key, index);
+        self.indices.insert(key, index);
         index
     }
-    /// The constants, and which of them follow the parameters.
+    /// Returns the constants, and the patches of those that depend on the parameters.
     pub fn finish(self) -> (Vec<[f32; 4]>, Vec<Patch>) {
         (self.pool, self.patches)
     }

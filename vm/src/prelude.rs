@@ -1,16 +1,18 @@
 //! The WGSL functions that recorded bodies call: our own elementary functions, recorded from
-//! [`crate::elementary`], the arithmetic of intervals, recorded from [`crate::outward`], and the handful
-//! of intrinsics that only integers can express.
+//! [`crate::elementary`], the arithmetic of intervals, recorded from [`crate::wgsl_interval`], and the few
+//! intrinsics that require integers.
 
 use crate::dual::Dual;
 use crate::elementary;
 use crate::ellipsoid::ellipsoid;
-use crate::outward::{self, Ends, Known};
 use crate::real::{Real, Vector2, Vector3};
-use crate::record::{Bool, Function, Range, Scalar, Signature, Vec2, Vec3, record};
+use crate::record::{
+    Bool, RecordedFunction, RecordedInterval, Scalar, Signature, Vec2, Vec3, record,
+};
+use crate::wgsl_interval::{self, WgslInterval, WgslTristate};
 use std::collections::BTreeSet;
 
-/// Every function of the prelude, each after those that it calls.
+/// The functions of the prelude, each after those that it calls.
 pub const NAMES: [&str; 35] = [
     "length2",
     "length3",
@@ -49,15 +51,15 @@ pub const NAMES: [&str; 35] = [
     "interval_select",
 ];
 
-/// Whether `name` is a function of the prelude rather than a WGSL builtin.
+/// Reports whether `name` is a function of the prelude rather than a WGSL builtin.
 pub fn is_prelude(name: &str) -> bool {
     NAMES.contains(&name)
 }
 
-/// The texts of the wanted functions and of all they call, in an order that reads well.
-pub fn functions(wanted: impl IntoIterator<Item = &'static str>) -> Vec<Function> {
+/// Returns the texts of these functions and of all that they call, in the order of [`NAMES`].
+pub fn functions(names: impl IntoIterator<Item = &'static str>) -> Vec<RecordedFunction> {
     let mut needed: BTreeSet<&'static str> = BTreeSet::new();
-    let mut pending: Vec<&'static str> = wanted.into_iter().collect();
+    let mut pending: Vec<&'static str> = names.into_iter().collect();
     while let Some(name) = pending.pop() {
         if needed.insert(name) {
             pending.extend(function(name).calls);
@@ -70,7 +72,7 @@ pub fn functions(wanted: impl IntoIterator<Item = &'static str>) -> Vec<Function
         .collect()
 }
 
-fn function(name: &'static str) -> Function {
+fn function(name: &'static str) -> RecordedFunction {
     match name {
         "length2" => record(name, |s| {
             let v: Vec2 = s.parameter("v");
@@ -104,46 +106,53 @@ fn function(name: &'static str) -> Function {
             let (value, gradient) = ellipsoid::<Scalar>(s.parameter("p"), s.parameter("r"));
             Dual { value, gradient }
         }),
-        "interval_add" => binary(name, outward::add),
-        "interval_sub" => binary(name, outward::sub),
-        "interval_mul" => binary(name, outward::mul),
-        "interval_div" => binary(name, outward::div),
+        "interval_add" => binary(name, wgsl_interval::add),
+        "interval_sub" => binary(name, wgsl_interval::sub),
+        "interval_mul" => binary(name, wgsl_interval::mul),
+        "interval_div" => binary(name, wgsl_interval::div),
         "interval_scale" => record(name, |s| {
-            let a: Range = s.parameter("a");
-            Range::of(outward::scale(a.ends(), s.parameter("factor")))
+            let a: RecordedInterval = s.parameter("a");
+            RecordedInterval::from_ends(wgsl_interval::scale(a.ends(), s.parameter("factor")))
         }),
-        "interval_abs" => unary(name, outward::abs),
-        "interval_square" => unary(name, outward::square),
-        "interval_sqrt" => unary(name, outward::sqrt),
+        "interval_abs" => unary(name, wgsl_interval::abs),
+        "interval_square" => unary(name, wgsl_interval::square),
+        "interval_sqrt" => unary(name, wgsl_interval::sqrt),
         "interval_length2" => record(name, |s| {
-            Range::of(outward::length(intervals(s, ["x", "y"])))
+            RecordedInterval::from_ends(wgsl_interval::length(intervals(s, ["x", "y"])))
         }),
         "interval_length3" => record(name, |s| {
-            Range::of(outward::length(intervals(s, ["x", "y", "z"])))
+            RecordedInterval::from_ends(wgsl_interval::length(intervals(s, ["x", "y", "z"])))
         }),
-        "interval_fract" => unary(name, outward::fract),
-        "interval_sine" => unary(name, outward::sin),
-        "interval_cosine" => unary(name, outward::cos),
+        "interval_fract" => unary(name, wgsl_interval::fract),
+        "interval_sine" => unary(name, wgsl_interval::sin),
+        "interval_cosine" => unary(name, wgsl_interval::cos),
         "interval_arctangent" => record(name, |s| {
             let [y, x] = intervals(s, ["y", "x"]);
-            Range::of(outward::atan2(y, x))
+            RecordedInterval::from_ends(wgsl_interval::atan2(y, x))
         }),
-        "interval_exponential" => unary(name, outward::exp2),
-        "interval_logarithm" => unary(name, outward::log2),
+        "interval_exponential" => unary(name, wgsl_interval::exp2),
+        "interval_logarithm" => unary(name, wgsl_interval::log2),
         "interval_noise" => record(name, |s| {
             let p = intervals(s, ["x", "y", "z"]);
-            Range::of(outward::noise(p, s.parameter("seed")))
+            RecordedInterval::from_ends(wgsl_interval::noise(p, s.parameter("seed")))
         }),
         "interval_ellipsoid" => record(name, |s| {
             let p = intervals(s, ["x", "y", "z"]);
-            Range::of(outward::ellipsoid(p, s.parameter::<Vec3>("r")))
+            RecordedInterval::from_ends(wgsl_interval::ellipsoid(p, s.parameter::<Vec3>("r")))
         }),
         "interval_select" => record(name, |s| {
             let [may, may_not]: [Bool; 2] = ["may", "may_not"].map(|name| s.parameter(name));
             let [then, otherwise] = intervals(s, ["then", "otherwise"]);
-            Range::of(outward::select(Known { may, may_not }, then, otherwise))
+            RecordedInterval::from_ends(wgsl_interval::select(
+                WgslTristate {
+                    can_be_true: may,
+                    can_be_false: may_not,
+                },
+                then,
+                otherwise,
+            ))
         }),
-        _ => Function {
+        _ => RecordedFunction {
             name: name.to_owned(),
             text: intrinsic(name).to_owned(),
             calls: vec![],
@@ -151,28 +160,31 @@ fn function(name: &'static str) -> Function {
     }
 }
 
-/// The next parameters, intervals of these names.
-fn intervals<const N: usize>(s: &mut Signature, names: [&str; N]) -> [Ends<Scalar>; N] {
-    names.map(|name| s.parameter::<Range>(name).ends())
+/// Reads the next parameters, intervals with these names.
+fn intervals<const N: usize>(s: &mut Signature, names: [&str; N]) -> [WgslInterval<Scalar>; N] {
+    names.map(|name| s.parameter::<RecordedInterval>(name).ends())
 }
 
-/// A function of an interval.
-fn unary(name: &str, f: fn(Ends<Scalar>) -> Ends<Scalar>) -> Function {
+/// Records a function of one interval.
+fn unary(name: &str, f: fn(WgslInterval<Scalar>) -> WgslInterval<Scalar>) -> RecordedFunction {
     record(name, |s| {
         let [a] = intervals(s, ["a"]);
-        Range::of(f(a))
+        RecordedInterval::from_ends(f(a))
     })
 }
 
-/// A function of two intervals.
-fn binary(name: &str, f: fn(Ends<Scalar>, Ends<Scalar>) -> Ends<Scalar>) -> Function {
+/// Records a function of two intervals.
+fn binary(
+    name: &str,
+    f: fn(WgslInterval<Scalar>, WgslInterval<Scalar>) -> WgslInterval<Scalar>,
+) -> RecordedFunction {
     record(name, |s| {
         let [a, b] = intervals(s, ["a", "b"]);
-        Range::of(f(a, b))
+        RecordedInterval::from_ends(f(a, b))
     })
 }
 
-/// What no recorder can express, by hand; the Rust twins are `Real for f32`.
+/// Returns the text of a function that cannot be recorded; `Real for f32` is its Rust equivalent.
 fn intrinsic(name: &str) -> &'static str {
     match name {
         "power_of_two" => {

@@ -1,89 +1,87 @@
-//! A program: instructions, constants, and what fills the constants in when a parameter changes.
+//! Programs: instructions, constants, and the sources of constants that depend on parameters.
 //!
 //! # The machine
-//! A stack of values whose top is kept in a variable, a current point on a stack of points, and
-//! numbered slots for values that are read more than once. An instruction does up to four things:
-//! 1. it goes back to an earlier point (`pops`) and may keep the current one for later (`push`);
-//! 2. it looks at the current point through a frame: as it is, moved, or mapped by a 3×4 matrix;
-//! 3. it runs an operation of the table on that point, on operands popped from the stack (the last
-//!    one on top; one of two may be a constant instead), and on parameters from the pool;
-//! 4. it pushes the result, or blends it into the value below: all hard and smooth minima and
-//!    maxima are `s · (min(s·a, s·b) − kernel(|a − b|))`. An operation that gives a point replaces
-//!    the current point.
+//! The machine has a stack of values whose top is kept in a variable, a current point on a stack of points,
+//! and numbered slots for values that are read more than once. An instruction has up to four steps:
+//! 1. It returns to an earlier point (`pops`) and may save the current one (`push`).
+//! 2. It transforms the current point: not at all, by a translation, or by a 3×4 matrix.
+//! 3. It runs an operation of the table on that point, on operands popped from the stack, and on parameters from
+//!    the pool. The last operand is on top; one of two operands may be a constant instead.
+//! 4. It pushes the result, or blends it into the value below. All hard and smooth minima and maxima are
+//!    `s · (min(s·a, s·b) − kernel(|a − b|))`. An operation that returns a point replaces the current point.
 //!
-//! So a moved, rotated box that is smoothly united with what came before is one instruction, and a
+//! So a translated, rotated box that is smoothly united with the preceding shapes is one instruction, and a
 //! chain of unions never touches the stack in memory.
 //!
 //! The only jumps are those of guards ([`crate::guard`]), and they lead forward: a program of n
-//! instructions runs n steps at most. The block of instructions that a guard may skip leaves both
-//! stacks as high as it found them and keeps nothing for later; it only blends into the value on
-//! top, which is what it gives back, in every bit, wherever it is skipped.
+//! instructions runs at most n steps. The block of instructions that a guard may skip leaves the height of
+//! both stacks unchanged and stores no value that is loaded after it. It only blends into the value on top.
+//! Where the guard skips it, the block would return that value with the same bits.
 //!
 //! # Words
 //! ```text
-//! word 0   0‥7 opcode   8‥10 blend   11 gives no value   12‥13 constant operand   14‥15 frame
-//!          16‥20 pops   21‥22 values taken   23 push   24‥31 slot
+//! word 0   0‥7 opcode   8‥10 blend   11 no value   12‥13 constant operand   14‥15 point transform
+//!          16‥20 pops   21‥22 values popped   23 push   24‥31 slot
 //! word 1   pool index of the parameters
-//! word 2   pool index of the frame
-//! word 3   pool index of the blend, or of the constant operand; for a guard, how many instructions
-//!          it may skip
+//! word 2   pool index of the point transform
+//! word 3   pool index of the blend, or of the constant operand; for a guard, the number of instructions
+//!          that it may skip
 //! ```
-//! The values taken and whether there is a result follow from the opcode; they stand in the word so
-//! that a kernel need not look them up.
+//! The number of values popped and the existence of a result follow from the opcode. They are stored in the
+//! word so that a kernel needs no lookup.
 
-use crate::kernel::Kernel;
+use crate::kernel::BlendKernel;
 use crate::row::Output;
 use crate::settings::Settings;
 use crate::table::{Op, ROWS};
-use crate::tape::steep::is_raw;
+use crate::tape::lipschitz::is_raw_distance;
 use crate::uniform::UniformProgram;
 
-/// The most values on the stack at once.
+/// Maximum number of values on the stack.
 pub const MAX_DEPTH: usize = 64;
-/// The most points on their stack at once.
+/// Maximum number of points on the stack of points.
 pub const MAX_POINTS: usize = 16;
-/// The most slots.
+/// Maximum number of slots.
 pub const MAX_SLOTS: usize = 256;
-/// The most guards whose blocks lie in one another.
+/// Maximum nesting depth of guards.
 pub const MAX_GUARDS: usize = 32;
-/// The most instructions. Engines may allow fewer: some devices end loops after 65,535 rounds.
+/// Maximum number of instructions. Engines may allow fewer: some devices end loops after 65,535 iterations.
 pub const MAX_INSTRUCTIONS: usize = 250_000;
-/// How many numbers describe a surface; see [`Code::Channel`].
+/// Number of channels that describe a surface; see [`Code::Channel`].
 pub const CHANNELS: usize = 9;
 
-/// What an instruction runs.
+/// The operation of an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Code {
     /// A row of the table.
     Op(Op),
-    /// The value of the slot.
+    /// Returns the value of the slot.
     Load,
-    /// Keeps the value on top in the slot, and leaves it where it is.
+    /// Stores the value on top in the slot, and leaves it on the stack.
     Store,
-    /// The value on top itself: for blending two values that are both on the stack.
-    Take,
-    /// A component of the normal in the current point's frame; the slot says which. Only in
-    /// programs of surfaces.
+    /// The value on top itself, to blend two values that are both on the stack.
+    Top,
+    /// Returns a component of the normal in the current point's local frame; the slot is the axis. Only in
+    /// surface programs.
     Normal,
-    /// Takes the value on top away and makes it a number of the next material: the slot says which
-    /// of albedo's three, roughness, emission's three, metallic, and the bump's height. Only in
-    /// programs of surfaces.
+    /// Pops the value on top and stores it in a channel of the next material. The slot is the channel:
+    /// albedo's three, roughness, emission's three, metallic, and the bump's height. Only in surface
+    /// programs.
     Channel,
-    /// Gives the shape on top the material of three constants in the pool, with the channels set
-    /// since the last one in place of them; the slot is a mask of those. Only in programs of
-    /// surfaces.
+    /// Assigns to the shape on top the material of three constants in the pool. Channels that were set
+    /// since the last assignment replace constants; the slot is their mask. Only in surface programs.
     Paint,
-    /// Skips the instructions behind it where the point, through the frame, lies beyond the reach of
-    /// what they blend into the value on top ([`crate::guard`]). Its parameters are the middle of a
-    /// box and the reach, then the box's half size and the factor.
+    /// Skips the next instructions where the transformed point is outside the influence radius of the
+    /// shapes that they blend into the value on top ([`crate::guard`]). Its parameters are the centre of a
+    /// box and the influence radius, then the box's half size and the scale.
     Guard,
 }
 
 /// The opcodes that are not rows, from the top down.
-pub(crate) const MACHINE: [Code; 7] = [
+pub(crate) const MACHINE_CODES: [Code; 7] = [
     Code::Load,
     Code::Store,
-    Code::Take,
+    Code::Top,
     Code::Normal,
     Code::Channel,
     Code::Paint,
@@ -91,52 +89,52 @@ pub(crate) const MACHINE: [Code; 7] = [
 ];
 
 impl Code {
-    /// Its number.
+    /// Returns the code's number.
     pub fn number(self) -> u8 {
         match self {
             Code::Op(op) => op as u8,
             machine => {
-                let index = MACHINE.iter().position(|&code| code == machine);
+                let index = MACHINE_CODES.iter().position(|&code| code == machine);
                 255 - index.map_or(0, |i| i as u8)
             }
         }
     }
-    /// The code with this number.
+    /// Returns the code with this number.
     pub fn from_number(number: u8) -> Option<Self> {
-        MACHINE
+        MACHINE_CODES
             .get(usize::from(255 - number))
             .copied()
             .or_else(|| Op::from_code(number).map(Code::Op))
     }
-    /// Its name in a listing.
+    /// Returns the code's name in a listing.
     pub fn name(self) -> &'static str {
         match self {
             Code::Op(op) => op.row().name,
             Code::Load => "load",
             Code::Store => "store",
-            Code::Take => "take",
+            Code::Top => "take",
             Code::Normal => "normal",
             Code::Channel => "channel",
             Code::Paint => "paint",
             Code::Guard => "guard",
         }
     }
-    /// The code of this name.
+    /// Returns the code with this name.
     pub fn from_name(name: &str) -> Option<Self> {
-        MACHINE
+        MACHINE_CODES
             .into_iter()
             .find(|code| code.name() == name)
             .or_else(|| Op::from_name(name).map(Code::Op))
     }
-    /// How many values it reads.
+    /// Returns the number of values that it reads.
     pub fn arity(self) -> usize {
         match self {
             Code::Op(op) => op.row().arity(),
             Code::Load | Code::Normal | Code::Guard => 0,
-            Code::Store | Code::Take | Code::Channel | Code::Paint => 1,
+            Code::Store | Code::Top | Code::Channel | Code::Paint => 1,
         }
     }
-    /// Whether it reads the current point.
+    /// Reports whether it reads the current point.
     pub fn reads_point(self) -> bool {
         match self {
             Code::Op(op) => op.row().reads_point(),
@@ -144,19 +142,19 @@ impl Code {
             _ => false,
         }
     }
-    /// Whether its result is a point.
-    pub fn gives_point(self) -> bool {
+    /// Reports whether its result is a point.
+    pub fn returns_point(self) -> bool {
         matches!(self, Code::Op(op) if op.row().output == Output::Point)
     }
-    /// Whether it leaves no value: it gives a point, only sets a channel, or decides what runs.
-    pub fn gives_none(self) -> bool {
-        self.gives_point() || matches!(self, Code::Channel | Code::Guard)
+    /// Reports whether it has no value: it returns a point, only sets a channel, or is a guard.
+    pub fn has_no_value(self) -> bool {
+        self.returns_point() || matches!(self, Code::Channel | Code::Guard)
     }
-    /// Whether its slot field says something.
+    /// Reports whether it uses the slot field.
     pub fn has_slot(self) -> bool {
-        !matches!(self, Code::Op(_) | Code::Take | Code::Guard)
+        !matches!(self, Code::Op(_) | Code::Top | Code::Guard)
     }
-    /// How many vec4 constants its parameters take.
+    /// Returns the number of vec4 constants that its parameters occupy.
     pub fn pool_width(self) -> usize {
         match self {
             Code::Op(op) => op.row().parameter_width().div_ceil(4),
@@ -165,24 +163,24 @@ impl Code {
             _ => 0,
         }
     }
-    /// Whether only programs of surfaces may hold it.
+    /// Reports whether it is only allowed in surface programs.
     pub fn is_surface(self) -> bool {
         matches!(self, Code::Normal | Code::Channel | Code::Paint)
     }
 }
 
-/// Through what an instruction looks at the current point.
+/// The transform of the current point before an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Frame {
-    /// As it is.
-    Same,
-    /// Moved by the constant at this pool index.
-    Moved(u32),
-    /// Mapped by the three rows from this pool index on: factors, and a shift in w.
-    Mapped(u32),
+pub enum PointTransform {
+    /// No transform.
+    Identity,
+    /// A translation by the constant at this pool index.
+    Translate(u32),
+    /// An affine map by the three rows from this pool index on: factors in xyz, and a shift in w.
+    Affine(u32),
 }
 
-/// Where a two-operand operation finds its operands.
+/// The sources of an operation's operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Operands {
     /// All on the stack.
@@ -193,16 +191,16 @@ pub enum Operands {
     Left(u32),
 }
 
-/// What becomes of a value.
+/// The destination of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Place {
-    /// It is pushed.
+pub enum Destination {
+    /// The value is pushed.
     Push,
-    /// It is blended into the value below.
+    /// The value is blended into the one below.
     Blend {
         /// The kernel.
-        kernel: Kernel,
-        /// Where sign, sign of the second operand, width and coefficient lie in the pool.
+        kernel: BlendKernel,
+        /// Pool index of the sign, the second operand's sign, the width and the coefficient.
         index: u32,
     },
 }
@@ -210,106 +208,107 @@ pub enum Place {
 /// One instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Instruction {
-    /// What it runs.
+    /// The operation.
     pub code: Code,
-    /// How many points it goes back first.
+    /// Number of points that it pops first.
     pub pops: u8,
-    /// Whether it keeps the current point for later.
+    /// Set if it saves the current point on the stack of points.
     pub push: bool,
-    /// Through what it looks at the point.
-    pub frame: Frame,
-    /// Where its operands are.
+    /// The transform of the current point.
+    pub transform: PointTransform,
+    /// The sources of its operands.
     pub operands: Operands,
-    /// What becomes of its value.
-    pub place: Place,
+    /// The destination of its value.
+    pub destination: Destination,
     /// The slot, channel, axis or mask.
     pub slot: u8,
-    /// Where its parameters lie in the pool.
+    /// Pool index of its parameters.
     pub parameters: u32,
-    /// How many instructions a guard may skip; zero for all others.
+    /// Number of instructions that a guard may skip; zero for all others.
     pub skips: u32,
 }
 
 impl Instruction {
-    /// An instruction that runs `code` and pushes its result.
+    /// Creates an instruction that runs `code` and pushes its result.
     pub fn new(code: Code) -> Self {
         Self {
             code,
             pops: 0,
             push: false,
-            frame: Frame::Same,
+            transform: PointTransform::Identity,
             operands: Operands::Stack,
-            place: Place::Push,
+            destination: Destination::Push,
             slot: 0,
             parameters: 0,
             skips: 0,
         }
     }
-    /// Whether it leaves no value; see [`Code::gives_none`].
-    pub fn gives_none(&self) -> bool {
-        self.code.gives_none()
+    /// Reports whether it has no value; see [`Code::has_no_value`].
+    pub fn has_no_value(&self) -> bool {
+        self.code.has_no_value()
     }
-    /// How many values it takes off the stack for its operation.
-    pub fn taken(&self) -> usize {
+    /// Returns the number of values that it pops for its operation.
+    pub fn pop_count(&self) -> usize {
         self.code
             .arity()
             .saturating_sub(usize::from(self.operands != Operands::Stack))
     }
 }
 
-/// A number of the pool that follows the parameters.
+/// A number of the pool that depends on the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Patch {
-    /// Which number of the pool, counted in numbers.
-    pub at: u32,
-    /// Which result of the uniform program.
+    /// Index of the number in the pool, counted in numbers.
+    pub index: u32,
+    /// Index of the result of the uniform program.
     pub output: u32,
 }
 
-/// A program: one value (a distance) per point, and in a program of surfaces a material.
+/// A program: one value (a distance) per point, and in a surface program also a material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
     /// The instructions, in order.
     pub code: Vec<Instruction>,
-    /// The constants, by fours.
+    /// The constants, in groups of four.
     pub pool: Vec<[f32; 4]>,
-    /// Which of them follow the parameters.
+    /// The constants that depend on the parameters.
     pub patches: Vec<Patch>,
-    /// How many slots it uses.
+    /// Number of slots that it uses.
     pub slots: u32,
 }
 
 impl Program {
-    /// Writes the results of the uniform program into the constants.
+    /// Writes the results of the uniform program to the constants.
     pub fn patch(&mut self, outputs: &[f32]) {
         let pool = self.pool.as_flattened_mut();
         for patch in &self.patches {
-            pool[patch.at as usize] = outputs[patch.output as usize];
+            pool[patch.index as usize] = outputs[patch.output as usize];
         }
     }
 
-    /// Reports whether it holds raw fields, whose gradients may be of any length: steps of them, or coordinates.
-    pub fn is_raw(&self) -> bool {
-        let is_raw = |op| is_raw(op) || matches!(op, Op::X | Op::Y | Op::Z);
+    /// Reports whether the program contains raw fields, whose gradients may have any length: divided fields
+    /// or coordinates.
+    pub fn has_raw_fields(&self) -> bool {
+        let is_raw = |op| is_raw_distance(op) || matches!(op, Op::X | Op::Y | Op::Z);
         self.code
             .iter()
             .any(|i| matches!(i.code, Code::Op(op) if is_raw(op)))
     }
 
-    /// What a kernel has to provide to run this program.
-    pub fn needs(&self) -> Needs {
-        let mut needs = Needs::default();
+    /// Returns the features that a kernel must support to run this program.
+    pub fn requirements(&self) -> KernelRequirements {
+        let mut needs = KernelRequirements::default();
         let (mut depth, mut points) = (0_usize, 0_usize);
         for i in &self.code {
             needs.add(i);
             points -= usize::from(i.pops);
             points += usize::from(i.push);
             needs.points = needs.points.max(points);
-            depth -= i.taken();
-            match i.place {
-                _ if i.gives_none() => {}
-                Place::Push => depth += 1,
-                Place::Blend { .. } => {}
+            depth -= i.pop_count();
+            match i.destination {
+                _ if i.has_no_value() => {}
+                Destination::Push => depth += 1,
+                Destination::Blend { .. } => {}
             }
             needs.depth = needs.depth.max(depth);
         }
@@ -318,38 +317,38 @@ impl Program {
     }
 }
 
-/// What a kernel has to provide to run a program: it contains nothing else.
+/// The features that a kernel must support to run a program; a specialized kernel contains no others.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Needs {
-    /// The codes, each once, by number.
+pub struct KernelRequirements {
+    /// The codes, each once, sorted by number.
     pub codes: Vec<Code>,
     /// The kernels of its blends, each once.
-    pub kernels: Vec<Kernel>,
-    /// Whether a frame moves.
-    pub moved: bool,
-    /// Whether a frame maps.
-    pub mapped: bool,
-    /// Whether an operand is a constant.
+    pub kernels: Vec<BlendKernel>,
+    /// Set if a point transform is a translation.
+    pub translates: bool,
+    /// Set if a point transform is an affine map.
+    pub maps_affinely: bool,
+    /// Set if an operand is a constant.
     pub constant_operands: bool,
-    /// The most values on the stack.
+    /// Maximum number of values on the stack.
     pub depth: usize,
-    /// The most points kept.
+    /// Maximum number of points on the stack of points.
     pub points: usize,
-    /// The slots.
+    /// Number of slots.
     pub slots: usize,
 }
 
-impl Needs {
-    /// What runs any program's tape: all codes and kernels. How much is kept of values and points
-    /// is for a tape's registers to say, so nothing of that is counted here.
-    pub fn everything() -> Self {
+impl KernelRequirements {
+    /// Returns the requirements of any program's tape: all codes and kernels. A tape stores values and
+    /// points in registers, so the sizes of stacks and slots stay zero.
+    pub fn all() -> Self {
         let mut codes: Vec<Code> = (0..=u8::MAX).filter_map(Code::from_number).collect();
         codes.sort_by_key(|code| code.number());
         Self {
             codes,
-            kernels: Kernel::ALL.to_vec(),
-            moved: true,
-            mapped: true,
+            kernels: BlendKernel::ALL.to_vec(),
+            translates: true,
+            maps_affinely: true,
             constant_operands: true,
             ..Self::default()
         }
@@ -361,31 +360,31 @@ impl Needs {
         {
             self.codes.insert(at, i.code);
         }
-        if let Place::Blend { kernel, .. } = i.place
+        if let Destination::Blend { kernel, .. } = i.destination
             && let Err(at) = self.kernels.binary_search(&kernel)
         {
             self.kernels.insert(at, kernel);
         }
-        self.moved |= matches!(i.frame, Frame::Moved(_));
-        self.mapped |= matches!(i.frame, Frame::Mapped(_));
+        self.translates |= matches!(i.transform, PointTransform::Translate(_));
+        self.maps_affinely |= matches!(i.transform, PointTransform::Affine(_));
         self.constant_operands |= i.operands != Operands::Stack;
     }
-    /// Whether a kernel made for `self` runs programs that need `other`.
-    pub fn cover(&self, other: &Self) -> bool {
+    /// Reports whether a kernel with these features runs programs that require `other`.
+    pub fn covers(&self, other: &Self) -> bool {
         other.codes.iter().all(|code| self.codes.contains(code))
             && other
                 .kernels
                 .iter()
                 .all(|kernel| self.kernels.contains(kernel))
-            && self.moved >= other.moved
-            && self.mapped >= other.mapped
+            && self.translates >= other.translates
+            && self.maps_affinely >= other.maps_affinely
             && self.constant_operands >= other.constant_operands
             && self.depth >= other.depth
             && self.points >= other.points
             && self.slots >= other.slots
     }
-    /// What both need together.
-    pub fn join(&self, other: &Self) -> Self {
+    /// Returns the requirements of both together.
+    pub fn union(&self, other: &Self) -> Self {
         let mut joined = self.clone();
         for code in &other.codes {
             if let Err(at) = joined
@@ -400,8 +399,8 @@ impl Needs {
                 joined.kernels.insert(at, *kernel);
             }
         }
-        joined.moved |= other.moved;
-        joined.mapped |= other.mapped;
+        joined.translates |= other.translates;
+        joined.maps_affinely |= other.maps_affinely;
         joined.constant_operands |= other.constant_operands;
         joined.depth = joined.depth.max(other.depth);
         joined.points = joined.points.max(other.points);
@@ -410,22 +409,22 @@ impl Needs {
     }
 }
 
-/// A scene, compiled: its programs, what feeds their constants, and how it is to be drawn.
+/// A compiled scene: its programs, the program that computes their constants, and its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Module {
-    /// The distance.
+    /// The distance program.
     pub distance: Program,
-    /// The distance and the material; `None` where all of the scene has one constant material.
+    /// The program of distance and material; `None` if the scene has one constant material.
     pub surface: Option<Program>,
-    /// What the constants of both, and the settings' numbers, are computed by.
+    /// The uniform program: it computes the constants of both programs and the numbers of the settings.
     pub uniforms: UniformProgram,
-    /// How it is drawn.
+    /// The settings of the scene and of its rendering.
     pub settings: Settings,
 }
 
 impl Module {
-    /// Runs the uniform program for the present parameters at this time, writes the results into
-    /// both programs' constants, and gives them. Nothing else changes with a parameter.
+    /// Runs the uniform program for the current parameters at this time, writes its results to both
+    /// programs' constants, and returns them. A parameter changes nothing else.
     pub fn update(&mut self, time: f64) -> Vec<f64> {
         let outputs = self.uniforms.run(&self.settings.param_numbers(), time);
         self.settings.time = time;
@@ -439,4 +438,4 @@ impl Module {
 }
 
 /// The rows must leave room for the machine's own codes.
-const _: () = assert!(ROWS.len() + MACHINE.len() <= 256);
+const _: () = assert!(ROWS.len() + MACHINE_CODES.len() <= 256);

@@ -12,7 +12,7 @@
 use crate::dual::{Dual, DualVec3};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A real number: what a distance, a coordinate or a parameter is.
+/// A real number: a distance, a coordinate or a parameter.
 pub trait Real:
     Copy
     + 'static
@@ -22,177 +22,180 @@ pub trait Real:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// The outcome of a comparison.
+    /// The result of a comparison.
     type Bool: Copy;
-    /// Two of these numbers.
+    /// A vector of two of these numbers.
     type Vec2: Vector2<Self>;
-    /// Three of these numbers.
+    /// A vector of three of these numbers.
     type Vec3: Vector3<Self>;
 
-    /// The number nearest to `value`.
+    /// Returns the nearest number to `value`.
     fn constant(value: f64) -> Self;
-    /// The magnitude.
+    /// Returns the magnitude.
     fn abs(self) -> Self;
-    /// The square root; the argument must not be negative.
+    /// Returns the square root; the argument must not be negative.
     fn sqrt(self) -> Self;
-    /// The largest whole number that is not larger.
+    /// Returns the largest integer that is not larger.
     fn floor(self) -> Self;
-    /// The smaller of two.
+    /// Returns the smaller of two.
     fn min(self, other: Self) -> Self;
-    /// The larger of two.
+    /// Returns the larger of two.
     fn max(self, other: Self) -> Self;
-    /// The sine of an angle in radians.
+    /// Returns the sine of an angle in radians.
     fn sin(self) -> Self;
-    /// The cosine of an angle in radians.
+    /// Returns the cosine of an angle in radians.
     fn cos(self) -> Self;
-    /// The angle of the vector (`x`, `self`), in `[-π, π]`; 0 at the origin.
+    /// Returns the angle of the vector (`x`, `self`), in `[-π, π]`; 0 at the origin.
     fn atan2(self, x: Self) -> Self;
-    /// Two to the power of this.
+    /// Returns two to the power of this.
     fn exp2(self) -> Self;
-    /// The logarithm to base two; of zero or less it is the most negative value that the type's
-    /// exponent gives, never NaN.
+    /// Returns the logarithm to base two. For zero and negative numbers, it is the most negative value that
+    /// the type's exponent allows, never NaN.
     fn log2(self) -> Self;
-    /// `2^n` for a whole `n` in [-126, 127].
+    /// Returns `2^n` for an integer `n` in [-126, 127].
     fn power_of_two(self) -> Self;
-    /// The `e` of `x = m · 2^e` with `m` in [1, 2), for normal positive `x`.
+    /// Returns the `e` of `x = m · 2^e` with `m` in [1, 2), for normal positive `x`.
     fn exponent(self) -> Self;
-    /// The `m` of `x = m · 2^e` with `m` in [1, 2), for normal positive `x`.
+    /// Returns the `m` of `x = m · 2^e` with `m` in [1, 2), for normal positive `x`.
     fn mantissa(self) -> Self;
-    /// A reproducible pseudo-random vector in [-1, 1)³ for the whole numbers of `cell`.
+    /// Returns a reproducible pseudo-random vector in [-1, 1)³ for the integer coordinates of `cell`.
     fn lattice(cell: Self::Vec3, seed: Self) -> Self::Vec3;
-    /// A reproducible pseudo-random number in [1, 2) and two of −1 and 1, for the whole numbers of
-    /// `cell`: the gradient of the noise there, see [`crate::elementary::perlin`].
-    fn lattice_edge(cell: Self::Vec3, seed: Self) -> Self::Vec3;
-    /// Whether this is smaller than `other`.
+    /// Returns a reproducible pseudo-random number in [1, 2) and two signs, −1 or 1, for the integer
+    /// coordinates of `cell`. They encode the gradient of the noise at that corner; see
+    /// [`crate::elementary::perlin`].
+    fn noise_corner_gradient(cell: Self::Vec3, seed: Self) -> Self::Vec3;
+    /// Tests for `self < other`.
     fn less(self, other: Self) -> Self::Bool;
-    /// Whether both hold.
+    /// Returns the conjunction of two conditions.
     fn and(a: Self::Bool, b: Self::Bool) -> Self::Bool;
-    /// Whether at least one holds.
+    /// Returns the disjunction of two conditions.
     fn or(a: Self::Bool, b: Self::Bool) -> Self::Bool;
-    /// Whether it does not hold.
+    /// Returns the negation of a condition.
     fn not(a: Self::Bool) -> Self::Bool;
-    /// `then` where the condition holds, `otherwise` elsewhere.
+    /// Returns `then` where the condition holds, `otherwise` elsewhere.
     fn select(condition: Self::Bool, then: Self, otherwise: Self) -> Self;
-    /// What `blend` makes of two numbers, in which each has a share, and no more than one together: what
-    /// they are off by does not add up.
+    /// Returns `blend(a, b)`. The derivatives of `blend` with respect to both are weights that sum to at
+    /// most one in magnitude, so the operands' errors do not add up.
     #[inline(always)]
-    fn shared(a: Self, b: Self, blend: impl Fn(Self, Self) -> Self) -> Self {
+    fn convex_blend(a: Self, b: Self, blend: impl Fn(Self, Self) -> Self) -> Self {
         blend(a, b)
     }
 
-    /// Whether the outcome is known to hold, so that what depends on it may be left out. Numbers
-    /// that stand for many, or for text, never know.
+    /// Reports whether a condition certainly holds, so that code that depends on its negation may be
+    /// skipped. Types that represent many numbers, or text, return `false`.
     #[inline(always)]
-    fn surely(_condition: Self::Bool) -> bool {
+    fn is_certain(_condition: Self::Bool) -> bool {
         false
     }
-    /// Gradient noise at `p` and its gradient; see [`crate::elementary::perlin`].
+    /// Returns gradient noise at `p` and its gradient; see [`crate::elementary::perlin`].
     #[inline(always)]
     fn noise_gradient(p: Self::Vec3, seed: Self) -> (Self, Self::Vec3) {
         crate::elementary::perlin::<Self>(p, seed)
     }
-    /// Gradient noise at `p`.
+    /// Returns gradient noise at `p`.
     #[inline(always)]
     fn noise(p: Self::Vec3, seed: Self) -> Self {
         Self::noise_gradient(p, seed).0
     }
-    /// The gradient of gradient noise at `p`.
+    /// Returns the gradient of gradient noise at `p`.
     #[inline(always)]
     fn noise_slope(p: Self::Vec3, seed: Self) -> Self::Vec3 {
         crate::elementary::perlin::<Self>(p, seed).1
     }
-    /// The second derivatives of gradient noise at `p`: the gradient of each component of its gradient.
+    /// Returns the second derivatives of gradient noise at `p`: the gradient of each component of its
+    /// gradient.
     #[inline(always)]
     fn noise_curvature(p: Self::Vec3, seed: Self) -> [Self::Vec3; 3] {
         let (p, seed) = (DualVec3::<Self>::seed(p), Dual::fixed(seed));
         crate::elementary::perlin::<Dual<Self>>(p, seed).1.gradients
     }
-    /// The distance to an ellipsoid with the radii `r`, and its gradient; see [`crate::ellipsoid`].
+    /// Returns the distance to an ellipsoid with the radii `r`, and its gradient; see [`crate::ellipsoid`].
     #[inline(always)]
     fn ellipsoid_gradient(p: Self::Vec3, r: Self::Vec3) -> (Self, Self::Vec3) {
         crate::ellipsoid::ellipsoid::<Self>(p, r)
     }
-    /// The distance to an ellipsoid with the radii `r`.
+    /// Returns the distance to an ellipsoid with the radii `r`.
     #[inline(always)]
     fn ellipsoid(p: Self::Vec3, r: Self::Vec3) -> Self {
         Self::ellipsoid_gradient(p, r).0
     }
-    /// The same number; a recorder takes the name for its variable.
+    /// Returns the number unchanged; a recorder uses the name for its variable.
     #[inline(always)]
     fn named(self, _name: &'static str) -> Self {
         self
     }
-    /// A number known to lie in [-1, 1], as the component of a unit vector does; intervals, which
-    /// may have lost that knowledge, are cut to it.
+    /// Returns a number that lies in [-1, 1], such as a component of a unit vector. Intervals, which may
+    /// have overestimated it, are clamped.
     #[inline(always)]
     fn unit_component(self) -> Self {
         self
     }
 
-    /// The same number, which jumps where the condition changes: its slope there has no bound.
-    /// Only numbers that look at more than one point at once care.
+    /// Returns the number unchanged, and marks it as discontinuous where the condition changes: its slope
+    /// is unbounded there. Only types that represent more than one point at once use the mark.
     #[inline(always)]
-    fn jumping(self, _condition: Self::Bool) -> Self {
+    fn mark_discontinuity(self, _condition: Self::Bool) -> Self {
         self
     }
-    /// The gradient of what jumps where the condition changes, given its gradient elsewhere.
+    /// Returns the gradient of a value that is discontinuous where the condition changes, given its
+    /// gradient elsewhere.
     #[inline(always)]
-    fn jump_gradient(gradient: Self::Vec3, _condition: Self::Bool) -> Self::Vec3 {
+    fn discontinuity_gradient(gradient: Self::Vec3, _condition: Self::Bool) -> Self::Vec3 {
         gradient
     }
-    /// The gradient of a floor, given the floor.
+    /// Returns the gradient of a floor, given the floor.
     #[inline(always)]
     fn floor_gradient(_floor: Self) -> Self::Vec3 {
         Self::Vec3::splat(lit(0.0))
     }
 
-    /// The number times a sign, which is −1 or 1.
+    /// Returns the number times a sign, which is −1 or 1.
     #[inline(always)]
     fn signed(self, sign: Self) -> Self {
         self * sign
     }
-    /// The number times itself.
+    /// Returns the square.
     #[inline(always)]
     fn square(self) -> Self {
         self * self
     }
-    /// The length of the vector with these components. (Squares rather than products: an
+    /// Returns the length of the vector with these components. (By squares rather than products: an
     /// interval's square is never negative.)
     #[inline(always)]
     fn length2(x: Self, y: Self) -> Self {
         (x.square() + y.square()).sqrt()
     }
-    /// The length of the vector with these components, summed in their order.
+    /// Returns the length of the vector with these components, summed in their order.
     #[inline(always)]
     fn length3(x: Self, y: Self, z: Self) -> Self {
         (x.square() + y.square() + z.square()).sqrt()
     }
-    /// The number, raised to `low` where it is less. What is no number stays so; of maxima it is dropped.
+    /// Returns the number, raised to `low` where it is less. NaN stays NaN; a maximum would drop it.
     #[inline(always)]
     fn at_least(self, low: Self) -> Self {
         self.max(low)
     }
-    /// The number, lowered to `high` where it is more. What is no number stays so.
+    /// Returns the number, lowered to `high` where it is more. NaN stays NaN.
     #[inline(always)]
     fn at_most(self, high: Self) -> Self {
         self.min(high)
     }
-    /// The number, kept within `low` and `high`.
+    /// Returns the number, clamped to `low` and `high`.
     #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }
-    /// The number, kept within 0 and 1.
+    /// Returns the number, clamped to 0 and 1.
     #[inline(always)]
     fn saturate(self) -> Self {
         self.clamp(lit(0.0), lit(1.0))
     }
-    /// −1 for negative numbers, 1 for all others: unlike the mathematical sign, never 0.
+    /// Returns −1 for negative numbers, 1 for all others: unlike the mathematical sign, never 0.
     #[inline(always)]
-    fn side(self) -> Self {
+    fn sign_nonzero(self) -> Self {
         Self::select(self.less(lit(0.0)), lit(-1.0), lit(1.0))
     }
-    /// −1, 0 or 1.
+    /// Returns −1, 0 or 1.
     #[inline(always)]
     fn sign(self) -> Self {
         Self::select(
@@ -201,63 +204,63 @@ pub trait Real:
             Self::select(lit::<Self>(0.0).less(self), lit(1.0), lit(0.0)),
         )
     }
-    /// `self` at `t = 0`, `other` at `t = 1`, straight between.
+    /// Returns the linear interpolation from `self` at `t = 0` to `other` at `t = 1`.
     #[inline(always)]
     fn mix(self, other: Self, t: Self) -> Self {
         self + (other - self) * t
     }
-    /// The distance to the whole number below.
+    /// Returns the difference to the floor.
     #[inline(always)]
     fn fract(self) -> Self {
         self - self.floor()
     }
-    /// The smallest whole number that is not smaller.
+    /// Returns the smallest integer that is not smaller.
     #[inline(always)]
     fn ceil(self) -> Self {
         -(-self).floor()
     }
-    /// The nearest whole number, halves upwards.
+    /// Returns the nearest integer, halves upwards.
     #[inline(always)]
     fn round(self) -> Self {
         (self + lit(0.5)).floor()
     }
-    /// The whole part, towards zero.
+    /// Returns the integer part, rounded towards zero.
     #[inline(always)]
     fn trunc(self) -> Self {
-        self.side() * self.abs().floor()
+        self.sign_nonzero() * self.abs().floor()
     }
-    /// The remainder of a floored division: it has the divisor's sign.
+    /// Returns the remainder of a floored division: it has the divisor's sign.
     #[inline(always)]
     fn modulo(self, divisor: Self) -> Self {
         self - divisor * (self / divisor).floor()
     }
-    /// The tangent of an angle in radians.
+    /// Returns the tangent of an angle in radians.
     #[inline(always)]
     fn tan(self) -> Self {
         self.sin() / self.cos()
     }
-    /// The exponential.
+    /// Returns the exponential.
     #[inline(always)]
     fn exp(self) -> Self {
         (self * lit(std::f64::consts::LOG2_E)).exp2()
     }
-    /// The natural logarithm.
+    /// Returns the natural logarithm.
     #[inline(always)]
     fn ln(self) -> Self {
         self.log2() * lit(std::f64::consts::LN_2)
     }
-    /// This, not negative, to the power of `exponent`.
+    /// Returns this non-negative number to the power of `exponent`.
     #[inline(always)]
     fn pow(self, exponent: Self) -> Self {
         (exponent * self.at_least(lit(1e-37)).log2()).exp2()
     }
-    /// The inverse sine of a number kept within [-1, 1].
+    /// Returns the inverse sine of the number clamped to [-1, 1].
     #[inline(always)]
     fn asin(self) -> Self {
         let x = self.at_least(lit(-1.0)).at_most(lit(1.0));
         x.atan2(((lit::<Self>(1.0) - x) * (lit::<Self>(1.0) + x)).sqrt())
     }
-    /// The inverse cosine of a number kept within [-1, 1].
+    /// Returns the inverse cosine of the number clamped to [-1, 1].
     #[inline(always)]
     fn acos(self) -> Self {
         let x = self.at_least(lit(-1.0)).at_most(lit(1.0));
@@ -265,44 +268,44 @@ pub trait Real:
             .sqrt()
             .atan2(x)
     }
-    /// The inverse tangent.
+    /// Returns the inverse tangent.
     #[inline(always)]
     fn atan(self) -> Self {
         self.atan2(lit(1.0))
     }
-    /// 0 below `edge`, 1 from it on.
+    /// Returns 0 below `edge`, 1 from it on.
     #[inline(always)]
     fn step(self, edge: Self) -> Self {
         Self::select(self.less(edge), lit(0.0), lit(1.0))
     }
-    /// The way from `low` to `high`, from 0 to 1; a step where they are equal.
+    /// Returns the position between `low` and `high`, clamped to 0 and 1; a step where they are equal.
     #[inline(always)]
     fn ramp(self, low: Self, high: Self) -> Self {
         let width = (high - low).named("width");
         let is_none = width.abs().less(lit(1e-18));
         ((self - low) / Self::select(is_none, lit(1e-18), width)).saturate()
     }
-    /// 0 at `low` and before, 1 at `high` and beyond, a smooth cubic between. It falls where `high` is less; where they
-    /// are equal it is a step.
+    /// Returns 0 up to `low`, 1 from `high` on, and a smooth cubic between. It decreases where `high` is
+    /// less than `low`; where they are equal it is a step.
     #[inline(always)]
     fn smoothstep(self, low: Self, high: Self) -> Self {
         eased(self.ramp(low, high))
     }
 }
 
-/// A smooth cubic from 0 at 0 to 1 at 1.
+/// Returns a smooth cubic from 0 at 0 to 1 at 1.
 #[inline(always)]
 pub(crate) fn eased<R: Real>(t: R) -> R {
     t * t * (lit::<R>(3.0) - lit::<R>(2.0) * t)
 }
 
-/// The literal `value` as a number of the wanted type.
+/// Returns the literal `value` as a number of any type.
 #[inline(always)]
 pub fn lit<R: Real>(value: f64) -> R {
     R::constant(value)
 }
 
-/// Two numbers.
+/// A vector of two numbers.
 pub trait Vector2<R: Real>:
     Copy
     + 'static
@@ -312,48 +315,48 @@ pub trait Vector2<R: Real>:
     + Mul<R, Output = Self>
     + Neg<Output = Self>
 {
-    /// From its components.
+    /// Creates a vector from its components.
     fn new(x: R, y: R) -> Self;
-    /// The first component.
+    /// Returns the first component.
     fn x(self) -> R;
-    /// The second component.
+    /// Returns the second component.
     fn y(self) -> R;
-    /// Each component's magnitude.
+    /// Returns the magnitude of each component.
     fn abs(self) -> Self;
-    /// The smaller of each pair of components.
+    /// Returns the smaller of each pair of components.
     fn min(self, other: Self) -> Self;
-    /// The larger of each pair of components.
+    /// Returns the larger of each pair of components.
     fn max(self, other: Self) -> Self;
-    /// `then` where the condition holds, `otherwise` elsewhere.
+    /// Returns `then` where the condition holds, `otherwise` elsewhere.
     fn select(condition: R::Bool, then: Self, otherwise: Self) -> Self;
-    /// The same vector; a recorder takes the name for its variable.
+    /// Returns the vector unchanged; a recorder uses the name for its variable.
     #[inline(always)]
     fn named(self, _name: &'static str) -> Self {
         self
     }
-    /// The same number twice.
+    /// Creates a vector with this number in both components.
     #[inline(always)]
     fn splat(v: R) -> Self {
         Self::new(v, v)
     }
-    /// The inner product.
+    /// Returns the inner product.
     #[inline(always)]
     fn dot(self, other: Self) -> R {
         self.x() * other.x() + self.y() * other.y()
     }
-    /// The Euclidean length.
+    /// Returns the Euclidean length.
     #[inline(always)]
     fn length(self) -> R {
         self.dot(self).sqrt()
     }
-    /// The larger component.
+    /// Returns the larger component.
     #[inline(always)]
     fn max_component(self) -> R {
         self.x().max(self.y())
     }
 }
 
-/// Three numbers.
+/// A vector of three numbers.
 pub trait Vector3<R: Real>:
     Copy
     + 'static
@@ -363,55 +366,55 @@ pub trait Vector3<R: Real>:
     + Mul<R, Output = Self>
     + Neg<Output = Self>
 {
-    /// From its components.
+    /// Creates a vector from its components.
     fn new(x: R, y: R, z: R) -> Self;
-    /// The first component.
+    /// Returns the first component.
     fn x(self) -> R;
-    /// The second component.
+    /// Returns the second component.
     fn y(self) -> R;
-    /// The third component.
+    /// Returns the third component.
     fn z(self) -> R;
-    /// Each component's magnitude.
+    /// Returns the magnitude of each component.
     fn abs(self) -> Self;
-    /// Each component's floor.
+    /// Returns the floor of each component.
     fn floor(self) -> Self;
-    /// The smaller of each pair of components.
+    /// Returns the smaller of each pair of components.
     fn min(self, other: Self) -> Self;
-    /// The larger of each pair of components.
+    /// Returns the larger of each pair of components.
     fn max(self, other: Self) -> Self;
-    /// `then` where the condition holds, `otherwise` elsewhere.
+    /// Returns `then` where the condition holds, `otherwise` elsewhere.
     fn select(condition: R::Bool, then: Self, otherwise: Self) -> Self;
-    /// The same vector; a recorder takes the name for its variable.
+    /// Returns the vector unchanged; a recorder uses the name for its variable.
     #[inline(always)]
     fn named(self, _name: &'static str) -> Self {
         self
     }
-    /// The first and second component.
+    /// Returns the first and second component.
     #[inline(always)]
     fn xy(self) -> R::Vec2 {
         R::Vec2::new(self.x(), self.y())
     }
-    /// The first and third component.
+    /// Returns the first and third component.
     #[inline(always)]
     fn xz(self) -> R::Vec2 {
         R::Vec2::new(self.x(), self.z())
     }
-    /// The same number three times.
+    /// Creates a vector with this number in all three components.
     #[inline(always)]
     fn splat(v: R) -> Self {
         Self::new(v, v, v)
     }
-    /// The inner product, summed in the order of the components.
+    /// Returns the inner product, summed in the order of the components.
     #[inline(always)]
     fn dot(self, other: Self) -> R {
         self.x() * other.x() + self.y() * other.y() + self.z() * other.z()
     }
-    /// The Euclidean length.
+    /// Returns the Euclidean length.
     #[inline(always)]
     fn length(self) -> R {
         self.dot(self).sqrt()
     }
-    /// The vector product.
+    /// Returns the cross product.
     #[inline(always)]
     fn cross(self, other: Self) -> Self {
         Self::new(
@@ -420,17 +423,17 @@ pub trait Vector3<R: Real>:
             self.x() * other.y() - self.y() * other.x(),
         )
     }
-    /// The vector of length one in this direction; the zero vector stays zero.
+    /// Returns the unit vector in this direction; the zero vector stays zero.
     #[inline(always)]
     fn normalize(self) -> Self {
         self * (lit::<R>(1.0) / self.length().max(lit(1e-30)))
     }
-    /// The largest component.
+    /// Returns the largest component.
     #[inline(always)]
     fn max_component(self) -> R {
         self.x().max(self.y()).max(self.z())
     }
-    /// `self` at `t = 0`, `other` at `t = 1`, straight between.
+    /// Returns the linear interpolation from `self` at `t = 0` to `other` at `t = 1`.
     #[inline(always)]
     fn mix(self, other: Self, t: R) -> Self {
         self + (other - self) * t

@@ -1,15 +1,16 @@
-//! The recorder: a number type whose values are expression nodes, so that running a generic body
-//! on it writes the body down as a WGSL function.
+//! The recorder: a number type whose values are expression nodes, so that evaluating a generic body on it
+//! records the body as a WGSL function.
 //!
-//! Vectors stay vectors; what is used once is written in place, what is used more often becomes a
-//! `let`, named as the body names it. Recording a body on [`Dual`] numbers gives the WGSL that
-//! returns the value together with its gradient: a scalar result becomes a `vec4f` with the
-//! gradient in `xyz`, a point becomes a `DualPoint` (see [`DUAL_POINT`]). On [`Range`]s it gives the WGSL
-//! that returns bounds over a box: of a scalar a `vec2f`, of a point a `BoxPoint` (see [`BOX_POINT`]).
+//! Vectors are kept as vectors. A node that is used once is written in place; a node that is used more
+//! often becomes a `let`, with the name from the body. Recording a body on [`Dual`] numbers gives WGSL that
+//! returns the value together with its gradient: a scalar result becomes a `vec4f` with the gradient in
+//! `xyz`, a point becomes a `DualPoint` (see [`DUAL_POINT`]). Recording it on [`RecordedInterval`]s gives
+//! WGSL that returns bounds over a box: a `vec2f` for a scalar, a `BoxPoint` for a point (see
+//! [`BOX_POINT`]).
 
 mod range;
 
-pub use range::{BOX_POINT, Range};
+pub use range::{BOX_POINT, RecordedInterval};
 
 use crate::dual::{Dual, DualVec3};
 use crate::real::{Real, Vector2, Vector3, lit};
@@ -18,12 +19,12 @@ use std::collections::HashMap;
 use std::fmt::Write;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The WGSL declaration of a point with its Jacobian: what `DualVec3` is on the GPU.
+/// The WGSL declaration of a point with its Jacobian, the equivalent of `DualVec3`.
 pub const DUAL_POINT: &str = "struct DualPoint { p: vec3f, dx: vec3f, dy: vec3f, dz: vec3f }\n";
 
 /// A recorded WGSL function.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Function {
+pub struct RecordedFunction {
     /// Its name.
     pub name: String,
     /// Its text, from `fn` to the closing brace.
@@ -34,7 +35,7 @@ pub struct Function {
 
 /// The type of a WGSL value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Type {
+pub enum RecordedType {
     /// `bool`
     Bool,
     /// `f32`
@@ -53,17 +54,17 @@ pub enum Type {
     BoxPoint,
 }
 
-impl Type {
+impl RecordedType {
     fn wgsl(self) -> &'static str {
         match self {
-            Type::Bool => "bool",
-            Type::Scalar => "f32",
-            Type::Vec2 => "vec2f",
-            Type::Vec3 => "vec3f",
-            Type::DualScalar => "vec4f",
-            Type::DualPoint => "DualPoint",
-            Type::Range => "vec2f",
-            Type::BoxPoint => "BoxPoint",
+            RecordedType::Bool => "bool",
+            RecordedType::Scalar => "f32",
+            RecordedType::Vec2 => "vec2f",
+            RecordedType::Vec3 => "vec3f",
+            RecordedType::DualScalar => "vec4f",
+            RecordedType::DualPoint => "DualPoint",
+            RecordedType::Range => "vec2f",
+            RecordedType::BoxPoint => "BoxPoint",
         }
     }
 }
@@ -79,32 +80,32 @@ enum Kind {
     Member(u32, &'static str),
 }
 
-struct Node {
+struct RecorderNode {
     kind: Kind,
-    ty: Type,
+    ty: RecordedType,
     name: Option<&'static str>,
 }
 
 #[derive(Default)]
 struct Arena {
-    nodes: Vec<Node>,
-    known: HashMap<Kind, u32>,
+    nodes: Vec<RecorderNode>,
+    ids: HashMap<Kind, u32>,
 }
 
 thread_local! {
     static ARENA: RefCell<Arena> = RefCell::default();
 }
 
-fn push(kind: Kind, ty: Type) -> u32 {
+fn push(kind: Kind, ty: RecordedType) -> u32 {
     ARENA.with_borrow_mut(|arena| {
-        if let Some(&known) = arena.known.get(&kind)
+        if let Some(&known) = arena.ids.get(&kind)
             && arena.nodes[known as usize].ty == ty
         {
             return known;
         }
         let id = arena.nodes.len() as u32;
-        arena.known.insert(kind.clone(), id);
-        arena.nodes.push(Node {
+        arena.ids.insert(kind.clone(), id);
+        arena.nodes.push(RecorderNode {
             kind,
             ty,
             name: None,
@@ -126,7 +127,7 @@ fn literal(id: u32) -> Option<f32> {
     })
 }
 
-/// Whether a node is the zero of its type: derivatives are full of them.
+/// Reports whether a node is the zero of its type, which is frequent in derivatives.
 fn is_zero(id: u32) -> bool {
     ARENA.with_borrow(|arena| {
         let zero = |id: u32| matches!(arena.nodes[id as usize].kind, Kind::Literal(0));
@@ -154,44 +155,44 @@ pub struct Vec2(u32);
 #[derive(Clone, Copy, Debug)]
 pub struct Vec3(u32);
 
-fn infix(op: &'static str, a: u32, b: u32, ty: Type) -> u32 {
+fn infix(op: &'static str, a: u32, b: u32, ty: RecordedType) -> u32 {
     push(Kind::Infix(op, a, b), ty)
 }
 
-fn zero(ty: Type) -> u32 {
-    let o = push(Kind::Literal(0), Type::Scalar);
+fn zero(ty: RecordedType) -> u32 {
+    let o = push(Kind::Literal(0), RecordedType::Scalar);
     match ty {
-        Type::Vec2 => push(Kind::Call("vec2f", vec![o]), ty),
-        Type::Vec3 => push(Kind::Call("vec3f", vec![o]), ty),
+        RecordedType::Vec2 => push(Kind::Call("vec2f", vec![o]), ty),
+        RecordedType::Vec3 => push(Kind::Call("vec3f", vec![o]), ty),
         _ => o,
     }
 }
 
-fn add(a: u32, b: u32, ty: Type) -> u32 {
+fn add(a: u32, b: u32, ty: RecordedType) -> u32 {
     match (is_zero(a), is_zero(b)) {
         (true, _) => b,
         (_, true) => a,
         _ => infix("+", a, b, ty),
     }
 }
-fn sub(a: u32, b: u32, ty: Type) -> u32 {
+fn sub(a: u32, b: u32, ty: RecordedType) -> u32 {
     match (is_zero(a), is_zero(b)) {
         (_, true) => a,
         (true, _) => push(Kind::Prefix("-", b), ty),
         _ => infix("-", a, b, ty),
     }
 }
-fn mul(a: u32, b: u32, ty: Type) -> u32 {
+fn mul(a: u32, b: u32, ty: RecordedType) -> u32 {
     if is_zero(a) || is_zero(b) {
         return zero(ty);
     }
     match (is_one(a), is_one(b)) {
-        (true, _) if ty == Type::Scalar => b,
+        (true, _) if ty == RecordedType::Scalar => b,
         (_, true) => a,
         _ => infix("*", a, b, ty),
     }
 }
-fn neg(a: u32, ty: Type) -> u32 {
+fn neg(a: u32, ty: RecordedType) -> u32 {
     if is_zero(a) {
         a
     } else {
@@ -227,9 +228,9 @@ macro_rules! recorded_arithmetic {
         }
     };
 }
-recorded_arithmetic!(Scalar, Type::Scalar);
-recorded_arithmetic!(Vec2, Type::Vec2);
-recorded_arithmetic!(Vec3, Type::Vec3);
+recorded_arithmetic!(Scalar, RecordedType::Scalar);
+recorded_arithmetic!(Vec2, RecordedType::Vec2);
+recorded_arithmetic!(Vec3, RecordedType::Vec3);
 
 impl Div for Scalar {
     type Output = Self;
@@ -237,23 +238,23 @@ impl Div for Scalar {
         if is_zero(self.0) || is_one(b.0) {
             return self;
         }
-        Self(infix("/", self.0, b.0, Type::Scalar))
+        Self(infix("/", self.0, b.0, RecordedType::Scalar))
     }
 }
 impl Mul<Scalar> for Vec2 {
     type Output = Self;
     fn mul(self, b: Scalar) -> Self {
-        Self(mul(self.0, b.0, Type::Vec2))
+        Self(mul(self.0, b.0, RecordedType::Vec2))
     }
 }
 impl Mul<Scalar> for Vec3 {
     type Output = Self;
     fn mul(self, b: Scalar) -> Self {
-        Self(mul(self.0, b.0, Type::Vec3))
+        Self(mul(self.0, b.0, RecordedType::Vec3))
     }
 }
 
-fn call(name: &'static str, arguments: Vec<u32>, ty: Type) -> u32 {
+fn call(name: &'static str, arguments: Vec<u32>, ty: RecordedType) -> u32 {
     push(Kind::Call(name, arguments), ty)
 }
 
@@ -263,26 +264,26 @@ impl Real for Scalar {
     type Vec3 = Vec3;
 
     fn constant(value: f64) -> Self {
-        // Adding zero turns a negative zero, which would not print as one, into the positive one.
+        // Adding zero normalizes a negative zero, whose sign would be lost in the text.
         Self(push(
             Kind::Literal((value as f32 + 0.0).to_bits()),
-            Type::Scalar,
+            RecordedType::Scalar,
         ))
     }
     fn abs(self) -> Self {
-        Self(call("abs", vec![self.0], Type::Scalar))
+        Self(call("abs", vec![self.0], RecordedType::Scalar))
     }
     fn sqrt(self) -> Self {
-        Self(call("sqrt", vec![self.0], Type::Scalar))
+        Self(call("sqrt", vec![self.0], RecordedType::Scalar))
     }
     fn floor(self) -> Self {
-        Self(call("floor", vec![self.0], Type::Scalar))
+        Self(call("floor", vec![self.0], RecordedType::Scalar))
     }
     fn min(self, b: Self) -> Self {
-        Self(call("min", vec![self.0, b.0], Type::Scalar))
+        Self(call("min", vec![self.0, b.0], RecordedType::Scalar))
     }
     fn max(self, b: Self) -> Self {
-        Self(call("max", vec![self.0, b.0], Type::Scalar))
+        Self(call("max", vec![self.0, b.0], RecordedType::Scalar))
     }
     fn at_least(self, low: Self) -> Self {
         Self::select(self.less(low), low, self)
@@ -291,56 +292,74 @@ impl Real for Scalar {
         Self::select(high.less(self), high, self)
     }
     fn sin(self) -> Self {
-        Self(call("sine", vec![self.0], Type::Scalar))
+        Self(call("sine", vec![self.0], RecordedType::Scalar))
     }
     fn cos(self) -> Self {
-        Self(call("cosine", vec![self.0], Type::Scalar))
+        Self(call("cosine", vec![self.0], RecordedType::Scalar))
     }
     fn atan2(self, x: Self) -> Self {
-        Self(call("arctangent", vec![self.0, x.0], Type::Scalar))
+        Self(call("arctangent", vec![self.0, x.0], RecordedType::Scalar))
     }
     fn exp2(self) -> Self {
-        Self(call("exponential", vec![self.0], Type::Scalar))
+        Self(call("exponential", vec![self.0], RecordedType::Scalar))
     }
     fn log2(self) -> Self {
-        Self(call("logarithm", vec![self.0], Type::Scalar))
+        Self(call("logarithm", vec![self.0], RecordedType::Scalar))
     }
     fn power_of_two(self) -> Self {
-        Self(call("power_of_two", vec![self.0], Type::Scalar))
+        Self(call("power_of_two", vec![self.0], RecordedType::Scalar))
     }
     fn exponent(self) -> Self {
-        Self(call("exponent_of", vec![self.0], Type::Scalar))
+        Self(call("exponent_of", vec![self.0], RecordedType::Scalar))
     }
     fn mantissa(self) -> Self {
-        Self(call("mantissa_of", vec![self.0], Type::Scalar))
+        Self(call("mantissa_of", vec![self.0], RecordedType::Scalar))
     }
     fn lattice(cell: Vec3, seed: Self) -> Vec3 {
-        Vec3(call("lattice", vec![cell.0, seed.0], Type::Vec3))
+        Vec3(call("lattice", vec![cell.0, seed.0], RecordedType::Vec3))
     }
-    fn lattice_edge(cell: Vec3, seed: Self) -> Vec3 {
-        Vec3(call("lattice_edge", vec![cell.0, seed.0], Type::Vec3))
+    fn noise_corner_gradient(cell: Vec3, seed: Self) -> Vec3 {
+        Vec3(call(
+            "lattice_edge",
+            vec![cell.0, seed.0],
+            RecordedType::Vec3,
+        ))
     }
     fn noise(p: Vec3, seed: Self) -> Self {
-        Self(call("noise", vec![p.0, seed.0], Type::Scalar))
+        Self(call("noise", vec![p.0, seed.0], RecordedType::Scalar))
     }
     fn noise_gradient(p: Vec3, seed: Self) -> (Self, Vec3) {
-        let both = call("noise_gradient", vec![p.0, seed.0], Type::DualScalar);
-        set_name(both, "noise");
-        let value = push(Kind::Member(both, "w"), Type::Scalar);
+        let value_and_gradient = call(
+            "noise_gradient",
+            vec![p.0, seed.0],
+            RecordedType::DualScalar,
+        );
+        set_name(value_and_gradient, "noise");
+        let value = push(Kind::Member(value_and_gradient, "w"), RecordedType::Scalar);
         (
             Self(value),
-            Vec3(push(Kind::Member(both, "xyz"), Type::Vec3)),
+            Vec3(push(
+                Kind::Member(value_and_gradient, "xyz"),
+                RecordedType::Vec3,
+            )),
         )
     }
     fn ellipsoid(p: Vec3, r: Vec3) -> Self {
-        Self(call("ellipsoid", vec![p.0, r.0], Type::Scalar))
+        Self(call("ellipsoid", vec![p.0, r.0], RecordedType::Scalar))
     }
     fn ellipsoid_gradient(p: Vec3, r: Vec3) -> (Self, Vec3) {
-        let both = call("ellipsoid_gradient", vec![p.0, r.0], Type::DualScalar);
-        let value = push(Kind::Member(both, "w"), Type::Scalar);
+        let value_and_gradient = call(
+            "ellipsoid_gradient",
+            vec![p.0, r.0],
+            RecordedType::DualScalar,
+        );
+        let value = push(Kind::Member(value_and_gradient, "w"), RecordedType::Scalar);
         (
             Self(value),
-            Vec3(push(Kind::Member(both, "xyz"), Type::Vec3)),
+            Vec3(push(
+                Kind::Member(value_and_gradient, "xyz"),
+                RecordedType::Vec3,
+            )),
         )
     }
     fn noise_slope(p: Vec3, seed: Self) -> Vec3 {
@@ -351,16 +370,16 @@ impl Real for Scalar {
         self
     }
     fn less(self, b: Self) -> Bool {
-        Bool(infix("<", self.0, b.0, Type::Bool))
+        Bool(infix("<", self.0, b.0, RecordedType::Bool))
     }
     fn and(a: Bool, b: Bool) -> Bool {
-        Bool(infix("&", a.0, b.0, Type::Bool))
+        Bool(infix("&", a.0, b.0, RecordedType::Bool))
     }
     fn or(a: Bool, b: Bool) -> Bool {
-        Bool(infix("|", a.0, b.0, Type::Bool))
+        Bool(infix("|", a.0, b.0, RecordedType::Bool))
     }
     fn not(a: Bool) -> Bool {
-        Bool(push(Kind::Prefix("!", a.0), Type::Bool))
+        Bool(push(Kind::Prefix("!", a.0), RecordedType::Bool))
     }
     fn select(condition: Bool, then: Self, otherwise: Self) -> Self {
         if then.0 == otherwise.0 {
@@ -369,7 +388,7 @@ impl Real for Scalar {
         Self(call(
             "select",
             vec![otherwise.0, then.0, condition.0],
-            Type::Scalar,
+            RecordedType::Scalar,
         ))
     }
 }
@@ -407,7 +426,7 @@ macro_rules! recorded_vector {
                 self
             }
             fn length(self) -> Scalar {
-                Scalar(call($length, vec![self.0], Type::Scalar))
+                Scalar(call($length, vec![self.0], RecordedType::Scalar))
             }
             recorded_vector!(@extra $trait);
         }
@@ -415,7 +434,7 @@ macro_rules! recorded_vector {
     (@extra Vector2) => {};
     (@extra Vector3) => {
         fn floor(self) -> Self {
-            Self(call("floor", vec![self.0], Type::Vec3))
+            Self(call("floor", vec![self.0], RecordedType::Vec3))
         }
         fn xy(self) -> Vec2 {
             Vec2(pair(self, "xy", self.x(), self.y()))
@@ -425,48 +444,48 @@ macro_rules! recorded_vector {
         }
     };
 }
-recorded_vector!(Vec2, Vector2, Type::Vec2, "vec2f", "length2", { x 0, y 1 });
-recorded_vector!(Vec3, Vector3, Type::Vec3, "vec3f", "length3", { x 0, y 1, z 2 });
+recorded_vector!(Vec2, Vector2, RecordedType::Vec2, "vec2f", "length2", { x 0, y 1 });
+recorded_vector!(Vec3, Vector3, RecordedType::Vec3, "vec3f", "length3", { x 0, y 1, z 2 });
 
-/// A component of a vector: of one that was just put together, the part itself; of two
-/// components of another, that one's component.
+/// Returns a component of a vector. For a constructed vector it is the part itself; for a swizzle, the
+/// component of the original vector.
 fn component(vector: u32, axis: &'static str, index: usize, constructor: &str) -> u32 {
-    enum Found {
+    enum Component {
         Part(u32),
         Member(u32, &'static str),
     }
-    let found = ARENA.with_borrow(|arena| match &arena.nodes[vector as usize].kind {
+    let component = ARENA.with_borrow(|arena| match &arena.nodes[vector as usize].kind {
         Kind::Call(name, parts) if *name == constructor => {
-            Found::Part(*parts.get(index).unwrap_or(&parts[0]))
+            Component::Part(*parts.get(index).unwrap_or(&parts[0]))
         }
-        Kind::Member(whole, "xy") => Found::Member(*whole, ["x", "y"][index]),
-        Kind::Member(whole, "xz") => Found::Member(*whole, ["x", "z"][index]),
-        _ => Found::Member(vector, axis),
+        Kind::Member(source, "xy") => Component::Member(*source, ["x", "y"][index]),
+        Kind::Member(source, "xz") => Component::Member(*source, ["x", "z"][index]),
+        _ => Component::Member(vector, axis),
     });
-    match found {
-        Found::Part(part) => part,
-        Found::Member(vector, axis) => push(Kind::Member(vector, axis), Type::Scalar),
+    match component {
+        Component::Part(part) => part,
+        Component::Member(vector, axis) => push(Kind::Member(vector, axis), RecordedType::Scalar),
     }
 }
 
-/// Two components of a vector at once; of one that was just put together, its parts.
+/// Returns two components of a vector as one node; for a constructed vector, a vector of its parts.
 fn pair(vector: Vec3, axes: &'static str, x: Scalar, y: Scalar) -> u32 {
     let built = ARENA
         .with_borrow(|arena| matches!(arena.nodes[vector.0 as usize].kind, Kind::Call("vec3f", _)));
     if built {
         Vec2::new(x, y).0
     } else {
-        push(Kind::Member(vector.0, axes), Type::Vec2)
+        push(Kind::Member(vector.0, axes), RecordedType::Vec2)
     }
 }
 
-/// What a parameter of a recorded function is made of, and what its result is.
+/// The type of a parameter or result of a recorded function.
 pub trait Recorded: Sized {
     /// Its WGSL type.
-    const TYPE: Type;
-    /// The parameter called `name`.
+    const TYPE: RecordedType;
+    /// Creates the parameter called `name`.
     fn parameter(name: &str) -> Self;
-    /// The node that holds the value, put together if need be.
+    /// Returns the node of the value, and constructs it if necessary.
     fn node(self) -> RecordedNode;
 }
 
@@ -477,7 +496,7 @@ pub struct RecordedNode(u32);
 macro_rules! recorded_plain {
     ($name:ident, $ty:expr) => {
         impl Recorded for $name {
-            const TYPE: Type = $ty;
+            const TYPE: RecordedType = $ty;
             fn parameter(name: &str) -> Self {
                 Self(push(Kind::Parameter(name.to_owned()), $ty))
             }
@@ -487,31 +506,31 @@ macro_rules! recorded_plain {
         }
     };
 }
-recorded_plain!(Bool, Type::Bool);
-recorded_plain!(Scalar, Type::Scalar);
-recorded_plain!(Vec2, Type::Vec2);
-recorded_plain!(Vec3, Type::Vec3);
+recorded_plain!(Bool, RecordedType::Bool);
+recorded_plain!(Scalar, RecordedType::Scalar);
+recorded_plain!(Vec2, RecordedType::Vec2);
+recorded_plain!(Vec3, RecordedType::Vec3);
 
 impl Recorded for Dual<Scalar> {
-    const TYPE: Type = Type::DualScalar;
+    const TYPE: RecordedType = RecordedType::DualScalar;
     fn parameter(name: &str) -> Self {
-        let whole = push(Kind::Parameter(name.to_owned()), Type::DualScalar);
+        let parameter = push(Kind::Parameter(name.to_owned()), RecordedType::DualScalar);
         Self {
-            value: Scalar(push(Kind::Member(whole, "w"), Type::Scalar)),
-            gradient: Vec3(push(Kind::Member(whole, "xyz"), Type::Vec3)),
+            value: Scalar(push(Kind::Member(parameter, "w"), RecordedType::Scalar)),
+            gradient: Vec3(push(Kind::Member(parameter, "xyz"), RecordedType::Vec3)),
         }
     }
     fn node(self) -> RecordedNode {
         let parts = vec![self.gradient.0, self.value.0];
-        RecordedNode(call("vec4f", parts, Type::DualScalar))
+        RecordedNode(call("vec4f", parts, RecordedType::DualScalar))
     }
 }
 
 impl Recorded for DualVec3<Scalar> {
-    const TYPE: Type = Type::DualPoint;
+    const TYPE: RecordedType = RecordedType::DualPoint;
     fn parameter(name: &str) -> Self {
-        let whole = push(Kind::Parameter(name.to_owned()), Type::DualPoint);
-        let member = |m| Vec3(push(Kind::Member(whole, m), Type::Vec3));
+        let parameter = push(Kind::Parameter(name.to_owned()), RecordedType::DualPoint);
+        let member = |m| Vec3(push(Kind::Member(parameter, m), RecordedType::Vec3));
         Self {
             value: member("p"),
             gradients: [member("dx"), member("dy"), member("dz")],
@@ -520,7 +539,7 @@ impl Recorded for DualVec3<Scalar> {
     fn node(self) -> RecordedNode {
         let [dx, dy, dz] = self.gradients;
         let parts = vec![self.value.0, dx.0, dy.0, dz.0];
-        RecordedNode(call("DualPoint", parts, Type::DualPoint))
+        RecordedNode(call("DualPoint", parts, RecordedType::DualPoint))
     }
 }
 
@@ -531,19 +550,19 @@ pub struct Signature {
 }
 
 impl Signature {
-    /// The next parameter, of the type that is wanted.
+    /// Adds the next parameter, of the inferred type.
     pub fn parameter<T: Recorded>(&mut self, name: &str) -> T {
         self.parameters.push(format!("{name}: {}", T::TYPE.wgsl()));
         T::parameter(name)
     }
-    /// The next parameter, a plain scalar that the gradient does not see.
+    /// Adds the next parameter, a plain scalar without a gradient.
     pub fn fixed(&mut self, name: &str) -> Dual<Scalar> {
         Dual::fixed(self.parameter(name))
     }
 }
 
 /// Records `body` as the WGSL function `name`.
-pub fn record<T: Recorded>(name: &str, body: impl FnOnce(&mut Signature) -> T) -> Function {
+pub fn record<T: Recorded>(name: &str, body: impl FnOnce(&mut Signature) -> T) -> RecordedFunction {
     record_nodes(
         name,
         T::TYPE.wgsl(),
@@ -552,13 +571,13 @@ pub fn record<T: Recorded>(name: &str, body: impl FnOnce(&mut Signature) -> T) -
     )
 }
 
-/// Records a body with several results: the function returns the struct `structure`, whose fields
-/// are the results in order. The struct's declaration stands before the function.
+/// Records a body with several results. The function returns the struct `structure`, whose fields are the
+/// results in order. The struct's declaration precedes the function.
 pub fn record_struct(
     name: &str,
     structure: &str,
-    body: impl FnOnce(&mut Signature) -> Vec<(&'static str, Type, RecordedNode)>,
-) -> Function {
+    body: impl FnOnce(&mut Signature) -> Vec<(&'static str, RecordedType, RecordedNode)>,
+) -> RecordedFunction {
     let mut declaration = String::new();
     let mut function = record_nodes(
         name,
@@ -571,7 +590,7 @@ pub fn record_struct(
                 .collect();
             declaration = format!("struct {structure} {{ {} }}\n", list.join(", "));
             let parts = fields.iter().map(|(_, _, node)| node.0).collect();
-            RecordedNode(call("#struct", parts, Type::DualPoint))
+            RecordedNode(call("#struct", parts, RecordedType::DualPoint))
         },
         Some(structure),
     );
@@ -584,7 +603,7 @@ fn record_nodes(
     result: &str,
     body: impl FnOnce(&mut Signature) -> RecordedNode,
     structure: Option<&str>,
-) -> Function {
+) -> RecordedFunction {
     ARENA.with_borrow_mut(|arena| *arena = Arena::default());
     let mut signature = Signature::default();
     let root = body(&mut signature).0;
@@ -598,14 +617,14 @@ fn record_nodes(
     let _ = writeln!(text, "fn {name}({parameters}) -> {result} {{");
     text.push_str(&writer.lines);
     let _ = writeln!(text, "    return {value};\n}}");
-    Function {
+    RecordedFunction {
         name: name.to_owned(),
         text,
         calls: writer.calls,
     }
 }
 
-/// Writes nodes as WGSL: those used once in place, the others as `let`s in front.
+/// Writes nodes as WGSL: those used once in place, the others as preceding `let`s.
 struct Writer<'a> {
     arena: &'a Arena,
     uses: Vec<u32>,
@@ -639,7 +658,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The text of a node; `depth` is how deep it stands inside one expression.
+    /// Returns the text of a node; `depth` is its nesting depth within one expression.
     fn expression(&mut self, id: u32, depth: u32) -> String {
         if let Some(name) = self.names.get(&id) {
             return name.clone();
@@ -689,14 +708,14 @@ impl<'a> Writer<'a> {
         name
     }
 
-    /// Whether a node is a vector of literals, which is as short as a name for it.
+    /// Reports whether a node is a vector of literals, which is as short as a name for it.
     fn is_constant(&self, id: u32) -> bool {
         let literal = |id: &u32| matches!(self.arena.nodes[*id as usize].kind, Kind::Literal(_));
         matches!(&self.arena.nodes[id as usize].kind,
             Kind::Call("vec2f" | "vec3f", parts) if parts.iter().all(literal))
     }
 
-    /// The text of a node as an operand: in parentheses if it binds less tightly than `needed`.
+    /// Returns the text of a node as an operand, in parentheses if its precedence is below `needed`.
     fn operand(&mut self, id: u32, needed: u32, depth: u32) -> String {
         let text = self.expression(id, depth + 1);
         let binds = match self.arena.nodes[id as usize].kind {
@@ -713,21 +732,21 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// `wanted`, with a number behind it if it is taken.
-    fn fresh(&mut self, wanted: &str) -> String {
-        let mut name = wanted.to_owned();
+    /// Returns an unused name: `base`, with a number appended if it is taken.
+    fn fresh(&mut self, base: &str) -> String {
+        let mut name = base.to_owned();
         while self.taken.contains_key(&name) {
-            let count = self.taken.entry(wanted.to_owned()).or_insert(1);
+            let count = self.taken.entry(base.to_owned()).or_insert(1);
             *count += 1;
-            name = format!("{wanted}{count}");
+            name = format!("{base}{count}");
         }
         self.taken.insert(name.clone(), 1);
         name
     }
 }
 
-/// How tightly an operator binds; signs bind at 4, members at 5. Comparisons and what joins them bind loosest and are always put
-/// in parentheses as operands, as WGSL demands.
+/// Returns the precedence of an operator; that of signs is 4, that of members 5. Comparisons and logical
+/// operators have the lowest one, and are always parenthesized as operands, as WGSL requires.
 fn binding(op: &str) -> u32 {
     match op {
         "*" | "/" => 3,
@@ -760,9 +779,10 @@ fn count_uses(arena: &Arena, root: u32, uses: &mut [u32]) {
     }
 }
 
-/// An `f32` as WGSL text that parses back to the same bits.
+/// Returns an `f32` as WGSL text that parses back to the same bits.
 pub fn scalar_literal(value: f32) -> String {
-    // Rust prints the shortest text that reads back the same; WGSL wants a point or an exponent.
+    // Rust prints the shortest text that parses back to the same number; WGSL requires a point or an
+    // exponent.
     let text = format!("{value:?}");
     if text.contains(['.', 'e']) {
         text
@@ -771,7 +791,7 @@ pub fn scalar_literal(value: f32) -> String {
     }
 }
 
-/// A recorded literal; for tests and for bodies put together by hand.
+/// Returns a recorded literal, for tests and bodies assembled by hand.
 pub fn recorded_literal(value: f64) -> Scalar {
     lit(value)
 }

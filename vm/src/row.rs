@@ -1,10 +1,10 @@
-//! What a row of the operation table says of an operation, besides its body.
+//! The facts about an operation in its row of the table, besides its body.
 
 use crate::bounds::Bounds;
 use crate::kernel::Blend;
 use crate::table::Op;
 
-/// The type of an operation's parameter: a constant of the program, or one that follows `param`s.
+/// The type of an operation's parameter: a constant of the program, possibly dependent on `param`s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterType {
     /// One number.
@@ -16,7 +16,7 @@ pub enum ParameterType {
 }
 
 impl ParameterType {
-    /// How many numbers it is made of.
+    /// Returns the number of numbers it consists of.
     pub const fn width(self) -> usize {
         match self {
             Self::Scalar => 1,
@@ -35,16 +35,16 @@ pub struct Parameter {
     pub ty: ParameterType,
 }
 
-/// What an operation reads besides its parameters.
+/// An input of an operation besides its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
     /// The current point.
     Point,
-    /// A value computed before: a distance, or any number of a raw field.
+    /// A previously computed value: a distance, or any number of a raw field.
     Value,
 }
 
-/// What an operation gives.
+/// The result of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
     /// A value.
@@ -53,91 +53,91 @@ pub enum Output {
     Point,
 }
 
-/// Where an operation belongs in the reference.
+/// The section of the reference that describes an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Category {
     /// A solid: its distance at a point.
     Shape3,
-    /// A shape in the xy plane.
+    /// A 2-D shape in the xy plane.
     Shape2,
-    /// Two distances into one.
+    /// A combination of two distances.
     Combine,
-    /// A change of the point, before the shape is evaluated.
+    /// A map of the point, before the shape is evaluated.
     Domain,
     /// A change of the distance, after the shape is evaluated.
     Distance,
-    /// From a plane shape to a solid, or back.
+    /// A conversion between 2-D shapes and solids.
     Dimension,
     /// Arithmetic of raw fields.
     Math,
-    /// What the compiler inserts; not a word of the language.
+    /// An operation that the compiler inserts; not a word of the language.
     Internal,
 }
 
-/// How far a result may be from the true distance to the surface.
+/// The relation of a result to the true distance to the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exactness {
     /// The Euclidean distance (given exact operands), inside and outside.
     Exact,
-    /// Exact outside, no more than the distance inside.
+    /// Exact outside, at most the distance inside.
     ExactOutside,
-    /// Never more than the distance, but perhaps less.
+    /// At most the distance, but possibly less.
     Bound,
-    /// Neither: only the slope bound makes it safe to march.
+    /// No relation: only the slope bound makes it safe to march.
     Field,
 }
 
-/// How the steepest slope of a result follows from those of its operands.
+/// The rule for the slope bound of a result, given those of its operands.
 #[derive(Clone, Copy, Debug)]
 pub enum Slope {
-    /// A fixed number, for shapes (per unit of the local point).
+    /// A constant, for shapes (per unit of the local point).
     Constant(f64),
     /// A function of the parameters.
-    Of(fn(&[f64]) -> f64),
+    FromParams(fn(&[f64]) -> f64),
     /// The largest operand's, times a factor.
-    Largest(f64),
-    /// The largest operand's, but at least one: the operation adds a distance of its own.
-    LargestOrOne,
-    /// The same for steps: the value jumps, and is a safe step on both sides.
+    MaxOfOperands(f64),
+    /// The largest operand's, but at least one: the operation contributes a distance of its own.
+    MaxOfOperandsOrOne,
+    /// For steps: the value is discontinuous, but a safe step on both sides.
     Step,
     /// The sum of the operands'.
     Sum,
     /// The root of the sum of the operands' squares.
     Norm,
     /// The largest operand's, plus a function of the parameters.
-    Plus(fn(&[f64]) -> f64),
+    PlusParams(fn(&[f64]) -> f64),
     /// The operand's, times a function of the parameters.
-    Times(fn(&[f64]) -> f64),
-    /// For point maps: how much the map stretches, given the parameters and the bounds of what is
-    /// evaluated behind it.
-    Stretch(fn(&[f64], &Bounds) -> f64),
-    /// Nothing is known; the compiler finds it by interval arithmetic.
-    Unknown,
+    ScaledBy(fn(&[f64]) -> f64),
+    /// For maps of the point: the largest stretch of the map, given the parameters and the bounds of the
+    /// shape that is evaluated at its result.
+    PointMap(fn(&[f64], &Bounds) -> f64),
+    /// No bound follows from the row; the compiler derives one by interval arithmetic.
+    Unbounded,
 }
 
-/// How a bounding volume of the solid follows from those of its operands.
+/// The rule for the bounding volume of a result, given those of its operands.
 #[derive(Clone, Copy, Debug)]
 pub enum BoundsRule {
-    /// A shape: from its parameters.
+    /// For shapes: a function of the parameters.
     Shape(fn(&[f64]) -> Bounds),
     /// The hull of all operands.
     Hull,
     /// The hull of all operands, grown by a function of the parameters.
     HullGrown(fn(&[f64]) -> f64),
-    /// What the operands have in common.
-    Common,
+    /// The intersection of all operands.
+    Intersection,
     /// The first operand's.
-    First,
+    FirstOperand,
     /// The first operand's, mapped by a function of the parameters.
     Map(fn(&[f64], &Bounds) -> Bounds),
     /// All of space.
-    Everything,
+    Infinite,
 }
 
-/// What an argument in a scene is, which decides how it is written and what is allowed.
+/// The kind of an argument in a scene, which determines its syntax and its valid values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ArgumentKind {
-    /// A radius, larger than zero; may be given as a diameter under the name with `d` for `r`.
+    /// A radius, larger than zero. It may be given as a diameter, under the name with `d` for `r`.
     Radius,
     /// A radius that may be zero.
     RadiusOrZero,
@@ -155,7 +155,7 @@ pub enum ArgumentKind {
     Radii3,
     /// Lengths along x, y and z that may be zero; one number stands for all three.
     Lengths3,
-    /// Whole numbers of at least one along x, y and z; one number stands for all three.
+    /// Integers of at least one along x, y and z; one number stands for all three.
     Counts3,
     /// A point or an offset in space.
     Vec3,
@@ -167,12 +167,12 @@ pub enum ArgumentKind {
     Angle,
     /// Any number.
     Number,
-    /// A whole number of at least one.
+    /// An integer of at least one.
     Count,
 }
 
 impl ArgumentKind {
-    /// How many numbers it is made of.
+    /// Returns the number of numbers it consists of.
     pub const fn width(self) -> usize {
         match self {
             Self::Size3
@@ -192,13 +192,13 @@ impl ArgumentKind {
 pub struct Argument {
     /// Its name in a call.
     pub name: &'static str,
-    /// What it is.
+    /// Its kind.
     pub kind: ArgumentKind,
-    /// Its value where a call does not give it; lengths are in scene units.
+    /// Its default value; lengths are in scene units. `None` if every call must give it.
     pub default: Option<&'static [f64]>,
 }
 
-/// An argument that every call must give.
+/// Creates an argument that every call must give.
 pub const fn required(name: &'static str, kind: ArgumentKind) -> Argument {
     Argument {
         name,
@@ -207,7 +207,7 @@ pub const fn required(name: &'static str, kind: ArgumentKind) -> Argument {
     }
 }
 
-/// An argument that a call may leave out.
+/// Creates an argument that a call may omit.
 pub const fn optional(name: &'static str, kind: ArgumentKind, default: &'static [f64]) -> Argument {
     Argument {
         name,
@@ -216,8 +216,8 @@ pub const fn optional(name: &'static str, kind: ArgumentKind, default: &'static 
     }
 }
 
-/// The built-in of the language that makes an operation. Rows that share a name are variants: a
-/// call takes the first row that knows all arguments it gives.
+/// The built-in of the language that creates an operation. Rows that share a name are variants: a call
+/// selects the first row that has all its arguments.
 #[derive(Clone, Copy, Debug)]
 pub struct Language {
     /// The word in a scene.
@@ -229,46 +229,46 @@ pub struct Language {
 /// A set operation of two solids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SetOperation {
-    /// All that is in either.
+    /// The region inside at least one of them.
     Union,
-    /// All that is in both.
+    /// The region inside both.
     Intersection,
-    /// The first without the second.
+    /// The region inside the first, but not inside the second.
     Subtraction,
 }
 
-/// The part of a row that is written as data.
+/// The part of a row that is data.
 #[derive(Clone, Copy, Debug)]
-pub struct Meta {
-    /// Where it belongs in the reference.
+pub struct OpFacts {
+    /// The section of the reference.
     pub category: Category,
-    /// The built-in that makes it, if there is one.
+    /// The built-in that creates it, if there is one.
     pub language: Option<Language>,
-    /// How near the result is to a distance.
+    /// The relation of the result to the true distance.
     pub exactness: Exactness,
-    /// How its slope follows.
+    /// The rule for its slope bound.
     pub slope: Slope,
-    /// How its bounding volume follows.
+    /// The rule for its bounding volume.
     pub bounds: BoundsRule,
-    /// The set operation that it is, with a blend or without.
+    /// The set operation that it performs, with a blend or without.
     pub set: Option<SetOperation>,
-    /// The blend that it is, if it is one.
+    /// The blend that it performs, if it is one.
     pub blend: Option<Blend>,
-    /// Whether operands are compared by sign and order alone: dividing each by a slope of its own
-    /// leaves the surface where it is.
+    /// Set if operands are compared by sign and order alone: dividing each by its own slope bound leaves
+    /// the surface unchanged.
     pub only_signs: bool,
-    /// The flat faces that it has whatever its parameters.
+    /// The flat faces that it has for all parameters.
     pub flats: &'static [Flat],
-    /// Who published the formula, and where.
+    /// The author and the publication of the formula.
     pub source: &'static str,
 }
 
-/// Two flat faces across a coordinate axis, as far from the origin on both sides.
+/// Two flat faces across a coordinate axis, at the same distance from the origin on both sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flat {
     /// The axis.
     pub axis: usize,
-    /// The position of their distance from the origin among the prepared numbers; nothing else follows from it.
+    /// Index of the parameter that is their distance from the origin; nothing else depends on it.
     pub half: usize,
 }
 
@@ -279,41 +279,41 @@ pub struct Row {
     pub op: Op,
     /// Its name in Rust, WGSL and listings.
     pub name: &'static str,
-    /// Its meaning.
+    /// Its description.
     pub doc: &'static str,
-    /// What it reads.
+    /// Its inputs.
     pub inputs: &'static [Input],
     /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// What it gives.
+    /// Its result.
     pub output: Output,
-    /// The rest.
-    pub meta: Meta,
+    /// Further facts.
+    pub meta: OpFacts,
 }
 
 impl Row {
-    /// Whether it reads the current point.
+    /// Reports whether it reads the current point.
     pub fn reads_point(&self) -> bool {
         self.inputs.contains(&Input::Point)
     }
-    /// How many values it reads.
+    /// Returns the number of operands.
     pub fn arity(&self) -> usize {
         self.inputs
             .iter()
             .filter(|&&input| input == Input::Value)
             .count()
     }
-    /// Where each parameter starts, counted in numbers; see [`align`].
+    /// Returns the offset of each parameter, counted in numbers; see [`align`].
     pub fn offsets(&self) -> Vec<usize> {
-        let mut at = 0;
-        let place = |p: &Parameter| {
-            let start = align(at, p.ty.width());
-            at = start + p.ty.width();
+        let mut next = 0;
+        let offset = |p: &Parameter| {
+            let start = align(next, p.ty.width());
+            next = start + p.ty.width();
             start
         };
-        self.parameters.iter().map(place).collect()
+        self.parameters.iter().map(offset).collect()
     }
-    /// How many numbers the parameters take, gaps included.
+    /// Returns the number of numbers of the parameters, gaps included.
     pub fn parameter_width(&self) -> usize {
         match (self.offsets().last(), self.parameters.last()) {
             (Some(start), Some(last)) => start + last.ty.width(),
@@ -322,8 +322,8 @@ impl Row {
     }
 }
 
-/// The first position from `at` on where `width` numbers lie within one vec4 of the pool, so that
-/// a kernel reads each parameter from a single load.
+/// Returns the first position from `at` on where `width` numbers lie within one vec4 of the pool, so that a
+/// kernel reads each parameter by a single load.
 pub const fn align(at: usize, width: usize) -> usize {
     if at % 4 + width > 4 {
         at.next_multiple_of(4)

@@ -1,8 +1,8 @@
-//! What a compiled scene says besides its programs: parameters, cameras, lights, sky, and how it is
-//! drawn. Numbers that follow the parameters are named by the uniform program's results.
+//! The data of a compiled scene besides its programs: parameters, cameras, lights, sky, and render
+//! settings. Numbers that depend on the parameters refer to results of the uniform program.
 //!
-//! Cameras, lights and the like are the same while a scene is being compiled, when their numbers are
-//! expressions; so they are generic over what a number is, and `map` leads from one to the other.
+//! Cameras, lights and the like have the same structure while a scene is compiled, when their numbers are
+//! expressions. So they are generic over the number type, and `map` converts between number types.
 
 use crate::bounds::Bounds;
 use crate::outline::Outline;
@@ -10,25 +10,25 @@ use serde::{Deserialize, Serialize};
 
 /// A number of the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Setting {
-    /// It is always this.
+pub enum SettingValue {
+    /// A constant.
     Constant(f64),
-    /// It is this result of the uniform program.
+    /// The result of the uniform program with this index.
     Uniform(u32),
 }
 
-impl Setting {
-    /// Its value, given the results of the uniform program.
+impl SettingValue {
+    /// Returns the value, given the results of the uniform program.
     pub fn value(self, outputs: &[f64]) -> f64 {
         match self {
-            Setting::Constant(v) => v,
-            Setting::Uniform(output) => outputs[output as usize],
+            SettingValue::Constant(v) => v,
+            SettingValue::Uniform(output) => outputs[output as usize],
         }
     }
 }
 
 /// Three numbers.
-pub type Triple = [Setting; 3];
+pub type Triple = [SettingValue; 3];
 
 /// All settings of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,40 +43,40 @@ pub struct Settings {
     pub lights: Vec<Light>,
     /// The sky.
     pub sky: Sky,
-    /// How it is drawn.
+    /// The render settings.
     pub render: Render,
-    /// How it moves.
+    /// The animation, if there is one.
     pub animation: Option<Animation>,
-    /// Whether it is a figure in the plane.
-    pub plane: bool,
-    /// Whether z points up.
+    /// Set if the scene is a 2-D shape.
+    pub is_plane: bool,
+    /// Set if the z axis points up.
     pub z_up: bool,
-    /// A box around the solid at the present parameters, at time 0.
+    /// Bounding box of the solid for the current parameters, at time 0.
     pub bounds: Bounds,
-    /// The subject of open cameras, at the parameters that the scene was compiled with: all of the solid
-    /// that has an end. None where no camera needs it, or nothing has an end.
+    /// The subject of automatically framed cameras, for the parameters at compile time: the bounded parts
+    /// of the solid. `None` if no camera needs it, or if nothing is bounded.
     pub subject: Option<Outline>,
-    /// A box around the solid for all parameters and times.
-    pub reach: Bounds,
-    /// A box around the solid that was found for some values of the parameters.
-    pub found: FoundBounds,
-    /// The time of the present values.
+    /// Bounding box of the solid for all parameters and times.
+    pub bounds_for_all_params: Bounds,
+    /// Bounding box of the solid for one assignment of the parameters.
+    pub current_bounds: CurrentBounds,
+    /// The time of the current values.
     pub time: f64,
-    /// The material of everything: albedo, roughness, emission, metallic; used where there is no
-    /// program of surfaces, and for what that program leaves unpainted.
-    pub material: [Setting; 8],
-    /// The number of that material.
+    /// The default material: albedo, roughness, emission, metallic. It applies if there is no surface
+    /// program, and to shapes without a material assignment.
+    pub material: [SettingValue; 8],
+    /// Index of the default material.
     pub material_id: u32,
-    /// The names of the materials, by number.
+    /// The names of the materials, by index.
     pub materials: Vec<String>,
     /// The names of the outputs.
     pub parts: Vec<String>,
 }
 
-/// A box that holds for some values of the parameters and one time. A parameter that shapes the solid
-/// leaves no box that holds for all its values, but there is one for each.
+/// A bounding box for one assignment of the parameters and one time. Where a parameter changes the shape of
+/// the solid, no finite box may hold for all its values, but there is one for each value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FoundBounds {
+pub struct CurrentBounds {
     /// The box.
     pub bounds: Bounds,
     /// The numbers of all parameters, in their order.
@@ -86,18 +86,18 @@ pub struct FoundBounds {
 }
 
 impl Settings {
-    /// The numbers of all parameters, in the order of the uniform program's inputs.
+    /// Returns the numbers of all parameters, in the order of the uniform program's inputs.
     pub fn param_numbers(&self) -> Vec<f64> {
         let numbers = self.params.iter().flat_map(|param| &param.value);
         numbers.copied().collect()
     }
-    /// A box around the solid at the present values: what rays may be cut to.
-    pub fn space(&self) -> &Bounds {
-        let found = &self.found;
-        if found.time == self.time && found.params == self.param_numbers() {
-            &found.bounds
+    /// Returns a bounding box of the solid at the current values, to which rays may be clipped.
+    pub fn clip_bounds(&self) -> &Bounds {
+        let current = &self.current_bounds;
+        if current.time == self.time && current.params == self.param_numbers() {
+            &current.bounds
         } else {
-            &self.reach
+            &self.bounds_for_all_params
         }
     }
 }
@@ -107,77 +107,77 @@ impl Settings {
 pub struct Param {
     /// Its name.
     pub name: String,
-    /// What it is for.
+    /// The description of its purpose.
     pub doc: String,
-    /// What kind of value it takes.
+    /// The type of its value.
     pub kind: ParamKind,
-    /// The value it has: one number, or as many as its kind says.
+    /// The current value: one number, or as many as the type has.
     pub value: Vec<f64>,
     /// The value in the text.
     pub default: Vec<f64>,
-    /// The smallest and the largest value allowed.
+    /// The smallest and the largest allowed value.
     pub range: Option<(f64, f64)>,
-    /// Whether the largest value itself is allowed.
+    /// Set if the largest value itself is allowed.
     pub inclusive: bool,
-    /// The distance between two values of a slider.
+    /// The distance between two positions of a slider.
     pub step: Option<f64>,
-    /// Whether it decides structure: then a change needs the text again.
+    /// Set if it affects the structure of the scene: a change then requires compiling the text again.
     pub structural: bool,
 }
 
-/// What a parameter is.
+/// The type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ParamKind {
     /// A number.
     Float,
     /// A whole number.
     Int,
-    /// Yes or no, as 1 or 0.
+    /// A Boolean, as 1 or 0.
     Bool,
     /// A length in scene units.
     Length,
     /// An angle in radians.
     Angle,
-    /// Seconds.
+    /// A time in seconds.
     Time,
-    /// A colour, linear.
+    /// A linear colour.
     Color,
-    /// Two numbers.
+    /// A vector of two numbers.
     Vec2,
-    /// Three numbers.
+    /// A vector of three numbers.
     Vec3,
 }
 
 /// A condition on a number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
-    /// It must not be below zero.
-    pub value: Setting,
-    /// Whether zero is forbidden too.
+    /// The number; it must not be negative.
+    pub value: SettingValue,
+    /// Set if zero is forbidden too.
     pub strict: bool,
-    /// What is wrong otherwise.
+    /// The error message if the condition fails.
     pub message: String,
 }
 
 /// A camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Camera<N = Setting> {
+pub struct Camera<N = SettingValue> {
     /// Its name; empty if it has none.
     pub name: String,
-    /// Where it is.
+    /// Its position.
     pub from: [N; 3],
-    /// What it looks at.
+    /// The point at the centre of its view.
     pub look: [N; 3],
-    /// Which way is up.
+    /// The up direction.
     pub up: [N; 3],
-    /// How wide it sees.
+    /// Its field of view.
     pub lens: Lens<N>,
-    /// Whether the scene says no place for it: it is to be moved so that it frames the bounds.
-    pub automatic: bool,
+    /// Set if the scene does not specify its position: it is then moved so that it frames the bounds.
+    pub auto_framed: bool,
 }
 
 impl Camera<f64> {
-    /// The camera of a scene that says nothing of it, before it is moved.
+    /// Returns the camera of a scene that does not define one, before it is moved.
     pub fn open(z_up: bool) -> Self {
         let (from, up) = match z_up {
             true => ([3.0, -4.0, 2.5], [0.0, 0.0, 1.0]),
@@ -189,13 +189,13 @@ impl Camera<f64> {
             look: [0.0; 3],
             up,
             lens: Lens::Perspective(35.0_f64.to_radians()),
-            automatic: true,
+            auto_framed: true,
         }
     }
 }
 
 impl<N: Copy> Camera<N> {
-    /// The same with other numbers.
+    /// Returns the camera with converted numbers.
     pub fn map<M>(&self, mut number: impl FnMut(N) -> M) -> Camera<M> {
         Camera {
             name: self.name.clone(),
@@ -206,26 +206,26 @@ impl<N: Copy> Camera<N> {
                 Lens::Perspective(fov) => Lens::Perspective(number(fov)),
                 Lens::Orthographic(height) => Lens::Orthographic(number(height)),
             },
-            automatic: self.automatic,
+            auto_framed: self.auto_framed,
         }
     }
 }
 
-/// How wide a camera sees.
+/// The field of view of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Lens<N = Setting> {
-    /// With this vertical field of view in radians.
+pub enum Lens<N = SettingValue> {
+    /// The vertical field of view in radians.
     Perspective(N),
-    /// Along parallel rays, with this much of the scene from the lower to the upper edge.
+    /// Parallel rays, with this height of the view in scene units.
     Orthographic(N),
 }
 
 /// A light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Light<N = Setting> {
+pub struct Light<N = SettingValue> {
     /// Its name; empty if it has none.
     pub name: String,
-    /// Where its light comes from.
+    /// Its position or direction.
     pub source: LightSource<N>,
     /// Linear red, green, blue.
     pub color: [N; 3],
@@ -236,7 +236,7 @@ pub struct Light<N = Setting> {
 }
 
 impl<N: Copy> Light<N> {
-    /// The same with other numbers.
+    /// Returns the light with converted numbers.
     pub fn map<M>(&self, mut number: impl FnMut(N) -> M) -> Light<M> {
         Light {
             name: self.name.clone(),
@@ -257,34 +257,34 @@ impl<N: Copy> Light<N> {
     }
 }
 
-/// Where light comes from.
+/// The position or direction of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum LightSource<N = Setting> {
-    /// From far away, out of this direction (towards the light).
+pub enum LightSource<N = SettingValue> {
+    /// A distant light in this direction (towards the light).
     Directional([N; 3]),
-    /// From a point; the intensity is what arrives at a distance of one unit.
+    /// A point light; the intensity is that at a distance of one unit.
     Point([N; 3]),
 }
 
-/// How a light's shadow is drawn. The number is the angular radius of the light as a ratio (0.03 is
-/// wide), or the size of a sized one.
+/// The shadow of a light. The number is the angular radius of the light as a ratio (0.03 is wide), or the
+/// size of a sized light.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Shadow<N = Setting> {
-    /// It casts none.
+pub enum Shadow<N = SettingValue> {
+    /// No shadow.
     None,
-    /// With a sharp edge.
+    /// A sharp edge.
     Hard,
-    /// A penumbra from the nearest of the points that the ray stepped on (the plain form).
+    /// A penumbra from the nearest sample of the ray (the plain form).
     Plain(N),
-    /// A penumbra from the nearest point of the ray, estimated between steps (the improved form).
+    /// A penumbra from the nearest point of the ray, estimated between samples (the improved form).
     Soft(N),
-    /// A penumbra on both sides of the edge: of what is hidden from the centre, a part sees the rim.
+    /// A penumbra on both sides of the edge: points hidden from the light's centre may still see its rim.
     Sized(N),
 }
 
 /// The sky.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sky<N = Setting> {
+pub struct Sky<N = SettingValue> {
     /// The colour straight up.
     pub top: [N; 3],
     /// The colour at the horizon.
@@ -293,12 +293,12 @@ pub struct Sky<N = Setting> {
     pub ground: [N; 3],
     /// A factor on the light that comes from the sky.
     pub ambient: N,
-    /// How much of a surface the air hides per unit of distance.
+    /// The density of fog per unit of distance.
     pub fog: Option<N>,
 }
 
 impl<N: Copy> Sky<N> {
-    /// The same with other numbers.
+    /// Returns the sky with converted numbers.
     pub fn map<M>(&self, mut number: impl FnMut(N) -> M) -> Sky<M> {
         Sky {
             top: self.top.map(&mut number),
@@ -310,31 +310,31 @@ impl<N: Copy> Sky<N> {
     }
 }
 
-/// How a scene is drawn.
+/// The render settings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Render<N = Setting> {
+pub struct Render<N = SettingValue> {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Samples per pixel along each side.
+    /// Samples per pixel along each axis.
     pub aa: u32,
-    /// The most steps of a ray.
+    /// Maximum number of steps of a ray.
     pub steps: u32,
-    /// How far a ray goes, in scene units; `None` lets the bounds decide.
+    /// Maximum length of a ray, in scene units; `None` derives it from the bounds.
     pub far: Option<f64>,
-    /// How occlusion darkens crevices.
+    /// The method of ambient occlusion.
     pub occlusion: Occlusion,
-    /// How far occlusion reaches, in scene units; `None` lets the bounds decide.
+    /// The radius of occlusion, in scene units; `None` derives it from the bounds.
     pub occlusion_reach: Option<f64>,
-    /// How normals are found.
+    /// The method of computing normals.
     pub normals: Normals,
-    /// How light becomes a colour on the screen.
+    /// The mapping from light to screen colours.
     pub tonemap: Tonemap,
     /// A factor on all light, before tone mapping.
     pub exposure: N,
 }
 
 impl<N: Copy> Render<N> {
-    /// The same with other numbers.
+    /// Returns the render settings with converted numbers.
     pub fn map<M>(&self, mut number: impl FnMut(N) -> M) -> Render<M> {
         Render {
             size: self.size,
@@ -350,10 +350,10 @@ impl<N: Copy> Render<N> {
     }
 }
 
-/// Ambient occlusion.
+/// The method of ambient occlusion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Occlusion {
-    /// None.
+    /// No occlusion.
     #[default]
     Off,
     /// Five samples along the normal.
@@ -363,7 +363,7 @@ pub enum Occlusion {
 }
 
 impl Occlusion {
-    /// How many samples it takes.
+    /// Returns the number of samples.
     pub fn taps(self) -> u32 {
         match self {
             Self::Off => 0,
@@ -373,28 +373,28 @@ impl Occlusion {
     }
 }
 
-/// How normals are found.
+/// The method of computing normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Normals {
     /// The gradient of the formula, by dual numbers.
     #[default]
     Exact,
-    /// Differences between the point and one ahead of it along each axis.
+    /// Differences between the point and one in the positive direction along each axis.
     Forward,
     /// Differences between two points on both sides, along each axis.
     Central,
-    /// Differences between the point and one behind it along each axis.
+    /// Differences between the point and one in the negative direction along each axis.
     Reverse,
     /// Differences between the corners of a tetrahedron.
     Tetrahedron,
-    /// Central differences as wide as a pixel.
+    /// Central differences over the width of a pixel.
     Wide,
 }
 
-/// Tone mapping.
+/// The mapping from light to screen colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Tonemap {
-    /// Values are cut at 1.
+    /// No mapping; values are clipped at 1.
     #[default]
     None,
     /// `x / (1 + x)` on the luminance.
@@ -410,6 +410,6 @@ pub struct Animation {
     pub duration: f64,
     /// Frames per second.
     pub fps: f64,
-    /// Whether it starts again at its end.
+    /// Set if it repeats at its end.
     pub repeats: bool,
 }

@@ -1,36 +1,36 @@
-//! The table of operations: one row each. The enum, the encoding, the listing, the verifier, the
-//! evaluation on every number type, the recorded WGSL, the interpreter's `switch`, the language's
-//! built-ins and the reference are all derived from it.
+//! The table of operations: one row each. The enum, the encoding, the listing, the verifier, the evaluation
+//! on every number type, the recorded WGSL, the interpreter's `switch`, the language's built-ins and the
+//! reference are all derived from it.
 //!
-//! To add a shape: write its body under [`crate::ops`], add a row here, add a test scene. A row
-//! reads: name, body, inputs and parameters, result, how a call's arguments become the parameters,
-//! and the facts about it.
+//! To add a shape: write its body under [`crate::ops`], add a row here, add a test scene. A row consists of
+//! the name, the body, inputs and parameters, the result, the conversion from a call's arguments to the
+//! parameters, and the facts about the operation.
 
 use crate::bounds::Bounds;
 use crate::interval::NOISE_STEEPNESS;
-use crate::kernel::{Blend, Kernel};
+use crate::kernel::{Blend, BlendKernel};
 use crate::ops::{prepare, volumes};
-use crate::program::MACHINE;
+use crate::program::MACHINE_CODES;
 use crate::real::Real;
 use crate::row::{
-    ArgumentKind as A, BoundsRule, Category, Exactness, Flat, Input, Language, Meta, Output,
+    ArgumentKind as A, BoundsRule, Category, Exactness, Flat, Input, Language, OpFacts, Output,
     Parameter, ParameterType, Row, SetOperation, Slope, optional, required,
 };
 
-/// Hands the rows to a macro: `callback! { rows… }`.
+/// Passes the rows to a macro: `callback! { rows… }`.
 macro_rules! for_each_operation {
     ($callback:path) => {
         $callback! {
             // ---------------------------------------------------------------- solids
             /// A ball of radius `r`.
-            Sphere "sphere" = shapes::sphere(p: Point; r: Scalar) -> Value, prepare::same, Meta {
+            Sphere "sphere" = shapes::sphere(p: Point; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "sphere", arguments: &[required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(|a| Bounds::ball(a[0])),
+                bounds: BoundsRule::Shape(|a| Bounds::sphere(a[0])),
                 source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
                 ..SOLID
             };
             /// A box of the full size `size`.
-            Cuboid "cuboid" = shapes::cuboid(p: Point; half: Vec3) -> Value, prepare::half_size, Meta {
+            Cuboid "cuboid" = shapes::cuboid(p: Point; half: Vec3) -> Value, prepare::half_size, OpFacts {
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3)] }),
                 bounds: BoundsRule::Shape(volumes::cuboid),
                 flats: &[flat(0, 0), flat(1, 1), flat(2, 2)],
@@ -38,14 +38,14 @@ macro_rules! for_each_operation {
                 ..SOLID
             };
             /// A box of the full size `size` whose edges and corners are rounded by the radius `round`, at most half the smallest size.
-            RoundedCuboid "rounded_cuboid" = shapes::rounded_cuboid(p: Point; half: Vec3, round: Scalar) -> Value, prepare::rounded_size, Meta {
+            RoundedCuboid "rounded_cuboid" = shapes::rounded_cuboid(p: Point; half: Vec3, round: Scalar) -> Value, prepare::rounded_size, OpFacts {
                 language: Some(Language { name: "box", arguments: &[required("size", A::Size3), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::cuboid),
                 source: "I. Quilez, Distance Functions: round box",
                 ..SOLID
             };
             /// The edges of a box of the full size `size`, as square bars of the full thickness `thickness`.
-            BoxFrame "box_frame" = shapes::box_frame(p: Point; half: Vec3, bar: Scalar) -> Value, prepare::frame, Meta {
+            BoxFrame "box_frame" = shapes::box_frame(p: Point; half: Vec3, bar: Scalar) -> Value, prepare::frame, OpFacts {
                 language: Some(Language { name: "box_frame", arguments: &[required("size", A::Size3), required("thickness", A::Length)] }),
                 exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Shape(volumes::cuboid),
@@ -53,35 +53,35 @@ macro_rules! for_each_operation {
                 ..SOLID
             };
             /// All points within `r` of a piece of the y axis of the length `h`, so that the whole is `h` + 2 `r` long.
-            Capsule "capsule" = shapes::capsule(p: Point; half: Scalar, r: Scalar) -> Value, prepare::half_first, Meta {
+            Capsule "capsule" = shapes::capsule(p: Point; half: Scalar, r: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(Language { name: "capsule", arguments: &[required("h", A::LengthOrZero), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::capsule),
                 source: "I. Quilez, Distance Functions: vertical capsule",
                 ..SOLID
             };
             /// All points within `r` of the segment from `from` to `to`; a ball where they are one point.
-            CapsuleBetween "capsule_between" = shapes::capsule_between(p: Point; start: Vec3, r: Scalar, axis: Vec3, inverse: Scalar) -> Value, prepare::between, Meta {
+            CapsuleBetween "capsule_between" = shapes::capsule_between(p: Point; start: Vec3, r: Scalar, axis: Vec3, inverse: Scalar) -> Value, prepare::segment, OpFacts {
                 language: Some(Language { name: "capsule", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::capsule_between),
                 source: "I. Quilez, Distance Functions: capsule",
                 ..SOLID
             };
             /// A ring around the y axis: all points within `r2` of a circle of the radius `r1`. Exact inside too while `r2` is not larger.
-            Torus "torus" = shapes::torus(p: Point; ring: Scalar, tube: Scalar) -> Value, prepare::same, Meta {
+            Torus "torus" = shapes::torus(p: Point; ring: Scalar, tube: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "torus", arguments: &[required("r1", A::Radius), required("r2", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::torus),
                 source: "I. Quilez, Distance Functions: torus",
                 ..SOLID
             };
             /// A piece of a ring around the y axis, `angle` long and symmetric about the +x axis, with round ends.
-            CappedTorus "capped_torus" = shapes::capped_torus(p: Point; ring: Scalar, tube: Scalar, end: Vec2) -> Value, prepare::arc, Meta {
+            CappedTorus "capped_torus" = shapes::capped_torus(p: Point; ring: Scalar, tube: Scalar, end: Vec2) -> Value, prepare::arc, OpFacts {
                 language: Some(Language { name: "torus", arguments: &[required("r1", A::Radius), required("r2", A::Radius), required("angle", A::Angle)] }),
                 bounds: BoundsRule::Shape(volumes::capped_torus),
                 source: "I. Quilez, Distance Functions: capped torus",
                 ..SOLID
             };
             /// A cylinder of radius `r` and height `h` around the y axis.
-            Cylinder "cylinder" = shapes::cylinder(p: Point; r: Scalar, half: Scalar) -> Value, prepare::half_last, Meta {
+            Cylinder "cylinder" = shapes::cylinder(p: Point; r: Scalar, half: Scalar) -> Value, prepare::halve_last, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::cylinder),
                 flats: &[flat(1, 1)],
@@ -89,70 +89,70 @@ macro_rules! for_each_operation {
                 ..SOLID
             };
             /// A cylinder whose rims are rounded by the radius `round`, at most `r` and half of `h`.
-            RoundedCylinder "rounded_cylinder" = shapes::rounded_cylinder(p: Point; r: Scalar, half: Scalar, round: Scalar) -> Value, prepare::rounded_cylinder, Meta {
+            RoundedCylinder "rounded_cylinder" = shapes::rounded_cylinder(p: Point; r: Scalar, half: Scalar, round: Scalar) -> Value, prepare::rounded_cylinder, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("r", A::Radius), required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::cylinder),
                 source: "I. Quilez, Distance Functions: rounded cylinder",
                 ..SOLID
             };
             /// A cylinder of radius `r` from `from` to `to`; a disc where they are one point.
-            CylinderBetween "cylinder_between" = shapes::cylinder_between(p: Point; middle: Vec3, r: Scalar, axis: Vec3, half: Scalar) -> Value, prepare::around, Meta {
+            CylinderBetween "cylinder_between" = shapes::cylinder_between(p: Point; middle: Vec3, r: Scalar, axis: Vec3, half: Scalar) -> Value, prepare::axis_midpoint, OpFacts {
                 language: Some(Language { name: "cylinder", arguments: &[required("from", A::Vec3), required("to", A::Vec3), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::cylinder_between),
                 source: "I. Quilez, Distance Functions: arbitrary capped cylinder",
                 ..SOLID
             };
             /// A cone without end that opens downwards from its apex at the origin; `angle` is its opening from side to side, at most half a turn.
-            InfiniteCone "infinite_cone" = shapes::infinite_cone(p: Point; side: Vec2) -> Value, prepare::opening, Meta {
+            InfiniteCone "infinite_cone" = shapes::infinite_cone(p: Point; side: Vec2) -> Value, prepare::half_angle, OpFacts {
                 language: Some(Language { name: "infinite_cone", arguments: &[required("angle", A::Angle)] }),
                 bounds: BoundsRule::Shape(volumes::infinite_cone),
                 source: "I. Quilez, Distance Functions: cone",
                 ..SOLID
             };
             /// A cone around the y axis of the height `h`, with the radius `r1` at its bottom and `r2` at its top.
-            Cone "cone" = shapes::cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2) -> Value, prepare::cone, Meta {
+            Cone "cone" = shapes::cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2) -> Value, prepare::cone, OpFacts {
                 language: Some(Language { name: "cone", arguments: &[required("r1", A::RadiusOrZero), required("r2", A::RadiusOrZero), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::cone),
                 source: "I. Quilez, Distance Functions: capped cone; by the nearest of face, side and rim",
                 ..SOLID
             };
             /// A cone whose rims and tip are rounded by the radius `round`, at most what fits inside.
-            RoundedCone "rounded_cone" = shapes::rounded_cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2, middle: Scalar, round: Scalar) -> Value, prepare::rounded_cone, Meta {
+            RoundedCone "rounded_cone" = shapes::rounded_cone(p: Point; bottom: Scalar, top: Scalar, half: Scalar, slope: Scalar, across: Vec2, middle: Scalar, round: Scalar) -> Value, prepare::rounded_cone, OpFacts {
                 language: Some(Language { name: "cone", arguments: &[required("r1", A::RadiusOrZero), required("r2", A::RadiusOrZero), required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::rounded_cone),
                 source: "the cone moved inwards on all sides, and grown again",
                 ..SOLID
             };
             /// The hull of two balls on the y axis, `r1` below and `r2` above, with their centres `h` apart; the larger ball where it holds the other.
-            RoundCone "round_cone" = shapes::round_cone(p: Point; lower: Scalar, upper: Scalar, low: Scalar, height: Scalar, slant: Vec2) -> Value, prepare::round_cone, Meta {
+            RoundCone "round_cone" = shapes::round_cone(p: Point; lower: Scalar, upper: Scalar, low: Scalar, height: Scalar, slant: Vec2) -> Value, prepare::round_cone, OpFacts {
                 language: Some(Language { name: "round_cone", arguments: &[required("r1", A::Radius), required("r2", A::Radius), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::round_cone),
                 source: "I. Quilez, Distance Functions: round cone",
                 ..SOLID
             };
             /// An ellipsoid with the radii `r` along the axes. Of radii that differ by more than 1,000 to 1 the value may be far less than the distance.
-            Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; r: Vec3) -> Value, prepare::same, Meta {
+            Ellipsoid "ellipsoid" = shapes::ellipsoid(p: Point; r: Vec3) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "ellipsoid", arguments: &[required("r", A::Radii3)] }),
                 bounds: BoundsRule::Shape(volumes::ellipsoid),
                 source: "D. Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid, 2013",
                 ..SOLID
             };
             /// The half space below the plane with the normal `normal`, `at` along it from the origin.
-            Plane "plane" = shapes::plane(p: Point; normal: Vec3, at: Scalar) -> Value, prepare::same, Meta {
+            Plane "plane" = shapes::plane(p: Point; normal: Vec3, at: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "plane", arguments: &[required("normal", A::Direction), optional("at", A::Offset, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::plane),
                 source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
                 ..SOLID
             };
             /// All of space between two planes, `thickness` apart, across the direction `normal`.
-            Slab "slab" = shapes::slab(p: Point; normal: Vec3, half: Scalar) -> Value, prepare::half_last, Meta {
+            Slab "slab" = shapes::slab(p: Point; normal: Vec3, half: Scalar) -> Value, prepare::halve_last, OpFacts {
                 language: Some(Language { name: "slab", arguments: &[required("normal", A::Direction), required("thickness", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::slab),
                 source: "two planes",
                 ..SOLID
             };
             /// A prism of the height `h` on a regular polygon of `n` corners, the first on the +x side, `r` from the y axis.
-            Prism "prism" = shapes::prism(p: Point; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar, half: Scalar) -> Value, prepare::prism, Meta {
+            Prism "prism" = shapes::prism(p: Point; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar, half: Scalar) -> Value, prepare::prism, OpFacts {
                 language: Some(Language { name: "prism", arguments: &[required("n", A::Count), required("r", A::Radius), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::prism),
                 flats: &[flat(1, 4)],
@@ -160,67 +160,67 @@ macro_rules! for_each_operation {
                 ..SOLID
             };
             /// An octahedron with its corners on the axes, `r` from the centre.
-            Octahedron "octahedron" = shapes::octahedron(p: Point; r: Scalar) -> Value, prepare::same, Meta {
+            Octahedron "octahedron" = shapes::octahedron(p: Point; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "octahedron", arguments: &[required("r", A::Radius)] }),
-                bounds: BoundsRule::Shape(|a| Bounds::ball(a[0])),
+                bounds: BoundsRule::Shape(|a| Bounds::sphere(a[0])),
                 source: "I. Quilez, Distance Functions: octahedron",
                 ..SOLID
             };
             /// A tetrahedron with its corners on diagonals of the cube around the origin, `r` from the centre.
-            Tetrahedron "tetrahedron" = shapes::tetrahedron(p: Point; inner: Scalar) -> Value, prepare::tetrahedron, Meta {
+            Tetrahedron "tetrahedron" = shapes::tetrahedron(p: Point; inner: Scalar) -> Value, prepare::tetrahedron, OpFacts {
                 language: Some(Language { name: "tetrahedron", arguments: &[required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::tetrahedron),
                 source: "the nearest of a face, an edge and a corner, by symmetry",
                 ..SOLID
             };
             /// A pyramid of the height `h` on a square with sides of the length `size`; its middle is halfway up.
-            Pyramid "pyramid" = shapes::pyramid(p: Point; base: Scalar, half: Scalar, across: Vec2, slope: Scalar, inverse: Scalar) -> Value, prepare::pyramid, Meta {
+            Pyramid "pyramid" = shapes::pyramid(p: Point; base: Scalar, half: Scalar, across: Vec2, slope: Scalar, inverse: Scalar) -> Value, prepare::pyramid, OpFacts {
                 language: Some(Language { name: "pyramid", arguments: &[required("size", A::Length), required("h", A::Length)] }),
                 bounds: BoundsRule::Shape(volumes::pyramid),
                 source: "I. Quilez, Distance Functions: pyramid; by the nearest of base, side and edge",
                 ..SOLID
             };
             /// A link of a chain in the xy plane: a ring of the radius `r1` and the thickness `r2` with straight pieces of the length `length` between its halves.
-            Link "link" = shapes::link(p: Point; half: Scalar, ring: Scalar, tube: Scalar) -> Value, prepare::half_first, Meta {
+            Link "link" = shapes::link(p: Point; half: Scalar, ring: Scalar, tube: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(Language { name: "link", arguments: &[required("length", A::LengthOrZero), required("r1", A::Radius), required("r2", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::link),
                 source: "I. Quilez, Distance Functions: link",
                 ..SOLID
             };
             /// The gyroid of A. Schoen as a sheet without end that repeats every `cell` along each axis, `thickness` thick where it is steepest and up to √2 times as much elsewhere.
-            Gyroid "gyroid" = shapes::gyroid(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, Meta {
+            Gyroid "gyroid" = shapes::gyroid(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, OpFacts {
                 language: Some(Language { name: "gyroid", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
                 exactness: Exactness::Bound,
-                bounds: BoundsRule::Everything,
+                bounds: BoundsRule::Infinite,
                 source: "A. H. Schoen, Infinite Periodic Minimal Surfaces, 1970; the level function divided by its slope bound √3",
                 ..SOLID
             };
             /// The primitive surface of H. A. Schwarz as a sheet without end that repeats every `cell` along each axis, `thickness` thick where it is steepest and up to √2 times as much elsewhere.
-            SchwarzP "schwarz_p" = shapes::schwarz_p(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, Meta {
+            SchwarzP "schwarz_p" = shapes::schwarz_p(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, OpFacts {
                 language: Some(Language { name: "schwarz_p", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
                 exactness: Exactness::Bound,
-                bounds: BoundsRule::Everything,
+                bounds: BoundsRule::Infinite,
                 source: "H. A. Schwarz, 1865, by its nodal approximation; the level function divided by its slope bound √3",
                 ..SOLID
             };
             /// The diamond surface of H. A. Schwarz as a sheet without end that repeats every `cell` along each axis, `thickness` thick where it is steepest and up to √2 times as much elsewhere.
-            Diamond "diamond" = shapes::diamond(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, Meta {
+            Diamond "diamond" = shapes::diamond(p: Point; frequency: Scalar, scale: Scalar, half: Scalar) -> Value, prepare::periodic, OpFacts {
                 language: Some(Language { name: "diamond", arguments: &[required("cell", A::Length), required("thickness", A::Length)] }),
                 exactness: Exactness::Bound,
-                bounds: BoundsRule::Everything,
+                bounds: BoundsRule::Infinite,
                 source: "H. A. Schwarz, 1865, by its nodal approximation; the level function divided by its slope bound √3",
                 ..SOLID
             };
             // ---------------------------------------------------------------- plane shapes
             /// A disc of radius `r`.
-            Circle "circle" = shapes2::circle(p: Plane; r: Scalar) -> Value, prepare::same, Meta {
+            Circle "circle" = shapes2::circle(p: Plane; r: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "circle", arguments: &[required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::circle),
                 source: "J. C. Hart, Sphere Tracing, 1996, appendix A",
                 ..PLANE
             };
             /// A rectangle of the full size `size`.
-            Rect "rect" = shapes2::rect(p: Plane; half: Vec2) -> Value, prepare::half_size, Meta {
+            Rect "rect" = shapes2::rect(p: Plane; half: Vec2) -> Value, prepare::half_size, OpFacts {
                 language: Some(Language { name: "rect", arguments: &[required("size", A::Size2)] }),
                 bounds: BoundsRule::Shape(volumes::rect),
                 flats: &[flat(0, 0), flat(1, 1)],
@@ -228,44 +228,44 @@ macro_rules! for_each_operation {
                 ..PLANE
             };
             /// A rectangle whose corners are rounded by the radius `round`, at most half the smaller size.
-            RoundedRect "rounded_rect" = shapes2::rounded_rect(p: Plane; half: Vec2, round: Scalar) -> Value, prepare::rounded_size2, Meta {
+            RoundedRect "rounded_rect" = shapes2::rounded_rect(p: Plane; half: Vec2, round: Scalar) -> Value, prepare::rounded_size2, OpFacts {
                 language: Some(Language { name: "rect", arguments: &[required("size", A::Size2), optional("round", A::LengthOrZero, &[0.0])] }),
                 bounds: BoundsRule::Shape(volumes::rect),
                 source: "I. Quilez, 2D Distance Functions: rounded box",
                 ..PLANE
             };
             /// All points of the plane within `r` of the segment from `from` to `to`.
-            Segment "segment" = shapes2::segment(p: Plane; start: Vec2, axis: Vec2, inverse: Scalar, r: Scalar) -> Value, prepare::between2, Meta {
+            Segment "segment" = shapes2::segment(p: Plane; start: Vec2, axis: Vec2, inverse: Scalar, r: Scalar) -> Value, prepare::segment2, OpFacts {
                 language: Some(Language { name: "segment", arguments: &[required("from", A::Vec2), required("to", A::Vec2), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::segment),
                 source: "I. Quilez, 2D Distance Functions: segment",
                 ..PLANE
             };
             /// A regular polygon of `n` corners, the first on the +y axis, `r` from the centre.
-            Ngon "ngon" = shapes2::ngon(p: Plane; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar) -> Value, prepare::polygon, Meta {
+            Ngon "ngon" = shapes2::ngon(p: Plane; sector: Scalar, inverse: Scalar, apothem: Scalar, side: Scalar) -> Value, prepare::polygon, OpFacts {
                 language: Some(Language { name: "ngon", arguments: &[required("n", A::Count), required("r", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::ngon),
                 source: "the sector of a side, by symmetry",
                 ..PLANE
             };
             /// A star of `n` tips, the first on the +y axis, `r1` from the centre; the corners between them are `r2` from it.
-            Star "star" = shapes2::star(p: Plane; sector: Scalar, inverse: Scalar, tip: Scalar, length: Scalar, across: Vec2) -> Value, prepare::star, Meta {
+            Star "star" = shapes2::star(p: Plane; sector: Scalar, inverse: Scalar, tip: Scalar, length: Scalar, across: Vec2) -> Value, prepare::star, OpFacts {
                 language: Some(Language { name: "star", arguments: &[required("n", A::Count), required("r1", A::Radius), required("r2", A::Radius)] }),
                 bounds: BoundsRule::Shape(volumes::star),
                 source: "half the sector of a tip, by symmetry",
                 ..PLANE
             };
             /// An edge of a polygon, in a chain with an operation for each: the distance to the edges so far, negative where a line to the right crosses an odd number of them. The chain begins with the constant 1e30.
-            PolygonEdge "polygon_edge" = shapes2::polygon_edge(acc: Value, p: Plane; a: Vec2, b: Vec2) -> Value, prepare::same, Meta {
+            PolygonEdge "polygon_edge" = shapes2::polygon_edge(acc: Value, p: Plane; a: Vec2, b: Vec2) -> Value, prepare::identity, OpFacts {
                 category: Category::Internal,
-                slope: Slope::LargestOrOne,
+                slope: Slope::MaxOfOperandsOrOne,
                 bounds: BoundsRule::Map(volumes::polygon_edge),
                 source: "I. Quilez, 2D Distance Functions: polygon; by the nearest of sides and corners",
                 ..PLANE
             };
             // ---------------------------------------------------------------- between plane and space
             /// The plane shape as a solid of the height `h` along z, half of it on each side of the plane.
-            Extrude "extrude" = dimension::extrude(d: Value, p: Point; half: Scalar) -> Value, prepare::half_first, Meta {
+            Extrude "extrude" = dimension::extrude(d: Value, p: Point; half: Scalar) -> Value, prepare::halve_first, OpFacts {
                 language: Some(Language { name: "extrude", arguments: &[required("h", A::Length)] }),
                 bounds: BoundsRule::Map(volumes::extrude),
                 flats: &[flat(2, 0)],
@@ -273,7 +273,7 @@ macro_rules! for_each_operation {
                 ..DIMENSION
             };
             /// The plane shape as a solid whose rims are rounded by the radius `round`, at most half of `h`.
-            RoundedExtrude "rounded_extrude" = dimension::rounded_extrude(d: Value, p: Point; half: Scalar, round: Scalar) -> Value, prepare::rounded_extrude, Meta {
+            RoundedExtrude "rounded_extrude" = dimension::rounded_extrude(d: Value, p: Point; half: Scalar, round: Scalar) -> Value, prepare::rounded_extrude, OpFacts {
                 language: Some(Language { name: "extrude", arguments: &[required("h", A::Length), optional("round", A::LengthOrZero, &[0.0])] }),
                 exactness: Exactness::Bound,
                 bounds: BoundsRule::Map(volumes::extrude),
@@ -281,154 +281,154 @@ macro_rules! for_each_operation {
                 ..DIMENSION
             };
             /// The plane shape, moved by `offset` along x, turned once around the y axis. Of a shape that crosses the axis, the distance may be too small.
-            Revolve "revolve" = dimension::revolve(p: Point; offset: Scalar) -> Point, prepare::same, Meta {
+            Revolve "revolve" = dimension::revolve(p: Point; offset: Scalar) -> Point, prepare::identity, OpFacts {
                 language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0])] }),
-                slope: Slope::Stretch(|_, _| 1.0),
+                slope: Slope::PointMap(|_, _| 1.0),
                 bounds: BoundsRule::Map(volumes::revolve),
                 source: "I. Quilez, Distance Functions: revolution",
                 ..DIMENSION
             };
             /// The plane shape, moved by `offset` along x, turned around the y axis by `angle` only, symmetric about the +x axis. [`Op::RevolveClose`] has to follow. Of a shape that crosses the axis, the distance may be too small.
-            RevolvePart "revolve_part" = dimension::revolve_part(p: Point; offset: Scalar, end: Vec2) -> Point, prepare::revolve_part, Meta {
+            RevolvePart "revolve_part" = dimension::revolve_part(p: Point; offset: Scalar, end: Vec2) -> Point, prepare::revolve_part, OpFacts {
                 language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0]), required("angle", A::Angle)] }),
-                slope: Slope::Stretch(|_, _| 1.0),
+                slope: Slope::PointMap(|_, _| 1.0),
                 bounds: BoundsRule::Map(volumes::revolve),
                 source: "the half plane of the point, or that of the nearer end",
                 ..DIMENSION
             };
             /// The ends of a partial turn; its parameter is made of the angle alone.
-            RevolveClose "revolve_close" = dimension::revolve_close(d: Value, p: Point; end: Vec2) -> Value, prepare::revolve_close, Meta {
+            RevolveClose "revolve_close" = dimension::revolve_close(d: Value, p: Point; end: Vec2) -> Value, prepare::revolve_close, OpFacts {
                 category: Category::Internal,
-                bounds: BoundsRule::First,
+                bounds: BoundsRule::FirstOperand,
                 only_signs: true,
                 source: "a wedge of space, intersected",
                 ..DIMENSION
             };
             /// The plane shape that a solid shows in the plane z = 0.
-            Slice "slice" = dimension::slice(p: Point;) -> Point, prepare::same, Meta {
+            Slice "slice" = dimension::slice(p: Point;) -> Point, prepare::identity, OpFacts {
                 exactness: Exactness::Bound,
-                slope: Slope::Stretch(|_, _| 1.0),
+                slope: Slope::PointMap(|_, _| 1.0),
                 bounds: BoundsRule::Map(volumes::slice),
                 source: "the solid's distance bounds that to its section",
                 ..DIMENSION
             };
             // ---------------------------------------------------------------- combinations
             /// Whatever is in either operand.
-            Union "union" = combine::union(a: Value, b: Value;) -> Value, prepare::same, Meta {
+            Union "union" = combine::union(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Hull,
-                blend: Some(Blend { kernel: Kernel::Hard, sign: 1.0, negate_second: false }),
+                blend: Some(Blend { kernel: BlendKernel::Hard, sign: 1.0, negate_second: false }),
                 only_signs: true,
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..UNION
             };
             /// Whatever is in both operands.
-            Intersection "intersection" = combine::intersection(a: Value, b: Value;) -> Value, prepare::same, Meta {
-                blend: Some(Blend { kernel: Kernel::Hard, sign: -1.0, negate_second: false }),
+            Intersection "intersection" = combine::intersection(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
+                blend: Some(Blend { kernel: BlendKernel::Hard, sign: -1.0, negate_second: false }),
                 only_signs: true,
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..INTERSECTION
             };
             /// The first operand without the second.
-            Subtraction "subtraction" = combine::subtraction(a: Value, b: Value;) -> Value, prepare::same, Meta {
-                blend: Some(Blend { kernel: Kernel::Hard, sign: -1.0, negate_second: true }),
+            Subtraction "subtraction" = combine::subtraction(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
+                blend: Some(Blend { kernel: BlendKernel::Hard, sign: -1.0, negate_second: true }),
                 only_signs: true,
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..SUBTRACTION
             };
             /// Whatever is in exactly one operand.
-            Xor "xor" = combine::xor(a: Value, b: Value;) -> Value, prepare::same, Meta {
+            Xor "xor" = combine::xor(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 bounds: BoundsRule::Hull,
                 only_signs: true,
                 source: "I. Quilez, Distance Functions: xor",
                 ..COMBINE
             };
             /// Whatever is in either operand, with a parabolic blend between them: `thickness` thick where both are equally near, that ends where the distances differ by four times as much.
-            SmoothUnion "smooth_union" = combine::smooth_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, Meta {
-                bounds: BoundsRule::HullGrown(|a| Kernel::Quadratic.thickness(a[0])),
-                blend: Some(Blend { kernel: Kernel::Quadratic, sign: 1.0, negate_second: false }),
+            SmoothUnion "smooth_union" = combine::smooth_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, OpFacts {
+                bounds: BoundsRule::HullGrown(|a| BlendKernel::Quadratic.max_offset(a[0])),
+                blend: Some(Blend { kernel: BlendKernel::Quadratic, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: quadratic",
                 ..UNION
             };
             /// Whatever is in both operands, less a parabolic blend of `thickness` along their edge.
-            SmoothIntersection "smooth_intersection" = combine::smooth_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, Meta {
-                blend: Some(Blend { kernel: Kernel::Quadratic, sign: -1.0, negate_second: false }),
+            SmoothIntersection "smooth_intersection" = combine::smooth_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, OpFacts {
+                blend: Some(Blend { kernel: BlendKernel::Quadratic, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: quadratic",
                 ..INTERSECTION
             };
             /// The first operand without the second, less a parabolic blend of `thickness` along their edge.
-            SmoothSubtraction "smooth_subtraction" = combine::smooth_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, Meta {
-                blend: Some(Blend { kernel: Kernel::Quadratic, sign: -1.0, negate_second: true }),
+            SmoothSubtraction "smooth_subtraction" = combine::smooth_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::quadratic, OpFacts {
+                blend: Some(Blend { kernel: BlendKernel::Quadratic, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: quadratic",
                 ..SUBTRACTION
             };
             /// Whatever is in either operand, with a cubic blend between them: `thickness` thick where both are equally near, that ends where the distances differ by six times as much.
-            CubicUnion "cubic_union" = combine::cubic_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, Meta {
-                bounds: BoundsRule::HullGrown(|a| Kernel::Cubic.thickness(a[0])),
-                blend: Some(Blend { kernel: Kernel::Cubic, sign: 1.0, negate_second: false }),
+            CubicUnion "cubic_union" = combine::cubic_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, OpFacts {
+                bounds: BoundsRule::HullGrown(|a| BlendKernel::Cubic.max_offset(a[0])),
+                blend: Some(Blend { kernel: BlendKernel::Cubic, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: cubic",
                 ..UNION
             };
             /// Whatever is in both operands, less a cubic blend of `thickness` along their edge.
-            CubicIntersection "cubic_intersection" = combine::cubic_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, Meta {
-                blend: Some(Blend { kernel: Kernel::Cubic, sign: -1.0, negate_second: false }),
+            CubicIntersection "cubic_intersection" = combine::cubic_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, OpFacts {
+                blend: Some(Blend { kernel: BlendKernel::Cubic, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: cubic",
                 ..INTERSECTION
             };
             /// The first operand without the second, less a cubic blend of `thickness` along their edge.
-            CubicSubtraction "cubic_subtraction" = combine::cubic_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, Meta {
-                blend: Some(Blend { kernel: Kernel::Cubic, sign: -1.0, negate_second: true }),
+            CubicSubtraction "cubic_subtraction" = combine::cubic_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::cubic, OpFacts {
+                blend: Some(Blend { kernel: BlendKernel::Cubic, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: cubic",
                 ..SUBTRACTION
             };
             /// Whatever is in either operand, with a circular blend between them: `thickness` thick where both are equally near, that ends where the distances differ by 3.41 times as much.
-            CircularUnion "circular_union" = combine::circular_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, Meta {
-                bounds: BoundsRule::HullGrown(|a| Kernel::Circular.thickness(a[0])),
-                blend: Some(Blend { kernel: Kernel::Circular, sign: 1.0, negate_second: false }),
+            CircularUnion "circular_union" = combine::circular_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, OpFacts {
+                bounds: BoundsRule::HullGrown(|a| BlendKernel::Circular.max_offset(a[0])),
+                blend: Some(Blend { kernel: BlendKernel::Circular, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: circular",
                 ..UNION
             };
             /// Whatever is in both operands, less a circular blend of `thickness` along their edge.
-            CircularIntersection "circular_intersection" = combine::circular_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, Meta {
-                blend: Some(Blend { kernel: Kernel::Circular, sign: -1.0, negate_second: false }),
+            CircularIntersection "circular_intersection" = combine::circular_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, OpFacts {
+                blend: Some(Blend { kernel: BlendKernel::Circular, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: circular",
                 ..INTERSECTION
             };
             /// The first operand without the second, less a circular blend of `thickness` along their edge.
-            CircularSubtraction "circular_subtraction" = combine::circular_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, Meta {
-                blend: Some(Blend { kernel: Kernel::Circular, sign: -1.0, negate_second: true }),
+            CircularSubtraction "circular_subtraction" = combine::circular_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::circular, OpFacts {
+                blend: Some(Blend { kernel: BlendKernel::Circular, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: circular",
                 ..SUBTRACTION
             };
             /// Whatever is in either operand, with an exponential blend between them: `thickness` thick where both are equally near, that never quite ends; alone of all blends it is associative.
-            ExponentialUnion "exponential_union" = combine::exponential_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, Meta {
-                bounds: BoundsRule::HullGrown(|a| Kernel::Exponential.thickness(a[0])),
-                blend: Some(Blend { kernel: Kernel::Exponential, sign: 1.0, negate_second: false }),
+            ExponentialUnion "exponential_union" = combine::exponential_union(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, OpFacts {
+                bounds: BoundsRule::HullGrown(|a| BlendKernel::Exponential.max_offset(a[0])),
+                blend: Some(Blend { kernel: BlendKernel::Exponential, sign: 1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: exponential",
                 ..UNION
             };
             /// Whatever is in both operands, less an exponential blend of `thickness` along their edge.
-            ExponentialIntersection "exponential_intersection" = combine::exponential_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, Meta {
-                blend: Some(Blend { kernel: Kernel::Exponential, sign: -1.0, negate_second: false }),
+            ExponentialIntersection "exponential_intersection" = combine::exponential_intersection(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, OpFacts {
+                blend: Some(Blend { kernel: BlendKernel::Exponential, sign: -1.0, negate_second: false }),
                 source: "I. Quilez, Smooth Minimum: exponential",
                 ..INTERSECTION
             };
             /// The first operand without the second, less an exponential blend of `thickness` along their edge.
-            ExponentialSubtraction "exponential_subtraction" = combine::exponential_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, Meta {
-                blend: Some(Blend { kernel: Kernel::Exponential, sign: -1.0, negate_second: true }),
+            ExponentialSubtraction "exponential_subtraction" = combine::exponential_subtraction(a: Value, b: Value; width: Scalar, coefficient: Scalar) -> Value, prepare::exponential, OpFacts {
+                blend: Some(Blend { kernel: BlendKernel::Exponential, sign: -1.0, negate_second: true }),
                 source: "I. Quilez, Smooth Minimum: exponential",
                 ..SUBTRACTION
             };
             /// Whatever is in either operand, with a parabolic blend that is `thickness` thick at `focus` and grows by `growth` per unit of length away from it, up to `most`.
-            DistanceUnion "distance_union" = combine::distance_union(a: Value, b: Value, p: Point; focus: Vec3, thickness: Scalar, growth: Scalar, most: Scalar) -> Value, prepare::same, Meta {
+            DistanceUnion "distance_union" = combine::distance_union(a: Value, b: Value, p: Point; focus: Vec3, thickness: Scalar, growth: Scalar, most: Scalar) -> Value, prepare::identity, OpFacts {
                 exactness: Exactness::Field,
-                slope: Slope::Plus(|a| a[4].abs()),
+                slope: Slope::PlusParams(|a| a[4].abs()),
                 bounds: BoundsRule::HullGrown(|a| a[5]),
                 source: "I. Quilez, Smooth Minimum: quadratic, with a thickness that grows",
                 ..UNION
             };
             /// Whatever is in either operand, the edge between them filled by a flat piece at 45 degrees that starts `size` from the edge on both sides.
-            ChamferUnion "chamfer_union" = combine::chamfer_union(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
+            ChamferUnion "chamfer_union" = combine::chamfer_union(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
                 bounds: BoundsRule::HullGrown(|a| a[0] / 2.0),
@@ -436,21 +436,21 @@ macro_rules! for_each_operation {
                 ..UNION
             };
             /// Whatever is in both operands, its edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
-            ChamferIntersection "chamfer_intersection" = combine::chamfer_intersection(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
+            ChamferIntersection "chamfer_intersection" = combine::chamfer_intersection(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..INTERSECTION
             };
             /// The first operand without the second, the edge cut by a flat piece at 45 degrees that starts `size` from the edge on both sides.
-            ChamferSubtraction "chamfer_subtraction" = combine::chamfer_subtraction(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, Meta {
+            ChamferSubtraction "chamfer_subtraction" = combine::chamfer_subtraction(a: Value, b: Value; size: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..SUBTRACTION
             };
             /// Whatever is in either operand, the edge between them filled by a quarter circle of the radius `r`.
-            RoundUnion "round_union" = combine::round_union(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
+            RoundUnion "round_union" = combine::round_union(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
                 bounds: BoundsRule::HullGrown(|a| a[0] * (1.0 - std::f64::consts::FRAC_1_SQRT_2)),
@@ -458,40 +458,40 @@ macro_rules! for_each_operation {
                 ..UNION
             };
             /// Whatever is in both operands, its edge cut by a quarter circle of the radius `r`.
-            RoundIntersection "round_intersection" = combine::round_intersection(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
+            RoundIntersection "round_intersection" = combine::round_intersection(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..INTERSECTION
             };
             /// The first operand without the second, the edge cut by a quarter circle of the radius `r`.
-            RoundSubtraction "round_subtraction" = combine::round_subtraction(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, Meta {
+            RoundSubtraction "round_subtraction" = combine::round_subtraction(a: Value, b: Value; r: Scalar) -> Value, prepare::profile, OpFacts {
                 exactness: Exactness::Field,
                 slope: Slope::Norm,
                 source: "hg_sdf by Mercury, 2015",
                 ..SUBTRACTION
             };
             /// Whatever is in either operand, the edge between them filled by `n` stairs, `size` wide in all.
-            StairsUnion "stairs_union" = combine::stairs_union(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, Meta {
-                slope: Slope::Largest(1.0),
+            StairsUnion "stairs_union" = combine::stairs_union(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 bounds: BoundsRule::HullGrown(|a| a[0] / 2.0),
                 source: "hg_sdf by Mercury, 2015",
                 ..UNION
             };
             /// Whatever is in both operands, its edge cut by `n` stairs, `size` wide in all.
-            StairsIntersection "stairs_intersection" = combine::stairs_intersection(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, Meta {
-                slope: Slope::Largest(1.0),
+            StairsIntersection "stairs_intersection" = combine::stairs_intersection(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 source: "hg_sdf by Mercury, 2015",
                 ..INTERSECTION
             };
             /// The first operand without the second, the edge cut by `n` stairs, `size` wide in all.
-            StairsSubtraction "stairs_subtraction" = combine::stairs_subtraction(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, Meta {
-                slope: Slope::Largest(1.0),
+            StairsSubtraction "stairs_subtraction" = combine::stairs_subtraction(a: Value, b: Value; size: Scalar, step: Scalar) -> Value, prepare::stairs, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 source: "hg_sdf by Mercury, 2015",
                 ..SUBTRACTION
             };
             /// A shape between two: the first at `t` = 0, the second at 1; `t` is kept within.
-            Morph "morph" = combine::morph(a: Value, b: Value; t: Scalar) -> Value, prepare::share, Meta {
+            Morph "morph" = combine::morph(a: Value, b: Value; t: Scalar) -> Value, prepare::clamp01, OpFacts {
                 language: Some(Language { name: "morph", arguments: &[required("t", A::Number)] }),
                 bounds: BoundsRule::Hull,
                 source: "J. C. Hart, Sphere Tracing, 1996: metamorphosis",
@@ -499,7 +499,7 @@ macro_rules! for_each_operation {
             };
             // ---------------------------------------------------------------- changes of the point
             /// The part on the positive side of the mirrored axes, on both sides; an axis is mirrored if its component in `axes` is not zero. Of a shape that crosses a plane, the distance may be too small.
-            Mirror "mirror" = domain::mirror(p: Point; axes: Vec3) -> Point, prepare::axes, Meta {
+            Mirror "mirror" = domain::mirror(p: Point; axes: Vec3) -> Point, prepare::mirror_flags, OpFacts {
                 language: Some(Language { name: "mirror", arguments: &[required("axes", A::Vec3)] }),
                 exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Map(volumes::mirror),
@@ -507,7 +507,7 @@ macro_rules! for_each_operation {
                 ..DOMAIN
             };
             /// A copy every `spacing` along each axis, without end; none along axes where it is zero. The opcode evaluates the copy of the point's own cell.
-            Repeat "repeat" = domain::repeat(p: Point; spacing: Vec3, inverse: Vec3) -> Point, prepare::spacing, Meta {
+            Repeat "repeat" = domain::repeat(p: Point; spacing: Vec3, inverse: Vec3) -> Point, prepare::spacing, OpFacts {
                 language: Some(Language { name: "repeat", arguments: &[required("spacing", A::Lengths3)] }),
                 exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Map(volumes::repeat),
@@ -515,14 +515,14 @@ macro_rules! for_each_operation {
                 ..DOMAIN
             };
             /// A copy of an endless repetition, `which` cells farther along each axis on the side that the point is nearer to.
-            RepeatNeighbour "repeat_neighbour" = domain::repeat_neighbour(p: Point; spacing: Vec3, inverse: Vec3, which: Vec3) -> Point, prepare::spacing, Meta {
+            RepeatNeighbour "repeat_neighbour" = domain::repeat_neighbour(p: Point; spacing: Vec3, inverse: Vec3, which: Vec3) -> Point, prepare::spacing, OpFacts {
                 category: Category::Internal,
                 bounds: BoundsRule::Map(volumes::repeat),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
             /// `count` copies along each axis, `spacing` apart, centred at the origin. The opcode evaluates the copy of the point's own cell.
-            RepeatLimited "repeat_limited" = domain::repeat_limited(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3) -> Point, prepare::limited_spacing, Meta {
+            RepeatLimited "repeat_limited" = domain::repeat_limited(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3) -> Point, prepare::limited_spacing, OpFacts {
                 language: Some(Language { name: "repeat", arguments: &[required("spacing", A::Lengths3), required("count", A::Counts3)] }),
                 exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Map(volumes::repeat_limited),
@@ -530,14 +530,14 @@ macro_rules! for_each_operation {
                 ..DOMAIN
             };
             /// A copy of a limited repetition, `which` cells farther along each axis on the side that the point is nearer to; beyond the last cell, that of the last cell.
-            RepeatLimitedNeighbour "repeat_limited_neighbour" = domain::repeat_limited_neighbour(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, which: Vec3) -> Point, prepare::limited_spacing, Meta {
+            RepeatLimitedNeighbour "repeat_limited_neighbour" = domain::repeat_limited_neighbour(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, which: Vec3) -> Point, prepare::limited_spacing, OpFacts {
                 category: Category::Internal,
                 bounds: BoundsRule::Map(volumes::repeat_limited),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
             /// `n` copies around the y axis; `phase` is the direction of the first one, as an angle from the x axis towards z. The opcode evaluates the copy of the point's own sector.
-            Polar "polar" = domain::polar(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
+            Polar "polar" = domain::polar(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, OpFacts {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Map(volumes::polar),
@@ -545,14 +545,14 @@ macro_rules! for_each_operation {
                 ..DOMAIN
             };
             /// A copy around the y axis, `which` sectors farther on the side that the point is nearer to.
-            PolarNeighbour "polar_neighbour" = domain::polar_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, Meta {
+            PolarNeighbour "polar_neighbour" = domain::polar_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, OpFacts {
                 category: Category::Internal,
                 bounds: BoundsRule::Map(volumes::polar),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
             /// `n` copies of a plane shape around the origin; `phase` is the direction of the first one, as an angle from the x axis towards y. The opcode evaluates the copy of the point's own sector.
-            PolarPlane "polar_plane" = domain::polar_plane(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, Meta {
+            PolarPlane "polar_plane" = domain::polar_plane(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, OpFacts {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::Map(volumes::polar_plane),
@@ -560,14 +560,14 @@ macro_rules! for_each_operation {
                 ..DOMAIN
             };
             /// A copy around the z axis, `which` sectors farther on the side that the point is nearer to.
-            PolarPlaneNeighbour "polar_plane_neighbour" = domain::polar_plane_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, Meta {
+            PolarPlaneNeighbour "polar_plane_neighbour" = domain::polar_plane_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, OpFacts {
                 category: Category::Internal,
                 bounds: BoundsRule::Map(volumes::polar_plane),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
             };
             /// The shape cut through its middle and pulled apart by `by` along each axis. [`Op::ElongateCorrect`] has to follow.
-            Elongate "elongate" = domain::elongate(p: Point; half: Vec3) -> Point, prepare::half_size, Meta {
+            Elongate "elongate" = domain::elongate(p: Point; half: Vec3) -> Point, prepare::half_size, OpFacts {
                 language: Some(Language { name: "elongate", arguments: &[required("by", A::Lengths3)] }),
                 exactness: Exactness::Bound,
                 bounds: BoundsRule::Map(volumes::elongate),
@@ -575,34 +575,34 @@ macro_rules! for_each_operation {
                 ..DOMAIN
             };
             /// The shape turned about the y axis by `rate` per unit of its height.
-            Twist "twist" = domain::twist(p: Point; rate: Scalar) -> Point, prepare::same, Meta {
+            Twist "twist" = domain::twist(p: Point; rate: Scalar) -> Point, prepare::identity, OpFacts {
                 language: Some(Language { name: "twist", arguments: &[required("rate", A::Angle)] }),
                 exactness: Exactness::Field,
-                slope: Slope::Stretch(volumes::twist_stretch),
+                slope: Slope::PointMap(volumes::twist_stretch),
                 bounds: BoundsRule::Map(volumes::twist),
                 source: "A. Barr, Global and Local Deformations, 1984; stretch by its singular values",
                 ..DOMAIN
             };
             /// The shape turned about the z axis by `rate` per unit along x. Where `rate` times y reaches one, space folds over.
-            Bend "bend" = domain::bend(p: Point; rate: Scalar) -> Point, prepare::same, Meta {
+            Bend "bend" = domain::bend(p: Point; rate: Scalar) -> Point, prepare::identity, OpFacts {
                 language: Some(Language { name: "bend", arguments: &[required("rate", A::Angle)] }),
                 exactness: Exactness::Field,
-                slope: Slope::Stretch(volumes::bend_stretch),
+                slope: Slope::PointMap(volumes::bend_stretch),
                 bounds: BoundsRule::Map(volumes::bend),
                 source: "I. Quilez, Distance Functions: cheap bend; stretch by its singular values",
                 ..DOMAIN
             };
             // ---------------------------------------------------------------- changes of the distance
             /// Whatever is not in the shape.
-            Complement "complement" = distance::complement(d: Value;) -> Value, prepare::same, Meta {
+            Complement "complement" = distance::complement(d: Value;) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "complement", arguments: &[] }),
-                bounds: BoundsRule::Everything,
+                bounds: BoundsRule::Infinite,
                 only_signs: true,
                 source: "A. Ricci, A Constructive Geometry for Computer Graphics, 1973",
                 ..DISTANCE
             };
             /// The surface moved outwards by `by`, which rounds edges that stand out, or inwards. The distance is exact outside where it moves outwards, and inside where it moves inwards.
-            Offset "offset" = distance::offset(d: Value; by: Scalar) -> Value, prepare::same, Meta {
+            Offset "offset" = distance::offset(d: Value; by: Scalar) -> Value, prepare::identity, OpFacts {
                 language: Some(Language { name: "offset", arguments: &[required("by", A::Offset)] }),
                 exactness: Exactness::Bound,
                 bounds: BoundsRule::HullGrown(|a| a[0]),
@@ -610,7 +610,7 @@ macro_rules! for_each_operation {
                 ..DISTANCE
             };
             /// The surface as a wall of the full thickness `thickness`, half of it on each side.
-            Shell "shell" = distance::shell(d: Value; half: Scalar) -> Value, prepare::half_last, Meta {
+            Shell "shell" = distance::shell(d: Value; half: Scalar) -> Value, prepare::halve_last, OpFacts {
                 language: Some(Language { name: "shell", arguments: &[required("thickness", A::Length)] }),
                 exactness: Exactness::ExactOutside,
                 bounds: BoundsRule::HullGrown(|a| a[0]),
@@ -618,32 +618,32 @@ macro_rules! for_each_operation {
                 ..DISTANCE
             };
             /// The inside of an elongated shape's gap; reads the point before [`Op::Elongate`].
-            ElongateCorrect "elongate_correct" = distance::elongate_correct(d: Value, p: Point; half: Vec3) -> Value, prepare::half_size, Meta {
+            ElongateCorrect "elongate_correct" = distance::elongate_correct(d: Value, p: Point; half: Vec3) -> Value, prepare::half_size, OpFacts {
                 category: Category::Internal,
-                slope: Slope::LargestOrOne,
+                slope: Slope::MaxOfOperandsOrOne,
                 only_signs: true,
                 source: "I. Quilez, Distance Functions: elongation",
                 ..DISTANCE
             };
             /// The distance in a space that is `factor` times as large.
-            ScaleDistance "scale_distance" = distance::scale_distance(d: Value; factor: Scalar) -> Value, prepare::same, Meta {
+            ScaleDistance "scale_distance" = distance::scale_distance(d: Value; factor: Scalar) -> Value, prepare::identity, OpFacts {
                 category: Category::Internal,
-                slope: Slope::Times(|a| a[0].abs()),
+                slope: Slope::ScaledBy(|a| a[0].abs()),
                 only_signs: true,
                 source: "J. C. Hart, Sphere Tracing, 1996",
                 ..DISTANCE
             };
             /// A raw field, divided by the bound `slope` of its slope; the row's parameter is made of that bound.
-            FieldDistance "field_distance" = distance::field_distance(v: Value; inverse_slope: Scalar) -> Value, prepare::inverse_slope, Meta {
+            FieldDistance "field_distance" = distance::field_distance(v: Value; inverse_slope: Scalar) -> Value, prepare::inverse_slope, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
-                slope: Slope::Times(|a| a[0].abs()),
+                slope: Slope::ScaledBy(|a| a[0].abs()),
                 only_signs: true,
                 source: "D. Kalra and A. Barr, Guaranteed Ray Intersections with Implicit Surfaces, 1989",
                 ..DISTANCE
             };
             /// A raw field whose slope grows away from the origin, as a step that bounds of the slope within a cube and beyond allow. Its parameters are made of the cube's half side, the bound within, and the factor and exponent of that beyond.
-            FieldGrowth "field_growth" = distance::field_growth(v: Value, p: Point; side: Scalar, exponent: Scalar, share: Scalar, inverse: Scalar, beyond: Scalar) -> Value, prepare::growth, Meta {
+            FieldGrowth "field_growth" = distance::field_growth(v: Value, p: Point; side: Scalar, exponent: Scalar, share: Scalar, inverse: Scalar, beyond: Scalar) -> Value, prepare::growth, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
                 slope: Slope::Constant(1.0),
@@ -652,16 +652,16 @@ macro_rules! for_each_operation {
                 ..DISTANCE
             };
             /// A raw field that jumps, as the distance `step` in which its sign does not change, with that sign.
-            Piecewise "piecewise" = distance::piecewise(v: Value, step: Value;) -> Value, prepare::same, Meta {
+            Piecewise "piecewise" = distance::piecewise(v: Value, step: Value;) -> Value, prepare::identity, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
-                slope: Slope::Unknown,
+                slope: Slope::Unbounded,
                 only_signs: true,
                 source: "what leads through a jump is at least as long as the way to it, and as the value beyond it says",
                 ..DISTANCE
             };
             /// A distance that holds only within `margin` of a box around its shape; farther out, that to the box. No step is longer than `limit`. Its parameters are made of the box's two corners, the margin and the limit.
-            Bounded "bounded" = distance::bounded(d: Value, p: Point; centre: Vec3, margin: Scalar, half: Vec3, limit: Scalar) -> Value, prepare::corners, Meta {
+            Bounded "bounded" = distance::bounded(d: Value, p: Point; centre: Vec3, margin: Scalar, half: Vec3, limit: Scalar) -> Value, prepare::corners, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
                 slope: Slope::Step,
@@ -671,184 +671,184 @@ macro_rules! for_each_operation {
                 ..DISTANCE
             };
             /// Makes a repetition's distance safe: at most that to the slabs that hold the neighbours. Reads the folded point; its parameters are made of the two corners of what the cell holds, of the spacing, and of which axes are guarded.
-            RepeatGuard "repeat_guard" = distance::repeat_guard(d: Value, p: Point; spacing: Vec3, lower: Vec3, upper: Vec3, axes: Vec3) -> Value, prepare::guard, Meta {
+            RepeatGuard "repeat_guard" = distance::repeat_guard(d: Value, p: Point; spacing: Vec3, lower: Vec3, upper: Vec3, axes: Vec3) -> Value, prepare::guard, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
-                slope: Slope::LargestOrOne,
+                slope: Slope::MaxOfOperandsOrOne,
                 only_signs: true,
                 source: "the gap to the neighbouring cells' contents",
                 ..DISTANCE
             };
-            /// The same for a limited repetition. Reads the point before it is folded; its parameters are made of the two corners, the spacing, the counts, and which axes are guarded.
-            RepeatLimitedGuard "repeat_limited_guard" = distance::repeat_limited_guard(d: Value, p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, lower: Vec3, upper: Vec3, axes: Vec3) -> Value, prepare::limited_guard, Meta {
+            /// Makes a limited repetition's distance safe. Reads the point before it is folded; its parameters are made of the two corners, the spacing, the counts, and which axes are guarded.
+            RepeatLimitedGuard "repeat_limited_guard" = distance::repeat_limited_guard(d: Value, p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, lower: Vec3, upper: Vec3, axes: Vec3) -> Value, prepare::limited_guard, OpFacts {
                 category: Category::Internal,
                 exactness: Exactness::Bound,
-                slope: Slope::LargestOrOne,
+                slope: Slope::MaxOfOperandsOrOne,
                 only_signs: true,
                 source: "the gap to the neighbouring cells' contents",
                 ..DISTANCE
             };
             // ---------------------------------------------------------------- arithmetic
             /// The first coordinate of the point.
-            X "x" = math::x(p: Point;) -> Value, prepare::same, Meta {
+            X "x" = math::x(p: Point;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Constant(1.0),
                 ..MATH
             };
             /// The second coordinate of the point.
-            Y "y" = math::y(p: Point;) -> Value, prepare::same, Meta {
+            Y "y" = math::y(p: Point;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Constant(1.0),
                 ..MATH
             };
             /// The third coordinate of the point.
-            Z "z" = math::z(p: Point;) -> Value, prepare::same, Meta {
+            Z "z" = math::z(p: Point;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Constant(1.0),
                 ..MATH
             };
             /// A number of the program.
-            Constant "constant" = math::constant(; value: Scalar) -> Value, prepare::same, Meta {
+            Constant "constant" = math::constant(; value: Scalar) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Constant(0.0),
                 bounds: BoundsRule::Shape(volumes::constant),
                 ..MATH
             };
             /// The point with the three operands as its coordinates.
-            MakePoint "make_point" = math::point(x: Value, y: Value, z: Value;) -> Point, prepare::same, MATH;
+            MakePoint "make_point" = math::point(x: Value, y: Value, z: Value;) -> Point, prepare::identity, MATH;
             /// The sum of two numbers.
-            Add "add" = math::add(a: Value, b: Value;) -> Value, prepare::same, Meta {
+            Add "add" = math::add(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Sum,
                 ..MATH
             };
             /// The difference of two numbers.
-            Sub "sub" = math::sub(a: Value, b: Value;) -> Value, prepare::same, Meta {
+            Sub "sub" = math::sub(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Sum,
                 ..MATH
             };
             /// The product of two numbers.
-            Mul "mul" = math::mul(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            Mul "mul" = math::mul(a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// The quotient of two numbers; a divisor below 1e-18 in magnitude counts as 1e-18.
-            Div "div" = math::div(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            Div "div" = math::div(a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// The remainder of a floored division: it has the divisor's sign.
-            Modulo "modulo" = math::modulo(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            Modulo "modulo" = math::modulo(a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// The number with the other sign.
-            Neg "neg" = math::neg(a: Value;) -> Value, prepare::same, Meta {
-                slope: Slope::Largest(1.0),
+            Neg "neg" = math::neg(a: Value;) -> Value, prepare::identity, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
             /// The number without its sign.
-            Abs "abs" = math::abs(a: Value;) -> Value, prepare::same, Meta {
-                slope: Slope::Largest(1.0),
+            Abs "abs" = math::abs(a: Value;) -> Value, prepare::identity, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
             /// −1, 0 or 1.
-            Sign "sign" = math::sign(a: Value;) -> Value, prepare::same, MATH;
+            Sign "sign" = math::sign(a: Value;) -> Value, prepare::identity, MATH;
             /// The smaller of two numbers.
-            Min "min" = math::min(a: Value, b: Value;) -> Value, prepare::same, Meta {
-                slope: Slope::Largest(1.0),
+            Min "min" = math::min(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
             /// The larger of two numbers.
-            Max "max" = math::max(a: Value, b: Value;) -> Value, prepare::same, Meta {
-                slope: Slope::Largest(1.0),
+            Max "max" = math::max(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
             /// The first number, kept between the second and the third.
-            Clamp "clamp" = math::clamp(a: Value, low: Value, high: Value;) -> Value, prepare::same, Meta {
-                slope: Slope::Largest(1.0),
+            Clamp "clamp" = math::clamp(a: Value, low: Value, high: Value;) -> Value, prepare::identity, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
             /// The largest whole number that is not larger.
-            Floor "floor" = math::floor(a: Value;) -> Value, prepare::same, MATH;
+            Floor "floor" = math::floor(a: Value;) -> Value, prepare::identity, MATH;
             /// The smallest whole number that is not smaller.
-            Ceil "ceil" = math::ceil(a: Value;) -> Value, prepare::same, MATH;
+            Ceil "ceil" = math::ceil(a: Value;) -> Value, prepare::identity, MATH;
             /// The nearest whole number, halves upwards.
-            Round "round" = math::round(a: Value;) -> Value, prepare::same, MATH;
-            /// What lies above the largest whole number that is not larger.
-            Fract "fract" = math::fract(a: Value;) -> Value, prepare::same, MATH;
+            Round "round" = math::round(a: Value;) -> Value, prepare::identity, MATH;
+            /// The fraction above the largest integer that is not larger.
+            Fract "fract" = math::fract(a: Value;) -> Value, prepare::identity, MATH;
             /// The whole part, towards zero.
-            Trunc "trunc" = math::trunc(a: Value;) -> Value, prepare::same, MATH;
+            Trunc "trunc" = math::trunc(a: Value;) -> Value, prepare::identity, MATH;
             /// The square root; zero for negative numbers.
-            Sqrt "sqrt" = math::sqrt(a: Value;) -> Value, prepare::same, MATH;
+            Sqrt "sqrt" = math::sqrt(a: Value;) -> Value, prepare::identity, MATH;
             /// One over the square root, of numbers from 1e-30 on.
-            InverseSqrt "inverse_sqrt" = math::inverse_sqrt(a: Value;) -> Value, prepare::same, MATH;
+            InverseSqrt "inverse_sqrt" = math::inverse_sqrt(a: Value;) -> Value, prepare::identity, MATH;
             /// The sine of an angle in radians.
-            Sin "sin" = math::sin(a: Value;) -> Value, prepare::same, Meta {
-                slope: Slope::Largest(1.0),
+            Sin "sin" = math::sin(a: Value;) -> Value, prepare::identity, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
             /// The cosine of an angle in radians.
-            Cos "cos" = math::cos(a: Value;) -> Value, prepare::same, Meta {
-                slope: Slope::Largest(1.0),
+            Cos "cos" = math::cos(a: Value;) -> Value, prepare::identity, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
             /// The tangent of an angle in radians.
-            Tan "tan" = math::tan(a: Value;) -> Value, prepare::same, MATH;
+            Tan "tan" = math::tan(a: Value;) -> Value, prepare::identity, MATH;
             /// The angle with this sine; the number is kept within −1 and 1.
-            Asin "asin" = math::asin(a: Value;) -> Value, prepare::same, MATH;
+            Asin "asin" = math::asin(a: Value;) -> Value, prepare::identity, MATH;
             /// The angle with this cosine; the number is kept within −1 and 1.
-            Acos "acos" = math::acos(a: Value;) -> Value, prepare::same, MATH;
+            Acos "acos" = math::acos(a: Value;) -> Value, prepare::identity, MATH;
             /// The angle with this tangent, in [−π/2, π/2].
-            Atan "atan" = math::atan(a: Value;) -> Value, prepare::same, Meta {
-                slope: Slope::Largest(1.0),
+            Atan "atan" = math::atan(a: Value;) -> Value, prepare::identity, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
             /// The angle of the vector (`x`, `y`) in [−π, π]; 0 at the origin.
-            Atan2 "atan2" = math::atan2(y: Value, x: Value;) -> Value, prepare::same, MATH;
+            Atan2 "atan2" = math::atan2(y: Value, x: Value;) -> Value, prepare::identity, MATH;
             /// The hyperbolic sine.
-            Sinh "sinh" = math::sinh(a: Value;) -> Value, prepare::same, MATH;
+            Sinh "sinh" = math::sinh(a: Value;) -> Value, prepare::identity, MATH;
             /// The hyperbolic cosine.
-            Cosh "cosh" = math::cosh(a: Value;) -> Value, prepare::same, MATH;
+            Cosh "cosh" = math::cosh(a: Value;) -> Value, prepare::identity, MATH;
             /// The hyperbolic tangent.
-            Tanh "tanh" = math::tanh(a: Value;) -> Value, prepare::same, Meta {
-                slope: Slope::Largest(1.0),
+            Tanh "tanh" = math::tanh(a: Value;) -> Value, prepare::identity, OpFacts {
+                slope: Slope::MaxOfOperands(1.0),
                 ..MATH
             };
             /// The exponential.
-            Exp "exp" = math::exp(a: Value;) -> Value, prepare::same, MATH;
+            Exp "exp" = math::exp(a: Value;) -> Value, prepare::identity, MATH;
             /// Two to the power of the number.
-            Exp2 "exp2" = math::exp2(a: Value;) -> Value, prepare::same, MATH;
+            Exp2 "exp2" = math::exp2(a: Value;) -> Value, prepare::identity, MATH;
             /// The natural logarithm; of zero and less, that of the smallest number.
-            Ln "ln" = math::ln(a: Value;) -> Value, prepare::same, MATH;
+            Ln "ln" = math::ln(a: Value;) -> Value, prepare::identity, MATH;
             /// The logarithm to base two; of zero and less, that of the smallest number.
-            Log2 "log2" = math::log2(a: Value;) -> Value, prepare::same, MATH;
+            Log2 "log2" = math::log2(a: Value;) -> Value, prepare::identity, MATH;
             /// The first number, not negative, to the power of the second.
-            Pow "pow" = math::pow(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            Pow "pow" = math::pow(a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// 0 where the second number is below the first, 1 elsewhere.
-            Step "step" = math::step(edge: Value, a: Value;) -> Value, prepare::same, MATH;
+            Step "step" = math::step(edge: Value, a: Value;) -> Value, prepare::identity, MATH;
             /// 0 up to the first number, 1 from the second on, a smooth cubic of the third between.
-            Smoothstep "smoothstep" = math::smoothstep(low: Value, high: Value, a: Value;) -> Value, prepare::same, MATH;
+            Smoothstep "smoothstep" = math::smoothstep(low: Value, high: Value, a: Value;) -> Value, prepare::identity, MATH;
             /// The first number at `t` = 0, the second at `t` = 1, straight between and beyond.
-            Mix "mix" = math::mix(a: Value, b: Value, t: Value;) -> Value, prepare::same, MATH;
+            Mix "mix" = math::mix(a: Value, b: Value, t: Value;) -> Value, prepare::identity, MATH;
             /// 1 where the first number is smaller, 0 elsewhere.
-            Less "less" = math::less(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            Less "less" = math::less(a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// 1 where both truth values are 1, 0 elsewhere.
-            And "and" = math::and(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            And "and" = math::and(a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// 1 where at least one truth value is 1, 0 elsewhere.
-            Or "or" = math::or(a: Value, b: Value;) -> Value, prepare::same, MATH;
+            Or "or" = math::or(a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// 1 for the truth value 0, 0 for 1.
-            Not "not" = math::not(a: Value;) -> Value, prepare::same, MATH;
+            Not "not" = math::not(a: Value;) -> Value, prepare::identity, MATH;
             /// The second number where the first is above a half, the third elsewhere.
-            Select "select" = math::select(condition: Value, a: Value, b: Value;) -> Value, prepare::same, MATH;
+            Select "select" = math::select(condition: Value, a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// Gradient noise: smooth, about 1 per unit of length, zero at whole coordinates, between −1 and 1 and mostly between −0.5 and 0.5.
-            Noise "noise" = math::noise(p: Point; seed: Scalar) -> Value, prepare::same, Meta {
+            Noise "noise" = math::noise(p: Point; seed: Scalar) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Constant(NOISE_STEEPNESS),
                 source: "K. Perlin, Improving Noise, 2002",
                 ..MATH
             };
             /// The operand plus `amplitude` times noise at `frequency` times the point; its parameters are made of frequency, amplitude and seed.
-            NoiseOctave "noise_octave" = math::noise_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, Meta {
-                slope: Slope::Plus(|a| (a[3] * a[4]).abs() * NOISE_STEEPNESS),
+            NoiseOctave "noise_octave" = math::noise_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, OpFacts {
+                slope: Slope::PlusParams(|a| (a[3] * a[4]).abs() * NOISE_STEEPNESS),
                 source: "K. Perlin, Improving Noise, 2002",
                 ..MATH
             };
             /// The operand plus `amplitude` times ridges, 1 − 2·|noise|, at `frequency` times the point; its parameters are made of frequency, amplitude and seed.
-            RidgeOctave "ridge_octave" = math::ridge_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, Meta {
-                slope: Slope::Plus(|a| 2.0 * (a[3] * a[4]).abs() * NOISE_STEEPNESS),
+            RidgeOctave "ridge_octave" = math::ridge_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, OpFacts {
+                slope: Slope::PlusParams(|a| 2.0 * (a[3] * a[4]).abs() * NOISE_STEEPNESS),
                 source: "F. K. Musgrave, in Texturing and Modeling, 1994",
                 ..MATH
             };
             /// The product of a number with itself.
-            Square "square" = math::square(a: Value;) -> Value, prepare::same, MATH;
+            Square "square" = math::square(a: Value;) -> Value, prepare::identity, MATH;
             /// The slope of gradient noise along a direction: what a field that reads noise is normalized by.
-            NoiseSlope "noise_slope" = math::noise_slope(p: Point; along: Vec3, seed: Scalar) -> Value, prepare::same, Meta {
+            NoiseSlope "noise_slope" = math::noise_slope(p: Point; along: Vec3, seed: Scalar) -> Value, prepare::identity, OpFacts {
                 source: "K. Perlin, Improving Noise, 2002",
                 ..MATH
             };
@@ -857,76 +857,76 @@ macro_rules! for_each_operation {
 }
 pub(crate) use for_each_operation;
 
-/// What the solids have in common; each says its bounds and its source.
-const SOLID: Meta = Meta {
+/// Facts common to the solids; each adds its bounds and its source.
+const SOLID: OpFacts = OpFacts {
     category: Category::Shape3,
     language: None,
     exactness: Exactness::Exact,
     slope: Slope::Constant(1.0),
-    bounds: BoundsRule::Everything,
+    bounds: BoundsRule::Infinite,
     set: None,
     blend: None,
     only_signs: false,
     flats: &[],
     source: "",
 };
-/// A pair of flat faces across an axis, and the position of its half distance.
+/// Returns a pair of flat faces across an axis, given the index of the parameter that is its half distance.
 const fn flat(axis: usize, half: usize) -> Flat {
     Flat { axis, half }
 }
-/// What the plane shapes have in common.
-const PLANE: Meta = Meta {
+/// Facts common to the 2-D shapes.
+const PLANE: OpFacts = OpFacts {
     category: Category::Shape2,
     ..SOLID
 };
-/// What the ways between plane and space have in common.
-const DIMENSION: Meta = Meta {
+/// Facts common to the conversions between plane and space.
+const DIMENSION: OpFacts = OpFacts {
     category: Category::Dimension,
-    slope: Slope::LargestOrOne,
+    slope: Slope::MaxOfOperandsOrOne,
     ..SOLID
 };
-/// What the combinations have in common.
-const COMBINE: Meta = Meta {
+/// Facts common to the combinations.
+const COMBINE: OpFacts = OpFacts {
     category: Category::Combine,
     exactness: Exactness::Bound,
-    slope: Slope::Largest(1.0),
+    slope: Slope::MaxOfOperands(1.0),
     ..SOLID
 };
-/// The unions' common part.
-const UNION: Meta = Meta {
+/// Facts common to the unions.
+const UNION: OpFacts = OpFacts {
     set: Some(SetOperation::Union),
     ..COMBINE
 };
-/// The intersections' common part.
-const INTERSECTION: Meta = Meta {
+/// Facts common to the intersections.
+const INTERSECTION: OpFacts = OpFacts {
     set: Some(SetOperation::Intersection),
-    bounds: BoundsRule::Common,
+    bounds: BoundsRule::Intersection,
     ..COMBINE
 };
-/// The differences' common part.
-const SUBTRACTION: Meta = Meta {
+/// Facts common to the subtractions.
+const SUBTRACTION: OpFacts = OpFacts {
     set: Some(SetOperation::Subtraction),
-    bounds: BoundsRule::First,
+    bounds: BoundsRule::FirstOperand,
     ..COMBINE
 };
-/// What the changes of the point have in common: most only fold or move space.
-const DOMAIN: Meta = Meta {
+/// Facts common to the maps of the point, most of which only fold or move space.
+const DOMAIN: OpFacts = OpFacts {
     category: Category::Domain,
-    slope: Slope::Stretch(|_, _| 1.0),
+    slope: Slope::PointMap(|_, _| 1.0),
     ..SOLID
 };
-/// What the changes of the distance have in common.
-const DISTANCE: Meta = Meta {
+/// Facts common to the changes of the distance.
+const DISTANCE: OpFacts = OpFacts {
     category: Category::Distance,
-    slope: Slope::Largest(1.0),
-    bounds: BoundsRule::First,
+    slope: Slope::MaxOfOperands(1.0),
+    bounds: BoundsRule::FirstOperand,
     ..SOLID
 };
-/// What arithmetic has in common.
-const MATH: Meta = Meta {
+/// Facts common to arithmetic.
+const MATH: OpFacts = OpFacts {
     category: Category::Math,
     exactness: Exactness::Field,
-    slope: Slope::Unknown,
+    slope: Slope::Unbounded,
     ..SOLID
 };
 
@@ -942,7 +942,7 @@ macro_rules! input_kind {
     };
 }
 
-/// The enum and the rows.
+/// Defines the enum and the rows.
 macro_rules! define_operations {
     ($(
         $(#[doc = $doc:literal])+
@@ -972,8 +972,8 @@ macro_rules! define_operations {
             },
         )+];
 
-        /// Turns the numbers of a call's arguments, in order, into the parameters' numbers, in
-        /// order and without gaps.
+        /// Converts the numbers of a call's arguments, in order, to the numbers of the parameters, in order
+        /// and without gaps.
         pub fn prepare<R: Real>(op: Op, arguments: &[R]) -> Vec<R> {
             match op {
                 $(Op::$name => $prepare::$prepared::<R>(arguments),)+
@@ -984,22 +984,22 @@ macro_rules! define_operations {
 for_each_operation!(define_operations);
 
 impl Op {
-    /// Its row.
+    /// Returns the row.
     pub fn row(self) -> &'static Row {
         &ROWS[self as usize]
     }
-    /// The operation with this opcode.
+    /// Returns the operation with this opcode.
     pub fn from_code(code: u8) -> Option<Self> {
         ROWS.get(usize::from(code)).map(|row| row.op)
     }
-    /// The operation of this name.
+    /// Returns the operation with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         ROWS.iter().find(|row| row.name == name).map(|row| row.op)
     }
 }
 
-/// A number that changes whenever a row's name, inputs or parameters do, or the machine's own codes:
-/// a program is only readable by the table that wrote it.
+/// Returns a number that depends on every row's name, inputs and parameters, and on the machine's own
+/// codes. A program is only readable with the table that wrote it.
 pub fn table_hash() -> u32 {
     let mut hash: u32 = 0x811c_9dc5;
     let mut feed = |text: &str| {
@@ -1014,7 +1014,7 @@ pub fn table_hash() -> u32 {
             row.inputs, row.output, row.parameters
         ));
     }
-    for code in MACHINE {
+    for code in MACHINE_CODES {
         feed(code.name());
     }
     hash

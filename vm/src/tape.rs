@@ -1,98 +1,98 @@
-//! Tapes: programs in the form that the CPU runs and that cells prune.
+//! Tapes: the form of programs that the CPU evaluates and that cells prune.
 //!
-//! A tape says of each instruction of a [`Program`] where its operands are and where its result
-//! goes: registers instead of a stack. What the instruction does (operation, constants, frame)
-//! stays in the program, so a clause is small, and a pruned tape is a list of those clauses that
-//! matter in some region of space. Moves between stack and slots leave no clause behind.
+//! For each instruction of a [`Program`], a tape lists the registers of its operands and of its result;
+//! there is no stack. The operation, its constants and its point transform stay in the program, so a clause
+//! is small. A pruned tape holds only the clauses that matter in some region of space. Moves between stack
+//! and slots need no clause.
 //!
-//! A tape's result is in register 0, and the point where it is evaluated is point 0.
+//! The result of a tape is in register 0. Point 0 is the point of evaluation.
 
 mod build;
-pub mod choose;
-pub mod machine;
-pub mod parts;
+pub mod evaluator;
+pub mod lipschitz;
 pub mod prune;
-pub mod single;
-pub mod steep;
+pub mod scalar;
+pub mod stack;
+pub mod trace;
 
 use crate::program::Program;
+use lipschitz::LipschitzBounds;
 use std::sync::Arc;
-use steep::Slopes;
 
-/// A register that holds nothing.
-pub const NONE: u16 = u16::MAX;
+/// Marks an operand without a register.
+pub const NO_REGISTER: u16 = u16::MAX;
 
-/// What a clause does.
+/// The part of its instruction that a clause executes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Form {
-    /// All that its instruction says.
-    Whole,
-    /// Its instruction's operation, without the blend.
-    Alone,
-    /// Its instruction's operation, without the blend, and with the other sign.
-    Negated,
-    /// Only its instruction's blend, of the first operand into what is below.
+pub enum ClauseKind {
+    /// The whole instruction.
+    Full,
+    /// The operation, without the blend.
+    OpOnly,
+    /// The negated operation, without the blend.
+    NegatedOp,
+    /// Only the blend, of the first operand into the accumulator.
     Blend,
-    /// It hands on the first operand.
+    /// A copy of the first operand.
     Copy,
-    /// It hands on the first operand with the other sign.
+    /// The first operand, negated.
     Negate,
 }
 
 /// One step of a tape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Clause<R = u16> {
-    /// Which instruction of the program.
-    pub at: u32,
-    /// What of it is done.
-    pub form: Form,
-    /// What pruning has to know of it; see [`flags`].
+    /// Index of the instruction in the program.
+    pub instruction: u32,
+    /// The part of the instruction that it executes.
+    pub kind: ClauseKind,
+    /// Properties that pruning needs; see [`flags`].
     pub flags: u8,
-    /// Where the result goes: a value's register, or a point's.
-    pub out: R,
-    /// What the result is blended into.
-    pub below: R,
+    /// Destination: the register of a value or of a point.
+    pub dst: R,
+    /// The register that the result is blended into.
+    pub accumulator: R,
     /// The operands.
     pub operands: [R; 3],
-    /// The point it looks at.
+    /// The register of the point of evaluation.
     pub point: R,
 }
 
-/// What pruning has to know of a clause, as bits.
+/// Properties of a clause that pruning needs, as bits.
 pub mod flags {
-    /// Its result is a point.
-    pub const GIVES_POINT: u8 = 1;
-    /// It is a hard or smooth minimum or maximum that a region may decide: of `below` and the
-    /// value, or of the first two operands.
+    /// The result is a point.
+    pub const RETURNS_POINT: u8 = 1;
+    /// A hard or smooth minimum or maximum that a region may decide. Its operands are the accumulator and
+    /// the value, or the first two operands.
     pub const CHOICE: u8 = 2;
-    /// Where the second of the two is chosen, its sign changes.
+    /// The second operand is negated where it is chosen.
     pub const NEGATES: u8 = 4;
-    /// It sets a channel of the next material.
+    /// The clause sets a channel of the next material.
     pub const CHANNEL: u8 = 8;
-    /// It paints, with the channels set since the clause that painted before.
+    /// The clause assigns a material, with the channels set since the previous assignment.
     pub const PAINT: u8 = 16;
-    /// It is an operation of the table at the point as it is, and its value is blended into nothing: what
-    /// fields written with coordinates consist of.
-    pub const BARE: u8 = 32;
+    /// A pure operation of the table: no point transform and no blend. Fields written with coordinates
+    /// consist of these.
+    pub const SIMPLE_OP: u8 = 32;
 }
 
-/// A whole program as a tape.
+/// The tape of a complete program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tape {
-    /// Its steps.
+    /// The clauses, in order of evaluation.
     pub clauses: Vec<Clause>,
-    /// How many value registers it uses.
+    /// Number of value registers.
     pub values: usize,
-    /// How many point registers it uses.
+    /// Number of point registers.
     pub points: usize,
-    /// How steep what its choices are between is.
-    pub slopes: Arc<Slopes>,
+    /// Lipschitz bounds of the two operands of every choice.
+    pub lipschitz: Arc<LipschitzBounds>,
 }
 
 impl Tape {
-    /// The tape of a verified program with its present constants.
-    pub fn of(program: &Program) -> Self {
+    /// Builds the tape of a verified program with its current constants.
+    pub fn new(program: &Program) -> Self {
         let (clauses, values, points) = build::clauses(program);
         let mut pruner = prune::Pruner::default();
         pruner.reserve(values, points);
@@ -102,7 +102,7 @@ impl Tape {
             clauses: kept,
             values: needs.values,
             points: needs.points,
-            slopes: Arc::new(Slopes::of(program, &clauses, values, points)),
+            lipschitz: Arc::new(LipschitzBounds::new(program, &clauses, values, points)),
         }
     }
 }

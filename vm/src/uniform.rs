@@ -1,16 +1,16 @@
-//! Uniform expressions: what depends only on parameters and time, computed once per change, in
-//! `f64`, and written into the constants. Changing a parameter never changes a program.
+//! Uniform expressions: numbers that depend only on parameters and time. They are computed once per change,
+//! in `f64`, and written to the constants. Changing a parameter never changes a program.
 
-use crate::apply::{Applied, apply, laid_out};
+use crate::apply::{OpResult, apply, pack_parameters};
 use crate::table::Op;
 use crate::vector::V3;
 
 /// One number, computed from earlier ones.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub enum Step {
+pub enum UniformStep {
     /// A constant.
     Constant(f64),
-    /// A number of the parameters, in the order of the module's list.
+    /// A number of the parameters, by its index in the module's list.
     Param(u32),
     /// The time in seconds.
     Time,
@@ -27,41 +27,41 @@ pub enum Step {
     },
 }
 
-/// A straight program over `f64`.
+/// A straight-line program over `f64`.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct UniformProgram {
-    /// How many numbers the parameters have.
+    /// Number of numbers in the parameters.
     pub inputs: u32,
-    /// The steps, each reading only earlier ones.
-    pub steps: Vec<Step>,
-    /// The steps whose values are wanted.
+    /// The steps; each reads only earlier ones.
+    pub steps: Vec<UniformStep>,
+    /// Indices of the steps whose values are the results.
     pub outputs: Vec<u32>,
 }
 
-/// Why a uniform program cannot run.
+/// The reasons why a uniform program cannot run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UniformError {
-    /// A step reads itself or a later one, or an output names no step.
+    /// A step reads itself or a later one, or an output refers to a step that does not exist.
     #[error("step {0} of the uniform program reads what is not computed yet")]
     Order(u32),
-    /// A step reads a parameter that is not there.
+    /// A step reads a parameter that does not exist.
     #[error("step {0} of the uniform program reads a parameter that does not exist")]
     Input(u32),
-    /// A step's operation is unknown or is given the wrong number of operands.
+    /// The operation of a step is unknown or has the wrong number of operands.
     #[error("step {0} of the uniform program is not an operation of the table")]
     Operation(u32),
 }
 
 impl UniformProgram {
-    /// Whether every step reads what is there.
+    /// Checks that every step reads only existing numbers.
     pub fn verify(&self) -> Result<(), UniformError> {
         for (i, step) in self.steps.iter().enumerate() {
             let i = i as u32;
             match step {
-                Step::Constant(_) | Step::Time => {}
-                Step::Param(p) if *p < self.inputs => {}
-                Step::Param(_) => return Err(UniformError::Input(i)),
-                Step::Apply {
+                UniformStep::Constant(_) | UniformStep::Time => {}
+                UniformStep::Param(p) if *p < self.inputs => {}
+                UniformStep::Param(_) => return Err(UniformError::Input(i)),
+                UniformStep::Apply {
                     op,
                     point,
                     values,
@@ -72,10 +72,10 @@ impl UniformProgram {
                         return Err(UniformError::Order(i));
                     }
                     let row = Op::from_code(*op).ok_or(UniformError::Operation(i))?.row();
-                    let wanted: usize = row.parameters.iter().map(|p| p.ty.width()).sum();
+                    let expected: usize = row.parameters.iter().map(|p| p.ty.width()).sum();
                     let fits = row.arity() == values.len()
                         && row.reads_point() == point.is_some()
-                        && wanted == parameters.len()
+                        && expected == parameters.len()
                         && row.output == crate::row::Output::Value;
                     if !fits {
                         return Err(UniformError::Operation(i));
@@ -93,33 +93,33 @@ impl UniformProgram {
         }
     }
 
-    /// The outputs for these parameters and this time. The program must be verified.
+    /// Returns the outputs for these parameters and this time. The program must be verified.
     pub fn run(&self, params: &[f64], time: f64) -> Vec<f64> {
         let mut values: Vec<f64> = Vec::with_capacity(self.steps.len());
         for step in &self.steps {
             let value = match step {
-                Step::Constant(v) => *v,
-                Step::Param(p) => params[*p as usize],
-                Step::Time => time,
-                Step::Apply {
+                UniformStep::Constant(v) => *v,
+                UniformStep::Param(p) => params[*p as usize],
+                UniformStep::Time => time,
+                UniformStep::Apply {
                     op,
                     point,
                     values: operands,
                     parameters,
                 } => {
-                    let at = |&i: &u32| values[i as usize];
-                    let p = point.map_or(V3::of(0.0, 0.0, 0.0), |[x, y, z]| {
-                        V3::of(at(&x), at(&y), at(&z))
+                    let step_value = |&i: &u32| values[i as usize];
+                    let p = point.map_or(V3::new(0.0, 0.0, 0.0), |[x, y, z]| {
+                        V3::new(step_value(&x), step_value(&y), step_value(&z))
                     });
                     let mut v = [0.0; 3];
                     for (slot, operand) in v.iter_mut().zip(operands) {
-                        *slot = at(operand);
+                        *slot = step_value(operand);
                     }
-                    let numbers: Vec<f64> = parameters.iter().map(at).collect();
+                    let numbers: Vec<f64> = parameters.iter().map(step_value).collect();
                     let op = Op::from_code(*op).expect("verified");
-                    match apply::<f64>(op, p, v, &laid_out(op, &numbers)) {
-                        Applied::Value(v) => v,
-                        Applied::Point(_) => unreachable!("verified"),
+                    match apply::<f64>(op, p, v, &pack_parameters(op, &numbers)) {
+                        OpResult::Value(v) => v,
+                        OpResult::Point(_) => unreachable!("verified"),
                     }
                 }
             };

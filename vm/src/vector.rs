@@ -1,10 +1,10 @@
-//! Plain vectors: arrays of two or three numbers, for every number type whose vectors have no
-//! structure of their own (`f32`, `f64`, intervals).
+//! Plain vectors of two or three numbers, for every number type whose vectors have no special structure
+//! (`f32`, `f64`, intervals).
 
 use crate::real::{Real, Vector2, Vector3};
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// Two numbers.
+/// A vector of two numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct V2<R> {
     /// The first component.
@@ -13,7 +13,7 @@ pub struct V2<R> {
     pub y: R,
 }
 
-/// Three numbers.
+/// A vector of three numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct V3<R> {
     /// The first component.
@@ -25,15 +25,15 @@ pub struct V3<R> {
 }
 
 impl<R> V3<R> {
-    /// From its components.
+    /// Creates a vector from its components.
     #[inline(always)]
-    pub const fn of(x: R, y: R, z: R) -> Self {
+    pub const fn new(x: R, y: R, z: R) -> Self {
         Self { x, y, z }
     }
 }
 
 impl V3<f32> {
-    /// As an array.
+    /// Returns the components as an array.
     pub fn to_array(self) -> [f32; 3] {
         [self.x, self.y, self.z]
     }

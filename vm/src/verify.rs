@@ -1,103 +1,103 @@
-//! The verifier: the only way from words to a program that may run.
+//! The verifier: every program must pass it before it may run.
 //!
-//! What it proves: every opcode is known, every operand was computed, every pool index and slot
-//! exists, stacks stay within the format's limits, all constants are finite, and one value is left
-//! at the end. What a guard may skip lies behind it and within the block that it stands in itself,
-//! leaves both stacks as high as they were, never reaches below the value on top and the current
-//! point, and stores nothing that is loaded later. As jumps lead forward only, every run ends after
-//! as many steps as there are instructions at most, without an access out of range.
+//! It proves that every opcode is known, every operand was computed, every pool index and slot exists,
+//! stacks stay within the format's limits, all constants are finite, and exactly one value remains at the
+//! end. The block of a guard follows the guard and lies within the enclosing block. It leaves the height of
+//! both stacks unchanged, never accesses values below the one on top, never replaces the current point, and
+//! stores nothing that is loaded later. As jumps only lead forward, every run ends after at most as many
+//! steps as there are instructions, without an access out of range.
 
 use crate::program::{
-    CHANNELS, Code, Frame, Instruction, MAX_DEPTH, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_POINTS,
-    MAX_SLOTS, Operands, Place, Program,
+    CHANNELS, Code, Destination, Instruction, MAX_DEPTH, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_POINTS,
+    MAX_SLOTS, Operands, PointTransform, Program,
 };
 
-/// Why a program is refused.
+/// The reasons why a program is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum VerifyError {
-    /// There is nothing to run.
+    /// The program is empty.
     #[error("the program is empty")]
     Empty,
-    /// A limit of the format is passed.
+    /// A limit of the format is exceeded.
     #[error("the program needs {need} {what}, more than the {allowed} that the format allows")]
     Limit {
-        /// Of what.
+        /// The limited quantity.
         what: &'static str,
-        /// How many it needs.
+        /// The number that the program requires.
         need: usize,
-        /// How many there may be.
+        /// The largest number that the format allows.
         allowed: usize,
     },
-    /// An instruction takes more than the stack holds.
+    /// An instruction pops more values than the stack holds.
     #[error("instruction {at} takes {need} values but the stack holds {have}")]
     Underflow {
-        /// Which instruction.
+        /// Index of the instruction.
         at: usize,
-        /// How many it takes.
+        /// The number of values that it pops.
         need: usize,
-        /// How many there are.
+        /// The number of values on the stack.
         have: usize,
     },
-    /// An instruction goes back further than points were kept.
+    /// An instruction pops more points than were saved.
     #[error("instruction {at} goes back {need} points but only {have} were kept")]
     Points {
-        /// Which instruction.
+        /// Index of the instruction.
         at: usize,
-        /// How many it wants.
+        /// The number of points that it pops.
         need: usize,
-        /// How many there are.
+        /// The number of saved points.
         have: usize,
     },
-    /// An instruction names a constant outside the pool.
+    /// An instruction refers to a constant outside the pool.
     #[error("instruction {at} reads constant {index} of a pool of {size}")]
     Pool {
-        /// Which instruction.
+        /// Index of the instruction.
         at: usize,
-        /// The constant.
+        /// Index of the constant.
         index: usize,
-        /// How many there are.
+        /// The size of the pool.
         size: usize,
     },
-    /// An instruction reads a slot that nothing was stored in.
+    /// An instruction loads a slot before a value is stored in it.
     #[error("instruction {at} reads slot {slot}, which holds nothing yet")]
     Slot {
-        /// Which instruction.
+        /// Index of the instruction.
         at: usize,
         /// The slot.
         slot: u8,
     },
-    /// An instruction's parts do not go together.
+    /// The fields of an instruction contradict each other.
     #[error("instruction {at} (`{name}`) {problem}")]
     Malformed {
-        /// Which instruction.
+        /// Index of the instruction.
         at: usize,
-        /// What it runs.
+        /// The name of its operation.
         name: &'static str,
-        /// What is wrong.
+        /// The contradiction.
         problem: &'static str,
     },
     /// A constant is not finite.
     #[error("constant {index} of the pool is not a finite number")]
     Constant {
-        /// Which constant.
+        /// Index of the constant.
         index: usize,
     },
-    /// A patch names a number outside the pool or an output that does not exist.
+    /// A patch refers to a number outside the pool or to an output that does not exist.
     #[error("patch {at} of the constants points outside the program")]
     Patch {
-        /// Which patch.
+        /// Index of the patch.
         at: usize,
     },
-    /// The stack does not hold exactly the result at the end.
+    /// The stack does not hold exactly one value at the end.
     #[error("the program leaves {left} values instead of one")]
     Leftover {
-        /// How many are left.
+        /// The number of values at the end.
         left: usize,
     },
 }
 
-/// Checks a program; `outputs` is how many results its uniform program has, `surface` whether it
-/// is one of surfaces.
+/// Verifies a program. `outputs` is the number of results of its uniform program; `surface` is set for
+/// surface programs.
 pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), VerifyError> {
     let limit = |what, need: usize, allowed: usize| {
         if need > allowed {
@@ -124,15 +124,15 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
     }
     let numbers = program.pool.len() * 4;
     for (at, patch) in program.patches.iter().enumerate() {
-        if patch.at as usize >= numbers || patch.output as usize >= outputs {
+        if patch.index as usize >= numbers || patch.output as usize >= outputs {
             return Err(VerifyError::Patch { at });
         }
     }
 
     let (mut depth, mut points) = (0_usize, 0_usize);
     let mut stored = vec![false; program.slots as usize];
-    let mut blocks: Vec<Block> = Vec::new();
-    // Channels that no material has taken yet.
+    let mut blocks: Vec<OpenBlock> = Vec::new();
+    // Channels that are not assigned to a material yet.
     let mut pending = 0_usize;
     for (at, i) in program.code.iter().enumerate() {
         while let Some(block) = blocks.pop_if(|block| block.end == at) {
@@ -165,17 +165,17 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
         }
         points -= i.pops as usize;
         if let Some(block) = blocks.last()
-            && let Some(problem) = block.point_left(points, i)
+            && let Some(problem) = block.point_error(points, i)
         {
             return malformed(problem);
         }
         points += usize::from(i.push);
         limit("points", points, MAX_POINTS)?;
-        match i.frame {
-            Frame::Same => {}
+        match i.transform {
+            PointTransform::Identity => {}
             _ if !i.code.reads_point() => return malformed("has a frame but reads no point"),
-            Frame::Moved(index) => pool(index, 1)?,
-            Frame::Mapped(index) => pool(index, 3)?,
+            PointTransform::Translate(index) => pool(index, 1)?,
+            PointTransform::Affine(index) => pool(index, 3)?,
         }
         match i.operands {
             Operands::Stack => {}
@@ -183,16 +183,16 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
             Operands::Right(index) | Operands::Left(index) => pool(index, 1)?,
         }
         pool(i.parameters, i.code.pool_width())?;
-        let taken = i.taken();
-        if taken > depth {
+        let popped = i.pop_count();
+        if popped > depth {
             return Err(VerifyError::Underflow {
                 at,
-                need: taken,
+                need: popped,
                 have: depth,
             });
         }
-        depth -= taken;
-        let blends = usize::from(i.place != Place::Push);
+        depth -= popped;
+        let blends = usize::from(i.destination != Destination::Push);
         if let Some(block) = blocks.last()
             && depth < block.depth + blends - 1
         {
@@ -230,7 +230,7 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
                 if pending > 0 {
                     return malformed("stands between a channel and its material");
                 }
-                blocks.push(Block {
+                blocks.push(OpenBlock {
                     at,
                     end,
                     depth,
@@ -239,25 +239,25 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
                 });
                 limit("guards within each other", blocks.len(), MAX_GUARDS)?;
             }
-            Code::Op(_) | Code::Load | Code::Take | Code::Normal => {}
+            Code::Op(_) | Code::Load | Code::Top | Code::Normal => {}
         }
         if i.skips > 0 && i.code != Code::Guard {
             return malformed("skips, but is no guard");
         }
-        let keeps = !i.gives_none();
-        match i.place {
-            Place::Push => depth += usize::from(keeps),
+        let keeps = !i.has_no_value();
+        match i.destination {
+            Destination::Push => depth += usize::from(keeps),
             _ if !keeps => return malformed("blends, but gives no value"),
-            Place::Blend { .. } if i.operands != Operands::Stack => {
+            Destination::Blend { .. } if i.operands != Operands::Stack => {
                 return malformed("both blends and has a constant operand");
             }
-            Place::Blend { index, .. } => {
+            Destination::Blend { index, .. } => {
                 pool(index, 1)?;
                 if depth == 0 {
                     return Err(VerifyError::Underflow {
                         at,
-                        need: taken + 1,
-                        have: taken,
+                        need: popped + 1,
+                        have: popped,
                     });
                 }
             }
@@ -273,27 +273,28 @@ pub fn verify(program: &Program, outputs: usize, surface: bool) -> Result<(), Ve
     Ok(())
 }
 
-/// The instructions that a guard may skip.
-struct Block {
-    /// The guard.
+/// The block of instructions that a guard may skip.
+struct OpenBlock {
+    /// Index of the guard.
     at: usize,
-    /// The instruction behind the last one.
+    /// Index of the first instruction after the block.
     end: usize,
-    /// How many values lay on the stack at the guard, the one on top included.
+    /// Number of values on the stack at the guard.
     depth: usize,
-    /// How many points were kept at the guard.
+    /// Number of saved points at the guard.
     points: usize,
-    /// The slots that were stored since.
+    /// The slots stored within the block.
     stored: Vec<u8>,
 }
 
-impl Block {
-    /// What is wrong with an instruction of the block that has gone back to so many kept points.
-    fn point_left(&self, points: usize, i: &Instruction) -> Option<&'static str> {
+impl OpenBlock {
+    /// Returns the error of an instruction of the block that has popped points down to this number, if
+    /// there is one.
+    fn point_error(&self, points: usize, i: &Instruction) -> Option<&'static str> {
         if points < self.points {
             return Some("goes back to a point from before its guard");
         }
-        let replaces = points == self.points && i.code.gives_point() && !i.push;
+        let replaces = points == self.points && i.code.returns_point() && !i.push;
         replaces.then_some("replaces the point that its guard looks at")
     }
 
@@ -303,8 +304,8 @@ impl Block {
         }
     }
 
-    /// Checks that skipping the block and running it lead to the same place; what it stored is
-    /// forgotten.
+    /// Checks that skipping the block is equivalent to running it. Slots stored in the block become
+    /// undefined.
     fn close(
         self,
         depth: usize,

@@ -1,12 +1,12 @@
-//! Programs at the limits of the format, and what guards may stand for. Random programs are the
-//! business of `trials`.
+//! Programs at the limits of the format, and the blocks that guards may skip. Random programs are tested in
+//! `trials`.
 
 use sdfc_vm::encode::{decode, encode};
 use sdfc_vm::file::{FileError, MAX_BYTES, decode_file};
-use sdfc_vm::kernel::Kernel;
+use sdfc_vm::kernel::BlendKernel;
 use sdfc_vm::listing;
 use sdfc_vm::program::{
-    Code, Instruction, MAX_DEPTH, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_POINTS, MAX_SLOTS, Place,
+    Code, Destination, Instruction, MAX_DEPTH, MAX_GUARDS, MAX_INSTRUCTIONS, MAX_POINTS, MAX_SLOTS,
     Program,
 };
 use sdfc_vm::table::Op;
@@ -58,7 +58,7 @@ fn limits_are_refused_with_both_numbers() {
     assert_eq!(verify(&program(vec![]), 0, false), Err(VerifyError::Empty));
 }
 
-/// The page states the numbers of the code.
+/// FORMAT.md states the numbers of the code.
 #[test]
 fn limits_are_those_of_the_page() {
     let page = include_str!("../FORMAT.md");
@@ -97,7 +97,7 @@ fn a_file_that_is_too_large_is_refused_with_both_numbers() {
     assert!(error.to_string().contains("67108865"), "{error}");
 }
 
-/// A program whose guard stands in front of some instructions; `1` is on the stack in front of it.
+/// Creates a program whose guard precedes these instructions; `1` is on the stack before it.
 fn with_guard(skips: u32, behind: &[Instruction]) -> Program {
     let guard = Instruction {
         skips,
@@ -114,11 +114,11 @@ fn with_guard(skips: u32, behind: &[Instruction]) -> Program {
     }
 }
 
-/// A ball that is blended into the value below it.
+/// A sphere that is blended into the value below it.
 fn blended_ball() -> Instruction {
     Instruction {
-        place: Place::Blend {
-            kernel: Kernel::Hard,
+        destination: Destination::Blend {
+            kernel: BlendKernel::Hard,
             index: 0,
         },
         ..Instruction::new(Code::Op(Op::Sphere))
@@ -153,7 +153,7 @@ fn guards_that_skip_more_than_blends_are_refused() {
     };
     let take = |pops| Instruction {
         pops,
-        ..Instruction::new(Code::Take)
+        ..Instruction::new(Code::Top)
     };
     let mirror = |push| Instruction {
         push,
@@ -179,7 +179,7 @@ fn guards_that_skip_more_than_blends_are_refused() {
             with_guard(
                 1,
                 &[Instruction {
-                    place: ball.place,
+                    destination: ball.destination,
                     ..take(0)
                 }],
             ),
@@ -208,7 +208,7 @@ fn guards_that_skip_more_than_blends_are_refused() {
     skipping.code[2].skips = 1;
     let error = verify(&skipping, 0, false).unwrap_err().to_string();
     assert!(error.contains("is no guard"), "{error}");
-    // A point that was kept in front of the guard stays where it is.
+    // The block must not return to a point that was saved before the guard.
     let mut back = with_guard(1, &[Instruction { pops: 1, ..ball }]);
     back.code.insert(1, mirror(true));
     let error = verify(&back, 0, false).unwrap_err().to_string();

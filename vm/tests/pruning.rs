@@ -1,67 +1,67 @@
-//! Pruning where it is closest to being wrong: boxes that just reach a tie, or the end of a kernel. Each program is
-//! the smallest that needs one of the bounds by which choices are decided.
+//! Pruning at its tightest: boxes that barely contain a tie, or the end of a kernel. Each program is the
+//! smallest that requires one of the bounds by which choices are decided.
 
-use sdfc_vm::lanes::{Column, LANES, Points};
+use sdfc_vm::lanes::{F32x64, LANES, Points};
 use sdfc_vm::listing;
 use sdfc_vm::program::Program;
-use sdfc_vm::tape::choose::Chooser;
-use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::tape::evaluator::TapeEvaluator;
+use sdfc_vm::tape::lipschitz::LipschitzBounds;
 use sdfc_vm::tape::prune::Pruner;
-use sdfc_vm::tape::steep::Slopes;
+use sdfc_vm::tape::trace::Tracer;
 use sdfc_vm::tape::{Clause, Tape};
 use std::sync::Arc;
 
-/// The points of a box along each side: its corners, and points between.
+/// Number of sample points of a box along each axis: its corners, and points between.
 const SIDE: usize = 4;
 
 /// A box: its lower and its upper corner.
 type Corners = [[f32; 3]; 2];
 
-/// The values of a tape at points.
-fn values(program: &Program, tape: &Tape, clauses: &[Clause], points: &Points) -> Column {
-    let mut machine = Machine::<f32>::new(tape.values, tape.points);
-    *machine.seed() = *points;
-    *machine.run(program, clauses, LANES)
+/// Returns the values of a tape at points.
+fn values(program: &Program, tape: &Tape, clauses: &[Clause], points: &Points) -> F32x64 {
+    let mut evaluator = TapeEvaluator::<f32>::new(tape.values, tape.points);
+    *evaluator.inputs_mut() = *points;
+    *evaluator.run(program, clauses, LANES)
 }
 
-/// Points of a box in a grid, its corners among them.
+/// Returns points of a box in a grid, including its corners.
 fn grid([low, high]: Corners) -> Points {
     let mut points = Points::default();
     for lane in 0..LANES {
         let digits = [lane % SIDE, lane / SIDE % SIDE, lane / SIDE / SIDE];
         for axis in 0..3 {
-            let share = digits[axis] as f32 / (SIDE - 1) as f32;
-            let at = low[axis] + (high[axis] - low[axis]) * share;
-            points[axis].0[lane] = if share == 1.0 { high[axis] } else { at };
+            let fraction = digits[axis] as f32 / (SIDE - 1) as f32;
+            let at = low[axis] + (high[axis] - low[axis]) * fraction;
+            points[axis].0[lane] = if fraction == 1.0 { high[axis] } else { at };
         }
     }
     points
 }
 
-/// Demands of boxes that what is kept of a program gives its bits, and that its bounds hold them. Gives the number of
-/// boxes in which something was left out.
+/// Asserts that the pruned tape of each box gives the bits of the full one, and that the range contains the
+/// values. Returns the number of boxes in which a clause was pruned.
 fn check(text: &str, tape: &Tape, program: &Program, boxes: &[Corners]) -> usize {
-    let (mut chooser, mut pruner) = (Chooser::new(tape), Pruner::default());
+    let (mut tracer, mut pruner) = (Tracer::new(tape), Pruner::default());
     pruner.reserve(tape.values, tape.points);
     let mut shorter = 0;
     for group in boxes.chunks(LANES) {
         for (lane, [low, high]) in group.iter().enumerate() {
             for axis in 0..3 {
-                chooser.boxes()[axis].0[lane] = low[axis];
-                chooser.boxes()[axis + 3].0[lane] = high[axis];
+                tracer.boxes()[axis].0[lane] = low[axis];
+                tracer.boxes()[axis + 3].0[lane] = high[axis];
             }
         }
-        let [low, high] = *chooser.run(program, &tape.clauses, group.len());
+        let [low, high] = *tracer.run(program, &tape.clauses, group.len());
         for (lane, &corners) in group.iter().enumerate() {
-            let mut kept = Vec::new();
-            let choice = |place| chooser.decided().choice(place, lane);
-            pruner.prune(&tape.clauses, choice, &mut kept);
-            shorter += usize::from(kept.len() < tape.clauses.len());
+            let mut pruned = Vec::new();
+            let choice = |index| tracer.trace().choice(index, lane);
+            pruner.prune(&tape.clauses, choice, &mut pruned);
+            shorter += usize::from(pruned.len() < tape.clauses.len());
             let points = grid(corners);
-            let all = values(program, tape, &tape.clauses, &points);
-            let some = values(program, tape, &kept, &points);
+            let full_values = values(program, tape, &tape.clauses, &points);
+            let pruned_values = values(program, tape, &pruned, &points);
             for at in 0..LANES {
-                let (a, b) = (all.0[at], some.0[at]);
+                let (a, b) = (full_values.0[at], pruned_values.0[at]);
                 let p = [0, 1, 2].map(|axis| points[axis].0[at]);
                 assert!(
                     a == b,
@@ -78,21 +78,21 @@ fn check(text: &str, tape: &Tape, program: &Program, boxes: &[Corners]) -> usize
     shorter
 }
 
-/// The same by slopes and by intervals; `boxes` are such that some are decided and some are not.
+/// Checks a program by both methods of pruning; some of the boxes must be decided and some must not.
 fn check_both(text: &str, boxes: &[Corners]) {
     let numbered: String = (0..)
         .zip(text.lines())
         .map(|(at, line)| format!("{at:04}  {line}\n"))
         .collect();
     let program = listing::parse(&numbered).unwrap_or_else(|error| panic!("{error:?}\n{text}"));
-    let tape = Tape::of(&program);
-    assert!(tape.slopes.known(), "{text}");
-    let unknown = Slopes {
-        whole: f32::INFINITY,
-        ..Slopes::default()
+    let tape = Tape::new(&program);
+    assert!(tape.lipschitz.is_bounded(), "{text}");
+    let unknown = LipschitzBounds {
+        result: f32::INFINITY,
+        ..LipschitzBounds::default()
     };
     let by_intervals = Tape {
-        slopes: Arc::new(unknown),
+        lipschitz: Arc::new(unknown),
         ..tape.clone()
     };
     for tape in [&tape, &by_intervals] {
@@ -105,16 +105,16 @@ fn check_both(text: &str, boxes: &[Corners]) {
     }
 }
 
-/// Boxes of many sizes along the diagonal through a point: they begin at it, or a share of their size before it.
-/// Along the diagonal slopes say all that a value can change.
+/// Returns boxes of many sizes along the diagonal through a point. They begin at it, or at a fraction of
+/// their size before it. Along the diagonal, a value changes by as much as its slope bound allows.
 fn boxes_from(tie: [f32; 3]) -> Vec<Corners> {
     let mut boxes = Vec::new();
     for size in 0..24 {
         let side = 1.3_f32.powi(-size);
-        for share in [-0.6, -0.1, -0.01, 0.0, 0.0, 0.01, 0.1, 0.6, 0.9] {
+        for fraction in [-0.6, -0.1, -0.01, 0.0, 0.0, 0.01, 0.1, 0.6, 0.9] {
             for steps in 0..4 {
                 let from = tie.map(|v| {
-                    let from = v + side * share;
+                    let from = v + side * fraction;
                     (0..steps).fold(from, |v, _| v.next_up())
                 });
                 boxes.push([from, from.map(|v| v + side)]);
@@ -125,7 +125,7 @@ fn boxes_from(tie: [f32; 3]) -> Vec<Corners> {
     boxes
 }
 
-/// Two balls along the diagonal, blended into each other by this kernel and its numbers.
+/// Returns two spheres along the diagonal, combined by this blend.
 fn balls(at: f32, apart: f32, [first, second]: [f32; 2], blend: &str) -> String {
     let (a, b) = (-(at - apart), -(at + apart));
     format!(
@@ -152,7 +152,7 @@ fn frames_stretch_what_they_hold() {
 
 #[test]
 fn profiles_are_steeper_than_their_operands() {
-    // Of two that are the same, a chamfer is steeper by the root of two.
+    // With two equal operands, a chamfer is steeper by the root of two.
     let one = |v: f32| format!("sphere [1.0] moved [{v:?}, {v:?}, {v:?}]\n");
     for profile in ["chamfer_union [20.0]", "round_union [20.0]"] {
         let pair = |v: f32| format!("{}{}{profile}", one(v), one(v));
@@ -167,7 +167,8 @@ fn profiles_are_steeper_than_their_operands() {
 
 #[test]
 fn kernels_end_where_they_add_nothing() {
-    // Where the first ball ends, so that what a kernel adds is not rounded away, the other is `ahead` farther.
+    // At the surface of the first sphere, where the kernel's offset is not lost to rounding, the other one
+    // is `ahead` farther.
     let root = 3.0_f32.sqrt();
     for ahead in [0.3_f32, 1.0] {
         let radii = [1.5 * root, 1.5 * root - ahead];
@@ -201,7 +202,7 @@ fn subtracted_shapes_keep_their_signs() {
     let flat = "sphere [1.0] moved [0.3, 0.3, 0.3]\n\
                 sphere [1.0] moved [-0.3, -0.3, -0.3]\n\
                 subtraction\n";
-    // On the diagonal, the first ball and the complement of the second are equal at a distance of one.
+    // On the diagonal, the first sphere and the complement of the second are equal at a distance of one.
     let tie = 1.0 / 3.0_f32.sqrt();
     let boxes = [boxes_from([tie; 3]), boxes_from([-tie; 3])].concat();
     for text in [text.as_str(), flat] {

@@ -1,33 +1,33 @@
-//! Charts of times, both axes logarithmic, as SVG.
+//! Charts of times with logarithmic axes, as SVG.
 
-use crate::report::{Form, note, print};
+use crate::report::{OutputFormat, note, print};
 use plotters::prelude::*;
 use std::path::Path;
 
 /// A chart.
-pub(crate) struct Chart {
-    /// What it shows.
+pub(crate) struct LogLogChart {
+    /// Title.
     pub(crate) title: &'static str,
-    /// What the horizontal axis counts.
-    pub(crate) across: &'static str,
-    /// What the vertical axis measures.
-    pub(crate) up: &'static str,
-    /// Its lines.
-    pub(crate) series: Vec<Series>,
+    /// Label of the horizontal axis.
+    pub(crate) x_axis: &'static str,
+    /// Label of the vertical axis.
+    pub(crate) y_axis: &'static str,
+    /// Lines of the chart.
+    pub(crate) series: Vec<ChartSeries>,
 }
 
 /// A line of a chart.
-pub(crate) struct Series {
-    /// Its name in the legend.
+pub(crate) struct ChartSeries {
+    /// Name in the legend.
     pub(crate) name: String,
-    /// Its points, from left to right; all numbers are more than zero.
+    /// Points from left to right, with positive coordinates.
     pub(crate) points: Vec<(f64, f64)>,
 }
 
-/// Smaller numbers are drawn as this.
-const LEAST: f64 = 0.01;
-const SIZE: (u32, u32) = (760, 460);
-const COLORS: [RGBColor; 7] = [
+/// Smallest plotted number. Smaller ones are drawn as this.
+const MIN_PLOTTED: f64 = 0.01;
+const CHART_SIZE: (u32, u32) = (760, 460);
+const SERIES_COLORS: [RGBColor; 7] = [
     RGBColor(31, 122, 120),
     RGBColor(212, 112, 60),
     RGBColor(74, 90, 138),
@@ -37,31 +37,31 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(90, 90, 90),
 ];
 
-impl Chart {
-    /// Writes it into the folder, if there is one and anything to show. A table in Markdown gets a
-    /// link to it.
+impl LogLogChart {
+    /// Writes the chart into the folder, if there is a folder and at least one point. A table in Markdown
+    /// gets a link to it.
     pub(crate) fn write(
         &self,
         folder: Option<&Path>,
         name: &str,
-        form: Form,
+        format: OutputFormat,
     ) -> Result<(), String> {
         let Some(folder) = folder else {
             return Ok(());
         };
-        let all = || self.series.iter().flat_map(|series| &series.points);
-        if all().count() == 0 {
+        let all_points = || self.series.iter().flat_map(|series| &series.points);
+        if all_points().count() == 0 {
             note(&format!("{name} would be empty"));
             return Ok(());
         }
         let path = folder.join(name);
-        let failed = |error: &dyn std::fmt::Display| {
+        let write_error = |error: &dyn std::fmt::Display| {
             format!("{} cannot be written: {error}", path.display())
         };
         let mut text = String::new();
-        self.draw(&mut text).map_err(|error| failed(&error))?;
-        std::fs::write(&path, text).map_err(|error| failed(&error))?;
-        if form == Form::Markdown {
+        self.draw(&mut text).map_err(|error| write_error(&error))?;
+        std::fs::write(&path, text).map_err(|error| write_error(&error))?;
+        if format == OutputFormat::Markdown {
             print(&format!("\n![{}]({})\n", self.title, path.display()))?;
         }
         Ok(())
@@ -74,10 +74,10 @@ impl Chart {
                 (low.min(n), high.max(n))
             });
             let decade = |n: f64, round: fn(f64) -> f64| 10.0_f64.powf(round(n.log10()));
-            let low = decade(low.max(LEAST), f64::floor);
+            let low = decade(low.max(MIN_PLOTTED), f64::floor);
             low..decade(high, f64::ceil).max(low * 10.0)
         };
-        let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
+        let root = SVGBackend::with_string(text, CHART_SIZE).into_drawing_area();
         root.fill(&WHITE)?;
         let mut chart = ChartBuilder::on(&root)
             .caption(self.title, ("sans-serif", 18))
@@ -88,20 +88,20 @@ impl Chart {
                 range(&mut points().map(|point| point.0)).log_scale(),
                 range(&mut points().map(|point| point.1)).log_scale(),
             )?;
-        let plain = |n: &f64| format!("{n}");
+        let plain_label = |n: &f64| format!("{n}");
         chart
             .configure_mesh()
-            .x_desc(self.across)
-            .y_desc(self.up)
-            .x_label_formatter(&plain)
-            .y_label_formatter(&plain)
+            .x_desc(self.x_axis)
+            .y_desc(self.y_axis)
+            .x_label_formatter(&plain_label)
+            .y_label_formatter(&plain_label)
             .max_light_lines(1)
             .light_line_style(RGBColor(238, 238, 238))
             .bold_line_style(RGBColor(205, 205, 205))
             .draw()?;
-        for (series, color) in self.series.iter().zip(COLORS.iter().cycle()) {
+        for (series, color) in self.series.iter().zip(SERIES_COLORS.iter().cycle()) {
             let color = *color;
-            let line = LineSeries::new(shown(series), color.stroke_width(2));
+            let line = LineSeries::new(plotted_points(series), color.stroke_width(2));
             chart
                 .draw_series(line.point_size(3))?
                 .label(&series.name)
@@ -120,8 +120,8 @@ impl Chart {
     }
 }
 
-/// A line's points, none of them too small to be drawn.
-fn shown(series: &Series) -> impl Iterator<Item = (f64, f64)> {
+/// Returns a line's points, each at least [`MIN_PLOTTED`].
+fn plotted_points(series: &ChartSeries) -> impl Iterator<Item = (f64, f64)> {
     let points = series.points.iter();
-    points.map(|&(x, y)| (x.max(LEAST), y.max(LEAST)))
+    points.map(|&(x, y)| (x.max(MIN_PLOTTED), y.max(MIN_PLOTTED)))
 }

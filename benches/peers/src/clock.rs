@@ -1,15 +1,15 @@
-//! Times: of one piece of work, and the median of several.
+//! Timing of a piece of work, and the median of several times.
 
 use std::time::Instant;
 
-/// What work gives, and how many milliseconds it took.
+/// Runs work, and returns its result and its time in milliseconds.
 pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let started = Instant::now();
     let result = work();
     (result, started.elapsed().as_secs_f64() * 1e3)
 }
 
-/// The middle one of some times, or the mean of the two; 0 of none.
+/// Returns the median of times, which is the mean of the middle two of an even number, or 0 of none.
 pub(crate) fn median(times: &[f64]) -> f64 {
     let mut sorted = times.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -19,22 +19,23 @@ pub(crate) fn median(times: &[f64]) -> f64 {
     }
 }
 
-/// The median of the times of a piece of work, after one run that does not count: as many as asked
-/// for, or fewer where they take longer than `patience` seconds.
+/// Returns the median time of a piece of work in milliseconds, after one run that does not count.
+///
+/// It runs `rounds` times, or fewer if these take longer than `max_seconds`.
 pub(crate) fn repeated(
     rounds: usize,
-    patience: f64,
+    max_seconds: f64,
     mut work: impl FnMut() -> Result<(), String>,
 ) -> Result<f64, String> {
     let (result, first) = timed(&mut work);
     result?;
     let mut times = Vec::new();
-    let mut spent = first;
-    while times.len() < rounds && spent < patience * 1e3 {
+    let mut spent_ms = first;
+    while times.len() < rounds && spent_ms < max_seconds * 1e3 {
         let (result, time) = timed(&mut work);
         result?;
         times.push(time);
-        spent += time;
+        spent_ms += time;
     }
     Ok(if times.is_empty() {
         first

@@ -1,40 +1,42 @@
-//! Those that are compared: sdfc's engines and the peers, behind one trait.
+//! The compared renderers: sdfc's engines and the peers, behind one trait.
 
 mod fidget_cpu;
 #[cfg(feature = "gpu")]
 mod fidget_gpu;
-pub(crate) mod ours;
+pub(crate) mod sdfc;
 
 use crate::model::Model;
-use crate::picture::Picture;
+use crate::picture::ComparedImage;
 use sdfc_runtime::engine::EngineKind;
 use std::fmt;
 
-pub(crate) use ours::Ours;
+pub(crate) use sdfc::SdfcEngine;
 
-/// Draws one model at one size. Work is measured from outside: [`prepare`](Contestant::prepare) and
-/// [`frame`](Contestant::frame) do nothing that a program that draws the model would not do.
+/// A renderer that draws one model at one size.
+///
+/// Times are measured from outside. [`prepare`](Contestant::prepare) and [`frame`](Contestant::frame) only
+/// do work that any program that draws the model requires.
 pub(crate) trait Contestant {
-    /// What it runs on.
+    /// Returns the device that it runs on.
     fn device(&self) -> String;
 
-    /// From the model as a person writes it to whatever frames are made of.
+    /// Compiles the model from its source to the input of frames.
     fn prepare(&mut self) -> Result<(), String>;
 
-    /// From that to a picture, with everything that is built of the model for one picture.
+    /// Draws a picture, including everything that is built from the model for one picture.
     fn frame(&mut self) -> Result<(), String>;
 
-    /// Another picture of the same model, with what the first one built if it keeps that; nothing
-    /// where frames keep nothing.
-    fn again(&mut self) -> Option<Result<(), String>> {
+    /// Draws another picture of the same model with data kept from the first. Returns `None` if frames keep
+    /// no data.
+    fn redraw(&mut self) -> Option<Result<(), String>> {
         None
     }
 
-    /// The last picture, to be compared.
-    fn picture(&self) -> Result<Picture, String>;
+    /// Returns the last picture for comparison.
+    fn picture(&self) -> Result<ComparedImage, String>;
 }
 
-/// A peer.
+/// A renderer to compare with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Peer {
     /// Fidget's interpreter, on the CPU.
@@ -49,7 +51,7 @@ pub(crate) enum Peer {
 }
 
 impl Peer {
-    /// Its name.
+    /// Returns its name.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Vm => "fidget-vm",
@@ -58,12 +60,12 @@ impl Peer {
         }
     }
 
-    /// Whether it runs on what this engine runs on.
+    /// Reports whether it runs on the same kind of device as the engine.
     pub(crate) fn matches(self, engine: EngineKind) -> bool {
         (self == Self::Wgpu) == matches!(engine, EngineKind::Interp | EngineKind::Wgsl)
     }
 
-    /// It, ready to draw a model at a size with so many threads.
+    /// Opens the peer for a model at a size, with this number of threads.
     pub(crate) fn open<'a>(
         self,
         model: &'a Model,
@@ -89,7 +91,7 @@ impl fmt::Display for Peer {
     }
 }
 
-/// What is said of a picture that was not drawn yet.
+/// Returns the message for a picture that was not drawn yet.
 fn not_drawn() -> String {
     "nothing was drawn yet".to_owned()
 }

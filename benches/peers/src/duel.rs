@@ -1,95 +1,95 @@
-//! sdfc against its peers: every model, size and number of threads, on every engine, taking turns.
+//! sdfc against its peers: every model, size and number of threads, on every engine, in alternation.
 
 use crate::clock::{median, timed};
-use crate::contestant::ours::{Rays, pool};
-use crate::contestant::{Contestant, Ours, Peer};
+use crate::contestant::sdfc::{RaySettings, pool};
+use crate::contestant::{Contestant, SdfcEngine, Peer};
 use crate::model::Model;
-use crate::picture::Difference;
-use crate::report::{Column, Form, Table, note};
+use crate::picture::PixelDifference;
+use crate::report::{TableColumn, OutputFormat, BenchTable, note};
 use sdfc_runtime::engine::EngineKind;
 use serde::Serialize;
 
-/// What is measured.
-pub(crate) struct Options {
-    /// Sides of the pictures; each model's own if empty.
+/// Options of the comparison.
+pub(crate) struct DuelOptions {
+    /// Sides of the pictures in pixels, or each model's own if empty.
     pub(crate) sizes: Vec<u32>,
     /// Numbers of threads.
     pub(crate) threads: Vec<usize>,
     /// sdfc's engines.
     pub(crate) engines: Vec<EngineKind>,
-    /// The peers.
+    /// Peers.
     pub(crate) peers: Vec<Peer>,
-    /// How sdfc's rays go.
-    pub(crate) rays: Rays,
-    /// How many rounds count.
+    /// Settings of sdfc's rays.
+    pub(crate) rays: RaySettings,
+    /// Number of measured rounds.
     pub(crate) rounds: usize,
-    /// After how many seconds no more rounds are begun.
+    /// Time after which no more rounds begin, in seconds.
     pub(crate) patience: f64,
 }
 
-/// sdfc and a peer on one picture. Times are medians, in milliseconds.
+/// sdfc and a peer on one picture. Times are medians in milliseconds.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Row {
+pub(crate) struct DuelRow {
     model: String,
     size: u32,
-    /// How many threads the CPU engines have; none for those on a GPU.
+    /// Number of threads of the CPU engines, or `None` on a GPU.
     threads: Option<usize>,
     engine: &'static str,
     device: String,
-    /// From the compiled module to the picture.
+    /// Time from the compiled module to the picture.
     ms: f64,
-    /// From the text to the compiled module.
+    /// Time from the text to the compiled module.
     compile_ms: f64,
-    /// Another picture of the scene that is loaded.
+    /// Time of another picture of the loaded scene.
     again_ms: f64,
     peer: &'static str,
     peer_device: String,
-    /// From the peer's compiled shape to the picture.
+    /// Time from the peer's compiled shape to the picture.
     peer_ms: f64,
-    /// From the text to that shape.
+    /// Time from the text to that shape.
     peer_compile_ms: f64,
     /// `ms / peer_ms`.
     ratio: f64,
-    /// How many pixels differ: in coverage, or by more than a voxel in depth.
+    /// Number of pixels that differ: in coverage, or by more than a voxel in depth.
     differing_pixels: usize,
-    /// Those that differ in coverage.
+    /// Number of pixels that differ in coverage.
     differing_coverage: usize,
-    /// Those that agree, but for the direction of the surface.
+    /// Number of pixels that agree except for the direction of the surface.
     differing_normals: usize,
-    /// The share of the picture that the model covers.
+    /// Fraction of the picture that the model covers.
     covered: f64,
-    /// How often each side was measured.
+    /// Number of measurements of each side.
     rounds: usize,
 }
 
-/// Runs everything and prints it.
-pub(crate) fn run(models: &[Model], options: &Options, form: Form) -> Result<(), String> {
-    let table = Table::new(
+/// Runs all comparisons and prints them.
+pub(crate) fn run(models: &[Model], options: &DuelOptions, format: OutputFormat) -> Result<(), String> {
+    let table = BenchTable::new(
         "sdfc against peers",
         &[
-            Column::left("model"),
-            Column::right("size"),
-            Column::right("threads"),
-            Column::left("engine"),
-            Column::right("ms"),
-            Column::right("again"),
-            Column::right("compile"),
-            Column::left("peer"),
-            Column::right("ms"),
-            Column::right("compile"),
-            Column::right("ratio"),
-            Column::right("pixels that differ"),
+            TableColumn::left("model"),
+            TableColumn::right("size"),
+            TableColumn::right("threads"),
+            TableColumn::left("engine"),
+            TableColumn::right("ms"),
+            TableColumn::right("again"),
+            TableColumn::right("compile"),
+            TableColumn::left("peer"),
+            TableColumn::right("ms"),
+            TableColumn::right("compile"),
+            TableColumn::right("ratio"),
+            TableColumn::right("pixels that differ"),
         ],
-        form,
+        format,
     );
     table.begin()?;
     for model in models {
         let sizes = match options.sizes.as_slice() {
             [] => model.sizes,
-            given => given,
+            sizes => sizes,
         };
         for &size in sizes {
-            for row in of_picture(model, size, options) {
+            for row in measure_picture(model, size, options) {
                 table.row(&row, &cells(&row))?;
             }
         }
@@ -97,7 +97,7 @@ pub(crate) fn run(models: &[Model], options: &Options, form: Form) -> Result<(),
     table.end()
 }
 
-fn cells(row: &Row) -> Vec<String> {
+fn cells(row: &DuelRow) -> Vec<String> {
     let ms = |ms: f64| format!("{ms:.1}");
     vec![
         row.model.clone(),
@@ -115,8 +115,8 @@ fn cells(row: &Row) -> Vec<String> {
     ]
 }
 
-/// All rows of one picture. What cannot be measured is told and left out.
-fn of_picture(model: &Model, size: u32, options: &Options) -> Vec<Row> {
+/// Measures all rows of one picture. Failures are reported and skipped.
+fn measure_picture(model: &Model, size: u32, options: &DuelOptions) -> Vec<DuelRow> {
     let mut rows = Vec::new();
     for &engine in &options.engines {
         let peers: Vec<Peer> = options
@@ -125,7 +125,7 @@ fn of_picture(model: &Model, size: u32, options: &Options) -> Vec<Row> {
             .copied()
             .filter(|p| p.matches(engine))
             .collect();
-        // Threads make no difference to a GPU.
+        // The number of threads does not affect a GPU.
         let threads: &[usize] = match engine {
             EngineKind::Cpu | EngineKind::Reference => &options.threads,
             EngineKind::Interp | EngineKind::Wgsl => &[1],
@@ -143,111 +143,111 @@ fn of_picture(model: &Model, size: u32, options: &Options) -> Vec<Row> {
     rows
 }
 
-/// One that takes part, and its times.
-struct Entry<'a> {
+/// A contestant with its times in milliseconds.
+struct Participant<'a> {
     contestant: Box<dyn Contestant + 'a>,
-    frames: Vec<f64>,
-    compiling: Vec<f64>,
-    again: Vec<f64>,
+    frame_times: Vec<f64>,
+    compile_times: Vec<f64>,
+    redraw_times: Vec<f64>,
 }
 
-impl<'a> Entry<'a> {
+impl<'a> Participant<'a> {
     fn new(contestant: Box<dyn Contestant + 'a>) -> Self {
         Self {
             contestant,
-            frames: Vec::new(),
-            compiling: Vec::new(),
-            again: Vec::new(),
+            frame_times: Vec::new(),
+            compile_times: Vec::new(),
+            redraw_times: Vec::new(),
         }
     }
 
-    /// Takes a turn; gives the milliseconds it took.
-    fn turn(&mut self) -> Result<f64, String> {
-        let (result, compiling) = timed(|| self.contestant.prepare());
+    /// Runs one round, and returns its time in milliseconds.
+    fn take_turn(&mut self) -> Result<f64, String> {
+        let (result, compile_ms) = timed(|| self.contestant.prepare());
         result?;
-        let (result, frame) = timed(|| self.contestant.frame());
+        let (result, frame_ms) = timed(|| self.contestant.frame());
         result?;
-        self.compiling.push(compiling);
-        self.frames.push(frame);
-        let (result, again) = timed(|| self.contestant.again());
+        self.compile_times.push(compile_ms);
+        self.frame_times.push(frame_ms);
+        let (result, redraw_ms) = timed(|| self.contestant.redraw());
         if let Some(result) = result {
             result?;
-            self.again.push(again);
+            self.redraw_times.push(redraw_ms);
         }
-        Ok(compiling + frame + again)
+        Ok(compile_ms + frame_ms + redraw_ms)
     }
 
-    fn forget(&mut self) {
-        self.frames.clear();
-        self.compiling.clear();
-        self.again.clear();
+    fn discard_times(&mut self) {
+        self.frame_times.clear();
+        self.compile_times.clear();
+        self.redraw_times.clear();
     }
 }
 
-/// An engine and its peers on one picture, in turns.
+/// Measures an engine and its peers on one picture, in alternation.
 fn side_by_side(
     model: &Model,
     size: u32,
     engine: EngineKind,
     peers: &[Peer],
     threads: usize,
-    options: &Options,
-) -> Result<Vec<Row>, String> {
-    let mut ours = Entry::new(Box::new(Ours::open(engine, model, size, options.rays)?));
-    let mut theirs = Vec::new();
+    options: &DuelOptions,
+) -> Result<Vec<DuelRow>, String> {
+    let mut sdfc_entry = Participant::new(Box::new(SdfcEngine::open(engine, model, size, options.rays)?));
+    let mut peer_entries = Vec::new();
     for peer in peers {
         match peer.open(model, size, threads) {
-            Ok(contestant) => theirs.push((*peer, Entry::new(contestant))),
+            Ok(contestant) => peer_entries.push((*peer, Participant::new(contestant))),
             Err(problem) => note(&problem),
         }
     }
-    if theirs.is_empty() {
+    if peer_entries.is_empty() {
         return Ok(Vec::new());
     }
-    let mut spent = 0.0;
+    let mut spent_ms = 0.0;
     for round in 0..=options.rounds {
-        spent += ours.turn()?;
-        for (peer, entry) in &mut theirs {
-            spent += entry
-                .turn()
+        spent_ms += sdfc_entry.take_turn()?;
+        for (peer, entry) in &mut peer_entries {
+            spent_ms += entry
+                .take_turn()
                 .map_err(|problem| format!("{peer}: {problem}"))?;
         }
-        if spent > options.patience * 1e3 {
+        if spent_ms > options.patience * 1e3 {
             break;
         }
         if round == 0 && options.rounds > 0 {
-            ours.forget();
-            theirs.iter_mut().for_each(|(_, entry)| entry.forget());
+            sdfc_entry.discard_times();
+            peer_entries.iter_mut().for_each(|(_, entry)| entry.discard_times());
         }
     }
-    let picture = ours.contestant.picture()?;
-    let ms = median(&ours.frames);
-    theirs
+    let picture = sdfc_entry.contestant.picture()?;
+    let ms = median(&sdfc_entry.frame_times);
+    peer_entries
         .iter()
         .map(|(peer, entry)| {
             let other = entry.contestant.picture()?;
-            let difference = Difference::between(&picture, &other)
+            let difference = PixelDifference::between(&picture, &other)
                 .ok_or_else(|| format!("{peer} drew another kind of picture"))?;
-            let peer_ms = median(&entry.frames);
-            Ok(Row {
+            let peer_ms = median(&entry.frame_times);
+            Ok(DuelRow {
                 model: model.name.clone(),
                 size,
                 threads: (engine == EngineKind::Cpu).then_some(threads),
                 engine: engine.name(),
-                device: ours.contestant.device(),
+                device: sdfc_entry.contestant.device(),
                 ms,
-                compile_ms: median(&ours.compiling),
-                again_ms: median(&ours.again),
+                compile_ms: median(&sdfc_entry.compile_times),
+                again_ms: median(&sdfc_entry.redraw_times),
                 peer: peer.name(),
                 peer_device: entry.contestant.device(),
                 peer_ms,
-                peer_compile_ms: median(&entry.compiling),
+                peer_compile_ms: median(&entry.compile_times),
                 ratio: ms / peer_ms,
                 differing_pixels: difference.pixels(),
                 differing_coverage: difference.coverage,
                 differing_normals: difference.normal,
                 covered: other.covered(),
-                rounds: entry.frames.len(),
+                rounds: entry.frame_times.len(),
             })
         })
         .collect()

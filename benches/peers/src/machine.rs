@@ -1,23 +1,23 @@
-//! What the measurements were made on, and when.
+//! Machine and date of the measurements.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The date, the processor and its cores, in one line.
-pub(crate) fn line() -> String {
+/// Returns the date, the processor and its cores, in one line.
+pub(crate) fn description() -> String {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    format!("{}, {cores} cores of {}", today(), processor())
+    format!("{}, {cores} cores of {}", today(), cpu_name())
 }
 
-fn processor() -> String {
-    let known = std::fs::read_to_string("/proc/cpuinfo").ok();
-    let name = known.as_deref().and_then(|text| {
+fn cpu_name() -> String {
+    let cpu_info = std::fs::read_to_string("/proc/cpuinfo").ok();
+    let name = cpu_info.as_deref().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;
         Some(line.split_once(':')?.1.trim())
     });
     name.unwrap_or(std::env::consts::ARCH).to_owned()
 }
 
-/// The day in UTC, year first.
+/// Returns the day in UTC, year first.
 fn today() -> String {
     let seconds = SystemTime::now().duration_since(UNIX_EPOCH);
     let days = seconds.map_or(0, |time| time.as_secs() / 86_400);
@@ -25,7 +25,7 @@ fn today() -> String {
     format!("{year}-{month:02}-{day:02}")
 }
 
-/// The date so many days after the first of January 1970.
+/// Returns the date `days` days after 1970-01-01.
 fn date(mut days: u64) -> (u64, usize, u64) {
     let leap = |year: u64| {
         year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))

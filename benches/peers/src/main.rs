@@ -1,5 +1,7 @@
-//! sdfc and other renderers of implicit surfaces, side by side: the same models, the same pictures,
-//! one process, taking turns. See `benches/README.md` for how to run it and what it prints.
+//! sdfc and other renderers of implicit surfaces, side by side: the same models and pictures, in
+//! alternation in one process.
+//!
+//! See `benches/README.md` for how to run it and for its output.
 
 mod chart;
 mod clock;
@@ -14,9 +16,9 @@ mod view;
 
 use clap::Parser;
 use contestant::Peer;
-use contestant::ours::Rays;
+use contestant::sdfc::RaySettings;
 use sdfc_runtime::engine::EngineKind;
-use sdfc_runtime::frame::{CellUse, RenderSettings};
+use sdfc_runtime::render::{CellMode, RenderSettings};
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -31,7 +33,7 @@ struct Cli {
     /// Only this model; may be given several times.
     #[arg(long, value_name = "NAME")]
     model: Vec<String>,
-    /// Pictures of so many pixels along each side, instead of each model's own sizes.
+    /// Pixels along each side of the pictures, instead of each model's own sizes.
     #[arg(long, value_name = "PIXELS", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(16..=4096))]
     size: Vec<u32>,
     /// Numbers of threads.
@@ -55,13 +57,13 @@ struct Cli {
         default_value = "fidget-vm,fidget-jit,fidget-wgpu"
     )]
     peers: Vec<Peer>,
-    /// How near sdfc's rays come to a surface before they look for the root, in halves of a pixel.
+    /// Distance to a surface at which sdfc's rays estimate the root, in halves of a pixel.
     #[arg(long, value_name = "SHARE", default_value_t = RenderSettings::CONE)]
     cone: f64,
     /// sdfc's engines cut space into no cells, also where they would.
     #[arg(long)]
     no_cells: bool,
-    /// How often each side draws a picture, besides a first time that does not count.
+    /// Number of pictures of each side, besides a first one that does not count.
     #[arg(long, value_name = "N", default_value_t = 9)]
     rounds: usize,
     /// After how many seconds no more rounds are begun.
@@ -72,7 +74,7 @@ struct Cli {
     alone: bool,
     /// With `--self`: only this part; may be given several times.
     #[arg(long, value_enum, value_name = "PART", value_delimiter = ',')]
-    part: Vec<solo::Part>,
+    part: Vec<solo::SoloPart>,
     /// With `--self`: the most primitives.
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     most: u32,
@@ -99,17 +101,17 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<(), String> {
-    let form = match (cli.json, cli.markdown) {
-        (true, _) => report::Form::Json,
-        (_, true) => report::Form::Markdown,
-        _ => report::Form::Text,
+    let format = match (cli.json, cli.markdown) {
+        (true, _) => report::OutputFormat::Json,
+        (_, true) => report::OutputFormat::Markdown,
+        _ => report::OutputFormat::Text,
     };
-    if form == report::Form::Markdown {
-        report::print(&format!("{}\n", machine::line()))?;
+    if format == report::OutputFormat::Markdown {
+        report::print(&format!("{}\n", machine::description()))?;
     }
     if cli.alone {
         return solo::run(
-            &solo::Options {
+            &solo::SoloOptions {
                 parts: cli.part.clone(),
                 rounds: cli.rounds,
                 patience: cli.patience,
@@ -118,32 +120,32 @@ fn run(cli: &Cli) -> Result<(), String> {
                 engines: cli.engines.clone(),
                 charts: cli.charts.clone(),
             },
-            form,
+            format,
         );
     }
     let names: Vec<&str> = match cli.model.is_empty() {
-        true => model::NAMES.to_vec(),
+        true => model::MODEL_NAMES.to_vec(),
         false => cli.model.iter().map(String::as_str).collect(),
     };
     let models = names
         .iter()
         .map(|name| model::Model::open(name, cli.models.as_deref()))
         .collect::<Result<Vec<_>, _>>()?;
-    let options = duel::Options {
+    let options = duel::DuelOptions {
         sizes: cli.size.clone(),
         threads: cli.threads.iter().copied().map(usize::from).collect(),
         engines: cli.engines.clone(),
         peers: cli.peers.clone(),
-        rays: Rays {
+        rays: RaySettings {
             cone: cli.cone,
             cells: if cli.no_cells {
-                CellUse::Never
+                CellMode::Never
             } else {
-                CellUse::Auto
+                CellMode::Auto
             },
         },
         rounds: cli.rounds,
         patience: cli.patience,
     };
-    duel::run(&models, &options, form)
+    duel::run(&models, &options, format)
 }

@@ -1,12 +1,12 @@
-//! What is printed: lines of JSON, a table for people, or one for Markdown.
+//! Output: lines of JSON, a table for people, or a table in Markdown.
 
 use serde::Serialize;
 use std::io::Write;
 
-/// A form of printing.
+/// Format of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Form {
-    /// An object per line.
+pub(crate) enum OutputFormat {
+    /// One object per line.
     Json,
     /// A table with aligned columns.
     Text,
@@ -16,13 +16,13 @@ pub(crate) enum Form {
 
 /// A column of a table.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Column {
+pub(crate) struct TableColumn {
     name: &'static str,
     is_number: bool,
 }
 
-impl Column {
-    /// A column of words.
+impl TableColumn {
+    /// Creates a column of text.
     pub(crate) fn left(name: &'static str) -> Self {
         Self {
             name,
@@ -30,7 +30,7 @@ impl Column {
         }
     }
 
-    /// A column of numbers.
+    /// Creates a column of numbers.
     pub(crate) fn right(name: &'static str) -> Self {
         Self {
             name,
@@ -39,57 +39,57 @@ impl Column {
     }
 }
 
-/// A table that is printed row by row, so that a long run can be watched.
-pub(crate) struct Table {
+/// A table that is printed row by row, so that the progress of a long run is visible.
+pub(crate) struct BenchTable {
     title: &'static str,
-    columns: Vec<Column>,
-    form: Form,
+    columns: Vec<TableColumn>,
+    format: OutputFormat,
 }
 
-impl Table {
-    /// An empty table.
-    pub(crate) fn new(title: &'static str, columns: &[Column], form: Form) -> Self {
+impl BenchTable {
+    /// Creates an empty table.
+    pub(crate) fn new(title: &'static str, columns: &[TableColumn], format: OutputFormat) -> Self {
         Self {
             title,
             columns: columns.to_vec(),
-            form,
+            format,
         }
     }
 
-    /// Prints what stands above the rows.
+    /// Prints the lines above the rows.
     pub(crate) fn begin(&self) -> Result<(), String> {
         let names = self.columns.iter().map(|column| column.name.to_owned());
         let names: Vec<String> = names.collect();
-        match self.form {
-            Form::Json => Ok(()),
-            Form::Text => print(&format!("{}\n{}\n", self.title, self.aligned(&names))),
-            Form::Markdown => {
-                let rule = self.columns.iter().map(|column| match column.is_number {
+        match self.format {
+            OutputFormat::Json => Ok(()),
+            OutputFormat::Text => print(&format!("{}\n{}\n", self.title, self.aligned(&names))),
+            OutputFormat::Markdown => {
+                let rule_cells = self.columns.iter().map(|column| match column.is_number {
                     true => "---:".to_owned(),
                     false => "---".to_owned(),
                 });
-                let rule: Vec<String> = rule.collect();
-                let head = format!("\n### {}\n\n{}\n", self.title, marked(&names));
-                print(&format!("{head}{}\n", marked(&rule)))
+                let rule_cells: Vec<String> = rule_cells.collect();
+                let head = format!("\n### {}\n\n{}\n", self.title, markdown_row(&names));
+                print(&format!("{head}{}\n", markdown_row(&rule_cells)))
             }
         }
     }
 
-    /// Prints a row: what it is as data, and its cells.
+    /// Prints a row, given as data and as cells.
     pub(crate) fn row(&self, data: &impl Serialize, cells: &[String]) -> Result<(), String> {
-        let line = match self.form {
-            Form::Json => serde_json::to_string(data).map_err(|error| error.to_string())?,
-            Form::Text => self.aligned(cells),
-            Form::Markdown => marked(cells),
+        let line = match self.format {
+            OutputFormat::Json => serde_json::to_string(data).map_err(|error| error.to_string())?,
+            OutputFormat::Text => self.aligned(cells),
+            OutputFormat::Markdown => markdown_row(cells),
         };
         print(&format!("{line}\n"))
     }
 
-    /// Prints what stands below the rows.
+    /// Prints the lines below the rows.
     pub(crate) fn end(&self) -> Result<(), String> {
-        match self.form {
-            Form::Json | Form::Markdown => Ok(()),
-            Form::Text => print("\n"),
+        match self.format {
+            OutputFormat::Json | OutputFormat::Markdown => Ok(()),
+            OutputFormat::Text => print("\n"),
         }
     }
 
@@ -107,18 +107,18 @@ impl Table {
     }
 }
 
-fn marked(cells: &[String]) -> String {
+fn markdown_row(cells: &[String]) -> String {
     format!("| {} |", cells.join(" | "))
 }
 
-/// Prints to standard output at once.
+/// Prints to standard output and flushes it.
 pub(crate) fn print(text: &str) -> Result<(), String> {
-    let mut out = std::io::stdout().lock();
-    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    let mut stdout = std::io::stdout().lock();
+    let written = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
     written.map_err(|error| format!("standard output cannot be written: {error}"))
 }
 
-/// Says on standard error why something is missing.
+/// Reports on standard error why a result is missing.
 pub(crate) fn note(text: &str) {
     let _ = writeln!(std::io::stderr(), "note: {}", text.trim_end());
 }

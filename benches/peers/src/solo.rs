@@ -1,5 +1,5 @@
-//! sdfc by itself: what a frame costs with the number of primitives and of pixels, on each engine,
-//! after an edit, and without each of the passes.
+//! sdfc by itself: cost of a frame by primitives, by pixels, on each engine, after an edit, and without
+//! each pass.
 
 mod edit;
 mod engines;
@@ -9,8 +9,8 @@ mod resolution;
 mod scene;
 
 use crate::clock::repeated;
-use crate::contestant::ours::{Compiled, pool};
-use crate::report::{Form, note};
+use crate::contestant::sdfc::{EngineScene, pool};
+use crate::report::{OutputFormat, note};
 use clap::ValueEnum;
 use sdfc_runtime::engine::{self, Engine, EngineKind};
 use sdfc_runtime::settings::Overrides;
@@ -18,7 +18,7 @@ use std::path::PathBuf;
 
 /// A part of the measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Part {
+pub(crate) enum SoloPart {
     /// Cost against the number of primitives.
     Primitives,
     /// Cost against the number of pixels.
@@ -27,51 +27,51 @@ pub(crate) enum Part {
     Engines,
     /// The time from an edit to a frame.
     Edit,
-    /// The same scene without each of the passes.
+    /// The scene without each of the passes.
     Passes,
 }
 
-/// What is measured.
-pub(crate) struct Options {
-    /// Which parts; all of them if empty.
-    pub(crate) parts: Vec<Part>,
-    /// How many rounds count.
+/// Options of the measurements.
+pub(crate) struct SoloOptions {
+    /// Parts to measure, or all if empty.
+    pub(crate) parts: Vec<SoloPart>,
+    /// Number of measured rounds.
     pub(crate) rounds: usize,
-    /// After how many seconds no more rounds are begun.
+    /// Time after which no more rounds begin, in seconds.
     pub(crate) patience: f64,
-    /// The most primitives.
+    /// Maximum number of primitives.
     pub(crate) most: u32,
-    /// How many threads the CPU engine has.
+    /// Number of threads of the CPU engine.
     pub(crate) threads: usize,
-    /// The engines of the tables that are about one engine.
+    /// Engines of the tables about a single engine.
     pub(crate) engines: Vec<EngineKind>,
-    /// The folder for charts.
+    /// Folder for charts.
     pub(crate) charts: Option<PathBuf>,
 }
 
-/// Runs everything and prints it.
-pub(crate) fn run(options: &Options, form: Form) -> Result<(), String> {
+/// Runs the measurements and prints them.
+pub(crate) fn run(options: &SoloOptions, format: OutputFormat) -> Result<(), String> {
     if let Some(folder) = &options.charts {
         std::fs::create_dir_all(folder)
             .map_err(|error| format!("{} cannot be made: {error}", folder.display()))?;
     }
-    let chosen = match options.parts.as_slice() {
-        [] => Part::value_variants(),
-        some => some,
+    let parts = match options.parts.as_slice() {
+        [] => SoloPart::value_variants(),
+        parts => parts,
     };
     pool(options.threads)?.install(|| {
-        chosen.iter().try_for_each(|part| match part {
-            Part::Primitives => primitives::run(options, form),
-            Part::Resolution => resolution::run(options, form),
-            Part::Engines => engines::run(options, form),
-            Part::Edit => edit::run(options, form),
-            Part::Passes => passes::run(options, form),
+        parts.iter().try_for_each(|part| match part {
+            SoloPart::Primitives => primitives::run(options, format),
+            SoloPart::Resolution => resolution::run(options, format),
+            SoloPart::Engines => engines::run(options, format),
+            SoloPart::Edit => edit::run(options, format),
+            SoloPart::Passes => passes::run(options, format),
         })
     })
 }
 
-/// The engines among these that this machine has.
-fn present(kinds: &[EngineKind]) -> Vec<Box<dyn Engine>> {
+/// Opens those of the engines that are available on this machine.
+fn available_engines(kinds: &[EngineKind]) -> Vec<Box<dyn Engine>> {
     let open = |kind: &EngineKind| match engine::open(*kind) {
         Ok(engine) => Some(engine),
         Err(error) => {
@@ -82,36 +82,36 @@ fn present(kinds: &[EngineKind]) -> Vec<Box<dyn Engine>> {
     kinds.iter().filter_map(open).collect()
 }
 
-/// The milliseconds of loading a scene, and of a frame of the scene that is loaded.
-struct Times {
+/// Times of loading a scene and of a frame of the loaded scene, in milliseconds.
+struct LoadFrameTimes {
     load: f64,
     frame: f64,
 }
 
-/// Loads and draws a scene, again and again.
-fn times(
+/// Measures the loading and drawing of a scene.
+fn measure_times(
     engine: &mut dyn Engine,
-    compiled: &Compiled,
+    compiled: &EngineScene,
     size: [u32; 2],
-    options: &Options,
-) -> Result<Times, String> {
+    options: &SoloOptions,
+) -> Result<LoadFrameTimes, String> {
     let settings = compiled.settings(&Overrides {
         size: Some(size),
         ..Overrides::default()
     })?;
     let load = repeated(options.rounds, options.patience / 2.0, || {
-        let loaded = engine.load(&compiled.loaded());
+        let loaded = engine.load(&compiled.scene_input());
         loaded.map_err(|error| error.to_string())
     })?;
     let frame = repeated(options.rounds, options.patience, || {
         let frame = engine.render(&settings, &|_| {});
         frame.map(drop).map_err(|error| error.to_string())
     })?;
-    Ok(Times { load, frame })
+    Ok(LoadFrameTimes { load, frame })
 }
 
-/// A problem if a frame took so long that one which costs three times as much is not waited for.
-fn patient(frame_ms: f64, options: &Options) -> Result<(), String> {
+/// Returns an error if a frame took so long that a three times longer one exceeds the patience.
+fn check_patience(frame_ms: f64, options: &SoloOptions) -> Result<(), String> {
     if frame_ms <= options.patience * 1e3 / 3.0 {
         return Ok(());
     }
@@ -122,7 +122,7 @@ fn patient(frame_ms: f64, options: &Options) -> Result<(), String> {
     ))
 }
 
-/// Milliseconds in a table.
+/// Formats milliseconds for a table.
 fn ms(time: f64) -> String {
     format!("{time:.1}")
 }

@@ -1,81 +1,82 @@
-//! The view that all sides draw: along parallel rays, a cube that fills the picture.
+//! The view that all renderers draw: a cube that fills the picture, along parallel rays.
 //!
-//! Fidget samples a pixel at its lower left corner and sdfc at its centre, so Fidget's matrix moves
-//! by half a pixel: both see the field at the same points, and none of them lies exactly on an edge
-//! of a model with round coordinates, where one side would call it inside and the other outside.
+//! Fidget samples a pixel at its lower left corner and sdfc at its center, so Fidget's matrix moves by half
+//! a pixel. Both then sample the field at the same points. None of them is exactly on an edge of a model
+//! with round coordinates, where rounding would decide between inside and outside.
 
 use nalgebra::{Matrix3, Matrix4, Rotation3, Vector2, Vector3};
-use sdfc_runtime::frame::{Lens, View as Camera};
+use sdfc_runtime::render::{ResolvedLens, View as Camera};
 
-/// A cube around the origin, seen through one of its faces.
+/// A cube around the origin, viewed through one of its faces.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct View {
+pub(crate) struct CubeView {
     /// Half a side of the cube.
     half: f64,
-    /// From the view's axes (right, up, towards the viewer) to the model's.
-    turn: Rotation3<f64>,
+    /// Rotation from the view's axes (right, up, towards the viewer) to the model's.
+    rotation: Rotation3<f64>,
 }
 
-impl View {
-    /// A view of the cube from −half to half, turned about x by `pitch` and then about y by `yaw`,
+impl CubeView {
+    /// Creates a view of the cube from −half to half, rotated about x by `pitch` and then about y by `yaw`,
     /// in degrees.
     pub(crate) fn new(half: f64, pitch: f64, yaw: f64) -> Self {
-        let about = |axis: Vector3<f64>, degrees: f64| Rotation3::new(axis * degrees.to_radians());
+        let rotation = |axis: Vector3<f64>, degrees: f64| Rotation3::new(axis * degrees.to_radians());
         Self {
             half,
-            turn: about(Vector3::y(), yaw) * about(Vector3::x(), pitch),
+            rotation: rotation(Vector3::y(), yaw) * rotation(Vector3::x(), pitch),
         }
     }
 
-    /// Half a side of the cube.
+    /// Returns half a side of the cube.
     pub(crate) fn half(&self) -> f64 {
         self.half
     }
 
-    /// sdfc's camera: two half sides before the middle.
+    /// Returns sdfc's camera, at two half sides in front of the center.
     pub(crate) fn camera(&self) -> Camera {
-        let turned = |v: Vector3<f64>| (self.turn * v).into();
+        let to_model_axes = |v: Vector3<f64>| (self.rotation * v).into();
         Camera {
-            from: turned(Vector3::z() * self.distance()),
+            from: to_model_axes(Vector3::z() * self.distance()),
             look: [0.0; 3],
-            up: turned(Vector3::y()),
-            lens: Lens::Orthographic(2.0 * self.half),
+            up: to_model_axes(Vector3::y()),
+            lens: ResolvedLens::Orthographic(2.0 * self.half),
         }
     }
 
-    /// How far that camera is from the middle.
+    /// Returns the distance of that camera from the center.
     fn distance(&self) -> f64 {
         2.0 * self.half
     }
 
-    /// How far its rays go: to the back of the cube.
+    /// Returns the length of its rays, to the back of the cube.
     pub(crate) fn far(&self) -> f64 {
         self.distance() + self.half
     }
 
-    /// The voxel, counted from 1 at the back, in whose front half-open slice a ray ended that went
-    /// this far; `size` voxels fill the cube.
+    /// Returns the voxel of a ray's end at a depth, counted from 1 at the back.
+    ///
+    /// `size` voxels fill the cube, and each is half-open at the front.
     pub(crate) fn voxel(&self, depth: f32, size: u32) -> u32 {
         let height = (self.distance() - f64::from(depth)) / self.half;
         let voxels = (height + 1.0) / 2.0 * f64::from(size);
         (voxels.floor() + 1.0).clamp(1.0, f64::from(size)) as u32
     }
 
-    /// A direction of the model's space in the view's axes.
-    pub(crate) fn seen(&self, direction: [f32; 3]) -> [f32; 3] {
+    /// Returns a direction of the model's space in the view's axes.
+    pub(crate) fn to_view_axes(&self, direction: [f32; 3]) -> [f32; 3] {
         let direction = Vector3::from(direction).cast::<f64>();
-        (self.turn.inverse() * direction).cast::<f32>().into()
+        (self.rotation.inverse() * direction).cast::<f32>().into()
     }
 
-    /// Fidget's matrix from the cube between −1 and 1 to the model's space, for pictures of `size`
+    /// Returns Fidget's matrix from the cube between −1 and 1 to the model's space, for pictures of `size`
     /// pixels.
     pub(crate) fn matrix(&self, size: u32) -> Matrix4<f32> {
         let shift = 1.0 / f64::from(size);
         let shift = Matrix4::new_translation(&Vector3::new(shift, shift, 0.0));
-        (self.turn.to_homogeneous() * Matrix4::new_scaling(self.half) * shift).cast()
+        (self.rotation.to_homogeneous() * Matrix4::new_scaling(self.half) * shift).cast()
     }
 
-    /// The same for the plane.
+    /// Returns Fidget's matrix for pictures of 2-D shapes.
     pub(crate) fn plane_matrix(&self, size: u32) -> Matrix3<f32> {
         let shift = 1.0 / f64::from(size);
         let shift = Matrix3::new_translation(&Vector2::new(shift, shift));
@@ -90,7 +91,7 @@ mod tests {
     #[test]
     fn both_sides_see_the_same_points() {
         let size = 16_u32;
-        let view = View::new(3.0, -25.0, 30.0);
+        let view = CubeView::new(3.0, -25.0, 30.0);
         let camera = view.camera();
         let fidget =
             view.matrix(size) * fidget::render::VoxelSize::new(size, size, size).screen_to_world();
@@ -99,20 +100,20 @@ mod tests {
         let right = forward.cross(&Vector3::from(camera.up));
         let up = right.cross(&forward);
         for (x, y) in [(0, 0), (15, 0), (3, 9), (8, 8)] {
-            let place = |n: f64| (n + 0.5) / f64::from(size) * 2.0 - 1.0;
-            let across = right * place(f64::from(x)) - up * place(f64::from(y));
-            let ours = look + across * view.half();
-            let theirs = fidget.transform_point(&nalgebra::Point3::new(x as f32, y as f32, 8.0));
+            let normalized = |n: f64| (n + 0.5) / f64::from(size) * 2.0 - 1.0;
+            let offset = right * normalized(f64::from(x)) - up * normalized(f64::from(y));
+            let sdfc_point = look + offset * view.half();
+            let fidget_point = fidget.transform_point(&nalgebra::Point3::new(x as f32, y as f32, 8.0));
             assert!(
-                (ours - theirs.coords.cast()).norm() < 1e-5,
-                "{ours} {theirs}"
+                (sdfc_point - fidget_point.coords.cast()).norm() < 1e-5,
+                "{sdfc_point} {fidget_point}"
             );
         }
     }
 
     #[test]
     fn voxels_are_counted_from_the_back() {
-        let view = View::new(1.0, 0.0, 0.0);
+        let view = CubeView::new(1.0, 0.0, 0.0);
         assert_eq!(view.voxel(1.0, 64), 64);
         assert_eq!(view.voxel(1.001, 64), 64);
         assert_eq!(view.voxel(3.0, 64), 1);

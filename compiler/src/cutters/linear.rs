@@ -1,18 +1,19 @@
-//! Numbers as sums of multiples of others, so that two that follow the same parameters can be compared.
+//! Numbers as linear combinations of others, so that numbers that depend on the same parameters can be
+//! compared.
 
 use crate::expression::{ExprId, Expression, Expressions};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
 use std::collections::BTreeMap;
 
-/// A constant and multiples of numbers that are no such sums themselves.
+/// A constant plus multiples of numbers that are not linear combinations themselves.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Linear {
+pub(super) struct LinearForm {
     constant: f64,
     terms: BTreeMap<ExprId, f64>,
 }
 
-impl Linear {
+impl LinearForm {
     pub(super) fn constant(constant: f64) -> Self {
         Self {
             constant,
@@ -20,31 +21,31 @@ impl Linear {
         }
     }
 
-    /// A number that depends on no point. Recursion over sums within sums, which the elaborator's limit of
-    /// nested expressions bounds.
-    pub(super) fn of(expressions: &Expressions, id: ExprId) -> Self {
-        let of = |id: ExprId| Self::of(expressions, id);
+    /// The linear form of a number that does not depend on the point. Recursion over nested sums, which the
+    /// elaborator's limit of nested expressions bounds.
+    pub(super) fn from_expr(expressions: &Expressions, id: ExprId) -> Self {
+        let operand = |id: ExprId| Self::from_expr(expressions, id);
         if let Some(value) = expressions.as_constant(id) {
             return Self::constant(value);
         }
         if let Expression::Apply { op, values, .. } = expressions.get(id) {
             match (op, values.as_slice()) {
-                (Op::Add, [a, b]) => return of(*a).plus(&of(*b), 1.0),
-                (Op::Sub, [a, b]) => return of(*a).plus(&of(*b), -1.0),
-                (Op::Neg, [a]) => return of(*a).times(-1.0),
+                (Op::Add, [a, b]) => return operand(*a).plus_scaled(&operand(*b), 1.0),
+                (Op::Sub, [a, b]) => return operand(*a).plus_scaled(&operand(*b), -1.0),
+                (Op::Neg, [a]) => return operand(*a).scaled(-1.0),
                 (Op::Mul, [a, b]) => {
-                    let (a, b) = (of(*a), of(*b));
+                    let (a, b) = (operand(*a), operand(*b));
                     if a.terms.is_empty() {
-                        return b.times(a.constant);
+                        return b.scaled(a.constant);
                     }
                     if b.terms.is_empty() {
-                        return a.times(b.constant);
+                        return a.scaled(b.constant);
                     }
                 }
                 (Op::Div, [a, b]) => {
-                    let b = of(*b);
+                    let b = operand(*b);
                     if b.terms.is_empty() && b.constant != 0.0 {
-                        return of(*a).times(1.0 / b.constant);
+                        return operand(*a).scaled(1.0 / b.constant);
                     }
                 }
                 _ => {}
@@ -56,13 +57,16 @@ impl Linear {
         }
     }
 
-    /// The value, if it follows nothing. Multiples that only rounding left count as none.
+    /// The value, if it has no terms. Factors up to 1e-12 count as rounding errors.
     pub(super) fn as_constant(&self) -> Option<f64> {
-        let is_none = |term: &f64| term.abs() <= 1e-12;
-        self.terms.values().all(is_none).then_some(self.constant)
+        let is_negligible = |term: &f64| term.abs() <= 1e-12;
+        self.terms
+            .values()
+            .all(is_negligible)
+            .then_some(self.constant)
     }
 
-    pub(super) fn times(mut self, factor: f64) -> Self {
+    pub(super) fn scaled(mut self, factor: f64) -> Self {
         self.constant *= factor;
         for term in self.terms.values_mut() {
             *term *= factor;
@@ -70,8 +74,8 @@ impl Linear {
         self
     }
 
-    /// The sum with a multiple of another one.
-    pub(super) fn plus(mut self, other: &Self, factor: f64) -> Self {
+    /// The sum with a multiple of another form.
+    pub(super) fn plus_scaled(mut self, other: &Self, factor: f64) -> Self {
         self.constant += other.constant * factor;
         for (&id, &term) in &other.terms {
             *self.terms.entry(id).or_default() += term * factor;
@@ -79,18 +83,19 @@ impl Linear {
         self
     }
 
-    /// All values, by those of the numbers in it. Multiples that only rounding left count as none.
-    pub(super) fn range(&self, mut of: impl FnMut(ExprId) -> Interval) -> Interval {
-        let largest = self
+    /// The range of values, from the ranges of its terms. Relative factors up to 1e-12 count as rounding
+    /// errors.
+    pub(super) fn range(&self, mut range_of: impl FnMut(ExprId) -> Interval) -> Interval {
+        let max_factor = self
             .terms
             .values()
-            .fold(0.0, |most: f64, v| most.max(v.abs()));
+            .fold(0.0, |max: f64, v| max.max(v.abs()));
         let terms = self
             .terms
             .iter()
-            .filter(|(_, term)| term.abs() > 1e-12 * largest.max(1.0));
+            .filter(|(_, term)| term.abs() > 1e-12 * max_factor.max(1.0));
         terms.fold(Interval::point(self.constant), |sum, (&id, &term)| {
-            sum + of(id) * Interval::point(term)
+            sum + range_of(id) * Interval::point(term)
         })
     }
 }
@@ -106,11 +111,11 @@ mod tests {
         let half = e.constant(0.5);
         let halved = e.call(Op::Mul, &[half, t]);
         let sum = e.call(Op::Add, &[halved, halved]);
-        let rest = e.call(Op::Sub, &[sum, t]);
-        let [sum, rest] = [sum, rest].map(|id| Linear::of(&e, id));
-        assert_eq!(sum, Linear::of(&e, t));
+        let difference = e.call(Op::Sub, &[sum, t]);
+        let [sum, difference] = [sum, difference].map(|id| LinearForm::from_expr(&e, id));
+        assert_eq!(sum, LinearForm::from_expr(&e, t));
         let anything = |_| Interval::ALL;
-        assert_eq!(rest.range(anything), Interval::point(0.0));
+        assert_eq!(difference.range(anything), Interval::point(0.0));
         assert_eq!(sum.range(anything), Interval::ALL);
     }
 }

@@ -1,11 +1,11 @@
-//! Cutters that follow live parameters as what they cut does.
+//! Cutters that depend on live parameters in the same way as the body.
 //!
-//! A face of a cutter that stands no nearer than the outermost face of the body on that side, for all values of
-//! the parameters, is moved outwards. Both are sums of multiples of the parameters: a plate of the height `h`
+//! A face of a cutter is moved outwards if, for all values of the parameters, it is at or beyond the body's
+//! outermost face on that side. Both positions are linear forms of the parameters: a plate of the height `h`
 //! and a cutter of that height end in the same plane, whatever `h` is.
 
-use super::linear::Linear;
-use super::{Cut, Lengthening, TOUCHING};
+use super::linear::LinearForm;
+use super::{CutContext, CutterExtension, TOUCH_TOLERANCE};
 use crate::expression::ExprId;
 use crate::scene::{ShapeId, ShapeKind, children_mut};
 use sdfc_vm::row::SetOperation;
@@ -14,70 +14,77 @@ use sdfc_vm::table::Op;
 /// A side of a shape: an axis of its frame, and 1 or −1.
 type Side = (usize, f64);
 
-/// The share of the way by which a face is moved at which it counts as standing out already.
-const STANDS_OUT: f64 = 0.25;
+/// Fraction of the extension from which a face counts as protruding already.
+const MAX_PROTRUSION: f64 = 0.25;
 
-/// A step from a part of a cutter outwards that keeps axes apart.
+/// A step from a part of a cutter outwards that keeps axes separate.
 #[derive(Clone, Copy)]
-pub(super) enum Turn {
-    /// A matrix from the outer to the inner point.
+pub(super) enum AxisStep {
+    /// A matrix that maps outer to inner points.
     Frame([ExprId; 12]),
-    /// Copies, whose faces across the other axes stay where they are.
+    /// Copies along the marked axes. Faces across the other axes keep their positions.
     Copies([bool; 3]),
 }
 
-impl Lengthening<'_> {
-    /// A cutter whose faces that follow those of the body stand farther out. Recursion over shapes within shapes,
-    /// whose depth the elaborator bounds; so are those below.
-    pub(super) fn followed(&mut self, id: ShapeId, path: &mut Vec<Turn>, cut: &Cut) -> ShapeId {
+impl CutterExtension<'_> {
+    /// Moves the faces of a cutter outwards that are flush with those of the body. Recursion over nested
+    /// shapes, whose depth the elaborator bounds; the same holds for the functions below.
+    pub(super) fn extend_live_cutter(
+        &mut self,
+        id: ShapeId,
+        path: &mut Vec<AxisStep>,
+        cut: &CutContext,
+    ) -> ShapeId {
         let mut kind = self.kind(id).clone();
-        let turn = match &kind {
+        let step = match &kind {
             ShapeKind::Combine { op: Op::Union, .. } | ShapeKind::Painted { .. } => None,
-            ShapeKind::Frame { matrix, .. } => Some(Turn::Frame(*matrix)),
-            ShapeKind::Polar { op, .. } => Some(Turn::Copies(match op {
+            ShapeKind::Frame { matrix, .. } => Some(AxisStep::Frame(*matrix)),
+            ShapeKind::Polar { op, .. } => Some(AxisStep::Copies(match op {
                 Op::Polar => [true, false, true],
                 _ => [true, true, false],
             })),
             ShapeKind::Repeat { parameters, .. } => {
                 let spacing =
                     [0, 1, 2].map(|axis| self.scene.expressions.as_constant(parameters[axis]));
-                Some(Turn::Copies(spacing.map(|spacing| spacing != Some(0.0))))
+                Some(AxisStep::Copies(
+                    spacing.map(|spacing| spacing != Some(0.0)),
+                ))
             }
-            // A turn around the y axis leaves faces across it where they are.
+            // A rotation about the y axis keeps the positions of faces across it.
             ShapeKind::Domain {
                 op: Op::Revolve | Op::RevolvePart | Op::Twist,
                 ..
-            } => Some(Turn::Copies([true, false, true])),
+            } => Some(AxisStep::Copies([true, false, true])),
             ShapeKind::Distance {
                 op: Op::RevolveClose,
                 ..
             } => None,
-            ShapeKind::Polygon { .. } => return self.sketch_out_of(id, path, cut),
+            ShapeKind::Polygon { .. } => return self.extend_live_polygon(id, path, cut),
             ShapeKind::Distance {
                 op: Op::Extrude, ..
             } => None,
-            ShapeKind::Primitive { .. } => return self.out_of(id, path, cut),
+            ShapeKind::Primitive { .. } => return self.extend_live_faces(id, path, cut),
             _ => return id,
         };
         let steps = path.len();
-        path.extend(turn);
+        path.extend(step);
         for child in children_mut(&mut kind) {
-            *child = self.followed(*child, path, cut);
+            *child = self.extend_live_cutter(*child, path, cut);
         }
         path.truncate(steps);
-        let id = self.with(id, kind);
+        let id = self.with_kind(id, kind);
         match self.kind(id) {
             ShapeKind::Distance {
                 op: Op::Extrude, ..
-            } => self.out_of(id, path, cut),
+            } => self.extend_live_faces(id, path, cut),
             _ => id,
         }
     }
 
-    /// A part whose faces stand farther out where they follow the body's.
-    fn out_of(&mut self, id: ShapeId, path: &[Turn], cut: &Cut) -> ShapeId {
-        let out = cut.present_size;
-        if !out.is_finite() || out <= 0.0 {
+    /// Moves the faces of a part outwards that are flush with those of the body.
+    fn extend_live_faces(&mut self, id: ShapeId, path: &[AxisStep], cut: &CutContext) -> ShapeId {
+        let max_step = cut.current_size;
+        if !max_step.is_finite() || max_step <= 0.0 {
             return id;
         }
         let mut kind = self.kind(id).clone();
@@ -89,21 +96,22 @@ impl Lengthening<'_> {
         let mut centre = [0.0; 3];
         let mut is_longer = false;
         for flat in op.row().meta.flats {
-            let half = Linear::of(&self.scene.expressions, parameters[flat.half]);
-            let mut by = [0.0; 2];
-            for (side, by) in [-1.0, 1.0].into_iter().zip(&mut by) {
-                if let Some((face, side, scale)) = self.outside((flat.axis, side), &half, path)
-                    && let Some(reach) = cut.body.and_then(|body| self.reach(body, side))
-                    && self.stands_between(&face.plus(&reach, -1.0), out)
+            let half_extent = LinearForm::from_expr(&self.scene.expressions, parameters[flat.half]);
+            let mut shifts = [0.0; 2];
+            for (side, shifts) in [-1.0, 1.0].into_iter().zip(&mut shifts) {
+                if let Some((face, side, scale)) =
+                    self.face_in_body_frame((flat.axis, side), &half_extent, path)
+                    && let Some(extent) = cut.body.and_then(|body| self.extent_on_side(body, side))
+                    && self.is_flush_with(&face.plus_scaled(&extent, -1.0), max_step)
                 {
-                    *by = out * scale;
+                    *shifts = max_step * scale;
                 }
             }
-            if by != [0.0; 2] {
+            if shifts != [0.0; 2] {
                 let expressions = &mut self.scene.expressions;
-                let more = expressions.constant((by[0] + by[1]) / 2.0);
-                parameters[flat.half] = expressions.call(Op::Add, &[parameters[flat.half], more]);
-                centre[flat.axis] = (by[1] - by[0]) / 2.0;
+                let growth = expressions.constant((shifts[0] + shifts[1]) / 2.0);
+                parameters[flat.half] = expressions.call(Op::Add, &[parameters[flat.half], growth]);
+                centre[flat.axis] = (shifts[1] - shifts[0]) / 2.0;
                 is_longer = true;
             }
         }
@@ -111,31 +119,32 @@ impl Lengthening<'_> {
             return id;
         }
         let child = self.scene.derived(id, kind);
-        self.moved(id, child, centre)
+        self.translated(id, child, centre)
     }
 
-    /// The place of a face in the body's frame: its distance from the origin, its side, and the units of the part's
-    /// frame per unit there.
-    pub(super) fn outside(
+    /// Position of a face in the body's frame: its distance from the origin, its side, and the units of the
+    /// part's frame per unit of the body's.
+    pub(super) fn face_in_body_frame(
         &self,
         (mut axis, mut side): Side,
-        half: &Linear,
-        path: &[Turn],
-    ) -> Option<(Linear, Side, f64)> {
-        let mut face = half.clone();
+        half_extent: &LinearForm,
+        path: &[AxisStep],
+    ) -> Option<(LinearForm, Side, f64)> {
+        let mut face = half_extent.clone();
         let mut scale = 1.0;
-        for turn in path.iter().rev() {
-            match turn {
-                Turn::Frame(matrix) => {
+        for step in path.iter().rev() {
+            match step {
+                AxisStep::Frame(matrix) => {
                     let (outer, factor) = self.outer_axis(matrix, axis)?;
-                    let shift = Linear::of(&self.scene.expressions, matrix[4 * axis + 3]);
-                    face = face.plus(&shift, -side).times(1.0 / factor.abs());
+                    let shift =
+                        LinearForm::from_expr(&self.scene.expressions, matrix[4 * axis + 3]);
+                    face = face.plus_scaled(&shift, -side).scaled(1.0 / factor.abs());
                     side *= factor.signum();
                     scale *= factor.abs();
                     axis = outer;
                 }
-                Turn::Copies(apart) => {
-                    if apart[axis] {
+                AxisStep::Copies(has_copies) => {
+                    if has_copies[axis] {
                         return None;
                     }
                 }
@@ -144,61 +153,63 @@ impl Lengthening<'_> {
         Some((face, (axis, side), scale))
     }
 
-    /// The outer axis that a matrix takes to an inner one, if it keeps axes apart, and the factor.
+    /// The outer axis that a matrix maps to an inner one, with the factor, if the matrix keeps axes separate.
     fn outer_axis(&self, matrix: &[ExprId; 12], inner: usize) -> Option<(usize, f64)> {
         let value = |row: usize, column: usize| {
             self.scene.expressions.as_constant(matrix[4 * row + column])
         };
-        let mut found = None;
+        let mut match_ = None;
         for column in 0..3 {
             let factor = value(inner, column)?;
-            if factor.abs() > TOUCHING {
-                if found.is_some() {
+            if factor.abs() > TOUCH_TOLERANCE {
+                if match_.is_some() {
                     return None;
                 }
-                found = Some((column, factor));
+                match_ = Some((column, factor));
             }
         }
-        let (outer, factor) = found?;
+        let (outer, factor) = match_?;
         let others = (0..3).filter(|&row| row != inner);
-        let mut alone = true;
+        let mut is_alone = true;
         for row in others {
-            alone &= value(row, outer)?.abs() <= TOUCHING;
+            is_alone &= value(row, outer)?.abs() <= TOUCH_TOLERANCE;
         }
-        alone.then_some((outer, factor))
+        is_alone.then_some((outer, factor))
     }
 
-    /// The reach of a shape on a side of its frame, or more.
-    pub(super) fn reach(&mut self, id: ShapeId, side: Side) -> Option<Linear> {
+    /// An upper bound of the extent of a shape on a side of its frame.
+    pub(super) fn extent_on_side(&mut self, id: ShapeId, side: Side) -> Option<LinearForm> {
         let (axis, sign) = side;
-        let by_box = |lengthening: &mut Self| {
-            let own = lengthening.bounds(id);
-            let end = if sign > 0.0 {
-                own.max[axis]
+        let by_box = |extension: &mut Self| {
+            let bounds = extension.bounds(id);
+            let extent = if sign > 0.0 {
+                bounds.max[axis]
             } else {
-                -own.min[axis]
+                -bounds.min[axis]
             };
-            end.is_finite().then(|| Linear::constant(end))
+            extent.is_finite().then(|| LinearForm::constant(extent))
         };
         match self.kind(id).clone() {
             ShapeKind::Primitive {
                 op: Op::Plane,
                 parameters,
             } => {
-                let [x, y, z, at] = parameters.as_slice() else {
+                let [x, y, z, offset] = parameters.as_slice() else {
                     return None;
                 };
                 let normal = [x, y, z].map(|&id| self.scene.expressions.as_constant(id));
                 let is_across = (0..3)
                     .all(|other| normal[other] == Some(if other == axis { sign } else { 0.0 }));
-                is_across.then(|| Linear::of(&self.scene.expressions, *at))
+                is_across.then(|| LinearForm::from_expr(&self.scene.expressions, *offset))
             }
             ShapeKind::Primitive { op, parameters } => {
-                let of = |at: &usize| Linear::of(&self.scene.expressions, parameters[*at]);
-                let ends = extents(op, axis);
+                let extent_of = |index: &usize| {
+                    LinearForm::from_expr(&self.scene.expressions, parameters[*index])
+                };
+                let ends = extent_parameters(op, axis);
                 match ends.is_empty() {
                     true => by_box(self),
-                    false => self.farthest(ends.iter().map(of).collect()),
+                    false => self.largest_of(ends.iter().map(extent_of).collect()),
                 }
             }
             ShapeKind::Polygon { points } => {
@@ -206,39 +217,47 @@ impl Lengthening<'_> {
                     return None;
                 }
                 let expressions = &self.scene.expressions;
-                let place = |point: &[ExprId; 2]| Linear::of(expressions, point[axis]).times(sign);
-                self.farthest(points.iter().map(place).collect())
+                let coordinate = |point: &[ExprId; 2]| {
+                    LinearForm::from_expr(expressions, point[axis]).scaled(sign)
+                };
+                self.largest_of(points.iter().map(coordinate).collect())
             }
             ShapeKind::Domain {
                 op: op @ (Op::Revolve | Op::RevolvePart | Op::Twist),
                 child,
                 parameters,
             } => match axis {
-                1 => self.reach(child, side),
+                1 => self.extent_on_side(child, side),
                 _ if op == Op::Twist => by_box(self),
                 _ => {
-                    let offset = Linear::of(&self.scene.expressions, parameters[0]);
-                    Some(self.reach(child, (0, 1.0))?.plus(&offset, 1.0))
+                    let offset = LinearForm::from_expr(&self.scene.expressions, parameters[0]);
+                    Some(
+                        self.extent_on_side(child, (0, 1.0))?
+                            .plus_scaled(&offset, 1.0),
+                    )
                 }
             },
             ShapeKind::Polar { op, child, .. } if axis == if op == Op::Polar { 1 } else { 2 } => {
-                self.reach(child, side)
+                self.extent_on_side(child, side)
             }
             ShapeKind::Distance {
                 op: Op::RevolveClose,
                 child,
                 ..
-            } => self.reach(child, side),
+            } => self.extent_on_side(child, side),
             ShapeKind::Distance {
                 op: op @ (Op::Extrude | Op::RoundedExtrude),
                 child,
                 parameters,
             } => match axis {
-                2 if op == Op::Extrude => Some(Linear::of(&self.scene.expressions, parameters[0])),
+                2 if op == Op::Extrude => Some(LinearForm::from_expr(
+                    &self.scene.expressions,
+                    parameters[0],
+                )),
                 2 => by_box(self),
-                _ => self.reach(child, side),
+                _ => self.extent_on_side(child, side),
             },
-            ShapeKind::Painted { child, .. } => self.reach(child, side),
+            ShapeKind::Painted { child, .. } => self.extent_on_side(child, side),
             ShapeKind::Frame { child, matrix, .. } => {
                 let inner = (0..3).find(|&row| {
                     self.outer_axis(&matrix, row)
@@ -249,25 +268,29 @@ impl Lengthening<'_> {
                 };
                 let (_, factor) = self.outer_axis(&matrix, inner)?;
                 let inner_side = sign * factor.signum();
-                let reach = self.reach(child, (inner, inner_side))?;
-                let shift = Linear::of(&self.scene.expressions, matrix[4 * inner + 3]);
-                Some(reach.plus(&shift, -inner_side).times(1.0 / factor.abs()))
+                let inner_extent = self.extent_on_side(child, (inner, inner_side))?;
+                let shift = LinearForm::from_expr(&self.scene.expressions, matrix[4 * inner + 3]);
+                Some(
+                    inner_extent
+                        .plus_scaled(&shift, -inner_side)
+                        .scaled(1.0 / factor.abs()),
+                )
             }
             ShapeKind::Combine { op, children, .. } => {
                 match op.row().meta.set {
-                    // A blend reaches farther than its operands.
+                    // A blend may extend beyond its operands.
                     Some(SetOperation::Union) if op != Op::Union => by_box(self),
                     Some(SetOperation::Union) => {
-                        let reaches: Option<Vec<Linear>> = children
+                        let extents: Option<Vec<LinearForm>> = children
                             .iter()
-                            .map(|&child| self.reach(child, side))
+                            .map(|&child| self.extent_on_side(child, side))
                             .collect();
-                        self.farthest(reaches?)
+                        self.largest_of(extents?)
                     }
-                    Some(SetOperation::Subtraction) => self.reach(children[0], side),
-                    Some(SetOperation::Intersection) => {
-                        children.iter().find_map(|&child| self.reach(child, side))
-                    }
+                    Some(SetOperation::Subtraction) => self.extent_on_side(children[0], side),
+                    Some(SetOperation::Intersection) => children
+                        .iter()
+                        .find_map(|&child| self.extent_on_side(child, side)),
                     None => by_box(self),
                 }
             }
@@ -275,32 +298,35 @@ impl Lengthening<'_> {
         }
     }
 
-    /// The largest of sums, if it is the same one for all values of the parameters.
-    fn farthest(&self, reaches: Vec<Linear>) -> Option<Linear> {
-        let is_farther =
-            |one: &Linear, other: &Linear| self.least(&one.clone().plus(other, -1.0)) >= -TOUCHING;
-        let farthest = reaches
+    /// The largest of linear forms, if it is the same one for all values of the parameters.
+    fn largest_of(&self, candidates: Vec<LinearForm>) -> Option<LinearForm> {
+        let is_farther = |a: &LinearForm, b: &LinearForm| {
+            self.min_value(&a.clone().plus_scaled(b, -1.0)) >= -TOUCH_TOLERANCE
+        };
+        let largest = candidates
             .iter()
             .reduce(|best, next| if is_farther(next, best) { next } else { best })?;
-        let is_known = reaches.iter().all(|other| is_farther(farthest, other));
-        is_known.then(|| farthest.clone())
+        let is_largest = candidates.iter().all(|b| is_farther(largest, b));
+        is_largest.then(|| largest.clone())
     }
 
-    /// The least value of a sum, for all values of the parameters.
-    pub(super) fn least(&self, sum: &Linear) -> f64 {
-        sum.range(|id| self.ranges.of_number(&self.scene.expressions, id))
+    /// The minimum of a linear form over all values of the parameters.
+    pub(super) fn min_value(&self, sum: &LinearForm) -> f64 {
+        sum.range(|id| self.ranges.number(&self.scene.expressions, id))
             .lo
     }
 
-    /// Reports whether a face stands out by this, but not far.
-    pub(super) fn stands_between(&self, by: &Linear, out: f64) -> bool {
-        let least = self.least(by);
-        least >= -TOUCHING * out && least < STANDS_OUT * out
+    /// Reports whether a face is at or beyond another one, but at a minimum distance below the protrusion
+    /// limit.
+    pub(super) fn is_flush_with(&self, distance: &LinearForm, max_step: f64) -> bool {
+        let min_distance = self.min_value(distance);
+        min_distance >= -TOUCH_TOLERANCE * max_step && min_distance < MAX_PROTRUSION * max_step
     }
 }
 
-/// The positions of the numbers of a row, the largest of which is its reach on both sides of an axis.
-fn extents(op: Op, axis: usize) -> &'static [usize] {
+/// Indices of parameters, the largest of which is the extent of an operation's shape on both sides of an
+/// axis.
+fn extent_parameters(op: Op, axis: usize) -> &'static [usize] {
     match (op, axis) {
         (Op::Sphere, _) | (Op::Circle, 0 | 1) => &[0],
         (Op::Cylinder | Op::RoundedCylinder, 1) => &[1],

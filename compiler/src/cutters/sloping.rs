@@ -1,66 +1,66 @@
-//! Solids whose walls slope at a flat face: cones and pyramids, and cylinders along any axis.
+//! Solids with sloping walls at a flat face: cones and pyramids, and cylinders along any axis.
 //!
-//! A face moves along the axis while the walls are prolonged, so the face becomes larger or smaller. Walls that
-//! narrow end in a tip.
+//! A face moves along the axis while the walls are prolonged, so the face becomes larger or smaller.
+//! Converging walls end in a tip.
 
-use super::room::Part;
-use super::section::{Section, moved};
-use super::{Cut, Lengthening, Rows, SAME, Step, scale};
+use super::free_space::GrowingPart;
+use super::section::{Section, transform_point};
+use super::{AffineRows, CutContext, CutterExtension, IDENTITY, PathStep, scale};
 use crate::scene::{ShapeId, ShapeKind};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
 
-/// A solid with flat faces across its axis, the y axis of its own frame.
+/// A solid with flat faces across its axis, which is the y axis of its own frame.
 #[derive(Clone)]
-struct Spindle {
+struct SlopedSolid {
     op: Op,
-    /// Radii of the lower and the upper face; half sides of a pyramid's.
-    ends: [f64; 2],
+    /// Radii of the lower and the upper face; half sides for a pyramid.
+    radii: [f64; 2],
     /// Heights of both faces.
     heights: [f64; 2],
     /// The map from its own frame to that of the part.
-    frame: Rows,
+    frame: AffineRows,
 }
 
-impl Spindle {
-    /// The solid of a row with these numbers, if its faces can be moved.
+impl SlopedSolid {
+    /// The solid of an operation with these parameters, if its faces can be moved.
     fn new(op: Op, numbers: &[f64]) -> Option<Self> {
-        let (ends, half, frame) = match (op, numbers) {
-            (Op::Cone, &[bottom, top, half, ..]) => ([bottom, top], half, SAME),
-            (Op::Pyramid, &[base, half, ..]) => ([base, 0.0], half, SAME),
+        let (radii, half, frame) = match (op, numbers) {
+            (Op::Cone, &[bottom, top, half, ..]) => ([bottom, top], half, IDENTITY),
+            (Op::Pyramid, &[base, half, ..]) => ([base, 0.0], half, IDENTITY),
             (Op::CylinderBetween, &[x, y, z, r, along_x, along_y, along_z, half]) => {
-                let frame = across([along_x, along_y, along_z], [x, y, z]);
+                let frame = frame_along([along_x, along_y, along_z], [x, y, z]);
                 ([r, r], half, frame)
             }
             _ => return None,
         };
-        let is_one = ends.iter().all(|end| end.is_finite()) && half > 0.0 && half.is_finite();
-        is_one.then_some(Self {
+        let is_valid = radii.iter().all(|end| end.is_finite()) && half > 0.0 && half.is_finite();
+        is_valid.then_some(Self {
             op,
-            ends,
+            radii,
             heights: [-half, half],
             frame,
         })
     }
 
-    /// The solid with a face farther out by a length, or by what its walls allow.
-    fn grown(&self, upper: usize, by: f64) -> Self {
-        let (face, other) = (self.ends[upper], self.ends[1 - upper]);
+    /// Moves a face outwards by a length, but at most to the tip.
+    fn extended(&self, upper: usize, distance: f64) -> Self {
+        let (face, other) = (self.radii[upper], self.radii[1 - upper]);
         let rate = (face - other) / (self.heights[1] - self.heights[0]);
         let mut new = self.clone();
         let tip = face / -rate;
-        let (by, end) = match rate < 0.0 && by >= tip {
+        let (distance, end) = match rate < 0.0 && distance >= tip {
             true => (tip, 0.0),
-            false => (by, face + rate * by),
+            false => (distance, face + rate * distance),
         };
-        new.ends[upper] = end;
-        new.heights[upper] += if upper == 1 { by } else { -by };
+        new.radii[upper] = end;
+        new.heights[upper] += if upper == 1 { distance } else { -distance };
         new
     }
 
-    /// The box, in its own frame, between heights.
+    /// Bounding box, in its own frame, between two heights.
     fn between(&self, a: f64, b: f64) -> Bounds {
-        let r = self.ends[0].max(self.ends[1]);
+        let r = self.radii[0].max(self.radii[1]);
         Bounds {
             min: [-r, a.min(b), -r],
             max: [r, a.max(b), r],
@@ -69,107 +69,119 @@ impl Spindle {
 
     /// A face, in the frame of the part.
     fn section(&self, upper: usize) -> Section {
-        let (r, y) = (self.ends[upper], self.heights[upper]);
+        let (r, y) = (self.radii[upper], self.heights[upper]);
         let is_round = self.op != Op::Pyramid;
         let points = match is_round {
             true => vec![[r, y, 0.0]],
             false => vec![[r, y, r], [r, y, -r], [-r, y, r], [-r, y, -r]],
         };
         Section {
-            points: points.into_iter().map(|p| moved(&self.frame, p)).collect(),
+            points: points
+                .into_iter()
+                .map(|p| transform_point(&self.frame, p))
+                .collect(),
             is_round,
             is_plane: false,
         }
     }
 }
 
-impl Lengthening<'_> {
-    /// Moves faces of a cone, a pyramid or a cylinder between points outwards where that is possible.
-    pub(super) fn farther(&mut self, id: ShapeId, path: &[Step], cut: &Cut) -> ShapeId {
+impl CutterExtension<'_> {
+    /// Moves faces of a cone, a pyramid or a cylinder between points outwards where possible.
+    pub(super) fn extend_sloped_faces(
+        &mut self,
+        id: ShapeId,
+        path: &[PathStep],
+        cut: &CutContext,
+    ) -> ShapeId {
         let ShapeKind::Primitive { op, parameters } = self.kind(id) else {
             return id;
         };
         let op = *op;
-        let spindle = self
+        let solid = self
             .constants(parameters)
-            .and_then(|numbers| Spindle::new(op, &numbers));
-        let out = cut.size / scale(path);
-        let Some(mut spindle) = spindle.filter(|_| out.is_finite() && out > 0.0) else {
+            .and_then(|numbers| SlopedSolid::new(op, &numbers));
+        let max_step = cut.size / scale(path);
+        let Some(mut solid) = solid.filter(|_| max_step.is_finite() && max_step > 0.0) else {
             return id;
         };
         let mut current = id;
         for upper in [1, 0] {
-            // A tip is no face.
-            if spindle.ends[upper] == 0.0
-                || self.stands_out(current, &spindle, upper, out, (path, cut))
+            // A tip is not a face.
+            if solid.radii[upper] == 0.0
+                || self.protrudes(current, &solid, upper, max_step, (path, cut))
             {
                 continue;
             }
-            let mut found = None;
-            self.fraction(|this, fraction| {
-                let new = spindle.grown(upper, out * fraction);
+            let mut accepted = None;
+            self.largest_fraction(|this, fraction| {
+                let new = solid.extended(upper, max_step * fraction);
                 let shapes = this.scene.shapes.len();
-                let candidate = this.spindle(id, &new);
-                let part = Part {
+                let candidate = this.add_solid(id, &new);
+                let part = GrowingPart {
                     id: candidate,
                     is_straight: false,
-                    reach: 0.0,
+                    blend_radius: 0.0,
                     axis: 1,
                     frame: new.frame,
-                    sections: Some([spindle.section(upper), new.section(upper)]),
+                    sections: Some([solid.section(upper), new.section(upper)]),
                 };
-                let added = new.between(spindle.heights[upper], new.heights[upper]);
+                let added = new.between(solid.heights[upper], new.heights[upper]);
                 let is_free = this.is_free(&part, &added, path, cut);
                 match is_free {
-                    true => found = Some((new, candidate)),
+                    true => accepted = Some((new, candidate)),
                     false => this.scene.shapes.truncate(shapes),
                 }
                 is_free
             });
-            if let Some((new, candidate)) = found {
-                (spindle, current) = (new, candidate);
+            if let Some((new, candidate)) = accepted {
+                (solid, current) = (new, candidate);
             }
         }
         current
     }
 
-    /// Reports whether a face stands out as far as it would be moved.
-    fn stands_out(
+    /// Reports whether a face already protrudes by the full distance.
+    fn protrudes(
         &mut self,
         id: ShapeId,
-        spindle: &Spindle,
+        solid: &SlopedSolid,
         upper: usize,
-        out: f64,
-        (path, cut): (&[Step], &Cut),
+        max_step: f64,
+        (path, cut): (&[PathStep], &CutContext),
     ) -> bool {
-        let [low, high] = spindle.heights;
-        if high - low <= out {
+        let [low, high] = solid.heights;
+        if high - low <= max_step {
             return false;
         }
-        let face = spindle.heights[upper];
-        let inner = if upper == 1 { face - out } else { face + out };
-        let part = Part {
+        let face = solid.heights[upper];
+        let inner = if upper == 1 {
+            face - max_step
+        } else {
+            face + max_step
+        };
+        let part = GrowingPart {
             id,
             is_straight: false,
-            reach: 0.0,
+            blend_radius: 0.0,
             axis: 1,
-            frame: spindle.frame,
+            frame: solid.frame,
             sections: None,
         };
-        self.is_free(&part, &spindle.between(inner, face), path, cut)
+        self.is_free(&part, &solid.between(inner, face), path, cut)
     }
 
-    /// The shape of a solid, with the name and the text of another one.
-    fn spindle(&mut self, like: ShapeId, spindle: &Spindle) -> ShapeId {
-        let [bottom, top] = spindle.ends;
-        let [low, high] = spindle.heights;
-        let place = |y: f64| moved(&spindle.frame, [0.0, y, 0.0]);
-        let numbers = match spindle.op {
+    /// Adds the shape of a solid, with the name and the span of another shape.
+    fn add_solid(&mut self, like: ShapeId, solid: &SlopedSolid) -> ShapeId {
+        let [bottom, top] = solid.radii;
+        let [low, high] = solid.heights;
+        let point_at = |y: f64| transform_point(&solid.frame, [0.0, y, 0.0]);
+        let numbers = match solid.op {
             Op::Cone => prepare(Op::Cone, &[bottom, top, high - low]),
             Op::Pyramid => prepare(Op::Pyramid, &[2.0 * bottom, high - low]),
             _ => {
-                let ends = [place(low), place(high)].concat();
-                prepare(Op::CylinderBetween, &[ends, vec![bottom]].concat())
+                let end_points = [point_at(low), point_at(high)].concat();
+                prepare(Op::CylinderBetween, &[end_points, vec![bottom]].concat())
             }
         };
         let expressions = &mut self.scene.expressions;
@@ -177,33 +189,33 @@ impl Lengthening<'_> {
             .into_iter()
             .map(|v| expressions.constant(v))
             .collect();
-        let op = spindle.op;
+        let op = solid.op;
         let child = self
             .scene
             .derived(like, ShapeKind::Primitive { op, parameters });
         match op {
             Op::CylinderBetween => child,
-            _ => self.moved(like, child, [0.0, (low + high) / 2.0, 0.0]),
+            _ => self.translated(like, child, [0.0, (low + high) / 2.0, 0.0]),
         }
     }
 }
 
 /// The frame with its origin at a point and the y axis along a direction.
-fn across(axis: [f64; 3], at: [f64; 3]) -> Rows {
+fn frame_along(axis: [f64; 3], origin: [f64; 3]) -> AffineRows {
     let cross = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] {
         std::array::from_fn(|i| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             a[j] * b[k] - a[k] * b[j]
         })
     };
-    let least = if axis[0].abs() < 0.5 {
+    let helper = if axis[0].abs() < 0.5 {
         [1.0, 0.0, 0.0]
     } else {
         [0.0, 0.0, 1.0]
     };
-    let side = cross(axis, least);
+    let side = cross(axis, helper);
     let length = side.iter().map(|v| v * v).sum::<f64>().sqrt();
     let side = side.map(|v| v / length);
-    let other = cross(side, axis);
-    std::array::from_fn(|i| [side[i], axis[i], other[i], at[i]])
+    let third = cross(side, axis);
+    std::array::from_fn(|i| [side[i], axis[i], third[i], origin[i]])
 }

@@ -1,27 +1,39 @@
-//! Parts whose walls are straight at their flat faces: boxes, cylinders, prisms, rectangles, extrusions.
+//! Parts with straight walls at their flat faces: boxes, cylinders, prisms, rectangles, extrusions.
 
-use super::room::Part;
+use super::free_space::GrowingPart;
 use super::section::{Section, outline};
-use super::{Cut, FRACTIONS, Lengthening, SAME, Step, scale};
+use super::{CutContext, CutterExtension, EXTENSION_FRACTIONS, IDENTITY, PathStep, scale};
 use crate::scene::{ShapeId, ShapeKind};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::Flat;
 use sdfc_vm::table::Op;
 
-impl Lengthening<'_> {
-    /// Moves flat faces of a shape outwards where that is possible.
-    pub(super) fn longer(&mut self, id: ShapeId, path: &[Step], cut: &Cut) -> ShapeId {
+impl CutterExtension<'_> {
+    /// Moves flat faces of a shape outwards where possible.
+    pub(super) fn extend_flat_faces(
+        &mut self,
+        id: ShapeId,
+        path: &[PathStep],
+        cut: &CutContext,
+    ) -> ShapeId {
         match self.kind(id) {
             ShapeKind::Primitive { op, .. } | ShapeKind::Distance { op, .. } => {
-                self.longer_along(id, op.row().meta.flats, path, cut)
+                self.extend_faces_along(id, op.row().meta.flats, path, cut)
             }
             _ => id,
         }
     }
 
-    /// The same along some axes, one after the other: what grew along one is wider for the next. Recursion over axes.
-    fn longer_along(&mut self, id: ShapeId, flats: &[Flat], path: &[Step], cut: &Cut) -> ShapeId {
-        let Some((flat, others)) = flats.split_first() else {
+    /// Extends a shape along several axes in turn: an extension along one axis enlarges the faces of the
+    /// next. Recursion over axes.
+    fn extend_faces_along(
+        &mut self,
+        id: ShapeId,
+        flats: &[Flat],
+        path: &[PathStep],
+        cut: &CutContext,
+    ) -> ShapeId {
+        let Some((flat, remaining)) = flats.split_first() else {
             return id;
         };
         let mut kind = self.kind(id).clone();
@@ -31,50 +43,51 @@ impl Lengthening<'_> {
             return id;
         };
         let plane = self.scene.shapes[id.0 as usize].plane;
-        let before = self.bounds(id);
-        let out = cut.size / scale(path);
+        let original = self.bounds(id);
+        let max_step = cut.size / scale(path);
         let is_constant = self
             .scene
             .expressions
             .as_constant(parameters[flat.half])
             .is_some();
         let mut sides = (0..3).filter(|&axis| !(plane && axis == 2));
-        let is_finite =
-            sides.all(|axis| before.min[axis] < before.max[axis] && before.min[axis].is_finite());
-        if !out.is_finite() || !is_finite {
+        let is_finite = sides
+            .all(|axis| original.min[axis] < original.max[axis] && original.min[axis].is_finite());
+        if !max_step.is_finite() || !is_finite {
             return id;
         }
-        let mut own = before;
+        let mut extended = original;
         for upper in [true, false].into_iter().filter(|_| is_constant) {
-            let by = self.room(id, &own, (flat.axis, upper), out, path, cut);
+            let extension =
+                self.max_extension(id, &extended, (flat.axis, upper), max_step, path, cut);
             let side = match upper {
-                true => &mut own.max[flat.axis],
-                false => &mut own.min[flat.axis],
+                true => &mut extended.max[flat.axis],
+                false => &mut extended.min[flat.axis],
             };
-            *side += if upper { by } else { -by };
+            *side += if upper { extension } else { -extension };
         }
-        if own == before {
-            return self.longer_along(id, others, path, cut);
+        if extended == original {
+            return self.extend_faces_along(id, remaining, path, cut);
         }
-        let (low, high) = (own.min[flat.axis], own.max[flat.axis]);
+        let (low, high) = (extended.min[flat.axis], extended.max[flat.axis]);
         parameters[flat.half] = self.scene.expressions.constant((high - low) / 2.0);
         let mut centre = [0.0; 3];
         centre[flat.axis] = (low + high) / 2.0;
         let child = self.scene.derived(id, kind);
-        let mut outwards = SAME;
+        let mut outwards = IDENTITY;
         for (row, shift) in outwards.iter_mut().zip(centre) {
             row[3] = shift;
         }
-        let path = [path, &[Step::Map(outwards)]].concat();
-        let child = self.longer_along(child, others, &path, cut);
-        self.moved(id, child, centre)
+        let path = [path, &[PathStep::Map(outwards)]].concat();
+        let child = self.extend_faces_along(child, remaining, &path, cut);
+        self.translated(id, child, centre)
     }
 
-    /// A shape moved, with the name and the text of another one.
-    pub(super) fn moved(&mut self, like: ShapeId, child: ShapeId, by: [f64; 3]) -> ShapeId {
+    /// Translates a shape, with the name and the span of another one.
+    pub(super) fn translated(&mut self, like: ShapeId, child: ShapeId, shift: [f64; 3]) -> ShapeId {
         let mut number = |value: f64| self.scene.expressions.constant(value);
-        let matrix = std::array::from_fn(|at| match (at / 4, at % 4) {
-            (row, 3) => number(-by[row]),
+        let matrix = std::array::from_fn(|index| match (index / 4, index % 4) {
+            (row, 3) => number(-shift[row]),
             (row, column) => number(f64::from(u8::from(row == column))),
         });
         let scale = number(1.0);
@@ -86,75 +99,85 @@ impl Lengthening<'_> {
         self.scene.derived(like, kind)
     }
 
-    /// The length by which a face of a box can be moved out, at most `out`; zero where it stands out as much.
-    fn room(
+    /// The distance by which a face can be moved outwards, at most `max_step`; 0 if it already protrudes that
+    /// far.
+    fn max_extension(
         &mut self,
         id: ShapeId,
-        own: &Bounds,
+        bounds: &Bounds,
         (axis, upper): (usize, bool),
-        out: f64,
-        path: &[Step],
-        cut: &Cut,
+        max_step: f64,
+        path: &[PathStep],
+        cut: &CutContext,
     ) -> f64 {
-        let at = if upper { own.max[axis] } else { own.min[axis] };
-        // What is as near to a cutter as it is blended must be free, too.
-        let reach = cut.reach / scale(path);
+        let face = if upper {
+            bounds.max[axis]
+        } else {
+            bounds.min[axis]
+        };
+        // The blend zone of a cutter must be free, too.
+        let blend_radius = cut.blend_radius / scale(path);
         let between = |a: f64, b: f64| {
-            let mut added = own.grown(reach);
-            if a == at || b == at {
-                let far = if a == at { b } else { a };
-                let far = far + if far > at { reach } else { -reach };
-                (added.min[axis], added.max[axis]) = (at.min(far), at.max(far));
+            let mut added = bounds.grown(blend_radius);
+            if a == face || b == face {
+                let end = if a == face { b } else { a };
+                let end = end
+                    + if end > face {
+                        blend_radius
+                    } else {
+                        -blend_radius
+                    };
+                (added.min[axis], added.max[axis]) = (face.min(end), face.max(end));
             }
             added
         };
-        let way = if upper { out } else { -out };
-        let is_long = own.max[axis] - own.min[axis] > out;
-        let part = Part {
+        let step = if upper { max_step } else { -max_step };
+        let is_thick = bounds.max[axis] - bounds.min[axis] > max_step;
+        let part = GrowingPart {
             id,
             is_straight: true,
-            reach,
+            blend_radius,
             axis,
-            frame: SAME,
-            sections: Some(self.straight_sections(id, own, (axis, at, at + way))),
+            frame: IDENTITY,
+            sections: Some(self.straight_sections(id, bounds, (axis, face, face + step))),
         };
-        if is_long && self.is_free(&part, &between(at - way, at), path, cut) {
+        if is_thick && self.is_free(&part, &between(face - step, face), path, cut) {
             return 0.0;
         }
-        let fraction = self.fraction(|this, fraction| {
-            this.is_free(&part, &between(at, at + way * fraction), path, cut)
+        let fraction = self.largest_fraction(|this, fraction| {
+            this.is_free(&part, &between(face, face + step * fraction), path, cut)
         });
-        fraction.map_or(0.0, |fraction| out * fraction)
+        fraction.map_or(0.0, |fraction| max_step * fraction)
     }
 
-    /// The largest fraction that is possible. The smallest one is tried first: no other is possible without it.
-    pub(super) fn fraction(
+    /// The largest possible fraction. The smallest is tried first: larger ones require it.
+    pub(super) fn largest_fraction(
         &mut self,
         mut is_possible: impl FnMut(&mut Self, f64) -> bool,
     ) -> Option<f64> {
-        let (&smallest, larger) = FRACTIONS.split_last()?;
+        let (&smallest, larger) = EXTENSION_FRACTIONS.split_last()?;
         if !is_possible(self, smallest) {
             return None;
         }
-        let found = larger.iter().find(|&&fraction| is_possible(self, fraction));
-        Some(*found.unwrap_or(&smallest))
+        let larger_fraction = larger.iter().find(|&&fraction| is_possible(self, fraction));
+        Some(*larger_fraction.unwrap_or(&smallest))
     }
 
-    /// Cross sections of a part at two places along an axis, or more than these.
+    /// Cross sections at two positions along an axis, or supersets of them.
     fn straight_sections(
         &self,
         id: ShapeId,
-        own: &Bounds,
+        bounds: &Bounds,
         (axis, near, far): (usize, f64, f64),
     ) -> [Section; 2] {
         let is_plane = self.scene.shapes[id.0 as usize].plane;
-        let at = |end: f64, points: Vec<[f64; 3]>, is_round: bool| {
-            let put = |mut point: [f64; 3]| {
+        let section_at = |end: f64, points: Vec<[f64; 3]>, is_round: bool| {
+            let at_end = |mut point: [f64; 3]| {
                 point[axis] = end;
                 point
             };
             Section {
-                points: points.into_iter().map(put).collect(),
+                points: points.into_iter().map(at_end).collect(),
                 is_round,
                 is_plane,
             }
@@ -162,25 +185,25 @@ impl Lengthening<'_> {
         let (points, is_round) = match self.kind(id) {
             ShapeKind::Primitive {
                 op: Op::Cylinder, ..
-            } => (vec![[own.max[0], 0.0, 0.0]], true),
+            } => (vec![[bounds.max[0], 0.0, 0.0]], true),
             ShapeKind::Distance {
                 op: Op::Extrude,
                 child,
                 ..
             } => match outline(self.scene, *child) {
                 Some(points) => (points, false),
-                None => (own.corners().to_vec(), false),
+                None => (bounds.corners().to_vec(), false),
             },
-            _ => (own.corners().to_vec(), false),
+            _ => (bounds.corners().to_vec(), false),
         };
-        let flat = |point: &[f64; 3]| match is_plane {
+        let flattened = |point: &[f64; 3]| match is_plane {
             true => [point[0], point[1], 0.0],
             false => *point,
         };
-        let points: Vec<[f64; 3]> = points.iter().map(flat).collect();
+        let points: Vec<[f64; 3]> = points.iter().map(flattened).collect();
         [
-            at(near, points.clone(), is_round),
-            at(far, points, is_round),
+            section_at(near, points.clone(), is_round),
+            section_at(far, points, is_round),
         ]
     }
 }

@@ -1,27 +1,27 @@
-//! Which argument of a call is which parameter of a function of the language.
+//! Matching of a call's arguments to the parameters of a built-in function.
 //!
-//! Positional arguments come first. A vector may be given as a vector or as that many numbers in a
-//! row; a size also as one number for all sides; a radius also as a diameter, under the name with
-//! `d` for `r`. A function may have variants: the first one that fits takes the call.
+//! Positional arguments come first. A vector is passed as a vector or as consecutive numbers; a
+//! size also as one number for all sides. A radius is also accepted as a diameter, under the name
+//! with `d` for `r`. Among the variants of a function, the first that fits takes the call.
 
 use super::diagnose::{self, nearest};
 use super::value::Value;
 use sdfc_lang::{Diagnostic, Span, ast, codes};
 use sdfc_vm::row::ArgumentKind;
 
-/// What a parameter of a function of the language takes.
+/// Kind of value that a parameter of a built-in function takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// Numbers, with the rules of the table.
+pub(crate) enum ExpectedKind {
+    /// Numbers, with the rules of the operation table.
     Row(ArgumentKind),
-    /// Three factors that are not zero, or one for all sides.
+    /// Three factors other than zero, or one for all axes.
     Factors,
-    /// A shape, or a list of them.
+    /// A shape, or a list of shapes.
     Shape,
-    /// A figure in the plane.
-    Figure,
-    /// A solid.
-    Solid,
+    /// A 2-D shape.
+    Shape2,
+    /// A 3-D shape.
+    Shape3,
     /// A function.
     Function,
     /// A material, or a colour.
@@ -32,203 +32,212 @@ pub(crate) enum Kind {
     Any,
 }
 
-impl Kind {
-    /// How many numbers it is made of, if it is made of numbers; a figure has no third one.
+impl ExpectedKind {
+    /// Number of components, 0 for kinds that are not numbers. For a 2-D shape, vectors have two.
     pub(crate) fn width(self, flat: bool) -> usize {
         match self {
-            Kind::Row(kind) if kind.width() == 3 && flat => 2,
-            Kind::Row(kind) => kind.width(),
-            Kind::Factors if flat => 2,
-            Kind::Factors => 3,
-            Kind::Shape
-            | Kind::Figure
-            | Kind::Solid
-            | Kind::Function
-            | Kind::Material
-            | Kind::List
-            | Kind::Any => 0,
+            ExpectedKind::Row(kind) if kind.width() == 3 && flat => 2,
+            ExpectedKind::Row(kind) => kind.width(),
+            ExpectedKind::Factors if flat => 2,
+            ExpectedKind::Factors => 3,
+            ExpectedKind::Shape
+            | ExpectedKind::Shape2
+            | ExpectedKind::Shape3
+            | ExpectedKind::Function
+            | ExpectedKind::Material
+            | ExpectedKind::List
+            | ExpectedKind::Any => 0,
         }
     }
-    /// Whether one number stands for all of them.
-    pub(crate) fn spreads(self) -> bool {
+    /// Reports whether one number may stand for all components.
+    pub(crate) fn accepts_scalar(self) -> bool {
         use ArgumentKind as A;
         matches!(
             self,
-            Kind::Factors | Kind::Row(A::Size3 | A::Size2 | A::Radii3 | A::Lengths3 | A::Counts3)
+            ExpectedKind::Factors
+                | ExpectedKind::Row(A::Size3 | A::Size2 | A::Radii3 | A::Lengths3 | A::Counts3)
         )
     }
     fn is_radius(self) -> bool {
         matches!(
             self,
-            Kind::Row(ArgumentKind::Radius | ArgumentKind::RadiusOrZero)
+            ExpectedKind::Row(ArgumentKind::Radius | ArgumentKind::RadiusOrZero)
         )
     }
     fn is_shape(self) -> bool {
-        matches!(self, Kind::Shape | Kind::Figure | Kind::Solid)
+        matches!(
+            self,
+            ExpectedKind::Shape | ExpectedKind::Shape2 | ExpectedKind::Shape3
+        )
     }
 }
 
-/// A parameter of a function of the language.
+/// A parameter of a built-in function.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Formal {
-    /// Its name in a call.
+pub(crate) struct ParamSpec {
+    /// Name in a call.
     pub(crate) name: &'static str,
-    /// What it takes.
-    pub(crate) kind: Kind,
-    /// Whether a call may leave it out, and the numbers it has then; none if the function decides.
+    /// Kind of value.
+    pub(crate) kind: ExpectedKind,
+    /// Numbers of an argument that is left out; `None` if the argument is required. Empty if the
+    /// function itself decides.
     pub(crate) default: Option<&'static [f64]>,
 }
 
-/// A parameter that every call must give.
-pub(crate) const fn needed(name: &'static str, kind: Kind) -> Formal {
-    Formal {
+/// Describes a required parameter.
+pub(crate) const fn required(name: &'static str, kind: ExpectedKind) -> ParamSpec {
+    ParamSpec {
         name,
         kind,
         default: None,
     }
 }
 
-/// A parameter that a call may leave out.
-pub(crate) const fn left(name: &'static str, kind: Kind, default: &'static [f64]) -> Formal {
-    Formal {
+/// Describes a parameter that a call may leave out.
+pub(crate) const fn optional(
+    name: &'static str,
+    kind: ExpectedKind,
+    default: &'static [f64],
+) -> ParamSpec {
+    ParamSpec {
         name,
         kind,
         default: Some(default),
     }
 }
 
-/// An argument as it was given.
+/// An argument as it was passed.
 #[derive(Clone, Debug)]
-pub(crate) struct Given<'a> {
-    /// Its name, if one was written.
+pub(crate) struct PassedArg<'a> {
+    /// Name, if one was written.
     pub(crate) name: Option<&'a ast::Ident>,
-    /// Its value.
+    /// Value.
     pub(crate) value: Value<'a>,
-    /// Where it stands.
+    /// Source span.
     pub(crate) span: Span,
 }
 
 /// A call with its arguments evaluated.
 #[derive(Clone, Debug)]
 pub(crate) struct Invocation<'a> {
-    /// What is called.
+    /// Name of the callee.
     pub(crate) name: &'a str,
-    /// Where the name stands.
+    /// Span of the name.
     pub(crate) name_span: Span,
-    /// The whole call.
+    /// Span of the entire call.
     pub(crate) span: Span,
     /// The arguments, the object of a method first.
-    pub(crate) given: Vec<Given<'a>>,
+    pub(crate) args: Vec<PassedArg<'a>>,
 }
 
-/// How a parameter gets its value.
+/// Source of a parameter's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Slot {
-    /// It was left out.
+pub(crate) enum ArgSlot {
+    /// The argument is left out.
     Default,
-    /// From this argument.
-    One(usize),
-    /// From this argument, which gives the diameter.
+    /// One argument, by index.
+    Single(usize),
+    /// One argument, by index, which is the diameter.
     Diameter(usize),
-    /// From as many arguments as it has numbers, from this one on.
-    Spread(usize),
+    /// Consecutive arguments, one for each component, from this index on.
+    Components(usize),
 }
 
-/// Why a call does not fit a list of parameters; positions are those of arguments and parameters.
+/// Mismatch between a call and a parameter list; fields are indices of arguments and parameters.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Misfit {
+pub(crate) enum ArgError {
     UnknownName {
-        given: usize,
+        arg: usize,
     },
     Twice {
-        given: usize,
+        arg: usize,
     },
     TooMany {
-        given: usize,
+        arg: usize,
     },
     WrongShape {
-        given: usize,
-        formal: usize,
+        arg: usize,
+        param: usize,
     },
     PartOfVector {
-        given: usize,
-        formal: usize,
+        arg: usize,
+        param: usize,
         count: usize,
     },
     Missing {
-        formal: usize,
+        param: usize,
     },
 }
 
-impl Misfit {
-    /// How near the call came to fitting.
-    fn rank(self) -> u32 {
+impl ArgError {
+    /// Progress of the match before it failed: larger is closer to a match.
+    fn match_rank(self) -> u32 {
         match self {
-            Misfit::UnknownName { .. } => 0,
-            Misfit::Twice { .. } => 1,
-            Misfit::TooMany { .. } => 2,
-            Misfit::WrongShape { .. } => 3,
-            Misfit::PartOfVector { .. } => 4,
-            Misfit::Missing { .. } => 5,
+            ArgError::UnknownName { .. } => 0,
+            ArgError::Twice { .. } => 1,
+            ArgError::TooMany { .. } => 2,
+            ArgError::WrongShape { .. } => 3,
+            ArgError::PartOfVector { .. } => 4,
+            ArgError::Missing { .. } => 5,
         }
     }
 }
 
-/// How a call fits a list of parameters, if it does.
-pub(crate) fn fit(
-    formals: &[Formal],
-    given: &[Given<'_>],
+/// Matches a call to a parameter list.
+pub(crate) fn match_args(
+    params: &[ParamSpec],
+    args: &[PassedArg<'_>],
     flat: bool,
-) -> Result<Vec<Slot>, Misfit> {
-    let mut slots = vec![Slot::Default; formals.len()];
+) -> Result<Vec<ArgSlot>, ArgError> {
+    let mut slots = vec![ArgSlot::Default; params.len()];
     let mut next = 0;
-    let mut at = 0;
-    while at < given.len() && given[at].name.is_none() {
-        let Some(formal) = formals.get(next) else {
-            return Err(Misfit::TooMany { given: at });
+    let mut index = 0;
+    while index < args.len() && args[index].name.is_none() {
+        let Some(param) = params.get(next) else {
+            return Err(ArgError::TooMany { arg: index });
         };
-        let width = formal.kind.width(flat);
-        let mut taken = 1;
-        slots[next] = Slot::One(at);
-        if width > 1 && is_number(&given[at].value) {
-            let run = given[at..]
+        let width = param.kind.width(flat);
+        let mut used = 1;
+        slots[next] = ArgSlot::Single(index);
+        if width > 1 && is_number(&args[index].value) {
+            let run = args[index..]
                 .iter()
                 .take_while(|g| g.name.is_none() && is_number(&g.value));
             let count = run.count();
             if count >= width {
-                taken = width;
-                slots[next] = Slot::Spread(at);
-            } else if count > 1 || !formal.kind.spreads() {
-                return Err(Misfit::PartOfVector {
-                    given: at,
-                    formal: next,
+                used = width;
+                slots[next] = ArgSlot::Components(index);
+            } else if count > 1 || !param.kind.accepts_scalar() {
+                return Err(ArgError::PartOfVector {
+                    arg: index,
+                    param: next,
                     count,
                 });
             }
-        } else if !has_form_of(formal.kind, &given[at].value) {
-            return Err(Misfit::WrongShape {
-                given: at,
-                formal: next,
+        } else if !may_accept(param.kind, &args[index].value) {
+            return Err(ArgError::WrongShape {
+                arg: index,
+                param: next,
             });
         }
-        at += taken;
+        index += used;
         next += 1;
     }
-    for (at, argument) in given.iter().enumerate().skip(at) {
+    for (index, argument) in args.iter().enumerate().skip(index) {
         let Some(name) = argument.name else { continue };
-        let Some((formal, slot)) = named(formals, &name.name, at) else {
-            return Err(Misfit::UnknownName { given: at });
+        let Some((param, slot)) = named_slot(params, &name.name, index) else {
+            return Err(ArgError::UnknownName { arg: index });
         };
-        if slots[formal] != Slot::Default {
-            return Err(Misfit::Twice { given: at });
+        if slots[param] != ArgSlot::Default {
+            return Err(ArgError::Twice { arg: index });
         }
-        if !has_form_of(formals[formal].kind, &argument.value) {
-            return Err(Misfit::WrongShape { given: at, formal });
+        if !may_accept(params[param].kind, &argument.value) {
+            return Err(ArgError::WrongShape { arg: index, param });
         }
-        slots[formal] = slot;
+        slots[param] = slot;
     }
-    match (0..formals.len()).find(|&i| slots[i] == Slot::Default && formals[i].default.is_none()) {
-        Some(formal) => Err(Misfit::Missing { formal }),
+    match (0..params.len()).find(|&i| slots[i] == ArgSlot::Default && params[i].default.is_none()) {
+        Some(param) => Err(ArgError::Missing { param }),
         None => Ok(slots),
     }
 }
@@ -237,165 +246,172 @@ fn is_number(value: &Value<'_>) -> bool {
     matches!(value, Value::Number(_))
 }
 
-/// Whether the value could be meant for a parameter of this kind, as far as that tells variants of a
-/// function apart.
-fn has_form_of(kind: Kind, value: &Value<'_>) -> bool {
+/// Reports whether the value may be meant for a parameter of this kind. The test is only as exact
+/// as the choice between variants requires.
+fn may_accept(kind: ExpectedKind, value: &Value<'_>) -> bool {
     let is_vector = matches!(value, Value::Vector(_) | Value::List(_));
     let is_shape = matches!(value, Value::Shape(_));
     match kind {
-        Kind::Row(kind) if kind.width() == 1 => !is_vector && !is_shape,
-        Kind::Row(_) | Kind::Factors => !is_shape,
+        ExpectedKind::Row(kind) if kind.width() == 1 => !is_vector && !is_shape,
+        ExpectedKind::Row(_) | ExpectedKind::Factors => !is_shape,
         _ if kind.is_shape() => !is_number(value),
         _ => true,
     }
 }
 
-fn named(formals: &[Formal], name: &str, at: usize) -> Option<(usize, Slot)> {
-    if let Some(formal) = formals.iter().position(|formal| formal.name == name) {
-        return Some((formal, Slot::One(at)));
+fn named_slot(params: &[ParamSpec], name: &str, index: usize) -> Option<(usize, ArgSlot)> {
+    if let Some(param) = params.iter().position(|param| param.name == name) {
+        return Some((param, ArgSlot::Single(index)));
     }
-    let radius = diameter_of(name)?;
-    let known = |formal: &Formal| formal.kind.is_radius() && formal.name == radius;
-    Some((formals.iter().position(known)?, Slot::Diameter(at)))
+    let radius = radius_name(name)?;
+    let is_radius_param = |param: &ParamSpec| param.kind.is_radius() && param.name == radius;
+    Some((
+        params.iter().position(is_radius_param)?,
+        ArgSlot::Diameter(index),
+    ))
 }
 
-/// The radius that a name is the diameter of: `d1` is that of `r1`.
-fn diameter_of(name: &str) -> Option<String> {
-    name.strip_prefix('d').map(|rest| format!("r{rest}"))
+/// Name of the radius for the name of a diameter: `r1` for `d1`.
+fn radius_name(name: &str) -> Option<String> {
+    name.strip_prefix('d').map(|suffix| format!("r{suffix}"))
 }
 
-/// The first variant that fits, or the misfit of the one that came nearest.
-pub(crate) fn choose<'v>(
-    variants: impl Iterator<Item = &'v [Formal]>,
-    given: &[Given<'_>],
+/// Returns the first variant that fits, or the closest mismatch.
+pub(crate) fn choose_variant<'v>(
+    variants: impl Iterator<Item = &'v [ParamSpec]>,
+    args: &[PassedArg<'_>],
     flat: bool,
-) -> Result<(usize, Vec<Slot>), (usize, Misfit)> {
-    let mut nearest: Option<(usize, Misfit)> = None;
-    for (at, formals) in variants.enumerate() {
-        match fit(formals, given, flat) {
-            Ok(slots) => return Ok((at, slots)),
-            Err(misfit) if nearest.is_none_or(|(_, best)| best.rank() < misfit.rank()) => {
-                nearest = Some((at, misfit));
+) -> Result<(usize, Vec<ArgSlot>), (usize, ArgError)> {
+    let mut nearest: Option<(usize, ArgError)> = None;
+    for (index, params) in variants.enumerate() {
+        match match_args(params, args, flat) {
+            Ok(slots) => return Ok((index, slots)),
+            Err(error)
+                if nearest
+                    .is_none_or(|(_, previous)| previous.match_rank() < error.match_rank()) =>
+            {
+                nearest = Some((index, error));
             }
             Err(_) => {}
         }
     }
-    Err(nearest.unwrap_or((0, Misfit::TooMany { given: 0 })))
+    Err(nearest.unwrap_or((0, ArgError::TooMany { arg: 0 })))
 }
 
-/// The message about a call that fits no variant of a function; the one at `at` came nearest.
-pub(crate) fn explain(
+/// Diagnostic for a call that fits no variant of a function; the variant at `at` is the closest.
+pub(crate) fn mismatch_diagnostic(
     call: &Invocation<'_>,
-    lists: &[&[Formal]],
-    at: usize,
-    misfit: Misfit,
+    lists: &[&[ParamSpec]],
+    best_variant: usize,
+    error: ArgError,
     flat: bool,
     describe: impl Fn(&Value<'_>) -> String,
 ) -> Diagnostic {
     let name = call.name;
-    let formals = lists.get(at).copied().unwrap_or_default();
-    let wanted = signature(formals);
-    let mut all: Vec<&str> = lists
+    let params = lists.get(best_variant).copied().unwrap_or_default();
+    let signature_text = signature(params);
+    let mut names: Vec<&str> = lists
         .iter()
         .flat_map(|list| list.iter().map(|f| f.name))
         .collect();
-    all.dedup();
-    let known = lists
+    names.dedup();
+    let longest_signature = lists
         .iter()
         .max_by_key(|list| list.len())
         .map_or("".into(), |l| signature(l));
-    match misfit {
-        Misfit::UnknownName { given } => {
-            let argument = &call.given[given];
+    match error {
+        ArgError::UnknownName { arg } => {
+            let argument = &call.args[arg];
             let (written, span) = match argument.name {
                 Some(ident) => (ident.name.as_str(), ident.span),
                 None => ("", argument.span),
             };
             let message = format!("`{name}` has no argument `{written}`");
-            let diagnostic =
-                Diagnostic::error(codes::E0203, span, message).label(call.name_span, known);
-            diagnose::suggest(diagnostic, span, nearest(written, all))
+            let diagnostic = Diagnostic::error(codes::E0203, span, message)
+                .label(call.name_span, longest_signature);
+            diagnose::suggest(diagnostic, span, nearest(written, names))
         }
-        Misfit::Twice { given } => {
-            let argument = &call.given[given];
+        ArgError::Twice { arg } => {
+            let argument = &call.args[arg];
             let written = argument.name.map_or("", |ident| ident.name.as_str());
-            let message = match formals.iter().any(|formal| formal.name == written) {
+            let message = match params.iter().any(|param| param.name == written) {
                 true => format!("`{written}` is given twice"),
                 false => {
-                    let radius = diameter_of(written).unwrap_or_default();
+                    let radius = radius_name(written).unwrap_or_default();
                     format!("`{radius}` is given twice, as a radius and as a diameter")
                 }
             };
-            Diagnostic::error(codes::E0206, argument.span, message).label(call.name_span, wanted)
+            Diagnostic::error(codes::E0206, argument.span, message)
+                .label(call.name_span, signature_text)
         }
-        Misfit::TooMany { given } => {
+        ArgError::TooMany { arg } => {
             let message = format!(
                 "`{name}` takes no more than {}",
-                count(formals.len(), "argument")
+                count_noun(params.len(), "argument")
             );
-            Diagnostic::error(codes::E0205, call.given[given].span, message)
+            Diagnostic::error(codes::E0205, call.args[arg].span, message)
                 .primary("one too many")
-                .label(call.name_span, wanted)
+                .label(call.name_span, signature_text)
         }
-        Misfit::WrongShape { given, formal } => {
-            let formal = &formals[formal];
+        ArgError::WrongShape { arg, param } => {
+            let param = &params[param];
             let diagnostic = diagnose::wrong_type(
                 call,
-                formal.name,
-                kind_noun(formal.kind, flat),
-                &describe(&call.given[given].value),
-                call.given[given].span,
+                param.name,
+                kind_noun(param.kind, flat),
+                &describe(&call.args[arg].value),
+                call.args[arg].span,
             );
-            match formal.kind.is_shape() {
+            match param.kind.is_shape() {
                 true => diagnostic.help(format!("write `shape.{name}(..)`")),
                 false => diagnostic,
             }
         }
-        Misfit::PartOfVector {
-            given,
-            formal,
+        ArgError::PartOfVector {
+            arg,
+            param,
             count: numbers,
         } => {
-            let next = formals.get(formal + 1);
-            let formal = &formals[formal];
-            let width = formal.kind.width(flat);
-            let second = call.given[given + numbers - 1].span;
-            let span = call.given[given].span.to(second);
-            let one = if formal.kind.spreads() {
+            let next = params.get(param + 1);
+            let param = &params[param];
+            let width = param.kind.width(flat);
+            let second = call.args[arg + numbers - 1].span;
+            let span = call.args[arg].span.to(second);
+            let one_number = if param.kind.accepts_scalar() {
                 "one number, "
             } else {
                 ""
             };
             let message = format!(
-                "`{}` of `{name}` is {one}{width} numbers or a vector, and this is {}",
-                formal.name,
-                count(numbers, "number"),
+                "`{}` of `{name}` is {one_number}{width} numbers or a vector, and this is {}",
+                param.name,
+                count_noun(numbers, "number"),
             );
-            let diagnostic =
-                Diagnostic::error(codes::E0311, span, message).label(call.name_span, wanted);
-            // Of two numbers, the second was meant for what comes next.
+            let diagnostic = Diagnostic::error(codes::E0311, span, message)
+                .label(call.name_span, signature_text);
+            // Of two numbers, the second was probably meant for the next parameter.
             match next.filter(|next| next.default.is_none()) {
-                Some(next) if numbers == 2 && formal.kind.spreads() => diagnostic.fix(
+                Some(next) if numbers == 2 && param.kind.accepts_scalar() => diagnostic.fix(
                     second.at_start(),
                     format!("{}: ", next.name),
                     format!(
                         "one number is the {} on all sides; what follows it needs its name",
-                        formal.name
+                        param.name
                     ),
                 ),
                 _ => diagnostic,
             }
         }
-        Misfit::Missing { formal } => {
-            let formal = &formals[formal];
-            let or = match formal.kind.is_radius() && formal.name.starts_with('r') {
-                true => format!(" (or `d{}`)", &formal.name[1..]),
+        ArgError::Missing { param } => {
+            let param = &params[param];
+            let or = match param.kind.is_radius() && param.name.starts_with('r') {
+                true => format!(" (or `d{}`)", &param.name[1..]),
                 false => String::new(),
             };
-            let message = format!("`{name}` needs `{}`{or}", formal.name);
+            let message = format!("`{name}` needs `{}`{or}", param.name);
             let diagnostic =
-                Diagnostic::error(codes::E0204, call.name_span, message).primary(wanted);
-            match formal.kind.is_shape() {
+                Diagnostic::error(codes::E0204, call.name_span, message).primary(signature_text);
+            match param.kind.is_shape() {
                 true => diagnostic.help(format!("write `shape.{name}(..)`")),
                 false => diagnostic,
             }
@@ -403,51 +419,55 @@ pub(crate) fn explain(
     }
 }
 
-/// Parameters as they are listed in messages, `angle: angle, axis: direction`.
-pub(crate) fn signature(formals: &[Formal]) -> String {
-    let one = |formal: &Formal| {
-        let noun = match formal.kind {
-            Kind::Row(ArgumentKind::Size3) => "number or vec3",
-            Kind::Row(ArgumentKind::Size2) => "number or vec2",
-            Kind::Any if formal.name == "angle" => "angle",
-            kind => super::bound::bare(kind_noun(kind, false)),
+/// Parameters as messages list them, `angle: angle, axis: direction`.
+pub(crate) fn signature(params: &[ParamSpec]) -> String {
+    let describe_param = |param: &ParamSpec| {
+        let noun = match param.kind {
+            ExpectedKind::Row(ArgumentKind::Size3) => "number or vec3",
+            ExpectedKind::Row(ArgumentKind::Size2) => "number or vec2",
+            ExpectedKind::Any if param.name == "angle" => "angle",
+            kind => super::bound_args::without_article(kind_noun(kind, false)),
         };
-        let mark = if formal.default.is_some() { "?" } else { "" };
-        format!("{}{mark}: {noun}", formal.name)
+        let mark = if param.default.is_some() { "?" } else { "" };
+        format!("{}{mark}: {noun}", param.name)
     };
-    formals.iter().map(one).collect::<Vec<_>>().join(", ")
+    params
+        .iter()
+        .map(describe_param)
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
-/// What a parameter takes, in words.
-pub(crate) fn kind_noun(kind: Kind, flat: bool) -> &'static str {
+/// The kind in words, with its article.
+pub(crate) fn kind_noun(kind: ExpectedKind, flat: bool) -> &'static str {
     use ArgumentKind as A;
     match kind {
-        Kind::Row(A::Radius | A::RadiusOrZero) => "a radius",
-        Kind::Row(A::Length | A::LengthOrZero | A::Offset) => "a length",
-        Kind::Row(A::Size3 | A::Size2) => "a size",
-        Kind::Row(A::Radii3) => "a number or a vector of radii",
-        Kind::Row(A::Lengths3) => "a number or a vector of lengths",
-        Kind::Row(A::Counts3) => "a count or a vector of counts",
-        Kind::Row(A::Vec2) => "a vec2",
-        Kind::Row(A::Vec3) if flat => "a vec2",
-        Kind::Row(A::Vec3) => "a vec3",
-        Kind::Row(A::Direction) => "a direction",
-        Kind::Row(A::Angle) => "an angle",
-        Kind::Row(A::Number) => "a number",
-        Kind::Row(A::Count) => "a whole number",
-        Kind::Factors => "a factor or a vector of factors",
-        Kind::Shape => "a shape",
-        Kind::Figure => "a 2D shape",
-        Kind::Solid => "a 3D shape",
-        Kind::Function => "a function",
-        Kind::Material => "a material",
-        Kind::List => "a list",
-        Kind::Any => "a value",
+        ExpectedKind::Row(A::Radius | A::RadiusOrZero) => "a radius",
+        ExpectedKind::Row(A::Length | A::LengthOrZero | A::Offset) => "a length",
+        ExpectedKind::Row(A::Size3 | A::Size2) => "a size",
+        ExpectedKind::Row(A::Radii3) => "a number or a vector of radii",
+        ExpectedKind::Row(A::Lengths3) => "a number or a vector of lengths",
+        ExpectedKind::Row(A::Counts3) => "a count or a vector of counts",
+        ExpectedKind::Row(A::Vec2) => "a vec2",
+        ExpectedKind::Row(A::Vec3) if flat => "a vec2",
+        ExpectedKind::Row(A::Vec3) => "a vec3",
+        ExpectedKind::Row(A::Direction) => "a direction",
+        ExpectedKind::Row(A::Angle) => "an angle",
+        ExpectedKind::Row(A::Number) => "a number",
+        ExpectedKind::Row(A::Count) => "a whole number",
+        ExpectedKind::Factors => "a factor or a vector of factors",
+        ExpectedKind::Shape => "a shape",
+        ExpectedKind::Shape2 => "a 2D shape",
+        ExpectedKind::Shape3 => "a 3D shape",
+        ExpectedKind::Function => "a function",
+        ExpectedKind::Material => "a material",
+        ExpectedKind::List => "a list",
+        ExpectedKind::Any => "a value",
     }
 }
 
 /// A count with its noun.
-pub(crate) fn count(number: usize, noun: &str) -> String {
+pub(crate) fn count_noun(number: usize, noun: &str) -> String {
     match number {
         0 => format!("no {noun}s"),
         1 => format!("1 {noun}"),

@@ -1,13 +1,13 @@
-//! Blends: how two surfaces go over into each other, and which row of the table that is.
+//! Blends: kinds of transition between two surfaces, and their operations in the table.
 
 use super::Elaborator;
-use super::arguments::Given;
-use super::bound::short;
+use super::arguments::PassedArg;
+use super::bound_args::format_short;
 use super::calls::word;
-use super::csg::SetOperation;
+use super::constness::Demand;
+use super::csg::SetOperator;
 use super::diagnose::{nearest, suggest, unknown_name};
-use super::evaluate::{Halt, Here};
-use super::stage::Demand;
+use super::evaluate::{Abort, Env};
 use super::value::{Quantity, Value};
 use crate::expression::{ExprId, Stage};
 use crate::scene::ShapeId;
@@ -15,7 +15,7 @@ use sdfc_lang::ast::{Arg, Args};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::table::Op;
 
-/// How two surfaces go over into each other.
+/// Kind of transition between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum BlendKind {
     Quadratic,
@@ -29,7 +29,7 @@ pub(crate) enum BlendKind {
 }
 
 impl BlendKind {
-    /// The words for it: the first is the one that is suggested.
+    /// Words of the language for each kind; the preferred word comes first.
     const WORDS: [(&'static str, BlendKind); 9] = [
         ("quadratic", BlendKind::Quadratic),
         ("smooth", BlendKind::Quadratic),
@@ -42,7 +42,7 @@ impl BlendKind {
         ("stairs", BlendKind::Stairs),
     ];
 
-    fn of(word: &str) -> Option<Self> {
+    fn from_word(word: &str) -> Option<Self> {
         Self::WORDS
             .iter()
             .find(|(name, _)| *name == word)
@@ -56,26 +56,26 @@ impl BlendKind {
 
 /// A blend: `[0.2]`, `[chamfer, 0.3]`, `[stairs, 0.4, n: 4]`.
 #[derive(Clone, Debug)]
-pub(crate) struct Blend {
-    /// Which one.
+pub(crate) struct BlendSpec {
+    /// Kind.
     pub(crate) kind: BlendKind,
-    /// The thickness of a smooth blend, the radius of the others.
+    /// Thickness of a smooth blend, radius of the other kinds.
     pub(crate) amount: ExprId,
-    /// The number of stairs.
+    /// Number of stairs.
     pub(crate) steps: Option<ExprId>,
-    /// Where it is written.
+    /// Source span.
     pub(crate) span: Span,
 }
 
 impl<'a> Elaborator<'a> {
-    /// The row of a set operation with a blend, and its parameters.
+    /// The operation of a set operation with a blend, and its parameters.
     pub(crate) fn set_row(
         &mut self,
-        operation: SetOperation,
-        blend: Option<&Blend>,
+        operation: SetOperator,
+        blend: Option<&BlendSpec>,
     ) -> Option<(Op, Vec<ExprId>)> {
         use BlendKind as K;
-        use SetOperation as S;
+        use SetOperator as S;
         let Some(blend) = blend else {
             let row = match operation {
                 S::Union => Op::Union,
@@ -116,38 +116,39 @@ impl<'a> Elaborator<'a> {
         };
         let mut arguments = vec![blend.amount];
         if blend.kind == K::Distance {
-            // Thin at the origin, thicker by a tenth of the way from there, up to four times.
+            // The blend is 0 thick at the origin and grows by 0.1 per unit of distance, to at most
+            // 4 times the amount.
             let (zero, growth, times) = (
                 self.graph.constant(0.0),
                 self.graph.constant(0.1),
                 self.graph.constant(4.0),
             );
-            let most = self.op(Op::Mul, &[blend.amount, times]);
-            arguments = vec![zero, zero, zero, blend.amount, growth, most];
+            let max_amount = self.op(Op::Mul, &[blend.amount, times]);
+            arguments = vec![zero, zero, zero, blend.amount, growth, max_amount];
         }
         if blend.kind == K::Stairs {
             let steps = blend.steps.unwrap_or_else(|| self.graph.constant(3.0));
             arguments.push(steps);
         }
-        Some((row, self.prepared(row, &arguments)))
+        Some((row, self.prepare_parameters(row, &arguments)))
     }
 
-    /// A blend in brackets after an operator, or in a scope.
+    /// Evaluates a blend in brackets after an operator, or in a scope.
     pub(crate) fn blend(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         args: &'a Args,
         operator: Option<Span>,
-    ) -> Result<Option<Blend>, Halt> {
+    ) -> Result<Option<BlendSpec>, Abort> {
         let positional = args
             .args
             .iter()
             .take_while(|arg| arg.name.is_none())
             .count();
         let mut kind = BlendKind::Quadratic;
-        let mut rest = args.args.as_slice();
-        // One argument is the radius, even if a parameter is called `fillet`; of two, the first is
-        // the kind.
+        let mut remaining = args.args.as_slice();
+        // A single argument is the radius, even if a parameter is called `fillet`. Of two, the
+        // first is the kind.
         if positional > 1 || positional == 1 && args.args.len() > 1 && is_kind(&args.args[0]) {
             let Some(word) = word(&args.args[0].value) else {
                 let message = "a blend is a radius, or a kind and a radius";
@@ -156,7 +157,7 @@ impl<'a> Elaborator<'a> {
                 self.report(Diagnostic::error(codes::E0301, span, message).help(help));
                 return Ok(None);
             };
-            let Some(named) = BlendKind::of(&word.name) else {
+            let Some(named) = BlendKind::from_word(&word.name) else {
                 let diagnostic = unknown_name(
                     codes::E0201,
                     "blend",
@@ -164,17 +165,17 @@ impl<'a> Elaborator<'a> {
                     word.span,
                     BlendKind::names(),
                 );
-                let all = BlendKind::names().collect::<Vec<_>>().join(", ");
-                self.report(diagnostic.help(format!("there are {all}")));
+                let names = BlendKind::names().collect::<Vec<_>>().join(", ");
+                self.report(diagnostic.help(format!("there are {names}")));
                 return Ok(None);
             };
             kind = named;
-            rest = &args.args[1..];
+            remaining = &args.args[1..];
         }
         let mut amount = None;
         let mut steps = None;
-        for arg in rest {
-            let value = self.eval(here, &arg.value)?;
+        for arg in remaining {
+            let value = self.eval(env, &arg.value)?;
             match arg.name.as_ref().map(|name| name.name.as_str()) {
                 None if amount.is_none() => {
                     let Some(id) = self.blend_amount(&value, arg.value.span) else {
@@ -190,13 +191,13 @@ impl<'a> Elaborator<'a> {
                 }
                 Some(name) => {
                     let message = format!("a blend has no argument `{name}`");
-                    let known = if kind == BlendKind::Stairs {
+                    let allowed = if kind == BlendKind::Stairs {
                         vec!["n"]
                     } else {
                         vec![]
                     };
                     let diagnostic = Diagnostic::error(codes::E0203, arg.span, message);
-                    self.report(suggest(diagnostic, arg.span, nearest(name, known)));
+                    self.report(suggest(diagnostic, arg.span, nearest(name, allowed)));
                     return Ok(None);
                 }
                 None => {
@@ -211,8 +212,8 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0204, args.span, message));
             return Ok(None);
         };
-        let span = operator.map_or(args.span, |at| at.to(args.span));
-        Ok(Some(Blend {
+        let span = operator.map_or(args.span, |operator_span| operator_span.to(args.span));
+        Ok(Some(BlendSpec {
             kind,
             amount,
             steps,
@@ -228,13 +229,13 @@ impl<'a> Elaborator<'a> {
                 *number
             }
             other => {
-                self.wrong(other, "a blend wants a length", span);
+                self.report_wrong(other, "a blend wants a length", span);
                 return None;
             }
         };
         let stage = self.graph.stage(number.id);
         if stage > Stage::Uniform {
-            self.report_late("the radius of a blend", stage, span);
+            self.report_too_late("the radius of a blend", stage, span);
             return None;
         }
         self.check_above("the radius of a blend", number.id, false, span)?;
@@ -243,14 +244,14 @@ impl<'a> Elaborator<'a> {
 
     pub(crate) fn stair_count(&mut self, value: &Value<'a>, span: Span) -> Option<ExprId> {
         let Value::Number(number) = value else {
-            self.wrong(value, "`n` is a whole number", span);
+            self.report_wrong(value, "`n` is a whole number", span);
             return None;
         };
         let count = self.demand(number.id, &Demand::new("the number of stairs", span))?;
         if !(1.0..=1000.0).contains(&count) || count.fract() != 0.0 {
             let message = format!(
                 "stairs are a whole number from 1 to 1000, and this is {}",
-                short(count)
+                format_short(count)
             );
             self.report(Diagnostic::error(codes::E0401, span, message));
             return None;
@@ -258,9 +259,9 @@ impl<'a> Elaborator<'a> {
         Some(self.graph.constant(count))
     }
 
-    pub(crate) fn warn_of_large_blend(
+    pub(crate) fn warn_large_blend(
         &mut self,
-        blend: &Blend,
+        blend: &BlendSpec,
         shapes: &[ShapeId],
         _spans: [Span; 2],
     ) {
@@ -278,8 +279,8 @@ impl<'a> Elaborator<'a> {
             if !bounds.is_empty() && size > 0.0 && amount > size {
                 let message = format!(
                     "this blend of {} is larger than a shape of {} that it joins",
-                    short(amount),
-                    short(size)
+                    format_short(amount),
+                    format_short(size)
                 );
                 let shape = self.shapes[id.0 as usize].span;
                 let mut warning = Diagnostic::warning(codes::W0401, blend.span, message);
@@ -292,26 +293,26 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    pub(crate) fn kernel(&mut self, given: &Given<'a>) -> Option<BlendKind> {
-        let Value::Word(word) = given.value else {
-            self.wrong(
-                &given.value.clone(),
+    pub(crate) fn blend_kernel(&mut self, arg: &PassedArg<'a>) -> Option<BlendKind> {
+        let Value::Word(word) = arg.value else {
+            self.report_wrong(
+                &arg.value.clone(),
                 "a kernel is a word, such as `cubic`",
-                given.span,
+                arg.span,
             );
             return None;
         };
-        let kind = BlendKind::of(word);
+        let kind = BlendKind::from_word(word);
         if kind.is_none() {
             let names = BlendKind::names();
-            let diagnostic = unknown_name(codes::E0201, "kernel", word, given.span, names);
-            let all = BlendKind::names().collect::<Vec<_>>().join(", ");
-            self.report(diagnostic.help(format!("there are {all}")));
+            let diagnostic = unknown_name(codes::E0201, "kernel", word, arg.span, names);
+            let list = BlendKind::names().collect::<Vec<_>>().join(", ");
+            self.report(diagnostic.help(format!("there are {list}")));
         }
         kind
     }
 }
 
 fn is_kind(arg: &Arg) -> bool {
-    word(&arg.value).is_some_and(|word| BlendKind::of(&word.name).is_some())
+    word(&arg.value).is_some_and(|word| BlendKind::from_word(&word.name).is_some())
 }

@@ -6,21 +6,21 @@ mod light;
 mod render;
 
 use super::Elaborator;
-use super::bound::short;
+use super::bound_args::format_short;
 use super::calls::word;
+use super::constness::Demand;
 use super::diagnose::{nearest, suggest, unknown_name};
-use super::evaluate::{Halt, Here};
-use super::numbers::{Form, parts};
-use super::stage::Demand;
+use super::evaluate::{Abort, Env};
+use super::numbers::{Form, components};
 use super::value::{Quantity, Record, Value};
 use crate::expression::{ExprId, Stage};
-use crate::scene::{Material, Triple};
+use crate::scene::{ExprTriple, Material};
 use sdfc_lang::ast::{self, Block, Field};
 use sdfc_lang::{Diagnostic, Span, codes};
 use std::rc::Rc;
 
-/// Every kind of block with its fields; a record has any.
-pub(crate) const KINDS: [(&str, &[&str]); 8] = [
+/// Kinds of blocks with their fields. A record may have any field.
+pub(crate) const BLOCK_KINDS: [(&str, &[&str]); 8] = [
     ("scene", &["units", "up"]),
     ("camera", &["from", "look", "up", "fov", "height"]),
     ("light", &["dir", "at", "color", "intensity", "shadow"]),
@@ -47,7 +47,7 @@ pub(crate) const KINDS: [(&str, &[&str]); 8] = [
     ("record", &[]),
 ];
 
-/// The fields whose value may be a word of its own, by kind of block and name.
+/// Fields whose value may be a bare word, by kind of block and name.
 pub(crate) const WORD_FIELDS: [(&str, &str); 6] = [
     ("scene", "units"),
     ("scene", "up"),
@@ -57,70 +57,70 @@ pub(crate) const WORD_FIELDS: [(&str, &str); 6] = [
     ("render", "tonemap"),
 ];
 
-/// What a field may be.
+/// Requirements on the value of a field.
 #[derive(Clone, Copy)]
-struct Wanted<'w> {
-    /// In a sentence: "`fov` of a camera".
-    what: &'w str,
-    /// The latest stage at which it may be known.
-    stage: Stage,
+struct FieldRequirement<'w> {
+    /// The field as a subject of a sentence: "`fov` of a camera".
+    subject: &'w str,
+    /// The latest stage that the value may depend on.
+    max_stage: Stage,
 }
 
 impl<'a> Elaborator<'a> {
-    /// A block of a file. In an imported file only materials and records count.
+    /// Evaluates a block. In an imported file, only materials and records have an effect.
     pub(crate) fn block(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         block: &'a Block,
-    ) -> Result<Option<Value<'a>>, Halt> {
+    ) -> Result<Option<Value<'a>>, Abort> {
         let kind = block.kind.name.as_str();
-        let Some((_, fields)) = KINDS.iter().find(|(name, _)| *name == kind) else {
-            let known = KINDS.iter().map(|(name, _)| *name);
+        let Some((_, fields)) = BLOCK_KINDS.iter().find(|(name, _)| *name == kind) else {
+            let names = BLOCK_KINDS.iter().map(|(name, _)| *name);
             let diagnostic =
-                unknown_name(codes::E0207, "block", kind, block.kind.span, known.clone());
-            let all = known.collect::<Vec<_>>().join(", ");
+                unknown_name(codes::E0207, "block", kind, block.kind.span, names.clone());
+            let list = names.collect::<Vec<_>>().join(", ");
             self.report(match diagnostic.fixes.is_empty() {
-                true => diagnostic.help(format!("the blocks are {all}")),
+                true => diagnostic.help(format!("the blocks are {list}")),
                 false => diagnostic,
             });
             return Ok(None);
         };
         if kind == "record" {
-            return self.record(here, block).map(Some);
+            return self.record(env, block).map(Some);
         }
         self.check_fields(block, fields);
         if kind == "material" {
-            return self.material_block(here, block).map(Some);
+            return self.material_block(env, block).map(Some);
         }
-        if here.module != self.root() {
+        if env.module != self.root() {
             return Ok(None);
         }
         match kind {
-            "camera" => self.camera(here, block)?,
-            "light" => self.light(here, block)?,
-            "sky" => self.sky_block(here, block)?,
-            "render" => self.render_block(here, block)?,
-            "animate" => self.animate(here, block)?,
-            // What `scene` says was read before all else.
+            "camera" => self.camera(env, block)?,
+            "light" => self.light(env, block)?,
+            "sky" => self.sky_block(env, block)?,
+            "render" => self.render_block(env, block)?,
+            "animate" => self.animate(env, block)?,
+            // The `scene` block was evaluated before all items.
             _ => {}
         }
         Ok(None)
     }
 
-    fn check_fields(&mut self, block: &Block, known: &[&str]) {
-        for (at, field) in block.fields.iter().enumerate() {
+    fn check_fields(&mut self, block: &Block, allowed: &[&str]) {
+        for (index, field) in block.fields.iter().enumerate() {
             let name = field.name.name.as_str();
             let kind = block.kind.name.as_str();
-            if !known.contains(&name) {
+            if !allowed.contains(&name) {
                 let message = format!("a {kind} has no `{name}`");
                 let diagnostic = Diagnostic::error(codes::E0208, field.name.span, message);
-                let near = nearest(name, known.iter().copied());
-                let diagnostic = match near {
-                    Some(_) => suggest(diagnostic, field.name.span, near),
-                    None => diagnostic.help(format!("its fields are {}", known.join(", "))),
+                let suggestion = nearest(name, allowed.iter().copied());
+                let diagnostic = match suggestion {
+                    Some(_) => suggest(diagnostic, field.name.span, suggestion),
+                    None => diagnostic.help(format!("its fields are {}", allowed.join(", "))),
                 };
                 self.report(diagnostic);
-            } else if let Some(first) = block.fields[..at]
+            } else if let Some(first) = block.fields[..index]
                 .iter()
                 .find(|other| other.name.name == field.name.name)
             {
@@ -131,7 +131,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    fn record(&mut self, here: &Here<'a>, block: &'a Block) -> Result<Value<'a>, Halt> {
+    fn record(&mut self, env: &Env<'a>, block: &'a Block) -> Result<Value<'a>, Abort> {
         let Some(name) = &block.name else {
             let message = "a record needs a name";
             let example = "write `record size { width: 2, height: 1 }`";
@@ -140,7 +140,7 @@ impl<'a> Elaborator<'a> {
         };
         let mut fields = Vec::with_capacity(block.fields.len());
         for field in &block.fields {
-            fields.push((field.name.name.as_str(), self.eval(here, &field.value)?));
+            fields.push((field.name.name.as_str(), self.eval(env, &field.value)?));
         }
         Ok(Value::Record(Rc::new(Record {
             name: &name.name,
@@ -148,31 +148,32 @@ impl<'a> Elaborator<'a> {
         })))
     }
 
-    /// What the `scene` block of a file says, read before everything else.
+    /// Applies the `scene` block of a file, before everything else.
     pub(crate) fn scene_block(&mut self, block: &'a Block) {
-        let one_of = |e: &mut Self, field: &'a Field, allowed: &[&str]| -> Option<usize> {
-            let given = word(&field.value).map(|word| word.name.as_str());
-            let found = given.and_then(|given| allowed.iter().position(|a| *a == given));
-            if found.is_none() {
-                let all = allowed.join(", ");
-                let message = format!("`{}` is one of {all}", field.name.name);
+        let word_index = |e: &mut Self, field: &'a Field, allowed: &[&str]| -> Option<usize> {
+            let written = word(&field.value).map(|word| word.name.as_str());
+            let index = written.and_then(|written| allowed.iter().position(|a| *a == written));
+            if index.is_none() {
+                let list = allowed.join(", ");
+                let message = format!("`{}` is one of {list}", field.name.name);
                 let diagnostic = Diagnostic::error(codes::E0301, field.value.span, message);
-                let near = given.and_then(|given| nearest(given, allowed.iter().copied()));
-                e.report(suggest(diagnostic, field.value.span, near));
+                let suggestion =
+                    written.and_then(|written| nearest(written, allowed.iter().copied()));
+                e.report(suggest(diagnostic, field.value.span, suggestion));
             }
-            found
+            index
         };
         for field in &block.fields {
             match field.name.name.as_str() {
                 "units" => {
                     // `in` is a reserved word.
-                    if let Some(at) = one_of(self, field, &["mm", "cm", "m", "inch"]) {
-                        self.unit = [1.0, 10.0, 1000.0, 25.4][at];
+                    if let Some(index) = word_index(self, field, &["mm", "cm", "m", "inch"]) {
+                        self.unit_mm = [1.0, 10.0, 1000.0, 25.4][index];
                     }
                 }
                 "up" => {
-                    if let Some(at) = one_of(self, field, &["y", "z"]) {
-                        self.z_up = at == 1;
+                    if let Some(index) = word_index(self, field, &["y", "z"]) {
+                        self.z_up = index == 1;
                     }
                 }
                 _ => {}
@@ -180,24 +181,24 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    fn given(&self, block: &'a Block, name: &str) -> Option<&'a Field> {
+    fn find_field(&self, block: &'a Block, name: &str) -> Option<&'a Field> {
         block.fields.iter().find(|field| field.name.name == name)
     }
 
-    /// The numbers of a field: one, or three.
+    /// Evaluates a field to numbers: one scalar, or three components.
     fn field_numbers(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         field: &'a Field,
         form: Form,
-        wanted: Wanted<'_>,
-    ) -> Result<Option<[ExprId; 3]>, Halt> {
+        requirement: FieldRequirement<'_>,
+    ) -> Result<Option<[ExprId; 3]>, Abort> {
         let span = field.value.span;
-        let mut value = self.eval(here, &field.value)?;
-        if wanted.stage > Stage::Uniform {
+        let mut value = self.eval(env, &field.value)?;
+        if requirement.max_stage > Stage::Uniform {
             value = self.surface_value(value, span)?;
         }
-        let numbers = match (form, parts(&value)) {
+        let numbers = match (form, components(&value)) {
             (Form::Color, Some((Form::Color | Form::Vector(3), numbers)))
             | (Form::Vector(3), Some((Form::Vector(3), numbers)))
             | (Form::Scalar, Some((Form::Scalar, numbers))) => numbers,
@@ -207,23 +208,23 @@ impl<'a> Elaborator<'a> {
                     Form::Vector(_) => "a vec3",
                     Form::Color => "a color",
                 };
-                self.wrong(&value, &format!("{} is {noun}", wanted.what), span);
+                self.report_wrong(&value, &format!("{} is {noun}", requirement.subject), span);
                 return Ok(None);
             }
         };
         let ids = [numbers[0].id, numbers[1].id, numbers[2].id];
         for (id, number) in ids.iter().zip(numbers).take(form.len()) {
             let stage = self.graph.stage(*id);
-            if stage > wanted.stage {
-                self.report_late(wanted.what, stage, span);
+            if stage > requirement.max_stage {
+                self.report_too_late(requirement.subject, stage, span);
                 return Ok(None);
             }
             if number.quantity == Quantity::Angle {
-                let message = format!("{} is not an angle", wanted.what);
+                let message = format!("{} is not an angle", requirement.subject);
                 self.report(Diagnostic::error(codes::E0303, span, message));
                 return Ok(None);
             }
-            if self.finite(*id, span).is_none() {
+            if self.require_finite(*id, span).is_none() {
                 return Ok(None);
             }
         }
@@ -232,60 +233,71 @@ impl<'a> Elaborator<'a> {
 
     fn vector_field(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         block: &'a Block,
         name: &str,
-    ) -> Result<Option<Triple>, Halt> {
-        let Some(field) = self.given(block, name) else {
+    ) -> Result<Option<ExprTriple>, Abort> {
+        let Some(field) = self.find_field(block, name) else {
             return Ok(None);
         };
         let what = format!("`{name}` of a {}", block.kind.name);
-        let wanted = Wanted {
-            what: &what,
-            stage: Stage::Uniform,
+        let requirement = FieldRequirement {
+            subject: &what,
+            max_stage: Stage::Uniform,
         };
-        self.field_numbers(here, field, Form::Vector(3), wanted)
+        self.field_numbers(env, field, Form::Vector(3), requirement)
     }
 
     fn color_field(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         block: &'a Block,
         name: &str,
         stage: Stage,
-    ) -> Result<Option<Triple>, Halt> {
-        let Some(field) = self.given(block, name) else {
+    ) -> Result<Option<ExprTriple>, Abort> {
+        let Some(field) = self.find_field(block, name) else {
             return Ok(None);
         };
         let what = format!("`{name}` of a {}", block.kind.name);
-        self.field_numbers(here, field, Form::Color, Wanted { what: &what, stage })
+        self.field_numbers(
+            env,
+            field,
+            Form::Color,
+            FieldRequirement {
+                subject: &what,
+                max_stage: stage,
+            },
+        )
     }
 
-    /// A number that must not be negative, nor above a limit.
+    /// Evaluates a field to a number from 0 to `limit`.
     fn number_field(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         block: &'a Block,
         name: &str,
         stage: Stage,
         limit: f64,
-    ) -> Result<Option<ExprId>, Halt> {
-        let Some(field) = self.given(block, name) else {
+    ) -> Result<Option<ExprId>, Abort> {
+        let Some(field) = self.find_field(block, name) else {
             return Ok(None);
         };
         let what = format!("`{name}` of a {}", block.kind.name);
-        let wanted = Wanted { what: &what, stage };
-        let Some([id, ..]) = self.field_numbers(here, field, Form::Scalar, wanted)? else {
+        let requirement = FieldRequirement {
+            subject: &what,
+            max_stage: stage,
+        };
+        let Some([id, ..]) = self.field_numbers(env, field, Form::Scalar, requirement)? else {
             return Ok(None);
         };
         if self.is_uniform(id) {
-            let now = self.present(id);
-            if !(0.0..=limit).contains(&now) {
+            let value = self.current_value(id);
+            if !(0.0..=limit).contains(&value) {
                 let range = match limit.is_finite() {
                     true => format!("from 0 to {limit}"),
                     false => "0 or larger".to_owned(),
                 };
-                let message = format!("{what} is {range}, and this is {}", short(now));
+                let message = format!("{what} is {range}, and this is {}", format_short(value));
                 self.report(Diagnostic::error(codes::E0401, field.value.span, message));
                 return Ok(None);
             }
@@ -293,29 +305,29 @@ impl<'a> Elaborator<'a> {
         Ok(Some(id))
     }
 
-    /// A whole number that is known while compiling.
+    /// Evaluates a field to an integer within the range, at compile time.
     fn count_field(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         block: &'a Block,
         name: &str,
         range: std::ops::RangeInclusive<u32>,
-    ) -> Result<Option<u32>, Halt> {
-        let Some(field) = self.given(block, name) else {
+    ) -> Result<Option<u32>, Abort> {
+        let Some(field) = self.find_field(block, name) else {
             return Ok(None);
         };
         let what = format!("`{name}` of a {}", block.kind.name);
-        let wanted = Wanted {
-            what: &what,
-            stage: Stage::Uniform,
+        let requirement = FieldRequirement {
+            subject: &what,
+            max_stage: Stage::Uniform,
         };
-        match self.field_numbers(here, field, Form::Scalar, wanted)? {
-            Some([id, ..]) => Ok(self.count(&what, id, range, field.value.span)),
+        match self.field_numbers(env, field, Form::Scalar, requirement)? {
+            Some([id, ..]) => Ok(self.integer_in_range(&what, id, range, field.value.span)),
             None => Ok(None),
         }
     }
 
-    fn count(
+    fn integer_in_range(
         &mut self,
         what: &str,
         id: ExprId,
@@ -325,7 +337,7 @@ impl<'a> Elaborator<'a> {
         let value = self.demand(id, &Demand::new(what, span))?;
         let (low, high) = (f64::from(*range.start()), f64::from(*range.end()));
         if !(low..=high).contains(&value) || value.fract() != 0.0 {
-            let value = short(value);
+            let value = format_short(value);
             let message =
                 format!("{what} is a whole number from {low} to {high}, and this is {value}");
             self.report(Diagnostic::error(codes::E0401, span, message));
@@ -336,27 +348,27 @@ impl<'a> Elaborator<'a> {
 
     fn angle_field(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         block: &'a Block,
         name: &str,
-    ) -> Result<Option<ExprId>, Halt> {
-        let Some(field) = self.given(block, name) else {
+    ) -> Result<Option<ExprId>, Abort> {
+        let Some(field) = self.find_field(block, name) else {
             return Ok(None);
         };
-        let value = self.eval(here, &field.value)?;
+        let value = self.eval(env, &field.value)?;
         match value {
             Value::Number(number) => {
                 Ok(self.angle(name, number, field.value.span, field.name.span))
             }
             other => {
-                let wanted = format!("`{name}` of a {} is an angle", block.kind.name);
-                self.wrong(&other, &wanted, field.value.span);
+                let message = format!("`{name}` of a {} is an angle", block.kind.name);
+                self.report_wrong(&other, &message, field.value.span);
                 Ok(None)
             }
         }
     }
 
-    fn material_block(&mut self, here: &Here<'a>, block: &'a Block) -> Result<Value<'a>, Halt> {
+    fn material_block(&mut self, env: &Env<'a>, block: &'a Block) -> Result<Value<'a>, Abort> {
         let Some(name) = &block.name else {
             let message = "a material needs a name";
             let example = "write `material stone { color: #8a8a8a }`";
@@ -366,17 +378,17 @@ impl<'a> Elaborator<'a> {
         let stage = Stage::Normal;
         let errors = self.reports.error_count();
         let default = self.materials[0].clone();
-        let albedo = self.color_field(here, block, "color", stage)?;
-        let roughness = self.number_field(here, block, "roughness", stage, 1.0)?;
-        let metallic = self.number_field(here, block, "metallic", stage, 1.0)?;
-        let emission = self.color_field(here, block, "emission", stage)?;
-        let bump = match self.given(block, "bump") {
+        let albedo = self.color_field(env, block, "color", stage)?;
+        let roughness = self.number_field(env, block, "roughness", stage, 1.0)?;
+        let metallic = self.number_field(env, block, "metallic", stage, 1.0)?;
+        let emission = self.color_field(env, block, "emission", stage)?;
+        let bump = match self.find_field(block, "bump") {
             Some(field) => {
-                let wanted = Wanted {
-                    what: "`bump` of a material",
-                    stage: Stage::Point,
+                let requirement = FieldRequirement {
+                    subject: "`bump` of a material",
+                    max_stage: Stage::Point,
                 };
-                let numbers = self.field_numbers(here, field, Form::Scalar, wanted)?;
+                let numbers = self.field_numbers(env, field, Form::Scalar, requirement)?;
                 numbers.map(|[height, ..]| height)
             }
             None => None,

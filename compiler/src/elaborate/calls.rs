@@ -1,95 +1,96 @@
-//! Calls: of the scene's own functions, of the language's, and of rows of the table.
+//! Calls of functions of the scene, of built-in functions, and of operations of the table.
 //!
-//! `x.f(a)` is `f(x, a)` for every function. A name means the scene's own function if there is one.
+//! For every function, `x.f(a)` means `f(x, a)`. A function of the scene hides a built-in of that
+//! name.
 
-use super::arguments::{self, Formal, Given, Invocation, Slot, count};
+use super::arguments::{self, ArgSlot, Invocation, ParamSpec, PassedArg, count_noun};
 use super::diagnose::{self, nearest};
-use super::evaluate::{Halt, Here, Outcome};
+use super::evaluate::{Abort, Env, EvalResult};
 use super::value::{Closure, Value};
-use super::vocabulary::{self, Function, RunFixed};
+use super::vocabulary::{self, BuiltinFunction, RunFixed};
 use super::{Active, Elaborator};
 use crate::expression::Stage;
 use sdfc_lang::ast::{self, Arg, Args, Call, ExprKind, Ident, Suffix};
 use sdfc_lang::{Diagnostic, Span, codes};
 use std::rc::Rc;
 
-/// The deepest that calls of the scene's own functions go into each other.
+/// Maximum depth of nested calls of the scene's functions.
 pub(crate) const MAX_CALLS: usize = 256;
 
-/// The arguments that take a word of their own, such as a kernel's name.
+/// Arguments that accept a bare word, such as the name of a kernel.
 pub(crate) const WORD_ARGUMENTS: [&str; 1] = ["kernel"];
 
 impl<'a> Elaborator<'a> {
     /// `name(args)`
-    pub(crate) fn call(&mut self, here: &Here<'a>, call: &'a Call, span: Span) -> Outcome<'a> {
-        let given = self.arguments(here, &call.args, Vec::new())?;
+    pub(crate) fn call(&mut self, env: &Env<'a>, call: &'a Call, span: Span) -> EvalResult<'a> {
+        let args = self.arguments(env, &call.args, Vec::new())?;
         let Some(name) = call.callee.segments.last() else {
             return Ok(Value::Poison);
         };
-        let Some(callee) = self.lookup(here, &call.callee) else {
-            self.report_unknown(here, &call.callee, "function");
+        let Some(callee) = self.lookup(env, &call.callee) else {
+            self.report_unknown(env, &call.callee, "function");
             return Ok(Value::Poison);
         };
         let call = Invocation {
             name: &name.name,
             name_span: call.callee.span,
             span,
-            given,
+            args,
         };
         self.invoke(&callee, call)
     }
 
     /// `value.name(args)`
-    pub(crate) fn method(
+    pub(crate) fn method_call(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         value: Value<'a>,
         value_span: Span,
         suffix: &'a Suffix,
         args: &'a Args,
-    ) -> Outcome<'a> {
-        let object = Given {
+    ) -> EvalResult<'a> {
+        let object = PassedArg {
             name: None,
             value,
             span: value_span,
         };
-        let given = self.arguments(here, &args.args, vec![object])?;
+        let all_args = self.arguments(env, &args.args, vec![object])?;
         let name = &suffix.name;
         let call = Invocation {
             name: &name.name,
             name_span: name.span,
             span: value_span.to(suffix.span),
-            given,
+            args: all_args,
         };
-        // A record's field may hold a function.
-        if let Value::Record(record) = &call.given[0].value
+        // A field of a record may hold a function.
+        if let Value::Record(record) = &call.args[0].value
             && let Some((_, callee)) = record.fields.iter().find(|(field, _)| *field == name.name)
         {
             let callee = callee.clone();
-            let given = call.given[1..].to_vec();
-            return self.invoke(&callee, Invocation { given, ..call });
+            let args = call.args[1..].to_vec();
+            return self.invoke(&callee, Invocation { args, ..call });
         }
-        let Some(callee) = self.lookup_name(here, &name.name) else {
-            self.report_unknown_method(here, name);
+        let Some(callee) = self.lookup_name(env, &name.name) else {
+            self.report_unknown_method(env, name);
             return Ok(Value::Poison);
         };
         self.invoke(&callee, call)
     }
 
-    fn report_unknown_method(&mut self, here: &Here<'a>, name: &'a Ident) {
-        let known = self.globals[here.module].names().chain(vocabulary::names());
+    fn report_unknown_method(&mut self, env: &Env<'a>, name: &'a Ident) {
+        let names = self.globals[env.module].names().chain(vocabulary::names());
         let diagnostic =
-            diagnose::unknown_name(codes::E0201, "function", &name.name, name.span, known);
+            diagnose::unknown_name(codes::E0201, "function", &name.name, name.span, names);
         self.report(diagnostic);
     }
 
     fn arguments(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         args: &'a [Arg],
-        mut given: Vec<Given<'a>>,
-    ) -> Result<Vec<Given<'a>>, Halt> {
-        given.reserve(args.len());
+        mut passed: Vec<PassedArg<'a>>,
+    ) -> Result<Vec<PassedArg<'a>>, Abort> {
+        passed.reserve(args.len());
         for arg in args {
             let takes_word = arg
                 .name
@@ -97,26 +98,26 @@ impl<'a> Elaborator<'a> {
                 .is_some_and(|name| WORD_ARGUMENTS.contains(&name.name.as_str()));
             let value = match word(&arg.value) {
                 Some(ident) if takes_word => Value::Word(&ident.name),
-                _ => self.eval(here, &arg.value)?,
+                _ => self.eval(env, &arg.value)?,
             };
-            given.push(Given {
+            passed.push(PassedArg {
                 name: arg.name.as_ref(),
                 value,
                 span: arg.value.span,
             });
         }
-        Ok(given)
+        Ok(passed)
     }
 
-    /// Calls whatever can be called.
-    pub(crate) fn invoke(&mut self, callee: &Value<'a>, call: Invocation<'a>) -> Outcome<'a> {
+    /// Calls any callable value.
+    pub(crate) fn invoke(&mut self, callee: &Value<'a>, call: Invocation<'a>) -> EvalResult<'a> {
         let span = call.span;
-        let result = self.invoked(callee, call)?;
+        let result = self.dispatch_call(callee, call)?;
         self.check_value_depth(&result, span)?;
         Ok(result)
     }
 
-    fn invoked(&mut self, callee: &Value<'a>, call: Invocation<'a>) -> Outcome<'a> {
+    fn dispatch_call(&mut self, callee: &Value<'a>, call: Invocation<'a>) -> EvalResult<'a> {
         match callee {
             Value::Function(closure) => {
                 let closure = Rc::clone(closure);
@@ -149,10 +150,10 @@ impl<'a> Elaborator<'a> {
         callee: &Value<'a>,
         values: impl IntoIterator<Item = Value<'a>>,
         span: Span,
-    ) -> Outcome<'a> {
-        let given = values
+    ) -> EvalResult<'a> {
+        let args = values
             .into_iter()
-            .map(|value| Given {
+            .map(|value| PassedArg {
                 name: None,
                 value,
                 span,
@@ -169,14 +170,14 @@ impl<'a> Elaborator<'a> {
                 name,
                 name_span: span,
                 span,
-                given,
+                args,
             },
         )
     }
 
-    fn call_closure(&mut self, closure: &Rc<Closure<'a>>, call: Invocation<'a>) -> Outcome<'a> {
-        self.tick(call.span)?;
-        let Some(here) = self.bind(closure, &call)? else {
+    fn call_closure(&mut self, closure: &Rc<Closure<'a>>, call: Invocation<'a>) -> EvalResult<'a> {
+        self.charge_step(call.span)?;
+        let Some(env) = self.bind_params(closure, &call)? else {
             return Ok(Value::Poison);
         };
         if self.calls.len() >= MAX_CALLS {
@@ -184,80 +185,82 @@ impl<'a> Elaborator<'a> {
             let help = "a recursion must end: give it an `if` that stops it";
             let diagnostic = Diagnostic::error(codes::E0408, call.name_span, message).help(help);
             self.report(diagnostic);
-            return Err(Halt);
+            return Err(Abort);
         }
         self.calls.push(Active {
             site: call.span,
             name: call.name,
             body: closure.body.span,
         });
-        let result = self.body(&here, closure.body)?;
+        let result = self.body(&env, closure.body)?;
         self.calls.pop();
         Ok(match closure.result {
-            Some(wanted) => self.annotated(result, wanted, closure.body.result.span),
+            Some(annotation) => {
+                self.convert_annotated(result, annotation, closure.body.result.span)
+            }
             None => result,
         })
     }
 
-    /// Whether the function that runs now was running when it was called.
+    /// Reports whether the innermost active function was already active when it was called.
     pub(crate) fn is_recursive(&self) -> bool {
         match self.calls.split_last() {
-            Some((last, rest)) => rest.iter().any(|call| call.body == last.body),
+            Some((last, outer)) => outer.iter().any(|call| call.body == last.body),
             None => false,
         }
     }
 
-    /// The parameters of a scene's function with their values.
-    fn bind(
+    /// Binds the arguments of a call to the parameters of a scene's function.
+    fn bind_params(
         &mut self,
         closure: &Closure<'a>,
         call: &Invocation<'a>,
-    ) -> Result<Option<Here<'a>>, Halt> {
+    ) -> Result<Option<Env<'a>>, Abort> {
         let params = closure.params;
         let mut values: Vec<Option<(Value<'a>, Span)>> = vec![None; params.len()];
         let mut fits = true;
-        for (at, given) in call.given.iter().enumerate() {
-            let place = match given.name {
-                None if at < params.len() => at,
+        for (position, passed) in call.args.iter().enumerate() {
+            let index = match passed.name {
+                None if position < params.len() => position,
                 None => {
-                    let most = count(params.len(), "argument");
-                    let message = format!("`{}` takes no more than {most}", call.name);
-                    let diagnostic = Diagnostic::error(codes::E0205, given.span, message)
+                    let max_count = count_noun(params.len(), "argument");
+                    let message = format!("`{}` takes no more than {max_count}", call.name);
+                    let diagnostic = Diagnostic::error(codes::E0205, passed.span, message)
                         .primary("one too many")
                         .label(closure.span, "defined here");
                     self.report(diagnostic);
                     return Ok(None);
                 }
                 Some(name) => match params.iter().position(|p| p.name.name == name.name) {
-                    Some(place) => place,
+                    Some(index) => index,
                     None => {
                         let message = format!("`{}` has no argument `{}`", call.name, name.name);
                         let names = params.iter().map(|p| p.name.name.as_str());
                         let diagnostic = Diagnostic::error(codes::E0203, name.span, message)
                             .label(closure.span, "defined here");
-                        let near = nearest(&name.name, names);
-                        self.report(diagnose::suggest(diagnostic, name.span, near));
+                        let suggestion = nearest(&name.name, names);
+                        self.report(diagnose::suggest(diagnostic, name.span, suggestion));
                         fits = false;
                         continue;
                     }
                 },
             };
-            if values[place].is_some() {
-                let message = format!("`{}` is given twice", params[place].name.name);
-                self.report(Diagnostic::error(codes::E0206, given.span, message));
+            if values[index].is_some() {
+                let message = format!("`{}` is given twice", params[index].name.name);
+                self.report(Diagnostic::error(codes::E0206, passed.span, message));
                 fits = false;
             }
-            values[place] = Some((given.value.clone(), given.span));
+            values[index] = Some((passed.value.clone(), passed.span));
         }
         if !fits {
             return Ok(None);
         }
-        let mut here = closure.here.clone();
+        let mut env = closure.env.clone();
         for (param, value) in params.iter().zip(values) {
             let name = &param.name.name;
             let (value, span) = match (value, &param.default) {
-                (Some(given), _) => given,
-                (None, Some(default)) => (self.eval(&here, default)?, default.span),
+                (Some(passed_value), _) => passed_value,
+                (None, Some(default)) => (self.eval(&env, default)?, default.span),
                 (None, None) => {
                     let message = format!("`{}` needs `{name}`", call.name);
                     let diagnostic = Diagnostic::error(codes::E0204, call.name_span, message)
@@ -267,34 +270,39 @@ impl<'a> Elaborator<'a> {
                 }
             };
             let value = match &param.annotation {
-                Some(wanted) => self.annotated(value, wanted, span),
+                Some(annotation) => self.convert_annotated(value, annotation, span),
                 None => value,
             };
-            here = here.with(name, value);
+            env = env.with(name, value);
         }
-        Ok(Some(here))
+        Ok(Some(env))
     }
 
-    fn call_builtin(&mut self, function: &'static Function, call: Invocation<'a>) -> Outcome<'a> {
-        if call.given.iter().any(|given| given.value.is_poison()) {
+    fn call_builtin(
+        &mut self,
+        function: &'static BuiltinFunction,
+        call: Invocation<'a>,
+    ) -> EvalResult<'a> {
+        if call.args.iter().any(|arg| arg.value.is_poison()) {
             return Ok(Value::Poison);
         }
         match function {
-            Function::Free { run, .. } => run(self, call),
-            Function::Fixed { formals, run } => self.call_fixed(formals, *run, call),
-            Function::Rows(variants) => {
+            BuiltinFunction::Free { run, .. } => run(self, call),
+            BuiltinFunction::Fixed { params, run } => self.call_fixed(params, *run, call),
+            BuiltinFunction::Rows(variants) => {
                 let flat = self.is_flat(&call);
-                let lists: Vec<&[Formal]> = variants.iter().map(|v| v.formals.as_slice()).collect();
-                match arguments::choose(lists.iter().copied(), &call.given, flat) {
-                    Ok((at, slots)) => {
-                        let bound = self.converted(&call, lists[at], &slots, flat);
+                let lists: Vec<&[ParamSpec]> =
+                    variants.iter().map(|v| v.params.as_slice()).collect();
+                match arguments::choose_variant(lists.iter().copied(), &call.args, flat) {
+                    Ok((index, slots)) => {
+                        let bound = self.convert_arguments(&call, lists[index], &slots, flat);
                         Ok(match bound {
-                            Some(bound) => self.row(variants[at].op, &bound),
+                            Some(bound) => self.row(variants[index].op, &bound),
                             None => Value::Poison,
                         })
                     }
-                    Err((at, misfit)) => {
-                        self.report_misfit(&call, &lists, at, misfit, flat);
+                    Err((index, error)) => {
+                        self.report_mismatch(&call, &lists, index, error, flat);
                         Ok(Value::Poison)
                     }
                 }
@@ -302,79 +310,80 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Calls a function of the language whose arguments are bound to parameters.
+    /// Calls a built-in function whose arguments are converted to its parameters.
     pub(crate) fn call_fixed(
         &mut self,
-        formals: &'static [Formal],
+        params: &'static [ParamSpec],
         run: RunFixed,
         call: Invocation<'a>,
-    ) -> Outcome<'a> {
+    ) -> EvalResult<'a> {
         let flat = self.is_flat(&call);
-        match arguments::fit(formals, &call.given, flat) {
-            Ok(slots) => match self.converted(&call, formals, &slots, flat) {
+        match arguments::match_args(params, &call.args, flat) {
+            Ok(slots) => match self.convert_arguments(&call, params, &slots, flat) {
                 Some(bound) => run(self, bound),
                 None => Ok(Value::Poison),
             },
-            Err(misfit) => {
-                self.report_misfit(&call, &[formals], 0, misfit, flat);
+            Err(error) => {
+                self.report_mismatch(&call, &[params], 0, error, flat);
                 Ok(Value::Poison)
             }
         }
     }
 
-    /// Whether the call is about a figure, whose vectors have two numbers.
+    /// Reports whether the first argument is a 2-D shape, so that vectors have two components.
     fn is_flat(&self, call: &Invocation<'a>) -> bool {
-        let figure = |value: &Value<'a>| match value {
+        let is_2d = |value: &Value<'a>| match value {
             Value::Shape(id) => self.shapes[id.0 as usize].plane,
             _ => false,
         };
-        match call.given.first().map(|given| &given.value) {
-            Some(Value::List(list)) => list.first().is_some_and(figure),
-            Some(value) => figure(value),
+        match call.args.first().map(|arg| &arg.value) {
+            Some(Value::List(list)) => list.first().is_some_and(is_2d),
+            Some(value) => is_2d(value),
             None => false,
         }
     }
 
-    fn report_misfit(
+    fn report_mismatch(
         &mut self,
         call: &Invocation<'a>,
-        lists: &[&[Formal]],
-        at: usize,
-        misfit: arguments::Misfit,
+        lists: &[&[ParamSpec]],
+        best_variant: usize,
+        error: arguments::ArgError,
         flat: bool,
     ) {
         let describe = |value: &Value<'_>| self.describe(value);
-        let diagnostic = arguments::explain(call, lists, at, misfit, flat, describe);
+        let diagnostic =
+            arguments::mismatch_diagnostic(call, lists, best_variant, error, flat, describe);
         self.report(diagnostic);
     }
 
-    /// Calls a function of the point. Nothing is made of shapes within it.
-    pub(crate) fn at_point(
+    /// Calls a function of the point. Inside it, shapes cannot be made.
+    pub(crate) fn call_at_point(
         &mut self,
         callee: &Value<'a>,
         values: impl IntoIterator<Item = Value<'a>>,
         span: Span,
-    ) -> Outcome<'a> {
-        self.at_point += 1;
+    ) -> EvalResult<'a> {
+        self.point_function_depth += 1;
         let result = self.apply(callee, values, span)?;
-        self.at_point -= 1;
+        self.point_function_depth -= 1;
         Ok(result)
     }
 
-    /// Says that a number is known too late.
-    pub(crate) fn report_late(&mut self, what: &str, stage: Stage, span: Span) {
-        let blamed = if stage == Stage::Normal {
+    /// Reports a number that depends on the point or the normal where it may not.
+    pub(crate) fn report_too_late(&mut self, what: &str, stage: Stage, span: Span) {
+        let dependency = if stage == Stage::Normal {
             "the normal"
         } else {
             "the point"
         };
-        let message = format!("{what} cannot depend on {blamed}");
+        let message = format!("{what} cannot depend on {dependency}");
         let help = "`field`, `displace` and `warp` take functions of the point";
         self.report(Diagnostic::error(codes::E0309, span, message).help(help));
     }
 }
 
-/// The word that an expression is, if it is nothing but one.
+/// The identifier, if the expression consists of nothing else.
 pub(crate) fn word(expr: &ast::Expr) -> Option<&Ident> {
     match &expr.kind {
         ExprKind::Path(path) => path.as_ident(),
@@ -382,11 +391,11 @@ pub(crate) fn word(expr: &ast::Expr) -> Option<&Ident> {
     }
 }
 
-/// The positions of a parameter's arguments.
-pub(crate) fn sources(slot: Slot, width: usize) -> std::ops::Range<usize> {
+/// Indices of the arguments that a parameter takes.
+pub(crate) fn arg_indices(slot: ArgSlot, width: usize) -> std::ops::Range<usize> {
     match slot {
-        Slot::Default => 0..0,
-        Slot::One(at) | Slot::Diameter(at) => at..at + 1,
-        Slot::Spread(at) => at..at + width,
+        ArgSlot::Default => 0..0,
+        ArgSlot::Single(index) | ArgSlot::Diameter(index) => index..index + 1,
+        ArgSlot::Components(index) => index..index + width,
     }
 }

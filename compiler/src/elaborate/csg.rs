@@ -1,24 +1,24 @@
 //! Set operations on shapes, and their blends.
 //!
-//! `a | b | c` is one union of three; a list among its operands adds its elements. An operand that
-//! is no shape at all is left out where that changes nothing.
+//! `a | b | c` is a single union of three shapes. A list among the operands contributes its
+//! elements. Empty operands are left out where that does not change the result.
 
 use super::Elaborator;
-use super::arguments::{Given, Invocation};
-use super::blend::{Blend, BlendKind};
+use super::arguments::{Invocation, PassedArg};
+use super::blend::{BlendKind, BlendSpec};
 use super::diagnose::{nearest, suggest};
-use super::evaluate::{Here, Outcome};
+use super::evaluate::{Env, EvalResult};
 use super::value::Value;
 use crate::expression::ExprId;
 use crate::scene::{ShapeId, ShapeKind};
-use sdfc_lang::ast::{BinaryOp, Chain, Link};
+use sdfc_lang::ast::{BinaryOp, Chain, ChainLink};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;
 
-/// Which set operation.
+/// A set operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SetOperation {
+pub(crate) enum SetOperator {
     /// `|`
     Union,
     /// `&`
@@ -27,45 +27,45 @@ pub(crate) enum SetOperation {
     Subtraction,
 }
 
-/// Operands gathered for one combination.
-struct Gathered {
+/// Operands collected for one combination.
+struct OperandList {
     row: Op,
     parameters: Vec<ExprId>,
     shapes: Vec<ShapeId>,
 }
 
 impl<'a> Elaborator<'a> {
-    /// A chain of `|` or `&`.
+    /// Evaluates a chain of `|` or `&`.
     pub(crate) fn csg_chain(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         chain: &'a Chain,
         span: Span,
-    ) -> Outcome<'a> {
-        let first = self.eval(here, &chain.first)?;
-        self.csg_links(here, first, chain.first.span, &chain.rest, span)
+    ) -> EvalResult<'a> {
+        let first = self.eval(env, &chain.first)?;
+        self.csg_links(env, first, chain.first.span, &chain.links, span)
     }
 
-    /// The operators of a chain, from left to right, on shapes.
+    /// Applies the operators of a chain from left to right.
     pub(crate) fn csg_links(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         first: Value<'a>,
         first_span: Span,
-        links: &'a [Link],
+        links: &'a [ChainLink],
         span: Span,
-    ) -> Outcome<'a> {
+    ) -> EvalResult<'a> {
         let mut operands = Vec::with_capacity(links.len());
         let mut fits = self.set_operand(&first, first_span, &links[0]);
         for link in links {
-            let value = self.eval(here, &link.operand)?;
+            let value = self.eval(env, &link.operand)?;
             if link.op == BinaryOp::Add {
                 let spans = (first_span, link.op_span, link.operand.span);
                 return Ok(self.binary(link.op, first, value, spans));
             }
             let blend = match &link.blend {
-                Some(args) => self.blend(here, args, Some(link.op_span))?,
-                None => here.blend.as_deref().cloned(),
+                Some(args) => self.blend(env, args, Some(link.op_span))?,
+                None => env.blend.as_deref().cloned(),
             };
             fits &= self.set_operand(&value, link.operand.span, link);
             fits &= link.blend.is_none() || blend.is_some();
@@ -74,10 +74,10 @@ impl<'a> Elaborator<'a> {
         if !fits {
             return Ok(Value::Poison);
         }
-        let mut gathered: Option<Gathered> = None;
-        let mut before = first_span;
+        let mut pending: Option<OperandList> = None;
+        let mut left_span = first_span;
         let mut shapes = Vec::new();
-        let hard_union = links[0].op == BinaryOp::Or && operands[0].2.is_none();
+        let hard_union = links[0].op == BinaryOp::Union && operands[0].2.is_none();
         if hard_union {
             if self
                 .collect_shapes(&first, first_span, &mut shapes)
@@ -93,65 +93,74 @@ impl<'a> Elaborator<'a> {
         }
         for (link, value, blend) in operands {
             let operation = match link.op {
-                BinaryOp::Or => SetOperation::Union,
-                BinaryOp::And => SetOperation::Intersection,
-                _ => SetOperation::Subtraction,
+                BinaryOp::Union => SetOperator::Union,
+                BinaryOp::Intersection => SetOperator::Intersection,
+                _ => SetOperator::Subtraction,
             };
             let Some((row, parameters)) = self.set_row(operation, blend.as_ref()) else {
                 return Ok(Value::Poison);
             };
-            let mut group = match gathered.take() {
-                Some(group) if group.row == row && group.parameters == parameters => group,
-                Some(group) => {
-                    let whole = self.combined(group.row, group.parameters, group.shapes, before);
-                    let Some(whole) = whole else {
+            let mut operands_so_far = match pending.take() {
+                Some(operands_so_far)
+                    if operands_so_far.row == row && operands_so_far.parameters == parameters =>
+                {
+                    operands_so_far
+                }
+                Some(operands_so_far) => {
+                    let combined = self.combine(
+                        operands_so_far.row,
+                        operands_so_far.parameters,
+                        operands_so_far.shapes,
+                        left_span,
+                    );
+                    let Some(combined) = combined else {
                         return Ok(Value::Poison);
                     };
-                    Gathered {
+                    OperandList {
                         row,
                         parameters,
-                        shapes: vec![whole],
+                        shapes: vec![combined],
                     }
                 }
-                None => Gathered {
+                None => OperandList {
                     row,
                     parameters,
                     shapes: std::mem::take(&mut shapes),
                 },
             };
             let operand = link.operand.span;
-            // Cutting away a union is cutting away each of its shapes; so is adding one.
+            // For hard unions and subtractions, a list may be replaced by its elements.
             if matches!(row, Op::Union | Op::Subtraction) {
                 if self
-                    .collect_shapes(&value, operand, &mut group.shapes)
+                    .collect_shapes(&value, operand, &mut operands_so_far.shapes)
                     .is_none()
                 {
                     return Ok(Value::Poison);
                 }
             } else {
                 match self.shape(&value, operand) {
-                    Some(shape) => group.shapes.push(shape),
+                    Some(shape) => operands_so_far.shapes.push(shape),
                     None => return Ok(Value::Poison),
                 }
             }
             if let Some(blend) = &blend {
-                self.warn_of_large_blend(blend, &group.shapes, [first_span, operand]);
+                self.warn_large_blend(blend, &operands_so_far.shapes, [first_span, operand]);
             }
-            before = before.to(operand);
-            gathered = Some(group);
+            left_span = left_span.to(operand);
+            pending = Some(operands_so_far);
         }
-        let Some(Gathered {
+        let Some(OperandList {
             row,
             parameters,
             shapes,
-        }) = gathered
+        }) = pending
         else {
             return Ok(Value::Poison);
         };
-        super::shapes::shape_value(self.combined(row, parameters, shapes, span))
+        super::shapes::shape_value(self.combine(row, parameters, shapes, span))
     }
 
-    fn set_operand(&mut self, value: &Value<'a>, span: Span, link: &Link) -> bool {
+    fn set_operand(&mut self, value: &Value<'a>, span: Span, link: &ChainLink) -> bool {
         if value.is_poison() {
             return false;
         }
@@ -173,16 +182,16 @@ impl<'a> Elaborator<'a> {
         false
     }
 
-    /// Combines shapes from left to right by a row; shapes that are nothing drop out.
-    pub(crate) fn combined(
+    /// Combines shapes from left to right by an operation; empty shapes drop out.
+    pub(crate) fn combine(
         &mut self,
-        row: Op,
+        op: Op,
         parameters: Vec<ExprId>,
         shapes: Vec<ShapeId>,
         span: Span,
     ) -> Option<ShapeId> {
         let is_intersection = matches!(
-            row,
+            op,
             Op::Intersection
                 | Op::SmoothIntersection
                 | Op::CubicIntersection
@@ -193,7 +202,7 @@ impl<'a> Elaborator<'a> {
                 | Op::StairsIntersection
         );
         let is_union = matches!(
-            row,
+            op,
             Op::Union
                 | Op::SmoothUnion
                 | Op::CubicUnion
@@ -205,10 +214,10 @@ impl<'a> Elaborator<'a> {
                 | Op::DistanceUnion
                 | Op::Xor
         );
-        let first_is_nothing = shapes.first().is_none_or(|&id| self.is_nothing(id));
-        let any_is_nothing = shapes.iter().any(|&id| self.is_nothing(id));
+        let first_is_empty = shapes.first().is_none_or(|&id| self.is_nothing(id));
+        let any_is_empty = shapes.iter().any(|&id| self.is_nothing(id));
         let mut children = shapes;
-        if is_intersection && any_is_nothing || !is_union && first_is_nothing {
+        if is_intersection && any_is_empty || !is_union && first_is_empty {
             children.clear();
         }
         children.retain(|&id| !self.is_nothing(id));
@@ -243,10 +252,10 @@ impl<'a> Elaborator<'a> {
             self.report(diagnostic);
             return None;
         }
-        self.warn_of_unseen(row, &children, span);
+        self.warn_ineffective_operand(op, &children, span);
         Some(self.add(
             ShapeKind::Combine {
-                op: row,
+                op,
                 children,
                 parameters,
             },
@@ -255,33 +264,35 @@ impl<'a> Elaborator<'a> {
         ))
     }
 
-    /// Warns of cuts that take nothing away and of intersections that are empty, where the boxes of
-    /// shapes that stand still show it.
-    fn warn_of_unseen(&mut self, row: Op, children: &[ShapeId], span: Span) {
-        if !matches!(row, Op::Subtraction | Op::Intersection) {
+    /// Warns of subtractions without effect and of empty intersections, as far as the bounding
+    /// boxes of constant shapes prove it.
+    fn warn_ineffective_operand(&mut self, op: Op, children: &[ShapeId], span: Span) {
+        if !matches!(op, Op::Subtraction | Op::Intersection) {
             return;
         }
         if !children.iter().all(|&id| self.is_constant_shape(id)) {
             return;
         }
         let boxes: Vec<Bounds> = children.iter().map(|&id| self.bounds_of(id)).collect();
-        let (message, what) = match row {
+        let (message, label) = match op {
             Op::Subtraction => {
-                let misses = |other: &Bounds| boxes[0].common(other).is_empty();
+                let misses = |other: &Bounds| boxes[0].intersection(other).is_empty();
                 if !boxes[1..].iter().all(misses) {
                     return;
                 }
                 ("this cuts nothing away", "the shapes do not touch")
             }
             _ => {
-                let common = boxes.iter().fold(Bounds::EVERYTHING, |c, b| c.common(b));
+                let common = boxes
+                    .iter()
+                    .fold(Bounds::ALL_SPACE, |c, b| c.intersection(b));
                 if !common.is_empty() {
                     return;
                 }
                 ("this intersection is empty", "the shapes do not touch")
             }
         };
-        self.report(Diagnostic::warning(codes::W0402, span, message).primary(what));
+        self.report(Diagnostic::warning(codes::W0402, span, message).primary(label));
     }
 
     /// `!shape`
@@ -295,7 +306,7 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0405, span, message));
             return Value::Poison;
         }
-        // A complement has no end, but what it is made of may have one.
+        // A complement is unbounded, but the complement of a complement may be bounded.
         if let ShapeKind::Distance {
             op: Op::Complement,
             child: inner,
@@ -312,56 +323,56 @@ impl<'a> Elaborator<'a> {
         Value::Shape(self.add(kind, plane, span))
     }
 
-    /// `union(..)`, `intersect(..)`, `subtract(..)` with shapes, lists and a blend by name.
+    /// `union(..)`, `intersect(..)`, `subtract(..)` with shapes, lists and a named blend.
     pub(crate) fn set_function(
         &mut self,
-        operation: SetOperation,
+        operation: SetOperator,
         call: Invocation<'a>,
-    ) -> Outcome<'a> {
-        let mut blend: Option<(BlendKind, &Given<'a>)> = None;
+    ) -> EvalResult<'a> {
+        let mut blend: Option<(BlendKind, &PassedArg<'a>)> = None;
         let mut kernel = None;
         let mut steps = None;
         let mut operands = Vec::new();
-        let known = ["smooth", "kernel", "chamfer", "fillet", "stairs", "n"];
-        for given in &call.given {
-            match given.name.map(|name| name.name.as_str()) {
-                None => operands.push(given),
-                Some("smooth") => blend = Some((BlendKind::Quadratic, given)),
-                Some("chamfer") => blend = Some((BlendKind::Chamfer, given)),
-                Some("fillet") => blend = Some((BlendKind::Fillet, given)),
-                Some("stairs") => blend = Some((BlendKind::Stairs, given)),
-                Some("kernel") => kernel = Some(given),
-                Some("n") => steps = Some(given),
+        let names = ["smooth", "kernel", "chamfer", "fillet", "stairs", "n"];
+        for arg in &call.args {
+            match arg.name.map(|name| name.name.as_str()) {
+                None => operands.push(arg),
+                Some("smooth") => blend = Some((BlendKind::Quadratic, arg)),
+                Some("chamfer") => blend = Some((BlendKind::Chamfer, arg)),
+                Some("fillet") => blend = Some((BlendKind::Fillet, arg)),
+                Some("stairs") => blend = Some((BlendKind::Stairs, arg)),
+                Some("kernel") => kernel = Some(arg),
+                Some("n") => steps = Some(arg),
                 Some(name) => {
-                    let span = given.name.map_or(given.span, |name| name.span);
+                    let span = arg.name.map_or(arg.span, |name| name.span);
                     let message = format!("`{}` has no argument `{name}`", call.name);
                     let diagnostic = Diagnostic::error(codes::E0203, span, message);
-                    self.report(suggest(diagnostic, span, nearest(name, known)));
+                    self.report(suggest(diagnostic, span, nearest(name, names)));
                     return Ok(Value::Poison);
                 }
             }
         }
         let blend = match (blend, kernel) {
-            (Some((kind, given)), kernel) => {
+            (Some((kind, arg)), kernel) => {
                 let kind = match kernel {
-                    Some(kernel) => match self.kernel(kernel) {
+                    Some(kernel) => match self.blend_kernel(kernel) {
                         Some(kind) => kind,
                         None => return Ok(Value::Poison),
                     },
                     None => kind,
                 };
-                let Some(amount) = self.blend_amount(&given.value, given.span) else {
+                let Some(amount) = self.blend_amount(&arg.value, arg.span) else {
                     return Ok(Value::Poison);
                 };
                 let steps = match steps {
-                    Some(given) => self.stair_count(&given.value, given.span),
+                    Some(arg) => self.stair_count(&arg.value, arg.span),
                     None => None,
                 };
-                Some(Blend {
+                Some(BlendSpec {
                     kind,
                     amount,
                     steps,
-                    span: given.span,
+                    span: arg.span,
                 })
             }
             (None, Some(kernel)) => {
@@ -372,21 +383,21 @@ impl<'a> Elaborator<'a> {
             (None, None) => None,
         };
         let mut shapes = Vec::new();
-        for (at, given) in operands.iter().enumerate() {
-            // A list is its union, unless it holds all that is combined.
+        for (index, arg) in operands.iter().enumerate() {
+            // A list is replaced by its elements where that does not change the result.
             let is_spliced = match operation {
                 _ if operands.len() == 1 => true,
-                SetOperation::Union => true,
-                SetOperation::Subtraction => at > 0 && blend.is_none(),
-                SetOperation::Intersection => false,
+                SetOperator::Union => true,
+                SetOperator::Subtraction => index > 0 && blend.is_none(),
+                SetOperator::Intersection => false,
             };
-            let gathered = match is_spliced {
-                true => self.collect_shapes(&given.value, given.span, &mut shapes),
+            let collected = match is_spliced {
+                true => self.collect_shapes(&arg.value, arg.span, &mut shapes),
                 false => self
-                    .shape(&given.value, given.span)
+                    .shape(&arg.value, arg.span)
                     .map(|shape| shapes.push(shape)),
             };
-            if gathered.is_none() {
+            if collected.is_none() {
                 return Ok(Value::Poison);
             }
         }
@@ -394,25 +405,25 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         if let Some(blend) = &blend {
-            self.warn_of_large_blend(blend, &shapes, [call.span, call.span]);
+            self.warn_large_blend(blend, &shapes, [call.span, call.span]);
         }
-        super::shapes::shape_value(self.combined(row, parameters, shapes, call.span))
+        super::shapes::shape_value(self.combine(row, parameters, shapes, call.span))
     }
 
-    /// `xor(a, b, ..)`: what is in an odd number of them.
-    pub(crate) fn exclusive(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        if self.wrong_count(&call, 1..=usize::MAX) {
+    /// `xor(a, b, ..)`: the points in an odd number of the shapes.
+    pub(crate) fn exclusive(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
+        if self.has_wrong_arg_count(&call, 1..=usize::MAX) {
             return Ok(Value::Poison);
         }
         let mut shapes = Vec::new();
-        for given in &call.given {
+        for arg in &call.args {
             if self
-                .collect_shapes(&given.value, given.span, &mut shapes)
+                .collect_shapes(&arg.value, arg.span, &mut shapes)
                 .is_none()
             {
                 return Ok(Value::Poison);
             }
         }
-        super::shapes::shape_value(self.combined(Op::Xor, Vec::new(), shapes, call.span))
+        super::shapes::shape_value(self.combine(Op::Xor, Vec::new(), shapes, call.span))
     }
 }

@@ -1,59 +1,59 @@
-//! Telling the user: what was meant by a misspelt name, what other dialects call things, and the
-//! collection that keeps one message per place.
+//! Diagnostics: suggestions for misspelt names and names of other dialects, and a collection
+//! without duplicates.
 
 use super::arguments::Invocation;
-use sdfc_lang::{Code, Diagnostic, Span, codes};
+use sdfc_lang::{Diagnostic, DiagnosticCode, Span, codes};
 use std::collections::HashSet;
 
-/// The most errors that are collected before elaboration gives up.
+/// Maximum number of errors before elaboration is aborted.
 const MAX_ERRORS: usize = 100;
 
-/// The messages of a run: one per code and place, for a body may run many times.
+/// Diagnostics of a run: at most one per code and span, since a body may be evaluated many times.
 #[derive(Debug, Default)]
 pub(crate) struct Reports {
-    found: Vec<Diagnostic>,
-    seen: HashSet<(Code, Span)>,
+    diagnostics: Vec<Diagnostic>,
+    reported: HashSet<(DiagnosticCode, Span)>,
     errors: usize,
 }
 
 impl Reports {
-    /// Adds one, unless it has been said.
+    /// Adds a diagnostic, unless one with its code and span exists.
     pub(crate) fn push(&mut self, diagnostic: Diagnostic) {
-        if self.seen.insert((diagnostic.code, diagnostic.span)) {
+        if self.reported.insert((diagnostic.code, diagnostic.span)) {
             self.errors += usize::from(diagnostic.is_error());
-            self.found.push(diagnostic);
+            self.diagnostics.push(diagnostic);
         }
     }
-    /// Whether there is an error.
+    /// Reports whether there is an error.
     pub(crate) fn has_errors(&self) -> bool {
         self.errors > 0
     }
-    /// Whether so many errors were found that more would help nobody.
+    /// Reports whether the maximum number of errors is reached.
     pub(crate) fn is_full(&self) -> bool {
         self.errors >= MAX_ERRORS
     }
-    /// How many errors there are.
+    /// Number of errors.
     pub(crate) fn error_count(&self) -> usize {
         self.errors
     }
-    /// Counts as full from now on.
-    pub(crate) fn fill(&mut self) {
+    /// Marks the collection as full.
+    pub(crate) fn mark_full(&mut self) {
         self.errors = self.errors.max(MAX_ERRORS);
     }
-    /// All of them.
+    /// All diagnostics.
     pub(crate) fn into_vec(self) -> Vec<Diagnostic> {
-        self.found
+        self.diagnostics
     }
 }
 
-/// The name that was probably meant, if one is near enough.
+/// Returns the closest name by edit distance, if one is close enough.
 pub(crate) fn nearest<'n>(
     written: &str,
     names: impl IntoIterator<Item = &'n str>,
 ) -> Option<&'n str> {
-    let lower = written.to_lowercase();
-    // A letter swapped, missing or too much in a short name, two in a longer one.
-    let allowed = match written.chars().count() {
+    let lowercase = written.to_lowercase();
+    // Allows one edit (a letter swapped, missing or extra) in a short name, two in a longer one.
+    let max_distance = match written.chars().count() {
         0 | 1 => return None,
         2..=5 => 1,
         _ => 2,
@@ -61,13 +61,13 @@ pub(crate) fn nearest<'n>(
     names
         .into_iter()
         .filter(|name| !name.is_empty() && *name != written)
-        .map(|name| (strsim::osa_distance(&lower, &name.to_lowercase()), name))
-        .filter(|(distance, _)| *distance <= allowed)
+        .map(|name| (strsim::osa_distance(&lowercase, &name.to_lowercase()), name))
+        .filter(|(distance, _)| *distance <= max_distance)
         .min()
         .map(|(_, name)| name)
 }
 
-/// Adds "did you mean" with its fix, if there is something to suggest.
+/// Adds a "did you mean" fix, if there is a suggestion.
 pub(crate) fn suggest(diagnostic: Diagnostic, span: Span, name: Option<&str>) -> Diagnostic {
     match name {
         Some(name) => diagnostic.fix(span, name, format!("did you mean `{name}`?")),
@@ -75,45 +75,49 @@ pub(crate) fn suggest(diagnostic: Diagnostic, span: Span, name: Option<&str>) ->
     }
 }
 
-/// What another dialect's name is called here: a name to put in its place, or advice.
-pub(crate) fn dialect(name: &str) -> Option<(Option<&'static str>, &'static str)> {
-    let replaced = |name: &'static str, text: &'static str| Some((Some(name), text));
+/// Equivalent of another dialect's name: a replacement, or advice.
+pub(crate) fn dialect_advice(name: &str) -> Option<(Option<&'static str>, &'static str)> {
+    let replacement = |name: &'static str, text: &'static str| Some((Some(name), text));
     let advice = |text: &'static str| Some((None, text));
     match name {
-        "cube" | "cuboid" | "sdBox" => replaced("box", "a box is called `box` here"),
-        "square" | "rectangle" | "sdBox2d" => replaced("rect", "a rectangle is called `rect` here"),
-        "ball" | "sdSphere" => replaced("sphere", "a ball is called `sphere` here"),
-        "disc" | "disk" | "sdCircle" => replaced("circle", "a disk is called `circle` here"),
-        "sdTorus" | "donut" => replaced("torus", "a ring is called `torus` here"),
-        "sdCapsule" | "pill" => replaced("capsule", "it is called `capsule` here"),
-        "move" | "moved" | "at" | "opTranslate" | "shift" => {
-            replaced("translate", "moving is called `translate` here")
+        "cube" | "cuboid" | "sdBox" => replacement("box", "a box is called `box` here"),
+        "square" | "rectangle" | "sdBox2d" => {
+            replacement("rect", "a rectangle is called `rect` here")
         }
-        "turn" | "rotated" | "opRotate" => replaced("rotate", "turning is called `rotate` here"),
+        "ball" | "sdSphere" => replacement("sphere", "a ball is called `sphere` here"),
+        "disc" | "disk" | "sdCircle" => replacement("circle", "a disk is called `circle` here"),
+        "sdTorus" | "donut" => replacement("torus", "a ring is called `torus` here"),
+        "sdCapsule" | "pill" => replacement("capsule", "it is called `capsule` here"),
+        "move" | "moved" | "at" | "opTranslate" | "shift" => {
+            replacement("translate", "moving is called `translate` here")
+        }
+        "turn" | "rotated" | "opRotate" => replacement("rotate", "turning is called `rotate` here"),
         "rotateX" | "rotate_x" => advice("write `.rotate(angle, X)`"),
         "rotateY" | "rotate_y" => advice("write `.rotate(angle, Y)`"),
         "rotateZ" | "rotate_z" => advice("write `.rotate(angle, Z)`"),
-        "opScale" | "resize" => replaced("scale", "it is called `scale` here"),
-        "linear_extrude" | "opExtrusion" => replaced("extrude", "it is called `extrude` here"),
+        "opScale" | "resize" => replacement("scale", "it is called `scale` here"),
+        "linear_extrude" | "opExtrusion" => replacement("extrude", "it is called `extrude` here"),
         "rotate_extrude" | "lathe" | "opRevolution" => {
-            replaced("revolve", "it is called `revolve` here")
+            replacement("revolve", "it is called `revolve` here")
         }
-        "opTwist" => replaced("twist", "it is called `twist` here"),
-        "opCheapBend" => replaced("bend", "it is called `bend` here"),
-        "opOnion" | "onion" | "hollow" => replaced("shell", "it is called `shell` here"),
-        "opRound" | "inflate" => replaced("offset", "it is called `offset` here"),
-        "opRepetition" | "opRep" | "tile" => replaced("repeat", "it is called `repeat` here"),
-        "opElongate" => replaced("elongate", "it is called `elongate` here"),
-        "opDisplace" => replaced("displace", "it is called `displace` here"),
-        "difference" | "opSubtraction" | "cut" => replaced(
+        "opTwist" => replacement("twist", "it is called `twist` here"),
+        "opCheapBend" => replacement("bend", "it is called `bend` here"),
+        "opOnion" | "onion" | "hollow" => replacement("shell", "it is called `shell` here"),
+        "opRound" | "inflate" => replacement("offset", "it is called `offset` here"),
+        "opRepetition" | "opRep" | "tile" => replacement("repeat", "it is called `repeat` here"),
+        "opElongate" => replacement("elongate", "it is called `elongate` here"),
+        "opDisplace" => replacement("displace", "it is called `displace` here"),
+        "difference" | "opSubtraction" | "cut" => replacement(
             "subtract",
             "it is called `subtract` here, or written `a - b`",
         ),
-        "intersection" | "opIntersection" => replaced(
+        "intersection" | "opIntersection" => replacement(
             "intersect",
             "it is called `intersect` here, or written `a & b`",
         ),
-        "opUnion" | "group" => replaced("union", "it is called `union` here, or written `a | b`"),
+        "opUnion" | "group" => {
+            replacement("union", "it is called `union` here, or written `a | b`")
+        }
         "smin" | "smooth_union" | "opSmoothUnion" | "smoothUnion" => {
             advice("a smooth union is written `union(a, b, smooth: 0.2)`, or `a |[0.2] b`")
         }
@@ -125,14 +129,14 @@ pub(crate) fn dialect(name: &str) -> Option<(Option<&'static str>, &'static str)
         }
         "hull" | "minkowski" => advice("there is no such operation; `union(.., smooth:)` blends"),
         "vec" => advice("write `[x, y, z]`"),
-        "float3" => replaced("vec3", "three numbers are a `vec3` here"),
-        "float2" => replaced("vec2", "two numbers are a `vec2` here"),
+        "float3" => replacement("vec3", "three numbers are a `vec3` here"),
+        "float2" => replacement("vec2", "two numbers are a `vec2` here"),
         "modulo" | "fmod" => advice("the remainder is written `a % b`"),
-        "PI" => replaced("pi", "it is called `pi` here"),
-        "TAU" | "two_pi" => replaced("tau", "it is called `tau` here"),
-        "t" | "iTime" | "u_time" | "Time" => replaced("time", "the time is called `time` here"),
-        "echo" => replaced("print", "it is called `print` here"),
-        "lerp3" => replaced("mix", "it is called `mix` here"),
+        "PI" => replacement("pi", "it is called `pi` here"),
+        "TAU" | "two_pi" => replacement("tau", "it is called `tau` here"),
+        "t" | "iTime" | "u_time" | "Time" => replacement("time", "the time is called `time` here"),
+        "echo" => replacement("print", "it is called `print` here"),
+        "lerp3" => replacement("mix", "it is called `mix` here"),
         "scatter" | "taper" | "text" | "image" | "path" | "bezier" | "polyline" | "mesh"
         | "helix" | "columns" | "pipe" | "engrave" | "groove" | "tongue" | "everything"
         | "tube" | "ellipse" | "trapezoid" | "parallelogram" | "arc" | "ring" | "pie"
@@ -144,33 +148,33 @@ pub(crate) fn dialect(name: &str) -> Option<(Option<&'static str>, &'static str)
     }
 }
 
-/// An unknown name: with the name that was meant, or what other dialects call it.
+/// Diagnostic for an unknown name, with a suggestion or the equivalent of another dialect's name.
 pub(crate) fn unknown_name<'n>(
-    code: Code,
+    code: DiagnosticCode,
     what: &str,
     name: &str,
     span: Span,
-    known: impl IntoIterator<Item = &'n str>,
+    names: impl IntoIterator<Item = &'n str>,
 ) -> Diagnostic {
     let diagnostic = Diagnostic::error(code, span, format!("there is no {what} `{name}`"));
-    let known: Vec<&str> = known.into_iter().collect();
-    match (dialect(name), nearest(name, known.iter().copied())) {
+    let names: Vec<&str> = names.into_iter().collect();
+    match (dialect_advice(name), nearest(name, names.iter().copied())) {
         (Some((Some(replacement), text)), _) => diagnostic.fix(span, replacement, text),
         (Some((None, text)), _) => diagnostic.help(text),
-        (None, near) => suggest(diagnostic, span, near),
+        (None, suggestion) => suggest(diagnostic, span, suggestion),
     }
 }
 
-/// An argument of the wrong type.
+/// Diagnostic for an argument of the wrong type.
 pub(crate) fn wrong_type(
     call: &Invocation<'_>,
     formal: &str,
-    wanted: &str,
+    expected: &str,
     got: &str,
     span: Span,
 ) -> Diagnostic {
     let message = format!(
-        "`{}` wants {wanted} for `{formal}`, and this is {got}",
+        "`{}` wants {expected} for `{formal}`, and this is {got}",
         call.name
     );
     Diagnostic::error(codes::E0301, span, message).label(call.name_span, "")

@@ -1,65 +1,65 @@
 //! Values as text: for `print`, `str`, messages, and sums of texts.
 
 use super::Elaborator;
-use super::bound::short;
-use super::value::{Number, Quantity, Value};
+use super::bound_args::format_short;
+use super::value::{Quantity, ScalarValue, Value};
 
-/// The most bytes of a text that a scene makes; what is longer is cut.
-const MAX_TEXT: usize = 10_000;
+/// Maximum size of a text in bytes; longer texts are cut.
+const MAX_TEXT_BYTES: usize = 10_000;
 
 impl<'a> Elaborator<'a> {
-    /// The text of values, with something between them.
+    /// Formats values, with a separator between them.
     pub(crate) fn display<'v>(
         &mut self,
         values: impl IntoIterator<Item = &'v Value<'a>>,
-        between: &str,
+        separator: &str,
     ) -> String
     where
         'a: 'v,
     {
         let mut text = String::new();
-        for (at, value) in values.into_iter().enumerate() {
-            if at > 0 {
-                text.push_str(between);
+        for (index, value) in values.into_iter().enumerate() {
+            if index > 0 {
+                text.push_str(separator);
             }
             self.write(&mut text, value);
         }
-        if text.len() > MAX_TEXT {
-            text.truncate(text.floor_char_boundary(MAX_TEXT));
+        if text.len() > MAX_TEXT_BYTES {
+            text.truncate(text.floor_char_boundary(MAX_TEXT_BYTES));
             text.push('…');
         }
         text
     }
 
-    /// Recursion over lists in lists, whose depth is bounded; it stops where the text is long enough.
+    /// Recursion over nested lists, whose depth is bounded. It stops once the text is too long.
     fn write(&mut self, text: &mut String, value: &Value<'a>) {
-        if text.len() > MAX_TEXT {
+        if text.len() > MAX_TEXT_BYTES {
             return;
         }
         match value {
             Value::Number(number) => text.push_str(&self.number_text(*number)),
             Value::Bool(id) => {
-                let truth = self.present(*id) != 0.0;
-                text.push_str(if truth { "true" } else { "false" });
+                let is_true = self.current_value(*id) != 0.0;
+                text.push_str(if is_true { "true" } else { "false" });
             }
             Value::Text(inner) => text.push_str(inner),
             Value::Vector(vector) => {
-                let parts = vector.parts().iter().map(|n| self.number_text(*n));
-                let parts: Vec<String> = parts.collect();
-                text.push_str(&format!("[{}]", parts.join(", ")));
+                let components = vector.components().iter().map(|n| self.number_text(*n));
+                let components: Vec<String> = components.collect();
+                text.push_str(&format!("[{}]", components.join(", ")));
             }
-            Value::Color(parts) => {
-                let parts = parts.map(|id| self.number_text(Number::plain(id)));
-                text.push_str(&format!("rgb({})", parts.join(", ")));
+            Value::Color(components) => {
+                let components = components.map(|id| self.number_text(ScalarValue::plain(id)));
+                text.push_str(&format!("rgb({})", components.join(", ")));
             }
             Value::List(list) => {
                 text.push('[');
-                for (at, element) in list.iter().enumerate() {
-                    if at > 0 {
+                for (index, element) in list.iter().enumerate() {
+                    if index > 0 {
                         text.push_str(", ");
                     }
                     self.write(text, element);
-                    if text.len() > MAX_TEXT {
+                    if text.len() > MAX_TEXT_BYTES {
                         return;
                     }
                 }
@@ -81,13 +81,13 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    fn number_text(&mut self, number: Number) -> String {
-        let value = self.present(number.id);
+    fn number_text(&mut self, number: ScalarValue) -> String {
+        let value = self.current_value(number.id);
         match number.quantity {
             _ if value.is_nan() => "(depends on the point)".to_owned(),
-            Quantity::Angle => format!("{}deg", short(value.to_degrees())),
-            Quantity::Time => format!("{}s", short(value)),
-            Quantity::Plain | Quantity::Length(_) => short(value),
+            Quantity::Angle => format!("{}deg", format_short(value.to_degrees())),
+            Quantity::Time => format!("{}s", format_short(value)),
+            Quantity::Plain | Quantity::Length(_) => format_short(value),
         }
     }
 }

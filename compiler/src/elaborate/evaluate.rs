@@ -1,15 +1,15 @@
-//! Expressions: what each kind of expression means.
+//! Evaluation of expressions.
 //!
 //! Evaluation is plain recursion over the tree. It is bounded by a budget of steps, by the depth of
-//! calls and by the depth of nested expressions; passing one of these ends the run with a message
-//! and a [`Halt`]. Any other mistake is reported and gives a [`Value::Poison`], which is silent in
-//! all that follows.
+//! calls and by the depth of nested expressions; exceeding a bound ends the run with a message and
+//! an [`Abort`]. Any other mistake is reported and results in a [`Value::Poison`], which suppresses
+//! follow-up errors.
 
-use super::blend::Blend;
+use super::blend::BlendSpec;
+use super::constness::Demand;
 use super::diagnose::unknown_name;
 use super::scope::Scope;
-use super::stage::Demand;
-use super::value::{Closure, List, Number, Quantity, Range, Value, Vector};
+use super::value::{Closure, List, Quantity, Range, ScalarValue, Value, Vector};
 use super::{Elaborator, vocabulary};
 use crate::expression::Stage;
 use crate::scene::Shape;
@@ -20,39 +20,39 @@ use sdfc_lang::ast::{
 use sdfc_lang::{Diagnostic, Span, codes};
 use std::rc::Rc;
 
-/// The most steps of a run; a step is an expression evaluated.
+/// Maximum number of steps of a run; a step is one evaluated expression.
 pub(crate) const MAX_STEPS: u64 = 5_000_000;
-/// The most different numbers of a run.
+/// Maximum number of distinct numbers of a run.
 const MAX_NUMBERS: usize = 8_000_000;
-/// The most expressions within each other, calls included.
+/// Maximum nesting depth of expressions, calls included.
 const MAX_NESTING: u32 = 6_000;
-/// The most lists within lists, and functions that remember functions.
+/// Maximum nesting depth of values: lists in lists, and functions that capture functions.
 const MAX_VALUE_DEPTH: u32 = 1_000;
-/// The most elements that a loop may have.
+/// Maximum number of elements of a loop.
 pub(crate) const MAX_LOOP: f64 = 100_000.0;
 
-/// The run cannot go on; why has been reported.
+/// The run cannot continue; the reason has been reported.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Halt;
+pub(crate) struct Abort;
 
-/// What evaluation gives.
-pub(crate) type Outcome<'a> = Result<Value<'a>, Halt>;
+/// Result of an evaluation.
+pub(crate) type EvalResult<'a> = Result<Value<'a>, Abort>;
 
-/// Where an expression stands: the names it sees, and the blend of the operators written in it.
+/// Environment of an expression: the names in scope, and the blend of plain operators.
 #[derive(Clone, Debug)]
-pub(crate) struct Here<'a> {
-    /// The local names.
+pub(crate) struct Env<'a> {
+    /// Local names.
     pub(crate) scope: Scope<'a>,
-    /// The module.
+    /// Index of the module.
     pub(crate) module: usize,
-    /// How many of the module's definitions stand before it.
-    pub(crate) horizon: u32,
-    /// The blend of plain operators.
-    pub(crate) blend: Option<Rc<Blend>>,
+    /// Number of definitions of the module that precede the expression.
+    pub(crate) visible_items: u32,
+    /// Blend of operators without one of their own.
+    pub(crate) blend: Option<Rc<BlendSpec>>,
 }
 
-impl<'a> Here<'a> {
-    /// The same place with one more name.
+impl<'a> Env<'a> {
+    /// This environment with one more name.
     pub(crate) fn with(&self, name: &'a str, value: Value<'a>) -> Self {
         Self {
             scope: self.scope.with(name, value),
@@ -62,48 +62,48 @@ impl<'a> Here<'a> {
 }
 
 impl<'a> Elaborator<'a> {
-    /// The meaning of an expression.
-    pub(crate) fn eval(&mut self, here: &Here<'a>, expr: &'a Expr) -> Outcome<'a> {
-        self.tick(expr.span)?;
+    /// Evaluates an expression.
+    pub(crate) fn eval(&mut self, env: &Env<'a>, expr: &'a Expr) -> EvalResult<'a> {
+        self.charge_step(expr.span)?;
         self.nesting += 1;
         if self.nesting > MAX_NESTING {
             let message = format!("this nests more than {MAX_NESTING} levels deep, calls included");
             self.report(Diagnostic::error(codes::E0408, expr.span, message));
-            return Err(Halt);
+            return Err(Abort);
         }
-        let result = self.eval_kind(here, expr)?;
+        let result = self.eval_kind(env, expr)?;
         self.nesting -= 1;
         self.check_value_depth(&result, expr.span)?;
         Ok(result)
     }
 
-    /// Ends the run where values are too deep within each other to be let go of again.
-    pub(crate) fn check_value_depth(&mut self, value: &Value<'a>, span: Span) -> Result<(), Halt> {
+    /// Aborts the run if a value is nested too deep to be dropped by recursion.
+    pub(crate) fn check_value_depth(&mut self, value: &Value<'a>, span: Span) -> Result<(), Abort> {
         if value.depth() <= MAX_VALUE_DEPTH {
             return Ok(());
         }
         let message = format!("values are more than {MAX_VALUE_DEPTH} deep within each other");
         let help = "put lists one after the other by `concat`";
         self.report(Diagnostic::error(codes::E0408, span, message).help(help));
-        Err(Halt)
+        Err(Abort)
     }
 
-    fn eval_kind(&mut self, here: &Here<'a>, expr: &'a Expr) -> Outcome<'a> {
+    fn eval_kind(&mut self, env: &Env<'a>, expr: &'a Expr) -> EvalResult<'a> {
         match &expr.kind {
             ExprKind::Number(number) => Ok(Value::Number(self.literal(number.value, number.unit))),
             ExprKind::Color(bytes) => Ok(Value::Color(self.srgb(*bytes))),
             ExprKind::Text(text) => Ok(Value::Text(text.as_str().into())),
             ExprKind::Bool(truth) => Ok(Value::Bool(self.truth(*truth))),
-            ExprKind::Path(path) => Ok(self.path(here, path)),
-            ExprKind::List(items) => self.list(here, items),
-            ExprKind::Paren(inner) => self.eval(here, inner),
-            ExprKind::Call(call) => self.call(here, call, expr.span),
-            ExprKind::Postfix(postfix) => self.postfix(here, postfix),
-            ExprKind::Unary(unary) => self.unary(here, unary, expr.span),
-            ExprKind::Chain(chain) => self.chain(here, chain, expr.span),
+            ExprKind::Path(path) => Ok(self.path(env, path)),
+            ExprKind::List(items) => self.list(env, items),
+            ExprKind::Paren(inner) => self.eval(env, inner),
+            ExprKind::Call(call) => self.call(env, call, expr.span),
+            ExprKind::Postfix(postfix) => self.postfix(env, postfix),
+            ExprKind::Unary(unary) => self.unary(env, unary, expr.span),
+            ExprKind::Chain(chain) => self.chain(env, chain, expr.span),
             ExprKind::Range(range) => {
-                let start = self.eval(here, &range.start)?;
-                let end = self.eval(here, &range.end)?;
+                let start = self.eval(env, &range.start)?;
+                let end = self.eval(env, &range.end)?;
                 Ok(self.range(
                     start,
                     end,
@@ -112,24 +112,24 @@ impl<'a> Elaborator<'a> {
                     range.end.span,
                 ))
             }
-            ExprKind::If(branch) => self.branch(here, branch, expr.span),
-            ExprKind::For(each) => self.each(here, each),
+            ExprKind::If(branch) => self.if_expr(env, branch, expr.span),
+            ExprKind::For(each) => self.for_loop(env, each),
             ExprKind::BlendScope(scope) => {
-                let Some(blend) = self.blend(here, &scope.blend, None)? else {
+                let Some(blend) = self.blend(env, &scope.blend, None)? else {
                     return Ok(Value::Poison);
                 };
-                let here = Here {
+                let env = Env {
                     blend: Some(Rc::new(blend)),
-                    ..here.clone()
+                    ..env.clone()
                 };
-                self.body(&here, &scope.body)
+                self.body(&env, &scope.body)
             }
-            ExprKind::Lambda(lambda) => Ok(self.lambda(here, lambda, expr.span)),
+            ExprKind::Lambda(lambda) => Ok(self.lambda(env, lambda, expr.span)),
         }
     }
 
-    /// One step of the budget.
-    pub(crate) fn tick(&mut self, span: Span) -> Result<(), Halt> {
+    /// Charges one step to the budget.
+    pub(crate) fn charge_step(&mut self, span: Span) -> Result<(), Abort> {
         self.steps += 1;
         if self.steps > MAX_STEPS || self.graph.len() > MAX_NUMBERS {
             let message = match self.steps > MAX_STEPS {
@@ -138,51 +138,51 @@ impl<'a> Elaborator<'a> {
             };
             let help = "use fewer repetitions, or `repeat` and `polar`, which cost nothing";
             self.report(Diagnostic::error(codes::E0409, span, message).help(help));
-            return Err(Halt);
+            return Err(Abort);
         }
         if self.reports.is_full() {
-            Err(Halt)
+            Err(Abort)
         } else {
             Ok(())
         }
     }
 
-    /// The meaning of a body: its statements in order, then its value.
-    pub(crate) fn body(&mut self, here: &Here<'a>, body: &'a Body) -> Outcome<'a> {
+    /// Evaluates a body: its statements in order, then its result.
+    pub(crate) fn body(&mut self, env: &Env<'a>, body: &'a Body) -> EvalResult<'a> {
         if body.statements.is_empty() {
-            return self.eval(here, &body.result);
+            return self.eval(env, &body.result);
         }
-        let mut here = here.clone();
+        let mut env = env.clone();
         for statement in &body.statements {
             match &statement.kind {
                 StatementKind::Let(binding) => {
-                    let value = self.binding(&here, binding)?;
-                    here = here.with(&binding.name.name, value);
+                    let value = self.binding(&env, binding)?;
+                    env = env.with(&binding.name.name, value);
                 }
                 StatementKind::Expr(expr) => {
-                    self.eval(&here, expr)?;
+                    self.eval(&env, expr)?;
                 }
             }
         }
-        self.eval(&here, &body.result)
+        self.eval(&env, &body.result)
     }
 
-    /// The value of a `let`, which takes its type and, if it is a shape, gives it its name.
+    /// Evaluates a `let`, converts the value to the annotated type, and names a shape.
     pub(crate) fn binding(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         binding: &'a sdfc_lang::ast::Let,
-    ) -> Outcome<'a> {
-        let value = self.eval(here, &binding.value)?;
+    ) -> EvalResult<'a> {
+        let value = self.eval(env, &binding.value)?;
         let value = match &binding.annotation {
-            Some(wanted) => self.annotated(value, wanted, binding.value.span),
+            Some(annotation) => self.convert_annotated(value, annotation, binding.value.span),
             None => value,
         };
         self.name_shape(&value, &binding.name.name);
         Ok(value)
     }
 
-    /// Gives a shape a name for listings, if it has none.
+    /// Names a shape for listings, if it has no name.
     pub(crate) fn name_shape(&mut self, value: &Value<'a>, name: &str) {
         if let Value::Shape(id) = value {
             let shape: &mut Shape = &mut self.shapes[id.0 as usize];
@@ -192,9 +192,9 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    fn literal(&mut self, value: NumberValue, unit: Unit) -> Number {
+    fn literal(&mut self, value: NumberValue, unit: Unit) -> ScalarValue {
         let amount = value.to_f64();
-        let length = |millimetres: f64| (amount * millimetres / self.unit, Quantity::Length(1));
+        let length = |millimetres: f64| (amount * millimetres / self.unit_mm, Quantity::Length(1));
         let (amount, quantity) = match unit {
             Unit::None => (amount, Quantity::Plain),
             Unit::Deg => (amount.to_radians(), Quantity::Angle),
@@ -207,32 +207,32 @@ impl<'a> Elaborator<'a> {
             Unit::S => (amount, Quantity::Time),
             Unit::Ms => (amount / 1000.0, Quantity::Time),
         };
-        let whole = matches!(value, NumberValue::Int(_)) && unit == Unit::None;
-        Number {
+        let is_integer = matches!(value, NumberValue::Int(_)) && unit == Unit::None;
+        ScalarValue {
             id: self.graph.constant(amount),
             quantity,
-            whole,
+            is_integer,
         }
     }
 
-    fn path(&mut self, here: &Here<'a>, path: &'a Path) -> Value<'a> {
-        match self.lookup(here, path) {
+    fn path(&mut self, env: &Env<'a>, path: &'a Path) -> Value<'a> {
+        match self.lookup(env, path) {
             Some(value) => value,
             None => {
-                self.report_unknown(here, path, "name");
+                self.report_unknown(env, path, "name");
                 Value::Poison
             }
         }
     }
 
-    /// What a name stands for: the scene's own names first, then the language's.
-    pub(crate) fn lookup(&mut self, here: &Here<'a>, path: &'a Path) -> Option<Value<'a>> {
+    /// Looks up a name: names of the scene first, then those of the language.
+    pub(crate) fn lookup(&mut self, env: &Env<'a>, path: &'a Path) -> Option<Value<'a>> {
         match path.segments.as_slice() {
-            [only] => self.lookup_name(here, &only.name),
+            [only] => self.lookup_name(env, &only.name),
             [library, name] => {
-                let module = self.modules.get(here.module)?.import(&library.name)?;
+                let module = self.modules.get(env.module)?.import(&library.name)?;
                 let Some(module) = module else {
-                    // The file could not be read, which has been said.
+                    // The file could not be read, which has been reported.
                     return Some(Value::Poison);
                 };
                 if name.name.starts_with('_') {
@@ -244,56 +244,57 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// What a name without a library stands for.
-    pub(crate) fn lookup_name(&mut self, here: &Here<'a>, name: &str) -> Option<Value<'a>> {
-        if let Some(value) = here.scope.get(name) {
+    /// Looks up a name without a library.
+    pub(crate) fn lookup_name(&mut self, env: &Env<'a>, name: &str) -> Option<Value<'a>> {
+        if let Some(value) = env.scope.get(name) {
             return Some(value.clone());
         }
-        if let Some(value) = self.globals[here.module].get(name, here.horizon) {
+        if let Some(value) = self.globals[env.module].get(name, env.visible_items) {
             return Some(value.clone());
         }
-        self.constant_of_language(name)
-            .or_else(|| vocabulary::function(name).map(Value::Builtin))
+        self.language_constant(name)
+            .or_else(|| vocabulary::static_name(name).map(Value::Builtin))
     }
 
     /// The constants of the language.
-    fn constant_of_language(&mut self, name: &str) -> Option<Value<'a>> {
+    fn language_constant(&mut self, name: &str) -> Option<Value<'a>> {
         use std::f64::consts;
-        let axis = |graph: &mut crate::expression::Expressions, along: usize| {
-            let part = |i| Number::int(graph.constant(if i == along { 1.0 } else { 0.0 }));
-            Value::Vector(Vector::three([0, 1, 2].map(part)))
+        let axis = |graph: &mut crate::expression::Expressions, unit_axis: usize| {
+            let component =
+                |i| ScalarValue::int(graph.constant(if i == unit_axis { 1.0 } else { 0.0 }));
+            Value::Vector(Vector::from_array([0, 1, 2].map(component)))
         };
         Some(match name {
             "X" => axis(&mut self.graph, 0),
             "Y" => axis(&mut self.graph, 1),
             "Z" => axis(&mut self.graph, 2),
-            "pi" => Value::Number(Number::plain(self.graph.constant(consts::PI))),
-            "tau" => Value::Number(Number::plain(self.graph.constant(consts::TAU))),
-            "time" => Value::Number(Number::of(self.graph.time(), Quantity::Time)),
+            "pi" => Value::Number(ScalarValue::plain(self.graph.constant(consts::PI))),
+            "tau" => Value::Number(ScalarValue::plain(self.graph.constant(consts::TAU))),
+            "time" => Value::Number(ScalarValue::new(self.graph.time(), Quantity::Time)),
             _ => return None,
         })
     }
 
-    /// Says that a name is unknown, or not there yet.
-    pub(crate) fn report_unknown(&mut self, here: &Here<'a>, path: &Path, what: &str) {
+    /// Reports a name that is unknown, or not defined yet.
+    pub(crate) fn report_unknown(&mut self, env: &Env<'a>, path: &Path, what: &str) {
         let Some(last) = path.segments.last() else {
             return;
         };
         let modules = self.modules;
         let diagnostic = match path.segments.as_slice() {
-            [only] if self.is_defined_later(here, &only.name) => {
+            [only] if self.is_defined_later(env, &only.name) => {
                 let message = format!("`{}` is not defined yet here", only.name);
                 Diagnostic::error(codes::E0213, only.span, message)
                     .help("names hold from their definition on: move the definition up")
             }
             [only] => {
-                let known = self.globals[here.module].names().chain(vocabulary::names());
-                unknown_name(codes::E0201, what, &only.name, only.span, known)
+                let names = self.globals[env.module].names().chain(vocabulary::names());
+                unknown_name(codes::E0201, what, &only.name, only.span, names)
             }
-            [library, name] => match modules[here.module].import(&library.name) {
+            [library, name] => match modules[env.module].import(&library.name) {
                 None => {
-                    let known = modules[here.module].import_names();
-                    unknown_name(codes::E0201, "import", &library.name, library.span, known)
+                    let names = modules[env.module].import_names();
+                    unknown_name(codes::E0201, "import", &library.name, library.span, names)
                 }
                 Some(_) if name.name.starts_with('_') => {
                     let message = format!("`{}` is private to its file", name.name);
@@ -301,9 +302,9 @@ impl<'a> Elaborator<'a> {
                 }
                 Some(None) => return,
                 Some(Some(module)) => {
-                    let known = self.globals[module].names().filter(|n| !n.starts_with('_'));
+                    let names = self.globals[module].names().filter(|n| !n.starts_with('_'));
                     let what = format!("{what} in `{}`:", library.name);
-                    unknown_name(codes::E0201, &what, &name.name, name.span, known)
+                    unknown_name(codes::E0201, &what, &name.name, name.span, names)
                 }
             },
             _ => {
@@ -314,19 +315,19 @@ impl<'a> Elaborator<'a> {
         self.report(diagnostic);
     }
 
-    fn is_defined_later(&self, here: &Here<'a>, name: &str) -> bool {
-        here.horizon != u32::MAX && self.modules[here.module].defines(name)
+    fn is_defined_later(&self, env: &Env<'a>, name: &str) -> bool {
+        env.visible_items != u32::MAX && self.modules[env.module].defines(name)
     }
 
-    fn list(&mut self, here: &Here<'a>, items: &'a [Expr]) -> Outcome<'a> {
+    fn list(&mut self, env: &Env<'a>, items: &'a [Expr]) -> EvalResult<'a> {
         let mut values = Vec::with_capacity(items.len());
         for item in items {
-            values.push(self.eval(here, item)?);
+            values.push(self.eval(env, item)?);
         }
         if values.iter().any(Value::is_poison) {
             return Ok(Value::Poison);
         }
-        let numbers: Option<Vec<Number>> = match values.len() {
+        let numbers: Option<Vec<ScalarValue>> = match values.len() {
             2..=4 => values.iter().map(as_number).collect(),
             _ => None,
         };
@@ -338,32 +339,32 @@ impl<'a> Elaborator<'a> {
         )
     }
 
-    fn postfix(&mut self, here: &Here<'a>, postfix: &'a Postfix) -> Outcome<'a> {
-        let mut value = self.eval(here, &postfix.base)?;
+    fn postfix(&mut self, env: &Env<'a>, postfix: &'a Postfix) -> EvalResult<'a> {
+        let mut value = self.eval(env, &postfix.base)?;
         let mut span = postfix.base.span;
         for suffix in &postfix.suffixes {
-            self.tick(suffix.span)?;
+            self.charge_step(suffix.span)?;
             value = match &suffix.args {
-                Some(args) => self.method(here, value, span, suffix, args)?,
-                None => self.field(here, value, span, suffix),
+                Some(args) => self.method_call(env, value, span, suffix, args)?,
+                None => self.field_access(env, value, span, suffix),
             };
             span = span.to(suffix.span);
         }
         Ok(value)
     }
 
-    fn field(
+    fn field_access(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         value: Value<'a>,
         span: Span,
         suffix: &'a Suffix,
     ) -> Value<'a> {
         let name = suffix.name.name.as_str();
-        let found = match &value {
+        let component = match &value {
             Value::Poison => return Value::Poison,
-            Value::Vector(vector) => swizzle(vector.parts(), name, &["xyzw", "rgba"]),
-            Value::Color(parts) => swizzle(&parts.map(Number::plain), name, &["rgb", "xyz"]),
+            Value::Vector(vector) => swizzle(vector.components(), name, &["xyzw", "rgba"]),
+            Value::Color(parts) => swizzle(&parts.map(ScalarValue::plain), name, &["rgb", "xyz"]),
             Value::Record(record) => {
                 let field = record.fields.iter().find(|(field, _)| *field == name);
                 field.map(|(_, value)| value.clone())
@@ -372,7 +373,7 @@ impl<'a> Elaborator<'a> {
             Value::Range(range) if name == "end" => Some(Value::Number(range.end)),
             _ => None,
         };
-        if let Some(value) = found {
+        if let Some(value) = component {
             return value;
         }
         let what = self.describe(&value);
@@ -382,15 +383,15 @@ impl<'a> Elaborator<'a> {
         let diagnostic = match &value {
             Value::Record(record) => {
                 let fields = record.fields.iter().map(|(field, _)| *field);
-                let near = super::diagnose::nearest(name, fields);
-                super::diagnose::suggest(diagnostic, suffix.name.span, near)
+                let suggestion = super::diagnose::nearest(name, fields);
+                super::diagnose::suggest(diagnostic, suffix.name.span, suggestion)
             }
             Value::Vector(vector) => {
                 let letters = &"xyzw"[..vector.len()];
                 diagnostic.help(format!("its components are `{letters}`, in any order"))
             }
             _ if matches!(
-                self.lookup_name(here, name),
+                self.lookup_name(env, name),
                 Some(Value::Function(_) | Value::Builtin(_))
             ) =>
             {
@@ -403,61 +404,65 @@ impl<'a> Elaborator<'a> {
         Value::Poison
     }
 
-    fn unary(&mut self, here: &Here<'a>, unary: &'a Unary, span: Span) -> Outcome<'a> {
-        let value = self.eval(here, &unary.operand)?;
+    fn unary(&mut self, env: &Env<'a>, unary: &'a Unary, span: Span) -> EvalResult<'a> {
+        let value = self.eval(env, &unary.operand)?;
         Ok(match unary.op {
-            UnaryOp::Neg => self.negated(value, unary, span),
-            UnaryOp::Not => self.inverted(value, unary, span),
+            UnaryOp::Neg => self.negate(value, unary, span),
+            UnaryOp::Not => self.invert(value, unary, span),
         })
     }
 
-    fn chain(&mut self, here: &Here<'a>, chain: &'a Chain, span: Span) -> Outcome<'a> {
-        let precedence = chain.rest.first().map(|link| link.op.precedence());
+    fn chain(&mut self, env: &Env<'a>, chain: &'a Chain, span: Span) -> EvalResult<'a> {
+        let precedence = chain.links.first().map(|link| link.op.precedence());
         match precedence {
-            Some(Precedence::Both | Precedence::Either) => return self.logic(here, chain),
+            Some(Precedence::LogicalAnd | Precedence::LogicalOr) => return self.logic(env, chain),
             Some(Precedence::Union | Precedence::Intersection) => {
-                return self.csg_chain(here, chain, span);
+                return self.csg_chain(env, chain, span);
             }
             _ => {}
         }
-        let mut value = self.eval(here, &chain.first)?;
-        let mut before = chain.first.span;
-        for (at, link) in chain.rest.iter().enumerate() {
+        let mut value = self.eval(env, &chain.first)?;
+        let mut left_span = chain.first.span;
+        for (index, link) in chain.links.iter().enumerate() {
             let is_shape = self.is_shape(&value);
             if link.op == BinaryOp::Sub && (is_shape || link.blend.is_some()) {
-                return self.csg_links(here, value, before, &chain.rest[at..], span);
+                return self.csg_links(env, value, left_span, &chain.links[index..], span);
             }
-            let operand = self.eval(here, &link.operand)?;
+            let operand = self.eval(env, &link.operand)?;
             value = self.binary(
                 link.op,
                 value,
                 operand,
-                (before, link.op_span, link.operand.span),
+                (left_span, link.op_span, link.operand.span),
             );
-            before = before.to(link.operand.span);
+            left_span = left_span.to(link.operand.span);
         }
         Ok(value)
     }
 
-    /// `a && b || c`: what need not be known is not evaluated.
-    fn logic(&mut self, here: &Here<'a>, chain: &'a Chain) -> Outcome<'a> {
-        let first = self.eval(here, &chain.first)?;
+    /// `a && b || c`: an operand is evaluated only if the result depends on it.
+    fn logic(&mut self, env: &Env<'a>, chain: &'a Chain) -> EvalResult<'a> {
+        let first = self.eval(env, &chain.first)?;
         let Some(mut value) = self.condition(first, chain.first.span) else {
             return Ok(Value::Poison);
         };
-        for link in &chain.rest {
-            let decides = if link.op == BinaryOp::Both { 0.0 } else { 1.0 };
+        for link in &chain.links {
+            let decides = if link.op == BinaryOp::LogicalAnd {
+                0.0
+            } else {
+                1.0
+            };
             if self.graph.as_constant(value) == Some(decides) {
                 return Ok(Value::Bool(value));
             }
-            let operand = self.eval(here, &link.operand)?;
+            let operand = self.eval(env, &link.operand)?;
             let Some(operand) = self.condition(operand, link.operand.span) else {
                 return Ok(Value::Poison);
             };
             let is_known = self.graph.stage(value) == Stage::Constant;
             value = match link.op {
                 _ if is_known => operand,
-                BinaryOp::Both => self.graph.call(sdfc_vm::table::Op::And, &[value, operand]),
+                BinaryOp::LogicalAnd => self.graph.call(sdfc_vm::table::Op::And, &[value, operand]),
                 _ => self.graph.call(sdfc_vm::table::Op::Or, &[value, operand]),
             };
         }
@@ -479,26 +484,35 @@ impl<'a> Elaborator<'a> {
                 inclusive,
             }),
             (Value::Poison, _) | (_, Value::Poison) => Value::Poison,
-            (Value::Number(_), other) => self.wrong(&other, "a range ends with a number", end_span),
-            (other, _) => self.wrong(&other, "a range starts with a number", start_span),
+            (Value::Number(_), other) => {
+                self.report_wrong(&other, "a range ends with a number", end_span)
+            }
+            (other, _) => self.report_wrong(&other, "a range starts with a number", start_span),
         }
     }
 
-    fn branch(&mut self, here: &Here<'a>, branch: &'a If, span: Span) -> Outcome<'a> {
-        self.arms(here, branch, 0, span)
+    fn if_expr(&mut self, env: &Env<'a>, branch: &'a If, span: Span) -> EvalResult<'a> {
+        self.if_arms(env, branch, 0, span)
     }
 
-    fn arms(&mut self, here: &Here<'a>, branch: &'a If, at: usize, span: Span) -> Outcome<'a> {
-        // Constant conditions are passed over without recursion: a ladder may be long.
-        for at in at..branch.arms.len() {
-            let arm = &branch.arms[at];
-            let condition = self.eval(here, &arm.condition)?;
+    fn if_arms(
+        &mut self,
+        env: &Env<'a>,
+        branch: &'a If,
+        first: usize,
+        span: Span,
+    ) -> EvalResult<'a> {
+        // Constant conditions are skipped without recursion, since a chain of `else if` may be
+        // long.
+        for first in first..branch.arms.len() {
+            let arm = &branch.arms[first];
+            let condition = self.eval(env, &arm.condition)?;
             let Some(condition) = self.condition(condition, arm.condition.span) else {
                 return Ok(Value::Poison);
             };
-            // A function that calls itself until a parameter says so must know its value.
+            // A recursion whose end depends on a parameter requires the value of that parameter.
             let recursive = self.is_recursive() && self.graph.stage(condition) == Stage::Uniform;
-            let known = match recursive {
+            let constant = match recursive {
                 true => {
                     let demand = Demand::new("the condition of a recursion", arm.condition.span);
                     match self.demand(condition, &demand) {
@@ -508,39 +522,39 @@ impl<'a> Elaborator<'a> {
                 }
                 false => self.graph.as_constant(condition),
             };
-            match known {
-                Some(value) if value != 0.0 => return self.body(here, &arm.body),
+            match constant {
+                Some(value) if value != 0.0 => return self.body(env, &arm.body),
                 Some(_) => {}
-                None => return self.select(here, branch, at, condition, span),
+                None => return self.select(env, branch, first, condition, span),
             }
         }
-        self.body(here, &branch.otherwise)
+        self.body(env, &branch.else_body)
     }
 
-    /// An `if` whose condition is not known while compiling: both values, and a choice between
-    /// them if they are numbers. A choice between shapes needs the condition's value.
+    /// Evaluates an `if` whose condition is not constant: both values, and a selection between them
+    /// if they are numbers. For other values, the condition is required at compile time.
     fn select(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         branch: &'a If,
-        at: usize,
+        arm_index: usize,
         condition: crate::expression::ExprId,
         span: Span,
-    ) -> Outcome<'a> {
-        let arm = &branch.arms[at];
+    ) -> EvalResult<'a> {
+        let arm = &branch.arms[arm_index];
         self.nesting += 1;
-        self.guards.push(condition);
-        let then = self.body(here, &arm.body)?;
-        self.guards.pop();
+        self.path_conditions.push(condition);
+        let then = self.body(env, &arm.body)?;
+        self.path_conditions.pop();
         let inverse = self.graph.call(sdfc_vm::table::Op::Not, &[condition]);
-        self.guards.push(inverse);
-        let otherwise = self.arms(here, branch, at + 1, span)?;
-        self.guards.pop();
+        self.path_conditions.push(inverse);
+        let otherwise = self.if_arms(env, branch, arm_index + 1, span)?;
+        self.path_conditions.pop();
         self.nesting -= 1;
         if then.is_poison() || otherwise.is_poison() {
             return Ok(Value::Poison);
         }
-        if let Some(value) = self.choice(condition, &then, &otherwise) {
+        if let Some(value) = self.select_value(condition, &then, &otherwise) {
             return Ok(value);
         }
         let what = format!(
@@ -556,15 +570,15 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    fn each(&mut self, here: &Here<'a>, each: &'a For) -> Outcome<'a> {
-        let range = self.eval(here, &each.range)?;
+    fn for_loop(&mut self, env: &Env<'a>, each: &'a For) -> EvalResult<'a> {
+        let range = self.eval(env, &each.range)?;
         let Some(values) = self.elements(range, each.range.span) else {
             return Ok(Value::Poison);
         };
         let mut results = Vec::with_capacity(values.len());
         for value in values.iter() {
-            let here = here.with(&each.name.name, value.clone());
-            let result = self.body(&here, &each.body)?;
+            let env = env.with(&each.name.name, value.clone());
+            let result = self.body(&env, &each.body)?;
             if !matches!(result, Value::Nothing) {
                 results.push(result);
             }
@@ -575,30 +589,34 @@ impl<'a> Elaborator<'a> {
         Ok(Value::List(results.into()))
     }
 
-    /// The values that a loop goes through.
+    /// The elements that a loop runs over.
     pub(crate) fn elements(&mut self, value: Value<'a>, span: Span) -> Option<List<'a>> {
-        let list = self.elements_free(value, span)?;
-        // Going through a list is work, whatever is done with its elements.
+        let list = self.elements_without_cost(value, span)?;
+        // Each element costs a step, whatever the loop does with it.
         self.steps += list.len() as u64;
         Some(list)
     }
 
-    fn elements_free(&mut self, value: Value<'a>, span: Span) -> Option<List<'a>> {
+    fn elements_without_cost(&mut self, value: Value<'a>, span: Span) -> Option<List<'a>> {
         match value {
             Value::Poison => None,
             Value::List(list) => Some(list),
-            Value::Vector(vector) => {
-                Some(vector.parts().iter().map(|n| Value::Number(*n)).collect())
-            }
-            Value::Range(range) => self.counted(range, span),
+            Value::Vector(vector) => Some(
+                vector
+                    .components()
+                    .iter()
+                    .map(|n| Value::Number(*n))
+                    .collect(),
+            ),
+            Value::Range(range) => self.range_elements(range, span),
             other => {
-                self.wrong(&other, "a loop goes through a range or a list", span);
+                self.report_wrong(&other, "a loop goes through a range or a list", span);
                 None
             }
         }
     }
 
-    fn counted(&mut self, range: Range, span: Span) -> Option<List<'a>> {
+    fn range_elements(&mut self, range: Range, span: Span) -> Option<List<'a>> {
         let demand = Demand::new("a loop count", span);
         let start = self.demand(range.start.id, &demand);
         let end = self.demand(range.end.id, &demand);
@@ -620,47 +638,47 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0412, span, message).help(help));
             return None;
         }
-        let one = |i: u32| {
+        let element = |i: u32| {
             let id = self.graph.constant(start + f64::from(i));
-            Value::Number(Number {
+            Value::Number(ScalarValue {
                 id,
                 quantity: range.start.quantity,
-                whole: true,
+                is_integer: true,
             })
         };
-        Some((0..count as u32).map(one).collect())
+        Some((0..count as u32).map(element).collect())
     }
 
-    fn lambda(&mut self, here: &Here<'a>, lambda: &'a Lambda, span: Span) -> Value<'a> {
+    fn lambda(&mut self, env: &Env<'a>, lambda: &'a Lambda, span: Span) -> Value<'a> {
         Value::Function(Rc::new(Closure {
             name: "",
             params: &lambda.params,
             result: None,
             body: &lambda.body,
-            here: here.clone(),
+            env: env.clone(),
             span,
         }))
     }
 }
 
-/// The number that a value is, if it is one.
-pub(crate) fn as_number(value: &Value<'_>) -> Option<Number> {
+/// The number, if the value is one.
+pub(crate) fn as_number(value: &Value<'_>) -> Option<ScalarValue> {
     match value {
         Value::Number(number) => Some(*number),
         _ => None,
     }
 }
 
-/// Components picked by letters, `xy` or `zyx`.
-fn swizzle<'a>(parts: &[Number], name: &str, alphabets: &[&str]) -> Option<Value<'a>> {
-    let pick = |alphabet: &&str| -> Option<Vec<Number>> {
+/// Selects components by letters, `xy` or `zyx`.
+fn swizzle<'a>(components: &[ScalarValue], name: &str, alphabets: &[&str]) -> Option<Value<'a>> {
+    let pick = |alphabet: &&str| -> Option<Vec<ScalarValue>> {
         name.chars()
-            .map(|letter| parts.get(alphabet.find(letter)?).copied())
+            .map(|letter| components.get(alphabet.find(letter)?).copied())
             .collect()
     };
     let picked = alphabets.iter().find_map(pick)?;
     match picked.as_slice() {
-        [one] => Some(Value::Number(*one)),
+        [single] => Some(Value::Number(*single)),
         several => Vector::from_slice(several).map(Value::Vector),
     }
 }

@@ -1,7 +1,7 @@
-//! Files, item by item.
+//! Evaluation of the items of each file.
 
 use super::Elaborator;
-use super::evaluate::{Halt, Here};
+use super::evaluate::{Abort, Env};
 use super::scope::Scope;
 use super::value::{Closure, Value};
 use sdfc_lang::ast::{ExprKind, Item, ItemKind};
@@ -9,11 +9,12 @@ use sdfc_lang::{Diagnostic, codes};
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// The names that a file defines. A name holds for what stands after it; functions hold everywhere.
+/// Names defined by a file. A name is visible after its definition; functions are visible
+/// everywhere.
 #[derive(Debug, Default)]
 pub(crate) struct Globals<'a> {
     names: HashMap<&'a str, Vec<(u32, Value<'a>)>>,
-    /// The names in the order of their definition, for suggestions.
+    /// Names in order of their definition, for suggestions.
     order: Vec<&'a str>,
 }
 
@@ -22,16 +23,16 @@ impl<'a> Globals<'a> {
         self.order.push(name);
         self.names.entry(name).or_default().push((position, value));
     }
-    /// What a name means where `horizon` definitions stand before.
+    /// Value of a name at a point that `visible_items` definitions precede.
     pub(crate) fn get(&self, name: &str, horizon: u32) -> Option<&Value<'a>> {
         let definitions = self.names.get(name)?;
-        let before = definitions
+        let visible = definitions
             .iter()
             .rev()
             .find(|(position, _)| *position < horizon);
-        before.map(|(_, value)| value)
+        visible.map(|(_, value)| value)
     }
-    /// All names, in the order of their definition.
+    /// All names, in order of their definition.
     pub(crate) fn names(&self) -> impl Iterator<Item = &'a str> {
         self.order.iter().copied()
     }
@@ -39,7 +40,7 @@ impl<'a> Globals<'a> {
 
 impl<'a> Elaborator<'a> {
     /// Evaluates all files.
-    pub(crate) fn run(&mut self) -> Result<(), Halt> {
+    pub(crate) fn run(&mut self) -> Result<(), Abort> {
         let modules = self.modules;
         for item in modules
             .last()
@@ -52,22 +53,26 @@ impl<'a> Elaborator<'a> {
                 self.scene_block(block);
             }
         }
-        for at in 0..modules.len() {
+        for index in 0..modules.len() {
             self.globals.push(Globals::default());
-            self.module(at)?;
+            self.evaluate_module(index)?;
         }
-        for given in self.overrides {
-            if !self.params.iter().any(|param| given.is_for(&param.name)) {
-                let diagnostic = given.unknown(&self.params);
+        for override_ in self.overrides {
+            if !self
+                .params
+                .iter()
+                .any(|param| override_.is_for(&param.name))
+            {
+                let diagnostic = override_.unknown_param(&self.params);
                 self.report(diagnostic);
             }
         }
-        self.result()
+        self.set_root()
     }
 
-    fn module(&mut self, at: usize) -> Result<(), Halt> {
-        let module = &self.modules[at];
-        let is_root = at == self.root();
+    fn evaluate_module(&mut self, index: usize) -> Result<(), Abort> {
+        let module = &self.modules[index];
+        let is_root = index == self.root();
         let prefix = if is_root {
             String::new()
         } else {
@@ -82,56 +87,56 @@ impl<'a> Elaborator<'a> {
                     params: &function.params,
                     result: function.result.as_ref(),
                     body: &function.body,
-                    here: self.outermost(at, position as u32 + 1),
+                    env: self.module_env(index, position as u32 + 1),
                     span: function.name.span,
                 }));
-                self.globals[at].define(&function.name.name, 0, value);
+                self.globals[index].define(&function.name.name, 0, value);
             }
         }
         for (position, item) in module.file.items.iter().enumerate() {
             let position = position as u32 + 1;
-            let here = self.outermost(at, position);
-            if let Some((name, value)) = self.item(&here, item, &prefix)? {
-                self.globals[at].define(name, position, value);
+            let env = self.module_env(index, position);
+            if let Some((name, value)) = self.item(&env, item, &prefix)? {
+                self.globals[index].define(name, position, value);
             }
         }
         Ok(())
     }
 
-    fn outermost(&self, module: usize, horizon: u32) -> Here<'a> {
-        Here {
+    fn module_env(&self, module: usize, horizon: u32) -> Env<'a> {
+        Env {
             scope: Scope::default(),
             module,
-            horizon,
+            visible_items: horizon,
             blend: None,
         }
     }
 
-    /// Evaluates an item; gives the name that it defines.
+    /// Evaluates an item and returns the name that it defines.
     fn item(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         item: &'a Item,
         prefix: &str,
-    ) -> Result<Option<(&'a str, Value<'a>)>, Halt> {
+    ) -> Result<Option<(&'a str, Value<'a>)>, Abort> {
         match &item.kind {
             ItemKind::Param(param) => {
-                let value = self.param(here, param, item.docs.as_deref(), prefix)?;
+                let value = self.param(env, param, item.docs.as_deref(), prefix)?;
                 Ok(Some((&param.name.name, value)))
             }
             ItemKind::Let(binding) => {
-                let value = self.binding(here, binding)?;
+                let value = self.binding(env, binding)?;
                 Ok(Some((&binding.name.name, value)))
             }
             ItemKind::Part(part) => {
-                let value = self.eval(here, &part.value)?;
+                let value = self.eval(env, &part.value)?;
                 let Some(id) = self.shape(&value, part.value.span) else {
                     return Ok(Some((&part.name.name, Value::Poison)));
                 };
                 let shape = Value::Shape(id);
                 let name = part.name.name.as_str();
                 self.name_shape(&shape, name);
-                if here.module == self.root() {
+                if env.module == self.root() {
                     if self.parts.iter().any(|(other, _)| other == name) {
                         let message = format!("there are two parts `{name}`");
                         let span = part.name.span;
@@ -142,25 +147,25 @@ impl<'a> Elaborator<'a> {
                 Ok(Some((name, shape)))
             }
             ItemKind::Block(block) => {
-                let value = self.block(here, block)?;
+                let value = self.block(env, block)?;
                 let name = block.name.as_ref().map(|name| name.name.as_str());
                 Ok(name.zip(value))
             }
             ItemKind::Expr(expr) => {
-                self.eval(here, expr)?;
+                self.eval(env, expr)?;
                 Ok(None)
             }
             ItemKind::Fn(_) | ItemKind::Import(_) => Ok(None),
         }
     }
 
-    /// The final expression, or all parts together.
-    fn result(&mut self) -> Result<(), Halt> {
-        let at = self.root();
-        let module = &self.modules[at];
-        let here = self.outermost(at, u32::MAX);
+    /// Sets the root: the final expression, or the union of all parts.
+    fn set_root(&mut self) -> Result<(), Abort> {
+        let root = self.root();
+        let module = &self.modules[root];
+        let env = self.module_env(root, u32::MAX);
         if let Some(result) = &module.file.result {
-            let value = self.eval(&here, result)?;
+            let value = self.eval(&env, result)?;
             if matches!(value, Value::Nothing) && matches!(result.kind, ExprKind::Call(_)) {
                 // A file that ends with `assert(..)` or `print(..)` and no `;`.
                 self.root = None;
@@ -177,7 +182,7 @@ impl<'a> Elaborator<'a> {
         if let (Some(&first), true) = (shapes.first(), one_kind) {
             let span = self.shapes[first.0 as usize].span;
             let op = sdfc_vm::table::Op::Union;
-            self.root = self.combined(op, Vec::new(), shapes, span);
+            self.root = self.combine(op, Vec::new(), shapes, span);
         }
         Ok(())
     }

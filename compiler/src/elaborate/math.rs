@@ -1,86 +1,86 @@
-//! The functions of numbers: component by component on vectors and colours, as in WGSL.
+//! Functions of numbers, applied to vectors and colours component by component, as in WGSL.
 
 use super::Elaborator;
-use super::arguments::{Invocation, count};
-use super::evaluate::Outcome;
-use super::numbers::{Form, assembled, parts};
-use super::value::{Number, Quantity, Value};
+use super::arguments::{Invocation, count_noun};
+use super::evaluate::EvalResult;
+use super::numbers::{Form, assemble_value, components};
+use super::value::{Quantity, ScalarValue, Value};
 use crate::expression::ExprId;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::table::Op;
 
-/// Of what a function's result is.
+/// Quantity of a function's result.
 #[derive(Clone, Copy, Debug)]
-enum Gives {
-    /// Of the same as the arguments, which have to agree.
+enum ResultQuantity {
+    /// The common quantity of the arguments.
     Same,
-    /// A bare number, whatever the arguments are.
+    /// A plain number, whatever the arguments are.
     Plain,
     /// An angle.
     Angle,
-    /// The square root's quantity.
+    /// The quantity of the square root.
     Root,
-    /// Of what the first two arguments are, with a bare third one.
+    /// The common quantity of the first two arguments; the third is plain.
     Mix,
 }
 
-/// A function of numbers that is a row of the table.
+/// A function of numbers that is an operation of the table.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MathRow {
     name: &'static str,
     op: Op,
     arity: usize,
-    gives: Gives,
+    result: ResultQuantity,
 }
 
-const fn row(name: &'static str, op: Op, arity: usize, gives: Gives) -> MathRow {
+const fn row(name: &'static str, op: Op, arity: usize, result: ResultQuantity) -> MathRow {
     MathRow {
         name,
         op,
         arity,
-        gives,
+        result,
     }
 }
 
-/// The functions that are rows of the table.
+/// Functions that are operations of the table.
 pub(crate) const MATH: &[MathRow] = &[
-    row("abs", Op::Abs, 1, Gives::Same),
-    row("sign", Op::Sign, 1, Gives::Plain),
-    row("floor", Op::Floor, 1, Gives::Same),
-    row("ceil", Op::Ceil, 1, Gives::Same),
-    row("round", Op::Round, 1, Gives::Same),
-    row("fract", Op::Fract, 1, Gives::Same),
-    row("trunc", Op::Trunc, 1, Gives::Same),
-    row("sqrt", Op::Sqrt, 1, Gives::Root),
-    row("inverse_sqrt", Op::InverseSqrt, 1, Gives::Plain),
-    row("sin", Op::Sin, 1, Gives::Plain),
-    row("cos", Op::Cos, 1, Gives::Plain),
-    row("tan", Op::Tan, 1, Gives::Plain),
-    row("asin", Op::Asin, 1, Gives::Angle),
-    row("acos", Op::Acos, 1, Gives::Angle),
-    row("atan", Op::Atan, 1, Gives::Angle),
-    row("atan2", Op::Atan2, 2, Gives::Angle),
-    row("sinh", Op::Sinh, 1, Gives::Plain),
-    row("cosh", Op::Cosh, 1, Gives::Plain),
-    row("tanh", Op::Tanh, 1, Gives::Plain),
-    row("exp", Op::Exp, 1, Gives::Plain),
-    row("exp2", Op::Exp2, 1, Gives::Plain),
-    row("ln", Op::Ln, 1, Gives::Plain),
-    row("log", Op::Ln, 1, Gives::Plain),
-    row("log2", Op::Log2, 1, Gives::Plain),
-    row("step", Op::Step, 2, Gives::Plain),
-    row("smoothstep", Op::Smoothstep, 3, Gives::Plain),
-    row("clamp", Op::Clamp, 3, Gives::Same),
-    row("mix", Op::Mix, 3, Gives::Mix),
-    row("lerp", Op::Mix, 3, Gives::Mix),
+    row("abs", Op::Abs, 1, ResultQuantity::Same),
+    row("sign", Op::Sign, 1, ResultQuantity::Plain),
+    row("floor", Op::Floor, 1, ResultQuantity::Same),
+    row("ceil", Op::Ceil, 1, ResultQuantity::Same),
+    row("round", Op::Round, 1, ResultQuantity::Same),
+    row("fract", Op::Fract, 1, ResultQuantity::Same),
+    row("trunc", Op::Trunc, 1, ResultQuantity::Same),
+    row("sqrt", Op::Sqrt, 1, ResultQuantity::Root),
+    row("inverse_sqrt", Op::InverseSqrt, 1, ResultQuantity::Plain),
+    row("sin", Op::Sin, 1, ResultQuantity::Plain),
+    row("cos", Op::Cos, 1, ResultQuantity::Plain),
+    row("tan", Op::Tan, 1, ResultQuantity::Plain),
+    row("asin", Op::Asin, 1, ResultQuantity::Angle),
+    row("acos", Op::Acos, 1, ResultQuantity::Angle),
+    row("atan", Op::Atan, 1, ResultQuantity::Angle),
+    row("atan2", Op::Atan2, 2, ResultQuantity::Angle),
+    row("sinh", Op::Sinh, 1, ResultQuantity::Plain),
+    row("cosh", Op::Cosh, 1, ResultQuantity::Plain),
+    row("tanh", Op::Tanh, 1, ResultQuantity::Plain),
+    row("exp", Op::Exp, 1, ResultQuantity::Plain),
+    row("exp2", Op::Exp2, 1, ResultQuantity::Plain),
+    row("ln", Op::Ln, 1, ResultQuantity::Plain),
+    row("log", Op::Ln, 1, ResultQuantity::Plain),
+    row("log2", Op::Log2, 1, ResultQuantity::Plain),
+    row("step", Op::Step, 2, ResultQuantity::Plain),
+    row("smoothstep", Op::Smoothstep, 3, ResultQuantity::Plain),
+    row("clamp", Op::Clamp, 3, ResultQuantity::Same),
+    row("mix", Op::Mix, 3, ResultQuantity::Mix),
+    row("lerp", Op::Mix, 3, ResultQuantity::Mix),
 ];
 
 impl MathRow {
     /// The function of this name.
-    pub(crate) fn of(name: &str) -> Option<&'static MathRow> {
+    pub(crate) fn from_name(name: &str) -> Option<&'static MathRow> {
         MATH.iter().find(|row| row.name == name)
     }
-    /// Its arguments, for the reference.
+    /// Names of the arguments, for the reference.
     pub(crate) fn arguments(&self) -> &'static str {
         match (self.op, self.arity) {
             (Op::Step, _) => "edge, x",
@@ -92,56 +92,56 @@ impl MathRow {
             _ => "a, b",
         }
     }
-    /// Its meaning.
+    /// Description.
     pub(crate) fn doc(&self) -> &'static str {
         self.op.row().doc.trim()
     }
-    /// Its name.
+    /// Name.
     pub(crate) fn name(&self) -> &'static str {
         self.name
     }
 }
 
 impl<'a> Elaborator<'a> {
-    /// A call of a function that is a row of the table.
+    /// Evaluates a call of a function that is an operation of the table.
     pub(crate) fn math(&mut self, row: &MathRow, call: &Invocation<'a>) -> Value<'a> {
-        if self.wrong_count(call, row.arity..=row.arity) {
+        if self.has_wrong_arg_count(call, row.arity..=row.arity) {
             return Value::Poison;
         }
         self.componentwise(call, |e, numbers| {
-            let quantity = e.quantity_of(row, call, numbers)?;
+            let quantity = e.result_quantity(row, call, numbers)?;
             e.check_domain(row, call, numbers)?;
             let ids: Vec<ExprId> = numbers.iter().map(|number| number.id).collect();
             let id = e.op(row.op, &ids);
-            e.finite(id, call.span)?;
-            let makes_whole = matches!(row.op, Op::Floor | Op::Ceil | Op::Round | Op::Trunc);
-            let whole =
-                makes_whole && quantity == Quantity::Plain || row.op == Op::Abs && numbers[0].whole;
-            Some(Number {
+            e.require_finite(id, call.span)?;
+            let makes_integer = matches!(row.op, Op::Floor | Op::Ceil | Op::Round | Op::Trunc);
+            let is_integer = makes_integer && quantity == Quantity::Plain
+                || row.op == Op::Abs && numbers[0].is_integer;
+            Some(ScalarValue {
                 id,
                 quantity,
-                whole,
+                is_integer,
             })
         })
     }
 
-    fn quantity_of(
+    fn result_quantity(
         &mut self,
         row: &MathRow,
         call: &Invocation<'a>,
-        numbers: &[Number],
+        numbers: &[ScalarValue],
     ) -> Option<Quantity> {
-        let same = |numbers: &[Number]| {
+        let common_quantity = |numbers: &[ScalarValue]| {
             let mut quantities = numbers.iter().map(|number| number.quantity);
             let first = quantities.next()?;
             quantities.try_fold(first, Quantity::sum)
         };
-        let quantity = match row.gives {
-            Gives::Same => same(numbers),
-            Gives::Plain => Some(Quantity::Plain),
-            Gives::Angle => Some(Quantity::Angle),
-            Gives::Root => Some(numbers[0].quantity.root()),
-            Gives::Mix => same(&numbers[..2]),
+        let quantity = match row.result {
+            ResultQuantity::Same => common_quantity(numbers),
+            ResultQuantity::Plain => Some(Quantity::Plain),
+            ResultQuantity::Angle => Some(Quantity::Angle),
+            ResultQuantity::Root => Some(numbers[0].quantity.root()),
+            ResultQuantity::Mix => common_quantity(&numbers[..2]),
         };
         if quantity.is_none() {
             let nouns: Vec<&str> = numbers
@@ -154,12 +154,12 @@ impl<'a> Elaborator<'a> {
         quantity
     }
 
-    /// Constants for which a function has no value.
+    /// Reports constants outside the domain of a function.
     fn check_domain(
         &mut self,
         row: &MathRow,
         call: &Invocation<'a>,
-        numbers: &[Number],
+        numbers: &[ScalarValue],
     ) -> Option<()> {
         let value = self.graph.as_constant(numbers[0].id);
         let message = match (row.op, value) {
@@ -178,86 +178,86 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Reports a call with the wrong number of arguments, or with named ones.
-    pub(crate) fn wrong_count(
+    pub(crate) fn has_wrong_arg_count(
         &mut self,
         call: &Invocation<'a>,
         allowed: std::ops::RangeInclusive<usize>,
     ) -> bool {
         let name = call.name;
-        if let Some(given) = call.given.iter().find(|given| given.name.is_some()) {
+        if let Some(passed) = call.args.iter().find(|passed| passed.name.is_some()) {
             let message = format!("the arguments of `{name}` have no names");
-            self.report(Diagnostic::error(codes::E0203, given.span, message));
+            self.report(Diagnostic::error(codes::E0203, passed.span, message));
             return true;
         }
-        let given = call.given.len();
-        if allowed.contains(&given) {
+        let passed = call.args.len();
+        if allowed.contains(&passed) {
             return false;
         }
-        let wanted = match (*allowed.start(), *allowed.end()) {
-            (least, most) if least == most => count(least, "argument"),
-            (least, usize::MAX) => format!("at least {}", count(least, "argument")),
-            (least, most) => format!("{least} to {most} arguments"),
+        let requirement = match (*allowed.start(), *allowed.end()) {
+            (min, max) if min == max => count_noun(min, "argument"),
+            (min, usize::MAX) => format!("at least {}", count_noun(min, "argument")),
+            (min, max) => format!("{min} to {max} arguments"),
         };
-        let (code, place) = match call.given.get(*allowed.end()) {
+        let (code, span) = match call.args.get(*allowed.end()) {
             Some(extra) => (codes::E0205, extra.span),
             None => (codes::E0204, call.name_span),
         };
-        let message = format!("`{name}` takes {wanted}, and {given} are given");
-        self.report(Diagnostic::error(code, place, message));
+        let message = format!("`{name}` takes {requirement}, and {passed} are given");
+        self.report(Diagnostic::error(code, span, message));
         true
     }
 
-    /// The numbers of the arguments, with their common form.
+    /// The components of all arguments, and their common form.
     pub(crate) fn common_form(
         &mut self,
         call: &Invocation<'a>,
-    ) -> Option<(Form, Vec<[Number; 4]>)> {
+    ) -> Option<(Form, Vec<[ScalarValue; 4]>)> {
         let mut form = Form::Scalar;
-        let mut all = Vec::with_capacity(call.given.len());
-        for given in &call.given {
-            let Some((one, numbers)) = parts(&given.value) else {
-                let wanted = format!("`{}` is of numbers", call.name);
-                self.wrong(&given.value, &wanted, given.span);
+        let mut rows = Vec::with_capacity(call.args.len());
+        for arg in &call.args {
+            let Some((arg_form, numbers)) = components(&arg.value) else {
+                let message = format!("`{}` is of numbers", call.name);
+                self.report_wrong(&arg.value, &message, arg.span);
                 return None;
             };
-            let Some(both) = form.with(one) else {
+            let Some(common) = form.with(arg_form) else {
                 let message = format!("`{}` wants vectors of one length", call.name);
-                let what = self.describe(&given.value);
-                let diagnostic = Diagnostic::error(codes::E0311, given.span, message);
+                let what = self.describe(&arg.value);
+                let diagnostic = Diagnostic::error(codes::E0311, arg.span, message);
                 self.report(diagnostic.primary(format!("this is {what}")));
                 return None;
             };
-            form = both;
-            all.push(numbers);
+            form = common;
+            rows.push(numbers);
         }
-        Some((form, all))
+        Some((form, rows))
     }
 
     pub(crate) fn componentwise(
         &mut self,
         call: &Invocation<'a>,
-        mut compute: impl FnMut(&mut Self, &[Number]) -> Option<Number>,
+        mut compute: impl FnMut(&mut Self, &[ScalarValue]) -> Option<ScalarValue>,
     ) -> Value<'a> {
-        let Some((form, all)) = self.common_form(call) else {
+        let Some((form, args)) = self.common_form(call) else {
             return Value::Poison;
         };
         let mut results = Vec::with_capacity(4);
         for i in 0..form.len() {
-            let numbers: Vec<Number> = all.iter().map(|numbers| numbers[i]).collect();
+            let numbers: Vec<ScalarValue> = args.iter().map(|numbers| numbers[i]).collect();
             match compute(self, &numbers) {
                 Some(number) => results.push(number),
                 None => return Value::Poison,
             }
         }
-        assembled(form, &results)
+        assemble_value(form, &results)
     }
 
     /// `min(..)` and `max(..)` of any number of values, or of a vector's components.
-    pub(crate) fn extreme(&mut self, op: Op, call: Invocation<'a>) -> Outcome<'a> {
-        if self.wrong_count(&call, 1..=usize::MAX) {
+    pub(crate) fn min_or_max(&mut self, op: Op, call: Invocation<'a>) -> EvalResult<'a> {
+        if self.has_wrong_arg_count(&call, 1..=usize::MAX) {
             return Ok(Value::Poison);
         }
-        let call = match self.spread(&call) {
+        let call = match self.expand_single_arg(&call) {
             Some(call) => call,
             None => return Ok(Value::Poison),
         };
@@ -271,24 +271,28 @@ impl<'a> Elaborator<'a> {
                     return None;
                 };
                 let id = e.op(op, &[result.id, number.id]);
-                result = Number {
+                result = ScalarValue {
                     id,
                     quantity,
-                    whole: result.whole && number.whole,
+                    is_integer: result.is_integer && number.is_integer,
                 };
             }
             Some(result)
         }))
     }
 
-    /// A call with one list or vector as a call with its elements.
-    fn spread(&mut self, call: &Invocation<'a>) -> Option<Invocation<'a>> {
-        let [only] = call.given.as_slice() else {
+    /// Replaces a single list or vector argument by its elements.
+    fn expand_single_arg(&mut self, call: &Invocation<'a>) -> Option<Invocation<'a>> {
+        let [only] = call.args.as_slice() else {
             return Some(call.clone());
         };
         let elements: Vec<Value<'a>> = match &only.value {
             Value::List(list) => list.to_vec(),
-            Value::Vector(vector) => vector.parts().iter().map(|n| Value::Number(*n)).collect(),
+            Value::Vector(vector) => vector
+                .components()
+                .iter()
+                .map(|n| Value::Number(*n))
+                .collect(),
             _ => return Some(call.clone()),
         };
         if elements.is_empty() {
@@ -296,46 +300,48 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0410, only.span, message));
             return None;
         }
-        let given = elements.into_iter().map(|value| super::arguments::Given {
-            name: None,
-            value,
-            span: only.span,
-        });
+        let args = elements
+            .into_iter()
+            .map(|value| super::arguments::PassedArg {
+                name: None,
+                value,
+                span: only.span,
+            });
         Some(Invocation {
-            given: given.collect(),
+            args: args.collect(),
             ..call.clone()
         })
     }
 
-    /// `pow(a, b)`; small whole powers are products, which hold for negative numbers too.
-    pub(crate) fn power(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        if self.wrong_count(&call, 2..=2) {
+    /// `pow(a, b)`. Integer powers up to 16 are products, which allow negative bases.
+    pub(crate) fn power(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
+        if self.has_wrong_arg_count(&call, 2..=2) {
             return Ok(Value::Poison);
         }
         Ok(self.componentwise(&call, |e, numbers| {
             let [base, exponent] = [numbers[0], numbers[1]];
-            let whole = e
+            let integer = e
                 .graph
                 .as_constant(exponent.id)
                 .filter(|n| n.fract() == 0.0 && n.abs() <= 16.0);
-            let Some(n) = whole else {
+            let Some(n) = integer else {
                 if e.graph.as_constant(base.id).is_some_and(|base| base < 0.0) {
                     let message = "a negative number has no power that is not whole";
                     e.report(Diagnostic::error(codes::E0401, call.span, message));
                     return None;
                 }
                 let id = e.op(Op::Pow, &[base.id, exponent.id]);
-                e.finite(id, call.span)?;
-                return Some(Number::plain(id));
+                e.require_finite(id, call.span)?;
+                return Some(ScalarValue::plain(id));
             };
-            let mut result = Number::int(e.graph.constant(1.0));
+            let mut result = ScalarValue::int(e.graph.constant(1.0));
             for _ in 0..n.abs() as u32 {
                 let quantity = result.quantity.product(base.quantity);
                 let id = e.op(Op::Mul, &[result.id, base.id]);
-                result = Number {
+                result = ScalarValue {
                     id,
                     quantity,
-                    whole: result.whole && base.whole,
+                    is_integer: result.is_integer && base.is_integer,
                 };
             }
             if n < 0.0 {
@@ -349,41 +355,48 @@ impl<'a> Elaborator<'a> {
                 }
                 let one = e.graph.constant(1.0);
                 let quantity = Quantity::Plain.quotient(result.quantity);
-                result = Number::of(e.op(Op::Div, &[one, result.id]), quantity);
+                result = ScalarValue::new(e.op(Op::Div, &[one, result.id]), quantity);
             }
-            e.finite(result.id, call.span)?;
+            e.require_finite(result.id, call.span)?;
             Some(result)
         }))
     }
 
-    /// `saturate(x)`: kept within 0 and 1.
-    pub(crate) fn saturate(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        if self.wrong_count(&call, 1..=1) {
+    /// `saturate(x)`: clamps to the range from 0 to 1.
+    pub(crate) fn saturate(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
+        if self.has_wrong_arg_count(&call, 1..=1) {
             return Ok(Value::Poison);
         }
         Ok(self.componentwise(&call, |e, numbers| {
             let (zero, one) = (e.graph.constant(0.0), e.graph.constant(1.0));
-            Some(Number::plain(e.op(Op::Clamp, &[numbers[0].id, zero, one])))
+            Some(ScalarValue::plain(
+                e.op(Op::Clamp, &[numbers[0].id, zero, one]),
+            ))
         }))
     }
 
-    /// `radians(x)`: a bare number of degrees as an angle.
-    pub(crate) fn radians(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        self.scaled(call, 1.0_f64.to_radians(), Quantity::Angle)
+    /// `radians(x)`: converts a plain number of degrees to an angle.
+    pub(crate) fn radians(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
+        self.convert_units(call, 1.0_f64.to_radians(), Quantity::Angle)
     }
 
-    /// `degrees(angle)`: an angle as a bare number of degrees.
-    pub(crate) fn degrees(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        self.scaled(call, 1.0_f64.to_degrees(), Quantity::Plain)
+    /// `degrees(angle)`: converts an angle to a plain number of degrees.
+    pub(crate) fn degrees(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
+        self.convert_units(call, 1.0_f64.to_degrees(), Quantity::Plain)
     }
 
-    fn scaled(&mut self, call: Invocation<'a>, factor: f64, quantity: Quantity) -> Outcome<'a> {
-        if self.wrong_count(&call, 1..=1) {
+    fn convert_units(
+        &mut self,
+        call: Invocation<'a>,
+        factor: f64,
+        quantity: Quantity,
+    ) -> EvalResult<'a> {
+        if self.has_wrong_arg_count(&call, 1..=1) {
             return Ok(Value::Poison);
         }
         Ok(self.componentwise(&call, |e, numbers| {
             let factor = e.graph.constant(factor);
-            Some(Number::of(
+            Some(ScalarValue::new(
                 e.op(Op::Mul, &[numbers[0].id, factor]),
                 quantity,
             ))
@@ -391,23 +404,23 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `fma(a, b, c)`: `a * b + c`.
-    pub(crate) fn product_and_sum(&mut self, call: Invocation<'a>) -> Outcome<'a> {
-        if self.wrong_count(&call, 3..=3) {
+    pub(crate) fn product_and_sum(&mut self, call: Invocation<'a>) -> EvalResult<'a> {
+        if self.has_wrong_arg_count(&call, 3..=3) {
             return Ok(Value::Poison);
         }
         Ok(self.componentwise(&call, |e, numbers| {
             let product = e.op(Op::Mul, &[numbers[0].id, numbers[1].id]);
             let quantity = numbers[0].quantity.product(numbers[1].quantity);
-            Some(Number::of(
+            Some(ScalarValue::new(
                 e.op(Op::Add, &[product, numbers[2].id]),
                 quantity,
             ))
         }))
     }
 
-    /// The inverse hyperbolic functions, by logarithms.
-    pub(crate) fn area(&mut self, op: Op, call: Invocation<'a>) -> Outcome<'a> {
-        if self.wrong_count(&call, 1..=1) {
+    /// Inverse hyperbolic functions, by logarithms.
+    pub(crate) fn inverse_hyperbolic(&mut self, op: Op, call: Invocation<'a>) -> EvalResult<'a> {
+        if self.has_wrong_arg_count(&call, 1..=1) {
             return Ok(Value::Poison);
         }
         Ok(self.componentwise(&call, |e, numbers| {
@@ -421,7 +434,7 @@ impl<'a> Elaborator<'a> {
                     e.op(Op::Mul, &[half, logarithm])
                 }
                 _ => {
-                    // The magnitude, for a sum without cancellation.
+                    // The sum with the magnitude has no cancellation.
                     let size = e.op(Op::Abs, &[x]);
                     let square = e.op(Op::Mul, &[x, x]);
                     let shifted = if op == Op::Sinh { Op::Add } else { Op::Sub };
@@ -437,13 +450,13 @@ impl<'a> Elaborator<'a> {
                     e.op(Op::Mul, &[sign, logarithm])
                 }
             };
-            e.finite(logarithm, call.span)?;
-            Some(Number::plain(logarithm))
+            e.require_finite(logarithm, call.span)?;
+            Some(ScalarValue::plain(logarithm))
         }))
     }
 
-    /// A span's first argument, or the call's.
-    pub(crate) fn place(call: &Invocation<'a>, at: usize) -> Span {
-        call.given.get(at).map_or(call.span, |given| given.span)
+    /// Span of an argument, or of the call if it is absent.
+    pub(crate) fn arg_span(call: &Invocation<'a>, index: usize) -> Span {
+        call.args.get(index).map_or(call.span, |arg| arg.span)
     }
 }

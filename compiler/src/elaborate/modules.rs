@@ -1,31 +1,30 @@
-//! The files of a scene: the one that was asked for and what it imports, parsed, each once.
+//! Files of a scene: the scene's own file and its imports, each parsed once.
 //!
-//! A path in `import` is relative to the file it stands in; `std/…` is the library that comes with
-//! the language. Nothing outside the folder of the scene is read, and files do not import each
-//! other in a circle.
+//! A path in `import` is relative to the importing file; `std/…` is the standard library. Files
+//! outside the folder of the scene cannot be imported, and imports cannot form a cycle.
 
 use super::diagnose::{nearest, suggest};
 use sdfc_lang::ast::{self, ItemKind};
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes, parse};
 use std::collections::HashMap;
 
-/// The most files that a scene is made of.
+/// Maximum number of files of a scene.
 const MAX_FILES: usize = 256;
 
-/// The library: its paths and texts.
-const STANDARD: [(&str, &str); 2] = [
+/// The standard library: paths and texts.
+const STANDARD_LIBRARY: [(&str, &str); 2] = [
     ("std/fasteners", include_str!("../../std/fasteners.sdf")),
     ("std/colors", include_str!("../../std/colors.sdf")),
 ];
 
-/// Gives the texts of imported files.
+/// Source of the texts of imported files.
 pub trait Loader: Sync {
-    /// The text of a file, by its path relative to the folder of the scene, with `/` between
-    /// folders; or why it cannot be read, in a few words.
+    /// Returns the text of a file, by its path relative to the folder of the scene, with `/`
+    /// between folders; or a short reason for which it cannot be read.
     fn load(&self, path: &str) -> Result<String, String>;
 }
 
-/// A loader for scenes that import nothing but the library.
+/// A loader for scenes that import only the standard library.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoFiles;
 
@@ -35,37 +34,37 @@ impl Loader for NoFiles {
     }
 }
 
-/// A file with what its imports are.
+/// A file with its resolved imports.
 #[derive(Debug)]
-pub(crate) struct Module {
-    /// Its tree.
+pub(crate) struct ImportedModule {
+    /// Syntax tree.
     pub(crate) file: ast::File,
-    /// What its imports are called, where they stand, and their modules, if they could be read.
+    /// Imports: alias, span of the alias, and index of the module if it could be read.
     imports: Vec<(String, Span, Option<usize>)>,
-    /// The names that its items define.
+    /// Names that the items define.
     defined: Vec<String>,
 }
 
-impl Module {
-    /// The module behind an alias: none if there is no such import, `Some(None)` if its file could
+impl ImportedModule {
+    /// The module of an alias: `None` if there is no such import, `Some(None)` if its file could
     /// not be read.
     pub(crate) fn import(&self, alias: &str) -> Option<Option<usize>> {
-        // The latest of a name holds.
+        // Of equal aliases, the latest takes effect.
         self.imports
             .iter()
             .rev()
             .find(|(name, ..)| name == alias)
             .map(|(.., module)| *module)
     }
-    /// The names of its imports.
+    /// Aliases of the imports.
     pub(crate) fn import_names(&self) -> impl Iterator<Item = &str> {
         self.imports.iter().map(|(name, ..)| name.as_str())
     }
-    /// Whether an item of it defines a name.
+    /// Reports whether an item defines a name.
     pub(crate) fn defines(&self, name: &str) -> bool {
         self.defined.iter().any(|defined| defined == name)
     }
-    /// The names that its items define, in order.
+    /// Names that the items define, in order.
     pub(crate) fn definitions(&self) -> impl Iterator<Item = &str> {
         self.defined.iter().map(String::as_str)
     }
@@ -74,25 +73,25 @@ impl Module {
 /// All files of a scene.
 #[derive(Debug)]
 pub(crate) struct Modules {
-    /// The files that could be parsed, each after those that it imports; the scene itself is last.
-    pub(crate) all: Vec<Module>,
+    /// The files that were parsed, each after its imports; the scene itself is last.
+    pub(crate) all: Vec<ImportedModule>,
 }
 
-/// Parses a file and all that it imports. There is nothing if the file itself does not parse.
+/// Parses a file and all its imports. Returns `None` if the file itself does not parse.
 pub(crate) fn load(
     sources: &mut Sources,
     file: FileId,
     loader: &dyn Loader,
-    found: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Modules> {
-    let mut loading = Loading {
+    let mut loading = ModuleLoader {
         sources,
         root: file,
         loader,
-        found,
+        diagnostics,
         modules: Vec::new(),
-        known: HashMap::new(),
-        open: Vec::new(),
+        loaded: HashMap::new(),
+        loading_paths: Vec::new(),
         files: 1,
     };
     loading.module(file, "")?;
@@ -101,26 +100,26 @@ pub(crate) fn load(
     })
 }
 
-struct Loading<'l> {
+struct ModuleLoader<'l> {
     sources: &'l mut Sources,
     root: FileId,
     loader: &'l dyn Loader,
-    found: &'l mut Vec<Diagnostic>,
-    modules: Vec<Module>,
-    /// The files that were read, by path.
-    known: HashMap<String, Option<usize>>,
-    /// The paths of the files that are being read, outermost first.
-    open: Vec<String>,
+    diagnostics: &'l mut Vec<Diagnostic>,
+    modules: Vec<ImportedModule>,
+    /// Modules by path; `None` for files that could not be read.
+    loaded: HashMap<String, Option<usize>>,
+    /// Paths of the files that are being loaded, outermost first.
+    loading_paths: Vec<String>,
     files: usize,
 }
 
-impl Loading<'_> {
-    /// Recursion over imports within imports: at most as deep as there may be files.
+impl ModuleLoader<'_> {
+    /// Recursion over nested imports, at most `MAX_FILES` deep.
     fn module(&mut self, id: FileId, path: &str) -> Option<usize> {
         let (file, messages) = parse(self.sources, id);
-        // Warnings are for the file that the user works on.
+        // Warnings are shown only for the scene's own file.
         let is_own = path.is_empty();
-        self.found
+        self.diagnostics
             .extend(messages.into_iter().filter(|m| is_own || m.is_error()));
         let file = file?;
         let mut imports = Vec::new();
@@ -141,7 +140,7 @@ impl Loading<'_> {
                 ItemKind::Expr(_) => {}
             }
         }
-        self.modules.push(Module {
+        self.modules.push(ImportedModule {
             file,
             imports,
             defined,
@@ -153,67 +152,67 @@ impl Loading<'_> {
         let path = match self.resolve(from, import) {
             Ok(path) => path,
             Err(diagnostic) => {
-                self.found.push(*diagnostic);
+                self.diagnostics.push(*diagnostic);
                 return None;
             }
         };
-        if self.open.contains(&path) || path == self.root_path() {
-            let root = self.root_path();
-            let all = [&root].into_iter().chain(&self.open);
-            let circle = all.skip_while(|open| **open != path).chain([&path]);
-            let circle: Vec<&str> = circle.map(String::as_str).collect();
+        if self.loading_paths.contains(&path) || path == self.scene_file_name() {
+            let root = self.scene_file_name();
+            let open_paths = [&root].into_iter().chain(&self.loading_paths);
+            let cycle = open_paths.skip_while(|open| **open != path).chain([&path]);
+            let cycle: Vec<&str> = cycle.map(String::as_str).collect();
             let message = format!("`{}` imports itself in the end", import.path);
-            self.found.push(
+            self.diagnostics.push(
                 Diagnostic::error(codes::E0211, import.path_span, message)
-                    .note(format!("the circle is {}", circle.join(" → "))),
+                    .note(format!("the circle is {}", cycle.join(" → "))),
             );
             return None;
         }
-        if let Some(known) = self.known.get(&path) {
-            return *known;
+        if let Some(module) = self.loaded.get(&path) {
+            return *module;
         }
-        self.known.insert(path.clone(), None);
+        self.loaded.insert(path.clone(), None);
         if self.files == MAX_FILES {
             let message = format!("a scene is made of at most {MAX_FILES} files");
-            self.found
+            self.diagnostics
                 .push(Diagnostic::error(codes::E0210, import.path_span, message));
             return None;
         }
-        let text = match self.text(&path, import) {
+        let text = match self.load_text(&path, import) {
             Ok(text) => text,
             Err(diagnostic) => {
-                self.found.push(*diagnostic);
+                self.diagnostics.push(*diagnostic);
                 return None;
             }
         };
         self.files += 1;
-        let id = self.sources.add(self.shown_name(&path), text);
-        self.open.push(path.clone());
+        let id = self.sources.add(self.display_name(&path), text);
+        self.loading_paths.push(path.clone());
         let module = self.module(id, &path);
-        self.open.pop();
-        self.known.insert(path, module);
+        self.loading_paths.pop();
+        self.loaded.insert(path, module);
         module
     }
 
-    /// The path of the scene itself as imports of files in its folder would write it.
-    fn root_path(&self) -> String {
+    /// The scene's own path, as imports within its folder would write it.
+    fn scene_file_name(&self) -> String {
         let name = self.sources.name(self.root);
         name.rsplit(['/', '\\']).next().unwrap_or(name).to_owned()
     }
 
-    /// How messages call a file: beside the scene, by the scene's own folder.
-    fn shown_name(&self, path: &str) -> String {
+    /// Path of a file for messages: relative to the same folder as the scene's path.
+    fn display_name(&self, path: &str) -> String {
         if path.starts_with("std/") {
             return format!("{path}.sdf");
         }
         let name = self.sources.name(self.root);
         match name.rfind(['/', '\\']) {
-            Some(at) => format!("{}{path}", &name[..=at]),
+            Some(last_separator) => format!("{}{path}", &name[..=last_separator]),
             None => path.to_owned(),
         }
     }
 
-    /// The path relative to the scene's folder.
+    /// Path of an import relative to the scene's folder.
     fn resolve(&self, from: &str, import: &ast::Import) -> Result<String, Box<Diagnostic>> {
         let written = import.path.as_str();
         if written.starts_with("std/") {
@@ -233,35 +232,35 @@ impl Loading<'_> {
         }
         let mut folders: Vec<&str> = from.split('/').collect();
         folders.pop();
-        for part in written.split(['/', '\\']) {
-            match part {
+        for component in written.split(['/', '\\']) {
+            match component {
                 "" | "." => {}
                 ".." => {
                     if folders.pop().is_none() {
                         return outside("put the file beside the scene, or in a folder below it");
                     }
                 }
-                part => folders.push(part),
+                component => folders.push(component),
             }
         }
         Ok(folders.join("/"))
     }
 
-    fn text(&self, path: &str, import: &ast::Import) -> Result<String, Box<Diagnostic>> {
+    fn load_text(&self, path: &str, import: &ast::Import) -> Result<String, Box<Diagnostic>> {
         if path.starts_with("std/") {
-            let found = STANDARD.iter().find(|(name, _)| *name == path);
-            return found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| {
-                let names = STANDARD.iter().map(|(name, _)| *name);
+            let text = STANDARD_LIBRARY.iter().find(|(name, _)| *name == path);
+            return text.map(|(_, text)| (*text).to_owned()).ok_or_else(|| {
+                let names = STANDARD_LIBRARY.iter().map(|(name, _)| *name);
                 let message = format!("the library has no `{path}`");
                 let diagnostic = Diagnostic::error(codes::E0210, import.path_span, message);
-                let near = nearest(path, names.clone()).map(|name| format!("\"{name}\""));
-                let all = names.collect::<Vec<_>>().join(", ");
-                let diagnostic = diagnostic.help(format!("there are {all}"));
-                Box::new(suggest(diagnostic, import.path_span, near.as_deref()))
+                let suggestion = nearest(path, names.clone()).map(|name| format!("\"{name}\""));
+                let list = names.collect::<Vec<_>>().join(", ");
+                let diagnostic = diagnostic.help(format!("there are {list}"));
+                Box::new(suggest(diagnostic, import.path_span, suggestion.as_deref()))
             });
         }
-        self.loader.load(path).map_err(|why| {
-            let message = format!("`{}` cannot be read: {why}", import.path);
+        self.loader.load(path).map_err(|error| {
+            let message = format!("`{}` cannot be read: {error}", import.path);
             let mut diagnostic = Diagnostic::error(codes::E0210, import.path_span, message);
             if !path.ends_with(".sdf") {
                 let text = format!("\"{}.sdf\"", import.path);

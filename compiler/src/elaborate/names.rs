@@ -1,10 +1,10 @@
-//! A look over the names of all files, without running anything: names that do not exist, even in
-//! functions that nobody calls, and names that nobody uses.
+//! Static check of the names of all files: reports undefined names, even in functions that are
+//! never called, and unused names.
 
 use super::blocks::WORD_FIELDS;
 use super::calls::{WORD_ARGUMENTS, word};
 use super::diagnose::{Reports, unknown_name};
-use super::modules::Module;
+use super::modules::ImportedModule;
 use super::vocabulary;
 use sdfc_lang::ast::{
     Arg, Args, Body, Expr, ExprKind, File, FnParam, ItemKind, Path, StatementKind,
@@ -12,47 +12,46 @@ use sdfc_lang::ast::{
 use sdfc_lang::{Diagnostic, Span, codes};
 use std::collections::HashMap;
 
-/// Reports what is wrong with the names of all files; only the scene's own file is told about names
-/// that it does not use.
-pub(crate) fn look_over(modules: &[Module], reports: &mut Reports) {
-    for (at, module) in modules.iter().enumerate() {
-        let is_root = at + 1 == modules.len();
-        let mut names = Names {
+/// Checks the names of all files. Unused names are reported only for the scene's own file.
+pub(crate) fn check_names(modules: &[ImportedModule], reports: &mut Reports) {
+    for (index, module) in modules.iter().enumerate() {
+        let is_root = index + 1 == modules.len();
+        let mut names = NameChecker {
             module,
             globals: Vec::new(),
-            latest: HashMap::new(),
+            indices_by_name: HashMap::new(),
             locals: Vec::new(),
-            horizon: 0,
+            visible_items: 0,
             aliases: HashMap::new(),
             reports,
-            tells_unused: is_root,
+            reports_unused: is_root,
         };
         names.file(&module.file);
     }
 }
 
-/// A name that was introduced.
-struct Defined<'a> {
+/// A definition of a name.
+struct Definition<'a> {
     name: &'a str,
     span: Span,
     what: &'static str,
     is_used: bool,
 }
 
-struct Names<'a, 'r> {
-    module: &'a Module,
-    globals: Vec<(u32, Defined<'a>)>,
-    /// The places of a name in `globals`.
-    latest: HashMap<&'a str, Vec<usize>>,
-    locals: Vec<Defined<'a>>,
-    /// How many items stand before what is looked at, itself included.
-    horizon: u32,
+struct NameChecker<'a, 'r> {
+    module: &'a ImportedModule,
+    globals: Vec<(u32, Definition<'a>)>,
+    /// Indices in `globals` of the definitions of a name.
+    indices_by_name: HashMap<&'a str, Vec<usize>>,
+    locals: Vec<Definition<'a>>,
+    /// Number of items up to the current one, inclusive.
+    visible_items: u32,
     aliases: HashMap<&'a str, (Span, bool)>,
     reports: &'r mut Reports,
-    tells_unused: bool,
+    reports_unused: bool,
 }
 
-impl<'a> Names<'a, '_> {
+impl<'a> NameChecker<'a, '_> {
     fn file(&mut self, file: &'a File) {
         for item in &file.items {
             if let ItemKind::Fn(function) = &item.kind {
@@ -60,7 +59,7 @@ impl<'a> Names<'a, '_> {
             }
         }
         for (position, item) in file.items.iter().enumerate() {
-            self.horizon = position as u32 + 1;
+            self.visible_items = position as u32 + 1;
             match &item.kind {
                 ItemKind::Param(param) => {
                     self.expr(&param.value);
@@ -69,19 +68,29 @@ impl<'a> Names<'a, '_> {
                         self.expr(&range.end);
                         range.step.iter().for_each(|step| self.expr(step));
                     }
-                    self.define(&param.name.name, param.name.span, "param", self.horizon);
+                    self.define(
+                        &param.name.name,
+                        param.name.span,
+                        "param",
+                        self.visible_items,
+                    );
                 }
                 ItemKind::Let(binding) => {
                     self.expr(&binding.value);
-                    self.define(&binding.name.name, binding.name.span, "name", self.horizon);
+                    self.define(
+                        &binding.name.name,
+                        binding.name.span,
+                        "name",
+                        self.visible_items,
+                    );
                 }
                 ItemKind::Fn(function) => {
-                    self.function(&function.params, &function.body, self.tells_unused);
+                    self.check_function(&function.params, &function.body, self.reports_unused);
                 }
                 ItemKind::Part(part) => {
                     self.expr(&part.value);
-                    // A part is an output: it is used by being there.
-                    self.define(&part.name.name, part.name.span, "", self.horizon);
+                    // A part is an output, and therefore used.
+                    self.define(&part.name.name, part.name.span, "", self.visible_items);
                 }
                 ItemKind::Import(import) => {
                     let alias = import.alias.name.as_str();
@@ -103,23 +112,24 @@ impl<'a> Names<'a, '_> {
                         } else {
                             "record"
                         };
-                        self.define(&name.name, name.span, what, self.horizon);
+                        self.define(&name.name, name.span, what, self.visible_items);
                     }
                 }
                 ItemKind::Expr(expr) => self.expr(expr),
             }
         }
-        self.horizon = u32::MAX;
+        self.visible_items = u32::MAX;
         if let Some(result) = &file.result {
             self.expr(result);
         }
-        // A library's names are for others, and so is a file's whose parts are its outputs.
-        if self.tells_unused && file.result.is_some() {
+        // Names of a library are meant for other files. In a file without a result, the parts are
+        // the outputs.
+        if self.reports_unused && file.result.is_some() {
             for (_, defined) in std::mem::take(&mut self.globals) {
-                self.tell_unused(&defined);
+                self.warn_unused(&defined);
             }
         }
-        if self.tells_unused {
+        if self.reports_unused {
             let mut unused: Vec<(&str, Span)> = self
                 .aliases
                 .iter()
@@ -128,25 +138,25 @@ impl<'a> Names<'a, '_> {
                 .collect();
             unused.sort_unstable_by_key(|(_, span)| *span);
             for (alias, span) in unused {
-                let defined = Defined {
+                let defined = Definition {
                     name: alias,
                     span,
                     what: "import",
                     is_used: false,
                 };
-                self.tell_unused(&defined);
+                self.warn_unused(&defined);
             }
         }
     }
 
     fn define(&mut self, name: &'a str, span: Span, what: &'static str, position: u32) {
-        self.latest
+        self.indices_by_name
             .entry(name)
             .or_default()
             .push(self.globals.len());
         self.globals.push((
             position,
-            Defined {
+            Definition {
                 name,
                 span,
                 what,
@@ -155,7 +165,7 @@ impl<'a> Names<'a, '_> {
         ));
     }
 
-    fn tell_unused(&mut self, defined: &Defined<'_>) {
+    fn warn_unused(&mut self, defined: &Definition<'_>) {
         if defined.is_used || defined.name.starts_with('_') {
             return;
         }
@@ -165,14 +175,14 @@ impl<'a> Names<'a, '_> {
             .push(Diagnostic::warning(codes::W0201, defined.span, message).help(help));
     }
 
-    fn function(&mut self, params: &'a [FnParam], body: &'a Body, tells_unused: bool) {
+    fn check_function(&mut self, params: &'a [FnParam], body: &'a Body, reports_unused: bool) {
         let outer = self.locals.len();
         for param in params {
             param.default.iter().for_each(|default| self.expr(default));
             self.local(
                 &param.name.name,
                 param.name.span,
-                if tells_unused { "argument" } else { "" },
+                if reports_unused { "argument" } else { "" },
             );
         }
         self.body(body);
@@ -180,7 +190,7 @@ impl<'a> Names<'a, '_> {
     }
 
     fn local(&mut self, name: &'a str, span: Span, what: &'static str) {
-        self.locals.push(Defined {
+        self.locals.push(Definition {
             name,
             span,
             what,
@@ -190,7 +200,7 @@ impl<'a> Names<'a, '_> {
 
     fn leave(&mut self, outer: usize) {
         for defined in self.locals.split_off(outer) {
-            self.tell_unused(&defined);
+            self.warn_unused(&defined);
         }
     }
 
@@ -200,7 +210,7 @@ impl<'a> Names<'a, '_> {
             match &statement.kind {
                 StatementKind::Let(binding) => {
                     self.expr(&binding.value);
-                    let what = if self.tells_unused { "name" } else { "" };
+                    let what = if self.reports_unused { "name" } else { "" };
                     self.local(&binding.name.name, binding.name.span, what);
                 }
                 StatementKind::Expr(expr) => self.expr(expr),
@@ -225,7 +235,7 @@ impl<'a> Names<'a, '_> {
                 self.expr(&postfix.base);
                 for suffix in &postfix.suffixes {
                     if let Some(args) = &suffix.args {
-                        // A record's field may be a function: whether the name exists is told when
+                        // A field of a record may be a function: an unknown name is reported when
                         // it is called.
                         self.mark(&suffix.name.name);
                         self.args(&args.args);
@@ -235,7 +245,7 @@ impl<'a> Names<'a, '_> {
             ExprKind::Unary(unary) => self.expr(&unary.operand),
             ExprKind::Chain(chain) => {
                 self.expr(&chain.first);
-                for link in &chain.rest {
+                for link in &chain.links {
                     link.blend.iter().for_each(|blend| self.blend(blend));
                     self.expr(&link.operand);
                 }
@@ -249,7 +259,7 @@ impl<'a> Names<'a, '_> {
                     self.expr(&arm.condition);
                     self.body(&arm.body);
                 }
-                self.body(&branch.otherwise);
+                self.body(&branch.else_body);
             }
             ExprKind::For(each) => {
                 self.expr(&each.range);
@@ -262,7 +272,7 @@ impl<'a> Names<'a, '_> {
                 self.blend(&scope.blend);
                 self.body(&scope.body);
             }
-            ExprKind::Lambda(lambda) => self.function(&lambda.params, &lambda.body, false),
+            ExprKind::Lambda(lambda) => self.check_function(&lambda.params, &lambda.body, false),
         }
     }
 
@@ -275,7 +285,7 @@ impl<'a> Names<'a, '_> {
         }
     }
 
-    /// The first of several arguments of a blend is its kind.
+    /// Of several arguments of a blend, the first is its kind.
     fn blend(&mut self, blend: &'a Args) {
         let names_kind = blend.args.len() > 1
             && blend
@@ -285,7 +295,7 @@ impl<'a> Names<'a, '_> {
         self.args(&blend.args[usize::from(names_kind)..]);
     }
 
-    /// Marks a name as used; says whether it exists.
+    /// Marks a name as used. Returns whether it exists.
     fn mark(&mut self, name: &str) -> bool {
         if let Some(local) = self
             .locals
@@ -296,31 +306,31 @@ impl<'a> Names<'a, '_> {
             local.is_used = true;
             return true;
         }
-        let places = self.latest.get(name).into_iter().flatten().rev();
-        let horizon = self.horizon;
-        for &place in places {
-            let (position, defined) = &mut self.globals[place];
-            if *position < horizon {
+        let indices = self.indices_by_name.get(name).into_iter().flatten().rev();
+        let visible_items = self.visible_items;
+        for &index in indices {
+            let (position, defined) = &mut self.globals[index];
+            if *position < visible_items {
                 defined.is_used = true;
                 return true;
             }
         }
-        vocabulary::function(name).is_some() || vocabulary::CONSTANTS.contains(&name)
+        vocabulary::static_name(name).is_some() || vocabulary::CONSTANTS.contains(&name)
     }
 
     fn path(&mut self, path: &'a Path, what: &str) {
         match path.segments.as_slice() {
             [only] => {
-                // One that is defined further down is told when it is evaluated.
+                // A name that is defined later is reported during evaluation.
                 if !self.mark(&only.name) && !self.module.defines(&only.name) {
-                    let known: Vec<&str> = self
+                    let names: Vec<&str> = self
                         .locals
                         .iter()
                         .map(|local| local.name)
                         .chain(self.module.definitions())
                         .chain(vocabulary::names())
                         .collect();
-                    let diagnostic = unknown_name(codes::E0201, what, &only.name, only.span, known);
+                    let diagnostic = unknown_name(codes::E0201, what, &only.name, only.span, names);
                     self.reports.push(diagnostic);
                 }
             }

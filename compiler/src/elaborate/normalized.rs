@@ -1,62 +1,63 @@
-//! Distances made of fields: a value divided by the length of its gradient.
+//! Normalized fields: a value divided by the length of its gradient.
 //!
-//! The quotient is the distance to first order: it is right at the surface, and its slope there is one,
-//! whatever factor the field was written with. The gradient is written out by running the bodies of the
-//! table on duals of [`Symbolic`] numbers ([`crate::formula`]), so it is exact.
+//! The quotient is the distance to first order: it is exact at the surface, where its slope is 1,
+//! whatever factor the field has. The gradient is exact: the bodies of the table run on duals of
+//! [`Symbolic`] numbers ([`crate::formula`]).
 //!
-//! Choices are made among distances: of a union, a repetition or a `max` in a field each operand is
-//! normalized by itself, so that the result has no jumps where they meet. A shape that is a distance stays
-//! as it is.
+//! The operands of a choice are normalized one by one: those of a union, a repetition, or a `max`
+//! in a field. Thus the result has no discontinuities between operands. A shape whose value is a
+//! distance is unchanged.
 
 mod quotient;
 
 use super::Elaborator;
-use super::bound::Bound;
-use super::evaluate::Outcome;
+use super::bound_args::BoundArgs;
+use super::evaluate::EvalResult;
 use super::value::Value;
 use crate::expression::ExprId;
 use crate::formula::Formula;
 use crate::scene::{MaterialId, ShapeId, ShapeKind, children};
 use crate::symbolic::{Symbolic, simplified, with_graph};
-use quotient::{Limits, here, normalized, quotient};
+use quotient::{DistanceLimits, normalize, point_with_gradient, quotient};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::row::{Category, Exactness};
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
-/// A map whose stretch differs by less than this between directions keeps distances.
-const EVEN: f64 = 1e-6;
+/// Tolerance of the test for similarity maps: the entries of `M Mᵀ scale²` equal the identity up to
+/// this.
+const SIMILARITY_TOLERANCE: f64 = 1e-6;
 
-/// The numbers that all shapes of a call share.
-struct Call {
+/// State shared by all shapes of a call.
+struct FunctionCall {
     span: Span,
-    /// The largest distance, in units of the frame around the shape.
+    /// Maximum distance, in units of the frame around the shape.
     reach: Option<ExprId>,
-    /// The results so far, for shapes that occur more than once.
-    done: HashMap<(ShapeId, Option<ExprId>), ShapeId>,
-    /// The shapes that were asked for, with whether they are distances.
+    /// Results so far, for shapes that occur more than once.
+    normalized: HashMap<(ShapeId, Option<ExprId>), ShapeId>,
+    /// Cached results of `is_distance`.
     distances: HashMap<ShapeId, bool>,
 }
 
 impl<'a> Elaborator<'a> {
     /// `normalized(shape, reach)` and `distance(shape, reach)`
-    pub(crate) fn normalized(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let reach = bound.given(1).then(|| bound.number(1));
+    pub(crate) fn normalized(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
+        let reach = bound.is_given(1).then(|| bound.number(1));
         if let Some(reach) = reach
             && self
-                .check_above("`reach`", reach, true, bound.span_of(1))
+                .check_above("`reach`", reach, true, bound.span_at(1))
                 .is_none()
         {
             return Ok(Value::Poison);
         }
-        let mut call = Call {
+        let mut call = FunctionCall {
             span: bound.span,
             reach,
-            done: HashMap::new(),
+            normalized: HashMap::new(),
             distances: HashMap::new(),
         };
-        match self.distance_of(bound.shape(0), &mut call) {
+        match self.normalize_shape(bound.shape(0), &mut call) {
             Ok(id) => Ok(Value::Shape(id)),
             Err(diagnostic) => {
                 self.report(*diagnostic);
@@ -65,24 +66,28 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// A shape with the same surface whose value is a distance to first order. Recursion over shapes within
-    /// shapes, whose depth the elaborator bounds.
-    fn distance_of(&mut self, id: ShapeId, call: &mut Call) -> Result<ShapeId, Box<Diagnostic>> {
+    /// Returns a shape with the same surface whose value is a distance to first order. Recursion
+    /// over nested shapes, whose depth the elaborator bounds.
+    fn normalize_shape(
+        &mut self,
+        id: ShapeId,
+        call: &mut FunctionCall,
+    ) -> Result<ShapeId, Box<Diagnostic>> {
         if self.is_distance(id, &mut call.distances) {
             return Ok(id);
         }
         let key = (id, call.reach);
-        if let Some(&done) = call.done.get(&key) {
+        if let Some(&done) = call.normalized.get(&key) {
             return Ok(done);
         }
         let shape = self.shapes[id.0 as usize].clone();
         let mut kind = shape.kind;
-        let made = match &kind {
+        let result = match &kind {
             ShapeKind::Field { value, region, .. } => {
                 let (value, region) = (*value, *region);
-                self.normalized_field(value, region, shape.plane, call)?
+                self.normalize_field(value, region, shape.plane, call)?
             }
-            _ if self.hands_on(&kind) => {
+            _ if self.preserves_distance(&kind) => {
                 let outer = call.reach;
                 if let (ShapeKind::Frame { scale, .. }, Some(reach)) = (&kind, outer) {
                     call.reach = Some(simplified(&mut self.graph, Op::Div, &[reach, *scale]));
@@ -90,7 +95,7 @@ impl<'a> Elaborator<'a> {
                 let operands = children(&kind).to_vec();
                 let operands: Result<Vec<ShapeId>, _> = operands
                     .into_iter()
-                    .map(|child| self.distance_of(child, call))
+                    .map(|child| self.normalize_shape(child, call))
                     .collect();
                 call.reach = outer;
                 operands.map(|operands| {
@@ -103,20 +108,20 @@ impl<'a> Elaborator<'a> {
                     self.add(kind, shape.plane, call.span)
                 })?
             }
-            _ => self.normalized_whole(id, call)?,
+            _ => self.normalize_as_field(id, call)?,
         };
-        self.shapes[made.0 as usize].name = shape.name;
-        call.done.insert(key, made);
-        Ok(made)
+        self.shapes[result.0 as usize].name = shape.name;
+        call.normalized.insert(key, result);
+        Ok(result)
     }
 
-    /// Tells if the slope of a shape's value is one almost everywhere.
-    fn is_distance(&self, id: ShapeId, known: &mut HashMap<ShapeId, bool>) -> bool {
-        if let Some(&known) = known.get(&id) {
-            return known;
+    /// Reports whether the slope of a shape's value is 1 almost everywhere.
+    fn is_distance(&self, id: ShapeId, cache: &mut HashMap<ShapeId, bool>) -> bool {
+        if let Some(&cache) = cache.get(&id) {
+            return cache;
         }
         let kind = &self.shapes[id.0 as usize].kind;
-        let own = match kind {
+        let is_kind_distance = match kind {
             ShapeKind::Primitive { op, .. } => {
                 let exactness = op.row().meta.exactness;
                 matches!(exactness, Exactness::Exact | Exactness::ExactOutside)
@@ -126,25 +131,27 @@ impl<'a> Elaborator<'a> {
                 let is_solid = meta.category == Category::Dimension;
                 matches!(op, Op::Offset | Op::Shell)
                     || is_solid && meta.exactness == Exactness::Exact
-                    || self.hands_on(kind)
+                    || self.preserves_distance(kind)
             }
-            ShapeKind::Domain { op, .. } => matches!(op, Op::Revolve) || self.hands_on(kind),
+            ShapeKind::Domain { op, .. } => {
+                matches!(op, Op::Revolve) || self.preserves_distance(kind)
+            }
             ShapeKind::Polygon { .. } | ShapeKind::Nothing => true,
-            kind => self.hands_on(kind),
+            kind => self.preserves_distance(kind),
         };
-        let mut of_operand = |&child: &ShapeId| self.is_distance(child, known);
-        let is_distance = own && children(kind).iter().all(&mut of_operand);
-        known.insert(id, is_distance);
+        let mut operand_is_distance = |&child: &ShapeId| self.is_distance(child, cache);
+        let is_distance = is_kind_distance && children(kind).iter().all(&mut operand_is_distance);
+        cache.insert(id, is_distance);
         is_distance
     }
 
-    /// Tells if a shape is a distance once its operands are.
-    fn hands_on(&self, kind: &ShapeKind) -> bool {
+    /// Reports whether a shape's value is a distance if the values of its operands are.
+    fn preserves_distance(&self, kind: &ShapeKind) -> bool {
         match kind {
             ShapeKind::Combine { op, .. } => {
                 matches!(op, Op::Union | Op::Intersection | Op::Subtraction)
             }
-            ShapeKind::Frame { matrix, scale, .. } => self.is_even(matrix, *scale),
+            ShapeKind::Frame { matrix, scale, .. } => self.is_similarity(matrix, *scale),
             ShapeKind::Domain { op, .. } => matches!(op, Op::Mirror),
             ShapeKind::Distance { op, .. } => *op == Op::Complement,
             ShapeKind::Repeat { .. } | ShapeKind::Polar { .. } | ShapeKind::Painted { .. } => true,
@@ -157,8 +164,9 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Tells if a frame stretches all directions by one over its scale, as far as constants show.
-    fn is_even(&self, matrix: &[ExprId; 12], scale: ExprId) -> bool {
+    /// Reports whether a frame is a similarity with factor 1 / `scale`, as far as constants prove
+    /// it.
+    fn is_similarity(&self, matrix: &[ExprId; 12], scale: ExprId) -> bool {
         let number = |id: ExprId| self.graph.as_constant(id);
         let Some(scale) = number(scale) else {
             return false;
@@ -173,25 +181,27 @@ impl<'a> Elaborator<'a> {
         (0..3).all(|a| {
             (0..3).all(|b| {
                 let product: f64 = (0..3).map(|i| rows[a][i] * rows[b][i]).sum();
-                let wanted = if a == b { 1.0 } else { 0.0 };
-                (product - wanted).abs() < EVEN
+                let expected = if a == b { 1.0 } else { 0.0 };
+                (product - expected).abs() < SIMILARITY_TOLERANCE
             })
         })
     }
 
-    /// A written field divided by its slope.
-    fn normalized_field(
+    /// Divides a written field by its slope.
+    fn normalize_field(
         &mut self,
         value: ExprId,
         region: Bounds,
         plane: bool,
-        call: &Call,
+        call: &FunctionCall,
     ) -> Result<ShapeId, Box<Diagnostic>> {
         let mut formula = Formula::default();
         formula.read(&self.graph, value);
-        let limits = self.limits(&region, call);
-        let made = with_graph(&mut self.graph, || normalized(&formula, value, limits));
-        let value = made.map_err(|message| refused(message, call.span))?.0;
+        let limits = self.distance_limits(&region, call);
+        let result = with_graph(&mut self.graph, || normalize(&formula, value, limits));
+        let value = result
+            .map_err(|message| unsupported_diagnostic(message, call.span))?
+            .0;
         let kind = ShapeKind::Field {
             value,
             slope: None,
@@ -200,39 +210,45 @@ impl<'a> Elaborator<'a> {
         Ok(self.add(kind, plane, call.span))
     }
 
-    /// The largest distances of a field that is solid within a box: inside, none exceeds half of its diagonal.
-    fn limits(&mut self, solid: &Bounds, call: &Call) -> Limits {
+    /// Distance limits of a field that is solid within a box: inside, at most half of the diagonal.
+    fn distance_limits(&mut self, solid: &Bounds, call: &FunctionCall) -> DistanceLimits {
         let reach = call.reach.map(Symbolic);
-        let deepest = solid.half_diagonal();
-        let inside =
-            (deepest.is_finite() && deepest > 0.0).then(|| Symbolic(self.graph.constant(deepest)));
-        Limits {
+        let max_depth = solid.half_diagonal();
+        let inside = (max_depth.is_finite() && max_depth > 0.0)
+            .then(|| Symbolic(self.graph.constant(max_depth)));
+        DistanceLimits {
             outside: reach,
             inside: reach.or(inside),
         }
     }
 
-    /// A shape whose operands act on values, such as a blend or a warp, as one field.
-    fn normalized_whole(&mut self, id: ShapeId, call: &Call) -> Result<ShapeId, Box<Diagnostic>> {
-        let paint = self.only_paint(id, call.span)?;
+    /// Normalizes a shape whose operands act on values, such as a blend or a warp, as one field.
+    fn normalize_as_field(
+        &mut self,
+        id: ShapeId,
+        call: &FunctionCall,
+    ) -> Result<ShapeId, Box<Diagnostic>> {
+        let material = self.single_material(id, call.span)?;
         let plane = self.shapes[id.0 as usize].plane;
         let region = self.bounds_of(id);
         let mut formula = Formula::default();
         formula.read_shape(&self.graph, &self.shapes, id);
-        let limits = self.limits(&region, call);
+        let limits = self.distance_limits(&region, call);
         let shapes = &self.shapes;
-        let made = with_graph(&mut self.graph, || {
-            let value = formula.shape(shapes, id, here())?;
+        let result = with_graph(&mut self.graph, || {
+            let value = formula.shape(shapes, id, point_with_gradient())?;
             Ok(quotient(value, limits))
         });
-        let value = made.map_err(|message| refused(message, call.span))?.0;
+        let value = result
+            .map_err(|message| unsupported_diagnostic(message, call.span))?
+            .0;
         let kind = ShapeKind::Field {
             value,
             slope: None,
             region,
         };
         let field = self.add(kind, plane, call.span);
-        Ok(match paint {
+        Ok(match material {
             Some(material) => {
                 let child = field;
                 self.add(ShapeKind::Painted { child, material }, plane, call.span)
@@ -241,22 +257,26 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// The material that all of a shape has, if it has one.
-    fn only_paint(&self, id: ShapeId, span: Span) -> Result<Option<MaterialId>, Box<Diagnostic>> {
+    /// The common material of a shape and its children, if there is one; several are an error.
+    fn single_material(
+        &self,
+        id: ShapeId,
+        span: Span,
+    ) -> Result<Option<MaterialId>, Box<Diagnostic>> {
         let shape = &self.shapes[id.0 as usize];
         if let ShapeKind::Painted { material, .. } = shape.kind {
             return Ok(Some(material));
         }
-        let mut paints = Vec::new();
+        let mut materials = Vec::new();
         for &child in children(&shape.kind) {
-            let paint = self.only_paint(child, span)?;
-            if !paints.contains(&paint) {
-                paints.push(paint);
+            let material = self.single_material(child, span)?;
+            if !materials.contains(&material) {
+                materials.push(material);
             }
         }
-        match paints[..] {
+        match materials[..] {
             [] => Ok(None),
-            [paint] => Ok(paint),
+            [material] => Ok(material),
             _ => {
                 let message = "a distance is made of what has one material, and this has several";
                 let help =
@@ -270,7 +290,7 @@ impl<'a> Elaborator<'a> {
     }
 }
 
-/// An error about a field that cannot be differentiated.
-fn refused(message: &'static str, span: Span) -> Box<Diagnostic> {
+/// Diagnostic for a field that cannot be differentiated.
+fn unsupported_diagnostic(message: &'static str, span: Span) -> Box<Diagnostic> {
     Box::new(Diagnostic::error(codes::E0405, span, message))
 }

@@ -1,28 +1,28 @@
-//! Arithmetic, comparisons and choices: on numbers, and component by component on vectors and
-//! colours. Quantities are kept: a length times a length is an area, and an angle and a length
-//! cannot be added.
+//! Arithmetic, comparisons and selections: on numbers, and component by component on vectors and
+//! colours. Quantities are tracked: a length times a length is an area, and an angle cannot be
+//! added to a length.
 
 use super::Elaborator;
-use super::value::{Number, Value, Vector};
+use super::value::{ScalarValue, Value, Vector};
 use crate::expression::{ExprId, Stage};
 use crate::symbolic::simplified;
 use sdfc_lang::ast::{BinaryOp, Unary};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::table::Op;
 
-/// What a value made of numbers looks like.
+/// Form of a value that consists of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Form {
     /// One number.
     Scalar,
-    /// A vector of this many.
+    /// A vector of this length.
     Vector(usize),
     /// A colour.
     Color,
 }
 
 impl Form {
-    /// How many numbers there are.
+    /// Number of components.
     pub(crate) fn len(self) -> usize {
         match self {
             Form::Scalar => 1,
@@ -30,7 +30,7 @@ impl Form {
             Form::Color => 3,
         }
     }
-    /// The form of what two values give together, if they go together.
+    /// Common form of two operands, if they are compatible.
     pub(crate) fn with(self, other: Self) -> Option<Self> {
         match (self, other) {
             (a, b) if a == b => Some(a),
@@ -41,21 +41,24 @@ impl Form {
     }
 }
 
-/// The numbers that a value is made of; positions past the end repeat the last one.
-pub(crate) fn parts(value: &Value<'_>) -> Option<(Form, [Number; 4])> {
+/// Components of a value; positions past the end repeat the last one.
+pub(crate) fn components(value: &Value<'_>) -> Option<(Form, [ScalarValue; 4])> {
     match value {
         Value::Number(number) => Some((Form::Scalar, [*number; 4])),
         Value::Vector(vector) => {
-            let parts = vector.parts();
-            let form = Form::Vector(parts.len());
-            Some((form, std::array::from_fn(|i| parts[i.min(parts.len() - 1)])))
+            let components = vector.components();
+            let form = Form::Vector(components.len());
+            Some((
+                form,
+                std::array::from_fn(|i| components[i.min(components.len() - 1)]),
+            ))
         }
-        Value::Color([r, g, b]) => Some((Form::Color, [*r, *g, *b, *b].map(Number::plain))),
-        // A list that a loop made is a vector where its length allows.
+        Value::Color([r, g, b]) => Some((Form::Color, [*r, *g, *b, *b].map(ScalarValue::plain))),
+        // A list, such as the result of a loop, is a vector if its length allows.
         Value::List(list) if (2..=4).contains(&list.len()) => {
-            let numbers: Option<Vec<Number>> =
+            let numbers: Option<Vec<ScalarValue>> =
                 list.iter().map(super::evaluate::as_number).collect();
-            parts(&Value::Vector(Vector::from_slice(&numbers?)?))
+            components(&Value::Vector(Vector::from_slice(&numbers?)?))
         }
         Value::Poison
         | Value::Nothing
@@ -72,34 +75,34 @@ pub(crate) fn parts(value: &Value<'_>) -> Option<(Form, [Number; 4])> {
     }
 }
 
-/// A value of the form made of the first of these numbers.
-pub(crate) fn assembled<'a>(form: Form, numbers: &[Number]) -> Value<'a> {
+/// Builds a value of the form from the first of these numbers.
+pub(crate) fn assemble_value<'a>(form: Form, numbers: &[ScalarValue]) -> Value<'a> {
     match (form, numbers) {
         (Form::Color, [r, g, b, ..]) => Value::Color([r.id, g.id, b.id]),
         (Form::Vector(len), numbers) => match Vector::from_slice(&numbers[..len]) {
             Some(vector) => Value::Vector(vector),
             None => Value::Poison,
         },
-        (_, [one, ..]) => Value::Number(*one),
+        (_, [number, ..]) => Value::Number(*number),
         (_, []) => Value::Poison,
     }
 }
 
-/// The spans of the left operand, the operator and the right operand.
+/// Spans of the left operand, the operator and the right operand.
 pub(crate) type OperatorSpans = (Span, Span, Span);
 
 impl<'a> Elaborator<'a> {
-    /// The 1 or 0 of a truth.
+    /// A truth value as 1 or 0.
     pub(crate) fn truth(&mut self, truth: bool) -> ExprId {
         self.graph.constant(if truth { 1.0 } else { 0.0 })
     }
 
-    /// An operation on numbers, with neutral operands left out.
+    /// Applies an operation to numbers; neutral operands are left out.
     pub(crate) fn op(&mut self, op: Op, values: &[ExprId]) -> ExprId {
         simplified(&mut self.graph, op, values)
     }
 
-    /// A binary operator other than those of shapes.
+    /// Evaluates a binary operator other than those of shapes.
     pub(crate) fn binary(
         &mut self,
         op: BinaryOp,
@@ -120,9 +123,10 @@ impl<'a> Elaborator<'a> {
             | BinaryOp::LessEqual
             | BinaryOp::Greater
             | BinaryOp::GreaterEqual => self.comparison(op, &left, &right, spans),
-            BinaryOp::And | BinaryOp::Or | BinaryOp::Both | BinaryOp::Either => {
-                self.mismatch(op, &left, &right, spans)
-            }
+            BinaryOp::Intersection
+            | BinaryOp::Union
+            | BinaryOp::LogicalAnd
+            | BinaryOp::LogicalOr => self.mismatch(op, &left, &right, spans),
         }
     }
 
@@ -139,7 +143,8 @@ impl<'a> Elaborator<'a> {
             let text = self.display([left, right], "");
             return Value::Text(text.as_str().into());
         }
-        let (Some((left_form, a)), Some((right_form, b))) = (parts(left), parts(right)) else {
+        let (Some((left_form, a)), Some((right_form, b))) = (components(left), components(right))
+        else {
             return self.mismatch(op, left, right, spans);
         };
         let Some(form) = left_form.with(right_form) else {
@@ -147,21 +152,21 @@ impl<'a> Elaborator<'a> {
         };
         let mut results = a;
         for i in 0..form.len() {
-            match self.arithmetic_of_numbers(op, a[i], b[i], spans) {
+            match self.scalar_arithmetic(op, a[i], b[i], spans) {
                 Some(number) => results[i] = number,
                 None => return Value::Poison,
             }
         }
-        assembled(form, &results)
+        assemble_value(form, &results)
     }
 
-    fn arithmetic_of_numbers(
+    fn scalar_arithmetic(
         &mut self,
         op: BinaryOp,
-        a: Number,
-        b: Number,
+        a: ScalarValue,
+        b: ScalarValue,
         spans: OperatorSpans,
-    ) -> Option<Number> {
+    ) -> Option<ScalarValue> {
         let (left, sign, right) = spans;
         if matches!(op, BinaryOp::Div | BinaryOp::Rem) && self.graph.as_constant(b.id) == Some(0.0)
         {
@@ -187,17 +192,17 @@ impl<'a> Elaborator<'a> {
             return None;
         };
         let id = self.op(row, &[a.id, b.id]);
-        let whole = a.whole && b.whole && op != BinaryOp::Div;
-        self.finite(id, left.to(right))?;
-        Some(Number {
+        let is_integer = a.is_integer && b.is_integer && op != BinaryOp::Div;
+        self.require_finite(id, left.to(right))?;
+        Some(ScalarValue {
             id,
             quantity,
-            whole,
+            is_integer,
         })
     }
 
     /// Reports a constant that is not finite.
-    pub(crate) fn finite(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
+    pub(crate) fn require_finite(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
         match self.graph.as_constant(id) {
             Some(value) if !value.is_finite() => {
                 let what = if value.is_nan() {
@@ -227,7 +232,7 @@ impl<'a> Elaborator<'a> {
                 return Value::Bool(self.truth((a == b) == (op == BinaryOp::Equal)));
             }
             (Value::Bool(a), Value::Bool(b)) if is_equality => {
-                (Number::plain(*a), Number::plain(*b))
+                (ScalarValue::plain(*a), ScalarValue::plain(*b))
             }
             _ => return self.mismatch(op, left, right, spans),
         };
@@ -238,28 +243,28 @@ impl<'a> Elaborator<'a> {
         let id = match op {
             BinaryOp::Less => self.op(Op::Less, &[a, b]),
             BinaryOp::Greater => self.op(Op::Less, &[b, a]),
-            BinaryOp::LessEqual => self.not(Op::Less, b, a),
-            BinaryOp::GreaterEqual => self.not(Op::Less, a, b),
+            BinaryOp::LessEqual => self.negated_op(Op::Less, b, a),
+            BinaryOp::GreaterEqual => self.negated_op(Op::Less, a, b),
             _ => {
-                let below = self.op(Op::Less, &[a, b]);
-                let above = self.op(Op::Less, &[b, a]);
-                let differ = self.op(Op::Or, &[below, above]);
+                let is_less = self.op(Op::Less, &[a, b]);
+                let is_greater = self.op(Op::Less, &[b, a]);
+                let is_different = self.op(Op::Or, &[is_less, is_greater]);
                 if op == BinaryOp::NotEqual {
-                    differ
+                    is_different
                 } else {
-                    self.op(Op::Not, &[differ])
+                    self.op(Op::Not, &[is_different])
                 }
             }
         };
         Value::Bool(id)
     }
 
-    fn not(&mut self, op: Op, a: ExprId, b: ExprId) -> ExprId {
+    fn negated_op(&mut self, op: Op, a: ExprId, b: ExprId) -> ExprId {
         let id = self.op(op, &[a, b]);
         self.op(Op::Not, &[id])
     }
 
-    /// Operands that an operator does not go with.
+    /// Reports operands that are incompatible with an operator.
     fn mismatch(
         &mut self,
         op: BinaryOp,
@@ -284,11 +289,11 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `-value`
-    pub(crate) fn negated(&mut self, value: Value<'a>, unary: &'a Unary, span: Span) -> Value<'a> {
+    pub(crate) fn negate(&mut self, value: Value<'a>, unary: &'a Unary, span: Span) -> Value<'a> {
         if value.is_poison() {
             return value;
         }
-        let Some((form, mut numbers)) = parts(&value) else {
+        let Some((form, mut numbers)) = components(&value) else {
             let what = self.describe(&value);
             let message = format!("`-` does not go with {what}");
             let mut diagnostic = Diagnostic::error(codes::E0302, span, message).primary(what);
@@ -302,11 +307,11 @@ impl<'a> Elaborator<'a> {
         for number in &mut numbers[..form.len()] {
             number.id = self.op(Op::Neg, &[number.id]);
         }
-        assembled(form, &numbers)
+        assemble_value(form, &numbers)
     }
 
     /// `!value`
-    pub(crate) fn inverted(&mut self, value: Value<'a>, unary: &'a Unary, span: Span) -> Value<'a> {
+    pub(crate) fn invert(&mut self, value: Value<'a>, unary: &'a Unary, span: Span) -> Value<'a> {
         if self.is_shape(&value) {
             return self.complement(&value, unary.operand.span, span);
         }
@@ -316,20 +321,20 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// The condition that a value is; reports one that is none.
+    /// The condition that a value represents; reports any other value.
     pub(crate) fn condition(&mut self, value: Value<'a>, span: Span) -> Option<ExprId> {
         match value {
             Value::Bool(id) => Some(id),
             Value::Poison => None,
             other => {
-                self.wrong(&other, "a condition is true or false", span);
+                self.report_wrong(&other, "a condition is true or false", span);
                 None
             }
         }
     }
 
-    /// A choice by a condition that is not known yet, if it is one between numbers.
-    pub(crate) fn choice(
+    /// Selects between two values by a condition, if both are numbers of compatible forms.
+    pub(crate) fn select_value(
         &mut self,
         condition: ExprId,
         then: &Value<'a>,
@@ -340,7 +345,7 @@ impl<'a> Elaborator<'a> {
                 self.graph.call(Op::Select, &[condition, *a, *b]),
             ));
         }
-        let ((left, a), (right, b)) = (parts(then)?, parts(otherwise)?);
+        let ((left, a), (right, b)) = (components(then)?, components(otherwise)?);
         let form = left.with(right)?;
         let mut numbers = a;
         for i in 0..form.len() {
@@ -349,27 +354,27 @@ impl<'a> Elaborator<'a> {
                 true => a[i].id,
                 false => self.graph.call(Op::Select, &[condition, a[i].id, b[i].id]),
             };
-            numbers[i] = Number {
+            numbers[i] = ScalarValue {
                 id,
                 quantity,
-                whole: a[i].whole && b[i].whole,
+                is_integer: a[i].is_integer && b[i].is_integer,
             };
         }
-        Some(assembled(form, &numbers))
+        Some(assemble_value(form, &numbers))
     }
 
-    /// A colour of the screen as linear numbers.
+    /// Converts an sRGB colour to linear numbers.
     pub(crate) fn srgb(&mut self, [r, g, b, _]: [u8; 4]) -> [ExprId; 3] {
         [r, g, b].map(|byte| self.graph.constant(linear(f64::from(byte) / 255.0)))
     }
 
-    /// Whether a number is known before there is a point.
+    /// Reports whether a number does not depend on the point or the normal.
     pub(crate) fn is_uniform(&self, id: ExprId) -> bool {
         self.graph.stage(id) <= Stage::Uniform
     }
 }
 
-/// The light of an sRGB value between 0 and 1.
+/// Decodes an sRGB value between 0 and 1 to linear light.
 pub(crate) fn linear(value: f64) -> f64 {
     if value <= 0.04045 {
         value / 12.92

@@ -1,33 +1,33 @@
-//! Parameters: their kinds and ranges, the values given from outside, and what they are in
-//! expressions: a constant if the parameter is structural, else a number that is live.
+//! Parameters: kinds, ranges and overrides. In expressions, a structural parameter is a constant;
+//! any other is a live number.
 
 use super::Elaborator;
-use super::annotation::Type;
-use super::bound::short;
+use super::annotation::AnnotatedType;
+use super::bound_args::format_short;
+use super::constness::Demand;
 use super::diagnose::unknown_name;
-use super::evaluate::{Halt, Here};
-use super::numbers::{Form, parts};
-use super::stage::Demand;
-use super::value::{Number, Quantity, Value, Vector};
+use super::evaluate::{Abort, Env};
+use super::numbers::{Form, components};
+use super::value::{Quantity, ScalarValue, Value, Vector};
 use crate::expression::{ExprId, ParamId};
-use crate::scene::{Param, ParamKind};
+use crate::scene::{ParamKind, SceneParam};
 use sdfc_lang::ast::{self, Expr, ExprKind};
 use sdfc_lang::{Diagnostic, FileId, Sources, Span, codes, parse};
 
-/// The value of a parameter as it was given from outside.
+/// Value of a parameter passed from outside.
 #[derive(Debug)]
 pub(crate) struct Override {
     name: String,
     text: String,
-    /// The text as a file of its own, so that messages can point at it.
+    /// The text as a file of its own, as a target for messages.
     file: FileId,
-    /// Its expression, if it is nothing but a value.
+    /// The parsed value, if the text is a literal.
     value: Option<ast::File>,
 }
 
 impl Override {
-    /// Reads `name=text`.
-    pub(crate) fn read(sources: &mut Sources, name: &str, text: &str) -> Self {
+    /// Parses `name=text`.
+    pub(crate) fn parse(sources: &mut Sources, name: &str, text: &str) -> Self {
         let file = sources.add("-p", format!("{name}={text}"));
         let literal = sources.add(format!("-p {name}"), text.trim());
         let (value, _) = parse(sources, literal);
@@ -45,28 +45,28 @@ impl Override {
         Span::new(self.file, 0, (self.name.len() + 1 + self.text.len()) as u32)
     }
 
-    /// Reports a parameter that does not exist.
-    pub(crate) fn unknown(&self, params: &[Param]) -> Diagnostic {
+    /// Diagnostic for a parameter that does not exist.
+    pub(crate) fn unknown_param(&self, params: &[SceneParam]) -> Diagnostic {
         let span = Span::new(self.file, 0, self.name.len() as u32);
-        let known = params.iter().map(|param| param.name.as_str());
-        let diagnostic = unknown_name(codes::E0215, "param", &self.name, span, known.clone());
-        let all: Vec<&str> = known.take(20).collect();
-        match all.as_slice() {
+        let names = params.iter().map(|param| param.name.as_str());
+        let diagnostic = unknown_name(codes::E0215, "param", &self.name, span, names.clone());
+        let listed: Vec<&str> = names.take(20).collect();
+        match listed.as_slice() {
             [] => diagnostic.help("this scene has no params"),
-            all if diagnostic.fixes.is_empty() => {
-                diagnostic.help(format!("there are {}", all.join(", ")))
+            listed if diagnostic.fixes.is_empty() => {
+                diagnostic.help(format!("there are {}", listed.join(", ")))
             }
             _ => diagnostic,
         }
     }
 
-    /// Whether this is for a parameter of this name.
+    /// Reports whether this overrides the parameter of this name.
     pub(crate) fn is_for(&self, name: &str) -> bool {
         self.name == name
     }
 }
 
-/// Whether an expression is a value and nothing to be computed.
+/// Reports whether an expression is a literal.
 fn is_literal(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Number(_) | ExprKind::Color(_) | ExprKind::Bool(_) => true,
@@ -80,16 +80,16 @@ impl<'a> Elaborator<'a> {
     /// `param name: type = value in a..b by step;`
     pub(crate) fn param(
         &mut self,
-        here: &Here<'a>,
-        param: &'a ast::Param,
+        env: &Env<'a>,
+        param: &'a ast::ParamDefinition,
         docs: Option<&str>,
         prefix: &str,
-    ) -> Result<Value<'a>, Halt> {
+    ) -> Result<Value<'a>, Abort> {
         let name = format!("{prefix}{}", param.name.name);
         let span = param.name.span;
-        let default = self.eval(here, &param.value)?;
+        let default = self.eval(env, &param.value)?;
         let range = match &param.range {
-            Some(range) => match self.param_range(here, range)? {
+            Some(range) => match self.param_range(env, range)? {
                 Some(range) => Some(range),
                 None => return Ok(Value::Poison),
             },
@@ -108,7 +108,7 @@ impl<'a> Elaborator<'a> {
             self.report(diagnostic);
             return Ok(Value::Poison);
         }
-        let mut declared = Param {
+        let mut declared = SceneParam {
             name,
             doc: docs.unwrap_or_default().to_owned(),
             kind,
@@ -128,85 +128,94 @@ impl<'a> Elaborator<'a> {
             let message = format!(
                 "the value of `{}` is {}, outside its range {}",
                 declared.name,
-                short(*value),
+                format_short(*value),
                 declared.allowed()
             );
             let diagnostic = Diagnostic::error(codes::E0407, param.value.span, message);
-            let written = param.range.as_ref().map_or(span, |range| range.span);
-            let mut diagnostic = diagnostic.label(written, "the range");
-            // A range with two dots ends before its last number.
+            let range_span = param.range.as_ref().map_or(span, |range| range.span);
+            let mut diagnostic = diagnostic.label(range_span, "the range");
+            // A range with two dots excludes its last number.
             let is_end = range.is_some_and(|range| !range.inclusive && range.end == *value);
-            if is_end && let Some(at) = self.sources.slice(written).find("..") {
-                let at = written.start + at as u32 + 2;
-                let behind = Span::new(written.file, at, at);
-                diagnostic = diagnostic.fix(behind, "=", "with `..=` the range includes its end");
+            if is_end && let Some(dots) = self.sources.slice(range_span).find("..") {
+                let dots = range_span.start + dots as u32 + 2;
+                let after_dots = Span::new(range_span.file, dots, dots);
+                diagnostic =
+                    diagnostic.fix(after_dots, "=", "with `..=` the range includes its end");
             }
             self.report(diagnostic);
-            // What else is wrong is looked for with a number that is allowed: one far outside may ask for
-            // a hundred thousand shapes.
+            // Evaluation continues with an allowed value: a value far outside the range may result
+            // in a hundred thousand shapes.
             if let Some((lo, hi)) = declared.range {
                 for value in &mut declared.value {
                     *value = value.max(lo).min(hi);
                 }
             }
         }
-        if let Some(value) = self.overridden(&declared)? {
+        if let Some(value) = self.override_value(&declared)? {
             declared.value = value;
         }
-        let at = self.params.len() as u32;
-        declared.structural = self.structural.contains(&at);
-        let value = self.param_number(&declared, ParamId(at));
+        let dots = self.params.len() as u32;
+        declared.structural = self.structural.contains(&dots);
+        let value = self.param_as_value(&declared, ParamId(dots));
         self.params.push(declared);
         Ok(value)
     }
 
-    /// The numbers that a parameter is given from outside.
-    fn overridden(&mut self, param: &Param) -> Result<Option<Vec<f64>>, Halt> {
+    /// Numbers of a parameter that is overridden from outside.
+    fn override_value(&mut self, param: &SceneParam) -> Result<Option<Vec<f64>>, Abort> {
         let overrides = self.overrides;
-        // The last one counts, as on a command line.
-        let Some(given) = overrides.iter().rev().find(|o| o.is_for(&param.name)) else {
+        // The last override takes effect, as on a command line.
+        let Some(override_) = overrides.iter().rev().find(|o| o.is_for(&param.name)) else {
             return Ok(None);
         };
-        let wrong = |message: String| {
-            Diagnostic::error(codes::E0407, param.span, message).label(given.span(), "given here")
+        let range_error = |message: String| {
+            Diagnostic::error(codes::E0407, param.span, message)
+                .label(override_.span(), "given here")
         };
-        let Some(expr) = given.value.as_ref().and_then(|file| file.result.as_ref()) else {
-            let message = format!("`{}` is no value for `{}`", given.text, param.name);
+        let Some(expr) = override_
+            .value
+            .as_ref()
+            .and_then(|file| file.result.as_ref())
+        else {
+            let message = format!("`{}` is no value for `{}`", override_.text, param.name);
             let help = format!("give {}", kind_example(param.kind));
-            self.report(wrong(message).help(help));
+            self.report(range_error(message).help(help));
             return Ok(None);
         };
-        let here = Here {
+        let env = Env {
             scope: Default::default(),
             module: self.root(),
-            horizon: 0,
+            visible_items: 0,
             blend: None,
         };
-        let value = self.eval(&here, expr)?;
+        let value = self.eval(&env, expr)?;
         let Some(numbers) = self.kind_numbers(param.kind, &value) else {
-            let got = self.describe(&value);
+            let description = self.describe(&value);
             let noun = kind_noun(param.kind);
-            let message = format!("`{}` is {noun}, and `{}` is {got}", param.name, given.text);
+            let message = format!(
+                "`{}` is {noun}, and `{}` is {description}",
+                param.name, override_.text
+            );
             let help = format!("give {}", kind_example(param.kind));
-            self.report(wrong(message).help(help));
+            self.report(range_error(message).help(help));
             return Ok(None);
         };
         if param.kind == ParamKind::Int && numbers.iter().any(|n| n.fract() != 0.0) {
             let message = format!(
                 "`{}` is a whole number, and `{}` is not",
-                param.name, given.text
+                param.name, override_.text
             );
-            self.report(wrong(message));
+            self.report(range_error(message));
             return Ok(None);
         }
         if numbers.iter().any(|&n| !param.allows(n)) {
             let message = format!(
                 "`{}` is outside the range of `{}`, {}",
-                given.text,
+                override_.text,
                 param.name,
                 param.allowed()
             );
-            self.report(wrong(message));
+            self.report(range_error(message));
             return Ok(None);
         }
         Ok(Some(numbers))
@@ -214,29 +223,29 @@ impl<'a> Elaborator<'a> {
 
     fn param_kind(
         &mut self,
-        param: &ast::Param,
+        param: &ast::ParamDefinition,
         default: &Value<'a>,
-        range: Option<&RangeOf>,
+        range: Option<&EvaluatedRange>,
     ) -> Option<ParamKind> {
         if let Some(annotation) = &param.annotation {
-            let kind = match self.type_of(annotation)? {
-                Type::Float => ParamKind::Float,
-                Type::Int => ParamKind::Int,
-                Type::Bool => ParamKind::Bool,
-                Type::Length => ParamKind::Length,
-                Type::Angle => ParamKind::Angle,
-                Type::Time => ParamKind::Time,
-                Type::Color => ParamKind::Color,
-                Type::Vec2 => ParamKind::Vec2,
-                Type::Vec3 => ParamKind::Vec3,
-                Type::Text
-                | Type::Vec4
-                | Type::Shape2
-                | Type::Shape3
-                | Type::Shape
-                | Type::Material
-                | Type::List
-                | Type::Function => {
+            let kind = match self.resolve_type(annotation)? {
+                AnnotatedType::Float => ParamKind::Float,
+                AnnotatedType::Int => ParamKind::Int,
+                AnnotatedType::Bool => ParamKind::Bool,
+                AnnotatedType::Length => ParamKind::Length,
+                AnnotatedType::Angle => ParamKind::Angle,
+                AnnotatedType::Time => ParamKind::Time,
+                AnnotatedType::Color => ParamKind::Color,
+                AnnotatedType::Vec2 => ParamKind::Vec2,
+                AnnotatedType::Vec3 => ParamKind::Vec3,
+                AnnotatedType::Text
+                | AnnotatedType::Vec4
+                | AnnotatedType::Shape2
+                | AnnotatedType::Shape3
+                | AnnotatedType::Shape
+                | AnnotatedType::Material
+                | AnnotatedType::List
+                | AnnotatedType::Function => {
                     let message = format!("a param cannot be of the type `{}`", annotation.name);
                     let help = "a param is a number, a vec2 or vec3, a bool or a color";
                     let diagnostic = Diagnostic::error(codes::E0301, annotation.span, message);
@@ -248,8 +257,10 @@ impl<'a> Elaborator<'a> {
         }
         let kind = match default {
             Value::Number(number) => match number.quantity {
-                // Without a range, `2` may become 2.5; a range of whole numbers says that it may not.
-                Quantity::Plain if number.whole && range.is_some_and(|r| r.whole) => ParamKind::Int,
+                // Without a range, `2` may become 2.5; a range of integers excludes that.
+                Quantity::Plain if number.is_integer && range.is_some_and(|r| r.is_integer) => {
+                    ParamKind::Int
+                }
                 Quantity::Plain => range
                     .and_then(|r| quantity_kind(r.quantity))
                     .unwrap_or(ParamKind::Float),
@@ -260,15 +271,15 @@ impl<'a> Elaborator<'a> {
             Value::Vector(vector) if vector.len() == 2 => ParamKind::Vec2,
             Value::Vector(vector) if vector.len() == 3 => ParamKind::Vec3,
             other => {
-                let wanted = "a param is a number, a vec2 or vec3, a bool or a color";
-                self.wrong(other, wanted, param.value.span);
+                let message = "a param is a number, a vec2 or vec3, a bool or a color";
+                self.report_wrong(other, message, param.value.span);
                 return None;
             }
         };
         Some(kind)
     }
 
-    /// The numbers of a parameter's default; reports one that does not fit.
+    /// Numbers of a parameter's default; reports a value that does not fit.
     fn param_value(&mut self, kind: ParamKind, value: &Value<'a>, span: Span) -> Option<Vec<f64>> {
         if value.is_poison() {
             return None;
@@ -283,20 +294,20 @@ impl<'a> Elaborator<'a> {
         if kind == ParamKind::Int
             && let Some(value) = numbers.iter().find(|n| n.fract() != 0.0)
         {
-            self.not_whole("this param", *value, span);
+            self.report_not_integer("this param", *value, span);
             return None;
         }
         Some(numbers)
     }
 
-    /// The numbers of a value of a kind; they must be known while compiling.
+    /// Numbers of a value of a kind, at compile time.
     fn kind_numbers(&mut self, kind: ParamKind, value: &Value<'a>) -> Option<Vec<f64>> {
         let ids: Vec<ExprId> = match (kind, value) {
             (ParamKind::Bool, Value::Bool(id)) => vec![*id],
             (ParamKind::Color, value) => self.as_color(value)?.to_vec(),
             (ParamKind::Vec2 | ParamKind::Vec3, value) => {
                 let width = if kind == ParamKind::Vec2 { 2 } else { 3 };
-                match parts(value)? {
+                match components(value)? {
                     (Form::Vector(len), numbers) if len == width => {
                         numbers[..len].iter().map(|number| number.id).collect()
                     }
@@ -326,15 +337,15 @@ impl<'a> Elaborator<'a> {
 
     fn param_range(
         &mut self,
-        here: &Here<'a>,
+        env: &Env<'a>,
         range: &'a ast::ParamRange,
-    ) -> Result<Option<RangeOf>, Halt> {
+    ) -> Result<Option<EvaluatedRange>, Abort> {
         let mut bounds = Vec::new();
         for expr in [Some(&range.start), Some(&range.end), range.step.as_ref()]
             .into_iter()
             .flatten()
         {
-            let Value::Number(number) = self.eval(here, expr)? else {
+            let Value::Number(number) = self.eval(env, expr)? else {
                 let message = "the range of a param is made of numbers";
                 self.report(Diagnostic::error(codes::E0301, expr.span, message));
                 return Ok(None);
@@ -357,33 +368,40 @@ impl<'a> Elaborator<'a> {
         let (start, end) = (bounds[0].1, bounds[1].1);
         let step = bounds.get(2).map(|(_, step, _)| *step);
         if start > end || start == end && !range.inclusive {
-            let message = format!("the range from {} to {} is empty", short(start), short(end));
+            let message = format!(
+                "the range from {} to {} is empty",
+                format_short(start),
+                format_short(end)
+            );
             self.report(Diagnostic::error(codes::E0407, range.span, message));
             return Ok(None);
         }
         if let Some((_, step, span)) = bounds.get(2)
             && *step <= 0.0
         {
-            let message = format!("a step is larger than 0, and this is {}", short(*step));
+            let message = format!(
+                "a step is larger than 0, and this is {}",
+                format_short(*step)
+            );
             self.report(Diagnostic::error(codes::E0401, *span, message));
             return Ok(None);
         }
-        let whole = bounds.iter().all(|(number, ..)| number.whole);
-        Ok(Some(RangeOf {
+        let is_integer = bounds.iter().all(|(number, ..)| number.is_integer);
+        Ok(Some(EvaluatedRange {
             start,
             end,
             inclusive: range.inclusive,
             step,
             quantity,
-            whole,
+            is_integer,
         }))
     }
 
-    /// What a parameter is in expressions.
-    fn param_number(&mut self, param: &Param, id: ParamId) -> Value<'a> {
-        let component = |e: &mut Self, at: usize| match param.structural {
-            true => e.graph.constant(param.value[at]),
-            false => e.graph.param(id, at as u8),
+    /// The value that represents a parameter in expressions.
+    fn param_as_value(&mut self, param: &SceneParam, id: ParamId) -> Value<'a> {
+        let component = |e: &mut Self, index: usize| match param.structural {
+            true => e.graph.constant(param.value[index]),
+            false => e.graph.param(id, index as u8),
         };
         let quantity = match param.kind {
             ParamKind::Length => Quantity::Length(1),
@@ -393,37 +411,37 @@ impl<'a> Elaborator<'a> {
         };
         match param.kind {
             ParamKind::Bool => Value::Bool(component(self, 0)),
-            ParamKind::Color => Value::Color([0, 1, 2].map(|at| component(self, at))),
+            ParamKind::Color => Value::Color([0, 1, 2].map(|index| component(self, index))),
             ParamKind::Vec2 | ParamKind::Vec3 => {
-                let numbers: Vec<Number> = (0..param.value.len())
-                    .map(|at| Number::plain(component(self, at)))
+                let numbers: Vec<ScalarValue> = (0..param.value.len())
+                    .map(|index| ScalarValue::plain(component(self, index)))
                     .collect();
                 Vector::from_slice(&numbers).map_or(Value::Poison, Value::Vector)
             }
             _ => {
-                let whole = param.kind == ParamKind::Int;
-                Value::Number(Number {
+                let is_integer = param.kind == ParamKind::Int;
+                Value::Number(ScalarValue {
                     id: component(self, 0),
                     quantity,
-                    whole,
+                    is_integer,
                 })
             }
         }
     }
 }
 
-/// The range of a parameter, evaluated.
-struct RangeOf {
+/// Evaluated range of a parameter.
+struct EvaluatedRange {
     start: f64,
     end: f64,
     inclusive: bool,
     step: Option<f64>,
     quantity: Quantity,
-    whole: bool,
+    is_integer: bool,
 }
 
-impl Param {
-    /// Whether a value lies in the range.
+impl SceneParam {
+    /// Reports whether a value lies in the range.
     pub fn allows(&self, value: f64) -> bool {
         let Some((low, high)) = self.range else {
             return value.is_finite();
@@ -436,7 +454,7 @@ impl Param {
             }
     }
 
-    /// The range in words, in the units that are written in a scene.
+    /// The range as text, in the units of the scene language.
     pub fn allowed(&self) -> String {
         let Some((low, high)) = self.range else {
             return "any number".to_owned();
@@ -451,7 +469,11 @@ impl Param {
             ""
         };
         let dots = if self.inclusive { "..=" } else { ".." };
-        format!("{}{unit}{dots}{}{unit}", short(low), short(high))
+        format!(
+            "{}{unit}{dots}{}{unit}",
+            format_short(low),
+            format_short(high)
+        )
     }
 }
 

@@ -1,44 +1,44 @@
-//! The reference of the language's functions, for `sdfc ops`: what each takes and what it does.
-//! Functions that are rows of the table are described there.
+//! Reference of the built-in functions, for `sdfc ops`: parameters and description. Functions that
+//! are operations of the table take their description from there.
 
 use super::arguments::signature;
 use super::math::MATH;
-use super::vocabulary::{self, Function};
+use super::vocabulary::{self, BuiltinFunction};
 
-/// A function of the language.
+/// A built-in function.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Entry {
-    /// Its name.
+pub struct FunctionDoc {
+    /// Name.
     pub name: &'static str,
-    /// What it takes; a function with variants has one line for each.
+    /// Parameters; a function with variants has one line for each.
     pub signatures: Vec<String>,
-    /// What it does.
+    /// Description.
     pub doc: String,
 }
 
-/// Every function of the language, by name.
-pub fn reference() -> Vec<Entry> {
+/// All built-in functions, sorted by name.
+pub fn reference() -> Vec<FunctionDoc> {
     vocabulary::names().filter_map(entry).collect()
 }
 
-fn entry(name: &str) -> Option<Entry> {
-    let name = vocabulary::function(name)?;
-    let described = DESCRIBED.iter().find(|(n, ..)| *n == name);
+fn entry(name: &str) -> Option<FunctionDoc> {
+    let name = vocabulary::static_name(name)?;
+    let described = DESCRIPTIONS.iter().find(|(n, ..)| *n == name);
     let doc = described.map(|(.., doc)| (*doc).to_owned());
     Some(match vocabulary::get(name)? {
-        Function::Rows(variants) => Entry {
+        BuiltinFunction::Rows(variants) => FunctionDoc {
             name,
-            signatures: variants.iter().map(|v| signature(&v.formals)).collect(),
+            signatures: variants.iter().map(|v| signature(&v.params)).collect(),
             doc: variants
                 .first()
                 .map_or_else(String::new, |v| v.op.row().doc.trim().to_owned()),
         },
-        Function::Fixed { formals, .. } => Entry {
+        BuiltinFunction::Fixed { params, .. } => FunctionDoc {
             name,
-            signatures: vec![signature(formals)],
+            signatures: vec![signature(params)],
             doc: doc.unwrap_or_default(),
         },
-        Function::Free { .. } => {
+        BuiltinFunction::Free { .. } => {
             let row = MATH.iter().find(|row| row.name() == name);
             let (arguments, row_doc) = match row {
                 Some(row) => (row.arguments(), row.doc().to_owned()),
@@ -47,7 +47,7 @@ fn entry(name: &str) -> Option<Entry> {
                     String::new(),
                 ),
             };
-            Entry {
+            FunctionDoc {
                 name,
                 signatures: vec![arguments.to_owned()],
                 doc: doc.unwrap_or(row_doc),
@@ -56,9 +56,9 @@ fn entry(name: &str) -> Option<Entry> {
     })
 }
 
-/// The functions that are not one row of the table: name, arguments if they are not listed by the
-/// vocabulary, and what they do.
-const DESCRIBED: &[(&str, &str, &str)] = &[
+/// Functions that are not a single operation of the table: name, arguments if the vocabulary does
+/// not list them, and description.
+const DESCRIPTIONS: &[(&str, &str, &str)] = &[
     ("translate", "", "The shape moved by a vector."),
     (
         "rotate",
@@ -335,10 +335,12 @@ mod tests {
                 entry.name
             );
         }
-        for (at, (name, ..)) in DESCRIBED.iter().enumerate() {
+        for (index, (name, ..)) in DESCRIPTIONS.iter().enumerate() {
             assert!(vocabulary::get(name).is_some(), "{name} is no function");
             assert!(
-                DESCRIBED[at + 1..].iter().all(|(other, ..)| other != name),
+                DESCRIPTIONS[index + 1..]
+                    .iter()
+                    .all(|(other, ..)| other != name),
                 "{name}"
             );
         }

@@ -1,16 +1,16 @@
-//! Names within bodies: a list that grows at its front and is shared by all that see it, so that a
-//! lambda keeps exactly the names that stood before it.
+//! Local names of bodies: a persistent linked list that grows at its front. A lambda shares the
+//! part that existed before it.
 
 use super::value::Value;
 use std::rc::Rc;
 
-/// The local names that an expression sees, the latest first.
+/// Local names visible to an expression, the latest first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scope<'a>(Option<Rc<Binding<'a>>>);
 
 #[derive(Debug)]
 struct Binding<'a> {
-    /// The depth of the deepest value of this scope.
+    /// Maximum depth of the values of this scope.
     depth: u32,
     name: &'a str,
     value: Value<'a>,
@@ -29,11 +29,11 @@ impl<'a> Scope<'a> {
             outer,
         })))
     }
-    /// How deep the values of this scope are.
+    /// Maximum depth of the values of this scope.
     pub(crate) fn depth(&self) -> u32 {
         self.0.as_ref().map_or(0, |binding| binding.depth)
     }
-    /// What a name stands for, the latest of that name.
+    /// Value of a name, the latest of that name.
     pub(crate) fn get(&self, name: &str) -> Option<&Value<'a>> {
         let mut scope = self;
         while let Some(binding) = &scope.0 {
@@ -47,7 +47,7 @@ impl<'a> Scope<'a> {
 }
 
 impl Drop for Scope<'_> {
-    /// Lets go of a long list one by one, for a body may have many thousand names.
+    /// Drops the list without recursion, since a body may define thousands of names.
     fn drop(&mut self) {
         let mut next = self.0.take();
         while let Some(binding) = next {

@@ -1,8 +1,9 @@
-//! Making shapes: from rows of the table, from lists, and with their names, materials and limits.
+//! Construction of shapes: from operations of the table and from lists, with names, materials and
+//! limits.
 
 use super::Elaborator;
-use super::bound::Bound;
-use super::evaluate::Outcome;
+use super::bound_args::BoundArgs;
+use super::evaluate::EvalResult;
 use super::value::Value;
 use crate::expression::ExprId;
 use crate::scene::children;
@@ -12,16 +13,16 @@ use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::row::{ArgumentKind, Category};
 use sdfc_vm::table::{Op, prepare};
 
-/// The most shapes of a scene.
+/// Maximum number of shapes of a scene.
 pub(crate) const MAX_SHAPES: usize = 400_000;
-/// The most shapes that one stands for, each counted as often as it occurs: uniting a shape with a copy
-/// of itself doubles that.
+/// Maximum number of shapes that one shape represents, counted with multiplicity: the union of a
+/// shape with a copy of itself doubles the count.
 const MAX_OCCURRENCES: u32 = 1_000_000;
 
 impl<'a> Elaborator<'a> {
     /// Adds a shape.
     pub(crate) fn add(&mut self, kind: ShapeKind, plane: bool, span: Span) -> ShapeId {
-        if self.at_point > 0 {
+        if self.point_function_depth > 0 {
             let message = "a shape cannot be made inside a function of the point";
             let help = "make it outside; `displace` and `warp` change a shape's field";
             self.report(Diagnostic::error(codes::E0309, span, message).help(help));
@@ -29,19 +30,19 @@ impl<'a> Elaborator<'a> {
         if self.shapes.len() == MAX_SHAPES {
             self.report_too_many(span);
         }
-        let within = children(&kind)
+        let occurrences = children(&kind)
             .iter()
             .map(|child| self.occurrences[child.0 as usize])
             .fold(1, u32::saturating_add);
-        if within > MAX_OCCURRENCES && !self.reports.is_full() {
+        if occurrences > MAX_OCCURRENCES && !self.reports.is_full() {
             let message = format!(
                 "this stands for more than {MAX_OCCURRENCES} shapes, each counted as often as it occurs"
             );
             let help = "`repeat`, `polar` and `mirror` make copies that cost nothing";
             self.report(Diagnostic::error(codes::E0414, span, message).help(help));
-            self.reports.fill();
+            self.reports.mark_full();
         }
-        self.occurrences.push(within);
+        self.occurrences.push(occurrences);
         let id = ShapeId(self.shapes.len() as u32);
         self.shapes.push(Shape {
             kind,
@@ -56,11 +57,11 @@ impl<'a> Elaborator<'a> {
         let message = format!("the scene has more than {MAX_SHAPES} shapes");
         let help = "`repeat`, `polar` and `mirror` make copies that cost nothing";
         self.report(Diagnostic::error(codes::E0414, span, message).help(help));
-        self.reports.fill();
+        self.reports.mark_full();
     }
 
-    /// The parameters of a row from the numbers of its arguments.
-    pub(crate) fn prepared(&mut self, op: Op, arguments: &[ExprId]) -> Vec<ExprId> {
+    /// Converts the arguments of an operation to its parameters.
+    pub(crate) fn prepare_parameters(&mut self, op: Op, arguments: &[ExprId]) -> Vec<ExprId> {
         with_graph(&mut self.graph, || {
             let arguments: Vec<Symbolic> = arguments.iter().map(|&id| Symbolic(id)).collect();
             prepare::<Symbolic>(op, &arguments)
@@ -70,13 +71,13 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// A call of a row of the table: a shape, or a change of one.
-    pub(crate) fn row(&mut self, op: Op, bound: &Bound<'a>) -> Value<'a> {
+    /// Evaluates a call of an operation of the table: a shape, or a modification of one.
+    pub(crate) fn row(&mut self, op: Op, bound: &BoundArgs<'a>) -> Value<'a> {
         let row = op.row();
         let is_shape = matches!(row.meta.category, Category::Shape3 | Category::Shape2);
         let first = usize::from(!is_shape);
         let arguments = &bound.arguments[first..];
-        if self.are_equal_ends(op, arguments.iter().map(|a| a.numbers.as_slice())) {
+        if self.has_equal_ends(op, arguments.iter().map(|a| a.numbers.as_slice())) {
             let message = format!("`from` and `to` of `{}` are the same point", bound.name);
             let help = "a line from a point to itself has no direction; use `sphere`";
             self.report(Diagnostic::error(codes::E0405, bound.span, message).help(help));
@@ -86,12 +87,12 @@ impl<'a> Elaborator<'a> {
             .iter()
             .flat_map(|a| a.numbers.iter().copied())
             .collect();
-        let parameters = self.prepared(op, &numbers);
+        let parameters = self.prepare_parameters(op, &numbers);
         let id = match row.meta.category {
             Category::Shape3 => {
                 let id = self.add(ShapeKind::Primitive { op, parameters }, false, bound.span);
                 if has_axis(op) {
-                    self.upright(id, bound.span)
+                    self.rotated_to_scene_up(id, bound.span)
                 } else {
                     id
                 }
@@ -131,8 +132,8 @@ impl<'a> Elaborator<'a> {
         Value::Shape(id)
     }
 
-    /// Whether a row from one point to another is given the same point twice.
-    fn are_equal_ends<'n>(&self, op: Op, arguments: impl Iterator<Item = &'n [ExprId]>) -> bool {
+    /// Reports whether the end points `from` and `to` are equal.
+    fn has_equal_ends<'n>(&self, op: Op, arguments: impl Iterator<Item = &'n [ExprId]>) -> bool {
         let Some(language) = &op.row().meta.language else {
             return false;
         };
@@ -148,7 +149,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Whether a value is a shape, or a list of shapes.
+    /// Reports whether a value is a shape, or a list of shapes.
     pub(crate) fn is_shape(&self, value: &Value<'a>) -> bool {
         match value {
             Value::Shape(_) => true,
@@ -157,19 +158,19 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Whether a shape is no shape at all.
+    /// Reports whether a shape is empty.
     pub(crate) fn is_nothing(&self, id: ShapeId) -> bool {
         matches!(self.shapes[id.0 as usize].kind, ShapeKind::Nothing)
     }
 
-    /// The shape that a value is; a list of shapes is their union. Reports anything else.
+    /// Converts a value to a shape; a list of shapes becomes their union. Reports anything else.
     pub(crate) fn shape(&mut self, value: &Value<'a>, span: Span) -> Option<ShapeId> {
         match value {
             Value::Shape(id) => Some(*id),
             Value::List(_) => {
                 let mut shapes = Vec::new();
                 self.collect_shapes(value, span, &mut shapes)?;
-                self.combined(Op::Union, Vec::new(), shapes, span)
+                self.combine(Op::Union, Vec::new(), shapes, span)
             }
             Value::Poison => None,
             other => {
@@ -182,7 +183,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// All shapes of a list and of the lists in it.
+    /// Collects all shapes of a list and of nested lists.
     pub(crate) fn collect_shapes(
         &mut self,
         value: &Value<'a>,
@@ -203,7 +204,7 @@ impl<'a> Elaborator<'a> {
             }
             other => shapes.push(self.shape(other, span)?),
         }
-        // A list may hold the same list many times.
+        // A list may contain the same list many times.
         if shapes.len() > MAX_SHAPES {
             self.report_too_many(span);
             return None;
@@ -221,7 +222,7 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// A material; an equal one without a name of its own is the same.
+    /// Adds a material; one that is equal in all fields is shared.
     pub(crate) fn material(&mut self, material: Material) -> MaterialId {
         let key = (
             material.albedo,
@@ -233,16 +234,16 @@ impl<'a> Elaborator<'a> {
             ],
             material.name.clone(),
         );
-        if let Some(&id) = self.known_materials.get(&key) {
+        if let Some(&id) = self.material_ids.get(&key) {
             return id;
         }
         let id = MaterialId(self.materials.len() as u32);
         self.materials.push(material);
-        self.known_materials.insert(key, id);
+        self.material_ids.insert(key, id);
         id
     }
 
-    /// What a value is called in a message.
+    /// Describes a value for messages.
     pub(crate) fn describe(&self, value: &Value<'_>) -> String {
         match value {
             Value::Poison | Value::Nothing => "nothing".to_owned(),
@@ -274,20 +275,20 @@ impl<'a> Elaborator<'a> {
     }
 }
 
-/// Whether a solid of the table stands along an axis of its own, which then is the one that points
-/// up. Solids whose arguments are vectors say their directions themselves.
+/// Reports whether a solid of the table has an axis of its own, which is aligned with the up axis.
+/// Solids with vector arguments take their directions from these.
 fn has_axis(op: Op) -> bool {
     let is_round = matches!(op, Op::Sphere | Op::Octahedron | Op::Gyroid);
     let is_vector = |kind: ArgumentKind| kind.width() == 3;
-    let says_directions = op
+    let has_direction_arguments = op
         .row()
         .meta
         .language
         .is_some_and(|language| language.arguments.iter().any(|a| is_vector(a.kind)));
-    !is_round && !says_directions
+    !is_round && !has_direction_arguments
 }
 
-/// Advice where a function stands and a shape is wanted.
+/// Adds advice for a function in place of a shape.
 pub(crate) fn help_with_function(diagnostic: Diagnostic, value: &Value<'_>) -> Diagnostic {
     match value {
         Value::Function(closure) if closure.name.is_empty() => {
@@ -299,7 +300,7 @@ pub(crate) fn help_with_function(diagnostic: Diagnostic, value: &Value<'_>) -> D
     }
 }
 
-/// The value of a shape, or of the mistake that there is none.
-pub(crate) fn shape_value<'a>(shape: Option<ShapeId>) -> Outcome<'a> {
+/// The value of a shape, or poison if there is none.
+pub(crate) fn shape_value<'a>(shape: Option<ShapeId>) -> EvalResult<'a> {
     Ok(shape.map_or(Value::Poison, Value::Shape))
 }

@@ -1,13 +1,13 @@
-//! Moving, turning, copying and bending shapes.
+//! Translation, rotation, scaling, reflection and shear of shapes.
 //!
-//! Scenes whose z axis points up are written in z-up coordinates throughout. The table's bodies
-//! stand along y; where an axis of their own matters, the shape gets a frame that turns it upright.
+//! Scenes with z up use z-up coordinates throughout. The bodies of the table have y up; where their
+//! axis matters, the shape gets a frame that maps y to the up axis.
 
 use super::Elaborator;
-use super::bound::Bound;
-use super::evaluate::Outcome;
-use super::numbers::{Form, parts};
-use super::value::{Number, Quantity, Value};
+use super::bound_args::BoundArgs;
+use super::evaluate::EvalResult;
+use super::numbers::{Form, components};
+use super::value::{Quantity, ScalarValue, Value};
 use crate::expression::{ExprId, Stage};
 use crate::lower::channel_numbers;
 use crate::scene::{MaterialId, ShapeId, ShapeKind};
@@ -18,8 +18,8 @@ use sdfc_vm::real::{Real, lit};
 use sdfc_vm::table::Op;
 
 impl<'a> Elaborator<'a> {
-    /// A shape in a frame of its own; nothing and an identity need none.
-    pub(crate) fn framed(
+    /// Adds a frame to a shape; an empty shape and an identity need none.
+    pub(crate) fn add_frame(
         &mut self,
         child: ShapeId,
         span: Span,
@@ -33,9 +33,9 @@ impl<'a> Elaborator<'a> {
             (matrix.map(|number| number.0), scale.0)
         });
         let is_identity = self.graph.as_constant(scale) == Some(1.0)
-            && matrix.iter().enumerate().all(|(at, &id)| {
-                let wanted = if at / 4 == at % 4 { 1.0 } else { 0.0 };
-                self.graph.as_constant(id) == Some(wanted)
+            && matrix.iter().enumerate().all(|(index, &id)| {
+                let expected = if index / 4 == index % 4 { 1.0 } else { 0.0 };
+                self.graph.as_constant(id) == Some(expected)
             });
         if is_identity {
             return child;
@@ -52,55 +52,55 @@ impl<'a> Elaborator<'a> {
         )
     }
 
-    /// A shape that stands along y, made to stand along the axis that points up.
-    pub(crate) fn upright(&mut self, child: ShapeId, span: Span) -> ShapeId {
+    /// Maps a shape along y to the up axis of the scene.
+    pub(crate) fn rotated_to_scene_up(&mut self, child: ShapeId, span: Span) -> ShapeId {
         if !self.z_up {
             return child;
         }
-        self.framed(child, span, || (upright_matrix(), lit(1.0)))
+        self.add_frame(child, span, || (scene_up_to_y_up(), lit(1.0)))
     }
 
-    /// A shape as it is in a space where y points up.
-    pub(crate) fn lying(&mut self, child: ShapeId, span: Span) -> ShapeId {
+    /// Maps a shape from the scene's space to one with y up.
+    pub(crate) fn rotated_to_y_up(&mut self, child: ShapeId, span: Span) -> ShapeId {
         if !self.z_up {
             return child;
         }
-        self.framed(child, span, || {
+        self.add_frame(child, span, || {
             let (o, i) = (lit(0.0), lit(1.0));
             ([i, o, o, o, o, o, -i, o, o, i, o, o], lit(1.0))
         })
     }
 
-    /// The axis that points up.
+    /// Index of the up axis.
     pub(crate) fn up(&self) -> usize {
         if self.z_up { 2 } else { 1 }
     }
 
     /// `translate(shape, by)`
-    pub(crate) fn translate(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let by = bound.vector(1).map(Symbolic);
-        let id = self.framed(bound.shape(0), bound.span, || {
-            (affine::translate(by), lit(1.0))
+    pub(crate) fn translate(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
+        let offset = bound.vector(1).map(Symbolic);
+        let id = self.add_frame(bound.shape(0), bound.span, || {
+            (affine::translate(offset), lit(1.0))
         });
         Ok(Value::Shape(id))
     }
 
     /// `scale(shape, by)`
-    pub(crate) fn scale(&mut self, bound: Bound<'a>) -> Outcome<'a> {
+    pub(crate) fn scale(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
         let ids = bound.vector(1);
-        let by = ids.map(Symbolic);
+        let factors = ids.map(Symbolic);
         let is_even = if bound.flat {
             ids[0] == ids[1]
         } else {
             ids[0] == ids[1] && ids[1] == ids[2]
         };
         let flat = bound.flat;
-        if !is_even && let Some(id) = self.scaled_ball(bound.shape(0), ids, bound.span) {
+        if !is_even && let Some(id) = self.scale_sphere(bound.shape(0), ids, bound.span) {
             return Ok(Value::Shape(id));
         }
-        let id = self.framed(bound.shape(0), bound.span, || {
-            let [x, y, z] = by;
-            let least = if is_even {
+        let id = self.add_frame(bound.shape(0), bound.span, || {
+            let [x, y, z] = factors;
+            let min_factor = if is_even {
                 x.abs()
             } else if flat {
                 x.abs().min(y.abs())
@@ -109,22 +109,27 @@ impl<'a> Elaborator<'a> {
             };
             let (o, one) = (lit::<Symbolic>(0.0), lit::<Symbolic>(1.0));
             let [x, y, z] = [one / x, one / y, one / z];
-            ([x, o, o, o, o, y, o, o, o, o, z, o], least)
+            ([x, o, o, o, o, y, o, o, o, o, z, o], min_factor)
         });
         Ok(Value::Shape(id))
     }
 
-    /// A ball or an ellipsoid stretched along the axes: an ellipsoid, whose value stays a distance. A colour that
-    /// is the same everywhere stays on it.
-    fn scaled_ball(&mut self, child: ShapeId, by: [ExprId; 3], span: Span) -> Option<ShapeId> {
+    /// Scales a sphere or an ellipsoid along the axes: the result is an ellipsoid, whose value is a
+    /// distance. A material assignment is kept if the material is uniform.
+    fn scale_sphere(
+        &mut self,
+        child: ShapeId,
+        factors: [ExprId; 3],
+        span: Span,
+    ) -> Option<ShapeId> {
         let kind = self.shapes[child.0 as usize].kind.clone();
         let radii = match &kind {
             ShapeKind::Painted { child, material } => {
                 let (child, material) = (*child, *material);
-                if !self.is_the_same_everywhere(material) {
+                if !self.is_uniform_material(material) {
                     return None;
                 }
-                let child = self.scaled_ball(child, by, span)?;
+                let child = self.scale_sphere(child, factors, span)?;
                 return Some(self.add(ShapeKind::Painted { child, material }, false, span));
             }
             ShapeKind::Primitive { op, parameters } => match (op, &parameters[..]) {
@@ -135,29 +140,30 @@ impl<'a> Elaborator<'a> {
             _ => return None,
         };
         let radii: [ExprId; 3] = std::array::from_fn(|axis| {
-            let by = simplified(&mut self.graph, Op::Abs, &[by[axis]]);
-            simplified(&mut self.graph, Op::Mul, &[radii[axis], by])
+            let factor = simplified(&mut self.graph, Op::Abs, &[factors[axis]]);
+            simplified(&mut self.graph, Op::Mul, &[radii[axis], factor])
         });
         let op = Op::Ellipsoid;
-        let parameters = self.prepared(op, &radii);
+        let parameters = self.prepare_parameters(op, &radii);
         Some(self.add(ShapeKind::Primitive { op, parameters }, false, span))
     }
 
-    /// Tells if no number of a material depends on the point.
-    fn is_the_same_everywhere(&self, material: MaterialId) -> bool {
+    /// Reports whether no number of a material depends on the point.
+    fn is_uniform_material(&self, material: MaterialId) -> bool {
         let material = &self.materials[material.0 as usize];
         let numbers = channel_numbers(material);
-        let all = numbers.iter().chain(&material.bump);
-        all.into_iter()
+        let channels = numbers.iter().chain(&material.bump);
+        channels
+            .into_iter()
             .all(|&id| self.graph.stage(id) <= Stage::Uniform)
     }
 
     /// `rotate(shape, angle, axis)` or `rotate(shape, [about x, about y, about z])`
-    pub(crate) fn rotate(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let span = bound.span_of(1);
+    pub(crate) fn rotate(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
+        let span = bound.span_at(1);
         let child = bound.shape(0);
-        let Some((form, numbers)) = parts(bound.value(1)) else {
-            return Ok(self.wrong(bound.value(1), "`rotate` wants an angle", span));
+        let Some((form, numbers)) = components(bound.value(1)) else {
+            return Ok(self.report_wrong(bound.value(1), "`rotate` wants an angle", span));
         };
         for number in &numbers[..form.len()] {
             if self
@@ -169,59 +175,60 @@ impl<'a> Elaborator<'a> {
         }
         let flat = self.shapes[child.0 as usize].plane;
         let [a, b, c, _] = numbers.map(|number| number.id);
-        let turned = match form {
+        let rotated = match form {
             Form::Scalar => {
-                if flat && bound.given(2) {
+                if flat && bound.is_given(2) {
                     let message = "a 2D shape turns in its plane and has no axis";
-                    let diagnostic = Diagnostic::error(codes::E0304, bound.span_of(2), message);
+                    let diagnostic = Diagnostic::error(codes::E0304, bound.span_at(2), message);
                     self.report(diagnostic.help("`extrude` it first"));
                     return Ok(Value::Poison);
                 }
-                let axis = match bound.given(2) {
+                let axis = match bound.is_given(2) {
                     true => bound.vector(2),
                     false => {
-                        let along = if flat { 2 } else { self.up() };
-                        [0, 1, 2].map(|i| self.graph.constant(if i == along { 1.0 } else { 0.0 }))
+                        let axis_index = if flat { 2 } else { self.up() };
+                        [0, 1, 2]
+                            .map(|i| self.graph.constant(if i == axis_index { 1.0 } else { 0.0 }))
                     }
                 };
-                self.turned(child, a, axis, bound.span)
+                self.add_rotation(child, a, axis, bound.span)
             }
             Form::Vector(3) if !flat => {
-                let axis = |e: &mut Self, along: usize| {
-                    [0, 1, 2].map(|i| e.graph.constant(if i == along { 1.0 } else { 0.0 }))
+                let axis = |e: &mut Self, axis_index: usize| {
+                    [0, 1, 2].map(|i| e.graph.constant(if i == axis_index { 1.0 } else { 0.0 }))
                 };
-                let mut turned = child;
-                for (along, angle) in [a, b, c].into_iter().enumerate() {
-                    let axis = axis(self, along);
-                    turned = self.turned(turned, angle, axis, bound.span);
+                let mut rotated = child;
+                for (axis_index, angle) in [a, b, c].into_iter().enumerate() {
+                    let axis = axis(self, axis_index);
+                    rotated = self.add_rotation(rotated, angle, axis, bound.span);
                 }
-                turned
+                rotated
             }
             Form::Vector(_) | Form::Color => {
-                let wanted = "`rotate` wants an angle and an axis, or three angles";
-                return Ok(self.wrong(bound.value(1), wanted, span));
+                let message = "`rotate` wants an angle and an axis, or three angles";
+                return Ok(self.report_wrong(bound.value(1), message, span));
             }
         };
-        Ok(Value::Shape(turned))
+        Ok(Value::Shape(rotated))
     }
 
-    /// Checks that a number is an angle that is known before the point.
+    /// Checks that a number is an angle that does not depend on the point.
     pub(crate) fn angle(
         &mut self,
         name: &str,
-        number: Number,
+        number: ScalarValue,
         span: Span,
         name_span: Span,
     ) -> Option<ExprId> {
         match number.quantity {
             Quantity::Angle => {}
             Quantity::Plain | Quantity::Time => {
-                let wants = if name == "rotate" {
+                let signature = if name == "rotate" {
                     "angle: angle, axis: vec3"
                 } else {
                     ""
                 };
-                let diagnostic = self.no_unit(name, span).label(name_span, wants);
+                let diagnostic = self.missing_unit(name, span).label(name_span, signature);
                 self.report(diagnostic);
                 return None;
             }
@@ -234,26 +241,32 @@ impl<'a> Elaborator<'a> {
         }
         let stage = self.graph.stage(number.id);
         if stage > Stage::Uniform {
-            self.report_late("an angle", stage, span);
+            self.report_too_late("an angle", stage, span);
             return None;
         }
         Some(number.id)
     }
 
-    /// A shape turned about an axis of length one.
-    fn turned(&mut self, child: ShapeId, angle: ExprId, axis: [ExprId; 3], span: Span) -> ShapeId {
+    /// Rotates a shape about an axis of length 1.
+    fn add_rotation(
+        &mut self,
+        child: ShapeId,
+        angle: ExprId,
+        axis: [ExprId; 3],
+        span: Span,
+    ) -> ShapeId {
         let constants = axis.map(|id| self.graph.as_constant(id));
-        let along = (0..3).find(|&i| {
+        let axis_index = (0..3).find(|&i| {
             (0..3).all(|j| {
                 constants[j].is_some_and(|v| if i == j { v.abs() == 1.0 } else { v == 0.0 })
             })
         });
-        // About an axis of the frame, quarter turns are exact and most factors are zero.
-        if let Some(along) = along {
-            let negative = constants[along] == Some(-1.0);
-            let known = self.graph.as_constant(angle);
-            return self.framed(child, span, || {
-                let (c, s) = match known {
+        // About a coordinate axis, quarter turns are exact and most factors are zero.
+        if let Some(axis_index) = axis_index {
+            let negative = constants[axis_index] == Some(-1.0);
+            let constant_angle = self.graph.as_constant(angle);
+            return self.add_frame(child, span, || {
+                let (c, s) = match constant_angle {
                     Some(angle) => {
                         let (s, c) = exact_sine_cosine(angle);
                         (lit(c), lit(s))
@@ -261,59 +274,59 @@ impl<'a> Elaborator<'a> {
                     None => (Symbolic(angle).cos(), Symbolic(angle).sin()),
                 };
                 (
-                    turn_about(along, c, if negative { -s } else { s }),
+                    inverse_axis_rotation(axis_index, c, if negative { -s } else { s }),
                     lit(1.0),
                 )
             });
         }
         let axis = axis.map(Symbolic);
-        self.framed(child, span, || {
+        self.add_frame(child, span, || {
             (affine::rotate(axis, Symbolic(angle)), lit(1.0))
         })
     }
 
     /// `rotate_quaternion(shape, [x, y, z, w])`
-    pub(crate) fn rotate_quaternion(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let span = bound.span_of(1);
-        let Some((Form::Vector(4), numbers)) = parts(bound.value(1)) else {
-            return Ok(self.wrong(bound.value(1), "a quaternion is four numbers", span));
+    pub(crate) fn rotate_quaternion(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
+        let span = bound.span_at(1);
+        let Some((Form::Vector(4), numbers)) = components(bound.value(1)) else {
+            return Ok(self.report_wrong(bound.value(1), "a quaternion is four numbers", span));
         };
         let ids = numbers.map(|number| number.id);
         let what = "the quaternion";
         for id in ids {
             let stage = self.graph.stage(id);
             if stage > Stage::Uniform {
-                self.report_late(what, stage, span);
+                self.report_too_late(what, stage, span);
                 return Ok(Value::Poison);
             }
         }
-        let Some(unit) = self.direction(what, &ids, span) else {
+        let Some(unit) = self.unit_vector(what, &ids, span) else {
             return Ok(Value::Poison);
         };
         let quaternion = [unit[0], unit[1], unit[2], unit[3]].map(Symbolic);
-        let id = self.framed(bound.shape(0), bound.span, || {
+        let id = self.add_frame(bound.shape(0), bound.span, || {
             (affine::rotate_quaternion(quaternion), lit(1.0))
         });
         Ok(Value::Shape(id))
     }
 
     /// `reflect(shape, normal, at)`: the mirror image.
-    pub(crate) fn reflect(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let (normal, at) = (bound.vector(1).map(Symbolic), Symbolic(bound.number(2)));
-        let id = self.framed(bound.shape(0), bound.span, || {
-            (affine::reflect(normal, at), lit(1.0))
+    pub(crate) fn reflect(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
+        let (normal, offset) = (bound.vector(1).map(Symbolic), Symbolic(bound.number(2)));
+        let id = self.add_frame(bound.shape(0), bound.span, || {
+            (affine::reflect(normal, offset), lit(1.0))
         });
         Ok(Value::Shape(id))
     }
 
     /// `shear(shape, xy, xz, yz)`
-    pub(crate) fn shear(&mut self, bound: Bound<'a>) -> Outcome<'a> {
-        let [xy, xz, yz] = [1, 2, 3].map(|at| Symbolic(bound.number(at)));
-        let id = self.framed(bound.shape(0), bound.span, || {
+    pub(crate) fn shear(&mut self, bound: BoundArgs<'a>) -> EvalResult<'a> {
+        let [xy, xz, yz] = [1, 2, 3].map(|index| Symbolic(bound.number(index)));
+        let id = self.add_frame(bound.shape(0), bound.span, || {
             let matrix = affine::shear(xy, xz, yz);
-            // A distance inside is at most the matrix's norm times one outside; the norm is at most
-            // the root of the sum of squares.
-            let linear = [0, 1, 2, 4, 5, 6, 8, 9, 10].map(|at| matrix[at]);
+            // The inner distance is at most the norm of the matrix times the outer one. The norm is
+            // at most the root of the sum of squares.
+            let linear = [0, 1, 2, 4, 5, 6, 8, 9, 10].map(|index| matrix[index]);
             let sum = linear
                 .iter()
                 .fold(lit::<Symbolic>(0.0), |sum, v| sum + v.square());
@@ -323,14 +336,14 @@ impl<'a> Elaborator<'a> {
     }
 }
 
-/// From z-up space to the space of a body that stands along y.
-fn upright_matrix() -> Affine<Symbolic> {
+/// Map from z-up space to the space of a body along y.
+fn scene_up_to_y_up() -> Affine<Symbolic> {
     let (o, i) = (lit(0.0), lit(1.0));
     [i, o, o, o, o, o, i, o, o, -i, o, o]
 }
 
-/// The inverse of a turn about one of the axes, by its cosine and sine.
-fn turn_about(axis: usize, c: Symbolic, s: Symbolic) -> Affine<Symbolic> {
+/// Inverse of the rotation about a coordinate axis, from its cosine and sine.
+fn inverse_axis_rotation(axis: usize, c: Symbolic, s: Symbolic) -> Affine<Symbolic> {
     let (o, i) = (lit(0.0), lit(1.0));
     match axis {
         0 => [i, o, o, o, o, c, s, o, o, -s, c, o],

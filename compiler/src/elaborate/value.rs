@@ -1,6 +1,6 @@
-//! What an expression of the language can mean, and how such a thing is called in a message.
+//! Values of expressions, and their names in messages.
 
-use super::evaluate::Here;
+use super::evaluate::Env;
 use crate::expression::ExprId;
 use crate::scene::{MaterialId, ShapeId};
 use sdfc_lang::Span;
@@ -8,21 +8,21 @@ use sdfc_lang::ast;
 use std::ops::Deref;
 use std::rc::Rc;
 
-/// Of what a number is.
+/// Quantity of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Quantity {
-    /// A bare number.
+    /// A plain number.
     Plain,
     /// A length to this power, never 0, in scene units.
     Length(i8),
     /// An angle in radians.
     Angle,
-    /// A time in seconds; it calculates like a bare number.
+    /// A time in seconds; arithmetic treats it like a plain number.
     Time,
 }
 
 impl Quantity {
-    /// A length to a power, a bare number if that is 0.
+    /// A length to a power; a plain number for power 0.
     pub(crate) fn length(power: i8) -> Self {
         if power == 0 {
             Self::Plain
@@ -36,7 +36,8 @@ impl Quantity {
             Self::Plain | Self::Angle | Self::Time => 0,
         }
     }
-    /// Of what a product is: lengths add up, an angle stays one unless a length measures its arc.
+    /// Quantity of a product: powers of lengths add up. An angle stays an angle, unless multiplied
+    /// by a length (arc length).
     pub(crate) fn product(self, other: Self) -> Self {
         match (self, other) {
             (Self::Angle, Self::Plain | Self::Time) | (Self::Plain | Self::Time, Self::Angle) => {
@@ -46,7 +47,7 @@ impl Quantity {
             _ => Self::length(self.power().saturating_add(other.power())),
         }
     }
-    /// Of what a quotient is; an angle per length is an angle per scene unit.
+    /// Quantity of a quotient; an angle per length is an angle per scene unit.
     pub(crate) fn quotient(self, other: Self) -> Self {
         match (self, other) {
             (Self::Angle, Self::Plain | Self::Time | Self::Length(_)) => Self::Angle,
@@ -54,7 +55,7 @@ impl Quantity {
             _ => Self::length(self.power().saturating_sub(other.power())),
         }
     }
-    /// Of what a sum is, if the two can be added: a bare number is of whatever it meets.
+    /// Quantity of a sum, if the two can be added. A plain number adapts to the other quantity.
     pub(crate) fn sum(self, other: Self) -> Option<Self> {
         match (self, other) {
             (a, b) if a == b => Some(a),
@@ -62,14 +63,14 @@ impl Quantity {
             _ => None,
         }
     }
-    /// Of what the square root is.
+    /// Quantity of the square root.
     pub(crate) fn root(self) -> Self {
         match self {
             Self::Length(power) => Self::length(power / 2),
             other => other,
         }
     }
-    /// What such a number is called.
+    /// Name in messages, with its article.
     pub(crate) fn noun(self) -> &'static str {
         match self {
             Self::Plain => "a number",
@@ -83,73 +84,73 @@ impl Quantity {
     }
 }
 
-/// A number with what it is of.
+/// A number with its quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Number {
-    /// Its definition.
+pub(crate) struct ScalarValue {
+    /// Expression that defines it.
     pub(crate) id: ExprId,
-    /// Of what.
+    /// Quantity.
     pub(crate) quantity: Quantity,
-    /// Whether it is known to be whole, as integers are.
-    pub(crate) whole: bool,
+    /// True if it is known to be an integer.
+    pub(crate) is_integer: bool,
 }
 
-impl Number {
-    /// A number of something.
-    pub(crate) fn of(id: ExprId, quantity: Quantity) -> Self {
+impl ScalarValue {
+    /// A number of a quantity.
+    pub(crate) fn new(id: ExprId, quantity: Quantity) -> Self {
         Self {
             id,
             quantity,
-            whole: false,
+            is_integer: false,
         }
     }
-    /// A bare number.
+    /// A plain number.
     pub(crate) fn plain(id: ExprId) -> Self {
-        Self::of(id, Quantity::Plain)
+        Self::new(id, Quantity::Plain)
     }
-    /// A bare whole number.
+    /// A plain integer.
     pub(crate) fn int(id: ExprId) -> Self {
         Self {
             id,
             quantity: Quantity::Plain,
-            whole: true,
+            is_integer: true,
         }
     }
 }
 
-/// Two to four numbers.
+/// A vector of two to four numbers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vector {
-    parts: [Number; 4],
+    components: [ScalarValue; 4],
     len: u8,
 }
 
 impl Vector {
-    /// From two to four numbers.
-    pub(crate) fn from_slice(parts: &[Number]) -> Option<Self> {
-        let len = parts.len();
+    /// Creates a vector from two to four numbers.
+    pub(crate) fn from_slice(numbers: &[ScalarValue]) -> Option<Self> {
+        let len = numbers.len();
         if !(2..=4).contains(&len) {
             return None;
         }
-        let parts = std::array::from_fn(|i| parts[i.min(len - 1)]);
+        let numbers = std::array::from_fn(|i| numbers[i.min(len - 1)]);
         Some(Self {
-            parts,
+            components: numbers,
             len: len as u8,
         })
     }
-    /// From three numbers.
-    pub(crate) fn three(parts: [Number; 3]) -> Self {
-        let [x, y, z] = parts;
+    /// Creates a vector from three numbers.
+    pub(crate) fn from_array(numbers: [ScalarValue; 3]) -> Self {
+        let [x, y, z] = numbers;
         Self {
-            parts: [x, y, z, z],
+            components: [x, y, z, z],
             len: 3,
         }
     }
-    /// Its numbers.
-    pub(crate) fn parts(&self) -> &[Number] {
-        &self.parts[..usize::from(self.len)]
+    /// Components.
+    pub(crate) fn components(&self) -> &[ScalarValue] {
+        &self.components[..usize::from(self.len)]
     }
-    /// How many it has.
+    /// Number of components.
     pub(crate) fn len(&self) -> usize {
         usize::from(self.len)
     }
@@ -158,32 +159,32 @@ impl Vector {
 /// `start..end`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Range {
-    /// The first value.
-    pub(crate) start: Number,
-    /// The last value, or the one after it.
-    pub(crate) end: Number,
-    /// Whether the end belongs to it.
+    /// First value.
+    pub(crate) start: ScalarValue,
+    /// Last value, or the one after it.
+    pub(crate) end: ScalarValue,
+    /// True if the end belongs to the range.
     pub(crate) inclusive: bool,
 }
 
-/// A function or lambda of a scene, with the names that it can see.
+/// A function or lambda of a scene, with its captured environment.
 #[derive(Debug)]
 pub(crate) struct Closure<'a> {
-    /// What it is called; empty for a lambda.
+    /// Name; empty for a lambda.
     pub(crate) name: &'a str,
-    /// What it takes.
+    /// Parameters.
     pub(crate) params: &'a [ast::FnParam],
-    /// What it gives, if that is written.
+    /// Result type, if it is annotated.
     pub(crate) result: Option<&'a ast::TypeName>,
-    /// What it does.
+    /// Body.
     pub(crate) body: &'a ast::Body,
-    /// Where it stands: the names that it sees.
-    pub(crate) here: Here<'a>,
-    /// Where its name, or the lambda, stands.
+    /// Captured environment.
+    pub(crate) env: Env<'a>,
+    /// Span of the name, or of the lambda.
     pub(crate) span: Span,
 }
 
-/// Values in order, shared.
+/// Shared list of values.
 #[derive(Clone, Debug)]
 pub(crate) struct List<'a>(Rc<(Vec<Value<'a>>, u32)>);
 
@@ -210,21 +211,21 @@ impl<'a> Deref for List<'a> {
 /// Named values, `record M4 { clearance: 4.5mm }`.
 #[derive(Debug)]
 pub(crate) struct Record<'a> {
-    /// What it is called.
+    /// Name.
     pub(crate) name: &'a str,
-    /// Its values, in order.
+    /// Values, in order.
     pub(crate) fields: Vec<(&'a str, Value<'a>)>,
 }
 
-/// What an expression means.
+/// Value of an expression.
 #[derive(Clone, Debug)]
 pub(crate) enum Value<'a> {
-    /// Nothing is known because of a mistake that has been reported; whatever it meets is silent.
+    /// Result of a mistake that has been reported; operations on it are silent.
     Poison,
-    /// What `print` and `assert` give.
+    /// Result of `print` and `assert`.
     Nothing,
     /// A number.
-    Number(Number),
+    Number(ScalarValue),
     /// A condition: a number that is 1 or 0.
     Bool(ExprId),
     /// Text.
@@ -235,28 +236,28 @@ pub(crate) enum Value<'a> {
     Color([ExprId; 3]),
     /// Values in order.
     List(List<'a>),
-    /// The numbers between two.
+    /// A range of numbers.
     Range(Range),
-    /// A solid or a figure.
+    /// A 2-D or 3-D shape.
     Shape(ShapeId),
     /// A material.
     Material(MaterialId),
     /// Named values.
     Record(Rc<Record<'a>>),
-    /// A function of a scene.
+    /// A function of the scene.
     Function(Rc<Closure<'a>>),
-    /// A function of the language, by its name.
+    /// A built-in function, by its name.
     Builtin(&'static str),
-    /// A word that means something only to the argument in which it stands, such as a kernel's name.
+    /// A word that only its argument interprets, such as the name of a kernel.
     Word(&'a str),
 }
 
 impl Value<'_> {
-    /// How deep values are within each other: lists in lists, functions that remember functions.
+    /// Nesting depth of a value: lists in lists, and functions that capture functions.
     pub(crate) fn depth(&self) -> u32 {
         match self {
             Value::List(list) => list.0.1,
-            Value::Function(closure) => closure.here.scope.depth() + 1,
+            Value::Function(closure) => closure.env.scope.depth() + 1,
             Value::Record(record) => {
                 let fields = record.fields.iter().map(|(_, value)| value.depth());
                 fields.max().unwrap_or(0) + 1
@@ -275,7 +276,7 @@ impl Value<'_> {
             | Value::Word(_) => 0,
         }
     }
-    /// Whether a mistake made it.
+    /// Reports whether the value results from a mistake.
     pub(crate) fn is_poison(&self) -> bool {
         matches!(self, Value::Poison)
     }

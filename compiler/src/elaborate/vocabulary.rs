@@ -1,11 +1,12 @@
-//! The functions of the language: every row of the table that has a word in it, and those that are
-//! not one row: transforms, set operations, fields, numbers and lists.
+//! Vocabulary of built-in functions: the operations of the table that have a name in the language,
+//! and functions that are not a single operation: transforms, set operations, fields, numbers,
+//! lists.
 
 use super::Elaborator;
-use super::arguments::{Formal, Invocation, Kind, left, needed};
-use super::bound::Bound;
-use super::csg::SetOperation;
-use super::evaluate::Outcome;
+use super::arguments::{ExpectedKind, Invocation, ParamSpec, optional, required};
+use super::bound_args::BoundArgs;
+use super::csg::SetOperator;
+use super::evaluate::EvalResult;
 use super::math::{MATH, MathRow};
 use super::value::Value;
 use sdfc_vm::row::{ArgumentKind as A, Category};
@@ -13,77 +14,79 @@ use sdfc_vm::table::{Op, ROWS};
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-/// A function whose arguments are bound to parameters first.
-pub(crate) type RunFixed = for<'a> fn(&mut Elaborator<'a>, Bound<'a>) -> Outcome<'a>;
-/// A function that looks at its arguments itself.
-type RunFree = for<'a> fn(&mut Elaborator<'a>, Invocation<'a>) -> Outcome<'a>;
+/// Implementation of a function whose arguments are converted to its parameters first.
+pub(crate) type RunFixed = for<'a> fn(&mut Elaborator<'a>, BoundArgs<'a>) -> EvalResult<'a>;
+/// Implementation of a function that evaluates its arguments itself.
+type RunFree = for<'a> fn(&mut Elaborator<'a>, Invocation<'a>) -> EvalResult<'a>;
 
-/// A function of the language.
+/// A built-in function.
 #[derive(Debug)]
-pub(crate) enum Function {
-    /// With parameters.
+pub(crate) enum BuiltinFunction {
+    /// A function with fixed parameters.
     Fixed {
-        /// What it takes.
-        formals: &'static [Formal],
-        /// What it does.
+        /// Parameters.
+        params: &'static [ParamSpec],
+        /// Implementation.
         run: RunFixed,
     },
-    /// With arguments of its own kind.
+    /// A function that checks its arguments itself.
     Free {
-        /// What it does.
+        /// Implementation.
         run: RunFree,
     },
-    /// Rows of the table: the first that fits takes the call.
+    /// Operations of the table: the first variant that fits takes the call.
     Rows(Vec<Variant>),
 }
 
-/// A row of the table as a function.
+/// An operation of the table as a function.
 #[derive(Debug)]
 pub(crate) struct Variant {
-    /// The row.
+    /// Operation.
     pub(crate) op: Op,
-    /// What it takes.
-    pub(crate) formals: Vec<Formal>,
+    /// Parameters.
+    pub(crate) params: Vec<ParamSpec>,
 }
 
-const SHAPE: Formal = needed("shape", Kind::Shape);
-const SOLID: Formal = needed("shape", Kind::Solid);
-const FIGURE: Formal = needed("shape", Kind::Figure);
-const LIST: Formal = needed("list", Kind::List);
-const FUNCTION: Formal = needed("f", Kind::Function);
-const SEED: Formal = left("seed", Kind::Row(A::Number), &[0.0]);
+const SHAPE: ParamSpec = required("shape", ExpectedKind::Shape);
+const SHAPE_3D: ParamSpec = required("shape", ExpectedKind::Shape3);
+const SHAPE_2D: ParamSpec = required("shape", ExpectedKind::Shape2);
+const LIST: ParamSpec = required("list", ExpectedKind::List);
+const FUNCTION: ParamSpec = required("f", ExpectedKind::Function);
+const SEED: ParamSpec = optional("seed", ExpectedKind::Row(A::Number), &[0.0]);
 
-/// The functions with parameters that are not one row.
-const FIXED: &[(&str, &[Formal], RunFixed)] = &[
+/// Functions with fixed parameters that are not a single operation.
+const FIXED_FUNCTIONS: &[(&str, &[ParamSpec], RunFixed)] = &[
     (
         "translate",
-        &[SHAPE, needed("by", Kind::Row(A::Vec3))],
+        &[SHAPE, required("by", ExpectedKind::Row(A::Vec3))],
         |e, b| e.translate(b),
     ),
     (
         "rotate",
         &[
             SHAPE,
-            needed("angle", Kind::Any),
-            left("axis", Kind::Row(A::Direction), &[]),
+            required("angle", ExpectedKind::Any),
+            optional("axis", ExpectedKind::Row(A::Direction), &[]),
         ],
         |e, b| e.rotate(b),
     ),
     (
         "rotate_quaternion",
-        &[SOLID, needed("q", Kind::Any)],
+        &[SHAPE_3D, required("q", ExpectedKind::Any)],
         |e, b| e.rotate_quaternion(b),
     ),
-    ("scale", &[SHAPE, needed("by", Kind::Factors)], |e, b| {
-        e.scale(b)
-    }),
+    (
+        "scale",
+        &[SHAPE, required("by", ExpectedKind::Factors)],
+        |e, b| e.scale(b),
+    ),
     (
         "shear",
         &[
-            SOLID,
-            left("xy", Kind::Row(A::Number), &[0.0]),
-            left("xz", Kind::Row(A::Number), &[0.0]),
-            left("yz", Kind::Row(A::Number), &[0.0]),
+            SHAPE_3D,
+            optional("xy", ExpectedKind::Row(A::Number), &[0.0]),
+            optional("xz", ExpectedKind::Row(A::Number), &[0.0]),
+            optional("yz", ExpectedKind::Row(A::Number), &[0.0]),
         ],
         |e, b| e.shear(b),
     ),
@@ -91,8 +94,8 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
         "mirror",
         &[
             SHAPE,
-            needed("axes", Kind::Row(A::Vec3)),
-            left("at", Kind::Row(A::Offset), &[0.0]),
+            required("axes", ExpectedKind::Row(A::Vec3)),
+            optional("at", ExpectedKind::Row(A::Offset), &[0.0]),
         ],
         |e, b| e.mirror(b),
     ),
@@ -100,8 +103,8 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
         "repeat",
         &[
             SHAPE,
-            needed("spacing", Kind::Row(A::Lengths3)),
-            left("count", Kind::Row(A::Counts3), &[]),
+            required("spacing", ExpectedKind::Row(A::Lengths3)),
+            optional("count", ExpectedKind::Row(A::Counts3), &[]),
         ],
         |e, b| e.repeat(b),
     ),
@@ -109,50 +112,50 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
         "polar",
         &[
             SHAPE,
-            needed("n", Kind::Row(A::Count)),
-            left("phase", Kind::Row(A::Angle), &[]),
+            required("n", ExpectedKind::Row(A::Count)),
+            optional("phase", ExpectedKind::Row(A::Angle), &[]),
         ],
         |e, b| e.polar(b),
     ),
     (
         "elongate",
-        &[SHAPE, needed("by", Kind::Row(A::Lengths3))],
+        &[SHAPE, required("by", ExpectedKind::Row(A::Lengths3))],
         |e, b| e.elongate(b),
     ),
     (
         "twist",
-        &[SOLID, needed("rate", Kind::Row(A::Angle))],
-        |e, b| e.curled(Op::Twist, b),
+        &[SHAPE_3D, required("rate", ExpectedKind::Row(A::Angle))],
+        |e, b| e.twist_or_bend(Op::Twist, b),
     ),
     (
         "bend",
-        &[SOLID, needed("rate", Kind::Row(A::Angle))],
-        |e, b| e.curled(Op::Bend, b),
+        &[SHAPE_3D, required("rate", ExpectedKind::Row(A::Angle))],
+        |e, b| e.twist_or_bend(Op::Bend, b),
     ),
     (
         "revolve",
         &[
-            FIGURE,
-            left("offset", Kind::Row(A::Offset), &[0.0]),
-            left("angle", Kind::Row(A::Angle), &[]),
+            SHAPE_2D,
+            optional("offset", ExpectedKind::Row(A::Offset), &[0.0]),
+            optional("angle", ExpectedKind::Row(A::Angle), &[]),
         ],
         |e, b| e.revolve(b),
     ),
     (
         "section",
         &[
-            SOLID,
-            needed("normal", Kind::Row(A::Direction)),
-            left("at", Kind::Row(A::Offset), &[0.0]),
+            SHAPE_3D,
+            required("normal", ExpectedKind::Row(A::Direction)),
+            optional("at", ExpectedKind::Row(A::Offset), &[0.0]),
         ],
         |e, b| e.section(b),
     ),
     (
         "slice",
         &[
-            SOLID,
-            needed("normal", Kind::Row(A::Direction)),
-            left("at", Kind::Row(A::Offset), &[0.0]),
+            SHAPE_3D,
+            required("normal", ExpectedKind::Row(A::Direction)),
+            optional("at", ExpectedKind::Row(A::Offset), &[0.0]),
         ],
         |e, b| e.slice(b),
     ),
@@ -160,25 +163,25 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
         "morph",
         &[
             SHAPE,
-            needed("other", Kind::Shape),
-            needed("t", Kind::Row(A::Number)),
+            required("other", ExpectedKind::Shape),
+            required("t", ExpectedKind::Row(A::Number)),
         ],
         |e, b| {
-            let parameters = e.prepared(Op::Morph, &[b.number(2)]);
+            let parameters = e.prepare_parameters(Op::Morph, &[b.number(2)]);
             let shapes = vec![b.shape(0), b.shape(1)];
-            super::shapes::shape_value(e.combined(Op::Morph, parameters, shapes, b.span))
+            super::shapes::shape_value(e.combine(Op::Morph, parameters, shapes, b.span))
         },
     ),
     ("normalized", NORMALIZED, |e, b| e.normalized(b)),
     ("complement", &[SHAPE], |e, b| {
-        Ok(e.complement(&b.value(0).clone(), b.span_of(0), b.span))
+        Ok(e.complement(&b.value(0).clone(), b.span_at(0), b.span))
     }),
     (
         "field",
         &[
             FUNCTION,
-            left("lipschitz", Kind::Row(A::Number), &[]),
-            left("within", Kind::Row(A::Size3), &[]),
+            optional("lipschitz", ExpectedKind::Row(A::Number), &[]),
+            optional("within", ExpectedKind::Row(A::Size3), &[]),
         ],
         |e, b| e.field_shape(b),
     ),
@@ -186,28 +189,32 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
         "heightfield",
         &[
             FUNCTION,
-            needed("over", Kind::Row(A::Size2)),
-            left("base", Kind::Row(A::Offset), &[]),
+            required("over", ExpectedKind::Row(A::Size2)),
+            optional("base", ExpectedKind::Row(A::Offset), &[]),
         ],
         |e, b| e.heightfield(b),
     ),
     ("displace", &[SHAPE, FUNCTION], |e, b| e.displace(b)),
     ("warp", &[SHAPE, FUNCTION], |e, b| e.warp(b)),
-    ("polygon", &[needed("points", Kind::List)], |e, b| {
-        e.polygon(b)
-    }),
+    (
+        "polygon",
+        &[required("points", ExpectedKind::List)],
+        |e, b| e.polygon(b),
+    ),
     ("nothing", &[], |e, b| {
         let kind = crate::scene::ShapeKind::Nothing;
         Ok(Value::Shape(e.add(kind, false, b.span)))
     }),
     (
         "material",
-        &[SHAPE, needed("material", Kind::Material)],
+        &[SHAPE, required("material", ExpectedKind::Material)],
         |e, b| e.painted(b),
     ),
-    ("color", &[SHAPE, needed("color", Kind::Any)], |e, b| {
-        e.colored(b)
-    }),
+    (
+        "color",
+        &[SHAPE, required("color", ExpectedKind::Any)],
+        |e, b| e.colored(b),
+    ),
     ("only", &[SHAPE], |e, b| {
         e.only.push(b.shape(0));
         Ok(b.value(0).clone())
@@ -227,63 +234,69 @@ const FIXED: &[(&str, &[Formal], RunFixed)] = &[
             b.span,
         )))
     }),
-    ("noise", &[needed("p", Kind::Any), SEED], |e, b| e.noise(b)),
-    ("fbm", OCTAVES, |e, b| e.octaves(Op::NoiseOctave, b)),
-    ("ridge", OCTAVES, |e, b| e.octaves(Op::RidgeOctave, b)),
-    ("len", &[needed("list", Kind::Any)], |e, b| e.len(b)),
+    (
+        "noise",
+        &[required("p", ExpectedKind::Any), SEED],
+        |e, b| e.noise(b),
+    ),
+    ("fbm", OCTAVES, |e, b| e.fractal_noise(Op::NoiseOctave, b)),
+    ("ridge", OCTAVES, |e, b| e.fractal_noise(Op::RidgeOctave, b)),
+    ("len", &[required("list", ExpectedKind::Any)], |e, b| {
+        e.len(b)
+    }),
     ("map", &[LIST, FUNCTION], |e, b| e.map(b)),
     ("filter", &[LIST, FUNCTION], |e, b| e.filter(b)),
     (
         "fold",
-        &[LIST, needed("start", Kind::Any), FUNCTION],
+        &[LIST, required("start", ExpectedKind::Any), FUNCTION],
         |e, b| e.fold(b),
     ),
     ("sum", &[LIST], |e, b| e.sum(b)),
     (
         "at",
-        &[LIST, needed("index", Kind::Row(A::Number))],
+        &[LIST, required("index", ExpectedKind::Row(A::Number))],
         |e, b| e.element_at(b),
     ),
     ("reverse", &[LIST], |e, b| e.reverse(b)),
     (
         "random",
-        &[needed("i", Kind::Row(A::Number)), SEED],
+        &[required("i", ExpectedKind::Row(A::Number)), SEED],
         |e, b| e.random(b),
     ),
 ];
 
-const NORMALIZED: &[Formal] = &[SHAPE, left("reach", Kind::Row(A::Length), &[])];
-const REFLECT: &[Formal] = &[
+const NORMALIZED: &[ParamSpec] = &[SHAPE, optional("reach", ExpectedKind::Row(A::Length), &[])];
+const REFLECT: &[ParamSpec] = &[
     SHAPE,
-    needed("normal", Kind::Row(A::Direction)),
-    left("at", Kind::Row(A::Offset), &[0.0]),
+    required("normal", ExpectedKind::Row(A::Direction)),
+    optional("at", ExpectedKind::Row(A::Offset), &[0.0]),
 ];
-const OCTAVES: &[Formal] = &[
-    needed("p", Kind::Any),
-    left("octaves", Kind::Row(A::Number), &[5.0]),
+const OCTAVES: &[ParamSpec] = &[
+    required("p", ExpectedKind::Any),
+    optional("octaves", ExpectedKind::Row(A::Number), &[5.0]),
     SEED,
-    left("gain", Kind::Row(A::Number), &[0.5]),
-    left("lacunarity", Kind::Row(A::Number), &[2.0]),
+    optional("gain", ExpectedKind::Row(A::Number), &[0.5]),
+    optional("lacunarity", ExpectedKind::Row(A::Number), &[2.0]),
 ];
 
-/// The functions that look at their arguments themselves.
-const FREE: &[(&str, RunFree)] = &[
-    ("union", |e, c| e.set_function(SetOperation::Union, c)),
+/// Functions that check their arguments themselves.
+const FREE_FUNCTIONS: &[(&str, RunFree)] = &[
+    ("union", |e, c| e.set_function(SetOperator::Union, c)),
     ("intersect", |e, c| {
-        e.set_function(SetOperation::Intersection, c)
+        e.set_function(SetOperator::Intersection, c)
     }),
     ("subtract", |e, c| {
-        e.set_function(SetOperation::Subtraction, c)
+        e.set_function(SetOperator::Subtraction, c)
     }),
     ("xor", |e, c| e.exclusive(c)),
-    ("min", |e, c| e.extreme(Op::Min, c)),
-    ("max", |e, c| e.extreme(Op::Max, c)),
+    ("min", |e, c| e.min_or_max(Op::Min, c)),
+    ("max", |e, c| e.min_or_max(Op::Max, c)),
     ("pow", |e, c| e.power(c)),
     ("dot", |e, c| e.dot(c)),
     ("cross", |e, c| e.cross(c)),
     ("length", |e, c| e.length(c)),
     ("distance", |e, c| {
-        match c.given.first().map(|given| &given.value) {
+        match c.args.first().map(|arg| &arg.value) {
             Some(Value::Shape(_)) => e.call_fixed(NORMALIZED, |e, b| e.normalized(b), c),
             _ => e.distance(c),
         }
@@ -293,12 +306,12 @@ const FREE: &[(&str, RunFree)] = &[
     ("radians", |e, c| e.radians(c)),
     ("degrees", |e, c| e.degrees(c)),
     ("fma", |e, c| e.product_and_sum(c)),
-    ("asinh", |e, c| e.area(Op::Sinh, c)),
-    ("acosh", |e, c| e.area(Op::Cosh, c)),
-    ("atanh", |e, c| e.area(Op::Tanh, c)),
+    ("asinh", |e, c| e.inverse_hyperbolic(Op::Sinh, c)),
+    ("acosh", |e, c| e.inverse_hyperbolic(Op::Cosh, c)),
+    ("atanh", |e, c| e.inverse_hyperbolic(Op::Tanh, c)),
     ("reflect", |e, c| {
-        match c.given.first().map(|given| &given.value) {
-            Some(Value::Vector(_)) => e.reflected(c),
+        match c.args.first().map(|arg| &arg.value) {
+            Some(Value::Vector(_)) => e.reflect_vector(c),
             _ => e.call_fixed(REFLECT, |e, b| e.reflect(b), c),
         }
     }),
@@ -315,69 +328,69 @@ const FREE: &[(&str, RunFree)] = &[
 ];
 
 /// All functions, by name.
-static FUNCTIONS: LazyLock<HashMap<&'static str, Function>> = LazyLock::new(|| {
-    let mut functions: HashMap<&'static str, Function> = HashMap::new();
+static FUNCTIONS: LazyLock<HashMap<&'static str, BuiltinFunction>> = LazyLock::new(|| {
+    let mut functions: HashMap<&'static str, BuiltinFunction> = HashMap::new();
     for row in ROWS {
         let Some(language) = &row.meta.language else {
             continue;
         };
-        let formals = language.arguments.iter().map(|argument| Formal {
+        let params = language.arguments.iter().map(|argument| ParamSpec {
             name: argument.name,
-            kind: Kind::Row(argument.kind),
+            kind: ExpectedKind::Row(argument.kind),
             default: argument.default,
         });
         let object = match row.meta.category {
             Category::Shape3 | Category::Shape2 => None,
-            Category::Dimension => Some(FIGURE),
+            Category::Dimension => Some(SHAPE_2D),
             Category::Distance | Category::Domain => Some(SHAPE),
             Category::Combine | Category::Math | Category::Internal => continue,
         };
         let variant = Variant {
             op: row.op,
-            formals: object.into_iter().chain(formals).collect(),
+            params: object.into_iter().chain(params).collect(),
         };
         match functions
             .entry(language.name)
-            .or_insert_with(|| Function::Rows(Vec::new()))
+            .or_insert_with(|| BuiltinFunction::Rows(Vec::new()))
         {
-            Function::Rows(variants) => variants.push(variant),
-            Function::Fixed { .. } | Function::Free { .. } => {}
+            BuiltinFunction::Rows(variants) => variants.push(variant),
+            BuiltinFunction::Fixed { .. } | BuiltinFunction::Free { .. } => {}
         }
     }
-    for (name, formals, run) in FIXED {
-        functions.insert(name, Function::Fixed { formals, run: *run });
+    for (name, params, run) in FIXED_FUNCTIONS {
+        functions.insert(name, BuiltinFunction::Fixed { params, run: *run });
     }
-    for (name, run) in FREE {
-        functions.insert(name, Function::Free { run: *run });
+    for (name, run) in FREE_FUNCTIONS {
+        functions.insert(name, BuiltinFunction::Free { run: *run });
     }
     for row in MATH {
-        functions.insert(row.name(), Function::Free { run: math });
+        functions.insert(row.name(), BuiltinFunction::Free { run: math });
     }
     functions
 });
 
-/// A function of numbers, found again by the name it is called by.
-fn math<'a>(e: &mut Elaborator<'a>, call: Invocation<'a>) -> Outcome<'a> {
-    match MathRow::of(call.name) {
+/// Evaluates a function of numbers, which is looked up by the name of the call.
+fn math<'a>(e: &mut Elaborator<'a>, call: Invocation<'a>) -> EvalResult<'a> {
+    match MathRow::from_name(call.name) {
         Some(row) => Ok(e.math(row, &call)),
         None => Ok(Value::Poison),
     }
 }
 
 /// The function of this name.
-pub(crate) fn get(name: &str) -> Option<&'static Function> {
+pub(crate) fn get(name: &str) -> Option<&'static BuiltinFunction> {
     FUNCTIONS.get(name)
 }
 
-/// The name as it lives in the vocabulary, if there is a function of this name.
-pub(crate) fn function(name: &str) -> Option<&'static str> {
+/// The static name of the function of this name, if there is one.
+pub(crate) fn static_name(name: &str) -> Option<&'static str> {
     FUNCTIONS.get_key_value(name).map(|(name, _)| *name)
 }
 
-/// The constants of the language.
+/// Constants of the language.
 pub(crate) const CONSTANTS: [&str; 6] = ["X", "Y", "Z", "pi", "tau", "time"];
 
-/// The names of all functions and constants, in order.
+/// Names of all functions and constants, sorted.
 pub(crate) fn names<'n>() -> impl Iterator<Item = &'n str> {
     let mut names: Vec<&'n str> = FUNCTIONS.keys().copied().chain(CONSTANTS).collect();
     names.sort_unstable();
@@ -404,17 +417,19 @@ mod tests {
     #[test]
     fn no_parameter_is_named_twice() {
         for name in names() {
-            let lists: Vec<&[Formal]> = match get(name) {
-                Some(Function::Fixed { formals, .. }) => vec![formals],
-                Some(Function::Rows(variants)) => variants.iter().map(|v| &v.formals[..]).collect(),
-                Some(Function::Free { .. }) | None => continue,
+            let lists: Vec<&[ParamSpec]> = match get(name) {
+                Some(BuiltinFunction::Fixed { params, .. }) => vec![params],
+                Some(BuiltinFunction::Rows(variants)) => {
+                    variants.iter().map(|v| &v.params[..]).collect()
+                }
+                Some(BuiltinFunction::Free { .. }) | None => continue,
             };
-            for formals in lists {
-                for (at, formal) in formals.iter().enumerate() {
-                    let again = formals[at + 1..]
+            for params in lists {
+                for (index, param) in params.iter().enumerate() {
+                    let is_repeated = params[index + 1..]
                         .iter()
-                        .any(|other| other.name == formal.name);
-                    assert!(!again, "{name}: {}", formal.name);
+                        .any(|other| other.name == param.name);
+                    assert!(!is_repeated, "{name}: {}", param.name);
                 }
             }
         }

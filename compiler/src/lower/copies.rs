@@ -1,23 +1,28 @@
-//! Copies by folding space: the union of those that may be the nearest one of a point.
+//! Copies by folding space: the union of the copies that may be the nearest one to a point.
 //!
-//! Where a step is enough and a copy leaves a gap to the walls of its cell, the neighbouring copies need not
-//! be evaluated: a step may be no longer than the way to their boxes.
+//! Sometimes the neighbouring copies need not be evaluated: if a step is enough, and a copy leaves a
+//! gap to the walls of its cell. A step may then be at most the distance to the neighbours' boxes.
 
-use super::{At, Lowering, Wanted};
-use crate::bounds::World;
+use super::{LocalPoint, Lowering, ValueUse};
+use crate::bounds::SceneRef;
 use crate::expression::ExprId;
-use crate::graph::{NodeId, Number};
-use crate::scene::{Others, ShapeId, ShapeKind, neighbour};
+use crate::graph::{GraphNumber, NodeId};
+use crate::scene::{NeighbourCells, ShapeId, ShapeKind, neighbour};
 use sdfc_vm::table::Op;
 use std::f64::consts::TAU;
 
-/// The gap that a copy must leave to the walls of its cell, as a fraction of the cell, for its neighbours to
-/// be told by their boxes: in a smaller one rays would take many short steps along the walls.
-const MIN_GAP: f64 = 1.0 / 64.0;
+/// Minimum gap between a copy and the walls of its cell, as a fraction of the cell, for its neighbours
+/// to be replaced by their boxes. In a smaller gap rays would take many short steps along the walls.
+const MIN_GAP_FRACTION: f64 = 1.0 / 64.0;
 
 impl Lowering<'_> {
-    /// The copies of a repetition.
-    pub(super) fn copies(&mut self, id: ShapeId, at: At, wanted: Wanted) -> NodeId {
+    /// Lowers the copies of a repetition.
+    pub(super) fn copies(
+        &mut self,
+        id: ShapeId,
+        local_point: LocalPoint,
+        value_use: ValueUse,
+    ) -> NodeId {
         match self.scene.shapes[id.0 as usize].kind.clone() {
             ShapeKind::Repeat {
                 op,
@@ -26,25 +31,33 @@ impl Lowering<'_> {
                 others,
             } => {
                 let numbers = self.numbers(&parameters);
-                let guarded = match wanted {
-                    Wanted::Step => self.guarded(child, &numbers, others),
-                    Wanted::Written => None,
+                let cell_guard = match value_use {
+                    ValueUse::Step => self.cell_guard(child, &numbers, others),
+                    ValueUse::Written => None,
                 };
-                let axes = guarded.map_or([false; 3], |(_, axes)| axes);
+                let axes = cell_guard.map_or([false; 3], |(_, axes)| axes);
                 let cells = std::array::from_fn(|axis| {
                     let others = if axes[axis] {
-                        Others::default()
+                        NeighbourCells::default()
                     } else {
                         others[axis]
                     };
                     others.cells().collect::<Vec<_>>()
                 });
-                let union = self.grid(op, child, &numbers, cells, at, wanted, guarded);
-                match guarded {
+                let union = self.grid(
+                    op,
+                    child,
+                    &numbers,
+                    cells,
+                    local_point,
+                    value_use,
+                    cell_guard,
+                );
+                match cell_guard {
                     Some((corners, axes)) if op == Op::RepeatLimited => {
                         let parameters = guard_parameters(corners, axes, &numbers, op);
                         let op = Op::RepeatLimitedGuard;
-                        self.apply(op, at, vec![union], parameters)
+                        self.apply(op, local_point, vec![union], parameters)
                     }
                     _ => union,
                 }
@@ -58,37 +71,37 @@ impl Lowering<'_> {
                 let numbers = self.numbers(&parameters);
                 let sectors: Vec<f64> = others.cells().collect();
                 let count = match numbers[0] {
-                    Number::Constant(sector) => Some((TAU / f64::from(sector)).round()),
-                    Number::Uniform(_) => None,
+                    GraphNumber::Constant(sector) => Some((TAU / f64::from(sector)).round()),
+                    GraphNumber::Uniform(_) => None,
                 };
                 let copies: Vec<NodeId> = match count {
-                    // Where every sector's copy is evaluated, none has to be found by folding space.
+                    // If every sector's copy is evaluated, folding space is unnecessary.
                     Some(count) if sectors.len() as f64 >= count => (0..count as u32)
                         .map(|sector| {
-                            let turn = self.turn(op, TAU * f64::from(sector) / count);
+                            let turn = self.sector_rotation(op, TAU * f64::from(sector) / count);
                             let inner = if sector == 0 {
-                                at
+                                local_point
                             } else {
-                                self.framed(at, turn)
+                                self.in_frame(local_point, turn)
                             };
-                            self.shape(child, inner, wanted)
+                            self.shape(child, inner, value_use)
                         })
                         .collect(),
                     _ => sectors
                         .into_iter()
                         .map(|sector| {
-                            let point = self.sector(op, &numbers, sector, at);
-                            self.shape(child, at.moved_to(point), wanted)
+                            let point = self.sector(op, &numbers, sector, local_point);
+                            self.shape(child, local_point.moved_to(point), value_use)
                         })
                         .collect(),
                 };
-                self.union(copies, at)
+                self.union(copies, local_point)
             }
             _ => unreachable!("only repetitions have copies"),
         }
     }
 
-    /// The union of the copies in these cells along each axis.
+    /// Returns the union of the copies in these cells along each axis.
     #[expect(
         clippy::too_many_arguments,
         reason = "a repetition and how it is wanted"
@@ -97,31 +110,32 @@ impl Lowering<'_> {
         &mut self,
         op: Op,
         child: ShapeId,
-        numbers: &[Number],
+        numbers: &[GraphNumber],
         cells: [Vec<f64>; 3],
-        at: At,
-        wanted: Wanted,
-        guarded: Option<([[f64; 3]; 2], [bool; 3])>,
+        local_point: LocalPoint,
+        value_use: ValueUse,
+        cell_guard: Option<([[f64; 3]; 2], [bool; 3])>,
     ) -> NodeId {
         let mut copies = Vec::new();
         for &z in &cells[2] {
             for &y in &cells[1] {
                 for &x in &cells[0] {
-                    let which = [x, y, z];
-                    let point = if which == [0.0; 3] {
-                        self.apply(op, at, Vec::new(), numbers.to_vec())
+                    let cell_offset = [x, y, z];
+                    let point = if cell_offset == [0.0; 3] {
+                        self.apply(op, local_point, Vec::new(), numbers.to_vec())
                     } else {
-                        let which = which.map(|cell| Number::Constant(cell as f32));
-                        let parameters = numbers.iter().copied().chain(which).collect();
-                        self.apply(neighbour(op), at, Vec::new(), parameters)
+                        let cell_offset =
+                            cell_offset.map(|cell| GraphNumber::Constant(cell as f32));
+                        let parameters = numbers.iter().copied().chain(cell_offset).collect();
+                        self.apply(neighbour(op), local_point, Vec::new(), parameters)
                     };
-                    let at_copy = at.moved_to(point);
-                    let copy = self.shape(child, at_copy, wanted);
-                    // The guard of an endless grid reads the folded point.
-                    let copy = match guarded {
+                    let copy_point = local_point.moved_to(point);
+                    let copy = self.shape(child, copy_point, value_use);
+                    // The guard of an infinite grid reads the folded point.
+                    let copy = match cell_guard {
                         Some((corners, axes)) if op == Op::Repeat => {
                             let parameters = guard_parameters(corners, axes, numbers, op);
-                            self.apply(Op::RepeatGuard, at_copy, vec![copy], parameters)
+                            self.apply(Op::RepeatGuard, copy_point, vec![copy], parameters)
                         }
                         _ => copy,
                     };
@@ -129,11 +143,12 @@ impl Lowering<'_> {
                 }
             }
         }
-        self.union(copies, at)
+        self.union(copies, local_point)
     }
 
-    /// The map of a point to the frame of a shape that is turned about the axis of a polar repetition.
-    fn turn(&mut self, op: Op, angle: f64) -> [ExprId; 12] {
+    /// Returns the map of a point to the frame of a shape that is rotated about the axis of a polar
+    /// repetition.
+    fn sector_rotation(&mut self, op: Op, angle: f64) -> [ExprId; 12] {
         let (second, other) = match op {
             Op::Polar => (2, 1),
             _ => (1, 2),
@@ -149,62 +164,70 @@ impl Lowering<'_> {
         std::array::from_fn(|i| self.scene.expressions.constant(rows[i]))
     }
 
-    /// The point in a sector so many farther than its own.
-    fn sector(&mut self, op: Op, numbers: &[Number], sector: f64, at: At) -> NodeId {
+    /// Returns the point in the sector at this offset from its own.
+    fn sector(
+        &mut self,
+        op: Op,
+        numbers: &[GraphNumber],
+        sector: f64,
+        local_point: LocalPoint,
+    ) -> NodeId {
         if sector == 0.0 {
-            return self.apply(op, at, Vec::new(), numbers.to_vec());
+            return self.apply(op, local_point, Vec::new(), numbers.to_vec());
         }
-        let which = Number::Constant(sector as f32);
-        let parameters = numbers.iter().copied().chain([which]).collect();
-        self.apply(neighbour(op), at, Vec::new(), parameters)
+        let offset = GraphNumber::Constant(sector as f32);
+        let parameters = numbers.iter().copied().chain([offset]).collect();
+        self.apply(neighbour(op), local_point, Vec::new(), parameters)
     }
 
-    fn union(&mut self, copies: Vec<NodeId>, at: At) -> NodeId {
+    fn union(&mut self, copies: Vec<NodeId>, local_point: LocalPoint) -> NodeId {
         let mut copies = copies.into_iter();
         let first = copies.next().expect("there is the copy of the own cell");
         copies.fold(first, |sum, copy| {
-            self.apply(Op::Union, at, vec![sum, copy], Vec::new())
+            self.apply(Op::Union, local_point, vec![sum, copy], Vec::new())
         })
     }
 
-    /// The corners of what a cell holds, and the axes along which its neighbours are told by their boxes.
-    fn guarded(
+    /// Returns the corners of a cell's content, and the axes along which boxes replace its neighbours.
+    fn cell_guard(
         &mut self,
         child: ShapeId,
-        numbers: &[Number],
-        others: [Others; 3],
+        numbers: &[GraphNumber],
+        others: [NeighbourCells; 3],
     ) -> Option<([[f64; 3]; 2], [bool; 3])> {
-        let bounds = self.boxes.of(World::from(&*self.scene), child);
+        let bounds = self.boxes.get(SceneRef::from(&*self.scene), child);
         if bounds.is_empty() {
             return None;
         }
         let axes: [bool; 3] = std::array::from_fn(|axis| {
-            let Number::Constant(spacing) = numbers[axis] else {
+            let GraphNumber::Constant(spacing) = numbers[axis] else {
                 return false;
             };
             let half = f64::from(spacing).abs() / 2.0;
             let gap = (half + bounds.min[axis]).min(half - bounds.max[axis]);
-            others[axis] == NEXT && gap >= MIN_GAP * 2.0 * half
+            others[axis] == NEAREST_NEIGHBOURS && gap >= MIN_GAP_FRACTION * 2.0 * half
         });
-        let is_constant = numbers.iter().all(|n| matches!(n, Number::Constant(_)));
+        let is_constant = numbers
+            .iter()
+            .all(|n| matches!(n, GraphNumber::Constant(_)));
         let corners = [bounds.min, bounds.max].map(|corner| corner.map(|v| v.clamp(-1e18, 1e18)));
         (is_constant && axes != [false; 3]).then_some((corners, axes))
     }
 }
 
-/// The other copies of a shape that fits its cell.
-const NEXT: Others = Others { near: 1, far: 0 };
+/// Neighbouring copies of a shape that fits its cell.
+const NEAREST_NEIGHBOURS: NeighbourCells = NeighbourCells { near: 1, far: 0 };
 
-/// The parameters of a guard: of a repetition's parameters, and what its cells hold.
+/// Returns the parameters of a guard, from those of a repetition and the content of its cells.
 fn guard_parameters(
     corners: [[f64; 3]; 2],
     axes: [bool; 3],
-    numbers: &[Number],
+    numbers: &[GraphNumber],
     op: Op,
-) -> Vec<Number> {
-    let constant = |n: &Number| match n {
-        Number::Constant(v) => f64::from(*v),
-        Number::Uniform(_) => unreachable!("guards are made of constants"),
+) -> Vec<GraphNumber> {
+    let constant = |n: &GraphNumber| match n {
+        GraphNumber::Constant(v) => f64::from(*v),
+        GraphNumber::Uniform(_) => unreachable!("guards are made of constants"),
     };
     let numbers: Vec<f64> = numbers.iter().map(constant).collect();
     let mut arguments: Vec<f64> = corners.concat();
@@ -212,7 +235,7 @@ fn guard_parameters(
     let row = match op {
         Op::Repeat => Op::RepeatGuard,
         _ => {
-            // The last cell's number is one less than there are cells.
+            // The last cell's index is one less than the number of cells.
             arguments.extend(numbers[6..9].iter().map(|last| last + 1.0));
             Op::RepeatLimitedGuard
         }
@@ -221,6 +244,6 @@ fn guard_parameters(
     let prepared = sdfc_vm::table::prepare::<f64>(row, &arguments);
     prepared
         .into_iter()
-        .map(|v| Number::Constant(v as f32))
+        .map(|v| GraphNumber::Constant(v as f32))
         .collect()
 }

@@ -1,19 +1,19 @@
 //! Paints of cut faces.
 //!
-//! A face without a paint that an operand makes shows the paint of what it cuts there, and the operand's own paint
-//! where it has one. Operands may be painted in part: their shapes without paint take on that of the *underlay*,
-//! the value of what is cut.
+//! A face cut by an operand without a paint shows the paint of the body there; an operand with a paint
+//! shows its own. Operands may be painted in part: their shapes without paint show the *underlay*, the
+//! value of the body.
 
-use super::{At, Lowering, Wanted};
-use crate::graph::{NodeId, Number};
+use super::{LocalPoint, Lowering, ValueUse};
+use crate::graph::{GraphNumber, NodeId};
 use crate::scene::{Scene, ShapeId, ShapeKind, children};
 use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 
-/// The deepest nesting of operations whose operands are lowered twice.
+/// Maximum nesting of operations whose operands are lowered twice.
 const MAX_DOUBLINGS: u32 = 8;
 
-/// The part of a shape's surface that has a paint.
+/// Part of a shape's surface that has a paint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Coverage {
     None,
@@ -21,45 +21,55 @@ pub(super) enum Coverage {
     Full,
 }
 
-/// The coverage of every shape.
+/// Returns the coverage of every shape.
 pub(super) fn coverage(scene: &Scene) -> Vec<Coverage> {
-    let mut all: Vec<Coverage> = Vec::with_capacity(scene.shapes.len());
+    let mut coverages: Vec<Coverage> = Vec::with_capacity(scene.shapes.len());
     for shape in &scene.shapes {
-        let of = |id: &ShapeId| all[id.0 as usize];
+        let child_coverage = |id: &ShapeId| coverages[id.0 as usize];
         let coverage = match &shape.kind {
             ShapeKind::Painted { .. } => Coverage::Full,
             ShapeKind::Combine { op, children, .. } => {
                 let is_full = match op.row().meta.set {
-                    Some(SetOperation::Intersection) => {
-                        children.iter().any(|id| of(id) == Coverage::Full)
+                    Some(SetOperation::Intersection) => children
+                        .iter()
+                        .any(|id| child_coverage(id) == Coverage::Full),
+                    Some(SetOperation::Subtraction) => {
+                        child_coverage(&children[0]) == Coverage::Full
                     }
-                    Some(SetOperation::Subtraction) => of(&children[0]) == Coverage::Full,
-                    Some(SetOperation::Union) | None => {
-                        children.iter().all(|id| of(id) == Coverage::Full)
-                    }
+                    Some(SetOperation::Union) | None => children
+                        .iter()
+                        .all(|id| child_coverage(id) == Coverage::Full),
                 };
                 if is_full {
                     Coverage::Full
-                } else if children.iter().all(|id| of(id) == Coverage::None) {
+                } else if children
+                    .iter()
+                    .all(|id| child_coverage(id) == Coverage::None)
+                {
                     Coverage::None
                 } else {
                     Coverage::Partial
                 }
             }
-            // A shape with one operand has that of this.
-            other => children(other).first().map_or(Coverage::None, of),
+            // A shape with one operand has the operand's coverage.
+            other => children(other)
+                .first()
+                .map_or(Coverage::None, child_coverage),
         };
-        all.push(coverage);
+        coverages.push(coverage);
     }
-    all
+    coverages
 }
 
 impl Lowering<'_> {
-    /// Tells if an operand without paint, or a part of one, shows the paint of one operand among others.
+    /// Reports whether an operand without paint, or a part of one, shows the paint of one operand among
+    /// several.
     pub(super) fn shows_through(&self, op: Op, children: &[ShapeId]) -> bool {
-        let of = |id: &ShapeId| self.coverage[id.0 as usize];
-        let is_partial = |id: &ShapeId| of(id) == Coverage::Partial;
-        let painted = children.iter().filter(|id| of(id) != Coverage::None);
+        let child_coverage = |id: &ShapeId| self.coverage[id.0 as usize];
+        let is_partial = |id: &ShapeId| child_coverage(id) == Coverage::Partial;
+        let painted = children
+            .iter()
+            .filter(|id| child_coverage(id) != Coverage::None);
         if self.doublings >= MAX_DOUBLINGS {
             return false;
         }
@@ -69,80 +79,100 @@ impl Lowering<'_> {
             }
             Some(SetOperation::Subtraction) => {
                 let cutters = &children[1..];
-                let is_body_painted = self.underlay.is_some() || of(&children[0]) != Coverage::None;
-                let is_mixed = cutters.iter().any(|id| of(id) == Coverage::None)
-                    && cutters.iter().any(|id| of(id) != Coverage::None);
+                let is_body_painted =
+                    self.underlay.is_some() || child_coverage(&children[0]) != Coverage::None;
+                let is_mixed = cutters
+                    .iter()
+                    .any(|id| child_coverage(id) == Coverage::None)
+                    && cutters
+                        .iter()
+                        .any(|id| child_coverage(id) != Coverage::None);
                 is_body_painted && (is_mixed || cutters.iter().any(is_partial))
             }
             Some(SetOperation::Union) | None => false,
         }
     }
 
-    /// Shapes combined from left to right, where parts without paint show what they cut.
+    /// Combines shapes from left to right, where parts without paint show the body that they cut.
     pub(super) fn combine_painted(
         &mut self,
         op: Op,
         children: &[ShapeId],
-        parameters: &[Number],
-        at: At,
-        [at_first, at_others]: [At; 2],
-        wanted: Wanted,
+        parameters: &[GraphNumber],
+        local_point: LocalPoint,
+        [first_point, other_point]: [LocalPoint; 2],
+        value_use: ValueUse,
     ) -> NodeId {
-        let place = |number: usize| if number == 0 { at_first } else { at_others };
+        let operand_point = |number: usize| {
+            if number == 0 {
+                first_point
+            } else {
+                other_point
+            }
+        };
         let coverage = |lowering: &Self, number: usize| {
             let child: ShapeId = children[number];
             lowering.coverage[child.0 as usize]
         };
         let chain = |lowering: &mut Self, values: &[NodeId]| {
-            let rest = values[1..].iter();
-            rest.fold(values[0], |left, &right| {
-                lowering.apply(op, at, vec![left, right], parameters.to_vec())
+            let other_values = values[1..].iter();
+            other_values.fold(values[0], |left, &right| {
+                lowering.apply(op, local_point, vec![left, right], parameters.to_vec())
             })
         };
         self.doublings += 1;
-        let first = self.shape(children[0], at_first, wanted);
-        let mut shown = vec![first];
+        let first = self.shape(children[0], first_point, value_use);
+        let mut painted_values = vec![first];
         if op.row().meta.set == Some(SetOperation::Subtraction) {
             for &child in &children[1..] {
-                shown.push(self.shape_over(Some(first), child, at_others, wanted));
+                painted_values.push(self.shape_over(Some(first), child, other_point, value_use));
             }
         } else {
             for (number, &child) in children.iter().enumerate().skip(1) {
-                shown.push(self.shape(child, place(number), wanted));
+                painted_values.push(self.shape(child, operand_point(number), value_use));
             }
-            let plain = shown.clone();
+            let without_underlay = painted_values.clone();
             for (number, &child) in children.iter().enumerate() {
                 let is_painted = |&other: &usize| coverage(self, other) != Coverage::None;
                 let others = (0..children.len()).filter(|&other| other != number);
-                let others: Vec<_> = others.filter(is_painted).map(|i| plain[i]).collect();
+                let others: Vec<_> = others
+                    .filter(is_painted)
+                    .map(|i| without_underlay[i])
+                    .collect();
                 if !others.is_empty() && coverage(self, number) != Coverage::Full {
-                    let below = chain(self, &others);
-                    shown[number] = self.shape_over(Some(below), child, place(number), wanted);
+                    let underlay = chain(self, &others);
+                    painted_values[number] =
+                        self.shape_over(Some(underlay), child, operand_point(number), value_use);
                 }
             }
         }
         self.doublings -= 1;
-        chain(self, &shown)
+        chain(self, &painted_values)
     }
 
-    /// A shape over an underlay.
+    /// Lowers a shape over an underlay.
     pub(super) fn shape_over(
         &mut self,
         underlay: Option<NodeId>,
         id: ShapeId,
-        at: At,
-        wanted: Wanted,
+        local_point: LocalPoint,
+        value_use: ValueUse,
     ) -> NodeId {
         let outer = std::mem::replace(&mut self.underlay, underlay);
-        let node = self.shape(id, at, wanted);
+        let node = self.shape(id, local_point, value_use);
         self.underlay = outer;
         node
     }
 
-    /// A value with the paint of another one.
-    pub(super) fn painted_like(&mut self, paint: NodeId, value: NodeId, at: At) -> NodeId {
-        // Arithmetic hands on the paint of its first operand.
-        let difference = self.apply(Op::Sub, at, vec![paint, value], Vec::new());
-        self.apply(Op::Sub, at, vec![paint, difference], Vec::new())
+    /// Returns a value with the paint of another one.
+    pub(super) fn with_paint_of(
+        &mut self,
+        paint: NodeId,
+        value: NodeId,
+        local_point: LocalPoint,
+    ) -> NodeId {
+        // The result of arithmetic has the paint of its first operand.
+        let difference = self.apply(Op::Sub, local_point, vec![paint, value], Vec::new());
+        self.apply(Op::Sub, local_point, vec![paint, difference], Vec::new())
     }
 }

@@ -1,15 +1,18 @@
-//! Scenes from bytecode. It holds the program and what feeds its constants, so live params can
-//! still be changed; what decided the program's structure cannot.
+//! Scenes from bytecode. It holds the program and the inputs of its constants, so live params can be
+//! changed. Structural params cannot.
 
-use super::{Opened, Outcome, Request};
+use super::{CompiledScene, OpenResult, Request};
 use crate::elaborate::{self, elaborate};
 use crate::raise;
 use sdfc_lang::Sources;
 use sdfc_vm::program::Module;
 use sdfc_vm::settings::{Param, ParamKind};
 
-/// A module with the params that are asked for, and its graphs.
-pub(super) fn opened(mut module: Module, request: &Request<'_>) -> Result<Outcome<Opened>, String> {
+/// Opens a module with the requested params, and raises its graphs.
+pub(super) fn open_module(
+    mut module: Module,
+    request: &Request<'_>,
+) -> Result<OpenResult<CompiledScene>, String> {
     let path = request.path.display();
     let compiled_already = |what: &str| {
         Err(format!(
@@ -19,10 +22,10 @@ pub(super) fn opened(mut module: Module, request: &Request<'_>) -> Result<Outcom
     if request.part.is_some() {
         return compiled_already("`--part`");
     }
-    if request.passes.none || !request.passes.without.is_empty() {
+    if request.passes.disable_all || !request.passes.disabled.is_empty() {
         return compiled_already("leaving out passes");
     }
-    if request.sight.is_some() {
+    if request.lod_target.is_some() {
         return compiled_already("`--lod`");
     }
     let overrides = request.overrides.clone();
@@ -36,8 +39,8 @@ pub(super) fn opened(mut module: Module, request: &Request<'_>) -> Result<Outcom
             param.name
         ));
     }
-    // The params are declared once more in the language, which knows how values are written, what
-    // fits into a range, and how to say what does not.
+    // The params are declared once more in the language, which parses values, checks ranges and reports
+    // errors.
     let mut sources = Sources::new();
     let declared: String = module.settings.params.iter().map(declaration).collect();
     let file = sources.add(path.to_string(), declared);
@@ -46,22 +49,25 @@ pub(super) fn opened(mut module: Module, request: &Request<'_>) -> Result<Outcom
         time: request.time,
         loader: &elaborate::NoFiles,
     };
-    let (scene, found) = elaborate(&mut sources, file, &options);
-    let found = found.into_iter().filter(|found| found.is_error()).collect();
-    let made = scene.map(|scene| {
+    let (scene, diagnostics) = elaborate(&mut sources, file, &options);
+    let diagnostics = diagnostics
+        .into_iter()
+        .filter(|diagnostic| diagnostic.is_error())
+        .collect();
+    let compiled = scene.map(|scene| {
         for (param, new) in module.settings.params.iter_mut().zip(scene.params) {
             param.value = new.value;
         }
-        Opened::new(raise::raise(module), Vec::new(), request.time)
+        CompiledScene::new(raise::raise(module), Vec::new(), request.time)
     });
-    Ok(Outcome {
+    Ok(OpenResult {
         sources,
-        found,
-        made,
+        diagnostics,
+        value: compiled,
     })
 }
 
-/// A param as a scene declares it.
+/// Returns a param as a scene declares it.
 fn declaration(param: &Param) -> String {
     let (ty, unit) = match param.kind {
         ParamKind::Float => ("float", ""),
@@ -84,9 +90,9 @@ fn declaration(param: &Param) -> String {
             values.iter().map(number).collect::<Vec<_>>().join(", ")
         ),
     };
-    let range = param.range.map_or(String::new(), |(least, most)| {
+    let range = param.range.map_or(String::new(), |(low, high)| {
         let dots = if param.inclusive { "..=" } else { ".." };
-        format!(" in {}{dots}{}", number(&least), number(&most))
+        format!(" in {}{dots}{}", number(&low), number(&high))
     });
     format!(
         "param {}: {ty} = {value}{range};\n",

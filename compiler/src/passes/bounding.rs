@@ -1,56 +1,56 @@
-//! Guards: what is too far from a point to matter there is skipped. Before: any graph. After: unions
-//! and subtractions of much are [`Node::Chain`]s with guards among their steps; hard ones are in
-//! another order. The value is the same in every bit, but for the sign of zeros.
+//! Guards: operands that are too far from a point to matter there are skipped. Before: any graph.
+//! After: long unions and subtractions are [`Node::Chain`]s with guards among their steps; hard ones
+//! are in another order. The value is the same in every bit, but for the sign of zeros.
 //!
-//! A union needs an operand where it is no farther than the value so far; with a kernel, no farther
-//! than that and the kernel's width. A subtraction needs what it takes away where the point is deeper
-//! inside the value so far than it is away from that. So a box around an operand, from which the
-//! operand's value is known to keep its distance (`volumes.rs`), tells where it is not needed.
+//! A union requires an operand where it is at most as far as the value so far; with a kernel, at most
+//! that plus the kernel's width. A subtraction requires the subtracted operand where the point is
+//! deeper inside the value so far than it is away from that operand. So an influence box around an
+//! operand, from which its value keeps its distance (`influence.rs`), determines where it can be skipped.
 //!
-//! Minima and maxima are associative: the operands of a hard union are put in the order of a hierarchy
-//! of boxes (`tree.rs`), and a guard in front of a box skips all that is inside. Blends are not, and
-//! of materials equally near the first one counts; there the order stays and only what stands side by
-//! side is skipped together. A guard costs about as much as a shape, so it stands only where what it
-//! skips, and how often it may be skipped, outweigh that; small scenes have none.
+//! Minima and maxima are associative: the operands of a hard union are sorted by a hierarchy of boxes
+//! (`bvh.rs`), and a guard before a box skips everything inside. Blends are not associative, and of
+//! materials at equal distance the first one counts. There the order stays, and only adjacent operands
+//! are skipped together. A guard costs about as much as a shape, so it is emitted only where the
+//! skipped work and the skip probability outweigh that; small scenes have none.
 
+mod bvh;
+pub(super) mod influence;
 pub(super) mod operands;
-mod tree;
-pub(super) mod volumes;
 
-use super::{Context, Passed, counted};
-use crate::graph::{Graph, Guard, Node, NodeId, Number, Step};
+use super::{Context, PassOutput, plural};
+use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, Guard, NodeId};
 use crate::lower::Purpose;
-use operands::{Chain, Operands};
+use bvh::{BvhBuilder, BvhLeaf, ChainStep};
+use influence::{InfluenceBoxes, NodeInfluenceBox};
+use operands::{ChainOperands, OperandChain};
 use sdfc_vm::program::MAX_GUARDS;
 use std::collections::HashMap;
-use tree::{Leaf, Planned, Planner};
-use volumes::{Volume, Volumes};
 
-/// Chains of less work than this have no guards; an instruction is about one. Measured: from 60 boxes
-/// on an interpreter gains, with twenty shapes it does not.
-const LEAST_WORK: f64 = 40.0;
-/// The most guards within each other that one chain has.
-const DEEPEST: usize = 12;
-/// What a guard looks at is larger than the box by this share of the coordinates' magnitude: about a
-/// thousand roundings of `f32`.
-const SLACK: f64 = 1.0 / 8192.0;
-/// Sides farther out than this count as endless; its square is finite in `f32`.
-const ENDLESS: f64 = 1e15;
+/// Minimum work of a chain with guards, in instructions. Measured: from 60 boxes on an interpreter
+/// gains, with twenty shapes it does not.
+const MIN_CHAIN_WORK: f64 = 40.0;
+/// Maximum nesting of the guards of one chain.
+const MAX_NESTED_GUARDS: usize = 12;
+/// Margin of a guard's box, as a fraction of the coordinates' magnitude: about a thousand roundings of
+/// `f32`.
+const BOX_MARGIN: f64 = 1.0 / 8192.0;
+/// Coordinate from which on a side counts as infinite; its square is finite in `f32`.
+const INFINITE_COORDINATE: f64 = 1e15;
 
-/// The graph with guards.
-pub fn bounding(graph: &Graph, context: &Context) -> Passed {
-    let mut operands = Operands::of(graph);
+/// Returns the graph with guards.
+pub fn bounding(graph: &Graph, context: &Context) -> PassOutput {
+    let mut operands = ChainOperands::new(graph);
     let reorder = context.purpose == Purpose::Distance;
     let chains = operands.chains(reorder);
     if chains.is_empty() {
-        return Passed {
+        return PassOutput {
             graph: graph.clone(),
-            ..Passed::default()
+            ..PassOutput::default()
         };
     }
-    let volumes = Volumes::of(graph);
+    let volumes = InfluenceBoxes::new(graph);
     let mut plans: HashMap<NodeId, Plan> = HashMap::new();
-    // Chains within others come first, so that it is known how deep their guards are.
+    // Nested chains come first, so that the depth of their guards is known.
     for chain in chains {
         if let Some(plan) = plan(&chain, &mut operands, &volumes) {
             operands.set_depth(chain.root, plan.depth);
@@ -58,134 +58,143 @@ pub fn bounding(graph: &Graph, context: &Context) -> Passed {
         }
     }
     let (mut guards, mut guarded) = (0, 0);
-    let mut moved = vec![NodeId::default(); graph.len()];
-    let graph = super::rebuilt(graph, |to, id, node| {
+    let mut new_ids = vec![NodeId::default(); graph.len()];
+    let graph = super::rewrite_graph(graph, |to, id, node| {
         let node = match plans.get(&id) {
             Some(plan) => {
                 guards += plan.guards();
-                guarded += plan.guarded();
-                plan.node(&moved)
+                guarded += plan.guarded_operands();
+                plan.node(&new_ids)
             }
             None => node,
         };
         let new = to.add(node);
-        moved[id.0 as usize] = new;
+        new_ids[id.0 as usize] = new;
         new
     });
     let notes = [
-        counted(guards, "guard", "guards"),
-        counted(guarded, "shape behind them", "shapes behind them"),
+        plural(guards, "guard", "guards"),
+        plural(guarded, "shape behind them", "shapes behind them"),
     ];
-    Passed {
+    PassOutput {
         graph,
         notes: notes.into_iter().flatten().collect(),
-        loss: None,
+        lod_report: None,
     }
 }
 
-/// A chain as it is to be.
+/// A chain with its guards.
 struct Plan {
-    chain: Chain,
+    chain: OperandChain,
     first: NodeId,
-    steps: Vec<Planned>,
-    /// How deep guards lie within each other, those of chains within included.
+    steps: Vec<ChainStep>,
+    /// Maximum nesting of guards, including those of nested chains.
     depth: usize,
 }
 
 impl Plan {
     fn guards(&self) -> usize {
-        let is_guard = |step: &&Planned| matches!(step, Planned::Guard { .. });
+        let is_guard = |step: &&ChainStep| matches!(step, ChainStep::Guard { .. });
         self.steps.iter().filter(is_guard).count()
     }
 
-    /// How many operands lie behind a guard.
-    fn guarded(&self) -> usize {
+    /// Returns the number of operands behind a guard.
+    fn guarded_operands(&self) -> usize {
         let (mut end, mut count) = (0, 0);
-        for (at, step) in self.steps.iter().enumerate() {
+        for (index, step) in self.steps.iter().enumerate() {
             match step {
-                Planned::Guard { steps, .. } => end = end.max(at + 1 + steps),
-                Planned::Blend(_) => count += usize::from(at < end),
+                ChainStep::Guard { steps, .. } => end = end.max(index + 1 + steps),
+                ChainStep::Blend(_) => count += usize::from(index < end),
             }
         }
         count
     }
 
-    /// The node, with its inputs where they have been moved to.
-    fn node(&self, moved: &[NodeId]) -> Node {
-        let to = |id: NodeId| moved[id.0 as usize];
+    /// Returns the node, with its inputs mapped to the new graph.
+    fn node(&self, new_ids: &[NodeId]) -> GraphNode {
+        let new_id = |id: NodeId| new_ids[id.0 as usize];
         let steps = self.steps.iter().map(|step| match step {
-            Planned::Blend(value) => Step::Blend(to(*value)),
-            Planned::Guard { volume, steps } => Step::Guard(Guard {
-                point: to(volume.space),
-                volume: numbers(volume, self.chain.sign, self.chain.support),
+            ChainStep::Blend(value) => GraphChainStep::Blend(new_id(*value)),
+            ChainStep::Guard { volume, steps } => GraphChainStep::Guard(Guard {
+                point: new_id(volume.space),
+                volume: guard_numbers(volume, self.chain.sign, self.chain.support),
                 steps: *steps as u32,
             }),
         });
-        Node::Chain {
+        GraphNode::Chain {
             op: self.chain.op,
             parameters: self.chain.parameters.clone(),
-            first: to(self.first),
+            first: new_id(self.first),
             steps: steps.collect(),
         }
     }
 }
 
-/// Where guards pay in a chain; nothing where none does.
-fn plan(chain: &Chain, operands: &mut Operands<'_>, volumes: &Volumes<'_>) -> Option<Plan> {
+/// Plans the guards of a chain; `None` where none is profitable.
+fn plan(
+    chain: &OperandChain,
+    operands: &mut ChainOperands<'_>,
+    volumes: &InfluenceBoxes<'_>,
+) -> Option<Plan> {
     let mut leaves = Vec::with_capacity(chain.operands.len());
     let mut depth = 0;
     for &id in &chain.operands {
-        let volume = volumes.outermost(id).filter(is_useful);
-        let found = operands.closed(id, volume.as_ref().map(|volume| volume.space));
-        let volume = volume.filter(|_| found.is_closed && found.depth + 1 < MAX_GUARDS);
-        depth = depth.max(found.depth);
-        leaves.push(Leaf {
+        let volume = volumes.outermost(id).filter(can_skip_points);
+        let info = operands.analyze(id, volume.as_ref().map(|volume| volume.space));
+        let volume = volume.filter(|_| info.is_closed && info.depth + 1 < MAX_GUARDS);
+        depth = depth.max(info.depth);
+        leaves.push(BvhLeaf {
             id,
             volume,
-            work: found.work,
+            work: info.work,
         });
     }
     let work: f64 = leaves.iter().map(|leaf| leaf.work).sum();
-    if work < LEAST_WORK {
+    if work < MIN_CHAIN_WORK {
         return None;
     }
-    let mut planner = Planner::new(&leaves, DEEPEST.min(MAX_GUARDS - 1 - depth));
+    let mut planner = BvhBuilder::new(&leaves, MAX_NESTED_GUARDS.min(MAX_GUARDS - 1 - depth));
     let first = match chain.first {
         Some(first) => {
-            planner.plan(chain.is_free);
+            planner.emit_all(chain.is_reorderable);
             first
         }
-        // Any operand may be the first one: better one that is always needed.
-        None => planner.plan_with_first(),
+        // Any operand may be the first one; the best one is always evaluated.
+        None => planner.emit_with_first(),
     };
-    let deepest = planner.deepest();
-    (deepest > 0).then(|| Plan {
+    let nesting = planner.max_nesting();
+    (nesting > 0).then(|| Plan {
         chain: chain.clone(),
         first,
         steps: planner.steps,
-        depth: depth + deepest,
+        depth: depth + nesting,
     })
 }
 
-/// Whether a box tells anything: it ends along two axes at least.
-fn is_useful(volume: &Volume) -> bool {
+/// Reports whether a box can skip points: it is finite along at least two axes.
+fn can_skip_points(volume: &NodeInfluenceBox) -> bool {
     let b = &volume.bounds;
-    let ends = |i: &usize| b.min[*i] > -ENDLESS && b.max[*i] < ENDLESS;
-    (0..3).filter(ends).count() >= 2
+    let is_bounded =
+        |i: &usize| b.min[*i] > -INFINITE_COORDINATE && b.max[*i] < INFINITE_COORDINATE;
+    (0..3).filter(is_bounded).count() >= 2
 }
 
-/// What a guard compares with, for a chain whose operation has this sign and reaches this far.
-fn numbers(volume: &Volume, sign: f64, support: f64) -> [Number; 8] {
-    let (reach, factor) = (support / volume.rate, sign / volume.rate);
-    let slack = (volume.extent + reach) * SLACK + f64::from(f32::EPSILON);
-    let b = volume.bounds.grown(slack);
+/// Returns the numbers that a guard compares with, for a chain whose operation has this sign and
+/// support.
+fn guard_numbers(volume: &NodeInfluenceBox, sign: f64, support: f64) -> [GraphNumber; 8] {
+    let (radius, factor) = (
+        support / volume.distance_ratio,
+        sign / volume.distance_ratio,
+    );
+    let margin = (volume.max_coordinate + radius) * BOX_MARGIN + f64::from(f32::EPSILON);
+    let b = volume.bounds.grown(margin);
     let side = |i: usize| {
-        let ends = b.min[i] > -ENDLESS && b.max[i] < ENDLESS;
-        match ends {
+        let is_bounded = b.min[i] > -INFINITE_COORDINATE && b.max[i] < INFINITE_COORDINATE;
+        match is_bounded {
             true => ((b.min[i] + b.max[i]) / 2.0, (b.max[i] - b.min[i]) / 2.0),
-            false => (0.0, ENDLESS),
+            false => (0.0, INFINITE_COORDINATE),
         }
     };
     let [x, y, z] = [0, 1, 2].map(side);
-    [x.0, y.0, z.0, reach, x.1, y.1, z.1, factor].map(|v| Number::Constant(v as f32))
+    [x.0, y.0, z.0, radius, x.1, y.1, z.1, factor].map(|v| GraphNumber::Constant(v as f32))
 }

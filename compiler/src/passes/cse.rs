@@ -1,37 +1,39 @@
-//! Makes one node of what is computed twice. Equal nodes of a graph are one node already; here the
-//! operands of what commutes may stand in either order. Before: any graph. After: no two nodes are
-//! equal but for the order of operands that does not matter. The value is the same in every bit, but
-//! for the sign of zeros; nothing is reassociated.
+//! Common subexpression elimination for commuted operands. Equal nodes of a graph are shared already;
+//! here the operands of commutative operations may be in either order. Before: any graph. After: no two
+//! nodes differ only in an order of operands that does not matter. The value is the same in every bit,
+//! but for the sign of zeros; nothing is reassociated.
 //!
-//! Sums, products, minima and maxima commute. So do blends, but where they carry materials, of two
-//! equally near the first is taken.
+//! Sums, products, minima and maxima commute. So do blends, except where they carry materials: of two
+//! equally near operands the first one counts.
 
-use super::{Context, Passed, counted};
-use crate::graph::{Graph, Node, NodeId, is_commutative};
+use super::{Context, PassOutput, plural};
+use crate::graph::{Graph, GraphNode, NodeId, is_commutative};
 use crate::lower::Purpose;
 use sdfc_vm::table::Op;
 
-/// The graph with what was computed twice computed once.
-pub fn cse(graph: &Graph, context: &Context) -> Passed {
-    let mut found = 0;
-    let graph = super::rebuilt(graph, |to, _, node| match exchanged(to, &node, context) {
-        Some(id) => {
-            found += 1;
-            id
+/// Returns the graph with common subexpressions shared.
+pub fn cse(graph: &Graph, context: &Context) -> PassOutput {
+    let mut shared = 0;
+    let graph = super::rewrite_graph(graph, |to, _, node| {
+        match find_commuted(to, &node, context) {
+            Some(id) => {
+                shared += 1;
+                id
+            }
+            None => to.add(node),
         }
-        None => to.add(node),
     });
-    let notes = counted(found, "node shared", "nodes shared");
-    Passed {
+    let notes = plural(shared, "node shared", "nodes shared");
+    PassOutput {
         graph,
         notes: notes.into_iter().collect(),
-        loss: None,
+        lod_report: None,
     }
 }
 
-/// The node that is there already and differs in the order of its operands only.
-fn exchanged(graph: &Graph, node: &Node, context: &Context) -> Option<NodeId> {
-    let Node::Apply {
+/// Returns an existing node that differs only in the order of its operands.
+fn find_commuted(graph: &Graph, node: &GraphNode, context: &Context) -> Option<NodeId> {
+    let GraphNode::Apply {
         op,
         point: None,
         values,
@@ -45,7 +47,7 @@ fn exchanged(graph: &Graph, node: &Node, context: &Context) -> Option<NodeId> {
     if !is_commutative(*op) || (context.purpose != Purpose::Distance && !is_arithmetic) {
         return None;
     }
-    graph.find(&Node::Apply {
+    graph.find(&GraphNode::Apply {
         op: *op,
         point: None,
         values: vec![b, a],

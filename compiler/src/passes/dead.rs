@@ -1,18 +1,18 @@
-//! Leaves out what the root does not reach. Before: any graph. After: every node is read. The value
+//! Removes nodes that the root does not reach. Before: any graph. After: every node is used. The value
 //! is the same in every bit.
 
-use super::{Context, Passed, counted};
+use super::{Context, PassOutput, plural};
 use crate::graph::Graph;
 
-/// The graph without its unread nodes.
-pub fn dead(graph: &Graph, _: &Context) -> Passed {
-    let kept = super::rebuilt(graph, |to, _, node| to.add(node));
-    let gone = graph.len() - kept.len();
-    Passed {
-        graph: kept,
-        notes: counted(gone, "unread node", "unread nodes")
+/// Returns the graph without its unused nodes.
+pub fn dead(graph: &Graph, _: &Context) -> PassOutput {
+    let live = super::rewrite_graph(graph, |to, _, node| to.add(node));
+    let removed = graph.len() - live.len();
+    PassOutput {
+        graph: live,
+        notes: plural(removed, "unread node", "unread nodes")
             .into_iter()
             .collect(),
-        loss: None,
+        lod_report: None,
     }
 }

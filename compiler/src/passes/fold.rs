@@ -1,61 +1,61 @@
-//! Computes what is constant, drops what changes nothing, and composes maps of points. Before: any
-//! graph. After: no operation reads only constants, none of the identities below is left, and no
-//! frame stands on another (`frames.rs`). The value is the same in every bit, but for the sign of
-//! zeros; where two frames became one, the point is, but for one rounding.
+//! Folds constants, removes identities, and composes maps of points. Before: any graph. After: no
+//! operation reads only constants, none of the identities below is left, and no frame follows another
+//! (`frames.rs`). The value is the same in every bit, but for the sign of zeros. Where two frames were
+//! composed, the point is the same up to one rounding.
 
 mod frames;
 
-use super::{Context, Passed, counted};
-use crate::graph::{Graph, Node, NodeId, Number};
-use sdfc_vm::apply::{Applied, apply, laid_out};
+use super::{Context, PassOutput, plural};
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
+use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 
-/// The folded graph.
-pub fn fold(graph: &Graph, _: &Context) -> Passed {
+/// Returns the folded graph.
+pub fn fold(graph: &Graph, _: &Context) -> PassOutput {
     let (mut constants, mut identities, mut frames) = (0, 0, 0);
     let composable = frames::composable(graph);
-    let graph = super::rebuilt(graph, |to, id, mut node| {
+    let graph = super::rewrite_graph(graph, |to, id, mut node| {
         if let Some(value) = constant_value(to, &node) {
             constants += 1;
-            return to.add(Node::Constant(Number::Constant(value)));
+            return to.add(GraphNode::Constant(GraphNumber::Constant(value)));
         }
-        if let Some(simpler) = frames::simpler(to, &node, composable[id.0 as usize]) {
+        if let Some(simplified_node) = frames::simplified(to, &node, composable[id.0 as usize]) {
             frames += 1;
-            node = simpler;
+            node = simplified_node;
         }
-        if let Some(id) = same_as(to, &node) {
+        if let Some(id) = passthrough_operand(to, &node) {
             identities += 1;
             return id;
         }
         to.add(node)
     });
     let notes = [
-        counted(constants, "constant", "constants"),
-        counted(identities, "identity", "identities"),
-        counted(
+        plural(constants, "constant", "constants"),
+        plural(identities, "identity", "identities"),
+        plural(
             frames,
             "map of points made simpler",
             "maps of points made simpler",
         ),
     ];
-    Passed {
+    PassOutput {
         graph,
         notes: notes.into_iter().flatten().collect(),
-        loss: None,
+        lod_report: None,
     }
 }
 
 fn constant(graph: &Graph, id: NodeId) -> Option<f32> {
     match graph.get(id) {
-        Node::Constant(Number::Constant(v)) => Some(*v),
+        GraphNode::Constant(GraphNumber::Constant(v)) => Some(*v),
         _ => None,
     }
 }
 
-/// The value of an operation that reads constants alone; in `f32`, as every engine would get it.
-fn constant_value(graph: &Graph, node: &Node) -> Option<f32> {
-    let Node::Apply {
+/// Returns the value of an operation that reads constants only, in `f32` as in every engine.
+fn constant_value(graph: &Graph, node: &GraphNode) -> Option<f32> {
+    let GraphNode::Apply {
         op,
         point: None,
         values,
@@ -71,25 +71,25 @@ fn constant_value(graph: &Graph, node: &Node) -> Option<f32> {
     let numbers: Option<Vec<f64>> = parameters
         .iter()
         .map(|n| match n {
-            Number::Constant(v) => Some(f64::from(*v)),
-            Number::Uniform(_) => None,
+            GraphNumber::Constant(v) => Some(f64::from(*v)),
+            GraphNumber::Uniform(_) => None,
         })
         .collect();
     match apply::<f32>(
         *op,
-        V3::of(0.0, 0.0, 0.0),
+        V3::new(0.0, 0.0, 0.0),
         operands,
-        &laid_out(*op, &numbers?),
+        &pack_parameters(*op, &numbers?),
     ) {
-        Applied::Value(v) if v.is_finite() => Some(v),
+        OpResult::Value(v) if v.is_finite() => Some(v),
         _ => None,
     }
 }
 
-/// The operand that an operation only hands on.
-fn same_as(graph: &Graph, node: &Node) -> Option<NodeId> {
+/// Returns the operand that an operation returns unchanged.
+fn passthrough_operand(graph: &Graph, node: &GraphNode) -> Option<NodeId> {
     match node {
-        Node::Apply {
+        GraphNode::Apply {
             op,
             values,
             parameters,
@@ -106,7 +106,7 @@ fn same_as(graph: &Graph, node: &Node) -> Option<NodeId> {
             (Op::Min | Op::Max | Op::Union | Op::Intersection, [a, b]) if a == b => Some(*a),
             _ => None,
         },
-        Node::Moved { point, by } if by.iter().all(|n| n.is(0.0)) => Some(*point),
+        GraphNode::Moved { point, by } if by.iter().all(|n| n.is(0.0)) => Some(*point),
         _ => None,
     }
 }

@@ -1,69 +1,70 @@
-//! Divisions by slopes that are larger than they need to be. Before: any graph, in which raw fields,
-//! warps and displacements are divided by a bound on their slope where a step is wanted of them
-//! (`lower/step.rs`), found on the scene's expressions. After: none of them is divided by more than a bound
-//! that the rows' own rules give for what the graph computes now: a warp that turned out to be a turn is
+//! Relaxes slope divisions that are larger than necessary. Before: any graph. In it, raw fields, warps
+//! and displacements that are used as steps are divided by a bound on their slope (`lower/step.rs`),
+//! which was found on the scene's expressions. After: none of them is divided by more than the bound
+//! that the operations' own rules give for the current graph. A warp that proved to be a rotation is
 //! not slowed down.
 //!
-//! The value grows where a division shrank, but is never steeper than one and zero only where it was:
-//! it stays a safe step to the same surface. A division in whose result the magnitude is taken for a
-//! length (by a blend, an offset, arithmetic) stays: programs that were not compiled from a scene may hold
-//! some. So do divisions where the rules know no bound.
+//! The value grows where a divisor shrank, but its slope is at most one and its zeros are the same: it
+//! stays a safe step to the same surface. A division stays where the magnitude of its result is used as
+//! a length (by a blend, an offset, arithmetic); programs that were not compiled from a scene may
+//! contain some. So do divisions for which the rules give no bound.
 
 mod slopes;
 
-use super::{Context, Passed, counted};
-use crate::graph::{Graph, Node, NodeId, Number};
+use super::{Context, PassOutput, plural};
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use sdfc_vm::table::Op;
-use slopes::Slopes;
+use slopes::GraphSlopes;
 
-/// Bounds that are sharper by less than this are left as they are.
-const WORTHWHILE: f64 = 1.0 + 1e-3;
-/// A bound of one but for rounding is one.
-const TIDY: f64 = 1.0 + 1e-5;
+/// Minimum improvement of a bound, as a factor.
+const MIN_IMPROVEMENT: f64 = 1.0 + 1e-3;
+/// Factor up to which a bound counts as one, for rounding.
+const UNIT_TOLERANCE: f64 = 1.0 + 1e-5;
 
-/// The graph with the divisions that it needs.
-pub fn lipschitz(graph: &Graph, _: &Context) -> Passed {
-    let measured = measured(graph);
-    let mut slopes = Slopes::default();
+/// Returns the graph with the divisions that are necessary.
+pub fn lipschitz(graph: &Graph, _: &Context) -> PassOutput {
+    let is_magnitude_used = magnitude_sensitive(graph);
+    let mut slopes = GraphSlopes::default();
     let (mut dropped, mut sharpened) = (0, 0);
     let mut longest: f64 = 1.0;
-    let graph = super::rebuilt(graph, |to, id, node| {
-        let divided = divided(&node).filter(|_| !measured[id.0 as usize]);
-        let Some((inner, factor)) = divided else {
+    let graph = super::rewrite_graph(graph, |to, id, node| {
+        let division = field_division(&node).filter(|_| !is_magnitude_used[id.0 as usize]);
+        let Some((inner, factor)) = division else {
             return to.add(node);
         };
-        let needed = slopes.value(to, inner).max(1.0);
-        if factor * needed * WORTHWHILE > 1.0 {
+        let bound = slopes.value(to, inner).max(1.0);
+        if factor * bound * MIN_IMPROVEMENT > 1.0 {
             return to.add(node);
         }
-        longest = longest.max(1.0 / (factor * needed));
-        if needed < TIDY {
+        longest = longest.max(1.0 / (factor * bound));
+        if bound < UNIT_TOLERANCE {
             dropped += 1;
             return inner;
         }
         sharpened += 1;
-        to.add(Node::Apply {
+        to.add(GraphNode::Apply {
             op: Op::FieldDistance,
             point: None,
             values: vec![inner],
-            parameters: vec![Number::Constant((1.0 / needed) as f32)],
+            parameters: vec![GraphNumber::Constant((1.0 / bound) as f32)],
         })
     });
     let notes = [
-        counted(dropped, "division dropped", "divisions dropped"),
-        counted(sharpened, "division sharpened", "divisions sharpened"),
+        plural(dropped, "division dropped", "divisions dropped"),
+        plural(sharpened, "division sharpened", "divisions sharpened"),
         (longest > 1.0).then(|| format!("steps up to {longest:.2} times as long")),
     ];
-    Passed {
+    PassOutput {
         graph,
         notes: notes.into_iter().flatten().collect(),
-        loss: None,
+        lod_report: None,
     }
 }
 
-/// What a division by a constant slope of one or more divides, and by what it is multiplied.
-fn divided(node: &Node) -> Option<(NodeId, f64)> {
-    let Node::Apply {
+/// Returns the dividend of a division by a constant slope of one or more, and the factor that it is
+/// multiplied by.
+fn field_division(node: &GraphNode) -> Option<(NodeId, f64)> {
+    let GraphNode::Apply {
         op: Op::FieldDistance,
         values,
         parameters,
@@ -73,35 +74,35 @@ fn divided(node: &Node) -> Option<(NodeId, f64)> {
         return None;
     };
     match parameters[..] {
-        [Number::Constant(factor)] if factor > 0.0 && factor <= 1.0 => {
+        [GraphNumber::Constant(factor)] if factor > 0.0 && factor <= 1.0 => {
             Some((values[0], f64::from(factor)))
         }
         _ => None,
     }
 }
 
-/// Which nodes are read by something for which their magnitude matters, not only which is nearer: a
-/// kernel, an offset, arithmetic, a scale that is multiplied back.
-fn measured(graph: &Graph) -> Vec<bool> {
-    let mut measured = vec![false; graph.len()];
-    let nodes: Vec<(NodeId, &Node)> = graph.nodes().collect();
+/// Reports for each node whether a user depends on its magnitude and not only on comparisons: a kernel,
+/// an offset, arithmetic, a scale that is multiplied back.
+fn magnitude_sensitive(graph: &Graph) -> Vec<bool> {
+    let mut is_magnitude_used = vec![false; graph.len()];
+    let nodes: Vec<(NodeId, &GraphNode)> = graph.nodes().collect();
     for (id, node) in nodes.into_iter().rev() {
-        let compares = match node {
-            Node::Apply {
+        let is_comparison = match node {
+            GraphNode::Apply {
                 op: Op::ScaleDistance | Op::FieldDistance,
                 parameters,
                 ..
-            } => matches!(parameters[..], [Number::Constant(f)] if f > 0.0 && f <= 1.0),
-            Node::Apply { op, .. } => op.row().meta.only_signs,
+            } => matches!(parameters[..], [GraphNumber::Constant(f)] if f > 0.0 && f <= 1.0),
+            GraphNode::Apply { op, .. } => op.row().meta.only_signs,
             _ => false,
         };
         for input in node.inputs() {
-            // A material is put on a value and leaves it as it is.
-            let is_painted = matches!(node, Node::Paint { value, .. } if *value == input);
-            if measured[id.0 as usize] || !(compares || is_painted) {
-                measured[input.0 as usize] = true;
+            // A material assignment leaves the value as it is.
+            let is_painted = matches!(node, GraphNode::Paint { value, .. } if *value == input);
+            if is_magnitude_used[id.0 as usize] || !(is_comparison || is_painted) {
+                is_magnitude_used[input.0 as usize] = true;
             }
         }
     }
-    measured
+    is_magnitude_used
 }

@@ -1,123 +1,123 @@
-//! Level of detail: what an eye cannot tell from something simpler is made simpler. It runs only where
-//! a [`Sight`] says who looks; a picture of final quality has none. Before: any graph without guards.
-//! After: the same kinds of nodes, fewer of them.
+//! Level of detail: detail that the camera cannot distinguish from something simpler is simplified. It
+//! runs only with an [`LodTarget`]; a picture of final quality has none. Before: any graph without
+//! guards. After: the same kinds of nodes, fewer of them.
 //!
-//! **The value changes**, but in whatever place, by no more than the tolerance times what a pixel
-//! covers there. That size, the footprint, is taken at the point nearest to the eye at which a change
-//! can move the surface: not farther from what is changed than the kernels and offsets above it reach
-//! (`reach.rs`). Errors are carried in pixels: those beneath a node count at their largest, since no
-//! operation here enlarges the larger of its operands' changes, and what is changed above them is added.
+//! **The value changes**, but everywhere by at most the tolerance times the footprint of a pixel there.
+//! The footprint is taken at the point nearest to the camera at which a change can move the surface.
+//! Its distance from the changed node is at most the range of the kernels and offsets above
+//! (`sensitivity.rs`). Errors are measured in pixels. Those below a node count at their largest, since
+//! no operation here enlarges the larger of its operands' changes; changes above are added.
 //!
-//! A first part (`drop.rs`), which may use half of the tolerance, makes smooth blends hard where their
-//! bulge is too thin to be seen, and drops offsets and displacements that are too small. The second
-//! one (`merge.rs`) may use what is left: operands of a union that together are little else than the
-//! box around them, or smaller than the error altogether, become that box. It holds what it replaces
-//! and is an exact distance, so unions only grow: after that part no value is larger than before, and
-//! outside of the solid none is less by more than the error. Each is a safe step to the surface that
-//! it belongs to. Of materials, a box has that of all it replaces; in the graph of surfaces what
-//! differs in paint is not merged.
+//! The first part (`drop.rs`) may use half of the tolerance. It makes smooth blends hard where their
+//! bulge is too thin to be visible, and drops offsets and displacements that are too small. The second
+//! part (`merge.rs`) may use the rest. It replaces operands of a union by the box around them, where
+//! they fill it up to the error or are smaller than the error altogether. The box contains what it
+//! replaces and is an exact distance, so unions only grow. After that part no value is larger than
+//! before, and outside of the solid none is less by more than the error. Each is a safe step to its
+//! surface. A box has the material of everything it replaces; in the graph of surfaces operands with
+//! different materials are not merged.
 //!
-//! What is said of the picture holds for what is seen directly: the shadow of something far may fall
-//! on something near. What moves with a parameter, or lies in space that is folded, bent or scaled
-//! inside, has no footprint that is known and stays as it is.
+//! The bound holds for directly visible surfaces: the shadow of a distant object may fall on a near
+//! one. Nodes that depend on a parameter, or lie in folded, bent or scaled space inside, have no known
+//! footprint and stay as they are.
 
 mod drop;
 mod merge;
 mod probe;
-mod reach;
+mod sensitivity;
 
-use super::bounding::volumes::Volumes;
-use super::{Context, Passed, counted};
-use crate::graph::{Graph, Node, NodeId};
+use super::bounding::influence::InfluenceBoxes;
+use super::{Context, PassOutput, plural};
+use crate::graph::{Graph, GraphNode, NodeId};
 use sdfc_vm::bounds::Bounds;
 
-/// Who looks at a scene, and what may be lost on the way.
+/// Camera for which a scene is simplified, and the tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
-    /// Where the eye is.
-    pub eye: [f64; 3],
-    /// What a pixel covers.
-    pub pixel: Pixel,
-    /// The largest error, in pixels.
+pub struct LodTarget {
+    /// Position of the camera.
+    pub camera_position: [f64; 3],
+    /// Footprint of a pixel.
+    pub pixel: PixelFootprint,
+    /// Maximum error, in pixels.
     pub tolerance: f64,
 }
 
-/// What a pixel covers.
+/// Footprint of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Pixel {
-    /// An angle in radians: the least that any pixel of the picture covers.
+pub enum PixelFootprint {
+    /// An angle in radians: the smallest of all pixels of the picture.
     Angle(f64),
-    /// A length, the same at all distances.
+    /// A length, equal at all distances.
     Length(f64),
 }
 
-impl Pixel {
-    /// The pixel of a perspective picture of this height that sees so much from its lower to its upper
-    /// edge: one in a corner, where the picture is stretched most.
-    pub fn of_perspective(field_of_view: f64, [width, height]: [u32; 2]) -> Self {
+impl PixelFootprint {
+    /// Returns the pixel of a perspective picture with this size and vertical field of view. It is that
+    /// of a corner, where the projection stretches the most.
+    pub fn from_perspective(field_of_view: f64, [width, height]: [u32; 2]) -> Self {
         let [width, height] = [width, height].map(f64::from);
         let up = (field_of_view / 2.0).tan();
         let corner = (up * up) * (1.0 + (width / height).powi(2));
         Self::Angle(2.0 * up / height / (1.0 + corner))
     }
 
-    /// The pixel of a picture along parallel rays that shows this much from its lower to its upper edge.
-    pub fn of_parallel(shown: f64, [_, height]: [u32; 2]) -> Self {
+    /// Returns the pixel of a parallel projection that shows this height.
+    pub fn from_parallel(shown: f64, [_, height]: [u32; 2]) -> Self {
         Self::Length(shown / f64::from(height))
     }
 }
 
-impl Sight {
-    /// What a pixel covers so far from the eye.
+impl LodTarget {
+    /// Returns the footprint of a pixel at a distance from the camera.
     pub fn footprint(&self, distance: f64) -> f64 {
         match self.pixel {
-            Pixel::Angle(angle) => distance * angle,
-            Pixel::Length(length) => length,
+            PixelFootprint::Angle(angle) => distance * angle,
+            PixelFootprint::Length(length) => length,
         }
     }
 
-    /// How far a box is from the eye.
+    /// Returns the distance of a box from the camera.
     fn distance(&self, bounds: &Bounds) -> f64 {
         let gap = |i: usize| {
-            let below = bounds.min[i] - self.eye[i];
-            let above = self.eye[i] - bounds.max[i];
+            let below = bounds.min[i] - self.camera_position[i];
+            let above = self.camera_position[i] - bounds.max[i];
             below.max(above).max(0.0)
         };
         (0..3).map(|i| gap(i).powi(2)).sum::<f64>().sqrt()
     }
 }
 
-/// What a pass that may change the value has done.
+/// Result of a pass that may change the value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Loss {
-    /// How many nodes were replaced.
+pub struct LodReport {
+    /// Number of replaced nodes.
     pub replaced: usize,
-    /// The largest error, in pixels.
-    pub pixels: f64,
+    /// Maximum error, in pixels.
+    pub max_error_pixels: f64,
 }
 
-/// The graph as simple as the sight allows; the same graph where there is none.
-pub fn lod(graph: &Graph, context: &Context) -> Passed {
-    let usable = |sight: &Sight| sight.tolerance > 0.0;
-    let Some(sight) = context.sight.filter(usable) else {
-        return Passed {
+/// Simplifies the graph as far as the target allows; without a target the graph stays the same.
+pub fn lod(graph: &Graph, context: &Context) -> PassOutput {
+    let is_usable = |target: &LodTarget| target.tolerance > 0.0;
+    let Some(target) = context.lod_target.filter(is_usable) else {
+        return PassOutput {
             graph: graph.clone(),
-            ..Passed::default()
+            ..PassOutput::default()
         };
     };
-    let dropped = drop::drop(graph, &sight);
-    let rest = sight.tolerance - dropped.pixels;
-    let merged = merge::merge(&dropped.graph, &sight, rest);
-    let loss = Loss {
+    let dropped = drop::drop(graph, &target);
+    let remaining_tolerance = target.tolerance - dropped.pixels;
+    let merged = merge::merge(&dropped.graph, &target, remaining_tolerance);
+    let report = LodReport {
         replaced: dropped.blends + dropped.offsets + dropped.displacements + merged.shapes,
-        pixels: dropped.pixels + merged.pixels,
+        max_error_pixels: dropped.pixels + merged.pixels,
     };
-    let boxes = counted(merged.boxes, "box", "boxes");
-    let shapes = counted(merged.shapes, "shape", "shapes");
+    let boxes = plural(merged.boxes, "box", "boxes");
+    let shapes = plural(merged.shapes, "shape", "shapes");
     let notes = [
-        counted(dropped.blends, "blend made hard", "blends made hard"),
-        counted(dropped.offsets, "offset dropped", "offsets dropped"),
-        counted(
+        plural(dropped.blends, "blend made hard", "blends made hard"),
+        plural(dropped.offsets, "offset dropped", "offsets dropped"),
+        plural(
             dropped.displacements,
             "displacement dropped",
             "displacements dropped",
@@ -125,18 +125,18 @@ pub fn lod(graph: &Graph, context: &Context) -> Passed {
         shapes
             .zip(boxes)
             .map(|(shapes, boxes)| format!("{shapes} merged into {boxes}")),
-        (loss.replaced > 0).then(|| format!("error at most {:.2} px", loss.pixels)),
+        (report.replaced > 0).then(|| format!("error at most {:.2} px", report.max_error_pixels)),
     ];
-    Passed {
+    PassOutput {
         graph: merged.graph,
         notes: notes.into_iter().flatten().collect(),
-        loss: Some(loss),
+        lod_report: Some(report),
     }
 }
 
-/// The box in the world from which a value keeps its distance, and at which rate.
-fn in_world(graph: &Graph, volumes: &Volumes<'_>, id: NodeId) -> Option<(Bounds, f64)> {
+/// Returns the influence box of a value in world space, and its distance ratio.
+fn in_world(graph: &Graph, volumes: &InfluenceBoxes<'_>, id: NodeId) -> Option<(Bounds, f64)> {
     let volume = volumes.outermost(id)?;
-    let is_world = *graph.get(volume.space) == Node::World;
-    is_world.then_some((volume.bounds, volume.rate))
+    let is_world = *graph.get(volume.space) == GraphNode::World;
+    is_world.then_some((volume.bounds, volume.distance_ratio))
 }

@@ -1,338 +1,381 @@
-//! Steps on fields that jump: where a floor, a remainder or a choice changes, the value does, however little the point
-//! moves.
+//! Safe steps on fields with discontinuities: where a floor, a remainder or a choice changes, the value
+//! changes by a finite amount however little the point moves.
 //!
-//! Such a field is made of pieces that are smooth. A way to a change of sign stays in the piece of its point, or leaves
-//! it. In it, the value divided by the piece's slope is safe. A way through a jump is at least as long as that to the
-//! jump, and as the neighbouring piece's own value says, where that has the same sign, or the way to the next jump there.
-//! So the nearest place of every jump is looked at with the value that the field has beyond, and steps end where the
-//! next one is, unless the value has the same sign in whatever piece, by more than the step.
+//! Such a field consists of pieces that are smooth. A path to a change of sign stays in the piece of
+//! its point, or leaves it. Inside the piece, the value divided by the piece's slope is a safe
+//! distance. A path through a discontinuity is at least as long as the distance to it. If the
+//! neighbouring piece has the same sign, the path must also cover a second distance. That is the one
+//! that the neighbour's own value allows, or the one to the next discontinuity there. So the value
+//! beyond the nearest surface of every discontinuity is evaluated, and steps end at the next surface.
+//! They may be longer where the value has the same sign in every piece, by more than the step.
 
-use super::ends::ends;
-use super::held::Throughout;
-use super::jumps::{Jump, Known, Place, found, has_jumps, sided};
-use super::local::{Local, unbounded};
-use super::{Budget, Ranges, Search, bound, points};
-use crate::boxes::Held;
+use super::discontinuities::{
+    Discontinuity, JumpSurface, SlopeScope, discontinuities, has_discontinuities, one_sided,
+};
+use super::envelope::envelope;
+use super::local_bound::{LocalBound, bound_without_global};
+use super::region_bounds::RegionBounds;
+use super::{Budget, Ranges, SlopeSearch, sample_points, slope_bound};
+use crate::box_eval::HeldBranches;
 use crate::expression::{ExprId, Expression, Expressions};
 use crate::scene::NOWHERE;
-use crate::uniforms::{operands_first, rewritten};
+use crate::uniforms::{operands_first, rewrite_number};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
-/// The most jumps of which what lies beyond is looked at: each costs as much as the field.
+/// Maximum number of discontinuities beyond which the value is evaluated: each costs as much as the
+/// field.
 const MAX_PIECES: usize = 6;
-/// The most numbers that the pieces beside a point may take together.
-const MAX_NUMBERS: usize = 4_000;
-/// The most numbers that a step by bounds around a point may take, beyond those of the value itself.
-const MAX_LOCAL: usize = 256;
-/// The least number of places at which a jump must be tried to say that nothing changes there.
-const LEAST_TRIED: usize = 16;
-/// The operations that trying a jump may take, and the points that are tried whatever it takes.
-const MAX_TRIED: usize = 200_000;
-const LEAST_TRIED_POINTS: usize = 64;
-/// The most moves of a point to the place of a jump, and the distance from which on it is there.
-const MOVES: usize = 12;
-const CLOSE: f64 = 1e-9;
-/// The distance to both sides of a place at which values are looked at, in sizes of the numbers there.
-const BESIDE: f64 = 1e-7;
-/// The difference of values that counts as rounding, as a fraction of them.
-const ROUNDED: f64 = 1e-6;
+/// Maximum number of expressions in the neighbouring pieces of a point together.
+const MAX_PIECE_EXPRESSIONS: usize = 4_000;
+/// Maximum number of expressions in a step by bounds around a point, beyond those of the value itself.
+const MAX_LOCAL_EXPRESSIONS: usize = 256;
+/// Minimum number of points of a discontinuity that must be sampled to conclude that nothing changes
+/// there.
+const MIN_CONCLUSIVE_SAMPLES: usize = 16;
+/// Maximum number of operations for sampling one discontinuity, and the minimum number of points
+/// whatever they cost.
+const MAX_SAMPLING_OPERATIONS: usize = 200_000;
+const MIN_SAMPLE_POINTS: usize = 64;
+/// Maximum number of iterations of a point towards a surface, and the distance at which it counts as on
+/// it, relative to the coordinates.
+const MAX_NEWTON_STEPS: usize = 12;
+const SURFACE_TOLERANCE: f64 = 1e-9;
+/// Distance to both sides of a surface at which values are sampled, relative to the coordinates.
+const SIDE_OFFSET: f64 = 1e-7;
+/// Difference of values that counts as rounding, as a fraction of them.
+const ROUNDING_FRACTION: f64 = 1e-6;
 
-/// A bound of the slope of a number that does not change where its operations jump, as far as points that are tried
-/// in a part of the region show: it is as steep as its pieces. `None` where it jumps, or there is no bound.
+/// Returns a slope bound of a number that is continuous where its operations are not: the slope of its
+/// pieces. Continuity is tested at sample points in a part of the region. `None` where it is
+/// discontinuous, or without a bound.
 pub(crate) fn continuous(
     expressions: &Expressions,
     number: ExprId,
-    [region, tried]: [&Bounds; 2],
+    [region, sampled_region]: [&Bounds; 2],
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Option<f64> {
     let mut expressions = expressions.clone();
-    let mut throughout = Throughout {
+    let mut region_bounds = RegionBounds {
         region,
         ranges,
         budget,
     };
-    let number = sided(&mut expressions, number, &throughout);
-    let bound = throughout.slope(&expressions, &[number], Held::Own)?;
-    let slope = Local::everywhere(&mut expressions, bound);
-    let jumps = found(&mut expressions, number, Known::Locally, &mut throughout)?;
-    let mut writer = Writer {
+    let number = one_sided(&mut expressions, number, &region_bounds);
+    let bound = region_bounds.slope(&expressions, &[number], HeldBranches::OwnPiece)?;
+    let slope = LocalBound::everywhere(&mut expressions, bound);
+    let found_jumps = discontinuities(
+        &mut expressions,
+        number,
+        SlopeScope::PerPoint,
+        &mut region_bounds,
+    )?;
+    let mut writer = StepBuilder {
         expressions: &mut expressions,
         number,
         slope,
     };
-    let mut is_seen = |jump: &Jump| writer.is_seen(jump, &[], tried, ranges);
-    (!jumps.iter().any(&mut is_seen)).then_some(bound)
+    let mut changes_value =
+        |jump: &Discontinuity| writer.changes_value(jump, &[], sampled_region, ranges);
+    (!found_jumps.iter().any(&mut changes_value)).then_some(bound)
 }
 
-/// A number that jumps, as a step: its sign, and a distance in which it does not change that. The bounds of
-/// slopes hold in the region, and jumps are tried in a part of it. `None` where it does not jump, or its pieces have no
-/// bound.
+/// Builds a step from a number with discontinuities: its sign, and a distance within which it does not
+/// change that. Slope bounds hold in the region, and discontinuities are sampled in a part of it.
+/// `None` where it is continuous, or its pieces have no bound.
 pub(crate) fn step(
     expressions: &mut Expressions,
     number: ExprId,
-    known: Known,
-    [region, tried]: [&Bounds; 2],
+    scope: SlopeScope,
+    [region, sampled_region]: [&Bounds; 2],
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Option<ExprId> {
-    let mut throughout = Throughout {
+    let mut region_bounds = RegionBounds {
         region,
         ranges,
         budget,
     };
-    let number = sided(expressions, number, &throughout);
-    // A number without jumps is known to have no bound.
-    let bound = match has_jumps(expressions, number) {
-        true => throughout.slope(expressions, &[number], Held::Beside),
+    let number = one_sided(expressions, number, &region_bounds);
+    // A number without discontinuities is known to have no bound.
+    let bound = match has_discontinuities(expressions, number) {
+        true => region_bounds.slope(expressions, &[number], HeldBranches::WithNeighbours),
         false => None,
     };
-    let slope = match (bound, known) {
-        (Some(slope), _) => Local::everywhere(expressions, slope.max(1.0 / NOWHERE)),
-        (None, Known::Throughout) => return None,
-        (None, Known::Locally) => unbounded(expressions, number, Held::Beside, &mut throughout)?,
+    let slope = match (bound, scope) {
+        (Some(slope), _) => LocalBound::everywhere(expressions, slope.max(1.0 / NOWHERE)),
+        (None, SlopeScope::Region) => return None,
+        (None, SlopeScope::PerPoint) => bound_without_global(
+            expressions,
+            number,
+            HeldBranches::WithNeighbours,
+            &mut region_bounds,
+        )?,
     };
-    if !are_numbers(expressions, &slope, tried, ranges) {
+    if !are_finite_at_samples(expressions, &slope, sampled_region, ranges) {
         return None;
     }
-    let jumps = found(expressions, number, known, &mut throughout)?;
+    let found_jumps = discontinuities(expressions, number, scope, &mut region_bounds)?;
     let are_constant = slope.is_constant(expressions)
-        && jumps.iter().all(|jump| jump.slope.is_constant(expressions));
-    let mut writer = Writer {
+        && found_jumps
+            .iter()
+            .all(|jump| jump.slope.is_constant(expressions));
+    let mut writer = StepBuilder {
         expressions,
         number,
         slope,
     };
-    // Bounds around a point hold up to the next jump, whatever changes there.
-    let jumps = match are_constant {
-        true => writer.all_seen(jumps, tried, ranges),
-        false => jumps,
+    // Bounds around a point hold up to the next discontinuity, whatever changes there.
+    let found_jumps = match are_constant {
+        true => writer.visible_discontinuities(found_jumps, sampled_region, ranges),
+        false => found_jumps,
     };
-    if jumps.is_empty() && writer.constant_slope().is_some() {
+    if found_jumps.is_empty() && writer.constant_slope().is_some() {
         return None;
     }
-    let ways = ways_to_ends(writer.expressions, number, region, ranges, budget);
-    let step = writer.step(&jumps, &ways);
-    let [own, all] = [number, step].map(|id| operands_first(expressions, id, |_| false).len());
-    let is_short = are_constant || all <= own + MAX_LOCAL;
+    let end_distances = distances_by_bounds(writer.expressions, number, region, ranges, budget);
+    let step = writer.step(&found_jumps, &end_distances);
+    let [number_size, step_size] =
+        [number, step].map(|id| operands_first(expressions, id, |_| false).len());
+    let is_short = are_constant || step_size <= number_size + MAX_LOCAL_EXPRESSIONS;
     is_short.then_some(step)
 }
 
-/// Reports whether a bound around each point is a number of `f32` at those that are tried.
-fn are_numbers(expressions: &Expressions, local: &Local, region: &Bounds, ranges: &Ranges) -> bool {
-    let numbers: Vec<ExprId> = [Some(local.slope), local.growth, local.radius]
+/// Reports whether a bound around each point is an `f32` number at the sample points.
+fn are_finite_at_samples(
+    expressions: &Expressions,
+    bound: &LocalBound,
+    region: &Bounds,
+    ranges: &Ranges,
+) -> bool {
+    let numbers: Vec<ExprId> = [Some(bound.slope), bound.growth, bound.radius]
         .into_iter()
         .flatten()
         .filter(|&id| expressions.as_constant(id).is_none())
         .collect();
-    let mut search = Search::new(expressions, &numbers, ranges);
+    let mut search = SlopeSearch::new(expressions, &numbers, ranges);
     let is_number = |dual: Dual<f64>| dual.value.abs() < f64::from(f32::MAX);
-    numbers.is_empty() || points(region).all(|point| search.duals_at(point).all(is_number))
+    numbers.is_empty() || sample_points(region).all(|point| search.duals_at(point).all(is_number))
 }
 
-/// Safe ways to a change of sign by the least and by the greatest that a number may be; they are below zero where these
-/// tell none.
-fn ways_to_ends(
+/// Returns safe distances to a change of sign by the lower and by the upper bound of a number. They are
+/// negative where the bounds prove no distance.
+fn distances_by_bounds(
     expressions: &mut Expressions,
     number: ExprId,
     region: &Bounds,
     ranges: &Ranges,
     budget: &mut Budget,
 ) -> Vec<ExprId> {
-    let Some([lo, hi]) = ends(expressions, number) else {
+    let Some([lo, hi]) = envelope(expressions, number) else {
         return Vec::new();
     };
-    let below = expressions.call(Op::Neg, &[hi]);
-    let mut ways = Vec::new();
-    for end in [lo, below] {
+    let negated = expressions.call(Op::Neg, &[hi]);
+    let mut distances = Vec::new();
+    for end in [lo, negated] {
         let count = operands_first(expressions, end, |_| false).len();
-        let slope = match count <= MAX_NUMBERS {
-            true => bound(expressions, &[end], region, ranges, budget),
+        let slope = match count <= MAX_PIECE_EXPRESSIONS {
+            true => slope_bound(expressions, &[end], region, ranges, budget),
             false => None,
         };
         if let Some(slope) = slope.filter(|slope| *slope > 0.0) {
             let factor = expressions.constant(1.0 / slope);
-            ways.push(expressions.call(Op::Mul, &[end, factor]));
+            distances.push(expressions.call(Op::Mul, &[end, factor]));
         }
     }
-    ways
+    distances
 }
 
-/// The nearest of a jump's places near a point, the direction across it, and how far off it may be.
-fn moved_to(
-    search: &mut Search,
+/// Returns the nearest point of a discontinuity to a point, the direction across it, and the remaining
+/// distance.
+fn nearest_surface_point(
+    search: &mut SlopeSearch,
     mut point: [f64; 3],
-    place: Place,
+    surface: JumpSurface,
 ) -> Option<([f64; 3], [f64; 3], f64)> {
     let mut goal = None;
-    for _ in 0..MOVES {
+    for _ in 0..MAX_NEWTON_STEPS {
         let dual = search.duals_at(point).next()?;
         let Dual { value, gradient } = dual;
-        let goal = *goal.get_or_insert(if place == Place::Whole {
+        let goal = *goal.get_or_insert(if surface == JumpSurface::Integers {
             value.round()
         } else {
             0.0
         });
         let size = length(dual);
-        let share = (goal - value) / (size * size);
-        if !share.is_finite() {
+        let step_factor = (goal - value) / (size * size);
+        if !step_factor.is_finite() {
             return None;
         }
-        let off = share.abs() * size;
-        if off <= CLOSE * reach_of(point) {
-            let across = [gradient.x, gradient.y, gradient.z].map(|part| part / size);
-            return Some((point, across, off));
+        let distance = step_factor.abs() * size;
+        if distance <= SURFACE_TOLERANCE * coordinate_scale(point) {
+            let normal = [gradient.x, gradient.y, gradient.z].map(|component| component / size);
+            return Some((point, normal, distance));
         }
-        let step = [gradient.x, gradient.y, gradient.z].map(|part| part * share);
+        let step = [gradient.x, gradient.y, gradient.z].map(|component| component * step_factor);
         point = std::array::from_fn(|axis| point[axis] + step[axis]);
     }
     None
 }
 
-/// The length of a number's gradient.
+/// Returns the length of a number's gradient.
 fn length(Dual { gradient, .. }: Dual<f64>) -> f64 {
     (gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2)).sqrt()
 }
 
-/// The size of the numbers around a point.
-fn reach_of(point: [f64; 3]) -> f64 {
-    point.iter().fold(1.0, |most: f64, v| most.max(v.abs()))
+/// Returns the magnitude of the coordinates of a point.
+fn coordinate_scale(point: [f64; 3]) -> f64 {
+    point
+        .iter()
+        .fold(1.0, |largest: f64, v| largest.max(v.abs()))
 }
 
-/// Writes the step of a number.
-struct Writer<'a> {
+/// Builds the step of a number.
+struct StepBuilder<'a> {
     expressions: &'a mut Expressions,
     number: ExprId,
-    /// The bound of its pieces' slope.
-    slope: Local,
+    /// Bound of its pieces' slope.
+    slope: LocalBound,
 }
 
-/// A jump's nearest place.
-struct Nearest<'a> {
-    jump: &'a Jump,
-    /// The distance of it, and that of the next one.
-    near: ExprId,
-    far: Option<ExprId>,
-    /// The difference of the operations beyond; that of choices is to what they are not.
+/// Nearest surface of a discontinuity.
+struct NearestSurface<'a> {
+    jump: &'a Discontinuity,
+    /// Distance to it, and to the next one.
+    distance: ExprId,
+    next_distance: Option<ExprId>,
+    /// Difference of the operations' values beyond it; `None` for choices, which are negated.
     shift: Option<ExprId>,
 }
 
-impl Writer<'_> {
-    /// The jumps at which the number changes, or one of the pieces beyond these does.
-    fn all_seen(&mut self, jumps: Vec<Jump>, region: &Bounds, ranges: &Ranges) -> Vec<Jump> {
-        let (mut seen, mut others): (Vec<Jump>, Vec<Jump>) = jumps
+impl StepBuilder<'_> {
+    /// Returns the discontinuities at which the number changes, or one of the pieces beyond these does.
+    fn visible_discontinuities(
+        &mut self,
+        jumps: Vec<Discontinuity>,
+        region: &Bounds,
+        ranges: &Ranges,
+    ) -> Vec<Discontinuity> {
+        let (mut visible, mut others): (Vec<Discontinuity>, Vec<Discontinuity>) = jumps
             .into_iter()
-            .partition(|jump| self.is_seen(jump, &[], region, ranges));
-        let mut at = 0;
-        while at < seen.len() {
-            let beyond = self.nearest(&seen[at]);
-            let (more, rest) = others
+            .partition(|jump| self.changes_value(jump, &[], region, ranges));
+        let mut index = 0;
+        while index < visible.len() {
+            let surface = self.nearest_surface(&visible[index]);
+            let (newly_seen, others_left) = others
                 .into_iter()
-                .partition(|jump| self.is_seen(jump, &[&beyond], region, ranges));
-            others = rest;
-            seen.extend::<Vec<Jump>>(more);
-            at += 1;
+                .partition(|jump| self.changes_value(jump, &[&surface], region, ranges));
+            others = others_left;
+            visible.extend::<Vec<Discontinuity>>(newly_seen);
+            index += 1;
         }
-        seen
+        visible
     }
 
-    /// Reports whether the number, or a piece of it beyond some places, changes where operations jump, at one of the
-    /// points that are tried.
-    fn is_seen(
+    /// Reports whether the number, or a piece of it beyond some surfaces, changes where operations are
+    /// discontinuous, at one of the sample points.
+    fn changes_value(
         &mut self,
-        jump: &Jump,
-        places: &[&Nearest],
+        jump: &Discontinuity,
+        surfaces: &[&NearestSurface],
         region: &Bounds,
         ranges: &Ranges,
     ) -> bool {
-        let nearest = self.nearest(jump);
-        let here = self.piece(self.number, places);
-        let beyond = self.piece(self.number, &[places, &[&nearest]].concat());
-        let number = self.piece(jump.number, places);
+        let nearest = self.nearest_surface(jump);
+        let near_side = self.shifted_number(self.number, surfaces);
+        let far_side = self.shifted_number(self.number, &[surfaces, &[&nearest]].concat());
+        let number = self.shifted_number(jump.number, surfaces);
         let mut numbers = vec![number];
-        if let Place::Turn(x) = jump.place {
-            numbers.push(self.piece(x, places));
+        if let JumpSurface::BranchCut(x) = jump.surface {
+            numbers.push(self.shifted_number(x, surfaces));
         }
-        let mut place = Search::new(self.expressions, &numbers, ranges);
-        let mut sides = Search::new(self.expressions, &[here, beyond], ranges);
-        let cost = 2 * place.cost() + 3 * sides.cost();
-        let most = (MAX_TRIED / cost).max(LEAST_TRIED_POINTS);
-        let steep = self.constant_slope();
-        let mut tried = 0;
-        for point in points(region).take(most) {
-            let mut is_tried = false;
-            let Some((point, direction, off)) = moved_to(&mut place, point, jump.place) else {
+        let mut surface_search = SlopeSearch::new(self.expressions, &numbers, ranges);
+        let mut sides = SlopeSearch::new(self.expressions, &[near_side, far_side], ranges);
+        let cost = 2 * surface_search.cost() + 3 * sides.cost();
+        let max_points = (MAX_SAMPLING_OPERATIONS / cost).max(MIN_SAMPLE_POINTS);
+        let slope_bound = self.constant_slope();
+        let mut sampled = 0;
+        for point in sample_points(region).take(max_points) {
+            let mut is_sampled = false;
+            let Some((point, direction, error)) =
+                nearest_surface_point(&mut surface_search, point, jump.surface)
+            else {
                 continue;
             };
             let is_inside = (0..3).all(|i| region.min[i] <= point[i] && point[i] <= region.max[i]);
-            // Where the second number is above zero, an angle turns on.
-            let turns_on = place
+            // Where the second number is positive, the angle is continuous.
+            let is_continuous = surface_search
                 .duals_at(point)
                 .nth(1)
                 .is_some_and(|other| other.value >= 0.0);
-            if !is_inside || turns_on {
-                tried += 1;
+            if !is_inside || is_continuous {
+                sampled += 1;
                 continue;
             }
-            // What has a value of its own in the very place is seen beside it.
-            let beside = direction.map(|along| along * BESIDE * reach_of(point));
+            // A value that holds on the surface only is not sampled: samples are beside it.
+            let offset = direction.map(|along| along * SIDE_OFFSET * coordinate_scale(point));
             for side in [1.0, -1.0] {
-                let at = std::array::from_fn(|axis| point[axis] + side * beside[axis]);
-                let duals: Vec<Dual<f64>> = sides.duals_at(at).collect();
-                let &[here, beyond] = duals.as_slice() else {
+                let side_point = std::array::from_fn(|axis| point[axis] + side * offset[axis]);
+                let duals: Vec<Dual<f64>> = sides.duals_at(side_point).collect();
+                let &[near_side, far_side] = duals.as_slice() else {
                     continue;
                 };
-                let slope = steep.unwrap_or_else(|| length(here).max(length(beyond)));
-                let (here, beyond) = (here.value, beyond.value);
-                let off = off + BESIDE * reach_of(point);
-                let rounding = ROUNDED * (1.0 + here.abs().max(beyond.abs()));
-                if (here - beyond).abs() > 4.0 * slope * off + rounding {
+                let slope = slope_bound.unwrap_or_else(|| length(near_side).max(length(far_side)));
+                let (near_side, far_side) = (near_side.value, far_side.value);
+                let error = error + SIDE_OFFSET * coordinate_scale(point);
+                let rounding = ROUNDING_FRACTION * (1.0 + near_side.abs().max(far_side.abs()));
+                if (near_side - far_side).abs() > 4.0 * slope * error + rounding {
                     return true;
                 }
-                is_tried |= here.is_finite() && beyond.is_finite();
+                is_sampled |= near_side.is_finite() && far_side.is_finite();
             }
-            tried += usize::from(is_tried);
+            sampled += usize::from(is_sampled);
         }
-        tried < LEAST_TRIED
+        sampled < MIN_CONCLUSIVE_SAMPLES
     }
 
-    /// The step; `ends` are ways by what the number is in all of its pieces.
-    fn step(&mut self, jumps: &[Jump], ends: &[ExprId]) -> ExprId {
-        let mut nearest: Vec<Nearest> = jumps.iter().map(|jump| self.nearest(jump)).collect();
+    /// Builds the step; `ends` are distances by the bounds of the number over all of its pieces.
+    fn step(&mut self, jumps: &[Discontinuity], ends: &[ExprId]) -> ExprId {
+        let mut nearest: Vec<NearestSurface> = jumps
+            .iter()
+            .map(|jump| self.nearest_surface(jump))
+            .collect();
         let count = operands_first(self.expressions, self.number, |_| false).len();
-        let has_pieces = jumps.len() <= MAX_PIECES && count * jumps.len() <= MAX_NUMBERS;
+        let has_pieces = jumps.len() <= MAX_PIECES && count * jumps.len() <= MAX_PIECE_EXPRESSIONS;
         if has_pieces {
             nearest = nearest
                 .iter()
-                .map(|place| self.chosen(place, &nearest))
+                .map(|surface| self.with_choices(surface, &nearest))
                 .collect();
         }
         let is_below = self.is_below(self.number);
-        let mut step = self.way(self.number, &[]);
-        for (at, place) in nearest.iter().enumerate() {
-            let mut beyond = place.near;
+        let mut step = self.distance_to_zero(self.number, &[]);
+        for (index, surface) in nearest.iter().enumerate() {
+            let mut surface_distance = surface.distance;
             if has_pieces {
-                let piece = self.piece(self.number, &[place]);
-                let mut way = self.way(piece, &[place]);
-                for other in (0..jumps.len()).filter(|other| *other != at) {
-                    let near = self.piece(nearest[other].near, &[place]);
-                    let own = self.piece(place.near, &[&nearest[other]]);
-                    let is_apart = (near, own) == (nearest[other].near, place.near);
-                    let near = match is_apart && jumps.len() == 2 {
-                        // Both may be passed at once, and what lies beyond the corner counts.
-                        true => self.beyond_corner(place, &nearest[other], is_below),
-                        false => near,
+                let piece = self.shifted_number(self.number, &[surface]);
+                let mut distance = self.distance_to_zero(piece, &[surface]);
+                for other in (0..jumps.len()).filter(|other| *other != index) {
+                    let other_distance = self.shifted_number(nearest[other].distance, &[surface]);
+                    let own_distance = self.shifted_number(surface.distance, &[&nearest[other]]);
+                    let is_independent = (other_distance, own_distance)
+                        == (nearest[other].distance, surface.distance);
+                    let other_distance = match is_independent && jumps.len() == 2 {
+                        // Both may be crossed at once, and the piece beyond the corner counts.
+                        true => self.distance_beyond_corner(surface, &nearest[other], is_below),
+                        false => other_distance,
                     };
-                    way = self.call(Op::Min, &[way, near]);
+                    distance = self.call(Op::Min, &[distance, other_distance]);
                 }
-                beyond = self.beyond(piece, is_below, [place.near, way]);
+                surface_distance =
+                    self.distance_beyond(piece, is_below, [surface.distance, distance]);
             }
-            step = self.call(Op::Min, &[step, beyond]);
-            if let Some(far) = place.far {
-                step = self.call(Op::Min, &[step, far]);
+            step = self.call(Op::Min, &[step, surface_distance]);
+            if let Some(next_distance) = surface.next_distance {
+                step = self.call(Op::Min, &[step, next_distance]);
             }
         }
         for &end in ends {
@@ -341,58 +384,67 @@ impl Writer<'_> {
         self.call(Op::Piecewise, &[self.number, step])
     }
 
-    /// A safe way through two jumps whose places do not depend on each other.
-    fn beyond_corner(&mut self, first: &Nearest, second: &Nearest, is_below: ExprId) -> ExprId {
-        let near = self.call(Op::Max, &[first.near, second.near]);
-        let piece = self.piece(self.number, &[first, second]);
-        let way = self.way(piece, &[first, second]);
-        self.beyond(piece, is_below, [near, way])
+    /// Returns a safe distance through two discontinuities whose surfaces do not depend on each other.
+    fn distance_beyond_corner(
+        &mut self,
+        first: &NearestSurface,
+        second: &NearestSurface,
+        is_below: ExprId,
+    ) -> ExprId {
+        let corner_distance = self.call(Op::Max, &[first.distance, second.distance]);
+        let piece = self.shifted_number(self.number, &[first, second]);
+        let distance = self.distance_to_zero(piece, &[first, second]);
+        self.distance_beyond(piece, is_below, [corner_distance, distance])
     }
 
-    /// The distance of a jump's nearest place.
-    fn near(&mut self, jump: &Jump) -> ExprId {
-        let size = match jump.place {
-            Place::Zero => self.call(Op::Abs, &[jump.number]),
-            Place::Turn(x) => {
+    /// Returns the distance to the nearest surface of a discontinuity.
+    fn nearest_distance(&mut self, jump: &Discontinuity) -> ExprId {
+        let size = match jump.surface {
+            JumpSurface::Zeros => self.call(Op::Abs, &[jump.number]),
+            JumpSurface::BranchCut(x) => {
                 let zero = self.expressions.constant(0.0);
-                let ahead = self.call(Op::Max, &[x, zero]);
-                let [y, x] = [jump.number, ahead].map(|v| self.call(Op::Mul, &[v, v]));
+                let positive_x = self.call(Op::Max, &[x, zero]);
+                let [y, x] = [jump.number, positive_x].map(|v| self.call(Op::Mul, &[v, v]));
                 let square = self.call(Op::Add, &[y, x]);
                 self.call(Op::Sqrt, &[square])
             }
-            Place::Whole => {
-                let one = self.expressions.constant(1.0);
-                let share = self.call(Op::Fract, &[jump.number]);
-                let rest = self.call(Op::Sub, &[one, share]);
-                self.call(Op::Min, &[share, rest])
+            JumpSurface::Integers => {
+                let unit = self.expressions.constant(1.0);
+                let fraction = self.call(Op::Fract, &[jump.number]);
+                let one_minus_fraction = self.call(Op::Sub, &[unit, fraction]);
+                self.call(Op::Min, &[fraction, one_minus_fraction])
             }
         };
-        self.within(size, jump.slope)
+        self.safe_distance(size, jump.slope)
     }
 
-    /// A distance within which a number changes by no more than a size.
-    fn within(&mut self, size: ExprId, local: Local) -> ExprId {
-        if let Some(slope) = self.expressions.as_constant(local.slope)
-            && local.growth.is_none()
+    /// Returns a distance within which a number changes by at most `size`.
+    fn safe_distance(&mut self, size: ExprId, bound: LocalBound) -> ExprId {
+        if let Some(slope) = self.expressions.as_constant(bound.slope)
+            && bound.growth.is_none()
         {
-            return self.divided(size, slope);
+            return self.divide_by_slope(size, slope);
         }
-        let mut slope = local.slope;
-        if let Some(growth) = local.growth {
-            let more = self.call(Op::Mul, &[growth, size]);
-            slope = self.call(Op::Add, &[slope, more]);
+        let mut slope = bound.slope;
+        if let Some(growth) = bound.growth {
+            let added_slope = self.call(Op::Mul, &[growth, size]);
+            slope = self.call(Op::Add, &[slope, added_slope]);
         }
         let distance = self.call(Op::Div, &[size, slope]);
-        match local.radius {
+        match bound.radius {
             Some(radius) => self.call(Op::Min, &[distance, radius]),
             None => distance,
         }
     }
 
-    /// The same place; where all of its operations are in what a choice leaves out, it is no nearer than the choice's
-    /// own place.
-    fn chosen<'a>(&mut self, place: &Nearest<'a>, all: &[Nearest]) -> Nearest<'a> {
-        let mut chosen = Nearest { ..*place };
+    /// Returns the same surface. Where a choice excludes all of its operations, it is at least as far
+    /// as the surface of the choice.
+    fn with_choices<'a>(
+        &mut self,
+        surface: &NearestSurface<'a>,
+        surfaces: &[NearestSurface],
+    ) -> NearestSurface<'a> {
+        let mut chosen = NearestSurface { ..*surface };
         for id in operands_first(self.expressions, self.number, |_| false) {
             let Expression::Apply { op, values, .. } = self.expressions.get(id).clone() else {
                 continue;
@@ -400,116 +452,140 @@ impl Writer<'_> {
             let (Op::Select, &[condition, first, second]) = (op, values.as_slice()) else {
                 continue;
             };
-            let is_choice = |other: &&Nearest| other.jump.operations.contains(&condition);
-            let Some(choice) = all.iter().find(is_choice) else {
+            let is_choice = |other: &&NearestSurface| other.jump.operations.contains(&condition);
+            let Some(choice) = surfaces.iter().find(is_choice) else {
                 continue;
             };
             for (is_first, other) in [(true, second), (false, first)] {
-                if !self.is_only_in(place.jump, id, [condition, other]) {
+                if !self.is_only_under(surface.jump, id, [condition, other]) {
                     continue;
                 }
-                let choice = [condition, choice.near];
-                chosen.near = self.farther(chosen.near, choice, is_first);
-                let far = chosen.far.map(|far| self.farther(far, choice, is_first));
-                chosen.far = far;
+                let choice = [condition, choice.distance];
+                chosen.distance = self.farther_if_excluded(chosen.distance, choice, is_first);
+                let next = chosen
+                    .next_distance
+                    .map(|next| self.farther_if_excluded(next, choice, is_first));
+                chosen.next_distance = next;
             }
         }
         chosen
     }
 
-    /// A distance, or that of a choice's own place where the choice leaves out its first operand, or its second one.
-    fn farther(&mut self, near: ExprId, choice: [ExprId; 2], is_first: bool) -> ExprId {
-        let [condition, place] = choice;
-        let out = self.call(Op::Max, &[near, place]);
-        let [first, second] = if is_first { [near, out] } else { [out, near] };
+    /// Returns a distance, or the maximum with that of a choice's surface where the choice excludes its
+    /// first or second operand.
+    fn farther_if_excluded(
+        &mut self,
+        distance: ExprId,
+        choice: [ExprId; 2],
+        is_first: bool,
+    ) -> ExprId {
+        let [condition, choice_distance] = choice;
+        let excluded = self.call(Op::Max, &[distance, choice_distance]);
+        let [first, second] = if is_first {
+            [distance, excluded]
+        } else {
+            [excluded, distance]
+        };
         self.call(Op::Select, &[condition, first, second])
     }
 
-    /// Reports whether the number has none of a jump's operations but by an operand of a choice, of which the others are
-    /// given.
-    fn is_only_in(&self, jump: &Jump, choice: ExprId, others: [ExprId; 2]) -> bool {
+    /// Reports whether all uses of a jump's operations in the number are through one operand of a
+    /// choice. `others` are the choice's other operands.
+    fn is_only_under(&self, jump: &Discontinuity, choice: ExprId, others: [ExprId; 2]) -> bool {
         let is_in = |id: &ExprId| jump.operations.contains(id);
-        [self.number, others[0], others[1]].into_iter().all(|from| {
-            let order = operands_first(self.expressions, from, |id| id == choice);
+        [self.number, others[0], others[1]].into_iter().all(|root| {
+            let order = operands_first(self.expressions, root, |id| id == choice);
             !order.iter().any(is_in)
         })
     }
 
-    /// The nearest place of a jump.
-    fn nearest<'a>(&mut self, jump: &'a Jump) -> Nearest<'a> {
-        let near = self.near(jump);
-        let Place::Whole = jump.place else {
-            return Nearest {
+    /// Returns the nearest surface of a discontinuity.
+    fn nearest_surface<'a>(&mut self, jump: &'a Discontinuity) -> NearestSurface<'a> {
+        let distance = self.nearest_distance(jump);
+        let JumpSurface::Integers = jump.surface else {
+            return NearestSurface {
                 jump,
-                near,
-                far: None,
-                shift: self.turn(jump),
+                distance,
+                next_distance: None,
+                shift: self.branch_cut_shift(jump),
             };
         };
         let [half, one, two] = [0.5, 1.0, 2.0].map(|value| self.expressions.constant(value));
-        let share = self.call(Op::Fract, &[jump.number]);
-        let rest = self.call(Op::Sub, &[one, share]);
-        let far = self.call(Op::Max, &[share, rest]);
-        let is_above = self.call(Op::Less, &[half, share]);
+        let fraction = self.call(Op::Fract, &[jump.number]);
+        let one_minus_fraction = self.call(Op::Sub, &[one, fraction]);
+        let next = self.call(Op::Max, &[fraction, one_minus_fraction]);
+        let is_above = self.call(Op::Less, &[half, fraction]);
         let twice = self.call(Op::Mul, &[is_above, two]);
-        Nearest {
+        NearestSurface {
             jump,
-            near,
-            far: Some(self.within(far, jump.slope)),
+            distance,
+            next_distance: Some(self.safe_distance(next, jump.slope)),
             shift: Some(self.call(Op::Sub, &[twice, one])),
         }
     }
 
-    /// The difference of an angle beyond the place where angles begin again.
-    fn turn(&mut self, jump: &Jump) -> Option<ExprId> {
-        let Place::Turn(_) = jump.place else {
+    /// Returns the difference of an angle beyond its branch cut.
+    fn branch_cut_shift(&mut self, jump: &Discontinuity) -> Option<ExprId> {
+        let JumpSurface::BranchCut(_) = jump.surface else {
             return None;
         };
         let turns = [std::f64::consts::TAU, -std::f64::consts::TAU];
-        let [more, less] = turns.map(|turn| self.expressions.constant(turn));
+        let [full_turn, negative_turn] = turns.map(|turn| self.expressions.constant(turn));
         let is_below = self.is_below(jump.number);
-        Some(self.call(Op::Select, &[is_below, more, less]))
+        Some(self.call(Op::Select, &[is_below, full_turn, negative_turn]))
     }
 
-    /// A safe way into a piece, at least `near` long, and a `way` there that leads to no change of its sign.
-    fn beyond(&mut self, piece: ExprId, is_below: ExprId, [near, way]: [ExprId; 2]) -> ExprId {
+    /// Returns a safe distance into a piece: at least `near`, and `way` if that piece has the same
+    /// sign.
+    fn distance_beyond(
+        &mut self,
+        piece: ExprId,
+        is_below: ExprId,
+        [distance, distance_in_piece]: [ExprId; 2],
+    ) -> ExprId {
         let is_other_below = self.is_below(piece);
         let change = self.call(Op::Sub, &[is_below, is_other_below]);
         let changes = self.call(Op::Abs, &[change]);
-        let same = self.call(Op::Max, &[near, way]);
-        self.call(Op::Select, &[changes, near, same])
+        let combined = self.call(Op::Max, &[distance, distance_in_piece]);
+        self.call(Op::Select, &[changes, distance, combined])
     }
 
-    /// A number with other values of the operations that jump at some places.
-    fn piece(&mut self, number: ExprId, places: &[&Nearest]) -> ExprId {
+    /// Returns a number with other values of the operations that are discontinuous at some surfaces.
+    fn shifted_number(&mut self, number: ExprId, surfaces: &[&NearestSurface]) -> ExprId {
         let mut shifts: HashMap<ExprId, Option<ExprId>> = HashMap::new();
-        for place in places {
-            shifts.extend(place.jump.operations.iter().map(|&id| (id, place.shift)));
+        for surface in surfaces {
+            shifts.extend(
+                surface
+                    .jump
+                    .operations
+                    .iter()
+                    .map(|&id| (id, surface.shift)),
+            );
         }
-        rewritten(self.expressions, number, |e, id, written, values| {
+        rewrite_number(self.expressions, number, |e, id, written, values| {
             match (shifts.get(&id), e.get(id)) {
                 (Some(&shift), &Expression::Apply { op, .. }) => {
-                    shifted(e, written, op, values, shift)
+                    shifted_operation(e, written, op, values, shift)
                 }
                 _ => written,
             }
         })
     }
 
-    /// The way to a change of sign that a value tells, where operations are as beyond some places.
-    fn way(&mut self, piece: ExprId, places: &[&Nearest]) -> ExprId {
+    /// Returns the distance to a change of sign by a value, with operations as beyond some surfaces.
+    fn distance_to_zero(&mut self, piece: ExprId, surfaces: &[&NearestSurface]) -> ExprId {
         let size = self.call(Op::Abs, &[piece]);
-        let own = self.slope;
-        let mut beyond = |id: ExprId| self.piece(id, places);
-        let local = Local {
-            slope: beyond(own.slope),
-            growth: own.growth.map(&mut beyond),
-            radius: own.radius.map(&mut beyond),
+        let bound = self.slope;
+        let mut shift = |id: ExprId| self.shifted_number(id, surfaces);
+        let shifted_bound = LocalBound {
+            slope: shift(bound.slope),
+            growth: bound.growth.map(&mut shift),
+            radius: bound.radius.map(&mut shift),
         };
-        self.within(size, local)
+        self.safe_distance(size, shifted_bound)
     }
 
-    /// The bound of the slope of all pieces, where it is one number.
+    /// Returns the slope bound of all pieces, if it is a constant.
     fn constant_slope(&self) -> Option<f64> {
         match self.slope.growth {
             Some(_) => None,
@@ -522,7 +598,7 @@ impl Writer<'_> {
         self.call(Op::Less, &[id, zero])
     }
 
-    fn divided(&mut self, id: ExprId, slope: f64) -> ExprId {
+    fn divide_by_slope(&mut self, id: ExprId, slope: f64) -> ExprId {
         let factor = self.expressions.constant(1.0 / slope);
         self.call(Op::Mul, &[id, factor])
     }
@@ -532,8 +608,8 @@ impl Writer<'_> {
     }
 }
 
-/// The result of an operation beyond a jump.
-fn shifted(
+/// Returns the result of an operation beyond a discontinuity.
+fn shifted_operation(
     expressions: &mut Expressions,
     id: ExprId,
     op: Op,
@@ -543,13 +619,13 @@ fn shifted(
     match (op, shift) {
         (Op::Fract, Some(shift)) => expressions.call(Op::Sub, &[id, shift]),
         (Op::Modulo, Some(shift)) => {
-            let by = expressions.call(Op::Mul, &[shift, values[1]]);
-            expressions.call(Op::Sub, &[id, by])
+            let divisor_shift = expressions.call(Op::Mul, &[shift, values[1]]);
+            expressions.call(Op::Sub, &[id, divisor_shift])
         }
         (_, Some(shift)) => expressions.call(Op::Add, &[id, shift]),
         (_, None) => {
-            let one = expressions.constant(1.0);
-            expressions.call(Op::Sub, &[one, id])
+            let unit = expressions.constant(1.0);
+            expressions.call(Op::Sub, &[unit, id])
         }
     }
 }

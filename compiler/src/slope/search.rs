@@ -1,198 +1,210 @@
-//! The boxes that a search for slopes looks at: parts of space together with parts of the ranges of
+//! Nodes of the branch-and-bound search for slopes: parts of space together with parts of the ranges of
 //! parameters.
 
 use super::Ranges;
-use crate::boxes::{BoxNumber, Held, UniformValue};
+use crate::box_eval::{BoxNumber, HeldBranches, UniformInput};
 use crate::expression::{ExprId, Expressions};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Real;
 
-/// How far into each range the numbers are taken with which slopes at points are found: at the end,
-/// where most are steepest, and somewhere in between.
-const SAMPLES: [f64; 2] = [1.0, 0.38];
+/// Fractions of each range at which slopes at points are sampled: its end, where most fields are
+/// steepest, and a point inside.
+const SAMPLE_FRACTIONS: [f64; 2] = [1.0, 0.38];
 
-/// Halving a range must bring the bound down to so much of what halving space does.
-const RANGE_PAYS: f64 = 0.95;
+/// Maximum ratio of the bound after halving a range to that after halving space, for the range to be
+/// halved.
+const MAX_RANGE_RATIO: f64 = 0.95;
 
-/// A box: a part of space, and of the range of each parameter that matters.
-pub(super) struct Piece {
-    /// A bound on the square of the slope in it.
+/// A node: a part of space, and of the range of each parameter.
+pub(super) struct SubBox {
+    /// Bound on the square of the slope in it.
     pub(super) upper: f64,
     bounds: Bounds,
     ranges: Vec<Interval>,
 }
 
-/// The numbers that are searched, over boxes and at points.
-pub(super) struct Search {
-    over: Vec<BoxNumber<Dual<Interval>>>,
-    at: Vec<BoxNumber<Dual<f64>>>,
-    /// Which of a piece's ranges are worth halving.
-    halved: Vec<usize>,
+/// Numbers whose slope is searched, over boxes and at points.
+pub(super) struct SlopeSearch {
+    box_numbers: Vec<BoxNumber<Dual<Interval>>>,
+    point_numbers: Vec<BoxNumber<Dual<f64>>>,
+    /// Indices of the ranges that are worth halving.
+    split_ranges: Vec<usize>,
     /// All ranges.
     ranges: Vec<Interval>,
-    /// The square of the steepest slope that was found.
-    found: f64,
-    /// The values at which the slope matters.
-    values: Interval,
+    /// Square of the steepest sampled slope.
+    max_square: f64,
+    /// Values at which the slope matters.
+    relevant_values: Interval,
 }
 
-impl Search {
+impl SlopeSearch {
     pub(super) fn new(expressions: &Expressions, numbers: &[ExprId], ranges: &Ranges) -> Self {
         let mut ranged = Vec::new();
         let mut uniform = |id| {
-            let range = ranges.of_leaf(expressions, id);
+            let range = ranges.leaf(expressions, id);
             if range.lo == range.hi || !(range.hi - range.lo).is_finite() {
-                return UniformValue::Known(range);
+                return UniformInput::Known(range);
             }
-            let slot = ranged.iter().position(|&(of, _)| of == id);
-            UniformValue::Ranged(slot.unwrap_or_else(|| {
+            let slot = ranged.iter().position(|&(existing, _)| existing == id);
+            UniformInput::Input(slot.unwrap_or_else(|| {
                 ranged.push((id, range));
                 ranged.len() - 1
             }))
         };
-        let over = numbers
+        let box_numbers = numbers
             .iter()
             .map(|&id| BoxNumber::new(expressions, id, &mut uniform))
             .collect();
-        let at = numbers
+        let point_numbers = numbers
             .iter()
             .map(|&id| BoxNumber::new(expressions, id, &mut uniform))
             .collect();
         Self {
-            over,
-            at,
-            halved: Vec::new(),
+            box_numbers,
+            point_numbers,
+            split_ranges: Vec::new(),
             ranges: ranged.into_iter().map(|(_, range)| range).collect(),
-            found: 0.0,
-            values: Interval::ALL,
+            max_square: 0.0,
+            relevant_values: Interval::ALL,
         }
     }
 
-    /// The same search with slopes that matter only where all numbers are in a range.
-    pub(super) fn among(self, values: Interval) -> Self {
-        Self { values, ..self }
+    /// Returns the same search, with slopes that count only where all numbers are in a range.
+    pub(super) fn within_values(self, values: Interval) -> Self {
+        Self {
+            relevant_values: values,
+            ..self
+        }
     }
 
-    /// The same search of the numbers' pieces, with their jumps held.
-    pub(super) fn holding(self, held: Held) -> Self {
-        let over = self.over.into_iter();
-        let over = over.map(|number| number.holding(held)).collect();
-        Self { over, ..self }
+    /// Returns the same search over the numbers' pieces, with their discontinuities held.
+    pub(super) fn with_held_branches(self, held: HeldBranches) -> Self {
+        let numbers = self.box_numbers.into_iter();
+        let box_numbers = numbers
+            .map(|number| number.with_held_branches(held))
+            .collect();
+        Self {
+            box_numbers,
+            ..self
+        }
     }
 
-    /// What looking at a box costs.
+    /// Returns the cost of evaluating a box.
     pub(super) fn cost(&self) -> usize {
-        let once: usize = self.over.iter().map(BoxNumber::cost).sum();
-        once * (1 + self.halved.len())
+        let evaluation: usize = self.box_numbers.iter().map(BoxNumber::cost).sum();
+        evaluation * (1 + self.split_ranges.len())
     }
 
-    /// The first box: this region, or a smaller one in which the numbers are all that they are in it.
-    pub(super) fn whole(&mut self, region: &Bounds) -> Piece {
-        let along = self.over.iter().map(BoxNumber::along);
-        let along = along.reduce(|a, b| std::array::from_fn(|axis| a[axis].with(b[axis])));
+    /// Returns the root node: this region, or one period of the numbers.
+    pub(super) fn root(&mut self, region: &Bounds) -> SubBox {
+        let dependence = self.box_numbers.iter().map(BoxNumber::axis_dependence);
+        let dependence =
+            dependence.reduce(|a, b| std::array::from_fn(|axis| a[axis].with(b[axis])));
         let mut bounds = *region;
-        for (axis, along) in along.into_iter().flatten().enumerate() {
+        for (axis, dependence) in dependence.into_iter().flatten().enumerate() {
             [bounds.min[axis], bounds.max[axis]] =
-                along.enough_of([region.min[axis], region.max[axis]]);
+                dependence.one_period([region.min[axis], region.max[axis]]);
         }
         let ranges = self.ranges.clone();
-        let matters: Vec<usize> = (0..ranges.len())
-            .filter(|&slot| self.matters(&bounds, slot))
+        let varying: Vec<usize> = (0..ranges.len())
+            .filter(|&slot| self.depends_on(&bounds, slot))
             .collect();
-        self.halved = matters;
-        self.piece(bounds, ranges, f64::INFINITY)
+        self.split_ranges = varying;
+        self.bounded_sub_box(bounds, ranges, f64::INFINITY)
     }
 
-    /// Whether the slope depends on a range, at some point in no special place.
-    fn matters(&mut self, bounds: &Bounds, slot: usize) -> bool {
-        let place = [0.31, 0.43, 0.57];
+    /// Reports whether the slope depends on a range, at an arbitrary point.
+    fn depends_on(&mut self, bounds: &Bounds, slot: usize) -> bool {
+        let fractions = [0.31, 0.43, 0.57];
         let point = std::array::from_fn(|axis| {
             let (lo, hi) = (bounds.min[axis], bounds.max[axis]);
-            lo + (hi - lo) * place[axis]
+            lo + (hi - lo) * fractions[axis]
         });
         let point = Bounds {
             min: point,
             max: point,
         };
         let mut ranges = self.ranges.clone();
-        let (_, wide) = self.squares(&point, &ranges);
+        let (_, wide) = self.squared_slopes(&point, &ranges);
         ranges[slot] = Interval::point(ranges[slot].lo);
-        let (_, narrow) = self.squares(&point, &ranges);
+        let (_, narrow) = self.squared_slopes(&point, &ranges);
         narrow < wide * 0.999
     }
 
-    /// The least and the largest square of the slope that may be in a box, where it matters.
-    fn squares(&mut self, bounds: &Bounds, ranges: &[Interval]) -> (f64, f64) {
+    /// Returns the smallest and the largest squared slope in a box, at the values that matter.
+    fn squared_slopes(&mut self, bounds: &Bounds, ranges: &[Interval]) -> (f64, f64) {
         let (mut lower, mut upper) = (0.0_f64, 0.0_f64);
-        let (mut is_within, mut is_without) = (true, false);
-        for number in &mut self.over {
-            let Dual { value, gradient } = number.over(bounds, ranges);
+        let (mut is_within, mut is_outside) = (true, false);
+        for number in &mut self.box_numbers {
+            let Dual { value, gradient } = number.eval(bounds, ranges);
             for component in [gradient.x, gradient.y, gradient.z] {
                 lower += component.abs().lo.powi(2);
             }
-            upper += number.steepest().powi(2);
-            is_within &= self.values.lo <= value.lo && value.hi <= self.values.hi;
-            is_without |= value.hi < self.values.lo || self.values.hi < value.lo;
+            upper += number.gradient_norm_bound().powi(2);
+            is_within &= self.relevant_values.lo <= value.lo && value.hi <= self.relevant_values.hi;
+            is_outside |= value.hi < self.relevant_values.lo || self.relevant_values.hi < value.lo;
         }
-        if is_without {
+        if is_outside {
             return (0.0, 0.0);
         }
         (if is_within { lower } else { 0.0 }, upper)
     }
 
-    /// A box with the bound over it, given that over a larger one.
-    fn piece(&mut self, bounds: Bounds, ranges: Vec<Interval>, larger: f64) -> Piece {
-        let (lower, upper) = self.squares(&bounds, &ranges);
-        self.found = self.found.max(lower);
-        Piece {
+    /// Creates a node with its bound, given the bound over a node around it.
+    fn bounded_sub_box(&mut self, bounds: Bounds, ranges: Vec<Interval>, larger: f64) -> SubBox {
+        let (lower, upper) = self.squared_slopes(&bounds, &ranges);
+        self.max_square = self.max_square.max(lower);
+        SubBox {
             upper: upper.min(larger),
             bounds,
             ranges,
         }
     }
 
-    /// Looks how steep the numbers are in the middle of a box; gives the square of the steepest slope
-    /// found so far.
-    pub(super) fn look_inside(&mut self, piece: &Piece) -> f64 {
-        let samples = if piece.ranges.is_empty() { 1 } else { 2 };
-        for share in &SAMPLES[..samples] {
-            let at = |range: &Interval| Interval::point(range.lo + (range.hi - range.lo) * share);
-            let ranges: Vec<Interval> = piece.ranges.iter().map(at).collect();
-            let matter = self.values;
-            let gradients = self.at.iter_mut().map(|number| {
-                let Dual { value, gradient } = number.over(&piece.bounds, &ranges);
+    /// Samples the slope at the centre of a node; returns the square of the steepest slope so far.
+    pub(super) fn sample_lower_bound(&mut self, sub_box: &SubBox) -> f64 {
+        let samples = if sub_box.ranges.is_empty() { 1 } else { 2 };
+        for fraction in &SAMPLE_FRACTIONS[..samples] {
+            let at_fraction =
+                |range: &Interval| Interval::point(range.lo + (range.hi - range.lo) * fraction);
+            let ranges: Vec<Interval> = sub_box.ranges.iter().map(at_fraction).collect();
+            let relevant = self.relevant_values;
+            let gradients = self.point_numbers.iter_mut().map(|number| {
+                let Dual { value, gradient } = number.eval(&sub_box.bounds, &ranges);
                 let square = gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2);
-                if matter.lo <= value && value <= matter.hi {
+                if relevant.lo <= value && value <= relevant.hi {
                     square
                 } else {
                     0.0
                 }
             });
-            // What is not a number was not found.
-            self.found = self.found.max(gradients.sum());
+            // `max` ignores NaN.
+            self.max_square = self.max_square.max(gradients.sum());
         }
-        self.found
+        self.max_square
     }
 
-    /// The steepest slope that was found.
-    pub(super) fn found(&self) -> f64 {
-        self.found.sqrt()
+    /// Returns the steepest sampled slope.
+    pub(super) fn best_lower_bound(&self) -> f64 {
+        self.max_square.sqrt()
     }
 
-    /// The last number at a point and the slope of all of them, with all parameters in the middle of their ranges.
-    pub(super) fn at(&mut self, point: [f64; 3]) -> (f64, f64) {
-        let all = self.duals_at(point);
+    /// Returns the last number at a point and the slope of all of them, with all parameters at the
+    /// midpoint of their ranges.
+    pub(super) fn value_and_slope_at(&mut self, point: [f64; 3]) -> (f64, f64) {
+        let duals = self.duals_at(point);
         let (mut last, mut square) = (0.0, 0.0);
-        for Dual { value, gradient } in all {
+        for Dual { value, gradient } in duals {
             last = value;
             square += gradient.x.powi(2) + gradient.y.powi(2) + gradient.z.powi(2);
         }
         (last, square.sqrt())
     }
 
-    /// The numbers at a point with their gradients, with all parameters in the middle of their ranges.
+    /// Returns the numbers at a point with their gradients, with all parameters at the midpoint of
+    /// their ranges.
     pub(super) fn duals_at(&mut self, point: [f64; 3]) -> impl Iterator<Item = Dual<f64>> {
         let bounds = Bounds {
             min: point,
@@ -200,27 +212,29 @@ impl Search {
         };
         let middle = |range: &Interval| Interval::point(range.lo + (range.hi - range.lo) / 2.0);
         let ranges: Vec<Interval> = self.ranges.iter().map(middle).collect();
-        self.at
+        self.point_numbers
             .iter_mut()
-            .map(move |number| number.over(&bounds, &ranges))
+            .map(move |number| number.eval(&bounds, &ranges))
     }
 
-    /// The first number and its gradient in a region.
-    pub(super) fn first_over(&mut self, region: &Bounds) -> Option<Dual<Interval>> {
-        let first = self.over.first_mut()?;
-        Some(first.over(region, &self.ranges))
+    /// Returns the first number and its gradient in a region.
+    pub(super) fn first_in_region(&mut self, region: &Bounds) -> Option<Dual<Interval>> {
+        let first = self.box_numbers.first_mut()?;
+        Some(first.eval(region, &self.ranges))
     }
 
-    /// Both halves of a box: of space, or of a range where that pays.
-    pub(super) fn halves(&mut self, of: &Piece) -> [Piece; 2] {
-        let spaces = of.space_halved();
-        let mut best = spaces.map(|half| self.piece(half, of.ranges.clone(), of.upper));
-        let mut most = worse(&best) * RANGE_PAYS;
-        for slot in self.halved.clone() {
-            let halves = of.range_halved(slot);
-            let halves = halves.map(|half| self.piece(of.bounds, half, of.upper));
-            if worse(&halves) < most {
-                most = worse(&halves);
+    /// Splits a node in halves: of space, or of a range where that is better.
+    pub(super) fn split(&mut self, sub_box: &SubBox) -> [SubBox; 2] {
+        let spaces = sub_box.split_space();
+        let mut best =
+            spaces.map(|half| self.bounded_sub_box(half, sub_box.ranges.clone(), sub_box.upper));
+        let mut max_accepted = max_upper(&best) * MAX_RANGE_RATIO;
+        for slot in self.split_ranges.clone() {
+            let halves = sub_box.split_range(slot);
+            let halves =
+                halves.map(|half| self.bounded_sub_box(sub_box.bounds, half, sub_box.upper));
+            if max_upper(&halves) < max_accepted {
+                max_accepted = max_upper(&halves);
                 best = halves;
             }
         }
@@ -228,19 +242,19 @@ impl Search {
     }
 }
 
-/// The bound over both.
-fn worse(halves: &[Piece; 2]) -> f64 {
+/// Returns the bound over both.
+fn max_upper(halves: &[SubBox; 2]) -> f64 {
     halves[0].upper.max(halves[1].upper)
 }
 
-impl Piece {
-    /// Whether halving leads anywhere.
+impl SubBox {
+    /// Reports whether halving can converge.
     pub(super) fn is_finite(&self) -> bool {
         self.bounds.is_finite()
     }
 
-    /// Both halves of its space, across the longest side.
-    fn space_halved(&self) -> [Bounds; 2] {
+    /// Returns the halves of its space across the longest side.
+    fn split_space(&self) -> [Bounds; 2] {
         let size = |axis: usize| self.bounds.max[axis] - self.bounds.min[axis];
         let axis = (0..3).max_by(|&a, &b| size(a).total_cmp(&size(b)));
         let axis = axis.unwrap_or(0);
@@ -251,8 +265,8 @@ impl Piece {
         [low, high]
     }
 
-    /// Its ranges with either half of one.
-    fn range_halved(&self, slot: usize) -> [Vec<Interval>; 2] {
+    /// Returns its ranges with either half of one.
+    fn split_range(&self, slot: usize) -> [Vec<Interval>; 2] {
         let (mut low, mut high) = (self.ranges.clone(), self.ranges.clone());
         let Interval { lo, hi } = self.ranges[slot];
         let middle = lo + (hi - lo) / 2.0;
@@ -262,19 +276,19 @@ impl Piece {
     }
 }
 
-impl PartialEq for Piece {
+impl PartialEq for SubBox {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
-impl Eq for Piece {}
-impl PartialOrd for Piece {
+impl Eq for SubBox {}
+impl PartialOrd for SubBox {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
-/// The worst is looked at first.
-impl Ord for Piece {
+/// The node with the largest bound comes first.
+impl Ord for SubBox {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.upper.total_cmp(&other.upper)
     }

@@ -1,18 +1,20 @@
-//! Lipschitz bounds of shapes: how fast a shape's value, as it is written, changes within a region.
+//! Lipschitz bounds of shapes: bounds on how fast a shape's value, as it is written, changes within a
+//! region.
 //!
-//! A bound follows from the rules of the table, operand by operand, and from a search through boxes for
-//! what a scene writes itself (fields, displacements, warps). It holds for all points of the region and
-//! for all values of the parameters.
+//! A bound follows from the rules of the table, operand by operand, and from a branch-and-bound search
+//! for the numbers that a scene writes itself (fields, displacements, warps). It holds for all points
+//! of the region and for all values of the parameters.
 
-use super::held::Throughout;
+use super::region_bounds::RegionBounds;
 use super::{
-    Budget, Capped, Known, LOOSE, Ranges, bound, capped, has_jumps, pieces, steepest, tried,
+    Budget, CappedField, LOOSE_FACTOR, Ranges, SlopeScope, capped_field, estimated_slope,
+    has_discontinuities, pieces, slope_bound, steepest_sample,
 };
-use crate::bounds::{Boxes, World};
+use crate::bounds::{SceneRef, ShapeBounds};
 use crate::expression::{ExprId, Expressions};
 use crate::range::range_over;
 use crate::scene::{ShapeId, ShapeKind};
-use sdfc_vm::apply::{Applied, apply, laid_out};
+use sdfc_vm::apply::{OpResult, apply, pack_parameters};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::ops::volumes;
@@ -21,47 +23,47 @@ use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 use std::collections::HashMap;
 
-/// The Lipschitz bounds of a scene's shapes, each found when it is first wanted.
+/// Cache of the Lipschitz bounds of a scene's shapes, each computed on first use.
 pub(crate) struct ShapeSlopes {
     ranges: Ranges,
     budget: Budget,
     /// Bounds of shapes that are the same in every region.
-    everywhere: HashMap<ShapeId, f64>,
+    constant_bounds: HashMap<ShapeId, f64>,
     /// Bounds of written numbers, by the corners of their region.
-    searched: HashMap<(Vec<ExprId>, [u64; 6]), Option<f64>>,
-    /// Guesses of the same.
-    guessed: HashMap<(Vec<ExprId>, [u64; 6]), f64>,
-    /// Whether a shape's bound depends on the region.
-    varies: Vec<bool>,
-    /// Whether numbers are found by trying points instead of bounds.
-    is_guessing: bool,
-    /// About half the size of what is seen.
+    number_bounds: HashMap<(Vec<ExprId>, [u64; 6]), Option<f64>>,
+    /// Estimates of the same.
+    estimates: HashMap<(Vec<ExprId>, [u64; 6]), f64>,
+    /// For each shape: its bound depends on the region.
+    is_regional: Vec<bool>,
+    /// Set while written numbers without a bound are estimated from sample points.
+    is_estimating: bool,
+    /// About half the size of the visible scene.
     size: f64,
-    /// The fields whose stated bound was tried; with where it does not hold, if it does not.
-    stated: HashMap<ShapeId, Option<Refuted>>,
-    /// The values by which rays march on fields without a bound, by the corners of their region.
-    capped: HashMap<(ShapeId, [u64; 6]), Option<Capped>>,
-    /// Steps on numbers that jump, by the corners of their region.
-    stepped: HashMap<(ExprId, [u64; 6], Known), Option<ExprId>>,
+    /// Fields whose declared bound was tested, with a counterexample if there is one.
+    tested: HashMap<ShapeId, Option<RefutedSlope>>,
+    /// Values by which rays march on fields without a bound, by the corners of their region.
+    capped: HashMap<(ShapeId, [u64; 6]), Option<CappedField>>,
+    /// Steps on numbers with discontinuities, by the corners of their region.
+    discontinuous_step: HashMap<(ExprId, [u64; 6], SlopeScope), Option<ExprId>>,
 }
 
-/// A place at which a field is steeper than the scene states.
+/// Counterexample to a field's declared slope.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Refuted {
-    /// The bound that is stated.
-    pub(crate) stated: f64,
-    /// The slope there.
+pub(crate) struct RefutedSlope {
+    /// Declared bound.
+    pub(crate) declared: f64,
+    /// Slope at the point.
     pub(crate) slope: f64,
-    /// The place, in the frame of the field.
-    pub(crate) place: [f64; 3],
+    /// Point in the frame of the field.
+    pub(crate) point: [f64; 3],
 }
 
-/// The least excess over a stated slope that is no rounding, as a factor.
-const REFUTES: f64 = 1.0 + 1e-6;
-/// The half side of the cube in which an endless field is tried, in sizes of the scene.
-const TRIED_CUBE: f64 = 4.0;
+/// Minimum ratio of a sampled slope to the declared one that cannot be due to rounding.
+const MIN_REFUTING_RATIO: f64 = 1.0 + 1e-6;
+/// Half side of the cube in which an infinite field is sampled, in sizes of the scene.
+const SAMPLED_CUBE: f64 = 4.0;
 
-/// The corners of a region as keys.
+/// Returns the corners of a region as keys.
 fn corners(region: &Bounds) -> [u64; 6] {
     let [x, y, z] = region.min.map(f64::to_bits);
     let [u, v, w] = region.max.map(f64::to_bits);
@@ -69,164 +71,179 @@ fn corners(region: &Bounds) -> [u64; 6] {
 }
 
 impl ShapeSlopes {
-    pub(crate) fn new(world: World<'_>, size: f64) -> Self {
+    pub(crate) fn new(scene: SceneRef<'_>, size: f64) -> Self {
         Self {
-            ranges: Ranges::of(world),
+            ranges: Ranges::for_scene(scene),
             budget: Budget::default(),
-            everywhere: HashMap::new(),
-            searched: HashMap::new(),
-            guessed: HashMap::new(),
-            varies: Vec::new(),
-            is_guessing: false,
+            constant_bounds: HashMap::new(),
+            number_bounds: HashMap::new(),
+            estimates: HashMap::new(),
+            is_regional: Vec::new(),
+            is_estimating: false,
             size,
-            stated: HashMap::new(),
+            tested: HashMap::new(),
             capped: HashMap::new(),
-            stepped: HashMap::new(),
+            discontinuous_step: HashMap::new(),
         }
     }
 
-    /// About half the size of what is seen.
+    /// Returns about half the size of the visible scene.
     pub(crate) fn size(&self) -> f64 {
         self.size
     }
 
-    /// A bound of the shape's slope within a region, in the frame of the shape; infinite where none is
-    /// known. Recursion over shapes within shapes, whose depth the elaborator bounds.
-    pub(crate) fn within(
+    /// Returns a bound of the shape's slope within a region, in the frame of the shape; infinite if
+    /// unknown. Recursion over nested shapes, whose depth the elaborator bounds.
+    pub(crate) fn bound_in_region(
         &mut self,
-        world: World<'_>,
-        boxes: &mut Boxes,
+        scene: SceneRef<'_>,
+        boxes: &mut ShapeBounds,
         id: ShapeId,
         region: &Bounds,
     ) -> f64 {
-        if !self.varies(world, id)
-            && let Some(&known) = self.everywhere.get(&id)
+        if !self.varies(scene, id)
+            && let Some(&cached) = self.constant_bounds.get(&id)
         {
-            return known;
+            return cached;
         }
-        let found = self.find(world, boxes, id, region);
-        let found = if found >= 0.0 { found } else { f64::INFINITY };
-        if !self.varies(world, id) {
-            self.everywhere.insert(id, found);
+        let bound = self.compute(scene, boxes, id, region);
+        let bound = if bound >= 0.0 { bound } else { f64::INFINITY };
+        if !self.varies(scene, id) {
+            self.constant_bounds.insert(id, bound);
         }
-        found
+        bound
     }
 
-    /// A number to go by where a shape's slope has no bound in a region: twice as steep as nine tenths of the
-    /// points are at which its written numbers are tried.
-    pub(crate) fn guess(
+    /// Returns an estimate of a shape's slope in a region, for use where there is no bound. It is twice
+    /// the slope that nine tenths of the sample points of its written numbers do not exceed.
+    pub(crate) fn estimate(
         &mut self,
-        world: World<'_>,
-        boxes: &mut Boxes,
+        scene: SceneRef<'_>,
+        boxes: &mut ShapeBounds,
         id: ShapeId,
         region: &Bounds,
     ) -> f64 {
-        self.is_guessing = true;
-        let guess = self.find(world, boxes, id, region);
-        self.is_guessing = false;
+        self.is_estimating = true;
+        let guess = self.compute(scene, boxes, id, region);
+        self.is_estimating = false;
         if guess.is_finite() { guess } else { 1.0 }
     }
 
-    /// The values by which rays march on a field whose slope has no bound in a region; see [`capped`].
+    /// Returns the values by which rays march on a field whose slope has no bound in a region; see
+    /// [`capped_field`].
     pub(crate) fn capped(
         &mut self,
-        world: World<'_>,
+        scene: SceneRef<'_>,
         id: ShapeId,
         region: &Bounds,
-    ) -> Option<Capped> {
-        let ShapeKind::Field { value, .. } = world.shapes[id.0 as usize].kind else {
+    ) -> Option<CappedField> {
+        let ShapeKind::Field { value, .. } = scene.shapes[id.0 as usize].kind else {
             return None;
         };
-        let (graph, ranges) = (world.expressions, &self.ranges);
+        let (graph, ranges) = (scene.expressions, &self.ranges);
         *self
             .capped
             .entry((id, corners(region)))
-            .or_insert_with(|| capped(graph, value, region, ranges))
+            .or_insert_with(|| capped_field(graph, value, region, ranges))
     }
 
-    /// Reports whether a bound of a number's slope in a region is far above its usual slope there: no ray could march by it.
-    pub(crate) fn is_far_from_usual(
+    /// Reports whether a bound of a number's slope in a region is so far above its median slope there
+    /// that it is useless for marching.
+    pub(crate) fn exceeds_median_slope(
         &mut self,
         expressions: &Expressions,
         number: ExprId,
         bound: f64,
         region: &Bounds,
     ) -> bool {
-        let throughout = Throughout {
+        let region_bounds = RegionBounds {
             region,
             ranges: &self.ranges,
             budget: &mut self.budget,
         };
-        let usual = throughout.usual(expressions, number);
-        usual.is_some_and(|usual| bound > usual * LOOSE)
+        let usual = region_bounds.median_slope(expressions, number);
+        usual.is_some_and(|usual| bound > usual * LOOSE_FACTOR)
     }
 
-    /// A written number that jumps, as a step that is safe in a region; see [`pieces`]. A number whose slope has a bound
-    /// there does not jump.
-    pub(crate) fn stepped(
+    /// Returns a written number with discontinuities, as a step that is safe in a region; see
+    /// [`pieces`]. `None` for a number with a slope bound, which is continuous.
+    pub(crate) fn discontinuous_step(
         &mut self,
         expressions: &mut Expressions,
         number: ExprId,
         region: &Bounds,
-        known: Known,
+        scope: SlopeScope,
     ) -> Option<ExprId> {
-        if known == Known::Throughout && !has_jumps(expressions, number) {
+        if scope == SlopeScope::Region && !has_discontinuities(expressions, number) {
             return None;
         }
-        let key = (number, corners(region), known);
-        if let Some(&step) = self.stepped.get(&key) {
+        let key = (number, corners(region), scope);
+        if let Some(&step) = self.discontinuous_step.get(&key) {
             return step;
         }
-        let seen = self.seen(region);
-        let step = match self.proved(expressions, &[number], region) {
+        let sampled = self.sampled_region(region);
+        let step = match self.proved_slope(expressions, &[number], region) {
             Some(_) => None,
             None => {
                 let (ranges, budget) = (&self.ranges, &mut self.budget);
-                pieces::step(expressions, number, known, [region, &seen], ranges, budget)
+                pieces::step(
+                    expressions,
+                    number,
+                    scope,
+                    [region, &sampled],
+                    ranges,
+                    budget,
+                )
             }
         };
-        self.stepped.insert(key, step);
+        self.discontinuous_step.insert(key, step);
         step
     }
 
-    /// Whether a shape's bound depends on the region.
-    pub(crate) fn varies(&mut self, world: World<'_>, id: ShapeId) -> bool {
-        while self.varies.len() <= id.0 as usize {
-            let kind = &world.shapes[self.varies.len()].kind;
-            let own = match kind {
+    /// Reports whether a shape's bound depends on the region.
+    pub(crate) fn varies(&mut self, scene: SceneRef<'_>, id: ShapeId) -> bool {
+        while self.is_regional.len() <= id.0 as usize {
+            let kind = &scene.shapes[self.is_regional.len()].kind;
+            let is_own = match kind {
                 ShapeKind::Field { .. } | ShapeKind::Warp { .. } | ShapeKind::Displace { .. } => {
                     true
                 }
                 ShapeKind::Domain { op, .. } => matches!(op, Op::Twist | Op::Bend),
                 _ => false,
             };
-            let varies = own
+            let varies = is_own
                 || crate::scene::children(kind)
                     .iter()
-                    .any(|child| self.varies[child.0 as usize]);
-            self.varies.push(varies);
+                    .any(|child| self.is_regional[child.0 as usize]);
+            self.is_regional.push(varies);
         }
-        self.varies[id.0 as usize]
+        self.is_regional[id.0 as usize]
     }
 
-    fn find(&mut self, world: World<'_>, boxes: &mut Boxes, id: ShapeId, region: &Bounds) -> f64 {
-        match &world.shapes[id.0 as usize].kind {
+    fn compute(
+        &mut self,
+        scene: SceneRef<'_>,
+        boxes: &mut ShapeBounds,
+        id: ShapeId,
+        region: &Bounds,
+    ) -> f64 {
+        match &scene.shapes[id.0 as usize].kind {
             ShapeKind::Primitive { op, parameters } => {
-                self.by_rule(world, *op, parameters, [0.0; 0])
+                self.by_rule(scene, *op, parameters, [0.0; 0])
             }
             ShapeKind::Polygon { .. } => 1.0,
             ShapeKind::Nothing => 0.0,
             ShapeKind::Field { value, slope, .. } => {
-                let found = self.written(world, &[*value], region);
-                let Some(slope) = slope else { return found };
-                match self.refuted(world, boxes, id, *value, *slope) {
-                    Some(refuted) if self.is_guessing => found.max(refuted.slope),
-                    Some(_) => found,
-                    // Either of two bounds holds.
-                    None if self.is_stated_for(world, boxes, id, region) => {
-                        found.min(self.range(world, *slope).hi)
+                let bound = self.written_slope(scene, &[*value], region);
+                let Some(slope) = slope else { return bound };
+                match self.find_refutation(scene, boxes, id, *value, *slope) {
+                    Some(refuted) if self.is_estimating => bound.max(refuted.slope),
+                    Some(_) => bound,
+                    // Both bounds hold.
+                    None if self.covers_region(scene, boxes, id, region) => {
+                        bound.min(self.range(scene, *slope).hi)
                     }
-                    None => found,
+                    None => bound,
                 }
             }
             ShapeKind::Combine {
@@ -234,117 +251,121 @@ impl ShapeSlopes {
                 children,
                 parameters,
             } => {
-                let first = self.within(world, boxes, children[0], region);
+                let first = self.bound_in_region(scene, boxes, children[0], region);
                 children[1..].iter().fold(first, |sum, &child| {
-                    let next = self.within(world, boxes, child, region);
-                    self.by_rule(world, *op, parameters, [sum, next])
+                    let next = self.bound_in_region(scene, boxes, child, region);
+                    self.by_rule(scene, *op, parameters, [sum, next])
                 })
             }
-            // The scale makes up for what the matrix stretches; see `ShapeKind::Frame`.
+            // The scale compensates for the stretch of the matrix; see `ShapeKind::Frame`.
             ShapeKind::Frame { child, matrix, .. } => {
-                let inner = self.framed(world, matrix, region);
-                self.within(world, boxes, *child, &inner)
+                let inner_region = self.region_in_frame(scene, matrix, region);
+                self.bound_in_region(scene, boxes, *child, &inner_region)
             }
             ShapeKind::Repeat { child, .. } => {
-                let inner = boxes.cell_of(world, id).common(region);
-                let inner = if inner.is_empty() { *region } else { inner };
-                self.within(world, boxes, *child, &inner)
+                let inner_region = boxes.repetition_cells(scene, id).intersection(region);
+                let inner_region = if inner_region.is_empty() {
+                    *region
+                } else {
+                    inner_region
+                };
+                self.bound_in_region(scene, boxes, *child, &inner_region)
             }
             ShapeKind::Polar { child, .. } => {
-                let inner = turned(region, world.shapes[id.0 as usize].plane);
-                self.within(world, boxes, *child, &inner)
+                let inner_region = rotated_region(region, scene.shapes[id.0 as usize].plane);
+                self.bound_in_region(scene, boxes, *child, &inner_region)
             }
             ShapeKind::Domain {
                 op,
                 child,
                 parameters,
             } => {
-                let (stretch, inner) = self.mapped(world, *op, parameters, region);
-                stretch * self.within(world, boxes, *child, &inner)
+                let (stretch, inner_region) = self.point_map_bound(scene, *op, parameters, region);
+                stretch * self.bound_in_region(scene, boxes, *child, &inner_region)
             }
             ShapeKind::Warp { child, point } => {
-                let stretch = self.written(world, point, region);
-                let mut inner = *region;
+                let stretch = self.written_slope(scene, point, region);
+                let mut inner_region = *region;
                 for (axis, &number) in point.iter().enumerate() {
-                    let range = range_over(world.expressions, number, region, &self.ranges);
-                    (inner.min[axis], inner.max[axis]) = (range.lo, range.hi);
+                    let range = range_over(scene.expressions, number, region, &self.ranges);
+                    (inner_region.min[axis], inner_region.max[axis]) = (range.lo, range.hi);
                 }
-                stretch * self.within(world, boxes, *child, &inner)
+                stretch * self.bound_in_region(scene, boxes, *child, &inner_region)
             }
             ShapeKind::Distance {
                 op,
                 child,
                 parameters,
             } => {
-                let inner = self.within(world, boxes, *child, region);
-                self.by_rule(world, *op, parameters, [inner])
+                let inner_region = self.bound_in_region(scene, boxes, *child, region);
+                self.by_rule(scene, *op, parameters, [inner_region])
             }
             ShapeKind::Displace { child, amount } => {
-                let amount = self.written(world, &[*amount], region);
-                amount + self.within(world, boxes, *child, region)
+                let amount = self.written_slope(scene, &[*amount], region);
+                amount + self.bound_in_region(scene, boxes, *child, region)
             }
-            ShapeKind::Painted { child, .. } => self.within(world, boxes, *child, region),
+            ShapeKind::Painted { child, .. } => self.bound_in_region(scene, boxes, *child, region),
         }
     }
 
-    /// The place of a field that is steeper than the scene states, as far as points that are tried show.
-    fn refuted(
+    /// Returns a sample point at which a field is steeper than the scene declares, if there is one.
+    fn find_refutation(
         &mut self,
-        world: World<'_>,
-        boxes: &mut Boxes,
+        scene: SceneRef<'_>,
+        boxes: &mut ShapeBounds,
         id: ShapeId,
         value: ExprId,
         slope: ExprId,
-    ) -> Option<Refuted> {
-        if let Some(known) = self.stated.get(&id) {
-            return *known;
+    ) -> Option<RefutedSlope> {
+        if let Some(cached) = self.tested.get(&id) {
+            return *cached;
         }
-        let stated = self.range(world, slope).hi;
-        let region = self.seen(&near(&boxes.of(world, id)));
-        let refuted = steepest(world.expressions, &[value], &region, &self.ranges)
-            .filter(|(slope, _)| *slope > stated * REFUTES)
-            .map(|(slope, place)| Refuted {
-                stated,
+        let declared = self.range(scene, slope).hi;
+        let region = self.sampled_region(&near_region(&boxes.get(scene, id)));
+        let refuted = steepest_sample(scene.expressions, &[value], &region, &self.ranges)
+            .filter(|(slope, _)| *slope > declared * MIN_REFUTING_RATIO)
+            .map(|(slope, point)| RefutedSlope {
+                declared,
                 slope,
-                place,
+                point,
             });
-        self.stated.insert(id, refuted);
+        self.tested.insert(id, refuted);
         refuted
     }
 
-    /// The part of a region in which points are tried.
-    fn seen(&self, region: &Bounds) -> Bounds {
+    /// Returns the part of a region in which points are sampled.
+    fn sampled_region(&self, region: &Bounds) -> Bounds {
         match region.is_finite() {
             true => *region,
-            false => region.common(&Bounds::centred([self.size * TRIED_CUBE; 3])),
+            false => region.intersection(&Bounds::centred([self.size * SAMPLED_CUBE; 3])),
         }
     }
 
-    /// Tells if a stated bound may be used in a region of a field's frame.
+    /// Reports whether a declared bound may be used in a region of a field's frame.
     ///
-    /// A field that ends may rise ever faster farther out, where nobody thought of its bound: there the bound
-    /// is not used. Of an endless field it is taken to hold everywhere.
-    fn is_stated_for(
+    /// A finite field may grow ever faster farther out, where its author did not consider the bound: it
+    /// is not used there. For an infinite field it is assumed to hold everywhere.
+    fn covers_region(
         &self,
-        world: World<'_>,
-        boxes: &mut Boxes,
+        scene: SceneRef<'_>,
+        boxes: &mut ShapeBounds,
         id: ShapeId,
         region: &Bounds,
     ) -> bool {
-        let bounds = boxes.of(world, id);
+        let bounds = boxes.get(scene, id);
         if !bounds.is_finite() {
             return true;
         }
-        let around = bounds.grown(bounds.half_diagonal());
+        let near_box = bounds.grown(bounds.half_diagonal());
         (0..3).all(|axis| {
-            around.min[axis] <= region.min[axis] && region.max[axis] <= around.max[axis]
+            near_box.min[axis] <= region.min[axis] && region.max[axis] <= near_box.max[axis]
         })
     }
 
-    /// The fields whose stated bounds do not hold, in order.
-    pub(crate) fn all_refuted(&self) -> Vec<(ShapeId, Refuted)> {
+    /// Returns the fields whose declared bounds do not hold, in order.
+    pub(crate) fn refuted_slopes(&self) -> Vec<(ShapeId, RefutedSlope)> {
         let refuted = self
-            .stated
+            .tested
             .iter()
             .filter_map(|(&id, refuted)| Some((id, (*refuted)?)));
         let mut refuted: Vec<_> = refuted.collect();
@@ -352,62 +373,63 @@ impl ShapeSlopes {
         refuted
     }
 
-    /// The bound that a row's rule gives for operands with these bounds, for all values of its parameters.
+    /// Returns the bound by an operation's rule, for operands with these bounds and for all values of
+    /// its parameters.
     fn by_rule<const N: usize>(
         &mut self,
-        world: World<'_>,
+        scene: SceneRef<'_>,
         op: Op,
         parameters: &[ExprId],
         operands: [f64; N],
     ) -> f64 {
         let largest = operands.iter().copied().fold(0.0, f64::max);
-        let ends = || self.ends(world, parameters);
+        let ends = || self.parameter_ends(scene, parameters);
         match op.row().meta.slope {
             Slope::Constant(slope) => slope,
-            Slope::Of(slope) => greatest(&ends(), slope),
-            Slope::Largest(factor) => largest * factor,
-            Slope::LargestOrOne | Slope::Step => largest.max(1.0),
+            Slope::FromParams(slope) => larger_at_ends(&ends(), slope),
+            Slope::MaxOfOperands(factor) => largest * factor,
+            Slope::MaxOfOperandsOrOne | Slope::Step => largest.max(1.0),
             Slope::Sum => operands.iter().sum(),
             Slope::Norm => operands.iter().map(|v| v * v).sum::<f64>().sqrt(),
-            Slope::Plus(more) => largest + greatest(&ends(), more),
-            Slope::Times(factor) => largest * greatest(&ends(), factor),
-            Slope::Stretch(_) | Slope::Unknown => f64::INFINITY,
+            Slope::PlusParams(addend) => largest + larger_at_ends(&ends(), addend),
+            Slope::ScaledBy(factor) => largest * larger_at_ends(&ends(), factor),
+            Slope::PointMap(_) | Slope::Unbounded => f64::INFINITY,
         }
     }
 
-    /// How much a row that moves points stretches a region, and where its points come to lie.
-    fn mapped(
+    /// Returns the stretch of a point map on a region, and a box around the image of the region.
+    fn point_map_bound(
         &mut self,
-        world: World<'_>,
+        scene: SceneRef<'_>,
         op: Op,
         parameters: &[ExprId],
         region: &Bounds,
     ) -> (f64, Bounds) {
-        let Slope::Stretch(stretch) = op.row().meta.slope else {
-            return (f64::INFINITY, Bounds::EVERYTHING);
+        let Slope::PointMap(stretch) = op.row().meta.slope else {
+            return (f64::INFINITY, Bounds::ALL_SPACE);
         };
-        let most = greatest(&self.ends(world, parameters), |numbers| {
+        let max_stretch = larger_at_ends(&self.parameter_ends(scene, parameters), |numbers| {
             stretch(numbers, region)
         });
         let inner = match op {
             Op::Twist => volumes::polar(&[], region),
             Op::Bend => volumes::polar_plane(&[], region),
-            _ => self.image(world, op, parameters, region),
+            _ => self.image(scene, op, parameters, region),
         };
-        (most.max(1.0), inner)
+        (max_stretch.max(1.0), inner)
     }
 
-    /// The box that a row maps a region into, by interval arithmetic.
+    /// Returns a box around the image of a region under a point map, by interval arithmetic.
     fn image(
         &mut self,
-        world: World<'_>,
+        scene: SceneRef<'_>,
         op: Op,
         parameters: &[ExprId],
         region: &Bounds,
     ) -> Bounds {
-        let numbers: Vec<Interval> = parameters.iter().map(|&id| self.range(world, id)).collect();
+        let numbers: Vec<Interval> = parameters.iter().map(|&id| self.range(scene, id)).collect();
         if numbers.iter().any(|range| range.lo != range.hi) {
-            return Bounds::EVERYTHING;
+            return Bounds::ALL_SPACE;
         }
         let numbers: Vec<f64> = numbers.iter().map(|range| range.lo).collect();
         let [x, y, z] = [0, 1, 2].map(|axis| Interval {
@@ -415,18 +437,23 @@ impl ShapeSlopes {
             hi: region.max[axis],
         });
         let none = [Interval::point(0.0); 3];
-        match apply(op, V3::of(x, y, z), none, &laid_out(op, &numbers)) {
-            Applied::Point(p) => Bounds {
+        match apply(op, V3::new(x, y, z), none, &pack_parameters(op, &numbers)) {
+            OpResult::Point(p) => Bounds {
                 min: [p.x.lo, p.y.lo, p.z.lo],
                 max: [p.x.hi, p.y.hi, p.z.hi],
             },
-            Applied::Value(_) => Bounds::EVERYTHING,
+            OpResult::Value(_) => Bounds::ALL_SPACE,
         }
     }
 
-    /// A region as a frame of its own sees it.
-    fn framed(&mut self, world: World<'_>, matrix: &[ExprId; 12], region: &Bounds) -> Bounds {
-        let rows = matrix.map(|id| self.range(world, id));
+    /// Returns a region in the coordinates of an affine frame.
+    fn region_in_frame(
+        &mut self,
+        scene: SceneRef<'_>,
+        matrix: &[ExprId; 12],
+        region: &Bounds,
+    ) -> Bounds {
+        let rows = matrix.map(|id| self.range(scene, id));
         if rows.iter().all(|range| range.lo == range.hi) {
             let rows = rows.map(|range| range.lo);
             return region.mapped(&std::array::from_fn(|row| {
@@ -437,67 +464,68 @@ impl ShapeSlopes {
             lo: region.min[axis],
             hi: region.max[axis],
         };
-        let place = |row: usize| {
-            let of = |axis: usize| match rows[4 * row + axis] {
+        let coordinate = |row: usize| {
+            let term = |axis: usize| match rows[4 * row + axis] {
                 Interval { lo: 0.0, hi: 0.0 } => Interval::point(0.0),
                 factor => factor * side(axis),
             };
-            of(0) + of(1) + of(2) + rows[4 * row + 3]
+            term(0) + term(1) + term(2) + rows[4 * row + 3]
         };
-        let places = [0, 1, 2].map(place);
+        let coordinates = [0, 1, 2].map(coordinate);
         Bounds {
-            min: places.map(|range| range.lo),
-            max: places.map(|range| range.hi),
+            min: coordinates.map(|range| range.lo),
+            max: coordinates.map(|range| range.hi),
         }
     }
 
-    /// A bound of the slope of numbers of point stage, or a guess; infinite where none is known.
-    fn written(&mut self, world: World<'_>, numbers: &[ExprId], region: &Bounds) -> f64 {
-        if let Some(bound) = self.proved(world.expressions, numbers, region) {
+    /// Returns a slope bound of numbers of point stage, or an estimate; infinite if unknown.
+    fn written_slope(&mut self, scene: SceneRef<'_>, numbers: &[ExprId], region: &Bounds) -> f64 {
+        if let Some(bound) = self.proved_slope(scene.expressions, numbers, region) {
             return bound;
         }
-        if !self.is_guessing {
+        if !self.is_estimating {
             return f64::INFINITY;
         }
         let key = (numbers.to_vec(), corners(region));
-        let (graph, ranges) = (world.expressions, &self.ranges);
-        let guess = self.guessed.entry(key);
-        *guess.or_insert_with(|| tried(graph, numbers, region, ranges).max(MIN_SLOPE))
+        let (graph, ranges) = (scene.expressions, &self.ranges);
+        let guess = self.estimates.entry(key);
+        *guess.or_insert_with(|| estimated_slope(graph, numbers, region, ranges).max(MIN_SLOPE))
     }
 
-    /// A bound of the slope of numbers of point stage, searched once for each region.
-    fn proved(
+    /// Returns a slope bound of numbers of point stage, searched once per region.
+    fn proved_slope(
         &mut self,
         expressions: &Expressions,
         numbers: &[ExprId],
         region: &Bounds,
     ) -> Option<f64> {
         let key = (numbers.to_vec(), corners(region));
-        if let Some(&known) = self.searched.get(&key) {
-            return known;
+        if let Some(&cached) = self.number_bounds.get(&key) {
+            return cached;
         }
-        let seen = self.seen(region);
+        let sampled = self.sampled_region(region);
         let (ranges, budget) = (&self.ranges, &mut self.budget);
-        let found = bound(expressions, numbers, region, ranges, budget);
-        let found = found.or_else(|| match numbers {
-            &[number] if has_jumps(expressions, number) => {
-                pieces::continuous(expressions, number, [region, &seen], ranges, budget)
+        let bound = slope_bound(expressions, numbers, region, ranges, budget);
+        let bound = bound.or_else(|| match numbers {
+            &[number] if has_discontinuities(expressions, number) => {
+                pieces::continuous(expressions, number, [region, &sampled], ranges, budget)
             }
             _ => None,
         });
-        let found = found.map(|slope| slope.max(MIN_SLOPE));
-        self.searched.insert(key, found);
-        found
+        let bound = bound.map(|slope| slope.max(MIN_SLOPE));
+        self.number_bounds.insert(key, bound);
+        bound
     }
 
-    /// All values that a number which no point changes may have.
-    fn range(&self, world: World<'_>, id: ExprId) -> Interval {
-        self.ranges.of_number(world.expressions, id)
+    /// Returns the range of a uniform number.
+    fn range(&self, scene: SceneRef<'_>, id: ExprId) -> Interval {
+        self.ranges.number(scene.expressions, id)
     }
 
-    /// The least and the greatest of each parameter: rules grow with their magnitudes, so the ends decide.
-    fn ends(&self, world: World<'_>, parameters: &[ExprId]) -> [Vec<f64>; 2] {
-        let ranges: Vec<_> = parameters.iter().map(|&id| self.range(world, id)).collect();
+    /// Returns the lower and the upper end of each parameter's range. Rules grow with the magnitudes of
+    /// parameters, so the maximum is at an end.
+    fn parameter_ends(&self, scene: SceneRef<'_>, parameters: &[ExprId]) -> [Vec<f64>; 2] {
+        let ranges: Vec<_> = parameters.iter().map(|&id| self.range(scene, id)).collect();
         [
             ranges.iter().map(|range| range.lo).collect(),
             ranges.iter().map(|range| range.hi).collect(),
@@ -505,41 +533,42 @@ impl ShapeSlopes {
     }
 }
 
-/// The distance around its box in which a shape's own value is used, as a fraction of the box's half diagonal.
-const MARGIN: f64 = 0.1;
+/// Distance around a shape's box in which its own value is used, as a fraction of the box's half
+/// diagonal.
+const MARGIN_FRACTION: f64 = 0.1;
 
-/// The region around a shape's box in which its own value is used.
-pub(crate) fn near(bounds: &Bounds) -> Bounds {
+/// Returns the region around a shape's box in which its own value is used.
+pub(crate) fn near_region(bounds: &Bounds) -> Bounds {
     match bounds.is_finite() {
         true => bounds.grown(margin(bounds)),
         false => *bounds,
     }
 }
 
-/// The distance around a shape's box in which its own value is used.
+/// Returns the distance around a shape's box in which its own value is used.
 pub(crate) fn margin(bounds: &Bounds) -> f64 {
-    bounds.half_diagonal() * MARGIN
+    bounds.half_diagonal() * MARGIN_FRACTION
 }
 
-/// The least slope that a value is divided by.
+/// Minimum slope that a value is divided by.
 const MIN_SLOPE: f64 = 1e-30;
 
-/// The greater of a rule's results at both ends of its parameters.
-fn greatest(ends: &[Vec<f64>; 2], rule: impl Fn(&[f64]) -> f64) -> f64 {
+/// Returns the larger of a rule's results at both ends of its parameters.
+fn larger_at_ends(ends: &[Vec<f64>; 2], rule: impl Fn(&[f64]) -> f64) -> f64 {
     ends.iter()
         .map(|numbers| rule(numbers))
-        .fold(0.0, |most, slope| {
-            // What is not a number is no bound.
+        .fold(0.0, |max, slope| {
+            // NaN is no bound.
             if slope >= 0.0 {
-                most.max(slope)
+                max.max(slope)
             } else {
                 f64::INFINITY
             }
         })
 }
 
-/// A region turned by any angle about the axis of copies around it.
-fn turned(region: &Bounds, plane: bool) -> Bounds {
+/// Returns a region rotated by all angles about the axis of polar copies.
+fn rotated_region(region: &Bounds, plane: bool) -> Bounds {
     if plane {
         volumes::polar_plane(&[], region)
     } else {

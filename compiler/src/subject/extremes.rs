@@ -1,11 +1,11 @@
-//! Numbers that are written as a minimum or a maximum of others.
+//! Numbers that are equivalent to a minimum or a maximum of others.
 
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use sdfc_vm::table::Op;
 
-/// The most operands of a minimum.
+/// Maximum number of operands of a minimum.
 const MAX_OPERANDS: usize = 64;
-/// The deepest nesting of the operations around a minimum.
+/// Maximum nesting of operations around a minimum.
 const MAX_DEPTH: u32 = 12;
 
 /// The operands of a minimum or a maximum.
@@ -16,10 +16,10 @@ pub(super) struct Extremes {
 }
 
 impl Extremes {
-    /// The operands of the minimum or the maximum that a number is.
+    /// The operands of the minimum or the maximum that a number is equivalent to.
     ///
-    /// Operations around it that keep or turn the order of numbers are moved into its operands.
-    pub(super) fn of(graph: &mut Expressions, id: ExprId) -> Option<Self> {
+    /// Monotonic operations around it are moved into its operands.
+    pub(super) fn find(graph: &mut Expressions, id: ExprId) -> Option<Self> {
         nested(graph, id, MAX_DEPTH)
     }
 }
@@ -40,59 +40,60 @@ fn nested(graph: &mut Expressions, id: ExprId, depth: u32) -> Option<Extremes> {
     match (op, &*values) {
         (Op::Min | Op::Max, _) => {
             let is_minimum = op == Op::Min;
-            let mut all = Vec::new();
+            let mut operands = Vec::new();
             for &value in &values {
                 match nested(graph, value, depth - 1) {
-                    Some(inner) if inner.is_minimum == is_minimum => all.extend(inner.values),
-                    _ => all.push(value),
+                    Some(inner) if inner.is_minimum == is_minimum => operands.extend(inner.values),
+                    _ => operands.push(value),
                 }
             }
-            (all.len() <= MAX_OPERANDS).then_some(Extremes {
+            (operands.len() <= MAX_OPERANDS).then_some(Extremes {
                 is_minimum,
-                values: all,
+                values: operands,
             })
         }
         (Op::Neg, &[a]) => {
             let inner = nested(graph, a, depth - 1)?;
-            Some(inner.each(true, |value| graph.call(op, &[value])))
+            Some(inner.map_operands(true, |value| graph.call(op, &[value])))
         }
         (Op::Sqrt, &[a]) => {
             let inner = nested(graph, a, depth - 1)?;
-            Some(inner.each(false, |value| graph.call(op, &[value])))
+            Some(inner.map_operands(false, |value| graph.call(op, &[value])))
         }
         (Op::Add | Op::Sub, &[a, b]) => match nested(graph, a, depth - 1) {
-            Some(inner) => Some(inner.each(false, |value| graph.call(op, &[value, b]))),
+            Some(inner) => Some(inner.map_operands(false, |value| graph.call(op, &[value, b]))),
             None => {
                 let inner = nested(graph, b, depth - 1)?;
-                Some(inner.each(op == Op::Sub, |value| graph.call(op, &[a, value])))
+                Some(inner.map_operands(op == Op::Sub, |value| graph.call(op, &[a, value])))
             }
         },
         (Op::Mul, &[a, b]) => match (sign(graph, a), sign(graph, b)) {
-            (Some(turns), _) => {
+            (Some(reverses), _) => {
                 let inner = nested(graph, b, depth - 1)?;
-                Some(inner.each(turns, |value| graph.call(op, &[a, value])))
+                Some(inner.map_operands(reverses, |value| graph.call(op, &[a, value])))
             }
-            (_, Some(turns)) => {
+            (_, Some(reverses)) => {
                 let inner = nested(graph, a, depth - 1)?;
-                Some(inner.each(turns, |value| graph.call(op, &[value, b])))
+                Some(inner.map_operands(reverses, |value| graph.call(op, &[value, b])))
             }
             _ => None,
         },
         (Op::Div, &[a, b]) => {
-            let turns = sign(graph, b)?;
+            let reverses = sign(graph, b)?;
             let inner = nested(graph, a, depth - 1)?;
-            Some(inner.each(turns, |value| graph.call(op, &[value, b])))
+            Some(inner.map_operands(reverses, |value| graph.call(op, &[value, b])))
         }
         _ => None,
     }
 }
 
 impl Extremes {
-    /// The same of other numbers, whose order is turned if `turns`.
-    fn each(self, turns: bool, change: impl FnMut(ExprId) -> ExprId) -> Self {
+    /// Applies a monotonic operation to each operand; a decreasing one (`reverses`) swaps minimum and
+    /// maximum.
+    fn map_operands(self, reverses: bool, map: impl FnMut(ExprId) -> ExprId) -> Self {
         Self {
-            is_minimum: self.is_minimum != turns,
-            values: self.values.into_iter().map(change).collect(),
+            is_minimum: self.is_minimum != reverses,
+            values: self.values.into_iter().map(map).collect(),
         }
     }
 }
@@ -105,25 +106,25 @@ mod tests {
     fn minima_are_found_below_what_keeps_the_order_of_numbers() {
         let mut graph = Expressions::default();
         let [x, y, z] = [0, 1, 2].map(|axis| graph.coordinate(axis));
-        let two = graph.constant(2.0);
+        let constant_two = graph.constant(2.0);
         let minus = graph.constant(-2.0);
         let largest = graph.call(Op::Max, &[x, y]);
-        let both = graph.call(Op::Min, &[largest, z]);
-        let scaled = graph.call(Op::Mul, &[two, both]);
-        let [a, b] = [largest, z].map(|value| graph.call(Op::Mul, &[two, value]));
-        let found = Extremes::of(&mut graph, scaled).expect("a minimum");
-        assert_eq!((found.is_minimum, found.values), (true, vec![a, b]));
-        let turned = graph.call(Op::Div, &[both, minus]);
-        let found = Extremes::of(&mut graph, turned).expect("a maximum");
-        assert!(!found.is_minimum && found.values.len() == 2);
-        let three = graph.call(Op::Min, &[both, x]);
+        let smallest = graph.call(Op::Min, &[largest, z]);
+        let scaled = graph.call(Op::Mul, &[constant_two, smallest]);
+        let [a, b] = [largest, z].map(|value| graph.call(Op::Mul, &[constant_two, value]));
+        let extremes = Extremes::find(&mut graph, scaled).expect("a minimum");
+        assert_eq!((extremes.is_minimum, extremes.values), (true, vec![a, b]));
+        let divided = graph.call(Op::Div, &[smallest, minus]);
+        let extremes = Extremes::find(&mut graph, divided).expect("a maximum");
+        assert!(!extremes.is_minimum && extremes.values.len() == 2);
+        let three = graph.call(Op::Min, &[smallest, x]);
         let shifted = graph.call(Op::Sub, &[y, three]);
-        let found = Extremes::of(&mut graph, shifted).expect("a maximum");
-        assert!(!found.is_minimum && found.values.len() == 3);
-        // A factor of either sign keeps no order, and a product of a minimum is none.
-        let product = graph.call(Op::Mul, &[both, x]);
-        assert_eq!(Extremes::of(&mut graph, product), None);
+        let extremes = Extremes::find(&mut graph, shifted).expect("a maximum");
+        assert!(!extremes.is_minimum && extremes.values.len() == 3);
+        // A factor of unknown sign is not monotonic, and a sum of coordinates is not a minimum.
+        let product = graph.call(Op::Mul, &[smallest, x]);
+        assert_eq!(Extremes::find(&mut graph, product), None);
         let sum = graph.call(Op::Add, &[x, y]);
-        assert_eq!(Extremes::of(&mut graph, sum), None);
+        assert_eq!(Extremes::find(&mut graph, sum), None);
     }
 }

@@ -1,63 +1,63 @@
-//! The finite part of a solid: its shapes without the operands that have no end.
+//! The finite part of a solid: its shapes without unbounded operands.
 //!
-//! Finite operands are found below transforms as at the root. A complement is first moved below the operation that
-//! it stands before, and a field that is written as a minimum or a maximum is taken for that set operation.
+//! Finite operands are found below transforms as at the root. A complement is first moved below the operation
+//! in its operand. A field that is a minimum or a maximum is treated as that set operation.
 
 use super::extremes::Extremes;
-use crate::bounds::{Boxes, World};
+use crate::bounds::{SceneRef, ShapeBounds};
 use crate::extent::extent;
 use crate::scene::{Scene, Shape, ShapeId, ShapeKind, children, children_mut};
-use crate::seen::found;
+use crate::visible_bounds::sampled_bounds;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::row::SetOperation;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
-/// Finds the finite part of shapes; new shapes are added to the scene.
-pub(super) struct Finder<'a> {
+/// Computes the finite part of shapes; new shapes are added to the scene.
+pub(super) struct FiniteFinder<'a> {
     scene: &'a mut Scene,
-    boxes: &'a mut Boxes,
-    known: HashMap<ShapeId, Option<ShapeId>>,
+    bounds_cache: &'a mut ShapeBounds,
+    results: HashMap<ShapeId, Option<ShapeId>>,
 }
 
-impl<'a> Finder<'a> {
-    pub(super) fn new(scene: &'a mut Scene, boxes: &'a mut Boxes) -> Self {
+impl<'a> FiniteFinder<'a> {
+    pub(super) fn new(scene: &'a mut Scene, bounds_cache: &'a mut ShapeBounds) -> Self {
         Self {
             scene,
-            boxes,
-            known: HashMap::new(),
+            bounds_cache,
+            results: HashMap::new(),
         }
     }
 
-    /// The shape without its endless operands; none where nothing is left.
+    /// The shape without its unbounded operands; `None` if nothing is left.
     ///
-    /// Recursion over shapes within shapes, whose depth the elaborator bounds.
-    pub(super) fn find(&mut self, id: ShapeId) -> Option<ShapeId> {
-        if let Some(&known) = self.known.get(&id) {
-            return known;
+    /// Recursion over nested shapes, whose depth the elaborator bounds.
+    pub(super) fn finite_part(&mut self, id: ShapeId) -> Option<ShapeId> {
+        if let Some(&result) = self.results.get(&id) {
+            return result;
         }
-        let part = self.search(id);
-        self.known.insert(id, part);
+        let part = self.compute_finite_part(id);
+        self.results.insert(id, part);
         part
     }
 
-    fn search(&mut self, id: ShapeId) -> Option<ShapeId> {
+    fn compute_finite_part(&mut self, id: ShapeId) -> Option<ShapeId> {
         if self.bounds(id).is_empty() {
             return None;
         }
-        if self.has_end(id) {
+        if self.is_bounded(id) {
             return Some(id);
         }
         match self.shape(id).kind.clone() {
-            ShapeKind::Combine { op, children, .. } => self.combination(id, op, &children),
+            ShapeKind::Combine { op, children, .. } => self.finite_combination(id, op, &children),
             ShapeKind::Field { value, region, .. } => {
-                match Extremes::of(&mut self.scene.expressions, value) {
+                match Extremes::find(&mut self.scene.expressions, value) {
                     Some(extremes) => {
-                        let id = self.combined_fields(id, &extremes, &region);
-                        self.find(id)
+                        let id = self.combine_fields(id, &extremes, &region);
+                        self.finite_part(id)
                     }
-                    None => self.ended(id),
+                    None => self.bounded_shape(id),
                 }
             }
             ShapeKind::Distance {
@@ -66,13 +66,13 @@ impl<'a> Finder<'a> {
                 ..
             } => {
                 let id = self.complement(id, child)?;
-                self.find(id)
+                self.finite_part(id)
             }
-            // Points that a map moves may end where the shape has no end.
+            // A warp of an unbounded shape may be bounded.
             ShapeKind::Warp { child, .. } => {
-                let child = self.find(child).unwrap_or(child);
-                let id = self.with(id, vec![child]);
-                self.ended(id)
+                let child = self.finite_part(child).unwrap_or(child);
+                let id = self.with_operands(id, vec![child]);
+                self.bounded_shape(id)
             }
             ShapeKind::Frame { child, .. }
             | ShapeKind::Repeat { child, .. }
@@ -81,73 +81,76 @@ impl<'a> Finder<'a> {
             | ShapeKind::Distance { child, .. }
             | ShapeKind::Displace { child, .. }
             | ShapeKind::Painted { child, .. } => {
-                let child = self.find(child)?;
-                let id = self.with(id, vec![child]);
-                self.ended(id)
+                let child = self.finite_part(child)?;
+                let id = self.with_operands(id, vec![child]);
+                self.bounded_shape(id)
             }
             ShapeKind::Primitive { .. } | ShapeKind::Polygon { .. } | ShapeKind::Nothing => None,
         }
     }
 
-    fn combination(&mut self, id: ShapeId, op: Op, children: &[ShapeId]) -> Option<ShapeId> {
+    fn finite_combination(&mut self, id: ShapeId, op: Op, children: &[ShapeId]) -> Option<ShapeId> {
         let set = match op {
-            // Endless operands change what they cross, but leave an end.
+            // Unbounded operands of `xor` are left out like those of a union.
             Op::Xor => Some(SetOperation::Union),
             _ => op.row().meta.set,
         };
         match set {
             Some(SetOperation::Union) => {
-                let floors = children.iter().filter_map(|&child| self.floor(child));
-                let floors: Vec<_> = floors.collect();
+                let open_spaces = children.iter().filter_map(|&child| self.open_space(child));
+                let open_spaces: Vec<_> = open_spaces.collect();
                 let find = |&child: &ShapeId| {
-                    let seen = self.seen(child, &floors);
-                    let is_buried = seen.is_empty() && self.floor(child).is_none();
-                    let part = self.outside(child, &seen);
-                    part.or_else(|| self.find(child).filter(|_| !is_buried))
+                    let visible = self.visible_bounds(child, &open_spaces);
+                    let is_buried = visible.is_empty() && self.open_space(child).is_none();
+                    let part = self.clipped_to(child, &visible);
+                    part.or_else(|| self.finite_part(child).filter(|_| !is_buried))
                 };
                 let parts: Vec<_> = children.iter().filter_map(find).collect();
-                self.joined(id, parts)
+                self.join_parts(id, parts)
             }
-            // A cutter has no end of its own.
+            // A cutter does not make a bounded body unbounded.
             Some(SetOperation::Subtraction) => {
-                let body = self.find(children[0])?;
-                let id = self.with_one(id, 0, body);
-                let within = self.bounds(body);
-                self.ended(id).or_else(|| Some(self.within(id, &within)))
+                let body = self.finite_part(children[0])?;
+                let id = self.with_operand(id, 0, body);
+                let bounds = self.bounds(body);
+                self.bounded_shape(id)
+                    .or_else(|| Some(self.clipped_copy(id, &bounds)))
             }
-            // What is finite of an operand ends within the others.
+            // The finite part of an operand, intersected with the others, is bounded.
             Some(SetOperation::Intersection) => {
                 let mut parts = Vec::new();
-                for (place, &child) in children.iter().enumerate() {
-                    if let Some(part) = self.find(child) {
-                        let both = self.with_one(id, place, part);
-                        let within = self.bounds(part);
-                        let ended = self.ended(both);
-                        parts.push(ended.unwrap_or_else(|| self.within(both, &within)));
+                for (index, &child) in children.iter().enumerate() {
+                    if let Some(part) = self.finite_part(child) {
+                        let combined = self.with_operand(id, index, part);
+                        let bounds = self.bounds(part);
+                        let bounded_shape = self.bounded_shape(combined);
+                        parts.push(
+                            bounded_shape.unwrap_or_else(|| self.clipped_copy(combined, &bounds)),
+                        );
                     }
                 }
                 if parts.is_empty() {
-                    return self.ended(id);
+                    return self.bounded_shape(id);
                 }
                 let union = ShapeKind::Combine {
                     op: Op::Union,
                     children: Vec::new(),
                     parameters: Vec::new(),
                 };
-                let union = self.made(id, union);
-                self.joined(union, parts)
+                let union = self.add_like(id, union);
+                self.join_parts(union, parts)
             }
             None => {
-                let parts = children.iter().map(|&child| self.find(child));
+                let parts = children.iter().map(|&child| self.finite_part(child));
                 let parts: Option<Vec<_>> = parts.collect();
-                let id = self.with(id, parts?);
-                self.ended(id)
+                let id = self.with_operands(id, parts?);
+                self.bounded_shape(id)
             }
         }
     }
 
-    /// The space that a half-space across an axis leaves open; none of another shape.
-    fn floor(&mut self, id: ShapeId) -> Option<Bounds> {
+    /// The space outside a half-space across an axis; `None` for other shapes.
+    fn open_space(&mut self, id: ShapeId) -> Option<Bounds> {
         let mut inner = id;
         loop {
             match self.shape(inner).kind {
@@ -157,33 +160,35 @@ impl<'a> Finder<'a> {
             }
         }
         let solid = self.bounds(id);
-        let mut open = Bounds::EVERYTHING;
+        let mut space = Bounds::ALL_SPACE;
         for axis in 0..3 {
             if solid.max[axis].is_finite() {
-                open.min[axis] = solid.max[axis];
+                space.min[axis] = solid.max[axis];
             }
             if solid.min[axis].is_finite() {
-                open.max[axis] = solid.min[axis];
+                space.max[axis] = solid.min[axis];
             }
         }
-        Some(open)
+        Some(space)
     }
 
-    /// The box of what floors leave of a shape.
-    fn seen(&mut self, id: ShapeId, floors: &[Bounds]) -> Bounds {
+    /// The box of a shape, clipped to the space outside of half-spaces.
+    fn visible_bounds(&mut self, id: ShapeId, open_spaces: &[Bounds]) -> Bounds {
         let bounds = self.bounds(id);
-        floors.iter().fold(bounds, |seen, floor| seen.common(floor))
+        open_spaces
+            .iter()
+            .fold(bounds, |visible, space| visible.intersection(space))
     }
 
-    /// The shape within the box of what is `seen` of it, where that has an end and is not all of it.
-    fn outside(&mut self, id: ShapeId, seen: &Bounds) -> Option<ShapeId> {
-        let is_part = *seen != self.bounds(id) && seen.is_finite() && !seen.is_empty();
-        let is_part = is_part && self.floor(id).is_none();
-        is_part.then(|| self.within(id, seen))
+    /// Clips the shape to `visible`, if that is bounded and smaller than the shape's box.
+    fn clipped_to(&mut self, id: ShapeId, visible: &Bounds) -> Option<ShapeId> {
+        let is_clipped = *visible != self.bounds(id) && visible.is_finite() && !visible.is_empty();
+        let is_clipped = is_clipped && self.open_space(id).is_none();
+        is_clipped.then(|| self.clipped_copy(id, visible))
     }
 
-    /// A combination with other operands, or its only one.
-    fn joined(&mut self, id: ShapeId, parts: Vec<ShapeId>) -> Option<ShapeId> {
+    /// The combination with other operands, or its only operand.
+    fn join_parts(&mut self, id: ShapeId, parts: Vec<ShapeId>) -> Option<ShapeId> {
         match *parts {
             [] => None,
             [only] => Some(only),
@@ -191,41 +196,43 @@ impl<'a> Finder<'a> {
                 let boxes = parts.iter().map(|&part| self.bounds(part));
                 let boxes: Vec<_> = boxes.collect();
                 let hull = boxes.iter().fold(Bounds::EMPTY, |hull, b| hull.hull(b));
-                let id = self.with(id, parts);
-                self.ended(id).or_else(|| Some(self.within(id, &hull)))
+                let id = self.with_operands(id, parts);
+                self.bounded_shape(id)
+                    .or_else(|| Some(self.clipped_copy(id, &hull)))
             }
         }
     }
 
-    /// A shape with a finite box: its own, or the one in which points of it are found.
-    fn ended(&mut self, id: ShapeId) -> Option<ShapeId> {
-        if self.has_end(id) {
+    /// The shape with a bounded box: its own, or one around points that sampling finds.
+    fn bounded_shape(&mut self, id: ShapeId) -> Option<ShapeId> {
+        if self.is_bounded(id) {
             return Some(id);
         }
         let bounds = self.bounds(id);
-        let bounds = found(self.scene, id, &bounds)?;
-        Some(self.within(id, &bounds))
+        let bounds = sampled_bounds(self.scene, id, &bounds)?;
+        Some(self.clipped_copy(id, &bounds))
     }
 
-    /// The same shape, taken to lie within a box.
-    fn within(&mut self, id: ShapeId, bounds: &Bounds) -> ShapeId {
+    /// A copy of a shape with its box clipped.
+    fn clipped_copy(&mut self, id: ShapeId, bounds: &Bounds) -> ShapeId {
         let kind = self.shape(id).kind.clone();
-        let copy = self.made(id, kind);
-        let bounds = self.bounds(copy).common(bounds);
-        self.boxes.set(World::from(&*self.scene), copy, bounds);
+        let copy = self.add_like(id, kind);
+        let bounds = self.bounds(copy).intersection(bounds);
+        self.bounds_cache
+            .set(SceneRef::from(&*self.scene), copy, bounds);
         copy
     }
 
-    /// The set operation of fields that a field is written as.
-    fn combined_fields(&mut self, id: ShapeId, extremes: &Extremes, region: &Bounds) -> ShapeId {
+    /// The set operation that is equivalent to a field.
+    fn combine_fields(&mut self, id: ShapeId, extremes: &Extremes, region: &Bounds) -> ShapeId {
         let values = extremes.values.iter().map(|&value| {
-            let world = World::from(&*self.scene);
-            let mut uniform = |id| Interval::point(self.boxes.number(world, id));
-            let end = extent(world.expressions, value, &mut uniform);
+            let scene = SceneRef::from(&*self.scene);
+            let mut uniform = |id| Interval::point(self.bounds_cache.number(scene, id));
+            let extent = extent(scene.expressions, value, &mut uniform);
             let kind = ShapeKind::Field {
                 value,
                 slope: None,
-                region: region.common(&end),
+                region: region.intersection(&extent),
             };
             let like = self.shape(id).clone();
             self.scene.shapes.push(Shape { kind, ..like });
@@ -240,10 +247,10 @@ impl<'a> Finder<'a> {
             children,
             parameters: Vec::new(),
         };
-        self.made(id, kind)
+        self.add_like(id, kind)
     }
 
-    /// The complement of a shape, written with complements of its operands; none where there is no such form.
+    /// The complement of a shape, expressed by complements of its operands; `None` if there is no such form.
     fn complement(&mut self, id: ShapeId, child: ShapeId) -> Option<ShapeId> {
         use SetOperation::{Intersection, Subtraction, Union};
         let kind = self.shape(child).kind.clone();
@@ -255,11 +262,11 @@ impl<'a> Finder<'a> {
             } => Some(*child),
             ShapeKind::Combine { op, children, .. } => {
                 let set = op.row().meta.set?;
-                let turned = |(place, &operand): (usize, &ShapeId)| match (set, place) {
+                let complemented = |(index, &operand): (usize, &ShapeId)| match (set, index) {
                     (Subtraction, 1..) => operand,
-                    _ => self.with(id, vec![operand]),
+                    _ => self.with_operands(id, vec![operand]),
                 };
-                let operands = children.iter().enumerate().map(turned).collect();
+                let operands = children.iter().enumerate().map(complemented).collect();
                 let kind = ShapeKind::Combine {
                     op: match set {
                         Union => Op::Intersection,
@@ -268,20 +275,20 @@ impl<'a> Finder<'a> {
                     children: operands,
                     parameters: Vec::new(),
                 };
-                Some(self.made(child, kind))
+                Some(self.add_like(child, kind))
             }
             ShapeKind::Field { value, .. } => {
                 let value = self.scene.expressions.call(Op::Neg, &[*value]);
                 let kind = ShapeKind::Field {
                     value,
                     slope: None,
-                    region: Bounds::EVERYTHING,
+                    region: Bounds::ALL_SPACE,
                 };
-                Some(self.made(child, kind))
+                Some(self.add_like(child, kind))
             }
             ShapeKind::Frame { .. } | ShapeKind::Painted { .. } | ShapeKind::Domain { .. } => {
-                let inner = self.with(id, vec![children(&kind)[0]]);
-                Some(self.with(child, vec![inner]))
+                let inner = self.with_operands(id, vec![children(&kind)[0]]);
+                Some(self.with_operands(child, vec![inner]))
             }
             _ => None,
         }
@@ -292,11 +299,11 @@ impl<'a> Finder<'a> {
     }
 
     pub(super) fn bounds(&mut self, id: ShapeId) -> Bounds {
-        self.boxes.of(World::from(&*self.scene), id)
+        self.bounds_cache.get(SceneRef::from(&*self.scene), id)
     }
 
-    /// Tells if a shape's box is finite; of a plane figure in its plane.
-    fn has_end(&mut self, id: ShapeId) -> bool {
+    /// Reports whether a shape's box is bounded, for a 2-D shape in its plane.
+    fn is_bounded(&mut self, id: ShapeId) -> bool {
         let mut bounds = self.bounds(id);
         if self.shape(id).plane && !bounds.is_empty() {
             (bounds.min[2], bounds.max[2]) = (0.0, 0.0);
@@ -304,15 +311,15 @@ impl<'a> Finder<'a> {
         bounds.is_finite()
     }
 
-    /// The shape with one operand replaced.
-    fn with_one(&mut self, id: ShapeId, place: usize, operand: ShapeId) -> ShapeId {
+    /// Replaces one operand of a shape.
+    fn with_operand(&mut self, id: ShapeId, index: usize, operand: ShapeId) -> ShapeId {
         let mut operands = children(&self.shape(id).kind).to_vec();
-        operands[place] = operand;
-        self.with(id, operands)
+        operands[index] = operand;
+        self.with_operands(id, operands)
     }
 
-    /// The shape with other operands; itself where they are its own.
-    fn with(&mut self, id: ShapeId, operands: Vec<ShapeId>) -> ShapeId {
+    /// Replaces the operands of a shape; returns the shape itself if they are unchanged.
+    fn with_operands(&mut self, id: ShapeId, operands: Vec<ShapeId>) -> ShapeId {
         let mut kind = self.shape(id).kind.clone();
         if children(&kind) == operands {
             return id;
@@ -321,11 +328,11 @@ impl<'a> Finder<'a> {
             ShapeKind::Combine { children, .. } => *children = operands,
             kind => children_mut(kind).copy_from_slice(&operands),
         }
-        self.made(id, kind)
+        self.add_like(id, kind)
     }
 
-    /// A new shape of a kind.
-    fn made(&mut self, like: ShapeId, kind: ShapeKind) -> ShapeId {
+    /// Adds a shape of a kind, with the properties of another one.
+    fn add_like(&mut self, like: ShapeId, kind: ShapeKind) -> ShapeId {
         let like = self.shape(like).clone();
         self.scene.shapes.push(Shape { kind, ..like });
         ShapeId(self.scene.shapes.len() as u32 - 1)

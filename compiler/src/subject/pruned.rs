@@ -1,68 +1,68 @@
-//! Bounds of a field in boxes, by the part of its program that matters there.
+//! Bounds of a field in boxes, by programs pruned to these boxes.
 
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::Tape;
-use sdfc_vm::tape::parts::{Part, Parts};
-use sdfc_vm::tape::single::{Registers, run};
+use sdfc_vm::tape::scalar::{Registers, eval};
+use sdfc_vm::tape::stack::{TapeSpan, TapeStack};
 use sdfc_vm::vector::V3;
 
-/// The most clauses that are kept for all boxes together: about 10 MiB of them.
+/// Maximum number of clauses of all boxes together: about 10 MiB.
 const MAX_CLAUSES: usize = 1 << 19;
 
-/// A field and the programs of its boxes.
-pub(super) struct Field<'a> {
+/// A field and the pruned programs of its boxes.
+pub(super) struct PrunedField<'a> {
     program: &'a Program,
-    parts: Parts,
+    parts: TapeStack,
     values: Registers<Interval>,
     slopes: Registers<Dual<Interval>>,
 }
 
-impl<'a> Field<'a> {
+impl<'a> PrunedField<'a> {
     pub(super) fn new(program: &'a Program) -> Self {
-        let tape = Tape::of(program);
+        let tape = Tape::new(program);
         let zero = Interval::point(0.0);
-        let origin = V3::of(zero, zero, zero);
+        let origin = V3::new(zero, zero, zero);
         Self {
             program,
-            parts: Parts::of(&tape),
+            parts: TapeStack::new(&tape),
             values: Registers::new(tape.values, tape.points, origin),
             slopes: Registers::new(tape.values, tape.points, DualVec3::fixed(origin)),
         }
     }
 
-    /// The whole program.
-    pub(super) fn whole(&self) -> Part {
-        self.parts.whole()
+    /// The unpruned program.
+    pub(super) fn root(&self) -> TapeSpan {
+        self.parts.root()
     }
 
-    /// Bounds of the field in a box whose program is `part`.
-    pub(super) fn over(&mut self, part: &Part, region: V3<Interval>) -> Interval {
+    /// Bounds of the field in a box with the program `part`.
+    pub(super) fn over(&mut self, part: &TapeSpan, region: V3<Interval>) -> Interval {
         let (parts, values) = (&mut self.parts, &mut self.values);
-        parts.over(self.program, part, values, region, |value| value)
+        parts.eval_over(self.program, part, values, region, |value| value)
     }
 
-    /// The program of the box that was asked last, pruned from `part` where there is room for it.
-    pub(super) fn prune(&mut self, part: &Part) -> Part {
-        if self.parts.count() + part.len() > MAX_CLAUSES {
+    /// The program `part`, pruned to the box evaluated last, unless the clause limit is exceeded.
+    pub(super) fn prune(&mut self, part: &TapeSpan) -> TapeSpan {
+        if self.parts.clause_count() + part.len() > MAX_CLAUSES {
             return part.clone();
         }
         self.parts.prune(part)
     }
 
-    /// Forgets the program of a box that was pruned last, from `around`.
-    pub(super) fn forget(&mut self, part: &Part, around: &Part) {
-        if part != around {
-            self.parts.forget_from(part.start);
+    /// Discards the program of a box that was pruned last, from that of its parent.
+    pub(super) fn discard(&mut self, part: &TapeSpan, parent: &TapeSpan) {
+        if part != parent {
+            self.parts.truncate(part.start);
         }
     }
 
-    /// Bounds of the gradient in a box whose program is `part`.
-    pub(super) fn gradient(&mut self, part: &Part, region: V3<Interval>) -> V3<Interval> {
+    /// Bounds of the gradient in a box with the program `part`.
+    pub(super) fn gradient(&mut self, part: &TapeSpan, region: V3<Interval>) -> V3<Interval> {
         let (tape, point) = (self.parts.tape(part), DualVec3::seed(region));
-        let ignored = |_, _, _, _: [Dual<Interval>; 2]| {};
-        run(self.program, tape, &mut self.slopes, point, ignored).gradient
+        let no_hook = |_, _, _, _: [Dual<Interval>; 2]| {};
+        eval(self.program, tape, &mut self.slopes, point, no_hook).gradient
     }
 }
 
@@ -72,7 +72,7 @@ mod tests {
     use sdfc_vm::evaluate::evaluate;
     use sdfc_vm::listing::parse;
 
-    /// A ball, a block, a ring with a bite in it, and a bar blended into them.
+    /// A sphere, a box, a torus minus a sphere, and a cylinder blended with them.
     const LISTING: &str = "\
 0000  sphere                [1.0]
 0001  cuboid                [0.25, 0.25, 0.25]  moved [-1.0, 0.0, 0.0]  blend hard [1.0, 1.0, 0.0, 0.0]
@@ -82,25 +82,25 @@ mod tests {
 0005  cylinder              [0.2, 1.5]  blend quadratic [1.0, 1.0, 0.8, 0.3125]
 ";
 
-    /// Boxes are halved towards a corner, each time along another axis, and asked at their middles.
+    /// Boxes are halved towards a corner, along the axes in turn, and evaluated at their centres.
     #[test]
     fn what_is_left_of_a_program_keeps_its_values() {
         let program = parse(LISTING).expect("a program");
-        let mut field = Field::new(&program);
+        let mut field = PrunedField::new(&program);
         let mut shorter = 0;
         for number in 0..512_u32 {
-            let mut part = field.whole();
+            let mut part = field.root();
             let mut sides = [Interval::between(-2.0, 2.0); 3];
             for level in 0..9 {
-                let region = V3::of(sides[0], sides[1], sides[2]);
+                let region = V3::new(sides[0], sides[1], sides[2]);
                 let bounds = field.over(&part, region);
                 part = field.prune(&part);
-                shorter += usize::from(part.len() < field.whole().len());
-                let middle = sides.map(|side| Interval::point(side.lo + (side.hi - side.lo) / 2.0));
-                let middle = V3::of(middle[0], middle[1], middle[2]);
+                shorter += usize::from(part.len() < field.root().len());
+                let centre = sides.map(|side| Interval::point(side.lo + (side.hi - side.lo) / 2.0));
+                let centre = V3::new(centre[0], centre[1], centre[2]);
                 let [value, expected] = [
-                    field.over(&part, middle),
-                    evaluate::<Interval>(&program, middle),
+                    field.over(&part, centre),
+                    evaluate::<Interval>(&program, centre),
                 ];
                 assert!(
                     (value.lo - expected.lo).abs() < 1e-9,
@@ -108,10 +108,10 @@ mod tests {
                 );
                 assert!(bounds.lo <= value.hi && value.lo <= bounds.hi, "{sides:?}");
                 let side = &mut sides[level % 3];
-                let half = side.lo + (side.hi - side.lo) / 2.0;
+                let centre = side.lo + (side.hi - side.lo) / 2.0;
                 *side = match number >> level & 1 {
-                    0 => Interval::between(side.lo, half),
-                    _ => Interval::between(half, side.hi),
+                    0 => Interval::between(side.lo, centre),
+                    _ => Interval::between(centre, side.hi),
                 };
             }
         }

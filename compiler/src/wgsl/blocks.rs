@@ -1,111 +1,111 @@
-//! Where in the text a node is computed: in the innermost block that holds everything that reads it,
-//! so that what a guard leaves out is left out with all that only it needs.
+//! Placement of nodes in generated text: each is computed in the innermost block that contains all its
+//! users. So a skipped block skips all nodes that only it uses.
 
-use crate::graph::{Graph, Node, NodeId, Step};
+use crate::graph::{Graph, GraphChainStep, GraphNode, NodeId};
 use std::collections::HashMap;
 
 /// The body of a function.
-pub(super) const OUTERMOST: usize = 0;
+pub(super) const ROOT_BLOCK: usize = 0;
 
-/// A function's blocks: its body, and one behind each guard.
+/// Blocks of a function: its body, and one behind each guard.
 pub(super) struct Blocks {
-    /// The block around each block, and how many there are around it.
-    around: Vec<(usize, usize)>,
-    /// The block behind a step of a chain.
-    behind: HashMap<(NodeId, usize), usize>,
-    /// The block of each node; none where nothing reads it.
-    homes: Vec<Option<usize>>,
-    /// The nodes of each block, in order.
+    /// Parent of each block, and its nesting depth.
+    parents: Vec<(usize, usize)>,
+    /// Block behind a step of a chain.
+    guarded_blocks: HashMap<(NodeId, usize), usize>,
+    /// Block of each node; `None` if it is unused.
+    node_blocks: Vec<Option<usize>>,
+    /// Nodes of each block, in order.
     members: Vec<Vec<NodeId>>,
 }
 
 impl Blocks {
-    /// The blocks of a graph's function.
-    pub(super) fn of(graph: &Graph) -> Self {
+    /// Computes the blocks of a graph's function.
+    pub(super) fn new(graph: &Graph) -> Self {
         let mut blocks = Self {
-            around: vec![(OUTERMOST, 0)],
-            behind: HashMap::new(),
-            homes: vec![None; graph.len()],
+            parents: vec![(ROOT_BLOCK, 0)],
+            guarded_blocks: HashMap::new(),
+            node_blocks: vec![None; graph.len()],
             members: Vec::new(),
         };
-        blocks.homes[graph.root.0 as usize] = Some(OUTERMOST);
-        let nodes: Vec<(NodeId, &Node)> = graph.nodes().collect();
-        // What reads a node comes behind it, so its block is known by then.
+        blocks.node_blocks[graph.root.0 as usize] = Some(ROOT_BLOCK);
+        let nodes: Vec<(NodeId, &GraphNode)> = graph.nodes().collect();
+        // The users of a node follow it, so its block is known by then.
         for (id, node) in nodes.into_iter().rev() {
-            let Some(home) = blocks.homes[id.0 as usize] else {
+            let Some(block) = blocks.node_blocks[id.0 as usize] else {
                 continue;
             };
             match node {
-                Node::Chain { first, steps, .. } => {
-                    blocks.read(*first, home);
-                    blocks.read_steps(id, steps, home);
+                GraphNode::Chain { first, steps, .. } => {
+                    blocks.record_use(*first, block);
+                    blocks.record_step_uses(id, steps, block);
                 }
                 _ => {
                     for input in node.inputs() {
-                        blocks.read(input, home);
+                        blocks.record_use(input, block);
                     }
                 }
             }
         }
-        blocks.members = vec![Vec::new(); blocks.around.len()];
-        for (at, home) in blocks.homes.iter().enumerate() {
-            if let Some(home) = home {
-                blocks.members[*home].push(NodeId(at as u32));
+        blocks.members = vec![Vec::new(); blocks.parents.len()];
+        for (index, block) in blocks.node_blocks.iter().enumerate() {
+            if let Some(block) = block {
+                blocks.members[*block].push(NodeId(index as u32));
             }
         }
         blocks
     }
 
-    /// How many blocks a block lies in.
+    /// Returns the nesting depth of a block.
     pub(super) fn depth(&self, block: usize) -> usize {
-        self.around[block].1
+        self.parents[block].1
     }
-    /// What is computed in a block, inputs before what reads them.
+    /// Returns the nodes of a block, inputs before their users.
     pub(super) fn members(&self, block: usize) -> Vec<NodeId> {
         self.members[block].clone()
     }
-    /// The block behind a guard that is this step of a chain.
-    pub(super) fn behind(&self, chain: NodeId, step: usize) -> usize {
-        self.behind
+    /// Returns the block behind a guard that is this step of a chain.
+    pub(super) fn block_behind(&self, chain: NodeId, step: usize) -> usize {
+        self.guarded_blocks
             .get(&(chain, step))
             .copied()
-            .unwrap_or(OUTERMOST)
+            .unwrap_or(ROOT_BLOCK)
     }
 
-    fn read_steps(&mut self, id: NodeId, steps: &[Step], home: usize) {
-        let mut open: Vec<(usize, usize)> = Vec::new();
-        for (at, step) in steps.iter().enumerate() {
-            while open.pop_if(|(end, _)| *end <= at).is_some() {}
-            let block = open.last().map_or(home, |&(_, block)| block);
+    fn record_step_uses(&mut self, id: NodeId, steps: &[GraphChainStep], outer_block: usize) {
+        let mut open_blocks: Vec<(usize, usize)> = Vec::new();
+        for (index, step) in steps.iter().enumerate() {
+            while open_blocks.pop_if(|(end, _)| *end <= index).is_some() {}
+            let block = open_blocks.last().map_or(outer_block, |&(_, block)| block);
             match step {
-                Step::Blend(value) => self.read(*value, block),
-                Step::Guard(guard) => {
-                    self.read(guard.point, block);
-                    let inner = self.around.len();
-                    self.around.push((block, self.depth(block) + 1));
-                    self.behind.insert((id, at), inner);
-                    open.push((at + 1 + guard.steps as usize, inner));
+                GraphChainStep::Blend(value) => self.record_use(*value, block),
+                GraphChainStep::Guard(guard) => {
+                    self.record_use(guard.point, block);
+                    let inner = self.parents.len();
+                    self.parents.push((block, self.depth(block) + 1));
+                    self.guarded_blocks.insert((id, index), inner);
+                    open_blocks.push((index + 1 + guard.steps as usize, inner));
                 }
             }
         }
     }
 
-    /// A node is read in a block.
-    fn read(&mut self, id: NodeId, block: usize) {
-        let home = match self.homes[id.0 as usize] {
-            Some(before) => self.common(before, block),
+    /// Records a use of a node in a block.
+    fn record_use(&mut self, id: NodeId, block: usize) {
+        let new_block = match self.node_blocks[id.0 as usize] {
+            Some(previous) => self.innermost_common(previous, block),
             None => block,
         };
-        self.homes[id.0 as usize] = Some(home);
+        self.node_blocks[id.0 as usize] = Some(new_block);
     }
 
-    /// The innermost block around both.
-    fn common(&self, mut a: usize, mut b: usize) -> usize {
+    /// Returns the innermost block around both.
+    fn innermost_common(&self, mut a: usize, mut b: usize) -> usize {
         while a != b {
             if self.depth(a) >= self.depth(b) {
-                a = self.around[a].0;
+                a = self.parents[a].0;
             } else {
-                b = self.around[b].0;
+                b = self.parents[b].0;
             }
         }
         a

@@ -1,35 +1,35 @@
-//! Nothing of a scene lies outside its box, whatever is blended with, added to or folded of shapes
-//! whose distances are less than they could be.
+//! Bounding boxes contain their shapes, for blends, offsets and folds of shapes whose values underestimate
+//! the distance.
 
 use crate::scene;
 use sdfc_compiler::compile::{Options, compile};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::evaluate_f64;
 
-/// Scenes whose blends, offsets and displacements reach far beyond their shapes.
+/// Scenes whose blends, offsets and displacements extend far beyond their operands.
 const SCENES: &[&str] = &[
-    // A needle: one unit of its distance is four along its length.
+    // A needle: its distance changes by one unit over four units of its length.
     "let a = sphere(0.5).scale([1, 4, 1]);\na |[0.1] a",
     "sphere(0.5).scale([1, 4, 1]).offset(0.1)",
     "sphere(0.5).scale([1, 4, 1]).shell(0.2)",
     "sphere(0.5).scale([1, 4, 1]).displace(fn(p) => 0.1 + 0.02 * sin(20 * p.x))",
     "let a = sphere(0.3).shear(1.5, 0, 0).rotate(30deg, Z);\na |[chamfer, 0.3] a",
-    // Beyond the corners of what slabs have in common.
+    // Beyond the corners of the intersection of slabs.
     "let a = (slab(X, 1) & slab(Y, 1) & slab(Z, 1)).rotate(45deg, Z);\na |[0.1] a",
     "let a = box(2).subtract(sphere(1.2)).rotate([45deg, 30deg, 20deg]);\na |[fillet, 0.3] a",
     "let a = ellipsoid([1, 0.1, 0.1]).rotate(45deg, Z);\na |[0.2] a",
     "let a = tetrahedron(0.8);\na |[0.2] a.rotate(45deg, X)",
-    // Slower where it is displaced or twisted, so farther where its value is small.
+    // Displacement and twist reduce the slope, so the shape extends farther where its value is small.
     "let a = sphere(0.5).displace(fn(p) => 0.05 * sin(30 * p.x));\na |[0.1] a",
     "let a = sphere(0.5).warp(fn(p) => p + [0, 0.2 * sin(9 * p.x), 0]);\na |[0.1] a",
     "let a = box(0.4, 2, 0.4).twist(90deg);\na |[0.1] a",
-    // Shapes that do not meet, and then do.
+    // Disjoint shapes, then intersecting ones.
     "(sphere(0.5).translate(-0.55, 0, 0) & sphere(0.5).translate(0.55, 0, 0)).offset(0.2)",
     "let a = sphere(0.5).translate(-0.6, 0, 0).mirror(X);\n(a & a).offset(0.3) |[0.1] a.offset(0.3)",
     "sphere(1).translate(0, 0, 1.1).section(Z).offset(0.3)",
     "circle(0.4).translate(-0.5, 0).revolve().offset(0.3)",
     "sphere(0.5).offset(-0.1).offset(0.1) |[0.2] sphere(0.3).offset(-0.4)",
-    // Pulled apart where it is empty.
+    // Elongation at a plane without material.
     "torus(1, 0.2).elongate(2, 2, 2)",
     "sphere(0.1).translate(1.5, 0, 0).elongate([4, 4, 4]) & sphere(1.2)",
     // Chains.
@@ -40,30 +40,30 @@ const SCENES: &[&str] = &[
     "box(0.2, 1, 0.2).translate(0.8, 0, 0).polar(5) |[0.2] sphere(0.4)",
 ];
 
-/// Random points, always the same ones.
+/// Reproducible random points.
 struct Points(u64);
 
 impl Points {
-    fn next(&mut self, reach: f64) -> [f64; 3] {
+    fn next(&mut self, half_size: f64) -> [f64; 3] {
         std::array::from_fn(|_| {
             self.0 ^= self.0 << 13;
             self.0 ^= self.0 >> 7;
             self.0 ^= self.0 << 17;
-            reach * ((self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
+            half_size * ((self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
         })
     }
 }
 
 fn check(name: &str, text: &str) -> Bounds {
-    let (compiled, found) = compile(scene(text), &Options::default());
+    let (compiled, diagnostics) = compile(scene(text), &Options::default());
     let module = compiled
-        .unwrap_or_else(|| panic!("{name}: {found:?}"))
+        .unwrap_or_else(|| panic!("{name}: {diagnostics:?}"))
         .module;
     let Bounds { min, max } = module.settings.bounds;
     let mut points = Points(0x5df_c0de);
-    for at in 0..20_000 {
-        let mut p = points.next([1.5, 3.0, 6.0][at % 3]);
-        if module.settings.plane {
+    for index in 0..20_000 {
+        let mut p = points.next([1.5, 3.0, 6.0][index % 3]);
+        if module.settings.is_plane {
             p[2] = 0.0;
         }
         let d = evaluate_f64(&module.distance, p);
@@ -86,7 +86,7 @@ fn nothing_lies_outside_its_box() {
     }
 }
 
-/// Intervals alone take x · x to be as low as −9 in [−3, 3], and its exponential to be e⁵⁴⁰.
+/// Interval arithmetic alone yields −9 for x · x in [−3, 3], and e⁵⁴⁰ for its exponential.
 #[test]
 fn the_box_of_a_terrain_is_about_as_high_as_its_hills() {
     let hills = [
@@ -121,17 +121,17 @@ fn nothing_of_a_test_scene_lies_outside_its_box() {
 
 #[test]
 fn a_shape_that_is_empty_in_its_middle_is_pulled_apart_to_nothing_there() {
-    let (compiled, found) = compile(
+    let (compiled, diagnostics) = compile(
         scene("sphere(0.1).translate(2, 0, 0).elongate(6, 6, 6)"),
         &Options::default(),
     );
-    let module = compiled.unwrap_or_else(|| panic!("{found:?}")).module;
+    let module = compiled.unwrap_or_else(|| panic!("{diagnostics:?}")).module;
     let at = |p| evaluate_f64(&module.distance, p);
     assert!((at([0.0; 3]) - 1.9).abs() < 1e-6, "{}", at([0.0; 3]));
     assert!((at([5.0, 3.0, 3.0]) + 0.1).abs() < 1e-6);
 }
 
-/// A repetition of what follows a parameter is the union of its copies.
+/// A repetition of a live shape is the union of its copies.
 #[test]
 fn copies_of_what_moves_are_where_they_would_be_one_by_one() {
     let cases = [
@@ -144,12 +144,12 @@ fn copies_of_what_moves_are_where_they_would_be_one_by_one() {
             "union(for i in 0..3 { for j in 0..3 { for k in 0..3 {
                 box(r, 0.2, 0.3).translate(1.2 * i - 0.5, 1.2 * j - 1.2, 1.2 * k - 1.2 + 2 * r) } } })",
         ),
-        // Not their own mirror images: the nearest copy may stand beside that of the cell.
+        // Not mirror symmetric: the nearest copy may belong to the neighbouring cell.
         (
             "cone(r, 0, 0.8).repeat([0, 1, 0], count: [1, 3, 1])",
             "union(for j in 0..3 { cone(r, 0, 0.8).translate(0, j - 1, 0) })",
         ),
-        // Within three units of the origin, five copies are as good as all.
+        // Within three units of the origin, five copies are equivalent to all copies.
         (
             "sphere(r).repeat([1.5, 0, 0])",
             "union(for i in 0..9 { sphere(r).translate(1.5 * (i - 4), 0, 0) })",
@@ -164,25 +164,25 @@ fn copies_of_what_moves_are_where_they_would_be_one_by_one() {
             let [a, b] = [repeated, listed].map(|text| {
                 let text = format!("param r = 0.2 in 0.1..=0.4;\n{text}");
                 let scene = crate::scene_with(&text, &[("r", r)]);
-                let (compiled, found) = compile(scene, &Options::default());
+                let (compiled, diagnostics) = compile(scene, &Options::default());
                 compiled
-                    .unwrap_or_else(|| panic!("{text}: {found:?}"))
+                    .unwrap_or_else(|| panic!("{text}: {diagnostics:?}"))
                     .module
             });
             let mut points = Points(7);
             for _ in 0..2_000 {
                 let p = points.next(3.0);
-                let [d, wanted] = [&a, &b].map(|module| evaluate_f64(&module.distance, p));
+                let [d, expected] = [&a, &b].map(|module| evaluate_f64(&module.distance, p));
                 assert!(
-                    (d - wanted).abs() < 1e-5,
-                    "{repeated} at {p:?}: {d}, not {wanted}"
+                    (d - expected).abs() < 1e-5,
+                    "{repeated} at {p:?}: {d}, not {expected}"
                 );
             }
         }
     }
 }
 
-/// What a parameter or the time shapes has a box at each of their values, and none for all.
+/// A shape that depends on a parameter or the time has a box for each of their values, but none for all.
 #[test]
 fn a_box_is_known_at_the_present_values() {
     let text = "param r = 0.3 in 0.1..=0.5;\nsphere(r).translate(sin(time * 1rad / 1s), 0, 0)";
@@ -192,21 +192,21 @@ fn a_box_is_known_at_the_present_values() {
             time,
             ..Options::default()
         };
-        let (compiled, found) = compile(scene, &options);
-        let mut compiled = compiled.unwrap_or_else(|| panic!("{found:?}"));
+        let (compiled, diagnostics) = compile(scene, &options);
+        let mut compiled = compiled.unwrap_or_else(|| panic!("{diagnostics:?}"));
         compiled.update(time);
         compiled
     };
     let mut compiled = at("0.4", 1.0);
     let mut module = compiled.module.clone();
-    let box_of = |module: &sdfc_vm::program::Module| *module.settings.space();
+    let box_of = |module: &sdfc_vm::program::Module| *module.settings.clip_bounds();
     let space = box_of(&module);
     assert!(
         (space.max[0] - (1.0_f64.sin() + 0.4)).abs() < 1e-6,
         "{space:?}"
     );
     assert!((space.max[1] - 0.4).abs() < 1e-6, "{space:?}");
-    // At other values it may be anywhere, for who has the module alone.
+    // Without the scene, the box for other values is unknown.
     module.update(0.5);
     assert!(!box_of(&module).is_finite());
     module.update(1.0);
@@ -214,7 +214,7 @@ fn a_box_is_known_at_the_present_values() {
     module.settings.params[0].value = vec![0.2];
     module.update(1.0);
     assert!(!box_of(&module).is_finite());
-    // With the scene, the box is found again.
+    // With the scene, the box is computed again.
     compiled.module.settings.params[0].value = vec![0.2];
     compiled.update(0.5);
     let space = box_of(&compiled.module);

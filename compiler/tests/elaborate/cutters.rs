@@ -1,7 +1,7 @@
-//! Cutters that end in a face of what they cut, or just beyond it.
+//! Cutters that end in a face of the body, or just beyond it.
 //!
-//! The distance at the mouth of a cut tells if its cutter was made longer: then it is as far to the nearest wall,
-//! else the field is about zero, with nothing there.
+//! The distance at the mouth of a cut shows whether its cutter was extended: then it is the distance to the
+//! nearest wall; else the field is about zero, with no surface there.
 
 use crate::scene;
 use sdfc_compiler::compile::{Options, compile};
@@ -17,9 +17,9 @@ fn value(text: &str, point: [f64; 3]) -> f64 {
 /// A scene, a point, and the distance from it to the nearest wall of a cut.
 type Case = (&'static str, [f64; 3], f64);
 
-/// Cutters with room above them.
-const LONGER: &[Case] = &[
-    // Flush, on both sides, and a little beyond.
+/// Cutters with free space above them.
+const EXTENDED_CASES: &[Case] = &[
+    // Flush, on both sides, and slightly beyond.
     (
         "box([4, 1, 4]) - cylinder(r: 0.5, h: 1)",
         [0.0, 0.5, 0.0],
@@ -62,7 +62,7 @@ const LONGER: &[Case] = &[
         [0.0, 0.0, 0.0],
         0.5,
     ),
-    // In an intersection, and around what boxes alone would find in the way.
+    // In an intersection, and past obstacles that only bounding boxes see.
     (
         "box([4, 1, 4]) - (cylinder(r: 0.5, h: 1) & box([2, 1, 2]))",
         [0.0, 0.5, 0.0],
@@ -73,7 +73,7 @@ const LONGER: &[Case] = &[
         [0.919_238_8, 0.5, 0.919_238_8],
         0.25,
     ),
-    // With a live height, standing in the middle or on the floor, and with a little more.
+    // With a live height, centred or on the floor, and slightly longer.
     (
         "param h = 1 in 0.5..=2; box([4, h, 4]) - cylinder(r: 0.5, h: h)",
         [0.0, 0.5, 0.0],
@@ -94,7 +94,7 @@ const LONGER: &[Case] = &[
         [0.0, 0.5, 1.0],
         0.25,
     ),
-    // With a live number in a sketch, of the body or of the cutter.
+    // With a live number in a polygon, of the body or of the cutter.
     (
         "param h = 1 in 0.5..=2; polygon([[0, 0], [3, 0], [3, h], [0, h]]).revolve() - cylinder(r: 0.5, h: h).translate(0, h / 2, 0)",
         [0.0, 1.0, 0.0],
@@ -120,7 +120,7 @@ const LONGER: &[Case] = &[
         [0.0, 1.0, 0.0],
         0.5,
     ),
-    // From the plane.
+    // From 2-D shapes.
     (
         "(rect([4, 4]) - rect([1, 2]).translate(0, 1)).extrude(1)",
         [0.0, 2.0, 0.0],
@@ -136,7 +136,7 @@ const LONGER: &[Case] = &[
         [0.0, 2.0, 0.0],
         0.5,
     ),
-    // In frames: turned together, turned alone, scaled.
+    // In frames: rotated together, rotated alone, scaled.
     (
         "(box([4, 1, 4]) - cylinder(r: 0.5, h: 1)).rotate(30deg, Z)",
         [-0.25, 0.433_013, 0.0],
@@ -152,7 +152,7 @@ const LONGER: &[Case] = &[
         [0.0, 0.5, 0.0],
         0.5,
     ),
-    // Many cutters: in a union, in copies, one after the other, painted.
+    // Many cutters: in a union, in copies, one after the other, with materials.
     (
         "box([4, 1, 4]) - (cylinder(r: 0.5, h: 1) | sphere(0.1).translate(1, 0, 1))",
         [0.0, 0.5, 0.0],
@@ -184,7 +184,7 @@ const LONGER: &[Case] = &[
         [0.0, 0.0, 0.0],
         0.5,
     ),
-    // Beside a part that stands higher, and below one that leaves a gap.
+    // Beside a higher part, and below one with a gap.
     (
         "(box([4, 1, 4]) | box([1, 3, 1]).translate(1.5, 1, 1.5)) - cylinder(r: 0.5, h: 1)",
         [0.0, 0.5, 0.0],
@@ -197,9 +197,9 @@ const LONGER: &[Case] = &[
     ),
 ];
 
-/// Cutters that have to stay as they are; the field is zero where they end.
-const KEPT: &[Case] = &[
-    // Blind, and with no gap to what is above.
+/// Cutters that must not be extended; the field is zero where they end.
+const UNCHANGED_CASES: &[Case] = &[
+    // Blind holes, and no gap to the part above.
     (
         "box([4, 2, 4]) - cylinder(r: 0.5, h: 1)",
         [0.0, 0.5, 0.0],
@@ -210,13 +210,13 @@ const KEPT: &[Case] = &[
         [0.0, 0.5, 0.0],
         0.0,
     ),
-    // Above what a blend adds below its operands.
+    // Above the material that a blend adds below its operands.
     (
         "(box([4, 1, 4]) |[fillet, 0.4] cylinder(r: 0.5, h: 1)) - box([6, 2, 6]).translate(3, 0.5, 0)",
         [0.6, -0.5, 0.0],
         0.0,
     ),
-    // Below a narrower one.
+    // Below a narrower cutter.
     (
         "box([4, 1, 4]) - cylinder(r: 0.5, h: 0.5).translate(0, -0.25, 0) - cylinder(r: 0.3, h: 0.5).translate(0, 0.25, 0)",
         [0.4, 0.0, 0.0],
@@ -228,7 +228,7 @@ const KEPT: &[Case] = &[
         [2.0, 0.0, 4.0],
         0.0,
     ),
-    // Following another number, or one that may be less.
+    // Depending on another number, or on one that may be smaller.
     (
         "param h = 1 in 0.5..=2; param g = 1 in 0.5..=2; box([4, h, 4]) - cylinder(r: 0.5, h: g)",
         [0.0, 0.5, 0.0],
@@ -248,8 +248,11 @@ const KEPT: &[Case] = &[
 
 #[test]
 fn flat_faces_of_cutters_are_moved_out_of_the_body() {
-    for (text, at, expected) in LONGER.iter().chain(KEPT) {
-        let found = value(text, *at);
-        assert!((found - expected).abs() < 1e-5, "{text}\n{found} at {at:?}");
+    for (text, point, expected) in EXTENDED_CASES.iter().chain(UNCHANGED_CASES) {
+        let distance = value(text, *point);
+        assert!(
+            (distance - expected).abs() < 1e-5,
+            "{text}\n{distance} at {point:?}"
+        );
     }
 }

@@ -1,7 +1,7 @@
-//! Cutters whose walls slope where they end in a face of what they cut.
+//! Cutters with sloping walls that end in a face of the body.
 //!
-//! The distance at the mouth of a cut tells if the walls were prolonged. Points all around tell if the set is that of
-//! body and cutter alone.
+//! The distance at the mouth of a cut shows whether the walls were prolonged. Sample points show whether the
+//! set equals that of the body and the cutter alone.
 
 use crate::scene;
 use sdfc_compiler::compile::{Options, compile};
@@ -9,9 +9,9 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::evaluate_f64;
 use sdfc_vm::program::Program;
 
-/// The number of points at which a set is compared.
+/// Number of points at which two sets are compared.
 const POINTS: u32 = 20_000;
-/// The value up to which a point may be on either side of a surface.
+/// Maximum value of a point that may be on either side of a surface.
 const ON_SURFACE: f64 = 1e-6;
 
 fn program(text: &str) -> Program {
@@ -22,9 +22,9 @@ fn program(text: &str) -> Program {
 /// A body, a cutter, a point at the mouth of the cut, and the distance there.
 type Case = (&'static str, &'static str, [f64; 3], f64);
 
-/// Cutters that grow.
-const LONGER: &[Case] = &[
-    // Cones, that widen and narrow, flush and a little beyond, in both directions.
+/// Cutters that are extended.
+const EXTENDED_CASES: &[Case] = &[
+    // Cones that widen and narrow, flush and slightly beyond, in both directions.
     (
         "box([6, 1, 6])",
         "cone(r1: 0.5, r2: 1, h: 1)",
@@ -74,7 +74,7 @@ const LONGER: &[Case] = &[
         [0.0, 0.5, 0.0],
         0.5,
     ),
-    // A countersink of a cone on a cylinder.
+    // A countersink: a cone on a cylinder.
     (
         "box([6, 1, 6])",
         "cylinder(r: 0.5, h: 0.5).translate(0, -0.25, 0) | cone(r1: 0.5, r2: 1, h: 0.5).translate(0, 0.25, 0)",
@@ -139,8 +139,8 @@ const LONGER: &[Case] = &[
     ),
 ];
 
-/// Cutters that stay as they are, or grow no farther than they may.
-const KEPT: &[Case] = &[
+/// Cutters that are not extended, or only as far as possible.
+const UNCHANGED_CASES: &[Case] = &[
     // A roof that the prolonged cone would cut, and one right above the mouth.
     (
         "box([6, 1, 6]) | box([6, 1, 6]).translate(0, 1.001, 0)",
@@ -174,7 +174,7 @@ const KEPT: &[Case] = &[
         [0.0, 0.5, 0.0],
         0.0,
     ),
-    // A groove below a second body, and one that would cross itself where it cuts another.
+    // A groove below a second body, and one that would intersect itself where it cuts another body.
     (
         "box([4, 4, 2]) | box([4, 1, 2]).translate(0, 2.501, 0)",
         "polygon([[-0.5, 1], [0.5, 1], [1, 2], [-1, 2]]).extrude(2)",
@@ -200,7 +200,7 @@ const KEPT: &[Case] = &[
         [0.0, 0.5, 0.0],
         0.0,
     ),
-    // A ring in the side of what is not round there.
+    // A ring in a wall that is not round.
     (
         "box([4, 2, 4])",
         "rect(1, 1).revolve(offset: 1.5)",
@@ -219,11 +219,11 @@ const KEPT: &[Case] = &[
 #[test]
 fn sloping_walls_of_cutters_are_prolonged_out_of_the_body() {
     let mut wrong = Vec::new();
-    for (body, cutter, at, expected) in LONGER.iter().chain(KEPT) {
-        let found = evaluate_f64(&program(&format!("({body}) - ({cutter})")), *at);
-        if (found - expected).abs() > 1e-5 {
+    for (body, cutter, point, expected) in EXTENDED_CASES.iter().chain(UNCHANGED_CASES) {
+        let value = evaluate_f64(&program(&format!("({body}) - ({cutter})")), *point);
+        if (value - expected).abs() > 1e-5 {
             wrong.push(format!(
-                "({body}) - ({cutter})\n{found} at {at:?}, not {expected}"
+                "({body}) - ({cutter})\n{value} at {point:?}, not {expected}"
             ));
         }
     }
@@ -232,17 +232,18 @@ fn sloping_walls_of_cutters_are_prolonged_out_of_the_body() {
 
 #[test]
 fn prolonged_walls_leave_the_set_as_it_is() {
-    for (body, cutter, ..) in LONGER.iter().chain(KEPT) {
+    for (body, cutter, ..) in EXTENDED_CASES.iter().chain(UNCHANGED_CASES) {
         let [body_alone, cutter_alone] = [body, cutter].map(|text| program(text));
         let cut = program(&format!("({body}) - ({cutter})"));
-        let around = Bounds::centred([4.0, 4.0, 4.0]);
+        let bounds = Bounds::centred([4.0, 4.0, 4.0]);
         for number in 0..POINTS {
-            let at = around.spread(number);
-            let expected = evaluate_f64(&body_alone, at).max(-evaluate_f64(&cutter_alone, at));
-            let found = evaluate_f64(&cut, at);
+            let point = bounds.quasi_random_point(number);
+            let expected =
+                evaluate_f64(&body_alone, point).max(-evaluate_f64(&cutter_alone, point));
+            let value = evaluate_f64(&cut, point);
             assert!(
-                expected.abs() < ON_SURFACE || found * expected > 0.0,
-                "({body}) - ({cutter})\n{found} at {at:?}, not {expected}"
+                expected.abs() < ON_SURFACE || value * expected > 0.0,
+                "({body}) - ({cutter})\n{value} at {point:?}, not {expected}"
             );
         }
     }

@@ -1,8 +1,8 @@
-//! What is said about mistakes: one snapshot with all of them, as a person reads them.
+//! Diagnostics of mistakes: one snapshot of all messages, as the terminal shows them.
 
 use crate::{build, rendered};
 
-/// Texts with a mistake, each under what it is about.
+/// Texts with a mistake, each under its title.
 const MISTAKES: &[(&str, &str)] = &[
     ("unknown name", "let base = box(1);\nbse | sphere(1)"),
     ("unknown function", "spehre(1)"),
@@ -253,11 +253,14 @@ const FILES: &[(&str, &str)] = &[
 fn mistakes_are_explained() {
     let mut text = String::new();
     for (title, scene) in MISTAKES {
-        let (made, found, sources) = build(scene, FILES, &[]);
-        let fails = found.iter().any(|d| d.is_error());
-        assert_eq!(made.is_none(), fails, "{title}");
-        assert!(!found.is_empty(), "{title}: nothing is said about\n{scene}");
-        text += &format!("──── {title}\n{}\n", rendered(found, &sources));
+        let (elaborated, diagnostics, sources) = build(scene, FILES, &[]);
+        let fails = diagnostics.iter().any(|d| d.is_error());
+        assert_eq!(elaborated.is_none(), fails, "{title}");
+        assert!(
+            !diagnostics.is_empty(),
+            "{title}: nothing is said about\n{scene}"
+        );
+        text += &format!("──── {title}\n{}\n", rendered(diagnostics, &sources));
     }
     insta::assert_snapshot!(text);
 }
@@ -267,7 +270,7 @@ fn values_from_outside_are_checked() {
     let scene = "param goo = 0.3 in 0..1;\nparam n = 3 in 1..=5;\nparam turn = 30deg;\nparam tint = #ff8800;\nparam on = true;
 sphere(goo + n).rotate(turn, X).color(if on { tint } else { #fff })";
     let mut text = String::new();
-    for given in [
+    for override_ in [
         ("gooo", "0.5"),
         ("goo", "1.5"),
         ("goo", "nan"),
@@ -282,13 +285,13 @@ sphere(goo + n).rotate(turn, X).color(if on { tint } else { #fff })";
         ("tint", "red"),
         ("on", "1"),
     ] {
-        let (made, found, sources) = build(scene, &[], &[given]);
-        assert!(made.is_none(), "{given:?}");
+        let (elaborated, diagnostics, sources) = build(scene, &[], &[override_]);
+        assert!(elaborated.is_none(), "{override_:?}");
         text += &format!(
             "──── {}={}\n{}\n",
-            given.0,
-            given.1,
-            rendered(found, &sources)
+            override_.0,
+            override_.1,
+            rendered(diagnostics, &sources)
         );
     }
     insta::assert_snapshot!(text);

@@ -1,25 +1,26 @@
-//! What texts mean: snapshots of whole scenes.
+//! Meanings of texts: snapshots of whole scenes.
 
 use crate::{build, rendered};
 use sdfc_compiler::dump::dump;
 use std::path::Path;
 
 fn listing(text: &str) -> String {
-    let (scene, found, sources) = build(text, &[], &[]);
-    let messages = rendered(found, &sources);
+    let (scene, diagnostics, sources) = build(text, &[], &[]);
+    let messages = rendered(diagnostics, &sources);
     match scene {
         Some(scene) => format!("{messages}{}", dump(&scene)),
         None => messages,
     }
 }
 
-/// A scene of the language's description; the parser's tests keep them.
+/// A scene of the language description, from the test data of the parser.
 fn described(name: &str) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../lang/tests/scenes");
     let text = std::fs::read_to_string(folder.join(name)).expect("the scene is there");
     // Scattering is not in the vocabulary yet.
-    let kept = text.lines().filter(|line| !line.contains(".scatter("));
-    kept.collect::<Vec<_>>()
+    let lines = text.lines().filter(|line| !line.contains(".scatter("));
+    lines
+        .collect::<Vec<_>>()
         .join("\n")
         .replace("ground | forest", "ground | tree()")
 }
@@ -38,8 +39,8 @@ fn the_scenes_of_the_description() {
     }
 }
 
-/// Small scenes, each under what it shows.
-pub(crate) const SMALL: &[(&str, &str)] = &[
+/// Small scenes, each under its title.
+pub(crate) const SMALL_SCENES: &[(&str, &str)] = &[
     ("operators gather", "let a = sphere(1); let b = box(1); (a | b | a - b - a) & !b"),
     ("lists are unions", "let row = for i in 0..3 { sphere(0.4).translate(i, 0, 0) };\nbox(4) - row"),
     ("blends of all kinds", "let a = sphere(1); let b = box(1);
@@ -72,10 +73,10 @@ sphere(1).material(glow)"),
 #[test]
 fn small_scenes() {
     let mut text = String::new();
-    for (title, scene) in SMALL {
+    for (title, scene) in SMALL_SCENES {
         let lines = listing(scene);
-        // What every scene has is in the other snapshots.
-        let kept = lines.lines().filter(|line| {
+        // Parts common to all scenes are in the other snapshots.
+        let specific_lines = lines.lines().filter(|line| {
             let is_given = |word: &str| scene.contains(&format!("{word} "));
             !(line.starts_with("sky ")
                 || line.starts_with("m0 ")
@@ -83,7 +84,10 @@ fn small_scenes() {
                 || line.starts_with("light ") && !is_given("light")
                 || line.starts_with("camera ") && !is_given("camera"))
         });
-        text += &format!("──── {title}\n{}\n\n", kept.collect::<Vec<_>>().join("\n"));
+        text += &format!(
+            "──── {title}\n{}\n\n",
+            specific_lines.collect::<Vec<_>>().join("\n")
+        );
     }
     insta::assert_snapshot!(text);
 }

@@ -1,5 +1,4 @@
-//! Rules that hold of all scenes: which parameters are structural, what units mean, which axis
-//! points up, and that limits are messages.
+//! Rules for all scenes: structural parameters, units, the up axis, and limits with messages.
 
 use crate::{build, rendered, scene, scene_with};
 use sdfc_compiler::bounds::shape_bounds;
@@ -7,7 +6,7 @@ use sdfc_compiler::dump::dump;
 use sdfc_compiler::scene::{Scene, ShapeKind};
 use sdfc_vm::bounds::Bounds;
 
-/// The names of the structural parameters.
+/// Names of the structural parameters.
 fn structural(scene: &Scene) -> Vec<&str> {
     scene
         .params
@@ -17,7 +16,7 @@ fn structural(scene: &Scene) -> Vec<&str> {
         .collect()
 }
 
-/// The box of what is drawn.
+/// Bounding box of the root.
 fn bounds(text: &str) -> Bounds {
     let scene = scene(text);
     let root = scene.root.expect("something is drawn");
@@ -27,9 +26,9 @@ fn bounds(text: &str) -> Bounds {
 fn assert_box(text: &str, min: [f64; 3], max: [f64; 3]) {
     let b = bounds(text);
     for i in 0..3 {
-        let near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-6;
+        let is_near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-6;
         assert!(
-            near(b.min[i], min[i]) && near(b.max[i], max[i]),
+            is_near(b.min[i], min[i]) && is_near(b.max[i], max[i]),
             "{text}: {b:?}"
         );
     }
@@ -91,7 +90,7 @@ fn lengths_are_in_the_units_of_the_scene() {
         let text = format!("scene {{ units: {units} }}\nbox(1in)");
         assert_box(&text, [-one_inch / 2.0; 3], [one_inch / 2.0; 3]);
     }
-    // Without a unit a scene is in metres, and bare numbers are what the scene is in.
+    // Without a unit, the scene unit is a metre, and plain numbers are in scene units.
     assert_box("box(2000mm) | box(2)", [-1.0; 3], [1.0; 3]);
 }
 
@@ -109,7 +108,7 @@ fn solids_stand_along_the_axis_that_points_up() {
         [-1.0, -1.0, -2.0],
         [1.0, 1.0, 2.0],
     );
-    // Sizes are along the axes as they are written.
+    // Sizes are along the axes as written.
     assert_box(
         "scene { up: z }\nbox(1, 2, 3)",
         [-0.5, -1.0, -1.5],
@@ -120,7 +119,7 @@ fn solids_stand_along_the_axis_that_points_up() {
         [-2.5, -2.5, -0.5],
         [2.5, 2.5, 0.5],
     );
-    // A figure is extruded along z, and turned about the axis that points up.
+    // A 2-D shape is extruded along z, and revolved about the up axis.
     assert_box("rect(1, 2).extrude(4)", [-0.5, -1.0, -2.0], [0.5, 1.0, 2.0]);
     assert_box(
         "scene { up: z }\nrect(1, 2).extrude(4)",
@@ -223,11 +222,11 @@ fn copies_may_overlap_and_share_their_middle() {
         "sphere(0.2).translate(0.3 * sin(time), 0, 0).repeat(1)",
         "param at = 3 in 3..=3.2;\nsphere(0.2).translate(at, 0, 0).repeat(1)",
     ] {
-        let (made, found, sources) = build(text, &[], &[]);
+        let (elaborated, diagnostics, sources) = build(text, &[], &[]);
         assert!(
-            made.is_some() && found.is_empty(),
+            elaborated.is_some() && diagnostics.is_empty(),
             "{text}: {}",
-            rendered(found, &sources)
+            rendered(diagnostics, &sources)
         );
     }
 }
@@ -253,10 +252,13 @@ fn limits_are_messages() {
         ("for i in 0..1e18 { sphere(1) }", "rounds"),
         ("for i in 0..exp(88) * 1e9 { sphere(1) }", "rounds"),
     ];
-    for (text, wanted) in texts {
-        let (made, found, sources) = build(text, &[], &[]);
-        let text = rendered(found, &sources);
-        assert!(made.is_none() && text.contains(wanted), "{wanted}: {text}");
+    for (text, expected) in texts {
+        let (elaborated, diagnostics, sources) = build(text, &[], &[]);
+        let text = rendered(diagnostics, &sources);
+        assert!(
+            elaborated.is_none() && text.contains(expected),
+            "{expected}: {text}"
+        );
     }
 }
 
@@ -281,11 +283,11 @@ fn every_operand_stands_before_what_uses_it() {
     assert!(!dump(&s).contains("_b"), "what nothing uses is left out");
 }
 
-/// A small generator of reproducible numbers (xorshift).
-struct Dice(u64);
+/// A small generator of reproducible random numbers (xorshift).
+struct Random(u64);
 
-impl Dice {
-    fn roll(&mut self, sides: usize) -> usize {
+impl Random {
+    fn below(&mut self, sides: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
@@ -293,19 +295,19 @@ impl Dice {
     }
 }
 
-/// The pieces of a text: words, numbers, and single signs.
-fn pieces(text: &str) -> Vec<String> {
-    let mut pieces: Vec<String> = Vec::new();
+/// Tokens of a text: words, numbers, and single characters.
+fn tokens(text: &str) -> Vec<String> {
+    let mut tokens: Vec<String> = Vec::new();
     let mut joins = false;
     for letter in text.chars() {
         let is_word = letter.is_alphanumeric() || letter == '_';
-        match pieces.last_mut() {
+        match tokens.last_mut() {
             Some(last) if joins && is_word => last.push(letter),
-            _ => pieces.push(letter.to_string()),
+            _ => tokens.push(letter.to_string()),
         }
         joins = is_word;
     }
-    pieces
+    tokens
 }
 
 #[test]
@@ -326,7 +328,7 @@ fn no_text_makes_it_panic() {
         })
         .collect();
     scenes.extend(
-        crate::meaning::SMALL
+        crate::meaning::SMALL_SCENES
             .iter()
             .map(|(_, scene)| (*scene).to_owned()),
     );
@@ -353,29 +355,38 @@ fn no_text_makes_it_panic() {
         "sphere(1)",
         "(1, 2)",
     ];
-    let mut dice = Dice(0x5df_c0de);
+    let mut dice = Random(0x5df_c0de);
     for _ in 0..3_000 {
-        let mut pieces = pieces(&scenes[dice.roll(scenes.len())]);
-        for _ in 0..=dice.roll(3) {
+        let mut tokens = tokens(&scenes[dice.below(scenes.len())]);
+        for _ in 0..=dice.below(3) {
             // Mostly words and numbers, so that most texts still parse.
-            let words: Vec<usize> = (0..pieces.len())
-                .filter(|&at| dice.roll(20) == 0 || pieces[at].chars().all(char::is_alphanumeric))
-                .filter(|&at| !pieces[at].is_empty())
+            let words: Vec<usize> = (0..tokens.len())
+                .filter(|&index| {
+                    dice.below(20) == 0 || tokens[index].chars().all(char::is_alphanumeric)
+                })
+                .filter(|&index| !tokens[index].is_empty())
                 .collect();
-            let (at, from) = (words[dice.roll(words.len())], words[dice.roll(words.len())]);
-            match dice.roll(4) {
-                0 => pieces[at] = pieces[from].clone(),
-                1 => pieces.swap(at, from),
-                2 => pieces[at] = odd[dice.roll(odd.len())].to_owned(),
-                _ => pieces[at] = functions[dice.roll(functions.len())].name.to_owned(),
+            let (index, from) = (
+                words[dice.below(words.len())],
+                words[dice.below(words.len())],
+            );
+            match dice.below(4) {
+                0 => tokens[index] = tokens[from].clone(),
+                1 => tokens.swap(index, from),
+                2 => tokens[index] = odd[dice.below(odd.len())].to_owned(),
+                _ => tokens[index] = functions[dice.below(functions.len())].name.to_owned(),
             }
         }
-        let text = pieces.concat();
-        let (made, found, sources) = build(&text, &[], &[]);
-        assert_eq!(made.is_none(), found.iter().any(|d| d.is_error()), "{text}");
-        // Rendering, listing and measuring must not panic either.
-        let _ = rendered(found, &sources);
-        if let Some(scene) = made {
+        let text = tokens.concat();
+        let (elaborated, diagnostics, sources) = build(&text, &[], &[]);
+        assert_eq!(
+            elaborated.is_none(),
+            diagnostics.iter().any(|d| d.is_error()),
+            "{text}"
+        );
+        // Rendering, listing and bounds must not panic either.
+        let _ = rendered(diagnostics, &sources);
+        if let Some(scene) = elaborated {
             let _ = (dump(&scene), shape_bounds(&scene));
         }
     }

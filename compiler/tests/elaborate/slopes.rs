@@ -1,14 +1,14 @@
-//! How steep fields are said to be, against what is known of them.
+//! Slope bounds of fields, compared with their known slopes.
 
 use crate::scene;
 use sdfc_compiler::compile::{Options, compile};
 use sdfc_vm::program::Code;
 use sdfc_vm::table::Op;
 
-/// A field in a text, how steep it is at its steepest, and how many times as steep it may be said to be.
+/// A field as text, its maximum slope, and the maximum ratio of the slope bound to it.
 const FIELDS: &[(&str, f64, f64)] = &[
     ("field(fn(p) => p.x, within: 2)", 1.0, 1.001),
-    // Along one axis alone: the others are not searched.
+    // Along one axis alone: the other axes are not searched.
     // Within the box and a margin of a tenth of its half diagonal.
     ("field(fn(p) => exp(p.x) - 1, within: 4)", 1.35, 1.11),
     ("field(fn(p) => p.x * p.x - p.y, within: 2)", 2.5079, 1.11),
@@ -28,13 +28,13 @@ const FIELDS: &[(&str, f64, f64)] = &[
         20.0,
         1.11,
     ),
-    // Two that repeat, but never together.
+    // Two periodic terms without a common period.
     (
         "field(fn(p) => sin(p.x) + sin(1.41421356 * p.x), within: 20)",
         2.41421,
         1.11,
     ),
-    // One number of a range, and not two: the range is searched, too.
+    // A single number of a range, not two: the range is searched, too.
     (
         "param r = 1 in 0.2..=3;\nfield(fn(p) => r * sin(p.x / r), within: 2)",
         1.0,
@@ -45,14 +45,14 @@ const FIELDS: &[(&str, f64, f64)] = &[
         18.0,
         1.11,
     ),
-    // At the origin a direction may be any, but is no longer than 1.
+    // At the origin the direction is arbitrary, but its length is at most 1.
     ("field(fn(p) => length(p) - 1, within: 3)", 1.0, 1.001),
     (
         "field(fn(p) => sqrt(p.x * p.x + p.z * p.z) - 1, within: 3)",
         1.0,
         1.001,
     ),
-    // A torus: the parts of the vector change along different axes.
+    // A torus: the components of the vector change along different axes.
     (
         "field(fn(p) => length(vec2(length(p.xz) - 1, p.y)) - 0.3, within: 4)",
         1.0,
@@ -64,19 +64,19 @@ const FIELDS: &[(&str, f64, f64)] = &[
         2.0,
         1.001,
     ),
-    // Of what is compared, one counts.
+    // Only one operand of a comparison takes effect.
     (
         "field(fn(p) => max(max(abs(p.x), abs(p.y)), abs(p.z)) - 1, within: 4)",
         1.0,
         1.001,
     ),
-    // Elsewhere than where it is seen. A warp is taken to stretch by the root of three where it only shifts.
+    // Sampled at another place. A warp that only shifts is bounded by a stretch of √3.
     (
         "field(fn(p) => 5 * (exp(p.x) - 1), within: 4).warp(fn(p) => [p.x + 9, p.y, p.z])",
         6.75,
         1.75,
     ),
-    // Soft minima by hand are means of their operands, however many orders of magnitude exponentials cover.
+    // Handwritten soft minima are means of their operands, over any range of exponentials.
     (
         "field(fn(p) => -ln(exp(-8 * (length(p) - 0.5)) + exp(-8 * (p.y + 0.9))) / 8, within: 20)",
         1.0,
@@ -93,13 +93,14 @@ const FIELDS: &[(&str, f64, f64)] = &[
         1.0,
         1.001,
     ),
-    // A share of two positive numbers lies between 0 and 1; its weights are no steeper than a quarter.
+    // A fraction of two positive numbers is between 0 and 1; the slopes of its weights are at most 1/4.
     (
         "field(fn(p) => p.y + exp(-p.x) / (exp(-p.x) + exp(p.x)) - 0.5, within: 40)",
         1.118,
         1.11,
     ),
-    // The weight of a blend changes only where the numbers are near each other, and its bulge makes up for it.
+    // The weight of a blend changes only where the numbers are close to each other, and its offset
+    // compensates that.
     (
         "fn smin(a: float, b: float, k: float) -> float {
             let h = clamp(0.5 + 0.5 * (b - a) / k, 0, 1);
@@ -132,29 +133,45 @@ const FIELDS: &[(&str, f64, f64)] = &[
         1.198,
         1.75,
     ),
-    // What is known of noise anywhere; no cell is said to be steeper.
+    // The global bound of noise; no cell has a larger one.
     ("field(fn(p) => 0.2 * noise(3 * p), within: 2)", 1.0, 2.7852),
 ];
 
 #[test]
 fn slopes_are_bounded_closely() {
-    for &(text, steepest, times) in FIELDS {
-        let (compiled, found) = compile(scene(text), &Options::default());
-        let compiled = compiled.unwrap_or_else(|| panic!("{text}: {found:?}"));
+    for &(text, max_slope, max_ratio) in FIELDS {
+        let (compiled, diagnostics) = compile(scene(text), &Options::default());
+        let compiled = compiled.unwrap_or_else(|| panic!("{text}: {diagnostics:?}"));
         let mut module = compiled.module;
         module.update(0.0);
         let program = &module.distance;
         let mut code = program.code.iter();
-        let divided = code.find(|i| i.code == Code::Op(Op::FieldDistance));
-        // What is as steep as a distance is not divided.
-        let slope = divided.map_or(1.0, |i| {
+        let division = code.find(|i| i.code == Code::Op(Op::FieldDistance));
+        // A field with the slope of a distance is not divided.
+        let slope = division.map_or(1.0, |i| {
             1.0 / f64::from(program.pool[i.parameters as usize][0])
         });
-        // Steepest at a place that no box is centred at.
-        let least = steepest * 0.999;
+        // The maximum slope is at a point that is not the centre of a box.
+        let min_slope = max_slope * 0.999;
         assert!(
-            least <= slope && slope <= steepest * times,
-            "{text}: at most {slope}, and it is {steepest}"
+            min_slope <= slope && slope <= max_slope * max_ratio,
+            "{text}: at most {slope}, and it is {max_slope}"
         );
+    }
+}
+
+/// Fields whose slope has no bound, because of poles away from the surface.
+const POLES: &[&str] = &[
+    "field(fn(p) => 2 - 1 / length(p), within: 3)",
+    "field(fn(p) => 4 - 1 / dot(p, p), within: 3)",
+    "field(fn(p) => ln(2 * length(p)), within: 3)",
+];
+
+#[test]
+fn poles_leave_a_proven_bound() {
+    for text in POLES {
+        let (compiled, diagnostics) = compile(scene(text), &Options::default());
+        assert!(compiled.is_some(), "{text}: {diagnostics:?}");
+        assert!(diagnostics.is_empty(), "{text}: {diagnostics:?}");
     }
 }

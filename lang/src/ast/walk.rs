@@ -1,10 +1,10 @@
-//! Going through a tree without naming every node: the direct parts of items and expressions.
+//! Traversal of the direct children of items and expressions.
 
 use super::*;
 
 impl Expr {
-    /// Visits the expressions directly inside this one, in the order in which they stand. Those in
-    /// statements of a body count as directly inside.
+    /// Visits the direct child expressions in source order. Those in statements of a body count as direct
+    /// children.
     pub fn for_each_child<'a>(&'a self, visit: &mut dyn FnMut(&'a Expr)) {
         match &self.kind {
             ExprKind::Number(_)
@@ -24,7 +24,7 @@ impl Expr {
             ExprKind::Unary(unary) => visit(&unary.operand),
             ExprKind::Chain(chain) => {
                 visit(&chain.first);
-                for link in &chain.rest {
+                for link in &chain.links {
                     if let Some(blend) = &link.blend {
                         in_args(&blend.args, visit);
                     }
@@ -40,7 +40,7 @@ impl Expr {
                     visit(&arm.condition);
                     arm.body.for_each_child(visit);
                 }
-                branch.otherwise.for_each_child(visit);
+                branch.else_body.for_each_child(visit);
             }
             ExprKind::For(each) => {
                 visit(&each.range);
@@ -59,7 +59,7 @@ impl Expr {
 }
 
 impl Body {
-    /// Visits the expressions directly inside: those of the statements, then the value.
+    /// Visits the direct child expressions: those of the statements, then the value.
     pub fn for_each_child<'a>(&'a self, visit: &mut dyn FnMut(&'a Expr)) {
         for statement in &self.statements {
             match &statement.kind {
@@ -72,7 +72,7 @@ impl Body {
 }
 
 impl Item {
-    /// Visits the expressions directly inside, in the order in which they stand.
+    /// Visits the direct child expressions in source order.
     pub fn for_each_child<'a>(&'a self, visit: &mut dyn FnMut(&'a Expr)) {
         match &self.kind {
             ItemKind::Param(param) => {
@@ -97,7 +97,7 @@ impl Item {
 }
 
 impl File {
-    /// Visits the outermost expressions, in the order in which they stand.
+    /// Visits the outermost expressions in source order.
     pub fn for_each_child<'a>(&'a self, visit: &mut dyn FnMut(&'a Expr)) {
         for item in &self.items {
             item.for_each_child(visit);

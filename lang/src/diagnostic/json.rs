@@ -1,89 +1,90 @@
-//! Diagnostics as data, for editors and scripts. Places are given as line and column (from one, in
-//! characters) and as the byte in the file.
+//! Diagnostics as data, for editors and scripts.
+//!
+//! Positions have a line and a column (from one, in characters) and a byte offset in the file.
 
 use super::{Diagnostic, Diagnostics, Severity};
 use crate::span::{Sources, Span};
 use serde::Serialize;
 
-/// A diagnostic with its places resolved.
+/// A diagnostic with resolved positions.
 #[derive(Clone, Debug, Serialize)]
 pub struct JsonDiagnostic {
-    /// The code, `E0101`.
+    /// Code, such as `E0101`.
     pub code: &'static str,
     /// `error`, `warning` or `note`.
     pub severity: Severity,
-    /// The headline.
+    /// Headline.
     pub message: String,
-    /// The place, and what is written there.
+    /// Primary span with its text.
     pub primary: JsonLabel,
-    /// Other places that matter.
+    /// Other relevant spans.
     pub labels: Vec<JsonLabel>,
     /// Lines of background.
     pub notes: Vec<String>,
     /// Lines of advice.
     pub help: Vec<String>,
-    /// Changes that would mend it.
+    /// Changes that would correct the text.
     pub fixes: Vec<JsonFix>,
 }
 
-/// A place and what is said about it.
+/// A span with a text.
 #[derive(Clone, Debug, Serialize)]
 pub struct JsonLabel {
-    /// The file's name.
+    /// Name of the file.
     pub file: String,
-    /// The first character.
-    pub start: JsonPlace,
-    /// The character after the last.
-    pub end: JsonPlace,
-    /// What is said; may be empty.
+    /// First character.
+    pub start: JsonPosition,
+    /// Position after the last character.
+    pub end: JsonPosition,
+    /// Text, which may be empty.
     pub text: String,
 }
 
-/// A place in a file.
+/// A position in a file.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct JsonPlace {
-    /// The line, from one.
+pub struct JsonPosition {
+    /// Line, from one.
     pub line: u32,
-    /// The character in the line, from one.
+    /// Character in the line, from one.
     pub column: u32,
-    /// The byte in the file, from zero.
+    /// Byte in the file, from zero.
     pub offset: u32,
 }
 
-/// A change that would mend the mistake.
+/// A change that would correct the text.
 #[derive(Clone, Debug, Serialize)]
 pub struct JsonFix {
-    /// What the change does.
+    /// Description of the change.
     pub message: String,
-    /// The edits, all of which belong together.
+    /// Edits, which belong together.
     pub edits: Vec<JsonEdit>,
 }
 
 /// One replacement.
 #[derive(Clone, Debug, Serialize)]
 pub struct JsonEdit {
-    /// The file's name.
+    /// Name of the file.
     pub file: String,
-    /// The first character that is replaced.
-    pub start: JsonPlace,
-    /// The character after the last one.
-    pub end: JsonPlace,
-    /// What stands there afterwards.
+    /// First replaced character.
+    pub start: JsonPosition,
+    /// Position after the last replaced character.
+    pub end: JsonPosition,
+    /// Text after the replacement.
     pub replacement: String,
 }
 
 impl Diagnostic {
-    /// The diagnostic as data that serializes.
+    /// Converts the diagnostic to serializable data.
     pub fn to_json(&self, sources: &Sources) -> JsonDiagnostic {
         JsonDiagnostic {
             code: self.code.as_str(),
             severity: self.severity,
             message: self.message.clone(),
-            primary: label(self.span, &self.label, sources),
+            primary: json_label(self.span, &self.label, sources),
             labels: self
                 .labels
                 .iter()
-                .map(|other| label(other.span, &other.text, sources))
+                .map(|other| json_label(other.span, &other.text, sources))
                 .collect(),
             notes: self.notes.clone(),
             help: self.help.clone(),
@@ -97,8 +98,8 @@ impl Diagnostic {
                         .iter()
                         .map(|edit| JsonEdit {
                             file: sources.name(edit.span.file).to_owned(),
-                            start: place(edit.span.at_start(), sources),
-                            end: place(edit.span.at_end(), sources),
+                            start: json_position(edit.span.at_start(), sources),
+                            end: json_position(edit.span.at_end(), sources),
                             replacement: edit.replacement.clone(),
                         })
                         .collect(),
@@ -109,7 +110,7 @@ impl Diagnostic {
 }
 
 impl Diagnostics {
-    /// All of them by position, as data that serializes to an array.
+    /// Converts all diagnostics, by position, to data that serializes to an array.
     pub fn to_json(&self, sources: &Sources) -> Vec<JsonDiagnostic> {
         self.sorted()
             .into_iter()
@@ -118,20 +119,20 @@ impl Diagnostics {
     }
 }
 
-fn label(span: Span, text: &str, sources: &Sources) -> JsonLabel {
+fn json_label(span: Span, text: &str, sources: &Sources) -> JsonLabel {
     JsonLabel {
         file: sources.name(span.file).to_owned(),
-        start: place(span.at_start(), sources),
-        end: place(span.at_end(), sources),
+        start: json_position(span.at_start(), sources),
+        end: json_position(span.at_end(), sources),
         text: text.to_owned(),
     }
 }
 
-fn place(empty: Span, sources: &Sources) -> JsonPlace {
-    let at = sources.line_col(empty.file, empty.start);
-    JsonPlace {
-        line: at.line,
-        column: at.column,
+fn json_position(empty: Span, sources: &Sources) -> JsonPosition {
+    let position = sources.line_col(empty.file, empty.start);
+    JsonPosition {
+        line: position.line,
+        column: position.column,
         offset: empty.start,
     }
 }

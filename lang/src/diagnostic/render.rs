@@ -1,25 +1,25 @@
-//! Diagnostics as text for a terminal: the source lines with underlines, then notes, help, and each
-//! fix as a patch. annotate-snippets does the drawing; here is only what it is given.
+//! Diagnostics as text for a terminal: source lines with underlines, then notes, help, and each fix as a
+//! patch.
 //!
-//! It is given the lines that matter and not the file, so that twenty messages about a large file
-//! cost no more than about a small one.
+//! `annotate-snippets` draws them from the relevant lines instead of the full file. Twenty messages about a
+//! large file therefore cost no more than about a small one.
 
 use super::{Diagnostic, Diagnostics, Fix, Severity};
 use crate::span::{FileId, Sources, Span};
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Patch, Renderer, Snippet};
 use std::ops::Range;
 
-/// Whether the text has colours.
+/// Use of colours in the text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
-    /// Nothing but text.
+    /// Plain text.
     Plain,
     /// ANSI colours.
     Coloured,
 }
 
 impl Diagnostic {
-    /// The message with the source it is about; ends with a newline.
+    /// Renders the message with its source lines. The result ends with a newline.
     pub fn render(&self, sources: &Sources, style: Style) -> String {
         let mut files = vec![self.span.file];
         for label in &self.labels {
@@ -50,30 +50,34 @@ impl Diagnostic {
     }
 
     fn snippet<'a>(&'a self, file: FileId, sources: &'a Sources) -> Snippet<'a, Annotation<'a>> {
-        let here = |span: &Span| span.file == file;
+        let is_in_file = |span: &Span| span.file == file;
         let spans = std::iter::once(&self.span).chain(self.labels.iter().map(|label| &label.span));
-        let window = Window::around(spans.filter(|span| here(span)).copied(), file, sources);
+        let window = SourceWindow::new(
+            spans.filter(|span| is_in_file(span)).copied(),
+            file,
+            sources,
+        );
         let mut snippet = window.snippet();
-        if here(&self.span) {
-            let mark = AnnotationKind::Primary.span(window.range(self.span));
+        if is_in_file(&self.span) {
+            let annotation = AnnotationKind::Primary.span(window.range(self.span));
             snippet = snippet.annotation(match self.label.is_empty() {
-                true => mark,
-                false => mark.label(self.label.as_str()),
+                true => annotation,
+                false => annotation.label(self.label.as_str()),
             });
         }
-        let labels = self.labels.iter().filter(|label| here(&label.span));
+        let labels = self.labels.iter().filter(|label| is_in_file(&label.span));
         snippet.annotations(labels.map(|label| {
-            let mark = AnnotationKind::Context.span(window.range(label.span));
+            let annotation = AnnotationKind::Context.span(window.range(label.span));
             match label.text.is_empty() {
-                true => mark,
-                false => mark.label(label.text.as_str()),
+                true => annotation,
+                false => annotation.label(label.text.as_str()),
             }
         }))
     }
 }
 
 impl Diagnostics {
-    /// The ones to show, a blank line between them, and how many more there are.
+    /// Renders the diagnostics to show, separated by blank lines, and the number of omitted ones.
     pub fn render(&self, sources: &Sources, style: Style) -> String {
         let (shown, left_out) = self.shown();
         let mut text = shown
@@ -96,16 +100,20 @@ fn level(severity: Severity) -> Level<'static> {
     }
 }
 
-/// The fix as changed lines; as its message alone where a line is too long to be read.
+/// Renders a fix as changed lines, or only its message if a line is too long to be readable.
 fn patch<'a>(fix: &'a Fix, sources: &'a Sources) -> Group<'a> {
-    const LONGEST_LINE: usize = 400;
+    const MAX_PATCH_LINE_BYTES: usize = 400;
     let title = Level::HELP.secondary_title(fix.message.as_str());
-    let Some(first) = fix.edits.first() else {
+    let Some(first_edit) = fix.edits.first() else {
         return Group::with_title(title);
     };
     let spans = fix.edits.iter().map(|edit| edit.span);
-    let window = Window::around(spans, first.span.file, sources);
-    if window.text().lines().any(|line| line.len() > LONGEST_LINE) {
+    let window = SourceWindow::new(spans, first_edit.span.file, sources);
+    if window
+        .text()
+        .lines()
+        .any(|line| line.len() > MAX_PATCH_LINE_BYTES)
+    {
         return Group::with_title(title);
     }
     let patches = fix
@@ -115,16 +123,16 @@ fn patch<'a>(fix: &'a Fix, sources: &'a Sources) -> Group<'a> {
     title.element(window.snippet().patches(patches))
 }
 
-/// The whole lines of a file that some spans lie on.
-struct Window<'a> {
+/// Full lines of a file that contain all given spans.
+struct SourceWindow<'a> {
     sources: &'a Sources,
     file: FileId,
     first_line: usize,
     bytes: Range<usize>,
 }
 
-impl<'a> Window<'a> {
-    fn around(spans: impl Iterator<Item = Span>, file: FileId, sources: &'a Sources) -> Self {
+impl<'a> SourceWindow<'a> {
+    fn new(spans: impl Iterator<Item = Span>, file: FileId, sources: &'a Sources) -> Self {
         let covered = spans.reduce(Span::to).unwrap_or(Span::new(file, 0, 0));
         let covered = sources.range(covered);
         let first_line = sources.line_index(file, covered.start as u32);

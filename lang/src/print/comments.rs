@@ -1,44 +1,44 @@
-//! Where each comment goes.
+//! Placement of comments.
 //!
-//! Some nodes have elements that may stand on lines of their own: files, blocks, bodies, lists,
-//! arguments, chains of operators and of methods. A comment between two of their elements stays
-//! there: behind the element before it if it stood on that line, else in front of the one after it,
-//! or in front of the closing bracket. A comment in any other place moves in front of the innermost
-//! element around it.
+//! Some nodes have elements that may be on separate lines: files, blocks, bodies, lists, arguments, and
+//! chains of operators and of methods. A comment between two such elements stays there. It is printed after
+//! the previous element if it was on that line, else before the next one or before the closing bracket. Any
+//! other comment moves in front of the innermost element around it.
 //!
-//! Places are byte positions of the tree that was parsed: the start of the element after the
-//! comment, the end of the one before it, or the closing bracket.
+//! Slots are byte positions in the parsed tree. They are the start of the element after the comment, the
+//! end of the one before it, or the closing bracket.
 
 use crate::ast::*;
 use crate::span::Span;
 use std::collections::BTreeMap;
 
-/// Every comment of a file under the place where it is to be printed.
+/// Comments of a file, by the position at which they are printed.
 pub(super) struct Comments<'a> {
-    places: BTreeMap<u32, Place<'a>>,
+    slots: BTreeMap<u32, CommentSlot<'a>>,
 }
 
 #[derive(Default)]
-struct Place<'a> {
-    leading: Vec<Placed<'a>>,
-    trailing: Vec<Placed<'a>>,
-    dangling: Vec<Placed<'a>>,
+struct CommentSlot<'a> {
+    leading: Vec<PlacedComment<'a>>,
+    trailing: Vec<PlacedComment<'a>>,
+    dangling: Vec<PlacedComment<'a>>,
 }
 
-/// A comment at its place.
+/// A comment with its position.
 #[derive(Clone, Copy)]
-pub(super) struct Placed<'a> {
+pub(super) struct PlacedComment<'a> {
     comment: &'a Comment,
-    /// Where to look for blank lines before it.
+    /// Position before which blank lines are looked up.
     pub(super) start: u32,
-    /// Where to look for blank lines behind it.
+    /// Position after which blank lines are looked up.
     pub(super) end: u32,
     moved: bool,
 }
 
-impl Placed<'_> {
-    /// The text to print. A `///` that has moved would document what it now stands before, so it
-    /// becomes an ordinary comment.
+impl PlacedComment<'_> {
+    /// Returns the text to print.
+    ///
+    /// A moved `///` would document another element, so it becomes an ordinary comment.
     pub(super) fn text(&self) -> String {
         match (self.moved, self.comment.kind) {
             (true, CommentKind::Doc) => self.comment.text[1..].to_owned(),
@@ -50,54 +50,57 @@ impl Placed<'_> {
 }
 
 impl<'a> Comments<'a> {
-    /// Finds the place of every comment.
-    pub(super) fn place(file: &'a File) -> Self {
-        let mut placing = Placing {
+    /// Places all comments.
+    pub(super) fn new(file: &'a File) -> Self {
+        let mut placer = CommentPlacer {
             lines: &file.trivia.lines,
-            places: BTreeMap::new(),
+            slots: BTreeMap::new(),
         };
         let comments: Vec<_> = file.trivia.comments.iter().collect();
-        placing.node(Node::File(file), &comments, 0);
+        placer.node(NodeRef::File(file), &comments, 0);
         Self {
-            places: placing.places,
+            slots: placer.slots,
         }
     }
 
-    /// Whether a comment is to be printed inside of a node.
-    pub(super) fn any_inside(&self, span: Span) -> bool {
-        span.start + 1 < span.end && self.places.range(span.start + 1..span.end).next().is_some()
+    /// Reports whether a comment is printed inside a node.
+    pub(super) fn has_inside(&self, span: Span) -> bool {
+        span.start + 1 < span.end && self.slots.range(span.start + 1..span.end).next().is_some()
     }
 
-    /// Whether a comment is to be printed between an element and the next.
-    pub(super) fn any_between(&self, end: u32, start: u32) -> bool {
-        let trails = |place: &Place<'_>| !place.trailing.is_empty();
-        let leads = |place: &Place<'_>| !place.leading.is_empty();
-        self.places.get(&end).is_some_and(trails) || self.places.get(&start).is_some_and(leads)
+    /// Reports whether a comment is printed between an element and the next.
+    pub(super) fn has_between(&self, end: u32, start: u32) -> bool {
+        let trails = |slot: &CommentSlot<'_>| !slot.trailing.is_empty();
+        let leads = |slot: &CommentSlot<'_>| !slot.leading.is_empty();
+        self.slots.get(&end).is_some_and(trails) || self.slots.get(&start).is_some_and(leads)
     }
 
-    /// The comments in front of the element that starts at a position.
-    pub(super) fn leading(&self, start: u32) -> Vec<Placed<'a>> {
-        self.at(start).map_or(Vec::new(), |at| at.leading.clone())
+    /// Returns the comments before the element that starts at a position.
+    pub(super) fn leading(&self, start: u32) -> Vec<PlacedComment<'a>> {
+        self.slot(start)
+            .map_or(Vec::new(), |slot| slot.leading.clone())
     }
 
-    /// The comments behind the element that ends at a position.
-    pub(super) fn trailing(&self, end: u32) -> Vec<Placed<'a>> {
-        self.at(end).map_or(Vec::new(), |at| at.trailing.clone())
+    /// Returns the comments after the element that ends at a position.
+    pub(super) fn trailing(&self, end: u32) -> Vec<PlacedComment<'a>> {
+        self.slot(end)
+            .map_or(Vec::new(), |slot| slot.trailing.clone())
     }
 
-    /// The comments in front of the closing bracket at a position.
-    pub(super) fn dangling(&self, closer: u32) -> Vec<Placed<'a>> {
-        self.at(closer).map_or(Vec::new(), |at| at.dangling.clone())
+    /// Returns the comments before the closing bracket at a position.
+    pub(super) fn dangling(&self, closer: u32) -> Vec<PlacedComment<'a>> {
+        self.slot(closer)
+            .map_or(Vec::new(), |slot| slot.dangling.clone())
     }
 
-    fn at(&self, position: u32) -> Option<&Place<'a>> {
-        self.places.get(&position)
+    fn slot(&self, position: u32) -> Option<&CommentSlot<'a>> {
+        self.slots.get(&position)
     }
 }
 
-/// A part of the tree that has parts.
+/// Reference to a node of the tree.
 #[derive(Clone, Copy)]
-enum Node<'a> {
+enum NodeRef<'a> {
     File(&'a File),
     Item(&'a Item),
     Field(&'a Field),
@@ -106,53 +109,53 @@ enum Node<'a> {
     Expr(&'a Expr),
     Arg(&'a Arg),
     Suffix(&'a Suffix),
-    Link(&'a Link),
+    Link(&'a ChainLink),
 }
 
-/// What the parts of a node are to each other.
+/// Layout of the parts of a node.
 #[derive(Clone, Copy, PartialEq)]
-enum Layout {
-    /// Always on one line with what is between them.
+enum PartLayout {
+    /// Always on one line with the tokens between them.
     Fixed,
-    /// Elements between brackets, the closing one at a position.
+    /// Elements between brackets, with the position of the closing one.
     Elements { closer: u32 },
     /// Elements, the first of which starts where the node starts.
     Chain,
 }
 
-impl<'a> Node<'a> {
+impl<'a> NodeRef<'a> {
     fn span(self) -> Span {
         match self {
-            Node::File(file) => file.span,
-            Node::Item(item) => item.span,
-            Node::Field(field) => field.span,
-            Node::Body(body) => body.span,
-            Node::Statement(statement) => statement.span,
-            Node::Expr(expr) => expr.span,
-            Node::Arg(arg) => arg.span,
-            Node::Suffix(suffix) => suffix.span,
-            Node::Link(link) => link.op_span.to(link.operand.span),
+            NodeRef::File(file) => file.span,
+            NodeRef::Item(item) => item.span,
+            NodeRef::Field(field) => field.span,
+            NodeRef::Body(body) => body.span,
+            NodeRef::Statement(statement) => statement.span,
+            NodeRef::Expr(expr) => expr.span,
+            NodeRef::Arg(arg) => arg.span,
+            NodeRef::Suffix(suffix) => suffix.span,
+            NodeRef::Link(link) => link.op_span.to(link.operand.span),
         }
     }
 
-    fn parts(self) -> (Vec<Node<'a>>, Layout) {
+    fn parts(self) -> (Vec<NodeRef<'a>>, PartLayout) {
         match self {
-            Node::File(file) => {
-                let items = file.items.iter().map(Node::Item);
+            NodeRef::File(file) => {
+                let items = file.items.iter().map(NodeRef::Item);
                 let closer = file.span.end;
-                let parts = items.chain(file.result.iter().map(Node::Expr)).collect();
-                (parts, Layout::Elements { closer })
+                let parts = items.chain(file.result.iter().map(NodeRef::Expr)).collect();
+                (parts, PartLayout::Elements { closer })
             }
-            Node::Item(item) => match &item.kind {
+            NodeRef::Item(item) => match &item.kind {
                 ItemKind::Block(block) => {
                     let closer = item.span.end - 1;
-                    let parts = block.fields.iter().map(Node::Field).collect();
-                    (parts, Layout::Elements { closer })
+                    let parts = block.fields.iter().map(NodeRef::Field).collect();
+                    (parts, PartLayout::Elements { closer })
                 }
                 ItemKind::Fn(function) => {
                     let mut parts = defaults(&function.params);
-                    parts.push(Node::Body(&function.body));
-                    (parts, Layout::Fixed)
+                    parts.push(NodeRef::Body(&function.body));
+                    (parts, PartLayout::Fixed)
                 }
                 ItemKind::Param(_)
                 | ItemKind::Let(_)
@@ -160,41 +163,43 @@ impl<'a> Node<'a> {
                 | ItemKind::Import(_)
                 | ItemKind::Expr(_) => {
                     let mut parts = Vec::new();
-                    item.for_each_child(&mut |expr| parts.push(Node::Expr(expr)));
-                    (parts, Layout::Fixed)
+                    item.for_each_child(&mut |expr| parts.push(NodeRef::Expr(expr)));
+                    (parts, PartLayout::Fixed)
                 }
             },
-            Node::Field(field) => (vec![Node::Expr(&field.value)], Layout::Fixed),
-            Node::Body(body) => {
-                let statements = body.statements.iter().map(Node::Statement);
-                let parts = statements.chain([Node::Expr(&body.result)]).collect();
+            NodeRef::Field(field) => (vec![NodeRef::Expr(&field.value)], PartLayout::Fixed),
+            NodeRef::Body(body) => {
+                let statements = body.statements.iter().map(NodeRef::Statement);
+                let parts = statements.chain([NodeRef::Expr(&body.result)]).collect();
                 let closer = body.span.end.saturating_sub(1);
                 match body.braced {
-                    true => (parts, Layout::Elements { closer }),
-                    false => (parts, Layout::Fixed),
+                    true => (parts, PartLayout::Elements { closer }),
+                    false => (parts, PartLayout::Fixed),
                 }
             }
-            Node::Statement(statement) => match &statement.kind {
-                StatementKind::Let(binding) => (vec![Node::Expr(&binding.value)], Layout::Fixed),
-                StatementKind::Expr(value) => (vec![Node::Expr(value)], Layout::Fixed),
+            NodeRef::Statement(statement) => match &statement.kind {
+                StatementKind::Let(binding) => {
+                    (vec![NodeRef::Expr(&binding.value)], PartLayout::Fixed)
+                }
+                StatementKind::Expr(value) => (vec![NodeRef::Expr(value)], PartLayout::Fixed),
             },
-            Node::Arg(arg) => (vec![Node::Expr(&arg.value)], Layout::Fixed),
-            Node::Suffix(suffix) => match &suffix.args {
-                None => (Vec::new(), Layout::Fixed),
+            NodeRef::Arg(arg) => (vec![NodeRef::Expr(&arg.value)], PartLayout::Fixed),
+            NodeRef::Suffix(suffix) => match &suffix.args {
+                None => (Vec::new(), PartLayout::Fixed),
                 Some(args) => elements(&args.args, args.span),
             },
-            Node::Link(link) => {
+            NodeRef::Link(link) => {
                 let blend = link.blend.iter().flat_map(|blend| &blend.args);
-                let parts = blend.map(Node::Arg);
-                let parts = parts.chain([Node::Expr(&link.operand)]).collect();
-                (parts, Layout::Fixed)
+                let parts = blend.map(NodeRef::Arg);
+                let parts = parts.chain([NodeRef::Expr(&link.operand)]).collect();
+                (parts, PartLayout::Fixed)
             }
-            Node::Expr(expr) => parts_of(expr),
+            NodeRef::Expr(expr) => expr_parts(expr),
         }
     }
 }
 
-fn parts_of(expr: &Expr) -> (Vec<Node<'_>>, Layout) {
+fn expr_parts(expr: &Expr) -> (Vec<NodeRef<'_>>, PartLayout) {
     match &expr.kind {
         ExprKind::Number(_)
         | ExprKind::Color(_)
@@ -205,135 +210,140 @@ fn parts_of(expr: &Expr) -> (Vec<Node<'_>>, Layout) {
         | ExprKind::Unary(_)
         | ExprKind::Range(_) => {
             let mut parts = Vec::new();
-            expr.for_each_child(&mut |part| parts.push(Node::Expr(part)));
-            (parts, Layout::Fixed)
+            expr.for_each_child(&mut |part| parts.push(NodeRef::Expr(part)));
+            (parts, PartLayout::Fixed)
         }
         ExprKind::List(items) => {
             let closer = expr.span.end - 1;
-            let parts = items.iter().map(Node::Expr).collect();
-            (parts, Layout::Elements { closer })
+            let parts = items.iter().map(NodeRef::Expr).collect();
+            (parts, PartLayout::Elements { closer })
         }
         ExprKind::Call(call) => elements(&call.args, call.args_span),
         ExprKind::Postfix(postfix) => {
-            let suffixes = postfix.suffixes.iter().map(Node::Suffix);
-            let base = [Node::Expr(&postfix.base)];
-            (base.into_iter().chain(suffixes).collect(), Layout::Chain)
+            let suffixes = postfix.suffixes.iter().map(NodeRef::Suffix);
+            let base = [NodeRef::Expr(&postfix.base)];
+            (
+                base.into_iter().chain(suffixes).collect(),
+                PartLayout::Chain,
+            )
         }
         ExprKind::Chain(chain) => {
-            let links = chain.rest.iter().map(Node::Link);
-            let first = [Node::Expr(&chain.first)];
-            (first.into_iter().chain(links).collect(), Layout::Chain)
+            let links = chain.links.iter().map(NodeRef::Link);
+            let first = [NodeRef::Expr(&chain.first)];
+            (first.into_iter().chain(links).collect(), PartLayout::Chain)
         }
         ExprKind::If(branch) => {
             let arms = branch.arms.iter();
             let mut parts: Vec<_> = arms
-                .flat_map(|arm| [Node::Expr(&arm.condition), Node::Body(&arm.body)])
+                .flat_map(|arm| [NodeRef::Expr(&arm.condition), NodeRef::Body(&arm.body)])
                 .collect();
-            parts.push(Node::Body(&branch.otherwise));
-            (parts, Layout::Fixed)
+            parts.push(NodeRef::Body(&branch.else_body));
+            (parts, PartLayout::Fixed)
         }
         ExprKind::For(each) => {
-            let parts = vec![Node::Expr(&each.range), Node::Body(&each.body)];
-            (parts, Layout::Fixed)
+            let parts = vec![NodeRef::Expr(&each.range), NodeRef::Body(&each.body)];
+            (parts, PartLayout::Fixed)
         }
         ExprKind::BlendScope(scope) => {
-            let mut parts: Vec<_> = scope.blend.args.iter().map(Node::Arg).collect();
-            parts.push(Node::Body(&scope.body));
-            (parts, Layout::Fixed)
+            let mut parts: Vec<_> = scope.blend.args.iter().map(NodeRef::Arg).collect();
+            parts.push(NodeRef::Body(&scope.body));
+            (parts, PartLayout::Fixed)
         }
         ExprKind::Lambda(lambda) => {
             let mut parts = defaults(&lambda.params);
-            parts.push(Node::Body(&lambda.body));
-            (parts, Layout::Fixed)
+            parts.push(NodeRef::Body(&lambda.body));
+            (parts, PartLayout::Fixed)
         }
     }
 }
 
-fn elements(args: &[Arg], span: Span) -> (Vec<Node<'_>>, Layout) {
+fn elements(args: &[Arg], span: Span) -> (Vec<NodeRef<'_>>, PartLayout) {
     let closer = span.end - 1;
-    let parts = args.iter().map(Node::Arg).collect();
-    (parts, Layout::Elements { closer })
+    let parts = args.iter().map(NodeRef::Arg).collect();
+    (parts, PartLayout::Elements { closer })
 }
 
-fn defaults(params: &[FnParam]) -> Vec<Node<'_>> {
+fn defaults(params: &[FnParam]) -> Vec<NodeRef<'_>> {
     let defaults = params.iter().flat_map(|param| &param.default);
-    defaults.map(Node::Expr).collect()
+    defaults.map(NodeRef::Expr).collect()
 }
 
-struct Placing<'a> {
+struct CommentPlacer<'a> {
     lines: &'a [u32],
-    places: BTreeMap<u32, Place<'a>>,
+    slots: BTreeMap<u32, CommentSlot<'a>>,
 }
 
-impl<'a> Placing<'a> {
-    /// Places comments that stand inside of a node. Those that cannot stay there go in front of the
-    /// element that starts at `around`.
-    fn node(&mut self, node: Node<'a>, mut comments: &[&'a Comment], around: u32) {
+impl<'a> CommentPlacer<'a> {
+    /// Places the comments inside a node.
+    ///
+    /// Comments that cannot stay there move before the element that starts at `fallback`.
+    fn node(&mut self, node: NodeRef<'a>, mut comments: &[&'a Comment], fallback: u32) {
         if comments.is_empty() {
             return;
         }
         let (parts, layout) = node.parts();
-        let mut before: Option<Span> = None;
-        for (at, part) in parts.iter().enumerate() {
+        let mut previous: Option<Span> = None;
+        for (index, part) in parts.iter().enumerate() {
             let span = part.span();
             let split = comments.partition_point(|comment| comment.span.start < span.start);
-            let (outside, rest) = comments.split_at(split);
+            let (outside, following) = comments.split_at(split);
             for comment in outside {
-                self.between(comment, before, Some(span), layout, around);
+                self.between(comment, previous, Some(span), layout, fallback);
             }
-            let split = rest.partition_point(|comment| comment.span.start < span.end);
-            let (inside, rest) = rest.split_at(split);
-            let around = match layout {
-                Layout::Fixed => around,
-                Layout::Chain if at == 0 => around,
-                Layout::Chain | Layout::Elements { .. } => span.start,
+            let split = following.partition_point(|comment| comment.span.start < span.end);
+            let (inside, following) = following.split_at(split);
+            let fallback = match layout {
+                PartLayout::Fixed => fallback,
+                PartLayout::Chain if index == 0 => fallback,
+                PartLayout::Chain | PartLayout::Elements { .. } => span.start,
             };
-            self.node(*part, inside, around);
-            comments = rest;
-            before = Some(span);
+            self.node(*part, inside, fallback);
+            comments = following;
+            previous = Some(span);
         }
         for comment in comments {
-            self.between(comment, before, None, layout, around);
+            self.between(comment, previous, None, layout, fallback);
         }
     }
 
     fn between(
         &mut self,
         comment: &'a Comment,
-        before: Option<Span>,
-        after: Option<Span>,
-        layout: Layout,
-        around: u32,
+        previous: Option<Span>,
+        next: Option<Span>,
+        layout: PartLayout,
+        fallback: u32,
     ) {
-        let stays = Placed {
+        let stays = PlacedComment {
             comment,
             start: comment.span.start,
             end: comment.span.end,
             moved: false,
         };
-        let behind = before.filter(|before| self.line(before.end) == self.line(stays.start));
-        match (layout, behind, after) {
-            (Layout::Elements { .. } | Layout::Chain, Some(before), _) => {
-                self.at(before.end).trailing.push(stays);
+        let same_line =
+            previous.filter(|previous| self.line(previous.end) == self.line(stays.start));
+        match (layout, same_line, next) {
+            (PartLayout::Elements { .. } | PartLayout::Chain, Some(previous), _) => {
+                self.slot(previous.end).trailing.push(stays);
             }
-            (Layout::Elements { .. } | Layout::Chain, None, Some(after)) => {
-                self.at(after.start).leading.push(stays);
+            (PartLayout::Elements { .. } | PartLayout::Chain, None, Some(next)) => {
+                self.slot(next.start).leading.push(stays);
             }
-            (Layout::Elements { closer }, None, None) => self.at(closer).dangling.push(stays),
-            (Layout::Fixed, _, _) | (Layout::Chain, None, None) => {
-                let moved = Placed {
-                    start: around,
-                    end: around,
+            (PartLayout::Elements { closer }, None, None) => self.slot(closer).dangling.push(stays),
+            (PartLayout::Fixed, _, _) | (PartLayout::Chain, None, None) => {
+                let moved = PlacedComment {
+                    start: fallback,
+                    end: fallback,
                     moved: true,
                     ..stays
                 };
-                self.at(around).leading.push(moved);
+                self.slot(fallback).leading.push(moved);
             }
         }
     }
 
-    fn at(&mut self, position: u32) -> &mut Place<'a> {
-        self.places.entry(position).or_default()
+    fn slot(&mut self, position: u32) -> &mut CommentSlot<'a> {
+        self.slots.entry(position).or_default()
     }
 
     fn line(&self, position: u32) -> usize {

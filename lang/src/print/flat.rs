@@ -1,21 +1,21 @@
-//! A tree on one line, given up as soon as it does not fit. A body with statements never fits.
+//! Prints a tree on one line, up to a maximum length. A body with statements never fits.
 
 use super::typed;
 use crate::ast::*;
 use crate::literal;
 
-/// A line that is being written; every step gives nothing once there is no room left.
-pub(super) struct Flat {
+/// Writer of a line. Every step returns `None` once the line is full.
+pub(super) struct FlatPrinter {
     text: String,
-    room: usize,
+    remaining_chars: usize,
 }
 
-impl Flat {
-    /// An empty line with room for some characters.
-    pub(super) fn new(room: usize) -> Self {
+impl FlatPrinter {
+    /// Creates an empty line of at most `remaining_chars` characters.
+    pub(super) fn new(remaining_chars: usize) -> Self {
         Self {
             text: String::new(),
-            room,
+            remaining_chars,
         }
     }
 
@@ -24,7 +24,7 @@ impl Flat {
     }
 
     fn push(&mut self, text: &str) -> Option<()> {
-        self.room = self.room.checked_sub(text.chars().count())?;
+        self.remaining_chars = self.remaining_chars.checked_sub(text.chars().count())?;
         self.text.push_str(text);
         Some(())
     }
@@ -34,14 +34,14 @@ impl Flat {
         elements: &[T],
         mut write: impl FnMut(&mut Self, &T) -> Option<()>,
     ) -> Option<()> {
-        for (at, element) in elements.iter().enumerate() {
-            self.push(if at == 0 { "" } else { ", " })?;
+        for (index, element) in elements.iter().enumerate() {
+            self.push(if index == 0 { "" } else { ", " })?;
             write(self, element)?;
         }
         Some(())
     }
 
-    /// `{ name: value, … }`
+    /// Writes `{ name: value, … }`.
     pub(super) fn fields(&mut self, fields: &[Field]) -> Option<()> {
         if fields.is_empty() {
             return self.push("{}");
@@ -55,7 +55,7 @@ impl Flat {
         self.push(" }")
     }
 
-    /// `(a, name: b)` or `[…]`
+    /// Writes `(a, name: b)` or `[…]`.
     pub(super) fn args(&mut self, open: &str, args: &[Arg], close: &str) -> Option<()> {
         self.push(open)?;
         self.separated(args, |flat, arg| {
@@ -68,7 +68,7 @@ impl Flat {
         self.push(close)
     }
 
-    /// `{ value }`, or the value alone if it was written without braces.
+    /// Writes `{ value }`, or only the value if it was written without braces.
     pub(super) fn body(&mut self, body: &Body) -> Option<()> {
         if !body.statements.is_empty() {
             return None;
@@ -83,9 +83,9 @@ impl Flat {
 
     pub(super) fn expr(&mut self, expr: &Expr) -> Option<()> {
         match &expr.kind {
-            ExprKind::Number(number) => self.push(&literal::number_text(number)),
-            ExprKind::Color(rgba) => self.push(&literal::color_text(*rgba)),
-            ExprKind::Text(text) => self.push(&literal::quoted(text)),
+            ExprKind::Number(number) => self.push(&literal::format_number(number)),
+            ExprKind::Color(rgba) => self.push(&literal::format_color(*rgba)),
+            ExprKind::Text(text) => self.push(&literal::quote(text)),
             ExprKind::Bool(true) => self.push("true"),
             ExprKind::Bool(false) => self.push("false"),
             ExprKind::Path(path) => self.push(&path.to_string()),
@@ -120,7 +120,7 @@ impl Flat {
             }
             ExprKind::Chain(chain) => {
                 self.expr(&chain.first)?;
-                for link in &chain.rest {
+                for link in &chain.links {
                     self.push(" ")?;
                     self.push(link.op.symbol())?;
                     if let Some(blend) = &link.blend {
@@ -137,14 +137,14 @@ impl Flat {
                 self.expr(&range.end)
             }
             ExprKind::If(branch) => {
-                for (at, arm) in branch.arms.iter().enumerate() {
-                    self.push(if at == 0 { "if " } else { " else if " })?;
+                for (index, arm) in branch.arms.iter().enumerate() {
+                    self.push(if index == 0 { "if " } else { " else if " })?;
                     self.expr(&arm.condition)?;
                     self.push(" ")?;
                     self.body(&arm.body)?;
                 }
                 self.push(" else ")?;
-                self.body(&branch.otherwise)
+                self.body(&branch.else_body)
             }
             ExprKind::For(each) => {
                 self.push("for ")?;

@@ -1,23 +1,24 @@
-//! What is said about texts with mistakes. Each snapshot is a group of texts with everything that is
-//! said about them; a new mistake is a new line in a group.
+//! Messages about texts with mistakes.
+//!
+//! Each snapshot is a group of texts with all their messages. A new mistake is a new line in a group.
 
-use super::read;
+use super::parse_and_render;
 
-fn say(texts: &[&str]) -> String {
-    let said = texts.iter().map(|text| {
-        let (tree, said) = read(text);
+fn render_messages(texts: &[&str]) -> String {
+    let messages = texts.iter().map(|text| {
+        let (tree, messages) = parse_and_render(text);
         let verdict = match tree {
             Some(_) => "accepted",
             None => "refused",
         };
-        format!("{text}\n~~~ {verdict}\n{said}")
+        format!("{text}\n~~~ {verdict}\n{messages}")
     });
-    said.collect::<Vec<_>>().join("\n==========\n")
+    messages.collect::<Vec<_>>().join("\n==========\n")
 }
 
 #[test]
 fn words() {
-    insta::assert_snapshot!(say(&[
+    insta::assert_snapshot!(render_messages(&[
         "box(1).rotate(90degrees, X)",
         "sphere(3furlongs) | box(2furlong)",
         "sphere(1).color(#12345) | box(1).color(#12345g)",
@@ -35,7 +36,7 @@ fn words() {
 
 #[test]
 fn separators() {
-    insta::assert_snapshot!(say(&[
+    insta::assert_snapshot!(render_messages(&[
         "let r = 2\nsphere(r)",
         "let a = 1 let b = 2;\nparam c = 3",
         "fn f(x) {\n    let y = x\n    y\n}",
@@ -56,7 +57,7 @@ fn separators() {
 
 #[test]
 fn brackets() {
-    insta::assert_snapshot!(say(&[
+    insta::assert_snapshot!(render_messages(&[
         "let a = sphere(1;\nlet b = 2;",
         "let a = union([sphere(1), box(2);\nlet b = = 2;",
         "let a = sphere(1\nlet b = 2;",
@@ -72,7 +73,7 @@ fn brackets() {
 
 #[test]
 fn names() {
-    insta::assert_snapshot!(say(&[
+    insta::assert_snapshot!(render_messages(&[
         "let = sphere(1);\nlet 2 = 3;",
         "let part = sphere(1);\npart",
         "fn f(in: float) = 1;\nfn for(x) = 1;",
@@ -93,7 +94,7 @@ fn names() {
 
 #[test]
 fn operators() {
-    insta::assert_snapshot!(say(&[
+    insta::assert_snapshot!(render_messages(&[
         "let a = r ^ 2 + s ** 3;",
         "let a = big ? 2 : 1;\nlet b = ;",
         "let a = b and not c or d;",
@@ -125,7 +126,7 @@ fn operators() {
 
 #[test]
 fn several_are_found_in_one_run() {
-    insta::assert_snapshot!(say(&["\
+    insta::assert_snapshot!(render_messages(&["\
 param goo = 0.35 in 0.0..1.0
 param tint: color = #3aa6f;
 camera { from = [0, 1.4, 5], fov: 35degs }
@@ -144,9 +145,9 @@ base.rotate(90deg X)
 #[test]
 fn no_more_than_twenty_are_shown() {
     let text = "let = 1;\n".repeat(30);
-    let (_, said) = read(&text);
-    assert_eq!(said.matches("error[E0115]").count(), 20);
-    assert!(said.ends_with("… and 10 more\n"), "{said}");
+    let (_, messages) = parse_and_render(&text);
+    assert_eq!(messages.matches("error[E0115]").count(), 20);
+    assert!(messages.ends_with("… and 10 more\n"), "{messages}");
 }
 
 #[test]
@@ -154,17 +155,17 @@ fn coloured_text_is_the_plain_text_with_colours() {
     use sdfc_lang::{Sources, Style, parse};
     let mut sources = Sources::new();
     let file = sources.add("scene.sdf", "cylinder(r = 1)");
-    let (_, found) = parse(&sources, file);
-    let coloured = found[0].render(&sources, Style::Coloured);
+    let (_, diagnostics) = parse(&sources, file);
+    let coloured = diagnostics[0].render(&sources, Style::Coloured);
     assert!(coloured.contains("\u{1b}["));
     let mut plain = String::new();
-    let mut rest = coloured.as_str();
-    while let Some((before, after)) = rest.split_once('\u{1b}') {
+    let mut remaining = coloured.as_str();
+    while let Some((before, after)) = remaining.split_once('\u{1b}') {
         plain.push_str(before);
-        rest = after.split_once('m').map_or("", |(_, rest)| rest);
+        remaining = after.split_once('m').map_or("", |(_, remaining)| remaining);
     }
-    plain.push_str(rest);
-    assert_eq!(plain, found[0].render(&sources, Style::Plain));
+    plain.push_str(remaining);
+    assert_eq!(plain, diagnostics[0].render(&sources, Style::Plain));
 }
 
 #[test]
@@ -172,7 +173,7 @@ fn json_has_places_and_fixes() {
     use sdfc_lang::{Diagnostics, Sources, parse};
     let mut sources = Sources::new();
     let file = sources.add("scene.sdf", "let ä = 1;\ncylinder(r = 1)");
-    let (_, found) = parse(&sources, file);
-    let found: Diagnostics = found.into_iter().collect();
-    insta::assert_snapshot!(serde_json::to_string_pretty(&found.to_json(&sources)).unwrap());
+    let (_, diagnostics) = parse(&sources, file);
+    let diagnostics: Diagnostics = diagnostics.into_iter().collect();
+    insta::assert_snapshot!(serde_json::to_string_pretty(&diagnostics.to_json(&sources)).unwrap());
 }

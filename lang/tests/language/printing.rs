@@ -1,12 +1,12 @@
-//! The canonical text: it means the same, and printing it again changes nothing.
+//! The canonical text: it has the same meaning, and printing is idempotent.
 
 use super::scenes::SCENES;
-use super::{Random, tree};
+use super::{XorShift, parse_valid};
 use sdfc_lang::ast::{File, Item};
 use sdfc_lang::{dump, print};
 
-/// The listing without docs, which may have moved with their comment.
-fn meaning(file: &File) -> String {
+/// Returns the listing without docs, which may have moved with their comment.
+fn listing_without_docs(file: &File) -> String {
     let undocumented = |item: &Item| Item {
         docs: None,
         ..item.clone()
@@ -18,31 +18,34 @@ fn meaning(file: &File) -> String {
 }
 
 fn check_round_trip(text: &str) {
-    let first = tree(text);
-    let printed = print(&first);
-    let second = tree(&printed);
+    let original = parse_valid(text);
+    let printed = print(&original);
+    let reparsed = parse_valid(&printed);
     assert_eq!(
-        meaning(&first),
-        meaning(&second),
+        listing_without_docs(&original),
+        listing_without_docs(&reparsed),
         "the meaning of\n{text}\n{printed}"
     );
     assert_eq!(
         printed,
-        print(&second),
+        print(&reparsed),
         "printing is not settled for\n{text}"
     );
-    for comment in &first.trivia.comments {
+    for comment in &original.trivia.comments {
         let text = comment.text.trim_matches('/');
         assert!(printed.contains(text), "{text:?} is lost in\n{printed}");
     }
-    assert_eq!(first.trivia.comments.len(), second.trivia.comments.len());
+    assert_eq!(
+        original.trivia.comments.len(),
+        reparsed.trivia.comments.len()
+    );
 }
 
 #[test]
 fn scenes_look_like_this() {
     for (name, text) in SCENES {
         check_round_trip(text);
-        insta::assert_snapshot!(format!("text_of_{name}"), print(&tree(text)));
+        insta::assert_snapshot!(format!("text_of_{name}"), print(&parse_valid(text)));
     }
 }
 
@@ -65,13 +68,13 @@ if a { // why
  d
 // last";
     check_round_trip(text);
-    insta::assert_snapshot!(print(&tree(text)));
+    insta::assert_snapshot!(print(&parse_valid(text)));
 }
 
-/// Comments in every place where one may stand.
+/// Comments in all positions where they are allowed.
 #[test]
 fn comments_anywhere_survive() {
-    let mut random = Random(0x5df);
+    let mut random = XorShift(0x5df);
     let kinds = [
         "// a",
         "/// b",
@@ -82,8 +85,8 @@ fn comments_anywhere_survive() {
     ];
     for round in 0..1200 {
         let (_, scene) = SCENES[round % SCENES.len()];
-        // Between words: next to a space, a comma or a bracket.
-        let in_comments: Vec<_> = tree(scene)
+        // Between tokens: next to a space, a comma or a bracket.
+        let in_comments: Vec<_> = parse_valid(scene)
             .trivia
             .comments
             .iter()
@@ -91,25 +94,25 @@ fn comments_anywhere_survive() {
             .collect();
         let gaps: Vec<_> = scene
             .char_indices()
-            .filter(|(at, c)| {
-                let free = !in_comments.iter().any(|comment| comment.contains(at));
-                let in_text = scene[..*at].bytes().filter(|b| *b == b'"').count() % 2 == 1;
+            .filter(|(index, c)| {
+                let free = !in_comments.iter().any(|comment| comment.contains(index));
+                let in_text = scene[..*index].bytes().filter(|b| *b == b'"').count() % 2 == 1;
                 free && !in_text && matches!(c, ' ' | ',' | '(' | ')' | ';' | '}')
             })
-            .map(|(at, _)| at)
+            .map(|(index, _)| index)
             .collect();
         let mut text = scene.to_owned();
         for number in 0..1 + random.below(3) {
-            let at = gaps[random.below(gaps.len())];
+            let index = gaps[random.below(gaps.len())];
             let kind = kinds[random.below(kinds.len())];
             let end = match kind.starts_with("//") {
                 true => "\n",
                 false => "",
             };
             let comment = kind.replacen(' ', &format!(" {number}"), 1);
-            // An earlier insertion moves later gaps: insert only into the untouched front.
-            if text[..at] == scene[..at] {
-                text.insert_str(at, &format!(" {comment}{end}"));
+            // An earlier insertion moves later gaps, so only the unchanged front is used.
+            if text[..index] == scene[..index] {
+                text.insert_str(index, &format!(" {comment}{end}"));
             }
         }
         check_round_trip(&text);

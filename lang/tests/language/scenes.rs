@@ -1,9 +1,9 @@
-//! The six scenes of the language's description: they parse, to these trees.
+//! The six scenes of the language's description, with their trees.
 
-use super::{read, tree};
+use super::{parse_and_render, parse_valid};
 use sdfc_lang::{Span, ast::*, dump};
 
-/// Each scene's name and text.
+/// Name and text of each scene.
 pub(crate) const SCENES: [(&str, &str); 6] = [
     (
         "one_expression",
@@ -19,25 +19,25 @@ pub(crate) const SCENES: [(&str, &str); 6] = [
 #[test]
 fn scenes_have_these_trees() {
     for (name, text) in SCENES {
-        insta::assert_snapshot!(format!("tree_of_{name}"), dump(&tree(text)));
+        insta::assert_snapshot!(format!("tree_of_{name}"), dump(&parse_valid(text)));
     }
 }
 
 #[test]
 fn only_mixed_precedence_is_said_about_them() {
     for (name, text) in SCENES {
-        let (_, said) = read(text);
-        let codes: Vec<_> = said.lines().filter(|line| line.contains('[')).collect();
-        let warned = said.contains("W0101");
+        let (_, messages) = parse_and_render(text);
+        let codes: Vec<_> = messages.lines().filter(|line| line.contains('[')).collect();
+        let warned = messages.contains("W0101");
         assert_eq!(warned, name == "one_expression", "{name}: {codes:?}");
-        assert!(!said.contains("error["), "{said}");
+        assert!(!messages.contains("error["), "{messages}");
     }
 }
 
 #[test]
 fn every_node_lies_where_it_was_written() {
     for (_, text) in SCENES {
-        let file = tree(text);
+        let file = parse_valid(text);
         let slice = |span: Span| &text[span.start as usize..span.end as usize];
         for item in &file.items {
             assert!(
@@ -50,8 +50,8 @@ fn every_node_lies_where_it_was_written() {
     }
 }
 
-fn check_spans<'t>(expr: &Expr, around: Span, slice: &dyn Fn(Span) -> &'t str) {
-    assert!(around.contains(expr.span), "{expr:?}");
+fn check_spans<'t>(expr: &Expr, parent: Span, slice: &dyn Fn(Span) -> &'t str) {
+    assert!(parent.contains(expr.span), "{expr:?}");
     let text = slice(expr.span);
     match &expr.kind {
         ExprKind::Path(path) => assert_eq!(path.to_string(), text),
@@ -67,7 +67,7 @@ fn check_spans<'t>(expr: &Expr, around: Span, slice: &dyn Fn(Span) -> &'t str) {
             }
         }
         ExprKind::Chain(chain) => {
-            for link in &chain.rest {
+            for link in &chain.links {
                 assert_eq!(slice(link.op_span), link.op.symbol());
                 assert!(link.blend.iter().all(|b| slice(b.span).ends_with(']')));
             }
@@ -88,7 +88,7 @@ fn check_spans<'t>(expr: &Expr, around: Span, slice: &dyn Fn(Span) -> &'t str) {
 
 #[test]
 fn precedence_and_blends() {
-    insta::assert_snapshot!(dump(&tree(
+    insta::assert_snapshot!(dump(&parse_valid(
         "let a = -x.y * 2 + 1 - z % 3;
          let b = !p && q || a < b + 1 && 0 <= c;
          let c = (u | v & w -[chamfer, 0.3] x) |[stairs, 0.4, n: 4] y &[0.1] z;
@@ -100,7 +100,7 @@ fn precedence_and_blends() {
 
 #[test]
 fn docs_belong_to_the_next_item() {
-    let file = tree("/// one\n///   two\n// no\nlet a = 1; /// b's\nlet b = 2;\nlet c = 3;");
+    let file = parse_valid("/// one\n///   two\n// no\nlet a = 1; /// b's\nlet b = 2;\nlet c = 3;");
     let docs: Vec<_> = file.items.iter().map(|item| item.docs.as_deref()).collect();
     assert_eq!(docs, [Some("one\n  two"), Some("b's"), None]);
 }

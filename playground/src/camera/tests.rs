@@ -1,14 +1,14 @@
 use super::*;
 use sdfc_compiler::elaborate::NoFiles;
-use sdfc_compiler::open::{Content, Request, open};
+use sdfc_compiler::open::{Request, SceneFile, open};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::settings::{Overrides, resolve};
 use std::path::Path;
 
 const ASPECT: f64 = 1.6;
-const PLACES: [Place; 4] = [[0.0, 0.0], [0.7, -0.4], [-0.95, 0.9], [0.1, 0.6]];
+const NDC_POINTS: [Ndc; 4] = [[0.0, 0.0], [0.7, -0.4], [-0.95, 0.9], [0.1, 0.6]];
 
-fn view(from: [f64; 3], lens: Lens) -> View {
+fn view(from: [f64; 3], lens: ResolvedLens) -> View {
     View {
         from,
         look: [0.5, 0.25, -1.0],
@@ -17,10 +17,13 @@ fn view(from: [f64; 3], lens: Lens) -> View {
     }
 }
 
-/// Cameras of both lenses: one that stands upright, one that leans, and one that looks straight down.
-fn cameras() -> Vec<Camera> {
-    let lenses = [Lens::Perspective(0.7), Lens::Orthographic(3.0)];
-    let both = lenses.into_iter().flat_map(|lens| {
+/// Returns cameras of both lenses: one upright, one tilted, and one that looks straight down.
+fn cameras() -> Vec<OrbitCamera> {
+    let lenses = [
+        ResolvedLens::Perspective(0.7),
+        ResolvedLens::Orthographic(3.0),
+    ];
+    let views = lenses.into_iter().flat_map(|lens| {
         let leaning = View {
             up: [0.3, 1.0, 0.1],
             ..view([2.0, 3.0, 6.0], lens)
@@ -31,31 +34,36 @@ fn cameras() -> Vec<Camera> {
         };
         [view([4.0, 1.0, 3.0], lens), leaning, down]
     });
-    both.map(|view| Camera::new(view, false, false)).collect()
+    views
+        .map(|view| OrbitCamera::new(view, false, false))
+        .collect()
 }
 
-fn plane() -> Camera {
-    Camera::new(View::plane([3.0, -2.0], 5.0), false, true)
+fn plane() -> OrbitCamera {
+    OrbitCamera::new(View::plane([3.0, -2.0], 5.0), false, true)
 }
 
-fn assert_near(a: [f64; 3], b: [f64; 3], within: f64, what: &str) {
-    let far = (vector(a) - vector(b)).length();
-    assert!(far <= within, "{what}: {a:?} and {b:?} are {far:e} apart");
+fn assert_near(a: [f64; 3], b: [f64; 3], tolerance: f64, label: &str) {
+    let distance = (vector(a) - vector(b)).length();
+    assert!(
+        distance <= tolerance,
+        "{label}: {a:?} and {b:?} are {distance:e} apart"
+    );
 }
 
-/// The directions and the lens of two views are the same, and so are their places.
-fn assert_same(a: &View, b: &View, within: f64, what: &str) {
-    assert_near(a.from, b.from, within, what);
-    assert_near(a.look, b.look, within, what);
-    let ([a_basis, b_basis], size) = ([a, b].map(Basis::of), within.max(1e-12));
-    assert_near(array(a_basis.right), array(b_basis.right), size, what);
-    assert_near(array(a_basis.up), array(b_basis.up), size, what);
+/// Asserts that two views have the same directions, lens and positions.
+fn assert_same(a: &View, b: &View, tolerance: f64, label: &str) {
+    assert_near(a.from, b.from, tolerance, label);
+    assert_near(a.look, b.look, tolerance, label);
+    let ([a_basis, b_basis], size) = ([a, b].map(Basis::from_view), tolerance.max(1e-12));
+    assert_near(array(a_basis.right), array(b_basis.right), size, label);
+    assert_near(array(a_basis.up), array(b_basis.up), size, label);
     match (a.lens, b.lens) {
-        (Lens::Perspective(a), Lens::Perspective(b))
-        | (Lens::Orthographic(a), Lens::Orthographic(b)) => {
-            assert!((a - b).abs() <= 1e-4 * a, "{what}: {a} and {b}");
+        (ResolvedLens::Perspective(a), ResolvedLens::Perspective(b))
+        | (ResolvedLens::Orthographic(a), ResolvedLens::Orthographic(b)) => {
+            assert!((a - b).abs() <= 1e-4 * a, "{label}: {a} and {b}");
         }
-        (a, b) => panic!("{what}: {a:?} and {b:?}"),
+        (a, b) => panic!("{label}: {a:?} and {b:?}"),
     }
 }
 
@@ -63,7 +71,7 @@ fn assert_same(a: &View, b: &View, within: f64, what: &str) {
 fn a_view_stays_the_very_same_until_it_is_moved() {
     for camera in cameras() {
         assert_eq!(
-            Camera::new(camera.view(), true, false).view(),
+            OrbitCamera::new(camera.view(), true, false).view(),
             camera.view()
         );
     }
@@ -72,21 +80,21 @@ fn a_view_stays_the_very_same_until_it_is_moved() {
 #[test]
 fn what_is_under_a_place_is_seen_there() {
     for camera in cameras().into_iter().chain([plane()]) {
-        for place in PLACES {
+        for ndc in NDC_POINTS {
             for depth in [None, Some(0.3), Some(20.0), Some(f64::INFINITY)] {
-                let point = camera.point_under(place, depth, ASPECT);
-                let seen = camera.place_of(point, ASPECT).expect("it is in front");
-                assert!((seen[0] - place[0]).abs() + (seen[1] - place[1]).abs() < 1e-9);
+                let point = camera.point_under(ndc, depth, ASPECT);
+                let projected = camera.project(point, ASPECT).expect("it is in front");
+                assert!((projected[0] - ndc[0]).abs() + (projected[1] - ndc[1]).abs() < 1e-9);
             }
         }
     }
     let camera = &cameras()[0];
     let behind = camera.point_under([0.0, 0.0], Some(-1.0), ASPECT);
-    assert_eq!(camera.place_of(behind, ASPECT), None);
-    // A way along a slanted ray is longer than the way straight ahead.
+    assert_eq!(camera.project(behind, ASPECT), None);
+    // A depth along a slanted ray is larger than the depth along the view axis.
     let point = camera.point_under([1.0, 1.0], Some(2.0), ASPECT);
-    let way = vector(point) - vector(camera.view().from);
-    assert!((way.length() - 2.0).abs() < 1e-12);
+    let offset = vector(point) - vector(camera.view().from);
+    assert!((offset.length() - 2.0).abs() < 1e-12);
 }
 
 #[test]
@@ -104,79 +112,88 @@ fn orbits_keep_the_distance_and_what_is_looked_at() {
 #[test]
 fn an_orbit_all_around_ends_where_it_began() {
     for mut camera in cameras() {
-        let before = camera.view();
+        let previous = camera.view();
         for _ in 0..36 {
             camera.orbit(PI / 18.0, 0.0);
         }
-        assert_same(&camera.view(), &before, 1e-9, "once around");
+        assert_same(&camera.view(), &previous, 1e-9, "once around");
     }
 }
 
 #[test]
 fn orbits_go_where_they_should() {
-    let mut camera = Camera::new(view([0.5, 0.25, 4.0], Lens::Perspective(0.7)), false, false);
+    let mut camera = OrbitCamera::new(
+        view([0.5, 0.25, 4.0], ResolvedLens::Perspective(0.7)),
+        false,
+        false,
+    );
     camera.orbit(FRAC_PI_2, 0.0);
     assert_near(camera.view().from, [5.5, 0.25, -1.0], 1e-9, "to the right");
     camera.orbit(0.0, 0.5);
     let height = 0.25 + 5.0 * 0.5_f64.sin();
-    let beside = 0.5 + 5.0 * 0.5_f64.cos();
-    assert_near(camera.view().from, [beside, height, -1.0], 1e-9, "up");
+    let expected_depth = 0.5 + 5.0 * 0.5_f64.cos();
+    assert_near(
+        camera.view().from,
+        [expected_depth, height, -1.0],
+        1e-9,
+        "up",
+    );
 }
 
 #[test]
 fn nothing_flips_at_the_poles() {
     for mut camera in cameras() {
         camera.orbit(0.2, 0.0);
-        let right = Basis::of(&camera.view()).right;
+        let right = Basis::from_view(&camera.view()).right;
         for step in [0.1, -0.1] {
             for _ in 0..60 {
                 camera.orbit(0.0, step);
-                let now = Basis::of(&camera.view());
+                let now = Basis::from_view(&camera.view());
                 assert_near(array(now.right), array(right), 1e-9, "the right");
                 assert!(now.up.dot(camera.axis) >= -1e-9, "it stands on its head");
             }
-            let back = Basis::of(&camera.view()).back;
+            let back = Basis::from_view(&camera.view()).back;
             assert!((back.dot(camera.axis) - step.signum()).abs() < 1e-9);
         }
-        // At the pole it still turns, by as much as it is told.
+        // At the pole the azimuth still changes by the full angle.
         camera.orbit(0.5, 0.0);
-        let now = Basis::of(&camera.view()).right;
+        let now = Basis::from_view(&camera.view()).right;
         assert!((now.dot(right) - 0.5_f64.cos()).abs() < 1e-9);
     }
 }
 
 #[test]
 fn an_upside_down_view_stays_upside_down() {
-    let given = View {
+    let initial = View {
         up: [0.0, -1.0, 0.0],
-        ..view([4.0, 1.0, 3.0], Lens::Perspective(0.7))
+        ..view([4.0, 1.0, 3.0], ResolvedLens::Perspective(0.7))
     };
-    let mut camera = Camera::new(given, false, false);
+    let mut camera = OrbitCamera::new(initial, false, false);
     camera.orbit(1e-9, 0.0);
-    assert_same(&camera.view(), &given, 1e-6, "hardly moved");
+    assert_same(&camera.view(), &initial, 1e-6, "hardly moved");
 }
 
 #[test]
 fn the_point_under_the_cursor_stays_there_when_zooming() {
     for camera in cameras().into_iter().chain([plane()]) {
-        for place in PLACES {
+        for ndc in NDC_POINTS {
             for depth in [None, Some(2.0), Some(30.0)] {
                 for factor in [0.5, 0.9, 1.1, 3.0] {
                     let mut camera = camera.clone();
-                    let before = camera.view();
-                    let point = camera.point_under(place, depth, ASPECT);
+                    let previous = camera.view();
+                    let point = camera.point_under(ndc, depth, ASPECT);
                     camera.zoom(factor, point);
-                    let seen = camera.place_of(point, ASPECT).expect("it is in front");
-                    let off = (seen[0] - place[0]).hypot(seen[1] - place[1]);
+                    let projected = camera.project(point, ASPECT).expect("it is in front");
+                    let error = (projected[0] - ndc[0]).hypot(projected[1] - ndc[1]);
                     assert!(
-                        off < 1e-9,
-                        "{before:?} {place:?} {depth:?} {factor}: {off:e}"
+                        error < 1e-9,
+                        "{previous:?} {ndc:?} {depth:?} {factor}: {error:e}"
                     );
-                    let grown = match (before.lens, camera.view().lens) {
-                        (Lens::Orthographic(a), Lens::Orthographic(b)) => b / a,
+                    let grown = match (previous.lens, camera.view().lens) {
+                        (ResolvedLens::Orthographic(a), ResolvedLens::Orthographic(b)) => b / a,
                         _ => {
-                            let way = |from| (vector(point) - vector(from)).length();
-                            way(camera.view().from) / way(before.from)
+                            let distance_from = |from| (vector(point) - vector(from)).length();
+                            distance_from(camera.view().from) / distance_from(previous.from)
                         }
                     };
                     assert!((grown - factor).abs() < 1e-9, "{grown} for {factor}");
@@ -186,9 +203,9 @@ fn the_point_under_the_cursor_stays_there_when_zooming() {
     }
 }
 
-/// Zooms to what is under a place, as far away as what the camera looks at.
-fn zoom_at(camera: &mut Camera, factor: f64, place: Place) {
-    let point = camera.point_under(place, None, ASPECT);
+/// Zooms to the point under an NDC position, at the depth of the look-at point.
+fn zoom_at(camera: &mut OrbitCamera, factor: f64, ndc: Ndc) {
+    let point = camera.point_under(ndc, None, ASPECT);
     camera.zoom(factor, point);
 }
 
@@ -222,9 +239,9 @@ fn panning_carries_the_held_point_along() {
             let held = camera.point_under([0.3, 0.2], depth, ASPECT);
             let distance = camera.distance();
             camera.pan([-0.5, 0.25], depth.map(|_| held), ASPECT);
-            let seen = camera.place_of(held, ASPECT).expect("it is in front");
-            let off = (seen[0] + 0.2).hypot(seen[1] - 0.45);
-            assert!(off < 1e-9, "{seen:?}");
+            let projected = camera.project(held, ASPECT).expect("it is in front");
+            let error = (projected[0] + 0.2).hypot(projected[1] - 0.45);
+            assert!(error < 1e-9, "{projected:?}");
             assert!((camera.distance() - distance).abs() < 1e-9);
         }
     }
@@ -233,12 +250,12 @@ fn panning_carries_the_held_point_along() {
 #[test]
 fn a_point_in_focus_comes_to_the_middle() {
     for mut camera in cameras() {
-        let back = Basis::of(&camera.view()).back;
+        let back = Basis::from_view(&camera.view()).back;
         camera.focus([3.0, -1.0, 2.0]);
-        let [x, y] = camera.place_of([3.0, -1.0, 2.0], ASPECT).expect("seen");
+        let [x, y] = camera.project([3.0, -1.0, 2.0], ASPECT).expect("seen");
         assert!(x.hypot(y) < 1e-12, "{x} {y}");
         assert_near(
-            array(Basis::of(&camera.view()).back),
+            array(Basis::from_view(&camera.view()).back),
             array(back),
             1e-9,
             "it turned",
@@ -256,17 +273,17 @@ fn fitting_contains_the_corners_and_touches_an_edge() {
         max: [3.0, 0.5, 9.0],
     };
     for mut camera in cameras() {
-        let back = Basis::of(&camera.view()).back;
+        let back = Basis::from_view(&camera.view()).back;
         for aspect in [0.4, 1.0, 2.5] {
             camera.fit(&bounds, aspect);
             let mut edge = 0.0_f64;
             for corner in bounds.corners() {
-                let [x, y] = camera.place_of(corner, aspect).expect("it is in front");
+                let [x, y] = camera.project(corner, aspect).expect("it is in front");
                 edge = edge.max(x.abs()).max(y.abs());
             }
             assert!((0.6..=1.0).contains(&edge), "{edge}");
             assert_near(
-                array(Basis::of(&camera.view()).back),
+                array(Basis::from_view(&camera.view()).back),
                 array(back),
                 1e-9,
                 "it turned",
@@ -275,21 +292,21 @@ fn fitting_contains_the_corners_and_touches_an_edge() {
     }
     let mut camera = plane();
     camera.fit(&bounds, 0.5);
-    let width = 4.0 / camera.place_of([3.0, 0.25, 0.0], 0.5).expect("seen")[0];
+    let width = 4.0 / camera.project([3.0, 0.25, 0.0], 0.5).expect("seen")[0];
     assert!((4.0..4.5).contains(&width), "{width}");
 }
 
 #[test]
 fn view_keys_look_along_the_axes_of_both_kinds_of_scene() {
     let sides = [
-        (Side::Front, [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]),
-        (Side::Back, [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]),
-        (Side::Left, [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
-        (Side::Right, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
-        (Side::Top, [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]),
-        (Side::Bottom, [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]),
+        (ViewSide::Front, [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]),
+        (ViewSide::Back, [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]),
+        (ViewSide::Left, [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        (ViewSide::Right, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        (ViewSide::Top, [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]),
+        (ViewSide::Bottom, [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]),
         (
-            Side::Isometric,
+            ViewSide::Isometric,
             [1.0; 3].map(|v: f64| v / 3.0_f64.sqrt()),
             [-1.0, 2.0, -1.0].map(|v: f64| v / 6.0_f64.sqrt()),
         ),
@@ -297,16 +314,16 @@ fn view_keys_look_along_the_axes_of_both_kinds_of_scene() {
     for mut camera in cameras() {
         let (distance, look) = (camera.distance(), camera.view().look);
         for (side, back, up) in sides {
-            camera.face(side);
-            let basis = Basis::of(&camera.view());
+            camera.view_from(side);
+            let basis = Basis::from_view(&camera.view());
             assert_near(array(basis.back), back, 1e-9, &format!("{side:?}"));
             assert_near(array(basis.up), up, 1e-9, &format!("{side:?}"));
             assert!((camera.distance() - distance).abs() < 1e-9);
             assert_eq!(camera.view().look, look);
-            // Where z points up, all is turned by a right angle around x.
-            let mut other = Camera::new(camera.view(), true, false);
-            other.face(side);
-            let basis = Basis::of(&other.view());
+            // With z up, everything is rotated by a right angle around x.
+            let mut other = OrbitCamera::new(camera.view(), true, false);
+            other.view_from(side);
+            let basis = Basis::from_view(&other.view());
             let lying = |[x, y, z]: [f64; 3]| [x, -z, y];
             assert_near(
                 array(basis.back),
@@ -321,20 +338,23 @@ fn view_keys_look_along_the_axes_of_both_kinds_of_scene() {
 
 #[test]
 fn the_other_lens_keeps_the_size_of_what_is_in_focus() {
-    let bounds = Bounds::ball(10.0);
+    let bounds = Bounds::sphere(10.0);
     for mut camera in cameras() {
         let look = vector(camera.view().look);
-        let beside = array(look + Basis::of(&camera.view()).right * 0.4);
-        let before = camera.place_of(beside, ASPECT).expect("seen");
+        let side_point = array(look + Basis::from_view(&camera.view()).right * 0.4);
+        let previous = camera.project(side_point, ASPECT).expect("seen");
         let (lens, distance) = (camera.is_orthographic(), camera.distance());
         camera.toggle_lens(&bounds);
         assert_ne!(camera.is_orthographic(), lens);
-        let after = camera.place_of(beside, ASPECT).expect("seen");
-        assert!((before[0] - after[0]).abs() < 1e-9, "{before:?} {after:?}");
+        let after = camera.project(side_point, ASPECT).expect("seen");
+        assert!(
+            (previous[0] - after[0]).abs() < 1e-9,
+            "{previous:?} {after:?}"
+        );
         if !lens {
             for corner in bounds.corners() {
                 let ahead = (vector(corner) - vector(camera.view().from))
-                    .dot(-Basis::of(&camera.view()).back);
+                    .dot(-Basis::from_view(&camera.view()).back);
                 assert!(ahead > 0.0, "a corner is behind the camera");
             }
             camera.toggle_lens(&bounds);
@@ -345,25 +365,25 @@ fn the_other_lens_keeps_the_size_of_what_is_in_focus() {
         }
     }
     let mut camera = cameras().remove(0);
-    camera.toggle_lens(&Bounds::EVERYTHING);
+    camera.toggle_lens(&Bounds::ALL_SPACE);
     assert!(camera.distance().is_finite());
 }
 
 #[test]
 fn plane_figures_only_pan_and_zoom() {
     let mut camera = plane();
-    let before = camera.view();
+    let previous = camera.view();
     camera.orbit(0.5, 0.5);
-    camera.face(Side::Isometric);
-    camera.toggle_lens(&Bounds::ball(1.0));
-    assert_eq!(camera.view(), before);
+    camera.view_from(ViewSide::Isometric);
+    camera.toggle_lens(&Bounds::sphere(1.0));
+    assert_eq!(camera.view(), previous);
     camera.pan([0.5, 0.5], None, ASPECT);
     zoom_at(&mut camera, 0.5, [0.2, 0.1]);
-    assert_ne!(camera.view(), before);
+    assert_ne!(camera.view(), previous);
     assert_eq!(camera.view().from[..2], camera.view().look[..2]);
 }
 
-/// The view of a scene's only camera.
+/// Returns the view of a scene's only camera.
 fn view_in(scene: &str) -> View {
     let request = Request {
         path: Path::new("scene.sdf"),
@@ -371,14 +391,14 @@ fn view_in(scene: &str) -> View {
         time: 0.0,
         part: None,
         passes: PassOptions::default(),
-        guards: false,
-        sight: None,
+        emit_guards: false,
+        lod_target: None,
         loader: &NoFiles,
     };
-    let outcome = open(Content::Text(scene.to_owned()), &request).expect("a scene");
+    let outcome = open(SceneFile::Text(scene.to_owned()), &request).expect("a scene");
     let opened = outcome
-        .made
-        .unwrap_or_else(|| panic!("{scene}\n{:?}", outcome.found));
+        .value
+        .unwrap_or_else(|| panic!("{scene}\n{:?}", outcome.diagnostics));
     let overrides = Overrides::default();
     let settings = resolve(&opened.compiled.module, &opened.outputs, &overrides);
     settings.expect("settings").view
@@ -389,22 +409,27 @@ fn a_camera_pasted_into_a_scene_gives_its_view() {
     let mut cases = Vec::new();
     for z_up in [false, true] {
         for camera in cameras() {
-            let mut camera = Camera::new(camera.view(), z_up, false);
+            let mut camera = OrbitCamera::new(camera.view(), z_up, false);
             cases.push((z_up, camera.clone()));
             for (right, up) in [(0.3, 0.2), (2.0, -0.4), (0.1, 3.0), (0.0, -7.0)] {
                 camera.orbit(right, up);
                 cases.push((z_up, camera.clone()));
             }
-            for side in [Side::Front, Side::Top, Side::Bottom, Side::Isometric] {
-                camera.face(side);
+            for side in [
+                ViewSide::Front,
+                ViewSide::Top,
+                ViewSide::Bottom,
+                ViewSide::Isometric,
+            ] {
+                camera.view_from(side);
                 cases.push((z_up, camera.clone()));
                 let mut near = camera.clone();
                 near.orbit(0.4, 0.0);
                 zoom_at(&mut near, 1e-3, [0.3, 0.2]);
                 cases.push((z_up, near));
-                let mut far = camera.clone();
-                zoom_at(&mut far, 700.0, [0.3, 0.2]);
-                cases.push((z_up, far));
+                let mut distance = camera.clone();
+                zoom_at(&mut distance, 700.0, [0.3, 0.2]);
+                cases.push((z_up, distance));
             }
         }
     }
@@ -416,14 +441,14 @@ fn a_camera_pasted_into_a_scene_gives_its_view() {
         );
         let view = camera.view();
         let height = match view.lens {
-            Lens::Perspective(fov) => 2.0 * camera.distance() * (fov / 2.0).tan(),
-            Lens::Orthographic(height) => height,
+            ResolvedLens::Perspective(fov) => 2.0 * camera.distance() * (fov / 2.0).tan(),
+            ResolvedLens::Orthographic(height) => height,
         };
         let pasted = view_in(&scene);
-        let off = (vector(pasted.look) - vector(view.look)).length();
-        assert!(off < 1e-4 * height, "{text}: {off}");
-        let within = 1e-4 * height.max(1.0);
-        assert_same(&pasted, &view, within, &text);
+        let error = (vector(pasted.look) - vector(view.look)).length();
+        assert!(error < 1e-4 * height, "{text}: {error}");
+        let tolerance = 1e-4 * height.max(1.0);
+        assert_same(&pasted, &view, tolerance, &text);
     }
 }
 
@@ -440,29 +465,29 @@ fn plane_figures_are_copied_too() {
 
 #[test]
 fn copied_numbers_are_short() {
-    let given = View {
+    let initial = View {
         from: [3.4, 2.6, 4.2],
         look: [0.1, -0.2, 0.0],
         up: [0.0, 1.0, 0.0],
-        lens: Lens::Perspective(36_f64.to_radians()),
+        lens: ResolvedLens::Perspective(36_f64.to_radians()),
     };
-    let camera = Camera::new(given, false, false);
+    let camera = OrbitCamera::new(initial, false, false);
     assert_eq!(
         camera.text(Some("hero")),
         "camera hero { from: [3.4, 2.6, 4.2], look: [0.1, -0.2, 0], fov: 36deg }"
     );
-    let mut camera = Camera::new(
-        view([92.0, -118.0, 96.0], Lens::Orthographic(1.0 / 3.0)),
+    let mut camera = OrbitCamera::new(
+        view([92.0, -118.0, 96.0], ResolvedLens::Orthographic(1.0 / 3.0)),
         true,
         false,
     );
-    camera.face(Side::Top);
+    camera.view_from(ViewSide::Top);
     camera.focus([-1e-9, 2.0 / 3.0, 1000.0]);
     assert_eq!(
         camera.text(None),
         "camera { from: [0, 0.66667, 1178.22545], look: [0, 0.66667, 1000], height: 0.33333 }"
     );
-    camera.face(Side::Bottom);
+    camera.view_from(ViewSide::Bottom);
     assert!(
         camera.text(None).contains("up: [0, -1, 0]"),
         "{}",

@@ -1,13 +1,12 @@
-//! The file system: files that are read as a whole, and that are there as a whole or not at all.
+//! The file system. Files are read and written atomically as a whole.
 
 use super::Files;
 use std::fs::{self, File, Permissions};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
-/// The most bytes that are read of any file. What a scene's text may have is less; the compiler
-/// says so.
-const LARGEST: usize = sdfc_vm::file::MAX_BYTES;
+/// Maximum size in bytes of a file that is read. The compiler enforces the smaller limit of scene texts.
+const MAX_FILE_BYTES: usize = sdfc_vm::file::MAX_BYTES;
 
 /// The file system.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,7 +29,7 @@ impl Files for Disk {
     }
 }
 
-/// The system's reason in the style of our messages: lower case, without its number.
+/// Formats a system error in the style of our messages: lower case, without its number.
 pub fn reason(error: &io::Error) -> String {
     let text = error.to_string();
     let text = text.split(" (os error").next().unwrap_or(&text);
@@ -41,47 +40,48 @@ pub fn reason(error: &io::Error) -> String {
     }
 }
 
-/// The bytes of a file.
+/// Reads a file.
 ///
 /// # Errors
 ///
-/// Those of the system; [`ErrorKind::FileTooLarge`] as [`whole`].
+/// Errors of the system; [`ErrorKind::FileTooLarge`] as in [`read_all`].
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
     if file.metadata()?.is_dir() {
-        return Err(a_folder());
+        return Err(is_folder_error());
     }
-    whole(file)
+    read_all(file)
 }
 
-/// All of what can be read; an endless file is noticed too.
+/// Reads a stream to its end; endless streams are rejected.
 ///
 /// # Errors
 ///
-/// Those of the system; [`ErrorKind::FileTooLarge`] where there is more than any scene needs.
-pub fn whole(from: impl Read) -> io::Result<Vec<u8>> {
+/// Errors of the system; [`ErrorKind::FileTooLarge`] for streams longer than [`MAX_FILE_BYTES`].
+pub fn read_all(from: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    from.take(LARGEST as u64 + 1).read_to_end(&mut bytes)?;
-    if bytes.len() > LARGEST {
-        let problem = format!("it is larger than the {LARGEST} bytes that are read");
+    from.take(MAX_FILE_BYTES as u64 + 1)
+        .read_to_end(&mut bytes)?;
+    if bytes.len() > MAX_FILE_BYTES {
+        let problem = format!("it is larger than the {MAX_FILE_BYTES} bytes that are read");
         return Err(io::Error::new(ErrorKind::FileTooLarge, problem));
     }
     Ok(bytes)
 }
 
-/// Where a file would be written.
-enum Place {
-    /// It is there and no plain file, a pipe or a device: it is written to as it is.
+/// Target of a write.
+enum WriteTarget {
+    /// An existing pipe or device, which is written to directly.
     Device,
-    /// A file of this path in this folder.
+    /// A regular file with this path and folder.
     File { target: PathBuf, folder: PathBuf },
 }
 
-fn place(path: &Path) -> io::Result<Place> {
+fn write_target(path: &Path) -> io::Result<WriteTarget> {
     let target = match fs::metadata(path) {
-        Ok(there) if there.is_dir() => return Err(a_folder()),
-        Ok(there) if !there.is_file() => return Ok(Place::Device),
-        // A link stays a link: what it points to is replaced.
+        Ok(metadata) if metadata.is_dir() => return Err(is_folder_error()),
+        Ok(metadata) if !metadata.is_file() => return Ok(WriteTarget::Device),
+        // A link is kept; its target is replaced.
         Ok(_) => path.canonicalize()?,
         Err(_) => path.to_owned(),
     };
@@ -93,32 +93,31 @@ fn place(path: &Path) -> io::Result<Place> {
         let problem = format!("there is no folder {}", folder.display());
         return Err(io::Error::other(problem));
     }
-    Ok(Place::File { target, folder })
+    Ok(WriteTarget::File { target, folder })
 }
 
-fn a_folder() -> io::Error {
+fn is_folder_error() -> io::Error {
     io::Error::other("it is a folder")
 }
 
-/// Whether a file could be written, as far as that can be known before it is; for work that takes
-/// long and should not be for nothing.
+/// Checks whether a file can be written, as far as that is known in advance. Long computations call it
+/// before they start.
 ///
 /// # Errors
 ///
-/// Those that [`write()`] would have.
+/// The errors that [`write()`] would return.
 pub fn check(path: &Path) -> io::Result<()> {
-    place(path).map(|_| ())
+    write_target(path).map(|_| ())
 }
 
-/// Writes a file under a temporary name in its folder and moves it into place, so that nobody sees
-/// half of it. It keeps the permissions of the file that it replaces; a new one has those of any new
-/// file.
+/// Writes a temporary file in the same folder and moves it into place, so that no partial file is ever
+/// visible. The permissions of a replaced file are kept. A new file gets the default permissions.
 ///
 /// # Errors
 ///
-/// Those of the system.
+/// Errors of the system.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let Place::File { target, folder } = place(path)? else {
+    let WriteTarget::File { target, folder } = write_target(path)? else {
         return File::options().write(true).open(path)?.write_all(bytes);
     };
     let mut temporary = new_file(&target).tempfile_in(&folder)?;
@@ -130,22 +129,24 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 fn new_file(target: &Path) -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".sdfc-");
-    let there = fs::metadata(target).ok().map(|there| there.permissions());
-    if let Some(permissions) = there.or_else(any_new_file) {
+    let metadata = fs::metadata(target)
+        .ok()
+        .map(|metadata| metadata.permissions());
+    if let Some(permissions) = metadata.or_else(default_permissions) {
         builder.permissions(permissions);
     }
     builder
 }
 
 #[cfg(unix)]
-fn any_new_file() -> Option<Permissions> {
+fn default_permissions() -> Option<Permissions> {
     use std::os::unix::fs::PermissionsExt;
-    // What the system's mask leaves of it.
+    // The umask removes bits from it.
     Some(Permissions::from_mode(0o666))
 }
 
 #[cfg(not(unix))]
-fn any_new_file() -> Option<Permissions> {
+fn default_permissions() -> Option<Permissions> {
     None
 }
 
@@ -173,7 +174,7 @@ mod tests {
         assert_eq!(Disk.read(folder.path()).unwrap_err(), "it is a folder");
         let missing = Disk.read(&folder.path().join("none")).unwrap_err();
         assert_eq!(missing, "no such file or directory");
-        let endless = whole(io::repeat(0)).unwrap_err();
+        let endless = read_all(io::repeat(0)).unwrap_err();
         assert_eq!(endless.kind(), ErrorKind::FileTooLarge);
     }
 

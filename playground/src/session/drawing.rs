@@ -1,92 +1,110 @@
-//! Which picture is asked for next, of which engine, and what is done with those that come.
+//! Schedules pictures: selects engine and refinement stage, and accepts the results.
 
-use super::pace::{Pace, Stage};
-use super::tiers::{Key, Tier};
-use super::{Flight, Session, Shown, Task, UNHURRIED, WORTH_STOPPING};
-use crate::build::Scene;
-use crate::camera::Camera;
-use crate::painter::{DrawTask, Drawn, Moment, Picture, Problem, Samples, Stop, Times};
+use super::engine_selection::{EngineTier, PreparedKey};
+use super::refinement::{RayCost, RefinementStage};
+use super::{DisplayedPicture, InFlight, MIN_CANCELLED_TIME, PREPARE_DELAY, Session, Task};
+use crate::build::BuiltScene;
+use crate::camera::OrbitCamera;
+use crate::renderer::{
+    CancelToken, DrawError, DrawResult, DrawTask, DrawTimes, Picture, SampleSet, SceneInputs,
+};
 use sdfc_runtime::engine::EngineKind;
 use sdfc_runtime::settings::Overrides;
 use std::sync::Arc;
 use std::time::Duration;
 
 impl Session {
-    /// The scene, if its programs are those of the present params, and what engines are made ready for.
-    pub(super) fn drawable(&self) -> Option<(&Arc<Scene>, Key)> {
-        // The params of a scene that is about to be replaced are not its own.
-        let scene = self.scene.as_ref().filter(|scene| self.knobs.fit(scene))?;
-        let key = Key {
+    /// Returns the scene if its programs match the current params, and the key that engines are prepared
+    /// for.
+    pub(super) fn drawable(&self) -> Option<(&Arc<BuiltScene>, PreparedKey)> {
+        // While a scene is about to be replaced, the current params are not its own.
+        let scene = self
+            .scene
+            .as_ref()
+            .filter(|scene| self.knobs.matches_structure(scene))?;
+        let key = PreparedKey {
             scene: scene.number,
             mode: self.show.mode(),
         };
         Some((scene, key))
     }
 
-    /// A picture of what is to be seen now.
-    fn picture(&mut self, scene: Arc<Scene>, engine: EngineKind, stage: Stage) -> DrawTask {
-        self.pictures += 1;
-        let single = matches!(stage, Stage::Coarse(_)) || self.show.is_exact();
+    /// Creates the task that draws the current view.
+    fn draw_task(
+        &mut self,
+        scene: Arc<BuiltScene>,
+        engine: EngineKind,
+        stage: RefinementStage,
+    ) -> DrawTask {
+        self.last_picture += 1;
+        let single = matches!(stage, RefinementStage::Coarse(_)) || self.show.is_exact();
         let samples = match stage {
-            _ if single => Samples::All,
-            Stage::Full => Samples::First,
-            _ => match &self.shown {
-                Some(shown) if shown.wish == self.wish && shown.is_first_part(engine) => {
-                    Samples::Rest(Arc::clone(&shown.picture.frame))
+            _ if single => SampleSet::All,
+            RefinementStage::Full => SampleSet::First,
+            _ => match &self.displayed {
+                Some(displayed)
+                    if displayed.view_revision == self.view_revision
+                        && displayed.is_first_part(engine) =>
+                {
+                    SampleSet::Remaining(Arc::clone(&displayed.picture.frame))
                 }
-                _ => Samples::All,
+                _ => SampleSet::All,
             },
         };
         DrawTask {
-            number: self.pictures,
+            number: self.last_picture,
             scene,
-            moment: Moment {
+            inputs: SceneInputs {
                 values: self.knobs.values(),
                 time: self.time(),
             },
             engine,
-            look: Overrides {
+            overrides: Overrides {
                 size: Some(stage.size(self.size)),
                 aa: single.then_some(1),
                 camera: self.camera_name.clone(),
                 view: self
                     .camera
                     .as_ref()
-                    .filter(|_| self.own_view)
-                    .map(Camera::view),
+                    .filter(|_| self.is_camera_moved)
+                    .map(OrbitCamera::view),
                 ..Overrides::default()
             },
             samples,
             show: self.show,
             leaf: self.leaf(),
-            stop: Stop::default(),
+            stop: CancelToken::default(),
         }
     }
 
-    /// Asks for the next picture, if there is one to ask for.
+    /// Emits the task for the next picture, if one is due.
     pub(super) fn draw(&mut self, now: Duration) {
         let Some((scene, key)) = self.drawable() else {
             return;
         };
         let scene = Arc::clone(scene);
-        let wish = self.wish;
-        if self.problem.as_ref().is_some_and(|(of, _)| *of == wish) {
+        let view_revision = self.view_revision;
+        if self
+            .problem
+            .as_ref()
+            .is_some_and(|(of, _)| *of == view_revision)
+        {
             return;
         }
-        if let Some(flight) = &self.flight {
-            let pace = self.paces.get(&flight.engine);
-            let time = pace.and_then(|pace| pace.estimate(flight.rays));
-            let is_long = time.is_none_or(|time| time > WORTH_STOPPING);
-            if flight.wish != wish && !flight.stage.is_coarse() && is_long {
-                flight.stop.now();
+        if let Some(in_flight) = &self.in_flight {
+            let ray_cost = self.ray_costs.get(&in_flight.engine);
+            let time = ray_cost.and_then(|ray_cost| ray_cost.estimate(in_flight.rays));
+            let is_long = time.is_none_or(|time| time > MIN_CANCELLED_TIME);
+            if in_flight.view_revision != view_revision && !in_flight.stage.is_coarse() && is_long {
+                in_flight.stop.cancel();
             }
             return;
         }
-        let tier = match self.tiers.preparing() {
-            Some(_) => Tier::Instant,
-            None => self.tiers.tier(key),
+        let tier = match self.engine_selection.preparing() {
+            Some(_) => EngineTier::Instant,
+            None => self.engine_selection.tier_for(key),
         };
-        let Some(engine) = self.show.engine().or(self.tiers.engine(tier)) else {
+        let Some(engine) = self.show.engine().or(self.engine_selection.engine(tier)) else {
             return;
         };
         let samples = if self.show.is_exact() {
@@ -94,30 +112,34 @@ impl Session {
         } else {
             scene.opened.compiled.module.settings.render.aa
         };
-        let shown = self.shown.as_ref().filter(|shown| shown.wish == wish);
-        let done = shown.map(|shown| shown.stage);
-        let before = shown.map_or(Times::default(), |shown| shown.times);
-        let moves = self.rests_at(now).is_some();
-        let pace = self.paces.entry(engine).or_default();
-        let Some(stage) = pace.next(done, self.size, samples, moves) else {
+        let displayed = self
+            .displayed
+            .as_ref()
+            .filter(|displayed| displayed.view_revision == view_revision);
+        let displayed_stage = displayed.map(|displayed| displayed.stage);
+        let previous_times = displayed.map_or(DrawTimes::default(), |displayed| displayed.times);
+        let is_moving = self.rests_at(now).is_some();
+        let ray_cost = self.ray_costs.entry(engine).or_default();
+        let Some(stage) = ray_cost.next_stage(displayed_stage, self.size, samples, is_moving)
+        else {
             return;
         };
-        let task = self.picture(scene, engine, stage);
+        let task = self.draw_task(scene, engine, stage);
         let [width, height] = stage.size(self.size).map(u64::from);
-        let each = match (&task.samples, task.look.aa) {
-            (Samples::First, _) | (_, Some(1)) => 1,
-            (Samples::All, _) => u64::from(samples).pow(2),
-            (Samples::Rest(_), _) => u64::from(samples).pow(2) - 1,
+        let rays_per_pixel = match (&task.samples, task.overrides.aa) {
+            (SampleSet::First, _) | (_, Some(1)) => 1,
+            (SampleSet::All, _) => u64::from(samples).pow(2),
+            (SampleSet::Remaining(_), _) => u64::from(samples).pow(2) - 1,
         };
-        self.flight = Some(Flight {
+        self.in_flight = Some(InFlight {
             number: task.number,
-            wish,
+            view_revision,
             stage,
             engine,
-            rays: width * height * each,
-            before: match task.samples {
-                Samples::Rest(_) => before,
-                Samples::All | Samples::First => Times::default(),
+            rays: width * height * rays_per_pixel,
+            previous_times: match task.samples {
+                SampleSet::Remaining(_) => previous_times,
+                SampleSet::All | SampleSet::First => DrawTimes::default(),
             },
             stop: task.stop.clone(),
             show: self.show,
@@ -125,120 +147,127 @@ impl Session {
         self.tasks.push(Task::Draw(task));
     }
 
-    pub(super) fn take_picture(&mut self, drawn: Drawn) {
+    pub(super) fn take_picture(&mut self, drawn: DrawResult) {
         self.pipelines.insert(drawn.engine, drawn.pipelines);
-        let flight = self.flight.take_if(|flight| flight.number == drawn.number);
-        let Some(flight) = flight else {
+        let in_flight = self
+            .in_flight
+            .take_if(|in_flight| in_flight.number == drawn.number);
+        let Some(in_flight) = in_flight else {
             return;
         };
-        let is_present = self.is_present(&drawn);
+        let is_current = self.is_current(&drawn);
         let engine = drawn.engine;
         match drawn.picture {
             Ok(picture) => {
-                let pace = self.paces.entry(engine).or_default();
-                pace.took(flight.rays, drawn.times.drawing);
-                if is_present {
+                let ray_cost = self.ray_costs.entry(engine).or_default();
+                ray_cost.observe(in_flight.rays, drawn.times.drawing);
+                if is_current {
                     self.problem = None;
-                    self.first_look(&picture);
-                    self.version += 1;
-                    self.shown = Some(Shown {
+                    self.init_camera(&picture);
+                    self.picture_version += 1;
+                    self.displayed = Some(DisplayedPicture {
                         picture,
-                        wish: flight.wish,
-                        stage: flight.stage,
+                        view_revision: in_flight.view_revision,
+                        stage: in_flight.stage,
                         engine,
-                        times: flight.before + drawn.times,
-                        show: flight.show,
+                        times: in_flight.previous_times + drawn.times,
+                        show: in_flight.show,
                     });
                 }
             }
-            Err(Problem::Engine(why)) if engine != EngineKind::Cpu => {
-                self.said = Some(Err(format!("engine {engine}: {why}")));
-                self.tiers.fail(engine, why);
-                self.wishes();
+            Err(DrawError::Engine(why)) if engine != EngineKind::Cpu => {
+                self.message = Some(Err(format!("engine {engine}: {why}")));
+                self.engine_selection.fail(engine, why);
+                self.invalidate_view();
             }
-            Err(Problem::TooLong(why)) if engine != EngineKind::Cpu => {
-                if is_present {
-                    self.tiers.fail_for_now(engine, why);
-                    self.wishes();
+            Err(DrawError::TooLong(why)) if engine != EngineKind::Cpu => {
+                if is_current {
+                    self.engine_selection.fail_this_build(engine, why);
+                    self.invalidate_view();
                 }
             }
-            Err(Problem::Stopped) => {}
-            // The same again would be no better.
-            Err(problem) => self.problem = Some((flight.wish, format!("error: {problem}\n"))),
+            Err(DrawError::Stopped) => {}
+            // A retry would give the same error.
+            Err(problem) => {
+                self.problem = Some((in_flight.view_revision, format!("error: {problem}\n")))
+            }
         }
     }
 
-    /// Whether something was drawn of the scene as it is now.
-    fn is_present(&self, drawn: &Drawn) -> bool {
+    /// Reports whether a result belongs to the current build of the scene.
+    fn is_current(&self, drawn: &DrawResult) -> bool {
         let scene = self.scene.as_ref();
         scene.is_some_and(|scene| scene.number == drawn.scene)
     }
 
-    /// Learns where the scene's own camera is from its first picture.
-    fn first_look(&mut self, picture: &Picture) {
+    /// Initialises the camera from the view of the scene's first picture.
+    fn init_camera(&mut self, picture: &Picture) {
         if let (None, Some(scene)) = (&self.camera, &self.scene) {
             let settings = &scene.opened.compiled.module.settings;
-            let camera = Camera::new(picture.settings.view, settings.z_up, settings.plane);
+            let camera = OrbitCamera::new(picture.settings.view, settings.z_up, settings.is_plane);
             self.camera = Some(camera);
         }
     }
 
-    /// What the second engine should be made ready for, if anything.
-    pub(super) fn wants_prepared(&self) -> Option<Key> {
+    /// Returns the key that the prepared engine should be made ready for, if any.
+    pub(super) fn key_to_prepare(&self) -> Option<PreparedKey> {
         let (_, key) = self.drawable()?;
-        let rested = self.building.is_none() && !self.rebuild && self.problem.is_none();
-        (rested && self.tiers.is_to_prepare(key)).then_some(key)
+        let rested = self.building.is_none() && !self.needs_rebuild && self.problem.is_none();
+        (rested && self.engine_selection.should_prepare(key)).then_some(key)
     }
 
-    /// Has engines made ready: the first one at once, the second one when scene, engine and what is
-    /// shown have been the same for a while.
+    /// Prepares engines: the instant one at once, the other one [`PREPARE_DELAY`] after the last change
+    /// of scene, engine or view mode.
     pub(super) fn prepare(&mut self, now: Duration) {
-        if let Some(engine) = self.tiers.warms_up() {
+        if let Some(engine) = self.engine_selection.start_warm_up() {
             self.tasks.push(Task::WarmUp(engine));
         }
-        if now < self.renewed + UNHURRIED {
+        if now < self.engines_invalidated_at + PREPARE_DELAY {
             return;
         }
-        let wanted = self.wants_prepared().zip(self.scene.clone());
-        let engine = self.tiers.engine(Tier::Prepared);
-        if let (Some((key, scene)), Some(engine)) = (wanted, engine) {
-            let task = self.picture(scene, engine, Stage::Full);
-            self.tiers.prepares(key);
+        let key_and_scene = self.key_to_prepare().zip(self.scene.clone());
+        let engine = self.engine_selection.engine(EngineTier::Prepared);
+        if let (Some((key, scene)), Some(engine)) = (key_and_scene, engine) {
+            let task = self.draw_task(scene, engine, RefinementStage::Full);
+            self.engine_selection.start_preparing(key);
             self.tasks.push(Task::Prepare(task));
         }
     }
 
-    /// An engine is ready for all scenes, or will not be.
-    pub(super) fn take_warm(&mut self, engine: EngineKind, outcome: Result<(), Problem>) {
+    /// Accepts the result of a warm-up.
+    pub(super) fn take_warm(&mut self, engine: EngineKind, outcome: Result<(), DrawError>) {
         match outcome {
-            Ok(()) => self.tiers.is_warm(),
-            Err(problem) => self.tiers.fail(engine, problem.to_string()),
+            Ok(()) => self.engine_selection.set_warm(),
+            Err(problem) => self.engine_selection.fail(engine, problem.to_string()),
         }
     }
 
-    pub(super) fn take_prepared(&mut self, drawn: Drawn) {
+    pub(super) fn take_prepared(&mut self, drawn: DrawResult) {
         self.pipelines.insert(drawn.engine, drawn.pipelines);
-        let is_present = self.is_present(&drawn);
+        let is_current = self.is_current(&drawn);
         match drawn.picture {
             Ok(picture) => {
                 let rays = (picture.size[0] * picture.size[1]) as u64;
-                let second = drawn.times.drawing;
-                let mut pace = Pace::default();
-                pace.took(rays, second);
-                self.paces.insert(drawn.engine, pace);
-                let first = self.tiers.engine(Tier::Instant);
-                let first = first.and_then(|engine| self.paces.get(&engine)?.estimate(rays));
-                self.tiers.prepared(first.map(|first| [first, second]));
+                let prepared_time = drawn.times.drawing;
+                let mut ray_cost = RayCost::default();
+                ray_cost.observe(rays, prepared_time);
+                self.ray_costs.insert(drawn.engine, ray_cost);
+                let instant_time = self.engine_selection.engine(EngineTier::Instant);
+                let instant_time =
+                    instant_time.and_then(|engine| self.ray_costs.get(&engine)?.estimate(rays));
+                self.engine_selection.finish_preparing(
+                    instant_time.map(|instant_time| [instant_time, prepared_time]),
+                );
             }
             Err(problem) => {
-                self.tiers.unprepared();
+                self.engine_selection.cancel_preparing();
                 match problem {
-                    Problem::Engine(why) => self.tiers.fail(drawn.engine, why),
-                    // The first one goes on.
-                    Problem::Scene(why) | Problem::TooLong(why) if is_present => {
-                        self.tiers.fail_for_now(drawn.engine, why);
+                    DrawError::Engine(why) => self.engine_selection.fail(drawn.engine, why),
+                    // The instant engine continues to draw.
+                    DrawError::Scene(why) | DrawError::TooLong(why) if is_current => {
+                        self.engine_selection.fail_this_build(drawn.engine, why);
                     }
-                    Problem::Scene(_) | Problem::TooLong(_) | Problem::Stopped => {}
+                    DrawError::Scene(_) | DrawError::TooLong(_) | DrawError::Stopped => {}
                 }
             }
         }

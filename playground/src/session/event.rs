@@ -1,149 +1,149 @@
-//! What goes into a session and what comes out of it.
+//! Input and output types of a session.
 
-use super::tiers::Choice;
-use crate::build::{BuildTask, Built, Scene, Source};
-use crate::camera::{Place, Side};
-use crate::painter::{DrawTask, Drawn, PickTask, Picked, Problem, Show};
+use super::engine_selection::EngineChoice;
+use crate::build::{BuildResult, BuildTask, BuiltScene, SceneOrigin};
+use crate::camera::{Ndc, ViewSide};
+use crate::renderer::{DrawError, DrawResult, DrawTask, PickResult, PickTask, ViewMode};
 use sdfc_compiler::export::Target;
 use sdfc_runtime::engine::EngineKind;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// What happened.
+/// An event that a session handles.
 #[derive(Clone, Debug)]
 pub enum Event {
-    /// Another scene is to be shown.
-    Open(Source),
-    /// Some of the scene's files may have changed, or are gone, or are back.
+    /// Open another scene.
+    Open(SceneOrigin),
+    /// Files of the scene may have changed, vanished or reappeared.
     FilesChanged,
-    /// The picture has another place to fill: so many pixels.
+    /// The picture area has this width and height in pixels.
     Resized([u32; 2]),
-    /// A param, by its position, has this value now.
+    /// Set the param at this index to a value.
     Set(usize, Vec<f64>),
-    /// A param has the text's value again.
+    /// Reset the param at this index to the value in the text.
     Reset(usize),
-    /// All of them have.
+    /// Reset all params.
     ResetAll,
-    /// The values of these params are to be written into the text.
+    /// Write the values of the params at these indices into the text.
     WriteBack(Vec<usize>),
-    /// The camera moves.
+    /// Move the camera.
     Camera(CameraEvent),
-    /// Time moves, or not.
+    /// Control the animation time.
     Time(TimeEvent),
-    /// Something else is to be seen.
-    Show(Show),
-    /// All about what is seen at a place is to be told.
-    Pick(Place),
-    /// That is enough.
+    /// Change the view mode.
+    Show(ViewMode),
+    /// Pick the pixel at a point of the picture.
+    Pick(Ndc),
+    /// Clear the picked point.
     Unpick,
-    /// Another engine is to draw.
-    Engine(Choice),
-    /// The picture is to be saved.
+    /// Select the engine.
+    Engine(EngineChoice),
+    /// Save the picture to this path.
     Save(PathBuf),
-    /// The scene is wanted in another language.
+    /// Export the scene to another language.
     Export(Target),
-    /// What was said was read.
+    /// Dismiss the status message.
     Dismiss,
 }
 
-/// How the camera moves. Places are those of [`crate::camera`].
+/// A camera motion. Points are in the normalised device coordinates of [`crate::camera`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraEvent {
-    /// Around what it looks at, in radians: to its right, and up.
+    /// Orbit around the look-at point by angles in radians: to the right, and up.
     Orbit([f64; 2]),
-    /// Along the picture; what was under the first place is then under the second.
-    Pan(Place, Place),
-    /// Nearer by this factor, to what is under the place.
-    Zoom(f64, Place),
-    /// So that all of the scene is in the picture.
+    /// Pan so that the surface under the first point moves to the second.
+    Pan(Ndc, Ndc),
+    /// Zoom by this factor, keeping the surface under the point fixed.
+    Zoom(f64, Ndc),
+    /// Fit the whole scene into the picture.
     Fit,
-    /// To look at what is under the place.
-    Focus(Place),
-    /// To one of the sides.
-    Face(Side),
-    /// To parallel rays, or back from them.
+    /// Look at the surface under the point.
+    Focus(Ndc),
+    /// View the scene from one side.
+    Face(ViewSide),
+    /// Switch between perspective and parallel rays.
     ToggleLens,
-    /// Back to the scene's camera of that name, or to its first one.
+    /// Return to the scene's camera of this name; `None` selects the scene's first camera.
     Scene(Option<String>),
 }
 
-/// How time moves.
+/// A change of the animation time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeEvent {
-    /// It goes on, or stops.
+    /// Play or pause.
     Toggle,
-    /// It is this, in seconds.
+    /// Jump to this time in seconds.
     Scrub(f64),
-    /// So many frames forwards or back.
+    /// Step by this number of frames; negative steps go back.
     Step(i64),
-    /// Whether it starts again at its end.
+    /// Set whether the animation repeats at its end.
     Repeat(bool),
-    /// So many times as fast.
+    /// Set the playback speed, relative to real time.
     Speed(f64),
 }
 
-/// What is to be done. Tasks of the same kind are done in their order; of several builds, only the
-/// last has to be.
+/// A task to execute. Tasks of one kind run in order. Of several pending builds, only the last one is
+/// required.
 #[derive(Clone, Debug)]
 pub enum Task {
     /// Build a scene.
     Build(BuildTask),
     /// Draw a picture.
     Draw(DrawTask),
-    /// Make an engine ready for all scenes, beside whatever else is done.
+    /// Make an engine ready for all scenes, in parallel with other tasks.
     WarmUp(EngineKind),
-    /// Make the second engine ready for a picture, and draw it, twice: the second one is timed.
+    /// Make the second engine ready for a picture and draw it twice; the second picture is timed.
     Prepare(DrawTask),
-    /// Tell all about a pixel.
+    /// Pick a pixel.
     Pick(Box<PickTask>),
-    /// Watch these files, and no others.
+    /// Watch exactly these files.
     Watch(Vec<PathBuf>),
-    /// Write something.
-    Errand(Errand),
+    /// Write or export something.
+    OneOff(OneOffTask),
 }
 
-/// What is written.
+/// A task that runs once and writes its result.
 #[derive(Clone, Debug)]
-pub enum Errand {
-    /// Put a text in the place of another one in a file.
+pub enum OneOffTask {
+    /// Replace the text of a file.
     Replace {
         /// The file.
         path: PathBuf,
-        /// What it must still hold.
-        before: Arc<str>,
-        /// What it is to hold.
-        after: String,
-        /// What was done, for people.
-        said: String,
+        /// Text that the file must still contain.
+        expected: Arc<str>,
+        /// New text of the file.
+        replacement: String,
+        /// Message reported on success.
+        message: String,
     },
     /// Write a picture as PNG.
     Save {
-        /// Where to.
+        /// Path of the PNG file.
         path: PathBuf,
         /// Width and height.
         size: [usize; 2],
         /// Red, green, blue and alpha of each pixel.
         rgba: Arc<Vec<u8>>,
     },
-    /// Write the scene in another language.
-    Export(Target, Arc<Scene>),
+    /// Translate the scene into another language.
+    Export(Target, Arc<BuiltScene>),
 }
 
-/// What became of a task.
+/// Result of a task.
 #[derive(Debug)]
-pub enum Done {
-    /// Of a build.
-    Built(Built),
-    /// Of a picture.
-    Drawn(Drawn),
-    /// Of making an engine ready for all scenes.
-    Warm(EngineKind, Result<(), Problem>),
-    /// Of making the second engine ready.
-    Prepared(Drawn),
-    /// Of looking at a pixel.
-    Picked(Picked),
-    /// Of writing a text or a picture: what to say.
-    Said(Result<String, String>),
-    /// Of writing the scene in another language: its text.
+pub enum TaskResult {
+    /// Result of a build.
+    Built(BuildResult),
+    /// Result of a draw task.
+    Drawn(DrawResult),
+    /// Result of warming up an engine.
+    Warm(EngineKind, Result<(), DrawError>),
+    /// Result of preparing the second engine.
+    Prepared(DrawResult),
+    /// Result of picking a pixel.
+    Picked(PickResult),
+    /// Success or failure message of a file task.
+    Message(Result<String, String>),
+    /// The exported text, or the reason for a failure.
     Exported(Result<String, String>),
 }

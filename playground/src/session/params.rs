@@ -1,32 +1,32 @@
-//! The params of a scene as they are set by hand.
+//! Params of a scene and their current values.
 
-use crate::build::Scene;
-use crate::written::{self, Written};
+use crate::build::BuiltScene;
+use crate::param_source::{self, ParamSource};
 use sdfc_vm::settings::{Param, ParamKind};
 use std::sync::Arc;
 
-/// A param, its present value, and how its author writes it.
+/// A param with its current value and its notation in the source text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knob {
-    /// What the scene says about it; `spec.default` is the value in the text.
+    /// Declaration of the param; `spec.default` is the value in the text.
     pub spec: Param,
-    /// The present value: one number, or three for colours (linear) and vectors.
+    /// Current value: one number, or three for colours (linear) and vectors.
     pub value: Vec<f64>,
-    /// How it is written, where that is known.
-    pub written: Option<Written>,
+    /// Notation of the value in the source text, if found.
+    pub source: Option<ParamSource>,
 }
 
 impl Knob {
-    /// Whether it differs from the text.
+    /// Reports whether the value differs from the text.
     pub fn is_changed(&self) -> bool {
         self.value != self.spec.default
     }
 
-    /// The unit's letters, and what one of it is in the scene's own units.
+    /// Returns the unit suffix and the size of the unit in scene units.
     pub fn unit(&self) -> (&'static str, f64) {
-        match (&self.written, self.spec.kind) {
-            (Some(written), _) if !written.unit.unit.suffix().is_empty() => {
-                (written.unit.unit.suffix(), written.unit.factor)
+        match (&self.source, self.spec.kind) {
+            (Some(source), _) if !source.unit.unit.suffix().is_empty() => {
+                (source.unit.unit.suffix(), source.unit.factor)
             }
             (_, ParamKind::Angle) => ("deg", 1_f64.to_radians()),
             (_, ParamKind::Time) => ("s", 1.0),
@@ -34,13 +34,14 @@ impl Knob {
         }
     }
 
-    /// The value as the language writes it.
+    /// Returns the value in the notation of the language.
     pub fn text(&self) -> String {
-        written::text(self.spec.kind, &self.value, self.written.as_ref())
+        param_source::text(self.spec.kind, &self.value, self.source.as_ref())
     }
 
-    /// The nearest value that the scene allows.
-    fn allowed(&self, mut value: Vec<f64>) -> Option<Vec<f64>> {
+    /// Returns the nearest value that the declaration allows; `None` for a value of the wrong length or
+    /// with non-finite numbers.
+    fn clamped(&self, mut value: Vec<f64>) -> Option<Vec<f64>> {
         if value.len() != self.spec.value.len() || value.iter().any(|v| !v.is_finite()) {
             return None;
         }
@@ -51,13 +52,13 @@ impl Knob {
                 ParamKind::Color => *v = v.max(0.0),
                 _ => {}
             }
-            if let Some((least, most)) = self.spec.range {
-                *v = v.clamp(least, most);
-                if !self.spec.inclusive && *v >= most {
+            if let Some((min, max)) = self.spec.range {
+                *v = v.clamp(min, max);
+                if !self.spec.inclusive && *v >= max {
                     *v = match self.spec.kind {
-                        ParamKind::Int => most - 1.0,
-                        // The largest number of single precision below the end.
-                        _ => f64::from((most as f32).next_down()),
+                        ParamKind::Int => max - 1.0,
+                        // The largest `f32` below the exclusive end.
+                        _ => f64::from((max as f32).next_down()),
                     };
                 }
             }
@@ -66,14 +67,14 @@ impl Knob {
     }
 }
 
-/// What a change of a param asks for.
+/// Effect of a changed param.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Change {
+pub(crate) enum ParamChange {
     /// Nothing changed.
     None,
-    /// Numbers: the scene as it is can be drawn with them.
+    /// Only numbers changed: the current programs can be drawn with them.
     Live,
-    /// Another program.
+    /// The program changes: a rebuild is required.
     Structural,
 }
 
@@ -88,22 +89,22 @@ impl Knobs {
         &self.all
     }
 
-    /// Takes the params of a new scene; values that were set by hand stay where they still fit.
-    pub(crate) fn take(&mut self, scene: &Scene) {
-        let before = std::mem::take(&mut self.all);
+    /// Replaces the params by those of a new scene. Values set by hand are kept where they still fit.
+    pub(crate) fn take(&mut self, scene: &BuiltScene) {
+        let previous = std::mem::take(&mut self.all);
         let params = &scene.opened.compiled.module.settings.params;
-        for (spec, written) in params.iter().zip(&scene.written) {
+        for (spec, source) in params.iter().zip(&scene.param_sources) {
             let mut knob = Knob {
                 value: spec.default.clone(),
                 spec: spec.clone(),
-                written: written.clone(),
+                source: source.clone(),
             };
-            let old = before
+            let old = previous
                 .iter()
                 .find(|old| old.spec.name == spec.name && old.spec.kind == spec.kind);
             if let Some(value) = old
                 .filter(|old| old.is_changed())
-                .and_then(|old| knob.allowed(old.value.clone()))
+                .and_then(|old| knob.clamped(old.value.clone()))
             {
                 knob.value = value;
             }
@@ -111,45 +112,46 @@ impl Knobs {
         }
     }
 
-    pub(crate) fn set(&mut self, index: usize, value: Vec<f64>) -> Change {
+    pub(crate) fn set(&mut self, index: usize, value: Vec<f64>) -> ParamChange {
         let Some(knob) = self.all.get_mut(index) else {
-            return Change::None;
+            return ParamChange::None;
         };
-        match knob.allowed(value) {
+        match knob.clamped(value) {
             Some(value) if value != knob.value => {
                 knob.value = value;
                 if knob.spec.structural {
-                    Change::Structural
+                    ParamChange::Structural
                 } else {
-                    Change::Live
+                    ParamChange::Live
                 }
             }
-            _ => Change::None,
+            _ => ParamChange::None,
         }
     }
 
-    pub(crate) fn reset(&mut self, index: usize) -> Change {
+    pub(crate) fn reset(&mut self, index: usize) -> ParamChange {
         match self.all.get(index) {
             Some(knob) => self.set(index, knob.spec.default.clone()),
-            None => Change::None,
+            None => ParamChange::None,
         }
     }
 
-    /// The values that engines get.
+    /// Returns the values passed to engines.
     pub(crate) fn values(&self) -> Arc<Vec<Vec<f64>>> {
         Arc::new(self.all.iter().map(|knob| knob.value.clone()).collect())
     }
 
-    /// What a build needs to know: the values that decide structure, where they are not the text's.
+    /// Returns the build overrides: the structural params that differ from the text.
     pub(crate) fn overrides(&self) -> Vec<(String, String)> {
-        let decide = |knob: &&Knob| knob.spec.structural && knob.is_changed();
-        let all = self.all.iter().filter(decide);
-        all.map(|knob| (knob.spec.name.clone(), knob.text()))
+        let is_structural_override = |knob: &&Knob| knob.spec.structural && knob.is_changed();
+        let overridden = self.all.iter().filter(is_structural_override);
+        overridden
+            .map(|knob| (knob.spec.name.clone(), knob.text()))
             .collect()
     }
 
-    /// Whether the scene was built with the present values of what decides structure.
-    pub(crate) fn fit(&self, scene: &Scene) -> bool {
+    /// Reports whether the scene was built with the current values of the structural params.
+    pub(crate) fn matches_structure(&self, scene: &BuiltScene) -> bool {
         let params = &scene.opened.compiled.module.settings.params;
         self.all
             .iter()

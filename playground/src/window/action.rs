@@ -1,15 +1,14 @@
-//! What can be done with a key, from a menu or with a button: one list, which the menus, the help and
-//! the keyboard share.
+//! Actions of keys, menus and buttons, in one list shared by the menus, the help and the keyboard.
 
-use super::desk::{Desk, Overlay};
-use super::shown::{KINDS, Kind};
-use crate::camera::Side;
+use super::state::{Dialog, WindowState};
+use super::view_picker::{VIEW_KINDS, ViewKind};
+use crate::camera::ViewSide;
 use crate::session::{CameraEvent, Event, Session, TimeEvent};
 use eframe::egui::{Context, Key, Modifiers, Popup, ViewportCommand};
 use sdfc_compiler::export::Target;
 use std::path::{Path, PathBuf};
 
-/// Something that can be done.
+/// An action of the user.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Action {
     Open,
@@ -18,7 +17,7 @@ pub(super) enum Action {
     CopyCamera,
     Quit,
     Fit,
-    Face(Side),
+    Face(ViewSide),
     ToggleLens,
     SceneCamera,
     NextMode(i32),
@@ -31,15 +30,15 @@ pub(super) enum Action {
     Close,
 }
 
-/// A key that does something.
-pub(super) struct Binding {
+/// A key bound to an action.
+pub(super) struct KeyBinding {
     pub(super) key: Key,
     pub(super) modifiers: Modifiers,
     pub(super) action: Action,
-    /// The key as it is written.
+    /// Displayed name of the key.
     pub(super) name: &'static str,
-    /// What it does.
-    pub(super) says: &'static str,
+    /// Description in the help.
+    pub(super) description: &'static str,
 }
 
 const fn bind(
@@ -47,26 +46,26 @@ const fn bind(
     modifiers: Modifiers,
     key: Key,
     action: Action,
-    says: &'static str,
-) -> Binding {
-    Binding {
+    description: &'static str,
+) -> KeyBinding {
+    KeyBinding {
         key,
         modifiers,
         action,
         name,
-        says,
+        description,
     }
 }
 
-const PLAIN: Modifiers = Modifiers::NONE;
+const NO_MODIFIER: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
 const SHIFT: Modifiers = Modifiers::SHIFT;
 
-/// All keys; of two with the same key, the one with modifiers comes first.
-pub(super) const KEYS: [Binding; 24] = [
+/// All key bindings. Of two bindings of the same key, the one with modifiers comes first.
+pub(super) const KEYS: [KeyBinding; 24] = [
     bind(
         "F",
-        PLAIN,
+        NO_MODIFIER,
         Key::F,
         Action::Fit,
         "all of the scene into the picture",
@@ -75,62 +74,68 @@ pub(super) const KEYS: [Binding; 24] = [
         "Ctrl 1",
         CTRL,
         Key::Num1,
-        Action::Face(Side::Back),
+        Action::Face(ViewSide::Back),
         "from behind",
     ),
     bind(
         "1",
-        PLAIN,
+        NO_MODIFIER,
         Key::Num1,
-        Action::Face(Side::Front),
+        Action::Face(ViewSide::Front),
         "from the front",
     ),
     bind(
         "Ctrl 3",
         CTRL,
         Key::Num3,
-        Action::Face(Side::Left),
+        Action::Face(ViewSide::Left),
         "from the left",
     ),
     bind(
         "3",
-        PLAIN,
+        NO_MODIFIER,
         Key::Num3,
-        Action::Face(Side::Right),
+        Action::Face(ViewSide::Right),
         "from the right",
     ),
     bind(
         "Ctrl 7",
         CTRL,
         Key::Num7,
-        Action::Face(Side::Bottom),
+        Action::Face(ViewSide::Bottom),
         "from below",
     ),
-    bind("7", PLAIN, Key::Num7, Action::Face(Side::Top), "from above"),
+    bind(
+        "7",
+        NO_MODIFIER,
+        Key::Num7,
+        Action::Face(ViewSide::Top),
+        "from above",
+    ),
     bind(
         "9",
-        PLAIN,
+        NO_MODIFIER,
         Key::Num9,
-        Action::Face(Side::Isometric),
+        Action::Face(ViewSide::Isometric),
         "from a corner",
     ),
     bind(
         "5",
-        PLAIN,
+        NO_MODIFIER,
         Key::Num5,
         Action::ToggleLens,
         "parallel rays, or perspective",
     ),
     bind(
         "0",
-        PLAIN,
+        NO_MODIFIER,
         Key::Num0,
         Action::SceneCamera,
         "the scene's own camera",
     ),
     bind(
         "C",
-        PLAIN,
+        NO_MODIFIER,
         Key::C,
         Action::CopyCamera,
         "copy the camera as text",
@@ -144,92 +149,110 @@ pub(super) const KEYS: [Binding; 24] = [
     ),
     bind(
         "M",
-        PLAIN,
+        NO_MODIFIER,
         Key::M,
         Action::NextMode(1),
         "show the next thing",
     ),
-    bind("Space", PLAIN, Key::Space, Action::Play, "play or pause"),
-    bind("←", PLAIN, Key::ArrowLeft, Action::Step(-1), "a frame back"),
+    bind(
+        "Space",
+        NO_MODIFIER,
+        Key::Space,
+        Action::Play,
+        "play or pause",
+    ),
+    bind(
+        "←",
+        NO_MODIFIER,
+        Key::ArrowLeft,
+        Action::Step(-1),
+        "a frame back",
+    ),
     bind(
         "→",
-        PLAIN,
+        NO_MODIFIER,
         Key::ArrowRight,
         Action::Step(1),
         "a frame forwards",
     ),
     bind(
         "R",
-        PLAIN,
+        NO_MODIFIER,
         Key::R,
         Action::ResetParams,
         "all params as in the text",
     ),
     bind(
         "W",
-        PLAIN,
+        NO_MODIFIER,
         Key::W,
         Action::WriteParams,
         "write changed params into the text",
     ),
-    bind("S", PLAIN, Key::S, Action::Save, "save the picture"),
-    bind("O", PLAIN, Key::O, Action::Open, "open a file"),
+    bind("S", NO_MODIFIER, Key::S, Action::Save, "save the picture"),
+    bind("O", NO_MODIFIER, Key::O, Action::Open, "open a file"),
     bind(
         "P",
-        PLAIN,
+        NO_MODIFIER,
         Key::P,
         Action::TogglePanels,
         "hide or show the panels",
     ),
-    bind("?", PLAIN, Key::Questionmark, Action::Help, "this list"),
+    bind(
+        "?",
+        NO_MODIFIER,
+        Key::Questionmark,
+        Action::Help,
+        "this list",
+    ),
     bind("Ctrl Q", CTRL, Key::Q, Action::Quit, "close the window"),
     bind(
         "Esc",
-        PLAIN,
+        NO_MODIFIER,
         Key::Escape,
         Action::Close,
         "close what lies over the picture",
     ),
 ];
 
-/// The key of an action, as it is written.
+/// Returns the displayed name of an action's key.
 pub(super) fn key_of(action: Action) -> &'static str {
-    let found = KEYS.iter().rev().find(|binding| binding.action == action);
-    found.map_or("", |binding| binding.name)
+    let actions = KEYS.iter().rev().find(|binding| binding.action == action);
+    actions.map_or("", |binding| binding.name)
 }
 
-/// The actions whose keys were pressed, unless somebody types.
+/// Returns the actions whose keys were pressed. No keys are taken while a text field has the focus.
 pub(super) fn pressed(ctx: &Context) -> Vec<Action> {
-    let types = ctx.text_edit_focused();
-    // Then Escape is the menu's.
-    let chooses = Popup::is_any_open(ctx);
+    let is_typing = ctx.text_edit_focused();
+    // Escape closes an open menu first.
+    let is_menu_open = Popup::is_any_open(ctx);
     ctx.input_mut(|input| {
-        let mut found = Vec::new();
+        let mut actions = Vec::new();
         for binding in &KEYS {
-            let closes = binding.action == Action::Close;
-            if closes && chooses || types && !closes {
+            let is_close = binding.action == Action::Close;
+            if is_close && is_menu_open || is_typing && !is_close {
                 continue;
             }
             if input.consume_key(binding.modifiers, binding.key) {
-                found.push(binding.action);
+                actions.push(binding.action);
             }
         }
-        found
+        actions
     })
 }
 
 impl Action {
-    /// Does it: to the session by events, to the window at once.
+    /// Runs the action: through events on the session, directly on the window.
     pub(super) fn run(
         self,
         ctx: &Context,
         session: &Session,
-        desk: &mut Desk,
+        state: &mut WindowState,
         events: &mut Vec<Event>,
     ) {
         let camera = |event| Event::Camera(event);
         match self {
-            Self::Open => desk.open_path(session),
+            Self::Open => state.open_path(session),
             Self::Save => events.push(Event::Save(free_name(session.source().path()))),
             Self::Copy(target) => events.push(Event::Export(target)),
             Self::CopyCamera => {
@@ -237,7 +260,7 @@ impl Action {
                     let (_, name) = session.cameras();
                     let name = name.filter(|name| !name.is_empty());
                     ctx.copy_text(camera.text(name));
-                    desk.say(ctx, "the camera was copied as text".to_owned());
+                    state.show_message(ctx, "the camera was copied as text".to_owned());
                 }
             }
             Self::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
@@ -250,11 +273,13 @@ impl Action {
                 events.push(camera(CameraEvent::Scene(name)));
             }
             Self::NextMode(by) => {
-                let seen = Kind::of(session.show());
-                let now = KINDS.iter().position(|(kind, ..)| *kind == seen);
-                let now = now.unwrap_or(0) as i32;
-                let next = (now + by).rem_euclid(KINDS.len() as i32) as usize;
-                events.push(Event::Show(KINDS[next].0.show(desk, session)));
+                let current_kind = ViewKind::from_view_mode(session.show());
+                let index = VIEW_KINDS
+                    .iter()
+                    .position(|(kind, ..)| *kind == current_kind);
+                let index = index.unwrap_or(0) as i32;
+                let next = (index + by).rem_euclid(VIEW_KINDS.len() as i32) as usize;
+                events.push(Event::Show(VIEW_KINDS[next].0.show(state, session)));
             }
             Self::Play => events.push(Event::Time(TimeEvent::Toggle)),
             Self::Step(frames) => events.push(Event::Time(TimeEvent::Step(frames))),
@@ -267,26 +292,26 @@ impl Action {
                     events.push(Event::WriteBack(changed));
                 }
             }
-            Self::TogglePanels => desk.panels = !desk.panels,
+            Self::TogglePanels => state.panels = !state.panels,
             Self::Help => {
-                desk.overlay = match desk.overlay {
-                    Overlay::Help => Overlay::None,
-                    _ => Overlay::Help,
+                state.dialog = match state.dialog {
+                    Dialog::Help => Dialog::None,
+                    _ => Dialog::Help,
                 }
             }
             Self::Close => {
-                if desk.overlay == Overlay::None {
+                if state.dialog == Dialog::None {
                     events.push(Event::Dismiss);
                     events.push(Event::Unpick);
                 }
-                desk.overlay = Overlay::None;
-                desk.report_open = false;
+                state.dialog = Dialog::None;
+                state.report_open = false;
             }
         }
     }
 }
 
-/// Where a scene's picture is saved: in the present folder, under a name that is still free.
+/// Returns an unused file name for a scene's picture in the current folder.
 fn free_name(source: &Path) -> PathBuf {
     let stem = source.file_stem().unwrap_or("picture".as_ref());
     let named = |number: u32| {
@@ -298,8 +323,8 @@ fn free_name(source: &Path) -> PathBuf {
         PathBuf::from(name)
     };
     let mut names = (1..10_000).map(named);
-    let free = names.find(|name| !name.exists());
-    free.unwrap_or_else(|| named(10_000))
+    let first_free = names.find(|name| !name.exists());
+    first_free.unwrap_or_else(|| named(10_000))
 }
 
 #[cfg(test)]
@@ -308,8 +333,8 @@ mod tests {
 
     #[test]
     fn no_key_hides_another() {
-        for (at, binding) in KEYS.iter().enumerate() {
-            let hidden = KEYS[..at]
+        for (index, binding) in KEYS.iter().enumerate() {
+            let hidden = KEYS[..index]
                 .iter()
                 .find(|other| other.key == binding.key && other.modifiers.is_none());
             assert!(hidden.is_none(), "{} is never reached", binding.name);
@@ -318,7 +343,7 @@ mod tests {
 
     #[test]
     fn every_action_with_a_key_is_named_by_it() {
-        assert_eq!(key_of(Action::Face(Side::Bottom)), "Ctrl 7");
+        assert_eq!(key_of(Action::Face(ViewSide::Bottom)), "Ctrl 7");
         assert_eq!(key_of(Action::CopyCamera), "C");
         assert_eq!(key_of(Action::Copy(Target::Glsl)), "");
     }
@@ -327,7 +352,7 @@ mod tests {
     fn a_picture_takes_a_name_that_is_free() {
         let name = free_name(Path::new("/somewhere/a scene.sdf"));
         assert_eq!(name, Path::new("a scene.png"));
-        // The crate's own folder has this one.
+        // This file exists in the crate's folder, the current folder of tests.
         std::fs::write("taken-by-a-test.png", b"").expect("written");
         let name = free_name(Path::new("taken-by-a-test.sdf"));
         std::fs::remove_file("taken-by-a-test.png").expect("removed");

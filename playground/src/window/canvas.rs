@@ -1,7 +1,7 @@
-//! Brings the picture to the screen: a texture, and a shader that does nothing but look it up.
+//! Draws the picture on screen: a texture and a shader that only samples it.
 //!
-//! egui could draw it as one of its images. Software Vulkan, however, runs both sides of every branch, and
-//! the shader of egui has some, so that a pixel took it about ten times as long.
+//! The picture is not drawn as an egui image, because software Vulkan executes both sides of every
+//! branch. The branches of egui's shader make a pixel about ten times as expensive.
 
 use eframe::egui::{PaintCallback, PaintCallbackInfo, Rect};
 use eframe::egui_wgpu::{
@@ -10,35 +10,35 @@ use eframe::egui_wgpu::{
 use eframe::wgpu;
 use std::sync::Arc;
 
-/// A picture with a number of its own.
+/// A picture with its version number.
 #[derive(Clone)]
-pub(super) struct Pixels {
-    /// Another picture has another number.
+pub(super) struct CanvasPicture {
+    /// Version; different pictures have different numbers.
     pub(super) number: u64,
-    /// Its width and height; neither is zero.
+    /// Width and height; neither is zero.
     pub(super) size: [u32; 2],
-    /// Red, green, blue and alpha of each pixel, by rows from the upper left.
+    /// Red, green, blue and alpha of each pixel, in rows from the upper left.
     pub(super) rgba: Arc<Vec<u8>>,
 }
 
-/// What the device holds for it.
-struct Held {
+/// Resources on the device.
+struct CanvasResources {
     plain: wgpu::RenderPipeline,
     dimmed: wgpu::RenderPipeline,
     groups: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     format: wgpu::TextureFormat,
-    shown: Option<Shown>,
+    texture: Option<PictureTexture>,
 }
 
-/// The texture of a picture.
-struct Shown {
+/// Texture of a picture.
+struct PictureTexture {
     number: u64,
     texture: wgpu::Texture,
     group: wgpu::BindGroup,
 }
 
-/// Makes a device ready to show pictures.
+/// Creates the resources for showing pictures on a device.
 pub(super) fn prepare(state: &RenderState) {
     let device = &state.device;
     let module = device.create_shader_module(wgpu::include_wgsl!("canvas.wgsl"));
@@ -91,7 +91,7 @@ pub(super) fn prepare(state: &RenderState) {
             cache: None,
         })
     };
-    let held = Held {
+    let resources = CanvasResources {
         plain: pipeline("plain"),
         dimmed: pipeline("dimmed"),
         groups,
@@ -100,27 +100,27 @@ pub(super) fn prepare(state: &RenderState) {
             min_filter: wgpu::FilterMode::Linear,
             ..wgpu::SamplerDescriptor::default()
         }),
-        // A target that encodes what it is given wants what pictures hold decoded.
+        // An sRGB target encodes its input, so the texture must decode the picture's bytes.
         format: match state.target_format.is_srgb() {
             true => wgpu::TextureFormat::Rgba8UnormSrgb,
             false => wgpu::TextureFormat::Rgba8Unorm,
         },
-        shown: None,
+        texture: None,
     };
-    state.renderer.write().callback_resources.insert(held);
+    state.renderer.write().callback_resources.insert(resources);
 }
 
-/// What paints a picture at a place of the window, dimmed or not, on a device that is [prepared](prepare).
-pub(super) fn paint(place: Rect, pixels: Pixels, dimmed: bool) -> PaintCallback {
-    Callback::new_paint_callback(place, Painting { pixels, dimmed })
+/// Returns a callback that paints a picture, optionally dimmed, on a [prepared](prepare) device.
+pub(super) fn paint(area: Rect, picture: CanvasPicture, dimmed: bool) -> PaintCallback {
+    Callback::new_paint_callback(area, PicturePaint { picture, dimmed })
 }
 
-struct Painting {
-    pixels: Pixels,
+struct PicturePaint {
+    picture: CanvasPicture,
     dimmed: bool,
 }
 
-impl CallbackTrait for Painting {
+impl CallbackTrait for PicturePaint {
     fn prepare(
         &self,
         device: &wgpu::Device,
@@ -129,8 +129,8 @@ impl CallbackTrait for Painting {
         _encoder: &mut wgpu::CommandEncoder,
         resources: &mut CallbackResources,
     ) -> Vec<wgpu::CommandBuffer> {
-        if let Some(held) = resources.get_mut::<Held>() {
-            held.bring(device, queue, &self.pixels);
+        if let Some(resources) = resources.get_mut::<CanvasResources>() {
+            resources.upload(device, queue, &self.picture);
         }
         Vec::new()
     }
@@ -141,44 +141,44 @@ impl CallbackTrait for Painting {
         pass: &mut wgpu::RenderPass<'static>,
         resources: &CallbackResources,
     ) {
-        let Some(held) = resources.get::<Held>() else {
+        let Some(resources) = resources.get::<CanvasResources>() else {
             return;
         };
-        let Some(shown) = &held.shown else {
+        let Some(texture) = &resources.texture else {
             return;
         };
         pass.set_pipeline(if self.dimmed {
-            &held.dimmed
+            &resources.dimmed
         } else {
-            &held.plain
+            &resources.plain
         });
-        pass.set_bind_group(0, &shown.group, &[]);
+        pass.set_bind_group(0, &texture.group, &[]);
         pass.draw(0..3, 0..1);
     }
 }
 
-impl Held {
-    /// Brings a picture to the device, if it is not there.
-    fn bring(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, pixels: &Pixels) {
+impl CanvasResources {
+    /// Uploads a picture if it is not on the device.
+    fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, picture: &CanvasPicture) {
         if self
-            .shown
+            .texture
             .as_ref()
-            .is_some_and(|shown| shown.number == pixels.number)
+            .is_some_and(|texture| texture.number == picture.number)
         {
             return;
         }
-        let [width, height] = pixels.size;
+        let [width, height] = picture.size;
         let size = wgpu::Extent3d {
             width,
             height,
             depth_or_array_layers: 1,
         };
-        let before = self.shown.take();
-        let fits = before.filter(|shown| shown.texture.size() == size);
-        let shown = fits.unwrap_or_else(|| self.room(device, size));
+        let previous = self.texture.take();
+        let reusable = previous.filter(|texture| texture.texture.size() == size);
+        let texture = reusable.unwrap_or_else(|| self.create_texture(device, size));
         queue.write_texture(
-            shown.texture.as_image_copy(),
-            &pixels.rgba,
+            texture.texture.as_image_copy(),
+            &picture.rgba,
             wgpu::TexelCopyBufferLayout {
                 offset: 0,
                 bytes_per_row: Some(4 * width),
@@ -186,14 +186,14 @@ impl Held {
             },
             size,
         );
-        self.shown = Some(Shown {
-            number: pixels.number,
-            ..shown
+        self.texture = Some(PictureTexture {
+            number: picture.number,
+            ..texture
         });
     }
 
-    /// A texture of this size.
-    fn room(&self, device: &wgpu::Device, size: wgpu::Extent3d) -> Shown {
+    /// Creates a texture of this size.
+    fn create_texture(&self, device: &wgpu::Device, size: wgpu::Extent3d) -> PictureTexture {
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
             size,
@@ -219,7 +219,7 @@ impl Held {
                 },
             ],
         });
-        Shown {
+        PictureTexture {
             number: 0,
             texture,
             group,

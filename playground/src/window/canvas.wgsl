@@ -1,26 +1,26 @@
-// canvas: the picture, over all of its place in the window, as it is or dimmed.
+// canvas: draws the picture over its whole area of the window, plain or dimmed.
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
-@group(0) @binding(1) var between: sampler;
+@group(0) @binding(1) var picture_sampler: sampler;
 
-struct Corner {
+struct VertexOutput {
     @builtin(position) position: vec4f,
-    @location(0) place: vec2f,
+    @location(0) uv: vec2f,
 }
 
-// A triangle that covers the place, with the picture's upper left corner at (0, 0).
+// A triangle that covers the area; uv (0, 0) is the upper left corner of the picture.
 @vertex
-fn corner(@builtin(vertex_index) index: u32) -> Corner {
-    let place = vec2f(f32(index & 1u), f32(index >> 1u)) * 2.0;
-    return Corner(vec4f(place.x * 2.0 - 1.0, 1.0 - place.y * 2.0, 0.0, 1.0), place);
+fn corner(@builtin(vertex_index) index: u32) -> VertexOutput {
+    let uv = vec2f(f32(index & 1u), f32(index >> 1u)) * 2.0;
+    return VertexOutput(vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, 0.0, 1.0), uv);
 }
 
 @fragment
-fn plain(corner: Corner) -> @location(0) vec4f {
-    return vec4f(textureSample(picture, between, corner.place).rgb, 1.0);
+fn plain(corner: VertexOutput) -> @location(0) vec4f {
+    return vec4f(textureSample(picture, picture_sampler, corner.uv).rgb, 1.0);
 }
 
 @fragment
-fn dimmed(corner: Corner) -> @location(0) vec4f {
-    return vec4f(textureSample(picture, between, corner.place).rgb * 0.41, 1.0);
+fn dimmed(corner: VertexOutput) -> @location(0) vec4f {
+    return vec4f(textureSample(picture, picture_sampler, corner.uv).rgb * 0.41, 1.0);
 }

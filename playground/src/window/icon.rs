@@ -1,10 +1,10 @@
-//! Small pictures on buttons, painted: fonts need not have them.
+//! Button icons, drawn as shapes because fonts may lack them.
 
 use super::theme;
 use eframe::egui::{Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2};
 use std::f32::consts::TAU;
 
-/// What is painted.
+/// An icon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Icon {
     /// A triangle.
@@ -15,13 +15,13 @@ pub(super) enum Icon {
     Back,
     /// A triangle to the right, and a bar.
     Forth,
-    /// An arrow that goes back in a circle.
+    /// A circular arrow.
     Reset,
     /// A pencil.
     Write,
 }
 
-/// A button of this size with a picture on it; `quiet` ones have no face until the mouse is there.
+/// Shows a button with an icon. A `quiet` button has a background only while hovered.
 pub(super) fn button(ui: &mut Ui, icon: Icon, size: Vec2, quiet: bool) -> Response {
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     if ui.is_rect_visible(rect) {
@@ -39,7 +39,7 @@ pub(super) fn button(ui: &mut Ui, icon: Icon, size: Vec2, quiet: bool) -> Respon
     response
 }
 
-/// Paints it around a point, about twelve points wide.
+/// Paints an icon about twelve points wide, centred at a point.
 fn paint(painter: &Painter, icon: Icon, at: Pos2, stroke: Stroke) {
     let p = |x: f32, y: f32| pos2(at.x + x, at.y + y);
     let solid = |points: Vec<Pos2>| {
@@ -64,7 +64,7 @@ fn paint(painter: &Painter, icon: Icon, at: Pos2, stroke: Stroke) {
             bar(4.2, 1.8);
         }
         Icon::Reset => {
-            // Three quarters of a circle, open at the upper left, where its head is.
+            // Three quarters of a circle, open at the upper left, where the arrowhead is.
             let at = |turn: f32| p(4.3 * (turn * TAU).cos(), 4.3 * (turn * TAU).sin());
             let arc = (0..=18).map(|i| at(-0.36 + 0.78 * i as f32 / 18.0));
             painter.add(Shape::line(arc.collect(), stroke));

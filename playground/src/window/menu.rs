@@ -1,15 +1,15 @@
-//! The line at the top: menus, and what is open.
+//! The menu bar, with the name of the open file.
 
 use super::Example;
 use super::action::{Action, key_of};
 use super::theme;
-use crate::build::Source;
-use crate::camera::Side;
+use crate::build::SceneOrigin;
+use crate::camera::ViewSide;
 use crate::session::{Event, Session};
 use eframe::egui::{Align, Button, Layout, MenuBar, RichText, Ui};
 use sdfc_compiler::export::Target;
 
-/// Shows it; what is chosen becomes actions and events.
+/// Shows the menu bar. Selected entries become actions and events.
 pub(super) fn show(
     ui: &mut Ui,
     session: &Session,
@@ -50,13 +50,13 @@ pub(super) fn show(
             item(ui, "Copy camera as text", Action::CopyCamera, &mut actions);
             ui.separator();
             for (side, name) in [
-                (Side::Front, "Front"),
-                (Side::Back, "Back"),
-                (Side::Left, "Left"),
-                (Side::Right, "Right"),
-                (Side::Top, "Top"),
-                (Side::Bottom, "Bottom"),
-                (Side::Isometric, "Corner"),
+                (ViewSide::Front, "Front"),
+                (ViewSide::Back, "Back"),
+                (ViewSide::Left, "Left"),
+                (ViewSide::Right, "Right"),
+                (ViewSide::Top, "Top"),
+                (ViewSide::Bottom, "Bottom"),
+                (ViewSide::Isometric, "Corner"),
             ] {
                 item(ui, name, Action::Face(side), &mut actions);
             }
@@ -75,8 +75,10 @@ pub(super) fn show(
                 .to_string_lossy();
             let label = ui.label(RichText::new(name).color(theme::WEAK).size(12.5));
             label.on_hover_text(match session.source() {
-                Source::File(path) => path.display().to_string(),
-                Source::Text { .. } => "in no file: what is written into it is lost".to_owned(),
+                SceneOrigin::File(path) => path.display().to_string(),
+                SceneOrigin::Text { .. } => {
+                    "in no file: what is written into it is lost".to_owned()
+                }
             });
         });
     });
@@ -95,10 +97,10 @@ fn examples_menu(ui: &mut Ui, examples: &[Example], events: &mut Vec<Event>) {
     ui.set_min_width(130.0);
     for example in examples {
         let item = ui.button(example.name);
-        let says = example.text.lines().next().unwrap_or_default();
-        let says = says.trim_start_matches('/').trim();
-        if item.on_hover_text(says).clicked() {
-            events.push(Event::Open(Source::Text {
+        let description = example.text.lines().next().unwrap_or_default();
+        let description = description.trim_start_matches('/').trim();
+        if item.on_hover_text(description).clicked() {
+            events.push(Event::Open(SceneOrigin::Text {
                 name: format!("{}.sdf", example.name),
                 text: example.text.to_owned(),
             }));

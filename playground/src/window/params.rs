@@ -1,4 +1,4 @@
-//! The left panel: a control for each param, as its declaration says.
+//! The left panel: one control per param, as its declaration specifies.
 
 use super::action::{Action, key_of};
 use super::icon::{self, Icon};
@@ -7,7 +7,7 @@ use crate::session::{Event, Knob, Session};
 use eframe::egui::{self, Align, DragValue, Layout, RichText, Slider, Ui, vec2};
 use sdfc_vm::settings::ParamKind;
 
-/// Shows the controls; what is done with them becomes events and actions.
+/// Shows the controls. Changes become events and actions.
 pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> Vec<Action> {
     let mut actions = Vec::new();
     ui.add_space(2.0);
@@ -46,9 +46,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) -> V
     actions
 }
 
-/// A param: its name, its value, and under them a slider where it has a range.
+/// Shows a param: its name, its value, and a slider below if it has a range.
 fn row(ui: &mut Ui, index: usize, knob: &Knob, events: &mut Vec<Event>) {
-    let scale = Scale::of(knob);
+    let scale = DisplayScale::from_knob(knob);
     let mut value = knob.value.clone();
     let mut changed = false;
     ui.horizontal(|ui| {
@@ -69,51 +69,54 @@ fn row(ui: &mut Ui, index: usize, knob: &Knob, events: &mut Vec<Event>) {
         changed |= slider(ui, knob, &scale, range, &mut value[0]);
     }
     if changed {
-        events.push(Event::Set(index, settled(value, &knob.spec.default)));
+        events.push(Event::Set(
+            index,
+            snapped_to_default(value, &knob.spec.default),
+        ));
     }
 }
 
-/// How much of a param's line its controls take.
+/// Returns the width of the controls in a param's line.
 fn controls_width(knob: &Knob) -> f32 {
-    let own = match (knob.spec.kind, knob.value.len()) {
+    let control_width = match (knob.spec.kind, knob.value.len()) {
         (ParamKind::Bool, _) => 24.0,
         (ParamKind::Color, _) | (_, 1) => 68.0,
         (_, count) => 50.0 * count as f32,
     };
     let buttons = if knob.is_changed() { 46.0 } else { 0.0 };
     let mark = if knob.spec.structural { 50.0 } else { 0.0 };
-    own + buttons + mark
+    control_width + buttons + mark
 }
 
-/// How a param's numbers are shown: in its author's unit.
-struct Scale {
+/// Display of a param's numbers in the author's unit.
+struct DisplayScale {
     unit: &'static str,
-    /// What one of it is in the scene's own units.
+    /// Size of the unit in scene units.
     factor: f64,
     decimals: usize,
     step: Option<f64>,
 }
 
-impl Scale {
-    fn of(knob: &Knob) -> Self {
+impl DisplayScale {
+    fn from_knob(knob: &Knob) -> Self {
         let (unit, factor) = knob.unit();
-        let whole = knob.spec.kind == ParamKind::Int;
+        let is_integer = knob.spec.kind == ParamKind::Int;
         let step = knob.spec.step.map(|step| step / factor);
-        let step = if whole {
+        let step = if is_integer {
             Some(step.unwrap_or(1.0))
         } else {
             step
         };
-        let span = match knob.spec.range {
-            Some((least, most)) => (most - least) / factor,
+        let range_width = match knob.spec.range {
+            Some((min, max)) => (max - min) / factor,
             None => (knob.spec.default[0] / factor).abs().max(1.0),
         };
-        // Three digits of the range, or as many as a step has.
-        let wanted = step.unwrap_or(span * 1e-3).abs().max(1e-9);
-        let decimals = if whole {
+        // Three digits of the range, or those of the step.
+        let resolution = step.unwrap_or(range_width * 1e-3).abs().max(1e-9);
+        let decimals = if is_integer {
             0
         } else {
-            (-wanted.log10()).ceil().clamp(0.0, 9.0) as usize
+            (-resolution.log10()).ceil().clamp(0.0, 9.0) as usize
         };
         Self {
             unit,
@@ -124,12 +127,10 @@ impl Scale {
     }
 
     fn speed(&self, knob: &Knob) -> f64 {
-        let span = knob
-            .spec
-            .range
-            .map(|(least, most)| (most - least) / self.factor);
+        let range_width = knob.spec.range.map(|(min, max)| (max - min) / self.factor);
         let size = (knob.spec.default[0] / self.factor).abs().max(0.1);
-        self.step.unwrap_or(span.unwrap_or(2.0 * size) / 200.0)
+        self.step
+            .unwrap_or(range_width.unwrap_or(2.0 * size) / 200.0)
     }
 }
 
@@ -149,11 +150,11 @@ fn name(ui: &mut Ui, knob: &Knob) {
         if !knob.spec.doc.is_empty() {
             ui.label(&knob.spec.doc);
         }
-        let range = knob.spec.range.map(|(least, most)| {
+        let range = knob.spec.range.map(|(min, max)| {
             let (unit, factor) = knob.unit();
             let dots = if knob.spec.inclusive { "..=" } else { ".." };
-            let [least, most] = [least, most].map(|v| short(v / factor));
-            format!(", {least}{unit}{dots}{most}{unit}")
+            let [min, max] = [min, max].map(|v| format_short(v / factor));
+            format!(", {min}{unit}{dots}{max}{unit}")
         });
         let text = format!(
             "{} = {}{}",
@@ -169,13 +170,13 @@ fn name(ui: &mut Ui, knob: &Knob) {
     });
 }
 
-/// The control at the end of a param's line; whether it changed the value.
-fn compact(ui: &mut Ui, knob: &Knob, scale: &Scale, value: &mut [f64]) -> bool {
+/// Shows the control at the end of a param's line; returns whether it changed the value.
+fn compact(ui: &mut Ui, knob: &Knob, scale: &DisplayScale, value: &mut [f64]) -> bool {
     match (knob.spec.kind, value) {
         (ParamKind::Bool, [value]) => {
-            let mut is = *value != 0.0;
-            let changed = ui.checkbox(&mut is, "").changed();
-            *value = f64::from(is);
+            let mut is_on = *value != 0.0;
+            let changed = ui.checkbox(&mut is_on, "").changed();
+            *value = f64::from(is_on);
             changed
         }
         (ParamKind::Color, value @ [_, _, _]) => {
@@ -194,7 +195,7 @@ fn compact(ui: &mut Ui, knob: &Knob, scale: &Scale, value: &mut [f64]) -> bool {
             number(ui, knob, scale, value, "")
         }
         (_, value) => {
-            // From right to left, so that x is on the left.
+            // Laid out from right to left, so that x is on the left.
             let names = ["x ", "y ", "z "];
             let mut changed = false;
             ui.spacing_mut().item_spacing.x = 3.0;
@@ -207,16 +208,16 @@ fn compact(ui: &mut Ui, knob: &Knob, scale: &Scale, value: &mut [f64]) -> bool {
     }
 }
 
-/// A number that is dragged or typed.
-fn number(ui: &mut Ui, knob: &Knob, scale: &Scale, value: &mut f64, prefix: &str) -> bool {
+/// Shows a number that can be dragged or typed.
+fn number(ui: &mut Ui, knob: &Knob, scale: &DisplayScale, value: &mut f64, prefix: &str) -> bool {
     let mut shown = *value / scale.factor;
     let mut drag = DragValue::new(&mut shown)
         .prefix(prefix)
         .suffix(scale.unit)
         .speed(scale.speed(knob))
         .max_decimals(scale.decimals);
-    if let Some((least, most)) = knob.spec.range {
-        drag = drag.range(least / scale.factor..=most / scale.factor);
+    if let Some((min, max)) = knob.spec.range {
+        drag = drag.range(min / scale.factor..=max / scale.factor);
     }
     let changed = ui.add(drag).changed();
     if changed {
@@ -225,7 +226,13 @@ fn number(ui: &mut Ui, knob: &Knob, scale: &Scale, value: &mut f64, prefix: &str
     changed
 }
 
-fn slider(ui: &mut Ui, knob: &Knob, scale: &Scale, range: (f64, f64), value: &mut f64) -> bool {
+fn slider(
+    ui: &mut Ui,
+    knob: &Knob,
+    scale: &DisplayScale,
+    range: (f64, f64),
+    value: &mut f64,
+) -> bool {
     let mut shown = *value / scale.factor;
     ui.spacing_mut().slider_width = ui.available_width();
     let mut slider = Slider::new(&mut shown, range.0 / scale.factor..=range.1 / scale.factor)
@@ -244,7 +251,7 @@ fn slider(ui: &mut Ui, knob: &Knob, scale: &Scale, range: (f64, f64), value: &mu
     changed
 }
 
-/// Back to the text's value, and into the text.
+/// Shows the buttons that reset the value or write it into the text.
 fn buttons(ui: &mut Ui, index: usize, knob: &Knob, events: &mut Vec<Event>) {
     ui.spacing_mut().item_spacing.x = 1.0;
     let size = vec2(20.0, 20.0);
@@ -252,7 +259,7 @@ fn buttons(ui: &mut Ui, index: usize, knob: &Knob, events: &mut Vec<Event>) {
     if reset.on_hover_text("as it stands in the text").clicked() {
         events.push(Event::Reset(index));
     }
-    if knob.written.is_some() {
+    if knob.source.is_some() {
         let write = icon::button(ui, Icon::Write, size, true);
         let text = format!("write {} into the text", knob.text());
         if write.on_hover_text(text).clicked() {
@@ -261,8 +268,8 @@ fn buttons(ui: &mut Ui, index: usize, knob: &Knob, events: &mut Vec<Event>) {
     }
 }
 
-/// Values that are the text's but for a rounding are the text's.
-fn settled(mut value: Vec<f64>, default: &[f64]) -> Vec<f64> {
+/// Replaces values that differ from the text only by rounding.
+fn snapped_to_default(mut value: Vec<f64>, default: &[f64]) -> Vec<f64> {
     for (value, default) in value.iter_mut().zip(default) {
         if (*value - default).abs() <= 1e-12 * default.abs() {
             *value = *default;
@@ -271,8 +278,8 @@ fn settled(mut value: Vec<f64>, default: &[f64]) -> Vec<f64> {
     value
 }
 
-/// A number with at most four decimals.
-fn short(v: f64) -> String {
+/// Formats a number with at most four decimals.
+fn format_short(v: f64) -> String {
     let text = format!("{v:.4}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
@@ -285,14 +292,17 @@ mod tests {
     fn a_value_dragged_back_is_the_texts_own() {
         let angle = 30_f64.to_radians();
         let back = (angle / 1_f64.to_radians()) * 1_f64.to_radians();
-        assert_eq!(settled(vec![back, 0.5], &[angle, 0.5]), [angle, 0.5]);
-        assert_eq!(settled(vec![1.0, 0.0], &[1.1, 0.0]), [1.0, 0.0]);
+        assert_eq!(
+            snapped_to_default(vec![back, 0.5], &[angle, 0.5]),
+            [angle, 0.5]
+        );
+        assert_eq!(snapped_to_default(vec![1.0, 0.0], &[1.1, 0.0]), [1.0, 0.0]);
     }
 
     #[test]
     fn numbers_of_ranges_are_short() {
         assert_eq!(
-            [0.5, 120.0, 1.0 / 3.0, 0.0].map(short),
+            [0.5, 120.0, 1.0 / 3.0, 0.0].map(format_short),
             ["0.5", "120", "0.3333", "0"]
         );
     }

@@ -1,7 +1,6 @@
-//! What the compiler has to say, over the picture: at length where nothing can be shown, else a line
-//! that opens.
+//! The compiler's report over the picture: in full for errors, else as a line that expands.
 
-use super::desk::Desk;
+use super::state::WindowState;
 use super::theme;
 use crate::session::Session;
 use eframe::egui::text::{LayoutJob, TextFormat};
@@ -9,28 +8,35 @@ use eframe::egui::{
     self, Area, Color32, Frame, Id, Margin, Rect, RichText, ScrollArea, Stroke, Ui,
 };
 
-/// The distance from the picture's edges.
-const MARGIN: f32 = 14.0;
+/// Distance from the edges of the picture, in points.
+const EDGE_MARGIN: f32 = 14.0;
 
-/// Shows it over a picture that lies there.
-pub(super) fn show(ui: &Ui, session: &Session, desk: &mut Desk, over: Rect) {
+/// Shows the report over the picture.
+pub(super) fn show(ui: &Ui, session: &Session, state: &mut WindowState, picture_area: Rect) {
     let report = session.report().trim_end();
     if report.is_empty() {
-        desk.report_open = false;
+        state.report_open = false;
         return;
     }
-    let fails = session.is_broken();
-    let is_open = fails || desk.report_open;
-    let low = egui::pos2(over.left() + MARGIN, over.bottom() - MARGIN);
-    let width = (over.width() - 2.0 * MARGIN).max(120.0);
+    let is_broken = session.is_broken();
+    let is_open = is_broken || state.report_open;
+    let lower_left = egui::pos2(
+        picture_area.left() + EDGE_MARGIN,
+        picture_area.bottom() - EDGE_MARGIN,
+    );
+    let width = (picture_area.width() - 2.0 * EDGE_MARGIN).max(120.0);
     let area = Area::new(Id::unique("report"))
         .pivot(egui::Align2::LEFT_BOTTOM)
-        .fixed_pos(low)
-        .constrain_to(over)
+        .fixed_pos(lower_left)
+        .constrain_to(picture_area)
         .order(egui::Order::Middle);
     area.show(ui.ctx(), |ui| {
         ui.set_max_width(width);
-        let line = if fails { theme::ERROR } else { theme::WARNING };
+        let line = if is_broken {
+            theme::ERROR
+        } else {
+            theme::WARNING
+        };
         let frame = Frame::new()
             .fill(theme::OVERLAY.gamma_multiply(0.94))
             .stroke(Stroke::new(1.0, line.gamma_multiply(0.6)))
@@ -39,13 +45,13 @@ pub(super) fn show(ui: &Ui, session: &Session, desk: &mut Desk, over: Rect) {
             frame
                 .inner_margin(Margin::symmetric(12, 10))
                 .show(ui, |ui| {
-                    let height = (over.height() - 4.0 * MARGIN).max(80.0);
+                    let height = (picture_area.height() - 4.0 * EDGE_MARGIN).max(80.0);
                     ScrollArea::both().max_height(height).show(ui, |ui| {
-                        let job = painted(report);
+                        let job = colored_text(report);
                         ui.add(egui::Label::new(job).selectable(true).extend());
                     });
-                    if !fails && ui.small_button("hide").clicked() {
-                        desk.report_open = false;
+                    if !is_broken && ui.small_button("hide").clicked() {
+                        state.report_open = false;
                     }
                 });
         } else {
@@ -53,14 +59,14 @@ pub(super) fn show(ui: &Ui, session: &Session, desk: &mut Desk, over: Rect) {
                 let text = RichText::new(summary(report)).color(line).size(12.0);
                 let label = egui::Label::new(text).sense(egui::Sense::click());
                 if ui.add(label).on_hover_text("click to read").clicked() {
-                    desk.report_open = true;
+                    state.report_open = true;
                 }
             });
         }
     });
 }
 
-/// How many warnings there are.
+/// Formats the number of warnings.
 fn summary(report: &str) -> String {
     let count = report
         .lines()
@@ -73,15 +79,15 @@ fn summary(report: &str) -> String {
     }
 }
 
-/// The report with its kinds of lines in colours.
-fn painted(report: &str) -> LayoutJob {
+/// Colours the lines of the report by kind.
+fn colored_text(report: &str) -> LayoutJob {
     let mut job = LayoutJob::default();
     for line in report.lines() {
         let format = TextFormat::simple(theme::mono(12.5), color(line));
         job.append(line, 0.0, format.clone());
         job.append("\n", 0.0, format);
     }
-    // The last line ends without another.
+    // The last line has no line break.
     job.text.pop();
     if let Some(last) = job.sections.last_mut() {
         last.byte_range.end = job.text.len().into();
@@ -109,7 +115,7 @@ mod tests {
     #[test]
     fn the_report_is_shown_as_it_is() {
         let report = "error[E0101]: no\n --> a.sdf:1:1\n  |\n1 | sphere(\n  | ^\nhelp: close it";
-        let job = painted(report);
+        let job = colored_text(report);
         assert_eq!(job.text, report);
         assert_eq!(
             job.sections.first().map(|s| s.format.color),

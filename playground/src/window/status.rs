@@ -1,18 +1,18 @@
-//! The line at the bottom: how fast, by what, and what for.
+//! The status bar: activity, times, device and statistics.
 
-use super::desk::Desk;
-use super::side::ms;
+use super::side_panel::ms;
+use super::state::WindowState;
 use super::theme;
-use crate::session::{Session, Stage};
+use crate::session::{RefinementStage, Session};
 use eframe::egui::{Align, Layout, RichText, Ui};
 
-/// Shows it.
-pub(super) fn show(ui: &mut Ui, session: &Session, desk: &Desk) {
+/// Shows the status bar.
+pub(super) fn show(ui: &mut Ui, session: &Session, state: &WindowState) {
     ui.horizontal_centered(|ui| {
         ui.spacing_mut().item_spacing.x = 14.0;
         let text = |text: String| RichText::new(text).size(11.5).color(theme::WEAK);
-        let state = state(session, desk);
-        ui.label(RichText::new(state).size(11.5).color(theme::TEXT));
+        let activity = activity(session, state);
+        ui.label(RichText::new(activity).size(11.5).color(theme::TEXT));
         let Some(facts) = session.facts() else {
             return;
         };
@@ -44,13 +44,13 @@ pub(super) fn show(ui: &mut Ui, session: &Session, desk: &Desk) {
     });
 }
 
-/// What goes on.
-fn state(session: &Session, desk: &Desk) -> String {
+/// Describes the current activity.
+fn activity(session: &Session, state: &WindowState) -> String {
     if !session.is_busy() {
         return "at rest".to_owned();
     }
-    match (session.refining(), desk.rate()) {
-        (Some(Stage::Fine), _) => "refining".to_owned(),
+    match (session.drawing_stage(), state.rate()) {
+        (Some(RefinementStage::Fine), _) => "refining".to_owned(),
         (_, Some(rate)) => format!("{rate:.0} fps"),
         (Some(_), None) => "drawing".to_owned(),
         (None, None) => "building".to_owned(),

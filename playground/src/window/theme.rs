@@ -1,42 +1,42 @@
-//! How the window looks: dark and calm, so that the picture is the brightest thing in it.
+//! The theme of the window: dark and muted, so that the picture is its brightest part.
 
 use eframe::egui::{
     self, Color32, Context, CornerRadius, FontFamily, FontId, RichText, Stroke, TextStyle, Theme,
     Visuals, vec2,
 };
 
-/// Behind the picture.
+/// Background of the picture.
 pub(super) const BACKDROP: Color32 = Color32::from_rgb(14, 15, 17);
-/// Panels.
+/// Background of panels.
 pub(super) const PANEL: Color32 = Color32::from_rgb(24, 26, 30);
-/// What lies over the picture.
+/// Background of dialogs and labels over the picture.
 pub(super) const OVERLAY: Color32 = Color32::from_rgb(20, 21, 25);
-/// Lines between things.
+/// Separators and borders.
 pub(super) const LINE: Color32 = Color32::from_rgb(44, 47, 54);
-/// Text.
+/// Normal text.
 pub(super) const TEXT: Color32 = Color32::from_rgb(210, 214, 222);
-/// Text that explains.
+/// Secondary text.
 pub(super) const WEAK: Color32 = Color32::from_rgb(139, 145, 157);
-/// What is chosen or changed.
+/// Selected or changed items.
 pub(super) const ACCENT: Color32 = Color32::from_rgb(122, 170, 245);
-/// What is wrong.
+/// Errors.
 pub(super) const ERROR: Color32 = Color32::from_rgb(242, 110, 112);
-/// What should be looked at.
+/// Warnings.
 pub(super) const WARNING: Color32 = Color32::from_rgb(230, 180, 92);
-/// What helps.
+/// Help texts and notes.
 pub(super) const HELP: Color32 = Color32::from_rgb(112, 190, 160);
 
-/// Text of this size in letters of equal width.
+/// Returns a monospaced font of this size.
 pub(super) fn mono(size: f32) -> FontId {
     FontId::new(size, FontFamily::Monospace)
 }
 
-/// The name of a group of things.
+/// Formats the heading of a group.
 pub(super) fn heading(text: &str) -> RichText {
     RichText::new(text).size(11.5).color(WEAK)
 }
 
-/// Makes all of the window look so.
+/// Applies the theme to the window.
 pub(super) fn apply(ctx: &Context) {
     ctx.set_theme(Theme::Dark);
     ctx.all_styles_mut(|style| {
@@ -56,7 +56,7 @@ pub(super) fn apply(ctx: &Context) {
         style.spacing.tooltip_width = 340.0;
         style.spacing.scroll = egui::style::ScrollStyle::thin();
         style.interaction.tooltip_delay = 0.35;
-        // Labels are no text to mark; reports are, and say so.
+        // Labels are not selectable; reports enable selection themselves.
         style.interaction.selectable_labels = false;
         style.animation_time = 0.08;
         style.visuals = visuals();
@@ -82,7 +82,7 @@ fn visuals() -> Visuals {
     v.selection.stroke = Stroke::new(1.0, Color32::from_rgb(222, 232, 250));
     v.slider_trailing_fill = true;
     v.handle_shape = egui::style::HandleShape::Circle;
-    // A cursor that blinks would draw frames while nothing happens.
+    // A blinking cursor would draw frames at rest.
     v.text_cursor.blink = false;
     let states = [
         (&mut v.widgets.noninteractive, PANEL, LINE, TEXT),
@@ -107,7 +107,7 @@ fn visuals() -> Visuals {
     v
 }
 
-/// A grey with a little blue, as all of them here.
+/// Returns a slightly blue grey.
 fn grey(v: u8) -> Color32 {
     Color32::from_rgb(v, v + 2, v + 8)
 }

@@ -1,38 +1,38 @@
-//! The bar of an animation's time.
+//! The time bar of an animation.
 
 use super::action::{Action, key_of};
 use super::icon::{self, Icon};
 use super::theme;
 use crate::session::{Event, Session, TimeEvent};
-use crate::timeline::SPEEDS;
+use crate::timeline::SPEED_RANGE;
 use eframe::egui::{Align, DragValue, Layout, RichText, Slider, Ui, vec2};
 
-/// Shows it, for a scene that moves.
+/// Shows the time bar of an animated scene.
 pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
     let Some(timeline) = session.timeline() else {
         return;
     };
     ui.horizontal_centered(|ui| {
-        let mut button = |ui: &mut Ui, icon, says: &str, action, event| {
+        let mut button = |ui: &mut Ui, icon, description: &str, action, event| {
             let button = icon::button(ui, icon, vec2(28.0, 22.0), false);
-            let says = format!("{says} ({})", key_of(action));
-            if button.on_hover_text(says).clicked() {
+            let description = format!("{description} ({})", key_of(action));
+            if button.on_hover_text(description).clicked() {
                 events.push(Event::Time(event));
             }
         };
         ui.spacing_mut().item_spacing.x = 4.0;
-        let (back, forth) = (Action::Step(-1), Action::Step(1));
+        let (back, forward) = (Action::Step(-1), Action::Step(1));
         button(ui, Icon::Back, "a frame back", back, TimeEvent::Step(-1));
-        let (face, says) = match timeline.is_playing() {
+        let (icon, description) = match timeline.is_playing() {
             true => (Icon::Pause, "pause"),
             false => (Icon::Play, "play"),
         };
-        button(ui, face, says, Action::Play, TimeEvent::Toggle);
+        button(ui, icon, description, Action::Play, TimeEvent::Toggle);
         button(
             ui,
             Icon::Forth,
             "a frame forwards",
-            forth,
+            forward,
             TimeEvent::Step(1),
         );
         ui.add_space(6.0);
@@ -40,7 +40,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, events: &mut Vec<Event>) {
             ui.spacing_mut().item_spacing.x = 8.0;
             let mut speed = timeline.speed();
             let drag = DragValue::new(&mut speed)
-                .range(SPEEDS[0]..=SPEEDS[1])
+                .range(SPEED_RANGE[0]..=SPEED_RANGE[1])
                 .speed(0.02)
                 .max_decimals(2)
                 .suffix("×");

@@ -1,11 +1,11 @@
-//! Stories that a session is told, with files in memory, a clock that stands still until it is told
-//! to go on, and the CPU engine drawing small pictures.
+//! Tests of the session with files in memory, a clock that advances only on request, and the CPU engine
+//! drawing small pictures.
 
 mod camera;
 mod engines;
 mod files;
+mod inspect;
 mod params;
-mod seeing;
-mod stage;
+mod session_host;
 
-mod play;
+mod harness;

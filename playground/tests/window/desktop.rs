@@ -1,9 +1,8 @@
-//! A desktop that nobody sees: Xvfb with one window in it, whose pixels are read and whose mouse and
-//! keyboard are moved.
+//! A virtual desktop: Xvfb with one window, whose pixels are read and whose mouse and keyboard are
+//! simulated.
 //!
-//! Xvfb keeps its screen in a file, so a picture of it is a read; `xdotool` moves the mouse and the
-//! keys. Nothing here waits for a fixed time: whatever is expected is waited for, up to a limit that
-//! is only reached when it does not come.
+//! Xvfb keeps its screen in a file, so a screenshot is a file read; `xdotool` simulates input. There are
+//! no fixed delays: tests poll for the expected state, up to a timeout.
 
 use crate::screen::Screen;
 use std::fs;
@@ -14,14 +13,14 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// How long anything is waited for.
-const LIMIT: Duration = Duration::from_secs(60);
-/// How often one looks.
-const LOOK: Duration = Duration::from_millis(40);
-/// The size of the screen, and of the window.
+/// Timeout of every wait.
+const TIMEOUT: Duration = Duration::from_secs(60);
+/// Interval between two screenshots while waiting.
+const POLL_INTERVAL: Duration = Duration::from_millis(40);
+/// Size of the screen and of the window.
 pub(crate) const SIZE: [usize; 2] = [800, 520];
 
-/// A running desktop.
+/// A running virtual desktop.
 pub(crate) struct Desktop {
     server: Child,
     display: String,
@@ -29,7 +28,7 @@ pub(crate) struct Desktop {
 }
 
 impl Desktop {
-    /// Starts one, on a display number that is free.
+    /// Starts a desktop on a free display number.
     pub(crate) fn start() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let [width, height] = SIZE;
@@ -58,23 +57,23 @@ impl Desktop {
         }
     }
 
-    /// What the screen shows now.
+    /// Takes a screenshot.
     pub(crate) fn screen(&self) -> Screen {
         let bytes = fs::read(self.folder.path().join("Xvfb_screen0")).expect("the screen");
-        Screen::of(&bytes)
+        Screen::from_xwd(&bytes)
     }
 
-    /// Sets a command onto this desktop.
-    fn on_it(&self, command: &mut Command) {
+    /// Configures a command to use this desktop.
+    fn use_display(&self, command: &mut Command) {
         command.env("DISPLAY", &self.display);
         command.env_remove("WAYLAND_DISPLAY");
         command.env_remove("WAYLAND_SOCKET");
     }
 
-    /// Does what `xdotool` calls by these words.
+    /// Runs `xdotool` with these arguments.
     pub(crate) fn tool(&self, words: &[&str]) {
         let mut command = Command::new("xdotool");
-        self.on_it(command.args(words));
+        self.use_display(command.args(words));
         let output = command.output().unwrap_or_else(|error| {
             panic!("xdotool cannot be started: {error}; it stands in a package of its name")
         });
@@ -87,21 +86,21 @@ impl Desktop {
         self.tool(&["key", name]);
     }
 
-    /// Moves the mouse somewhere with a button held, in steps, as a hand does.
+    /// Drags the mouse in steps, with a button held down.
     pub(crate) fn drag(&self, button: &str, from: [i32; 2], to: [i32; 2]) {
-        let at = |[x, y]: [i32; 2]| [x.to_string(), y.to_string()];
-        let [x, y] = at(from);
+        let index = |[x, y]: [i32; 2]| [x.to_string(), y.to_string()];
+        let [x, y] = index(from);
         self.tool(&["mousemove", "--sync", &x, &y, "mousedown", button]);
         const STEPS: i32 = 8;
         for step in 1..=STEPS {
-            let [x, y] = at([0, 1].map(|i| from[i] + (to[i] - from[i]) * step / STEPS));
+            let [x, y] = index([0, 1].map(|i| from[i] + (to[i] - from[i]) * step / STEPS));
             self.tool(&["mousemove", &x, &y, "sleep", "0.03"]);
         }
         self.tool(&["mouseup", button]);
         self.park();
     }
 
-    /// Moves the mouse to where it hides nothing: onto the line of menus, beside them.
+    /// Moves the mouse to where it covers nothing: next to the menus.
     pub(crate) fn park(&self) {
         self.tool(&["mousemove", "500", "8"]);
     }
@@ -114,25 +113,25 @@ impl Drop for Desktop {
     }
 }
 
-/// The window, in a process of its own.
+/// The window in its own process.
 pub(crate) struct Window<'d> {
     pub(crate) desktop: &'d Desktop,
     process: Child,
 }
 
 impl<'d> Window<'d> {
-    /// Opens it on a scene, over all of the screen. The process is this program again, told by its
-    /// environment to be the window.
+    /// Opens the window on a scene, over the whole screen. The process is this test program, selected by
+    /// an environment variable to run the window.
     pub(crate) fn open(desktop: &'d Desktop, scene: &Path) -> Self {
         let mut command = Command::new(std::env::current_exe().expect("this program"));
         command
-            .args(["--exact", crate::PROCESS, "--ignored", "--nocapture"])
-            .env(crate::SCENE, scene)
+            .args(["--exact", crate::WINDOW_TEST, "--ignored", "--nocapture"])
+            .env(crate::SCENE_VARIABLE, scene)
             .current_dir(scene.parent().expect("a folder"))
             .stdout(Stdio::null());
-        desktop.on_it(&mut command);
+        desktop.use_display(&mut command);
         if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
-            // Drivers complain where there is none.
+            // Drivers print warnings without this folder.
             command.env("XDG_RUNTIME_DIR", desktop.folder.path());
         }
         let process = command.spawn().expect("this program");
@@ -157,7 +156,7 @@ impl<'d> Window<'d> {
         window
     }
 
-    /// Waits until the screen is so, and gives it.
+    /// Waits until the screen satisfies a condition, and returns it.
     pub(crate) fn until(&self, what: &str, holds: impl Fn(&Screen) -> bool) -> Screen {
         let started = Instant::now();
         loop {
@@ -165,42 +164,42 @@ impl<'d> Window<'d> {
             if holds(&screen) {
                 return screen;
             }
-            if started.elapsed() > LIMIT {
-                let kept = kept(&screen, what);
-                panic!("never seen: {what}; the screen is in {}", kept.display());
+            if started.elapsed() > TIMEOUT {
+                let path = save_screen(&screen, what);
+                panic!("never seen: {what}; the screen is in {}", path.display());
             }
-            sleep(LOOK);
+            sleep(POLL_INTERVAL);
         }
     }
 
-    /// Waits until it does nothing: its threads use no time of the processor.
-    pub(crate) fn rest(&self) -> Screen {
+    /// Waits until the window is idle: its threads use no CPU time.
+    pub(crate) fn wait_until_idle(&self) -> Screen {
         let started = Instant::now();
-        let mut before = self.ticks();
+        let mut previous = self.ticks();
         loop {
             sleep(Duration::from_millis(1200));
-            let now = self.ticks();
-            if now == before {
+            let current = self.ticks();
+            if current == previous {
                 return self.desktop.screen();
             }
-            assert!(started.elapsed() < LIMIT, "it never comes to rest");
-            before = now;
+            assert!(started.elapsed() < TIMEOUT, "it never comes to rest");
+            previous = current;
         }
     }
 
-    /// The time of the processor that it used so far, in hundredths of a second.
+    /// Returns the CPU time used so far, in hundredths of a second.
     fn ticks(&self) -> u64 {
         let stat = fs::read_to_string(self.file("stat")).expect("its state");
-        // The name, in parentheses, may hold blanks.
+        // The name in parentheses may contain spaces.
         let (_, rest) = stat.rsplit_once(')').expect("its name");
         let fields: Vec<&str> = rest.split_whitespace().collect();
         [11, 12]
             .iter()
-            .map(|&at: &usize| fields[at].parse::<u64>().expect("a number"))
+            .map(|&index: &usize| fields[index].parse::<u64>().expect("a number"))
             .sum()
     }
 
-    /// Its resident memory in kilobytes.
+    /// Returns the resident memory in KiB.
     pub(crate) fn memory(&self) -> u64 {
         let status = fs::read_to_string(self.file("status")).expect("its state");
         let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
@@ -208,7 +207,7 @@ impl<'d> Window<'d> {
         number.and_then(|n| n.parse().ok()).expect("a number")
     }
 
-    /// How many files it has open.
+    /// Returns the number of open files.
     pub(crate) fn handles(&self) -> usize {
         fs::read_dir(self.file("fd")).expect("its files").count()
     }
@@ -217,15 +216,15 @@ impl<'d> Window<'d> {
         PathBuf::from(format!("/proc/{}/{name}", self.process.id()))
     }
 
-    /// Waits until it has closed by itself, and says whether that went well.
+    /// Waits until the window has closed and reports whether it exited successfully.
     pub(crate) fn closes(mut self) -> bool {
         let started = Instant::now();
         loop {
             if let Some(status) = self.process.try_wait().expect("its state") {
                 return status.success();
             }
-            assert!(started.elapsed() < LIMIT, "it does not close");
-            sleep(LOOK);
+            assert!(started.elapsed() < TIMEOUT, "it does not close");
+            sleep(POLL_INTERVAL);
         }
     }
 }
@@ -237,14 +236,14 @@ impl Drop for Window<'_> {
     }
 }
 
-/// Keeps a screen for whoever looks at what failed.
-fn kept(screen: &Screen, what: &str) -> PathBuf {
+/// Saves a screenshot for the analysis of a failure.
+fn save_screen(screen: &Screen, what: &str) -> PathBuf {
     let name: String = what
         .chars()
         .map(|c| if c.is_alphanumeric() { c } else { '-' })
         .collect();
     let path = std::env::temp_dir().join(format!("sdfc-window-{name}.png"));
-    let bytes = sdfc_playground::picture::png(SIZE, &screen.rgba()).expect("a picture");
+    let bytes = sdfc_playground::png_file::png(SIZE, &screen.rgba()).expect("a picture");
     fs::write(&path, bytes).expect("a file");
     path
 }

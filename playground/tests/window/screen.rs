@@ -1,28 +1,28 @@
-//! Pixels of a screen, as Xvfb keeps them in its file: a head of numbers of four bytes, the larger
-//! ones first, then a list of colours, then the rows.
+//! Pixels of a screen in Xvfb's file (the X window dump format): a header of big-endian 32-bit numbers, a
+//! colour table, then the rows.
 
 use std::collections::HashSet;
 
 /// A colour: red, green and blue.
 pub(crate) type Color = [u8; 3];
 
-/// A screen at a moment.
+/// A screenshot.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Screen {
     width: usize,
     pixels: Vec<Color>,
 }
 
-/// A rectangle: its left and upper edge, and those behind the last column and row.
+/// A rectangle: left and upper edge, and the exclusive right and lower edge.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part {
+pub(crate) struct ScreenRect {
     pub(crate) from: [usize; 2],
     pub(crate) to: [usize; 2],
 }
 
 impl Screen {
-    /// The screen in the bytes of Xvfb's file.
-    pub(crate) fn of(bytes: &[u8]) -> Self {
+    /// Decodes the bytes of Xvfb's file.
+    pub(crate) fn from_xwd(bytes: &[u8]) -> Self {
         let number = |at: usize| {
             let bytes = bytes[4 * at..4 * at + 4].try_into().expect("four bytes");
             u32::from_be_bytes(bytes) as usize
@@ -44,37 +44,41 @@ impl Screen {
         self.pixels[y * self.width + x]
     }
 
-    /// How many colours there are.
+    /// Returns the number of distinct colours.
     pub(crate) fn colors(&self) -> usize {
         self.pixels.iter().collect::<HashSet<_>>().len()
     }
 
-    fn inside(&self, part: Part) -> impl Iterator<Item = ([usize; 2], Color)> {
-        let [x0, y0] = part.from;
-        let [x1, y1] = part.to;
+    fn inside(&self, area: ScreenRect) -> impl Iterator<Item = ([usize; 2], Color)> {
+        let [x0, y0] = area.from;
+        let [x1, y1] = area.to;
         (y0..y1).flat_map(move |y| (x0..x1).map(move |x| ([x, y], self.at([x, y]))))
     }
 
-    /// How many pixels of a part are so.
-    pub(crate) fn count(&self, part: Part, is: impl Fn(Color) -> bool) -> usize {
-        self.inside(part).filter(|(_, color)| is(*color)).count()
+    /// Counts the pixels of an area that match.
+    pub(crate) fn count(&self, area: ScreenRect, is: impl Fn(Color) -> bool) -> usize {
+        self.inside(area).filter(|(_, color)| is(*color)).count()
     }
 
-    /// Where pixels of a part are so.
-    pub(crate) fn places(&self, part: Part, is: impl Fn(Color) -> bool) -> Vec<[usize; 2]> {
-        let found = self.inside(part).filter(|(_, color)| is(*color));
-        found.map(|(place, _)| place).collect()
+    /// Returns the positions of the pixels of an area that match.
+    pub(crate) fn positions(
+        &self,
+        area: ScreenRect,
+        is: impl Fn(Color) -> bool,
+    ) -> Vec<[usize; 2]> {
+        let matching = self.inside(area).filter(|(_, color)| is(*color));
+        matching.map(|(position, _)| position).collect()
     }
 
-    /// How many pixels of a part differ from another screen's.
-    pub(crate) fn differs(&self, other: &Self, part: Part) -> usize {
-        let pairs = self.inside(part).zip(other.inside(part));
+    /// Counts the pixels of an area that differ from another screen's.
+    pub(crate) fn differs(&self, other: &Self, area: ScreenRect) -> usize {
+        let pairs = self.inside(area).zip(other.inside(area));
         pairs.filter(|(a, b)| a != b).count()
     }
 
-    /// Red, green, blue and alpha.
+    /// Returns red, green, blue and alpha of all pixels.
     pub(crate) fn rgba(&self) -> Vec<u8> {
-        let all = self.pixels.iter();
-        all.flat_map(|&[r, g, b]| [r, g, b, 255]).collect()
+        let pixels = self.pixels.iter();
+        pixels.flat_map(|&[r, g, b]| [r, g, b, 255]).collect()
     }
 }

@@ -1,130 +1,137 @@
 //! Building cells, level by level, on all cores.
 
-use super::{CELL, CHILDREN, Cell, Cells, EMPTY, FULL, Kept, NODE, Node, Region, Split};
-use crate::crew::share;
-use sdfc_shaders::interpreter::cut::STALE;
+use super::{
+    Aabb, CELL, CHILDREN, Cell, CellNode, Cells, EMPTY, FULL, NODE, Subdivision, TapeRange,
+};
+use crate::work_stealing::parallel_map_with;
+use sdfc_shaders::interpreter::cut::MAX_STALLED_LEVELS;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::FloatInterval;
-use sdfc_vm::lanes::{Column, LANES};
+use sdfc_vm::lanes::{F32x64, LANES};
 use sdfc_vm::program::Program;
-use sdfc_vm::tape::choose::Chooser;
-use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::tape::evaluator::TapeEvaluator;
+use sdfc_vm::tape::lipschitz::{divides_raw, may_be_discontinuous};
 use sdfc_vm::tape::prune::Pruner;
-use sdfc_vm::tape::steep::{divides_raw, may_jump};
+use sdfc_vm::tape::trace::Tracer;
 use sdfc_vm::tape::{Clause, Tape};
 use std::sync::Arc;
 
-/// The most cells; those that are not cut for it keep the tape that they have.
-const MOST: usize = 400_000;
-/// The most clauses of all tapes together.
-pub(super) const MOST_CLAUSES: usize = 6_000_000;
+/// Maximum number of cells. Cells that are not subdivided because of it keep their tapes.
+const MAX_CELLS: usize = 400_000;
+/// Maximum number of clauses of all tapes together.
+pub(super) const MAX_CLAUSES: usize = 6_000_000;
 
-/// Decides which cells are cut further.
+/// Decides which cells are subdivided.
 pub trait Refine: Sync {
-    /// Whether this one is, with a tape of so many clauses; in all of it the field is `away` from
-    /// zero or farther.
-    fn cut(&self, region: &Region, clauses: usize, away: f32) -> bool;
+    /// Reports whether to subdivide a cell whose tape has `clauses` clauses. In all of it the absolute value
+    /// of the field is at least `min_abs_field`.
+    fn should_split(&self, region: &Aabb, clauses: usize, min_abs_field: f32) -> bool;
 
-    /// Whether cutting it further is left to somebody else, with a tape of so many clauses.
-    fn leaves(&self, _clauses: usize) -> bool {
+    /// Reports whether another stage subdivides a cell with this number of clauses.
+    fn defers(&self, _clauses: usize) -> bool {
         false
     }
 }
 
-/// What is cut, and how far.
+/// Region, arrangement and refinement of the cells to build.
 #[derive(Clone, Copy)]
-pub struct Cut<'a> {
-    /// The box that is cut.
-    pub region: Region,
-    /// How cells are cut.
-    pub split: Split,
-    /// Where the field is this far from zero or farther, nothing but its sign is kept. With 0 the
-    /// cells that may hold a surface are kept, with infinity all are.
+pub struct CellSpec<'a> {
+    /// Box of the root cell.
+    pub region: Aabb,
+    /// Arrangement of the children.
+    pub subdivision: Subdivision,
+    /// Beyond this distance from zero only the field's sign is stored. With 0 the cells that may contain a
+    /// surface are kept, with infinity all are.
     pub band: f32,
-    /// How small they get.
+    /// Decides which cells are subdivided.
     pub refine: &'a dyn Refine,
 }
 
-/// The cells of a program.
-pub fn build(program: &Program, tape: &Tape, cut: &Cut<'_>) -> Cells {
-    let region = cut.region;
+/// Builds the cells of a program.
+pub fn build(program: &Program, tape: &Tape, spec: &CellSpec<'_>) -> Cells {
+    let region = spec.region;
     let mut cells = Cells {
-        split: cut.split,
-        band: cut.band,
-        made: 0,
-        first: 0,
+        subdivision: spec.subdivision,
+        band: spec.band,
+        rebuilt_count: 0,
+        initial_count: 0,
         root: 0,
-        short: 0,
-        jumps: false,
+        over_budget_count: 0,
+        may_be_discontinuous: false,
         cells: vec![Cell {
             region,
             slope: 1.0,
             gradient: None,
-            jumps: false,
-            tape: Kept {
+            may_be_discontinuous: false,
+            tape: TapeRange {
                 arena: 0,
                 start: 0,
                 len: tape.clauses.len() as u32,
             },
-            stale: 0,
-            leaf: true,
-            left: false,
+            stalled_levels: 0,
+            is_leaf: true,
+            is_deferred: false,
         }],
         nodes: Vec::new(),
         arenas: vec![Arc::new(tape.clauses.clone())],
     };
-    let whole = Parent {
+    let root_parent = SplitParent {
         cell: 0,
         entry: None,
-        before: None,
+        previous_node: None,
     };
-    deepen(&mut cells, vec![whole], program, tape, cut, &[]);
-    cells.made = cells.cells.len();
-    cells.first = cells.made;
+    subdivide_levels(&mut cells, vec![root_parent], program, tape, spec, &[]);
+    cells.rebuilt_count = cells.cells.len();
+    cells.initial_count = cells.rebuilt_count;
     cells
 }
 
-/// Cuts these cells, and what they are cut into. `changed` says of each instruction whether it is
-/// another than when the cells were cut before.
-pub(super) fn deepen(
+/// Subdivides cells level by level. `changed` flags the instructions whose constants differ from those of the
+/// previous build.
+pub(super) fn subdivide_levels(
     cells: &mut Cells,
-    mut parents: Vec<Parent>,
+    mut parents: Vec<SplitParent>,
     program: &Program,
     tape: &Tape,
-    cut: &Cut<'_>,
+    spec: &CellSpec<'_>,
     changed: &[bool],
 ) {
-    // Raw fields are divided by a bound of their slope that holds everywhere; in a cell it may be
-    // far smaller. Distances have a slope of one nearly everywhere, which needs no finding out.
-    // Only who looks for the surface asks.
-    let slopes = cut.band == 0.0 && program.code.iter().any(divides_raw);
-    let jumps = slopes && program.code.iter().any(may_jump);
-    cells.jumps = jumps && Worker::new(program, tape).jumps(cells.region(), tape);
-    let looks = Looks { slopes, jumps };
-    // What edits left behind is no reason to cut less.
-    let before = cells.clauses();
+    // Raw fields are divided by a bound of their slope that holds everywhere; in a cell it may be far
+    // smaller. Distances have a slope of one nearly everywhere, so theirs is not computed. Only a band of
+    // zero, which keeps the cells near the surface alone, uses slopes.
+    let slopes = spec.band == 0.0 && program.code.iter().any(divides_raw);
+    let check_discontinuities = slopes && program.code.iter().any(may_be_discontinuous);
+    cells.may_be_discontinuous = check_discontinuities
+        && Worker::new(program, tape).may_be_discontinuous(cells.region(), tape);
+    let analysis = CellAnalysis {
+        slopes,
+        discontinuities: check_discontinuities,
+    };
+    // Clauses of discarded cells do not count against the limit.
+    let clauses_before = cells.clause_count();
     let mut next = Vec::new();
-    for _ in 0..cut.split.levels() {
-        let mut rest = parents.as_slice();
-        while !rest.is_empty() {
-            if cells.cells.len() > MOST || cells.clauses() - before > MOST_CLAUSES {
-                cells.short += rest.len() + next.len();
-                for parent in rest.iter().chain(&next) {
-                    cells.forget(parent.before);
+    for _ in 0..spec.subdivision.max_levels() {
+        let mut remaining = parents.as_slice();
+        while !remaining.is_empty() {
+            if cells.cells.len() > MAX_CELLS || cells.clause_count() - clauses_before > MAX_CLAUSES
+            {
+                cells.over_budget_count += remaining.len() + next.len();
+                for parent in remaining.iter().chain(&next) {
+                    cells.discard_subtree(parent.previous_node);
                 }
                 return;
             }
-            let (group, others) = rest.split_at(affordable(cells, rest));
-            rest = others;
-            let length = group.len().div_ceil(rayon::current_num_threads() * 8);
-            let pieces: Vec<&[Parent]> = group.chunks(length.clamp(1, 64)).collect();
-            let parts = share(
-                pieces.len(),
+            let (batch, others) = remaining.split_at(batch_within_budget(cells, remaining));
+            remaining = others;
+            let length = batch.len().div_ceil(rayon::current_num_threads() * 8);
+            let chunks: Vec<&[SplitParent]> = batch.chunks(length.clamp(1, 64)).collect();
+            let outputs = parallel_map_with(
+                chunks.len(),
                 || Worker::new(program, tape),
-                |worker, piece| worker.cut_all(cells, pieces[piece], cut, looks),
+                |worker, chunk| worker.subdivide_batch(cells, chunks[chunk], spec, analysis),
             );
-            for part in parts {
-                add(cells, part, changed, &mut next);
+            for output in outputs {
+                merge_output(cells, output, changed, &mut next);
             }
         }
         parents.clear();
@@ -132,191 +139,223 @@ pub(super) fn deepen(
     }
 }
 
-/// Findings about cells besides the range of the field.
+/// Properties that are computed for cells besides the range of the field.
 #[derive(Clone, Copy)]
-struct Looks {
-    /// Bounds of the slope and the gradient.
+struct CellAnalysis {
+    /// Bounds of the slope and of the gradient.
     slopes: bool,
-    /// Set where the field may jump.
-    jumps: bool,
+    /// Possible discontinuities of the field.
+    discontinuities: bool,
 }
 
-/// How many of these cells are cut before clauses are counted again: so few that, even if nothing could be
-/// left out of any tape, there would be no more than [`MOST_CLAUSES`] beyond what is allowed, or than
-/// those of one cell.
-fn affordable(cells: &Cells, parents: &[Parent]) -> usize {
+/// Returns the number of leading cells to subdivide before clauses are counted again. Even if nothing could
+/// be pruned, their children have at most [`MAX_CLAUSES`] clauses, or those of one cell's children.
+fn batch_within_budget(cells: &Cells, parents: &[SplitParent]) -> usize {
     let mut clauses = 0;
     let fitting = parents.iter().take_while(|parent| {
         clauses += cells.tape(parent.cell).len() * CHILDREN;
-        clauses <= MOST_CLAUSES
+        clauses <= MAX_CLAUSES
     });
     fitting.count().max(1)
 }
 
-/// A cell that is to be cut, and the entry of a node that will point to its own.
+/// A cell to subdivide, and the entry of the node that will point to its own node.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Parent {
+pub(super) struct SplitParent {
     pub(super) cell: u32,
     pub(super) entry: Option<(u32, u32)>,
-    /// What it was cut into before an edit.
-    pub(super) before: Option<u32>,
+    /// Node of the cell that this one replaces after an edit.
+    pub(super) previous_node: Option<u32>,
 }
 
-/// What became of some parents, in their order.
+/// Results of subdividing a batch of cells, in their order.
 #[derive(Default)]
-struct Part {
+struct WorkerOutput {
     clauses: Vec<Clause>,
     cells: Vec<(Cell, bool)>,
-    /// With numbers of this part's own cells.
+    /// Children as indices into this output's own cells.
     nodes: Vec<[u32; CHILDREN]>,
-    parents: Vec<Parent>,
+    parents: Vec<SplitParent>,
 }
 
-impl Part {
-    /// A tape of its own.
-    fn tape(&self, kept: Kept) -> Option<&[Clause]> {
-        let from = kept.start as usize;
-        (kept.arena == OWN).then(|| &self.clauses[from..from + kept.len as usize])
+impl WorkerOutput {
+    /// Returns a tape that is stored in this output.
+    fn tape(&self, range: TapeRange) -> Option<&[Clause]> {
+        let from = range.start as usize;
+        (range.arena == LOCAL_ARENA).then(|| &self.clauses[from..from + range.len as usize])
     }
 
-    /// Keeps the last tape, which begins at `start`, unless a cell from the `first` on has the same: boxes
-    /// side by side often do.
-    fn keep_once(&mut self, first: usize, start: usize) -> Kept {
-        let (before, last) = self.clauses.split_at(start);
-        let alike = self.cells[first..].iter().rev().map(|(cell, _)| cell.tape);
-        let alike = alike.filter(|kept| kept.arena == OWN).find(|kept| {
-            let from = kept.start as usize;
-            kept.len as usize == last.len() && before[from..from + last.len()] == *last
-        });
-        if alike.is_some() {
+    /// Returns the range of the last tape, which begins at `start`, or of an equal tape of the cells from
+    /// `first_cell` on. Adjacent boxes often have the same tape.
+    fn deduplicate_last_tape(&mut self, first_cell: usize, start: usize) -> TapeRange {
+        let (earlier, last) = self.clauses.split_at(start);
+        let equal_tape = self.cells[first_cell..]
+            .iter()
+            .rev()
+            .map(|(cell, _)| cell.tape);
+        let equal_tape = equal_tape
+            .filter(|range| range.arena == LOCAL_ARENA)
+            .find(|range| {
+                let from = range.start as usize;
+                range.len as usize == last.len() && earlier[from..from + last.len()] == *last
+            });
+        if equal_tape.is_some() {
             self.clauses.truncate(start);
         }
-        alike.unwrap_or(Kept {
-            arena: OWN,
+        equal_tape.unwrap_or(TapeRange {
+            arena: LOCAL_ARENA,
             start: start as u32,
             len: (self.clauses.len() - start) as u32,
         })
     }
 }
 
-/// The arena of a part's own tapes, until it is known.
-const OWN: u32 = u32::MAX;
+/// Placeholder for the arena of a worker's tapes until it is appended to the cells.
+const LOCAL_ARENA: u32 = u32::MAX;
 
-/// Takes a part over; the cells that are to be cut are added to `next`.
-fn add(cells: &mut Cells, part: Part, changed: &[bool], next: &mut Vec<Parent>) {
+/// Appends a worker's output to the cells. The cells to subdivide are added to `next`.
+fn merge_output(
+    cells: &mut Cells,
+    output: WorkerOutput,
+    changed: &[bool],
+    next: &mut Vec<SplitParent>,
+) {
     let first = cells.cells.len() as u32;
     let arena = cells.arenas.len() as u32;
-    cells.arenas.push(Arc::new(part.clauses));
-    let cuts: Vec<bool> = part.cells.iter().map(|&(_, cut)| cut).collect();
+    cells.arenas.push(Arc::new(output.clauses));
+    let is_split: Vec<bool> = output
+        .cells
+        .iter()
+        .map(|&(_, should_split)| should_split)
+        .collect();
     cells
         .cells
-        .extend(part.cells.into_iter().map(|(mut cell, _)| {
-            if cell.tape.arena == OWN {
+        .extend(output.cells.into_iter().map(|(mut cell, _)| {
+            if cell.tape.arena == LOCAL_ARENA {
                 cell.tape.arena = arena;
             }
             cell
         }));
-    for (parent, mut children) in part.parents.into_iter().zip(part.nodes) {
+    for (parent, mut children) in output.parents.into_iter().zip(output.nodes) {
         let node = cells.nodes.len() as u32;
-        if let Some((above, entry)) = parent.entry {
-            cells.nodes[above as usize].children[entry as usize] = NODE + node;
+        if let Some((parent_node, entry)) = parent.entry {
+            cells.nodes[parent_node as usize].children[entry as usize] = NODE + node;
         }
-        cells.cells[parent.cell as usize].leaf = false;
+        cells.cells[parent.cell as usize].is_leaf = false;
         for (child, entry) in children.iter_mut().zip(0..) {
-            let cut = *child >= CELL && cuts[(*child - CELL) as usize];
+            let should_split = *child >= CELL && is_split[(*child - CELL) as usize];
             if *child >= CELL {
                 *child += first;
             }
-            let mut before = None;
-            if let Some(parent) = parent.before {
+            let mut previous_node = None;
+            if let Some(parent) = parent.previous_node {
                 let old = cells.nodes[parent as usize].children[entry as usize];
-                if cells.is_as_before(old, *child, changed) {
+                if cells.is_unchanged(old, *child, changed) {
                     if *child >= CELL {
-                        cells.cells[(*child - CELL) as usize].leaf = false;
+                        cells.cells[(*child - CELL) as usize].is_leaf = false;
                     }
                     *child = old;
                     continue;
                 }
-                before = (old >= NODE).then(|| old - NODE);
-                if !cut || before.is_none() {
-                    cells.forget_child(old);
-                    before = None;
+                previous_node = (old >= NODE).then(|| old - NODE);
+                if !should_split || previous_node.is_none() {
+                    cells.discard_child(old);
+                    previous_node = None;
                 }
             }
-            if cut {
-                next.push(Parent {
+            if should_split {
+                next.push(SplitParent {
                     cell: *child - CELL,
                     entry: Some((node, entry)),
-                    before,
+                    previous_node,
                 });
             }
         }
-        cells.nodes.push(Node {
+        cells.nodes.push(CellNode {
             cell: parent.cell,
             children,
         });
     }
 }
 
-/// How much farther from its value in the middle of a box a field is taken to be than it can be.
-const SURELY: f32 = 1.01;
+/// Safety factor of the largest difference from the value at the centre of a box.
+const GRADIENT_SAFETY: f32 = 1.01;
 
-/// Bounds of a field's slope and of its gradient.
-type Steepness = (f32, Option<[[f32; 2]; 3]>);
+/// Bounds of a field's slope and of its gradient along each axis.
+type SlopeAndGradient = (f32, Option<[[f32; 2]; 3]>);
 
-/// The memory of one thread.
+/// Evaluators and buffers of one thread.
 struct Worker<'a> {
     program: &'a Program,
-    chooser: Chooser,
+    tracer: Tracer,
     pruner: Pruner,
-    gradient: Machine<Dual<FloatInterval>>,
-    values: Machine<f32>,
+    gradient: TapeEvaluator<Dual<FloatInterval>>,
+    values: TapeEvaluator<f32>,
 }
 
 impl<'a> Worker<'a> {
     fn new(program: &'a Program, tape: &Tape) -> Self {
         let mut worker = Self {
             program,
-            chooser: Chooser::new(tape),
+            tracer: Tracer::new(tape),
             pruner: Pruner::default(),
-            gradient: Machine::new(tape.values, tape.points),
-            values: Machine::new(tape.values, tape.points),
+            gradient: TapeEvaluator::new(tape.values, tape.points),
+            values: TapeEvaluator::new(tape.values, tape.points),
         };
         worker.pruner.reserve(tape.values, tape.points);
         worker
     }
 
-    fn cut_all(&mut self, cells: &Cells, parents: &[Parent], cut: &Cut<'_>, looks: Looks) -> Part {
-        let mut part = Part::default();
+    fn subdivide_batch(
+        &mut self,
+        cells: &Cells,
+        parents: &[SplitParent],
+        spec: &CellSpec<'_>,
+        analysis: CellAnalysis,
+    ) -> WorkerOutput {
+        let mut output = WorkerOutput::default();
         for &parent in parents {
-            self.cut(cells, parent.cell, cut, looks, &mut part);
-            part.parents.push(parent);
+            self.subdivide(cells, parent.cell, spec, analysis, &mut output);
+            output.parents.push(parent);
         }
-        part
+        output
     }
 
-    fn cut(&mut self, cells: &Cells, parent: u32, cut: &Cut<'_>, looks: Looks, part: &mut Part) {
+    fn subdivide(
+        &mut self,
+        cells: &Cells,
+        parent: u32,
+        spec: &CellSpec<'_>,
+        analysis: CellAnalysis,
+        output: &mut WorkerOutput,
+    ) {
         let region = cells.cell(parent).region;
-        let (tape, whole) = (cells.tape(parent), cells.tape(0).len());
-        let boxes = self.chooser.boxes();
+        let (tape, root_clauses) = (cells.tape(parent), cells.tape(0).len());
+        let boxes = self.tracer.boxes();
         for lane in 0..CHILDREN {
-            let child = region.child(lane, cut.split);
-            child.with_margin(cut.split).put(boxes, lane);
+            let child = region.child(lane, spec.subdivision);
+            child.with_margin(spec.subdivision).write_lane(boxes, lane);
         }
-        let seed = *boxes;
-        let [mut low, mut high] = *self.chooser.run(self.program, tape, LANES);
-        let empty = |low: f32| low > 0.0 && low >= cut.band;
-        let full = |high: f32| high < 0.0 && high <= -cut.band;
-        let mut steepness = [(1.0, None); LANES];
-        let slopes = looks.slopes && self.is_raw(tape);
+        let inputs = *boxes;
+        let [mut low, mut high] = *self.tracer.run(self.program, tape, LANES);
+        let empty = |low: f32| low > 0.0 && low >= spec.band;
+        let full = |high: f32| high < 0.0 && high <= -spec.band;
+        let mut slopes_and_gradients = [(1.0, None); LANES];
+        let slopes = analysis.slopes && self.is_raw(tape);
         if slopes {
             let open = |&lane: &usize| !empty(low.0[lane]) && !full(high.0[lane]);
             let open: Vec<usize> = (0..CHILDREN).filter(open).collect();
-            self.look_closely(tape, &seed, &open, &mut steepness, [&mut low, &mut high]);
+            self.tighten_by_gradient(
+                tape,
+                &inputs,
+                &open,
+                &mut slopes_and_gradients,
+                [&mut low, &mut high],
+            );
         }
         let mut children = [EMPTY; CHILDREN];
-        let first = part.cells.len();
-        let mut away = [0.0; LANES];
+        let first = output.cells.len();
+        let mut min_abs_field = [0.0; LANES];
         for (lane, entry) in children.iter_mut().enumerate() {
             let (low, high) = (low.0[lane], high.0[lane]);
             if empty(low) {
@@ -326,127 +365,140 @@ impl<'a> Worker<'a> {
                 *entry = FULL;
                 continue;
             }
-            let start = part.clauses.len();
-            let decided = self.chooser.decided();
-            if decided.any(lane) {
-                let choice = |place| decided.choice(place, lane);
-                self.pruner.prune(tape, choice, &mut part.clauses);
+            let start = output.clauses.len();
+            let trace = self.tracer.trace();
+            if trace.has_decision(lane) {
+                let choice = |index| trace.choice(index, lane);
+                self.pruner.prune(tape, choice, &mut output.clauses);
             }
-            let len = part.clauses.len() - start;
-            let kept = if len == 0 || len == tape.len() {
-                part.clauses.truncate(start);
+            let len = output.clauses.len() - start;
+            let range = if len == 0 || len == tape.len() {
+                output.clauses.truncate(start);
                 cells.cell(parent).tape
             } else {
-                part.keep_once(first, start)
+                output.deduplicate_last_tape(first, start)
             };
-            away[part.cells.len() - first] = low.max(-high).max(0.0);
-            *entry = CELL + part.cells.len() as u32;
+            min_abs_field[output.cells.len() - first] = low.max(-high).max(0.0);
+            *entry = CELL + output.cells.len() as u32;
             let cell = Cell {
-                region: region.child(lane, cut.split),
-                slope: steepness[lane].0,
-                gradient: steepness[lane].1,
-                jumps: looks.jumps && slopes && steepness[lane].1.is_none(),
-                tape: kept,
-                stale: 0,
-                leaf: true,
-                left: false,
+                region: region.child(lane, spec.subdivision),
+                slope: slopes_and_gradients[lane].0,
+                gradient: slopes_and_gradients[lane].1,
+                may_be_discontinuous: analysis.discontinuities
+                    && slopes
+                    && slopes_and_gradients[lane].1.is_none(),
+                tape: range,
+                stalled_levels: 0,
+                is_leaf: true,
+                is_deferred: false,
             };
-            part.cells.push((cell, false));
+            output.cells.push((cell, false));
         }
-        // A child that kept all is no reason to stop where the others are rid of most: it is large still, and
-        // what is in it is small.
-        let made = &part.cells[first..];
-        let lengths = made.iter().map(|(cell, _)| cell.tape.len as usize);
-        let is_stale = lengths.sum::<usize>() * 10 > made.len() * tape.len() * 9;
-        for (place, away) in (first..part.cells.len()).zip(away) {
-            let kept = part.cells[place].0.tape;
-            let len = kept.len as usize;
-            let stale = match is_stale && len * 10 > tape.len() * 9 {
-                true => cells.cell(parent).stale + 1,
+        // A child that keeps its parent's tape is no reason to stop where the other children lose most of it.
+        // It is still large, and what it contains is small.
+        let new_cells = &output.cells[first..];
+        let lengths = new_cells.iter().map(|(cell, _)| cell.tape.len as usize);
+        let is_stalled = lengths.sum::<usize>() * 10 > new_cells.len() * tape.len() * 9;
+        for (index, min_abs_field) in (first..output.cells.len()).zip(min_abs_field) {
+            let range = output.cells[index].0.tape;
+            let len = range.len as usize;
+            let stalled_levels = match is_stalled && len * 10 > tape.len() * 9 {
+                true => cells.cell(parent).stalled_levels + 1,
                 false => 0,
             };
-            let most = STALE[usize::from(len * 2 <= whole)];
-            // Smaller cells have closer bounds of slopes, too.
-            let pays = stale < most || slopes && self.is_raw(part.tape(kept).unwrap_or(tape));
-            let (cell, is_cut) = &mut part.cells[place];
-            let wanted = pays && cut.refine.cut(&cell.region, len, away);
-            cell.stale = stale;
-            cell.left = wanted && cut.refine.leaves(len);
-            *is_cut = wanted && !cell.left;
+            let max_stalled_levels = MAX_STALLED_LEVELS[usize::from(len * 2 <= root_clauses)];
+            // Smaller cells have tighter slope bounds, too.
+            let is_profitable = stalled_levels < max_stalled_levels
+                || slopes && self.is_raw(output.tape(range).unwrap_or(tape));
+            let (cell, is_split) = &mut output.cells[index];
+            let should_split =
+                is_profitable && spec.refine.should_split(&cell.region, len, min_abs_field);
+            cell.stalled_levels = stalled_levels;
+            cell.is_deferred = should_split && spec.refine.defers(len);
+            *is_split = should_split && !cell.is_deferred;
         }
-        part.nodes.push(children);
+        output.nodes.push(children);
     }
 
-    /// Reports whether the field may jump in a box: its gradient has no bound there.
-    fn jumps(&mut self, region: &Region, tape: &Tape) -> bool {
-        let mut boxes = [Column::default(); 6];
-        region.put(&mut boxes, 0);
-        let [(_, gradient), ..] = self.slopes(&tape.clauses, &boxes, 1);
+    /// Reports whether the field may have a discontinuity in a box: its gradient has no bound there.
+    fn may_be_discontinuous(&mut self, region: &Aabb, tape: &Tape) -> bool {
+        let mut boxes = [F32x64::default(); 6];
+        region.write_lane(&mut boxes, 0);
+        let [(_, gradient), ..] = self.slope_bounds(&tape.clauses, &boxes, 1);
         gradient.is_none()
     }
 
-    /// Whether a tape divides a raw field.
+    /// Reports whether a tape divides a raw field by a slope bound.
     fn is_raw(&self, tape: &[Clause]) -> bool {
-        let raw = |clause: &Clause| divides_raw(&self.program.code[clause.at as usize]);
+        let raw = |clause: &Clause| divides_raw(&self.program.code[clause.instruction as usize]);
         tape.iter().any(raw)
     }
 
-    /// Finds how steep the field is in the boxes in these lanes, and makes its bounds there closer: nowhere is
-    /// it farther from its value in the middle than its gradient lets it go from there (the mean value form
-    /// of interval arithmetic: R. Moore, *Interval Analysis*, 1966).
-    fn look_closely(
+    /// Computes slope and gradient bounds in the boxes of `lanes`, and tightens the range of the field there.
+    /// The field differs from its value at the centre by at most what its gradient allows (the mean value
+    /// form of interval arithmetic: R. Moore, *Interval Analysis*, 1966).
+    fn tighten_by_gradient(
         &mut self,
         tape: &[Clause],
-        boxes: &[Column; 6],
+        boxes: &[F32x64; 6],
         lanes: &[usize],
-        steepness: &mut [Steepness; LANES],
-        [low, high]: [&mut Column; 2],
+        slopes_and_gradients: &mut [SlopeAndGradient; LANES],
+        [low, high]: [&mut F32x64; 2],
     ) {
-        let mut near = [Column::default(); 6];
-        let middles = self.values.seed();
-        for (place, &lane) in lanes.iter().enumerate() {
+        let mut open_boxes = [F32x64::default(); 6];
+        let centers = self.values.inputs_mut();
+        for (slot, &lane) in lanes.iter().enumerate() {
             for axis in 0..3 {
                 let (from, to) = (boxes[axis].0[lane], boxes[axis + 3].0[lane]);
-                (near[axis].0[place], near[axis + 3].0[place]) = (from, to);
-                middles[axis].0[place] = from + (to - from) * 0.5;
+                (open_boxes[axis].0[slot], open_boxes[axis + 3].0[slot]) = (from, to);
+                centers[axis].0[slot] = from + (to - from) * 0.5;
             }
         }
         let values = *self.values.run(self.program, tape, lanes.len());
-        let found = self.slopes(tape, &near, lanes.len());
-        for (place, &lane) in lanes.iter().enumerate() {
-            steepness[lane] = found[place];
-            let (slope, Some(gradient)) = found[place] else {
+        let computed = self.slope_bounds(tape, &open_boxes, lanes.len());
+        for (slot, &lane) in lanes.iter().enumerate() {
+            slopes_and_gradients[lane] = computed[slot];
+            let (slope, Some(gradient)) = computed[slot] else {
                 continue;
             };
-            let (mut way, mut far) = (0.0, 0.0);
-            for (axis, [least, greatest]) in gradient.iter().enumerate() {
-                let (from, to) = (near[axis].0[place], near[axis + 3].0[place]);
-                way += least.abs().max(greatest.abs()) * (to - from) * 0.5;
-                far += from.abs().max(to.abs());
+            let (mut max_change, mut coordinate_sum) = (0.0, 0.0);
+            for (axis, [min, max]) in gradient.iter().enumerate() {
+                let (from, to) = (open_boxes[axis].0[slot], open_boxes[axis + 3].0[slot]);
+                max_change += min.abs().max(max.abs()) * (to - from) * 0.5;
+                coordinate_sum += from.abs().max(to.abs());
             }
-            // What is rounded is the middle and the value there. Comparing with NaN keeps what is known.
-            let (most, value) = (way * SURELY + far * slope * 4e-6, values.0[place]);
-            low.0[lane] = low.0[lane].max(value - most);
-            high.0[lane] = high.0[lane].min(value + most);
+            // The slack covers rounding of the centre and of the value there. Comparing with NaN keeps the
+            // old bound.
+            let (slack, value) = (
+                max_change * GRADIENT_SAFETY + coordinate_sum * slope * 4e-6,
+                values.0[slot],
+            );
+            low.0[lane] = low.0[lane].max(value - slack);
+            high.0[lane] = high.0[lane].min(value + slack);
         }
     }
 
-    /// Bounds of the field's slope and of its gradient in the first `count` boxes.
-    fn slopes(&mut self, tape: &[Clause], boxes: &[Column; 6], count: usize) -> [Steepness; LANES] {
-        let seed = self.gradient.seed();
-        *seed = <[[Column; 6]; 4]>::default();
-        seed[0] = *boxes;
+    /// Returns bounds of the field's slope and of its gradient in the first `count` boxes.
+    fn slope_bounds(
+        &mut self,
+        tape: &[Clause],
+        boxes: &[F32x64; 6],
+        count: usize,
+    ) -> [SlopeAndGradient; LANES] {
+        let inputs = self.gradient.inputs_mut();
+        *inputs = <[[F32x64; 6]; 4]>::default();
+        inputs[0] = *boxes;
         for axis in 0..3 {
-            seed[axis + 1][axis] = Column([1.0; LANES]);
-            seed[axis + 1][axis + 3] = Column([1.0; LANES]);
+            inputs[axis + 1][axis] = F32x64([1.0; LANES]);
+            inputs[axis + 1][axis + 3] = F32x64([1.0; LANES]);
         }
         let [x, y, z, _] = self.gradient.run(self.program, tape, count);
         std::array::from_fn(|lane| {
-            let square = |[low, high]: &[Column; 2]| {
-                let most = low.0[lane].abs().max(high.0[lane].abs());
-                most * most
+            let square = |[low, high]: &[F32x64; 2]| {
+                let max_abs = low.0[lane].abs().max(high.0[lane].abs());
+                max_abs * max_abs
             };
-            // Gradients are rounded without care for the direction; this is far more than that.
+            // Gradients are not rounded outwards; this covers far more than their rounding.
             let slope = (square(x) + square(y) + square(z)).sqrt() * 1.001;
             if !slope.is_finite() {
                 return (1.0, None);

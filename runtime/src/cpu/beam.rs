@@ -1,10 +1,10 @@
-//! The stage `beam`: how far the rays of each block of pixels can go together.
+//! The stage `beam`: distance that the rays of each block of pixels can advance together.
 
-use super::lanes::{Walk, lanes};
+use super::lanes::{RayTask, lanes};
 use super::march::vector;
 use super::tile::camera_ray;
-use super::{Column, LANES, Points};
-use sdfc_shaders::layout::{self, Frame};
+use super::{F32x64, LANES, Points};
+use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_shaders::{beam, camera, marching};
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
@@ -17,43 +17,47 @@ lanes! {
     }
 }
 
-/// The beams of a tile's blocks: items are the blocks' numbers, row after row.
+/// The beams of a tile's blocks: items are the blocks' indices, row after row.
 pub(super) struct Beams<'a> {
-    pub(super) frame: &'a Frame,
+    pub(super) frame: &'a FrameUniforms,
     /// The tile's upper left pixel.
     pub(super) corner: [u32; 2],
-    /// How many blocks there are in a row.
+    /// Number of blocks in a row.
     pub(super) columns: u32,
     pub(super) beams: &'a mut [layout::Beam],
 }
 
-impl Walk for Beams<'_> {
+impl RayTask for Beams<'_> {
     type Block = BeamLanes;
 
     fn begin(&mut self, item: u32, b: &mut BeamLanes, lane: usize) -> bool {
         let f = self.frame;
         let block = [item % self.columns, item / self.columns];
-        let first: [u32; 2] = std::array::from_fn(|i| self.corner[i] + block[i] * beam::SIDE);
+        let first: [u32; 2] = std::array::from_fn(|i| self.corner[i] + block[i] * beam::BLOCK_SIDE);
         let ray = |x: u32, y: u32| camera_ray(f, [(first[0] + x) as f32, (first[1] + y) as f32]);
-        let middle = ray(beam::SIDE / 2, beam::SIDE / 2);
-        let last = beam::SIDE - 1;
+        let center_ray = ray(beam::BLOCK_SIDE / 2, beam::BLOCK_SIDE / 2);
+        let last = beam::BLOCK_SIDE - 1;
         let (mut spread, mut widening) = (0.0, 0.0);
         for (x, y) in [(0, 0), (last, 0), (0, last), (last, last)] {
-            let other = ray(x, y);
-            spread = Real::max(spread, beam::apart::<f32>(other.origin, middle.origin));
-            let turned = beam::apart::<f32>(other.direction, middle.direction);
-            widening = Real::max(widening, turned);
+            let corner_ray = ray(x, y);
+            spread = Real::max(
+                spread,
+                beam::distance_between::<f32>(corner_ray.origin, center_ray.origin),
+            );
+            let direction_difference =
+                beam::distance_between::<f32>(corner_ray.direction, center_ray.direction);
+            widening = Real::max(widening, direction_difference);
         }
         let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
-        b.origin_x.0[lane] = middle.origin.x;
-        b.origin_y.0[lane] = middle.origin.y;
-        b.origin_z.0[lane] = middle.origin.z;
-        b.direction_x.0[lane] = middle.direction.x;
-        b.direction_y.0[lane] = middle.direction.y;
-        b.direction_z.0[lane] = middle.direction.z;
+        b.origin_x.0[lane] = center_ray.origin.x;
+        b.origin_y.0[lane] = center_ray.origin.y;
+        b.origin_z.0[lane] = center_ray.origin.z;
+        b.direction_x.0[lane] = center_ray.direction.x;
+        b.direction_y.0[lane] = center_ray.direction.y;
+        b.direction_z.0[lane] = center_ray.direction.z;
         b.spread.0[lane] = spread;
         b.widening.0[lane] = widening;
-        b.t.0[lane] = beam::begin::<f32>(middle.origin, low, high, spread);
+        b.t.0[lane] = beam::start_t::<f32>(center_ray.origin, low, high, spread);
         b.steps.0[lane] = 0.0;
         true
     }
@@ -62,10 +66,10 @@ impl Walk for Beams<'_> {
     fn points(&self, b: &BeamLanes, points: &mut Points) {
         let (low, high) = (vector(self.frame.bounds_min), vector(self.frame.bounds_max));
         for i in 0..LANES {
-            let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-            let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let p = camera::along::<f32>(origin, direction, b.t.0[i]);
-            let p = beam::within::<f32>(p, low, high);
+            let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+            let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+            let p = camera::point_along::<f32>(origin, direction, b.t.0[i]);
+            let p = beam::clamp_to_box::<f32>(p, low, high);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
@@ -73,18 +77,18 @@ impl Walk for Beams<'_> {
     }
 
     #[inline(always)]
-    fn advance(&self, b: &mut BeamLanes, values: &Column, ended: &mut [bool; LANES]) {
+    fn advance(&self, b: &mut BeamLanes, values: &F32x64, ended: &mut [bool; LANES]) {
         let f = self.frame;
         for (i, ended) in ended.iter_mut().enumerate() {
             let t = b.t.0[i];
             let half = camera::half_pixel(t, f.footprint, f.footprint_growth);
-            let enough = marching::threshold(t, half, f.cone, f.rounding);
+            let threshold = marching::threshold(t, half, f.cone, f.rounding);
             let field = values.0[i];
-            let way = beam::advance(t, field, b.spread.0[i], b.widening.0[i], enough);
-            let goes_on = beam::goes_on(way, half) > 0.0;
-            let t = t + if goes_on { way } else { 0.0 };
+            let step = beam::advance(t, field, b.spread.0[i], b.widening.0[i], threshold);
+            let goes_on = beam::should_continue(step, half) > 0.0;
+            let t = t + if goes_on { step } else { 0.0 };
             let steps = b.steps.0[i] + 1.0;
-            *ended = !goes_on | (t > f.far) | (steps >= beam::STEPS as f32);
+            *ended = !goes_on | (t > f.far) | (steps >= beam::MAX_STEPS as f32);
             b.t.0[i] = t;
             b.steps.0[i] = steps;
         }

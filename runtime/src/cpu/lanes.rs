@@ -1,61 +1,62 @@
-//! Streaming: any number of walks through the field, 64 at a time.
+//! Streaming: any number of ray tasks, 64 at a time.
 //!
-//! A walk is a ray that asks the field at one point after another. Walks in lanes advance together;
-//! a lane whose walk has ended takes the next item, so all lanes are busy until items run out. The
-//! loops over lanes are compiled once per instruction set, as those of `sdfc_vm::lanes` are.
+//! A ray task evaluates the field at one point after another. Tasks in lanes advance together; a lane whose
+//! task has ended takes the next item, so all lanes are busy until items run out. The loops over lanes are
+//! compiled once per instruction set, as those of `sdfc_vm::lanes` are.
 //!
-//! An *aside* is a loop that a few walks run for a while, such as the check of a claim. Walks in an aside wait in
-//! blocks of their own until there are enough of them, so that the others do not run its loop for nothing.
+//! An *aside* is a loop that a few tasks run for a while, such as the check of an occluder candidate. Tasks
+//! in an aside wait in blocks of their own until there are enough of them, so that the others do not run its
+//! loop in vain.
 
-use super::{Asked, Column, Evaluator, LANES, Points};
-use sdfc_vm::widest;
+use super::{Evaluator, F32x64, LANES, Points, Query};
+use sdfc_vm::multiversion;
 
-/// A kind of walk. Its methods that loop over lanes are `#[inline(always)]`, so that they become
-/// part of each version of [`stream`].
-pub(super) trait Walk {
-    /// What 64 walks remember.
+/// A kind of ray task. Its methods that loop over lanes are `#[inline(always)]`, so that they become part of
+/// each version of [`run_streamed`].
+pub(super) trait RayTask {
+    /// State of 64 tasks.
     type Block: Lanes;
-    /// Puts an item's walk into a lane, or ends it right away: then the lane stays free.
+    /// Starts an item's task in a lane. Returns `false` if the task ends at once: then the lane stays free.
     fn begin(&mut self, item: u32, block: &mut Self::Block, lane: usize) -> bool;
-    /// Where the walks ask the field next.
+    /// Computes the points of the next evaluation.
     fn points(&self, block: &Self::Block, points: &mut Points);
-    /// Takes what the field says there; sets `ended` where a walk has.
-    fn advance(&self, block: &mut Self::Block, values: &Column, ended: &mut [bool; LANES]);
-    /// A column that is not zero where a walk is in an aside, if there are asides.
+    /// Advances the tasks by the field's values at these points; sets `ended` where a task ends.
+    fn advance(&self, block: &mut Self::Block, values: &F32x64, ended: &mut [bool; LANES]);
+    /// Returns a column that is not zero where a task is in an aside, if there are asides.
     #[inline(always)]
-    fn asides(block: &Self::Block) -> Option<&Column> {
+    fn aside_mask(block: &Self::Block) -> Option<&F32x64> {
         let _ = block;
         None
     }
-    /// The places where walks in an aside ask the field next.
+    /// Computes the points of the next evaluation of tasks in an aside.
     #[inline(always)]
     fn points_aside(&self, block: &Self::Block, points: &mut Points) {
         self.points(block, points);
     }
-    /// Takes what the field says there; sets `ended` where a walk has.
+    /// Advances the tasks in an aside by the field's values; sets `ended` where a task ends.
     #[inline(always)]
-    fn advance_aside(&self, block: &mut Self::Block, values: &Column, ended: &mut [bool; LANES]) {
+    fn advance_aside(&self, block: &mut Self::Block, values: &F32x64, ended: &mut [bool; LANES]) {
         self.advance(block, values, ended);
     }
-    /// Keeps the result of a walk that has ended.
+    /// Stores the result of a task that has ended.
     fn end(&mut self, item: u32, block: &Self::Block, lane: usize);
 }
 
-/// The memory of 64 walks.
+/// State of 64 tasks.
 pub(super) trait Lanes: Default {
-    /// Copies one lane's memory to another.
+    /// Copies one lane's state to another.
     fn move_lane(&mut self, from: usize, to: usize);
-    /// Copies the memory of another block's lane.
+    /// Copies the state of another block's lane.
     fn take_lane(&mut self, to: usize, other: &Self, from: usize);
 }
 
-/// Declares the memory of 64 walks: a column for each name.
+/// Declares the state of 64 tasks: a column for each name.
 macro_rules! lanes {
     ($(#[$doc:meta])* $name:ident { $($field:ident),+ $(,)? }) => {
         $(#[$doc])*
         #[derive(Default)]
         pub(super) struct $name {
-            $($field: $crate::cpu::Column,)+
+            $($field: $crate::cpu::F32x64,)+
         }
         impl $crate::cpu::lanes::Lanes for $name {
             fn move_lane(&mut self, from: usize, to: usize) {
@@ -69,31 +70,35 @@ macro_rules! lanes {
 }
 pub(super) use lanes;
 
-widest! {
-    /// Walks through the field for every item; gives the number of evaluations.
-    pub(super) fn stream<W: Walk>(walk: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u64 = run;
+multiversion! {
+    /// Runs a ray task for every item; returns the number of evaluations.
+    pub(super) fn run_streamed<W: RayTask>(task: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u64 = run;
 }
 
-/// Asides are run once a quarter of the lanes that are run together are in one.
-const ASIDE: usize = 4;
+/// Asides run once their tasks fill this fraction (one over this number) of the lanes that are evaluated
+/// together.
+const ASIDE_LANE_DIVISOR: usize = 4;
 
 #[inline(always)]
-fn run<W: Walk>(walk: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u64 {
-    let most = evaluator
-        .blocks(Asked::Distances)
+fn run<W: RayTask>(task: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u64 {
+    let max_blocks = evaluator
+        .preferred_blocks(Query::Distances)
         .min(items.len().div_ceil(LANES));
-    let (room, enough) = (most * LANES, (most * LANES / ASIDE).max(LANES));
+    let (max_lanes, min_aside) = (
+        max_blocks * LANES,
+        (max_blocks * LANES / ASIDE_LANE_DIVISOR).max(LANES),
+    );
     let mut running = Pool::<W::Block>::default();
     let mut aside = Pool::<W::Block>::default();
-    let mut answers = Answers::default();
-    let mut waiting = items.iter().copied();
+    let mut buffers = EvalBuffers::default();
+    let mut unstarted = items.iter().copied();
     let mut evaluations = 0;
     loop {
-        while running.count() < room {
-            let Some(item) = waiting.next() else { break };
-            running.begin(walk, item);
+        while running.count() < max_lanes {
+            let Some(item) = unstarted.next() else { break };
+            running.begin(task, item);
         }
-        let is_aside = aside.count() >= enough || running.count() == 0;
+        let is_aside = aside.count() >= min_aside || running.count() == 0;
         let (pool, other) = if is_aside {
             (&mut aside, &mut running)
         } else {
@@ -103,37 +108,45 @@ fn run<W: Walk>(walk: &mut W, evaluator: &mut dyn Evaluator, items: &[u32]) -> u
             return evaluations;
         }
         evaluations += pool.count() as u64;
-        answers.reserve(pool.count().div_ceil(LANES));
+        buffers.reserve(pool.count().div_ceil(LANES));
         if is_aside {
-            pool.step::<W, true>(walk, evaluator, most, &mut answers);
+            pool.step::<W, true>(task, evaluator, max_blocks, &mut buffers);
         } else {
-            pool.step::<W, false>(walk, evaluator, most, &mut answers);
+            pool.step::<W, false>(task, evaluator, max_blocks, &mut buffers);
         }
-        // Those that come back from an aside may be more than there is room for.
-        let mut next = waiting.by_ref().take(if is_aside { 0 } else { usize::MAX });
-        pool.sort_out(walk, other, (is_aside, room), &answers.ended, &mut next);
+        // Tasks that return from an aside may exceed `max_lanes`.
+        let mut next = unstarted
+            .by_ref()
+            .take(if is_aside { 0 } else { usize::MAX });
+        pool.retire_and_refill(
+            task,
+            other,
+            (is_aside, max_lanes),
+            &buffers.ended,
+            &mut next,
+        );
     }
 }
 
-/// Walks in lanes, block after block without a gap.
+/// Tasks in lanes, block after block without a gap.
 struct Pool<B> {
     blocks: Vec<B>,
     items: Vec<u32>,
 }
 
-/// The points at which the field is asked, its values there, and the walks that ended with them.
+/// Points of an evaluation, the field's values there, and the tasks that ended with them.
 #[derive(Default)]
-struct Answers {
+struct EvalBuffers {
     points: Vec<Points>,
-    values: Vec<Column>,
+    values: Vec<F32x64>,
     ended: Vec<[bool; LANES]>,
 }
 
-impl Answers {
+impl EvalBuffers {
     fn reserve(&mut self, blocks: usize) {
         if self.points.len() < blocks {
             self.points.resize_with(blocks, Points::default);
-            self.values.resize_with(blocks, Column::default);
+            self.values.resize_with(blocks, F32x64::default);
             self.ended.resize(blocks, [false; LANES]);
         }
     }
@@ -153,15 +166,15 @@ impl<B: Lanes> Pool<B> {
         self.items.len()
     }
 
-    /// The block and the lane of a place.
+    /// Returns the block and the lane of a task's index.
     #[inline(always)]
-    fn lane(place: usize) -> (usize, usize) {
-        (place / LANES, place % LANES)
+    fn lane(index: usize) -> (usize, usize) {
+        (index / LANES, index % LANES)
     }
 
-    /// The first free lane.
+    /// Returns the first free lane.
     #[inline(always)]
-    fn free(&mut self) -> (&mut B, usize) {
+    fn next_free_lane(&mut self) -> (&mut B, usize) {
         let (block, lane) = Self::lane(self.items.len());
         if block == self.blocks.len() {
             self.blocks.push(B::default());
@@ -169,129 +182,131 @@ impl<B: Lanes> Pool<B> {
         (&mut self.blocks[block], lane)
     }
 
-    /// Begins an item's walk in a lane of its own, unless it ends right away.
+    /// Starts an item's task in the first free lane, unless it ends at once.
     #[inline(always)]
-    fn begin<W: Walk<Block = B>>(&mut self, walk: &mut W, item: u32) {
-        let (block, lane) = self.free();
-        if walk.begin(item, block, lane) {
+    fn begin<W: RayTask<Block = B>>(&mut self, task: &mut W, item: u32) {
+        let (block, lane) = self.next_free_lane();
+        if task.begin(item, block, lane) {
             self.items.push(item);
         }
     }
 
-    /// Takes a walk from another pool.
+    /// Copies a task from another pool.
     #[inline(always)]
-    fn take(&mut self, item: u32, from: &B, lane: usize) {
-        let (block, to) = self.free();
+    fn take_from(&mut self, item: u32, from: &B, lane: usize) {
+        let (block, to) = self.next_free_lane();
         block.take_lane(to, from, lane);
         self.items.push(item);
     }
 
-    /// Takes a walk out; the last one takes its place.
+    /// Removes a task; the last one takes its lane.
     #[inline(always)]
-    fn remove(&mut self, place: usize) {
+    fn remove(&mut self, index: usize) {
         let last = self.items.len() - 1;
-        let ((block, to), (other, from)) = (Self::lane(place), Self::lane(last));
+        let ((block, to), (other, from)) = (Self::lane(index), Self::lane(last));
         if block == other {
             self.blocks[block].move_lane(from, to);
         } else {
-            let (first, rest) = self.blocks.split_at_mut(other);
-            first[block].take_lane(to, &rest[0], from);
+            let (first, after) = self.blocks.split_at_mut(other);
+            first[block].take_lane(to, &after[0], from);
         }
-        self.items.swap_remove(place);
+        self.items.swap_remove(index);
     }
 
-    /// Takes one evaluation in all walks, of at most so many blocks together.
+    /// Advances all tasks by one evaluation, with at most `max_blocks` blocks per call of the evaluator.
     #[inline(always)]
-    fn step<W: Walk<Block = B>, const ASIDE: bool>(
+    fn step<W: RayTask<Block = B>, const ASIDE: bool>(
         &mut self,
-        walk: &W,
+        task: &W,
         evaluator: &mut dyn Evaluator,
-        most: usize,
-        answers: &mut Answers,
+        max_blocks: usize,
+        buffers: &mut EvalBuffers,
     ) {
         let count = self.count();
         let used = count.div_ceil(LANES);
-        let Answers {
+        let EvalBuffers {
             points,
             values,
             ended,
-        } = answers;
+        } = buffers;
         for (block, points) in self.blocks[..used].iter().zip(points.iter_mut()) {
             if ASIDE {
-                walk.points_aside(block, points);
+                task.points_aside(block, points);
             } else {
-                walk.points(block, points);
+                task.points(block, points);
             }
         }
         repeat_first(&mut points[used - 1], count - (used - 1) * LANES);
-        let together = points[..used]
-            .chunks(most)
-            .zip(values[..used].chunks_mut(most));
-        for (number, (points, values)) in together.enumerate() {
-            let count = (count - number * most * LANES).min(most * LANES);
+        let calls = points[..used]
+            .chunks(max_blocks)
+            .zip(values[..used].chunks_mut(max_blocks));
+        for (number, (points, values)) in calls.enumerate() {
+            let count = (count - number * max_blocks * LANES).min(max_blocks * LANES);
             evaluator.distances_many(points, count, values);
         }
-        let answers = values.iter().zip(ended.iter_mut());
-        for (block, (values, ended)) in self.blocks[..used].iter_mut().zip(answers) {
+        let buffers = values.iter().zip(ended.iter_mut());
+        for (block, (values, ended)) in self.blocks[..used].iter_mut().zip(buffers) {
             if ASIDE {
-                walk.advance_aside(block, values, ended);
+                task.advance_aside(block, values, ended);
             } else {
-                walk.advance(block, values, ended);
+                task.advance(block, values, ended);
             }
         }
     }
 
-    /// Takes out the walks that have ended, and hands over to the `other` pool those that belong there. The `next`
-    /// items take their places, as long as there is room.
+    /// Removes the tasks that have ended, and moves to the `other` pool those that belong there. The `next`
+    /// items take their lanes, up to `max_lanes`.
     #[inline(always)]
-    fn sort_out<W: Walk<Block = B>>(
+    fn retire_and_refill<W: RayTask<Block = B>>(
         &mut self,
-        walk: &mut W,
+        task: &mut W,
         other: &mut Self,
-        (is_aside, room): (bool, usize),
+        (is_aside, max_lanes): (bool, usize),
         ended: &[[bool; LANES]],
         next: &mut impl Iterator<Item = u32>,
     ) {
-        // From the last one on, so that what takes a place has been looked at.
+        // From the last one on, so that a task that moves into a free lane has been tested.
         for block in (0..self.count().div_ceil(LANES)).rev() {
-            let aside = W::asides(&self.blocks[block]);
-            let mut over = ending(&ended[block], aside, is_aside);
-            over &= u64::MAX >> (LANES - (self.count() - block * LANES).min(LANES));
-            while over != 0 {
-                let lane = LANES - 1 - over.leading_zeros() as usize;
-                over &= !(1 << lane);
-                let (place, item) = (block * LANES + lane, self.items[block * LANES + lane]);
+            let aside = W::aside_mask(&self.blocks[block]);
+            let mut leaving = leaving_lanes(&ended[block], aside, is_aside);
+            leaving &= u64::MAX >> (LANES - (self.count() - block * LANES).min(LANES));
+            while leaving != 0 {
+                let lane = LANES - 1 - leaving.leading_zeros() as usize;
+                leaving &= !(1 << lane);
+                let (index, item) = (block * LANES + lane, self.items[block * LANES + lane]);
                 if ended[block][lane] {
-                    walk.end(item, &self.blocks[block], lane);
+                    task.end(item, &self.blocks[block], lane);
                 } else {
-                    other.take(item, &self.blocks[block], lane);
+                    other.take_from(item, &self.blocks[block], lane);
                 }
                 let block = &mut self.blocks[block];
-                let mut begins = || next.find(|&item| walk.begin(item, block, lane));
-                match if self.items.len() <= room {
+                let mut begins = || next.find(|&item| task.begin(item, block, lane));
+                match if self.items.len() <= max_lanes {
                     begins()
                 } else {
                     None
                 } {
-                    Some(item) => self.items[place] = item,
-                    None => self.remove(place),
+                    Some(item) => self.items[index] = item,
+                    None => self.remove(index),
                 }
             }
         }
     }
 }
 
-/// The lanes whose walks have ended or belong to the other pool, as bits.
+/// Mask of the lanes whose tasks have ended or belong to the other pool.
 #[inline(always)]
-fn ending(ended: &[bool; LANES], aside: Option<&Column>, is_aside: bool) -> u64 {
-    let mut over = *ended;
+fn leaving_lanes(ended: &[bool; LANES], aside: Option<&F32x64>, is_aside: bool) -> u64 {
+    let mut leaving = *ended;
     if let Some(column) = aside {
-        for (over, v) in over.iter_mut().zip(&column.0) {
-            *over |= (v.to_bits() != 0) != is_aside;
+        for (leaving, v) in leaving.iter_mut().zip(&column.0) {
+            *leaving |= (v.to_bits() != 0) != is_aside;
         }
     }
-    let bits = over.iter().enumerate();
-    bits.fold(0, |bits, (lane, &over)| bits | u64::from(over) << lane)
+    let bits = leaving.iter().enumerate();
+    bits.fold(0, |bits, (lane, &leaving)| {
+        bits | u64::from(leaving) << lane
+    })
 }
 
 /// Fills the lanes from `count` on with the first point.
@@ -302,13 +317,13 @@ pub(super) fn repeat_first(points: &mut Points, count: usize) {
     }
 }
 
-/// Tells if any lane of a column is not zero.
+/// Reports whether any lane of a column is not zero.
 #[inline(always)]
-pub(super) fn any(column: &Column) -> bool {
+pub(super) fn any_nonzero(column: &F32x64) -> bool {
     column.0.iter().fold(0, |bits, v| bits | v.to_bits()) != 0
 }
 
-/// Whether a value is not a number, by its bits: the same test as in the kernels.
+/// Reports whether a value is not a number, by its bits: the same test as in the kernels.
 #[inline(always)]
 pub(super) fn is_nan(x: f32) -> bool {
     x.to_bits() & 0x7fff_ffff > 0x7f80_0000

@@ -1,10 +1,10 @@
-//! The stages `march` and `polish`: where rays end.
+//! The stages `march` and `polish`: the points at which rays end.
 
-use super::lanes::{Walk, is_nan, lanes};
-use super::tile::{Camera, camera_ray};
-use super::{Column, LANES, Points};
-use sdfc_shaders::layout::{Beam, Frame, Ray};
-use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, Status};
+use super::lanes::{RayTask, is_nan, lanes};
+use super::tile::{PixelRay, camera_ray};
+use super::{F32x64, LANES, Points};
+use sdfc_shaders::layout::{Beam, FrameUniforms, RayState};
+use sdfc_shaders::marching::{self, FROM_INSIDE, MAX_SECANT_STEPS, Status};
 use sdfc_shaders::{beam, camera};
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
@@ -12,45 +12,45 @@ use sdfc_vm::vector::V3;
 lanes! {
     /// Rays under way.
     MarchLanes {
-        origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, leave,
+        origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, exit_t,
         t, radius, step, trend, t_before, radius_before, side, steps, outcome,
     }
 }
 
-/// How a step left a ray.
+/// State of a ray after a step.
 pub(super) mod outcome {
     use sdfc_shaders::marching::{SHOWN, Status};
 
     pub(in crate::cpu) const UNDER_WAY: f32 = 0.0;
     pub(in crate::cpu) const HIT: f32 = 1.0;
-    pub(in crate::cpu) const THROUGH: f32 = 2.0;
+    pub(in crate::cpu) const EXITED: f32 = 2.0;
     pub(in crate::cpu) const STEP_CAP: f32 = 3.0;
-    pub(in crate::cpu) const NEARLY: f32 = 4.0;
+    pub(in crate::cpu) const NEAR_SURFACE: f32 = 4.0;
     pub(in crate::cpu) const NOT_A_NUMBER: f32 = 5.0;
 
-    /// What a ray with it becomes.
+    /// Returns the status bits of a ray that ends with this outcome.
     pub(in crate::cpu) fn status(outcome: f32) -> u32 {
         match outcome {
             HIT => Status::Hit as u32 | SHOWN,
-            THROUGH => Status::Miss as u32,
-            NEARLY => Status::StepCap as u32 | SHOWN,
+            EXITED => Status::Miss as u32,
+            NEAR_SURFACE => Status::StepCap as u32 | SHOWN,
             NOT_A_NUMBER => Status::NotANumber as u32,
             _ => Status::StepCap as u32,
         }
     }
 }
 
-/// On which side of the surface a ray is that has taken so many steps: one that starts where the field is
-/// below zero sees it from inside.
+/// Returns the side of the surface, given that of the previous step: a ray that starts where the field is
+/// below zero sees the surface from inside.
 #[inline(always)]
-pub(super) fn side_from(steps: f32, t: f32, distance: f32, side: f32) -> f32 {
+pub(super) fn initial_side(steps: f32, t: f32, distance: f32, side: f32) -> f32 {
     let inside = (steps == 0.0) & (t == 0.0) & (distance < 0.0);
     if inside { -1.0 } else { side }
 }
 
-/// Takes the step of the ray in a lane of a block with the columns of a march: `$distance` is what the
-/// field says where it is, and times `$factor` it has a slope of one. `$decide` says what became of
-/// the ray, from the next state and whether it may go on.
+/// Takes the step of the ray in a lane of a block with the columns of a march. `$distance` is the field's
+/// value at the ray, and times `$factor` it has a slope of one. `$decide` computes the outcome from the next
+/// state and the outcome by the number of steps.
 macro_rules! step_lane {
     (
         $frame:expr, $b:ident, $i:ident, $distance:expr, $factor:expr,
@@ -59,9 +59,9 @@ macro_rules! step_lane {
         let distance: f32 = $distance;
         let t = $b.t.0[$i] + $b.step.0[$i];
         let steps = $b.steps.0[$i] + 1.0;
-        let side = $crate::cpu::march::side_from($b.steps.0[$i], t, distance, $b.side.0[$i]);
+        let side = $crate::cpu::march::initial_side($b.steps.0[$i], t, distance, $b.side.0[$i]);
         let half = camera::half_pixel(t, $frame.footprint, $frame.footprint_growth);
-        let enough = marching::threshold(t, half, $frame.cone, $frame.rounding);
+        let threshold = marching::threshold(t, half, $frame.cone, $frame.rounding);
         let $next = marching::march_step(
             $b.t.0[$i],
             $b.radius.0[$i],
@@ -71,28 +71,28 @@ macro_rules! step_lane {
             $b.radius_before.0[$i],
             distance * side * $factor,
             steps,
-            enough,
+            threshold,
             half,
             $frame.relaxation,
             marching::rounding_at(t, $frame.rounding),
             $frame.raw,
-            $b.leave.0[$i],
+            $b.exit_t.0[$i],
         );
-        let near = marching::nearly_arrived(
+        let is_near_surface = marching::accept_at_step_cap(
             $next.t,
             $next.radius,
             $next.trend,
             $next.t_before,
             $next.radius_before,
-            half.max(enough),
+            half.max(threshold),
             $frame.far,
         ) > 0.0;
-        let capped = if near {
-            outcome::NEARLY
+        let capped = if is_near_surface {
+            outcome::NEAR_SURFACE
         } else {
             outcome::STEP_CAP
         };
-        let $out = if steps >= $frame.steps as f32 {
+        let $out = if steps >= $frame.max_steps as f32 {
             capped
         } else {
             outcome::UNDER_WAY
@@ -116,36 +116,37 @@ macro_rules! step_lane {
 }
 pub(super) use step_lane;
 
-/// Rays through pixels: items are places in the tile.
+/// Rays through pixels: items are indices in the tile.
 pub(super) struct March<'a> {
-    pub(super) frame: &'a Frame,
+    pub(super) frame: &'a FrameUniforms,
     pub(super) pixels: &'a [[f32; 2]],
-    pub(super) rays: &'a mut [Ray],
-    /// How far the rays of each block can go, and how many blocks and pixels are in a row.
+    pub(super) rays: &'a mut [RayState],
+    /// Distance that the rays of each block can advance together, number of blocks in a row, and number of
+    /// pixels in a row.
     pub(super) beams: &'a [Beam],
     pub(super) columns: u32,
     pub(super) width: u32,
 }
 
-impl Walk for March<'_> {
+impl RayTask for March<'_> {
     type Block = MarchLanes;
 
     fn begin(&mut self, item: u32, b: &mut MarchLanes, lane: usize) -> bool {
         let f = self.frame;
-        let Camera {
+        let PixelRay {
             origin, direction, ..
         } = camera_ray(f, self.pixels[item as usize]);
         let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
-        let bounds = camera::crossing::<f32>(origin, direction, low, high, f.far);
-        let [x, y] = [item % self.width, item / self.width].map(|pixel| pixel / beam::SIDE);
+        let bounds = camera::intersect_box::<f32>(origin, direction, low, high, f.far);
+        let [x, y] = [item % self.width, item / self.width].map(|pixel| pixel / beam::BLOCK_SIDE);
         let beam = &self.beams[(y * self.columns + x) as usize];
         let start = Real::max(bounds.x, beam.t);
         let ray = &mut self.rays[item as usize];
-        *ray = Ray {
+        *ray = RayState {
             t: start,
             trend: -1.0,
             t_before: start,
-            ..Ray::default()
+            ..RayState::default()
         };
         if bounds.y < start {
             ray.status = Status::Miss as u32;
@@ -157,7 +158,7 @@ impl Walk for March<'_> {
         b.direction_x.0[lane] = direction.x;
         b.direction_y.0[lane] = direction.y;
         b.direction_z.0[lane] = direction.z;
-        b.leave.0[lane] = bounds.y;
+        b.exit_t.0[lane] = bounds.y;
         b.t.0[lane] = ray.t;
         b.radius.0[lane] = 0.0;
         b.step.0[lane] = 0.0;
@@ -172,9 +173,9 @@ impl Walk for March<'_> {
     #[inline(always)]
     fn points(&self, b: &MarchLanes, points: &mut Points) {
         for i in 0..LANES {
-            let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-            let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let p = camera::along::<f32>(origin, direction, b.t.0[i] + b.step.0[i]);
+            let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+            let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+            let p = camera::point_along::<f32>(origin, direction, b.t.0[i] + b.step.0[i]);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
@@ -182,7 +183,7 @@ impl Walk for March<'_> {
     }
 
     #[inline(always)]
-    fn advance(&self, b: &mut MarchLanes, values: &Column, ended: &mut [bool; LANES]) {
+    fn advance(&self, b: &mut MarchLanes, values: &F32x64, ended: &mut [bool; LANES]) {
         let f = self.frame;
         for i in 0..LANES {
             step_lane!(f, b, i, values.0[i], 1.0, |next, out| {
@@ -191,8 +192,8 @@ impl Walk for March<'_> {
                 } else {
                     out
                 };
-                if next.t > b.leave.0[i] {
-                    outcome::THROUGH
+                if next.t > b.exit_t.0[i] {
+                    outcome::EXITED
                 } else {
                     out
                 }
@@ -205,7 +206,7 @@ impl Walk for March<'_> {
 
     fn end(&mut self, item: u32, b: &MarchLanes, lane: usize) {
         let status = outcome::status(b.outcome.0[lane]);
-        self.rays[item as usize] = Ray {
+        self.rays[item as usize] = RayState {
             t: b.t.0[lane],
             radius: b.radius.0[lane],
             step: b.step.0[lane],
@@ -219,37 +220,37 @@ impl Walk for March<'_> {
 }
 
 lanes! {
-    /// Ends of rays on their way to the root.
+    /// Ends of rays during secant refinement.
     PolishLanes {
         origin_x, origin_y, origin_z, direction_x, direction_y, direction_z,
-        t, field, t_other, field_other, guess, side, steps,
+        t, field, t_other, field_other, estimate, side, steps,
     }
 }
 
-/// Ends of rays that are moved onto the surface: items are places in the tile.
+/// Ends of rays that are moved onto the surface: items are indices in the tile.
 pub(super) struct Polish<'a> {
-    pub(super) frame: &'a Frame,
+    pub(super) frame: &'a FrameUniforms,
     pub(super) pixels: &'a [[f32; 2]],
-    pub(super) rays: &'a mut [Ray],
+    pub(super) rays: &'a mut [RayState],
 }
 
-impl Walk for Polish<'_> {
+impl RayTask for Polish<'_> {
     type Block = PolishLanes;
 
     fn begin(&mut self, item: u32, b: &mut PolishLanes, lane: usize) -> bool {
         let f = self.frame;
         let ray = &mut self.rays[item as usize];
-        // What ran out of steps has no change of sign to close in on.
-        if !matches!(Status::of(ray.status), Status::Hit | Status::Inside) {
+        // Rays that ran out of steps have no change of sign to refine.
+        if !matches!(Status::from_word(ray.status), Status::Hit | Status::Inside) {
             return false;
         }
         let rounding = marching::rounding_at(ray.t, f.rounding);
         let (t, field, other, field_other) = (ray.t, ray.radius, ray.t_before, ray.radius_before);
-        if marching::settled(t, field, other, field_other, rounding, f.raw) > 0.0 {
-            ray.t = marching::secant_guess(t, field, other, field_other);
+        if marching::is_settled(t, field, other, field_other, rounding, f.raw) > 0.0 {
+            ray.t = marching::secant_estimate(t, field, other, field_other);
             return false;
         }
-        let Camera {
+        let PixelRay {
             origin, direction, ..
         } = camera_ray(f, self.pixels[item as usize]);
         b.origin_x.0[lane] = origin.x;
@@ -262,7 +263,7 @@ impl Walk for Polish<'_> {
         b.field.0[lane] = ray.radius;
         b.t_other.0[lane] = ray.t_before;
         b.field_other.0[lane] = ray.radius_before;
-        b.guess.0[lane] = marching::next_guess(t, field, other, field_other, rounding, f.raw);
+        b.estimate.0[lane] = marching::next_estimate(t, field, other, field_other, rounding, f.raw);
         b.side.0[lane] = if ray.status & FROM_INSIDE != 0 {
             -1.0
         } else {
@@ -275,9 +276,9 @@ impl Walk for Polish<'_> {
     #[inline(always)]
     fn points(&self, b: &PolishLanes, points: &mut Points) {
         for i in 0..LANES {
-            let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-            let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let p = camera::along::<f32>(origin, direction, b.guess.0[i]);
+            let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+            let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+            let p = camera::point_along::<f32>(origin, direction, b.estimate.0[i]);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
@@ -285,20 +286,20 @@ impl Walk for Polish<'_> {
     }
 
     #[inline(always)]
-    fn advance(&self, b: &mut PolishLanes, values: &Column, ended: &mut [bool; LANES]) {
+    fn advance(&self, b: &mut PolishLanes, values: &F32x64, ended: &mut [bool; LANES]) {
         for (i, ended) in ended.iter_mut().enumerate() {
             let distance = values.0[i];
-            let nan = is_nan(distance);
+            let is_nan_value = is_nan(distance);
             let next = marching::secant_step(
                 b.t.0[i],
                 b.field.0[i],
                 b.t_other.0[i],
                 b.field_other.0[i],
-                b.guess.0[i],
+                b.estimate.0[i],
                 distance * b.side.0[i],
             );
-            // An estimate without a value is not taken.
-            let select = |new: f32, old: f32| if nan { old } else { new };
+            // An estimate without a value is not used.
+            let select = |new: f32, old: f32| if is_nan_value { old } else { new };
             b.t.0[i] = select(next.t, b.t.0[i]);
             b.field.0[i] = select(next.field, b.field.0[i]);
             b.t_other.0[i] = select(next.t_other, b.t_other.0[i]);
@@ -308,13 +309,13 @@ impl Walk for Polish<'_> {
             let raw = self.frame.raw;
             let rounding = marching::rounding_at(t, self.frame.rounding);
             let steps = b.steps.0[i] + 1.0;
-            *ended = (steps >= SECANT_STEPS as f32)
-                | nan
-                | (marching::settled(t, field, other, field_other, rounding, raw) > 0.0);
-            b.guess.0[i] = if *ended {
-                marching::secant_guess(t, field, other, field_other)
+            *ended = (steps >= MAX_SECANT_STEPS as f32)
+                | is_nan_value
+                | (marching::is_settled(t, field, other, field_other, rounding, raw) > 0.0);
+            b.estimate.0[i] = if *ended {
+                marching::secant_estimate(t, field, other, field_other)
             } else {
-                marching::next_guess(t, field, other, field_other, rounding, raw)
+                marching::next_estimate(t, field, other, field_other, rounding, raw)
             };
             b.steps.0[i] = steps;
         }
@@ -322,12 +323,12 @@ impl Walk for Polish<'_> {
 
     fn end(&mut self, item: u32, b: &PolishLanes, lane: usize) {
         let ray = &mut self.rays[item as usize];
-        ray.t = b.guess.0[lane];
+        ray.t = b.estimate.0[lane];
         ray.steps += b.steps.0[lane] as u32;
     }
 }
 
-/// Three numbers as a vector.
+/// Converts three numbers to a vector.
 pub(super) fn vector([x, y, z]: [f32; 3]) -> V3<f32> {
-    V3::of(x, y, z)
+    V3::new(x, y, z)
 }

@@ -1,227 +1,238 @@
 //! The stage `march` through cells: the rays of a packet go from leaf to leaf together.
 //!
-//! In a leaf a ray goes from where it enters to where it leaves, on the leaf's own tape and with the
-//! slope that the field has there. Between leaves there is nothing to be met, and no evaluation; a
-//! leaf that lies in the ball that the last value leaves clear is passed without one, too. Most of the
-//! others are passed after one ([`first`]); the rays that are not through are collected and marched.
-//! In fields written with coordinates, bounds of the gradient say how fast the field changes along
-//! each ray in the leaf: that is the slope it marches with, and where the field cannot fall to zero
-//! before the ray leaves, the ray is through; where it falls to below zero for certain, there is one
-//! root, which secant steps find. A ray that runs along a surface still creeps; so after some
-//! steps bounds of the field on what is left of the rays in the leaf say which of them meet nothing
-//! there. Where all rays are parallel to an axis that is asked of whole rays first.
-//! Lists are sorted by the nearest that any ray can be in a leaf, which is not the order for each
-//! ray; so a hit counts until a nearer one is found, and leaves behind it are not entered.
+//! In a leaf a ray goes from its entry to its exit, on the leaf's own tape and with the leaf's slope bound.
+//! Between leaves there is no surface, and no evaluation. A leaf that lies in the last empty sphere is
+//! skipped without evaluation, too. Most other leaves are rejected by one evaluation at the entry points
+//! ([`entry`]); only the surviving rays are compacted and marched.
+//!
+//! In fields written with coordinates, gradient bounds limit the change of the field along each ray in the
+//! leaf. They give the slope to march with. Where the field cannot fall to zero before the exit, the ray
+//! leaves. Where it is certain to fall below zero, there is one root, which secant steps find.
+//!
+//! A ray that runs along a surface still takes tiny steps. So after a number of steps interval bounds of the
+//! field on the remaining ray segments cull the rays that meet nothing in the leaf. If all rays are parallel
+//! to an axis, that test is first applied to whole rays.
+//!
+//! Lists are sorted by the smallest distance of any ray, which is not the order for each ray. So a hit counts
+//! until a nearer one is found, and leaves behind it are not entered.
 
-mod first;
-mod look;
+mod entry;
+mod interval_cull;
 mod roots;
 
 use super::lanes::{Lanes, is_nan, lanes};
+use super::leaf_bins::BinnedLeaf;
 use super::march::{outcome, step_lane};
-use super::meet::Meeting;
-use super::{Boxes, Column, Evaluator, LANES, Points, Range};
-use crate::cells::{Cell, Cells, Held};
-use first::{bound_slopes, enter, entries, pass, passes, start};
-use look::{rule_out, spans};
-use roots::{place_roots, step_roots};
+use super::{AabbLanes, Evaluator, F32x64, LANES, Points, RangeLanes};
+use crate::cells::{Cell, Cells, Occupancy};
+use entry::{
+    bound_directions, cull_entered, entry_points, init_packet, intersect_box, misses_leaf,
+};
+use interval_cull::{cull_clear, remaining_boxes};
+use roots::{estimate_roots, refine_roots};
 use sdfc_shaders::camera;
-use sdfc_shaders::layout::{Frame, Ray};
-use sdfc_shaders::marching::{self, FROM_INSIDE, SECANT_STEPS, SHOWN, Status};
+use sdfc_shaders::layout::{FrameUniforms, RayState};
+use sdfc_shaders::marching::{self, FROM_INSIDE, MAX_SECANT_STEPS, SHOWN, Status};
 use sdfc_vm::lanes::CHUNK;
+use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
-use sdfc_vm::widest;
 
 lanes! {
-    /// 64 rays, and where they may still meet something.
+    /// 64 rays, and the segments in which they may still hit a surface.
     Packet {
         origin_x, origin_y, origin_z, direction_x, direction_y, direction_z,
-        inverse_x, inverse_y, inverse_z, begin, leave, clear_from, clear_to, side, steps, enter, exit,
+        inverse_x, inverse_y, inverse_z, begin_t, end_t, clear_from, clear_to, side, steps, entry_t, exit_t,
     }
 }
 
 lanes! {
-    /// Rays under way in a leaf, and then those that hit on their way to the root.
-    Inside {
-        lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, leave,
-        t, radius, step, trend, t_before, radius_before, side, steps, outcome, slope, fall, steady,
+    /// Rays under way in a leaf.
+    LeafRays {
+        lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, exit_t,
+        t, radius, step, trend, t_before, radius_before, side, steps, outcome, slope, decrease_max, decrease_min,
     }
 }
 
 lanes! {
-    /// Rays that hit in a leaf, on their way to the root.
+    /// Rays that hit in a leaf, during secant refinement.
     Roots {
         lane, origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, low, high,
         t, field, t_other, field_other, side, slope,
     }
 }
 
-/// The memory of a march.
+/// Buffers of a march.
 #[derive(Default)]
 pub(super) struct Marcher {
     packet: Packet,
-    inside: Inside,
+    leaf_rays: LeafRays,
     roots: Roots,
-    /// How many of them there are.
-    arrived: usize,
-    /// The leaf in which each ray ended.
-    ended_in: Vec<u32>,
+    /// Number of hits in `roots`.
+    hit_count: usize,
+    /// Leaf in which each ray ended.
+    hit_leaves: Vec<u32>,
     points: Points,
-    values: Column,
-    entered: Column,
-    boxes: Boxes,
-    range: Range,
+    values: F32x64,
+    entry_values: F32x64,
+    boxes: AabbLanes,
+    range: RangeLanes,
 }
 
-/// The leaf of a ray that ended in none.
+/// Marks a ray that ended in no leaf.
 pub(super) const NO_LEAF: u32 = u32::MAX;
 
-/// Whether all rays are parallel to an axis.
-fn along_an_axis(frame: &Frame) -> bool {
-    let crooked = frame.forward.iter().filter(|d| d.abs() > 1e-6).count();
-    frame.footprint_growth == 0.0 && crooked == 1
+/// Reports whether all rays are parallel to an axis.
+fn is_axis_aligned(frame: &FrameUniforms) -> bool {
+    let nonzero_axes = frame.forward.iter().filter(|d| d.abs() > 1e-6).count();
+    frame.footprint_growth == 0.0 && nonzero_axes == 1
 }
 
-/// After so many steps in a leaf, what is left of the rays in it is looked at as a whole; and again
-/// after as many times so many.
-const FEW_STEPS: u32 = 4;
-/// After so many for the first time where bounds of the gradient say already what rays pass.
-const FIRST_LOOK: u32 = 16;
+/// Number of steps in a leaf after which interval bounds cull the remaining segments, and factor to the
+/// number of steps of the next cull.
+const INTERVAL_CULL_STEPS: u32 = 4;
+/// Number of steps before the first cull where gradient bounds already cull rays at the entry.
+const INTERVAL_CULL_STEPS_WITH_GRADIENT: u32 = 16;
 
-/// A field that falls no faster in one place of a leaf than this many times as fast as in another is
-/// near enough to a line for secant steps to find its root from anywhere in the leaf.
-const UNEVEN: f32 = 4.0;
+/// Largest ratio of the greatest to the least rate of decrease in a leaf at which secant steps find the root
+/// from anywhere in it.
+const MAX_DECREASE_RATIO: f32 = 4.0;
 
 impl Marcher {
-    /// Marches the rays of a packet, which are the places `items` of a tile, and says in which leaf
-    /// each ended; gives the number of evaluations.
+    /// Marches the rays of a packet, whose indices in the tile are `items`, and stores the leaf in which each
+    /// ended. Returns the number of evaluations.
     pub(super) fn march(
         &mut self,
-        frame: &Frame,
-        (cells, meetings): (&Cells, &[Meeting]),
+        frame: &FrameUniforms,
+        (cells, leaf_list): (&Cells, &[BinnedLeaf]),
         items: &[u32],
         pixels: &[[f32; 2]],
-        (rays, points, leaves): (&mut [Ray], &mut [V3<f32>], &mut [u32]),
+        (rays, points, leaves): (&mut [RayState], &mut [V3<f32>], &mut [u32]),
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        let within = start(frame, items, pixels, &mut self.packet);
+        let starts_inside = init_packet(frame, items, pixels, &mut self.packet);
         for (lane, &item) in items.iter().enumerate() {
-            rays[item as usize] = Ray {
-                t: self.packet.leave.0[lane],
+            rays[item as usize] = RayState {
+                t: self.packet.end_t.0[lane],
                 trend: -1.0,
-                t_before: self.packet.begin.0[lane],
+                t_before: self.packet.begin_t.0[lane],
                 status: Status::Miss as u32,
-                ..Ray::default()
+                ..RayState::default()
             };
         }
-        if within {
+        if starts_inside {
             self.find_sides(cells, items.len(), evaluator);
-        } else if meetings.is_empty() {
+        } else if leaf_list.is_empty() {
             return 0;
         }
-        self.ended_in.clear();
-        self.ended_in.resize(LANES, NO_LEAF);
+        self.hit_leaves.clear();
+        self.hit_leaves.resize(LANES, NO_LEAF);
         let mut evaluations = 0;
-        if !meetings.is_empty() && evaluator.is_raw() && along_an_axis(frame) {
-            evaluations += self.look_along(cells.cell(0), items.len(), evaluator);
+        if !leaf_list.is_empty() && evaluator.is_raw() && is_axis_aligned(frame) {
+            evaluations += self.cull_axis_aligned(cells.cell(0), items.len(), evaluator);
         }
-        for meeting in meetings {
-            let cell = cells.cell(meeting.cell);
-            if cells.jumps() {
-                // Beyond a jump, no ball around a point is known to be clear.
-                self.packet.clear_to = Column([f32::NEG_INFINITY; LANES]);
+        for binned_leaf in leaf_list {
+            let cell = cells.cell(binned_leaf.cell);
+            if cells.may_be_discontinuous() {
+                // Beyond a discontinuity no sphere around a point is known to be empty.
+                self.packet.clear_to = F32x64([f32::NEG_INFINITY; LANES]);
             }
-            let met = enter(&cell.region, &mut self.packet);
-            if met.farthest < meeting.near {
+            let crossings = intersect_box(&cell.region, &mut self.packet);
+            if crossings.farthest < binned_leaf.min_ray_t {
                 break;
             }
-            if met.lanes != 0 {
-                let leaf = (meeting.cell, cell);
-                evaluations += self.cross(frame, leaf, met.lanes, items, rays, evaluator);
+            if crossings.lanes != 0 {
+                let leaf = (binned_leaf.cell, cell);
+                evaluations +=
+                    self.march_leaf(frame, leaf, crossings.lanes, items, rays, evaluator);
             }
         }
         let p = &self.packet;
         for (lane, &item) in items.iter().enumerate() {
             let ray = &mut rays[item as usize];
             ray.steps = p.steps.0[lane] as u32;
-            leaves[item as usize] = self.ended_in[lane];
+            leaves[item as usize] = self.hit_leaves[lane];
             if p.side.0[lane] < 0.0 {
                 ray.status |= FROM_INSIDE;
             }
             if ray.status & SHOWN == 0 {
                 continue;
             }
-            let origin = V3::of(p.origin_x.0[lane], p.origin_y.0[lane], p.origin_z.0[lane]);
-            let direction = V3::of(
+            let origin = V3::new(p.origin_x.0[lane], p.origin_y.0[lane], p.origin_z.0[lane]);
+            let direction = V3::new(
                 p.direction_x.0[lane],
                 p.direction_y.0[lane],
                 p.direction_z.0[lane],
             );
-            points[item as usize] = camera::along::<f32>(origin, direction, ray.t);
+            points[item as usize] = camera::point_along::<f32>(origin, direction, ray.t);
         }
         evaluations
     }
 
-    /// Finds on which side of the surface the rays start, before any goes through a leaf: where they start may
-    /// lie in the wall between two.
+    /// Finds the side of the surface on which the rays start, before any goes through a leaf: their origin
+    /// may lie on the face between two leaves.
     fn find_sides(&mut self, cells: &Cells, lanes: usize, evaluator: &mut dyn Evaluator) {
-        let mut known: Option<([f32; 3], f32)> = None;
+        let mut previous: Option<([f32; 3], f32)> = None;
         for lane in 0..lanes {
             let p = &self.packet;
-            if p.begin.0[lane] > 0.0 {
+            if p.begin_t.0[lane] > 0.0 {
                 continue;
             }
             let origin = [p.origin_x.0[lane], p.origin_y.0[lane], p.origin_z.0[lane]];
-            let side = match known {
-                Some((place, side)) if place == origin => side,
+            let side = match previous {
+                Some((previous_origin, side)) if previous_origin == origin => side,
                 _ => self.side_at(cells, origin, evaluator),
             };
-            known = Some((origin, side));
+            previous = Some((origin, side));
             self.packet.side.0[lane] = side;
         }
     }
 
-    /// −1 for a point inside the solid, else 1.
-    fn side_at(&mut self, cells: &Cells, at: [f32; 3], evaluator: &mut dyn Evaluator) -> f32 {
-        match cells.held_at(at) {
-            Held::Solid => -1.0,
-            Held::Nothing => 1.0,
-            Held::Leaf(cell) => {
-                for (column, v) in self.points.iter_mut().zip(at) {
+    /// Returns −1 for a point inside the solid, else 1.
+    fn side_at(&mut self, cells: &Cells, point: [f32; 3], evaluator: &mut dyn Evaluator) -> f32 {
+        match cells.occupancy_at(point) {
+            Occupancy::Full => -1.0,
+            Occupancy::Empty => 1.0,
+            Occupancy::Leaf(cell) => {
+                for (column, v) in self.points.iter_mut().zip(point) {
                     column.0.fill(v);
                 }
-                evaluator.distances_in(cell, &self.points, 1, &mut self.values);
+                evaluator.distances_in_cell(cell, &self.points, 1, &mut self.values);
                 if self.values.0[0] < 0.0 { -1.0 } else { 1.0 }
             }
         }
     }
 
-    /// Ends rays that meet nothing at all. The box around a ray along an axis is the ray itself, and walls
-    /// often run along all of its way.
-    fn look_along(&mut self, whole: &Cell, lanes: usize, evaluator: &mut dyn Evaluator) -> u64 {
+    /// Ends rays that meet no surface at all. The bounding box of an axis-aligned ray is the ray itself, and
+    /// faces often run along all of it.
+    fn cull_axis_aligned(
+        &mut self,
+        root: &Cell,
+        lanes: usize,
+        evaluator: &mut dyn Evaluator,
+    ) -> u64 {
         let p = &mut self.packet;
-        p.enter = p.begin;
-        p.exit = p.leave;
-        let crossing = (0..lanes).filter(|&lane| p.enter.0[lane] <= p.exit.0[lane]);
-        let met = crossing.fold(0, |met, lane| met | 1 << lane);
-        let count = self.collect(met);
-        bound_slopes(whole, &mut self.inside);
-        let evaluations = self.look(0, count, evaluator);
-        for place in 0..count {
-            let lane = self.inside.lane.0[place] as usize;
-            if self.inside.outcome.0[place] == outcome::THROUGH {
-                self.packet.leave.0[lane] = f32::NEG_INFINITY;
+        p.entry_t = p.begin_t;
+        p.exit_t = p.end_t;
+        let crossing = (0..lanes).filter(|&lane| p.entry_t.0[lane] <= p.exit_t.0[lane]);
+        let crossing_lanes = crossing.fold(0, |crossing_lanes, lane| crossing_lanes | 1 << lane);
+        let count = self.collect(crossing_lanes);
+        bound_directions(root, &mut self.leaf_rays);
+        let evaluations = self.cull_by_interval(0, count, evaluator);
+        for slot in 0..count {
+            let lane = self.leaf_rays.lane.0[slot] as usize;
+            if self.leaf_rays.outcome.0[slot] == outcome::EXITED {
+                self.packet.end_t.0[lane] = f32::NEG_INFINITY;
             }
         }
         evaluations
     }
 
-    /// Collects rays where they enter the leaf, with what the field says there; gives how many there are.
+    /// Collects rays at their entry into the leaf, with the field's values there. Returns their number.
     fn collect(&mut self, rays: u64) -> usize {
-        let (p, b) = (&self.packet, &mut self.inside);
+        let (p, b) = (&self.packet, &mut self.leaf_rays);
         let mut count = 0;
-        for lane in ones(rays) {
+        for lane in set_bits(rays) {
             b.lane.0[count] = lane as f32;
             b.origin_x.0[count] = p.origin_x.0[lane];
             b.origin_y.0[count] = p.origin_y.0[lane];
@@ -229,232 +240,253 @@ impl Marcher {
             b.direction_x.0[count] = p.direction_x.0[lane];
             b.direction_y.0[count] = p.direction_y.0[lane];
             b.direction_z.0[count] = p.direction_z.0[lane];
-            b.leave.0[count] = p.exit.0[lane];
-            b.t.0[count] = p.enter.0[lane];
-            b.t_before.0[count] = p.enter.0[lane];
+            b.exit_t.0[count] = p.exit_t.0[lane];
+            b.t.0[count] = p.entry_t.0[lane];
+            b.t_before.0[count] = p.entry_t.0[lane];
             b.side.0[count] = p.side.0[lane];
             b.steps.0[count] = p.steps.0[lane];
             self.values.0[count] = self.values.0[lane];
             count += 1;
         }
-        b.radius = Column::default();
-        b.step = Column::default();
-        b.trend = Column([-1.0; LANES]);
-        b.radius_before = Column::default();
+        b.radius = F32x64::default();
+        b.step = F32x64::default();
+        b.trend = F32x64([-1.0; LANES]);
+        b.radius_before = F32x64::default();
         count
     }
 
-    /// Asks the field where these rays enter the leaf; each one's answer is in its lane.
-    fn ask_at_entries(&mut self, cell: u32, met: u64, evaluator: &mut dyn Evaluator) {
-        entries(&self.packet, &mut self.points);
-        let (lanes, few) = (LANES - met.leading_zeros() as usize, met.count_ones());
-        if whole_chunks(few as usize) == whole_chunks(lanes) {
-            evaluator.distances_in(cell, &self.points, lanes, &mut self.values);
+    /// Evaluates the field at the entry points of these rays. Each value is stored in the ray's lane.
+    fn sample_entries(&mut self, cell: u32, rays: u64, evaluator: &mut dyn Evaluator) {
+        entry_points(&self.packet, &mut self.points);
+        let (lanes, ray_count) = (LANES - rays.leading_zeros() as usize, rays.count_ones());
+        if whole_chunks(ray_count as usize) == whole_chunks(lanes) {
+            evaluator.distances_in_cell(cell, &self.points, lanes, &mut self.values);
             return;
         }
-        for (place, lane) in ones(met).enumerate() {
+        for (slot, lane) in set_bits(rays).enumerate() {
             for axis in &mut self.points {
-                axis.0[place] = axis.0[lane];
+                axis.0[slot] = axis.0[lane];
             }
         }
-        evaluator.distances_in(cell, &self.points, few as usize, &mut self.entered);
-        for (place, lane) in ones(met).enumerate() {
-            self.values.0[lane] = self.entered.0[place];
+        evaluator.distances_in_cell(
+            cell,
+            &self.points,
+            ray_count as usize,
+            &mut self.entry_values,
+        );
+        for (slot, lane) in set_bits(rays).enumerate() {
+            self.values.0[lane] = self.entry_values.0[slot];
         }
     }
 
-    /// Takes these rays through the leaf. Those that the first look does not let through are collected; of
-    /// them, those that have ended stay in their lanes until half of the lanes are theirs: carrying them
-    /// along costs less than moving the others each time.
-    fn cross(
+    /// Marches these rays through the leaf. The rays that the entry test does not cull are collected. Of
+    /// these, the ended ones stay in their lanes until they occupy half of the lanes: carrying them along
+    /// costs less than moving the others each time.
+    fn march_leaf(
         &mut self,
-        frame: &Frame,
-        (number, cell): (u32, &Cell),
-        met: u64,
+        frame: &FrameUniforms,
+        (cell_index, cell): (u32, &Cell),
+        entering: u64,
         items: &[u32],
-        rays: &mut [Ray],
+        rays: &mut [RayState],
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        let mut evaluations = u64::from(met.count_ones());
-        self.ask_at_entries(number, met, evaluator);
-        let gone = match cell.jumps {
+        let mut evaluations = u64::from(entering.count_ones());
+        self.sample_entries(cell_index, entering, evaluator);
+        let culled = match cell.may_be_discontinuous {
             true => 0,
-            false => pass(frame, cell, &self.values, &mut self.packet),
+            false => cull_entered(frame, cell, &self.values, &mut self.packet),
         };
-        let rest = met & !gone;
-        if rest == 0 {
+        let remaining = entering & !culled;
+        if remaining == 0 {
             return evaluations;
         }
-        let mut count = self.collect(rest);
-        bound_slopes(cell, &mut self.inside);
-        self.arrived = 0;
-        let mut under_way = lowest(count);
-        let mut next_look = match cell.gradient {
-            Some(_) => FIRST_LOOK,
-            None => FEW_STEPS,
+        let mut count = self.collect(remaining);
+        bound_directions(cell, &mut self.leaf_rays);
+        self.hit_count = 0;
+        let mut under_way = first_lanes(count);
+        let mut next_cull = match cell.gradient {
+            Some(_) => INTERVAL_CULL_STEPS_WITH_GRADIENT,
+            None => INTERVAL_CULL_STEPS,
         };
         for steps in 1.. {
-            let left = under_way & advance(frame, cell, &self.values, count, &mut self.inside);
-            if left != under_way {
-                self.end_those(frame, under_way & !left, number, items, rays);
-                (under_way, count) = self.close_ranks(left, count);
+            let remaining_rays =
+                under_way & advance(frame, cell, &self.values, count, &mut self.leaf_rays);
+            if remaining_rays != under_way {
+                self.retire(frame, under_way & !remaining_rays, cell_index, items, rays);
+                (under_way, count) = self.compact_lanes(remaining_rays, count);
             }
-            if steps == next_look && under_way != 0 {
-                next_look *= FEW_STEPS;
-                evaluations += self.look(number, count, evaluator);
-                let left = under_way & open_lanes(&self.inside);
-                self.end_those(frame, under_way & !left, number, items, rays);
-                (under_way, count) = self.close_ranks(left, count);
+            if steps == next_cull && under_way != 0 {
+                next_cull *= INTERVAL_CULL_STEPS;
+                evaluations += self.cull_by_interval(cell_index, count, evaluator);
+                let remaining_rays = under_way & lanes_under_way(&self.leaf_rays);
+                self.retire(frame, under_way & !remaining_rays, cell_index, items, rays);
+                (under_way, count) = self.compact_lanes(remaining_rays, count);
             }
             if under_way == 0 {
                 break;
             }
-            place(&self.inside, count, &mut self.points);
-            evaluator.distances_in(number, &self.points, count, &mut self.values);
+            next_points(&self.leaf_rays, count, &mut self.points);
+            evaluator.distances_in_cell(cell_index, &self.points, count, &mut self.values);
             evaluations += u64::from(under_way.count_ones());
         }
-        evaluations + self.settle(frame, number, items, rays, evaluator)
+        evaluations + self.refine_hits(frame, cell_index, items, rays, evaluator)
     }
 
-    /// Lets those of the collected rays through that bounds of the field keep from meeting anything in
-    /// the cell.
-    fn look(&mut self, cell: u32, count: usize, evaluator: &mut dyn Evaluator) -> u64 {
-        spans(&self.inside, count, &mut self.boxes);
-        let known = evaluator.ranges_in(cell, &self.boxes, count, &mut self.range);
-        if !known {
-            self.inside.outcome = Column([outcome::UNDER_WAY; LANES]);
+    /// Culls collected rays whose interval bounds exclude a surface in this cell. Returns the number of
+    /// evaluations.
+    fn cull_by_interval(&mut self, cell: u32, count: usize, evaluator: &mut dyn Evaluator) -> u64 {
+        remaining_boxes(&self.leaf_rays, count, &mut self.boxes);
+        let has_bounds = evaluator.ranges_in_cell(cell, &self.boxes, count, &mut self.range);
+        if !has_bounds {
+            self.leaf_rays.outcome = F32x64([outcome::UNDER_WAY; LANES]);
             return 0;
         }
-        rule_out(&self.range, count, &mut self.inside);
+        cull_clear(&self.range, count, &mut self.leaf_rays);
         count as u64
     }
 
-    /// Keeps how these rays left the leaf.
-    fn end_those(&mut self, frame: &Frame, ended: u64, cell: u32, items: &[u32], rays: &mut [Ray]) {
-        for place in ones(ended) {
-            self.end(frame, place, cell, items, rays);
-        }
-    }
-
-    /// Moves the rays under way to the front if that halves the lanes that are run; gives the lanes
-    /// where they are, and how many are run.
-    fn close_ranks(&mut self, under_way: u64, count: usize) -> (u64, usize) {
-        let left = under_way.count_ones() as usize;
-        if whole_chunks(left) * 2 > whole_chunks(count) {
-            return (under_way, count);
-        }
-        let front = lowest(left);
-        let (mut free, mut behind) = (front & !under_way, under_way & !front);
-        while behind != 0 {
-            let (from, to) = (behind.trailing_zeros(), free.trailing_zeros());
-            self.inside.move_lane(from as usize, to as usize);
-            behind &= behind - 1;
-            free &= free - 1;
-        }
-        (front, left)
-    }
-
-    /// Moves the rays that hit in the leaf onto the surface, as far as it lies in the leaf; the stage
-    /// `polish` does the others.
-    fn settle(
+    /// Stores the results of rays that ended.
+    fn retire(
         &mut self,
-        frame: &Frame,
+        frame: &FrameUniforms,
+        ended: u64,
         cell: u32,
         items: &[u32],
-        rays: &mut [Ray],
+        rays: &mut [RayState],
+    ) {
+        for slot in set_bits(ended) {
+            self.retire_lane(frame, slot, cell, items, rays);
+        }
+    }
+
+    /// Moves the rays under way to the front if that halves the lanes that are evaluated. Returns their
+    /// lanes, and the number of lanes to evaluate.
+    fn compact_lanes(&mut self, under_way: u64, count: usize) -> (u64, usize) {
+        let ray_count = under_way.count_ones() as usize;
+        if whole_chunks(ray_count) * 2 > whole_chunks(count) {
+            return (under_way, count);
+        }
+        let front = first_lanes(ray_count);
+        let (mut free, mut beyond_front) = (front & !under_way, under_way & !front);
+        while beyond_front != 0 {
+            let (from, to) = (beyond_front.trailing_zeros(), free.trailing_zeros());
+            self.leaf_rays.move_lane(from as usize, to as usize);
+            beyond_front &= beyond_front - 1;
+            free &= free - 1;
+        }
+        (front, ray_count)
+    }
+
+    /// Refines the hits in the leaf by secant steps, as far as the surface lies in it. The stage `polish`
+    /// does the others.
+    fn refine_hits(
+        &mut self,
+        frame: &FrameUniforms,
+        cell: u32,
+        items: &[u32],
+        rays: &mut [RayState],
         evaluator: &mut dyn Evaluator,
     ) -> u64 {
-        let count = self.arrived;
+        let count = self.hit_count;
         if count == 0 {
             return 0;
         }
         let mut evaluations = 0;
-        for _ in 0..SECANT_STEPS {
-            let open = place_roots(frame, &self.roots, count, &mut self.points);
-            if !open {
+        for _ in 0..MAX_SECANT_STEPS {
+            let has_open = estimate_roots(frame, &self.roots, count, &mut self.points);
+            if !has_open {
                 break;
             }
-            evaluator.distances_in(cell, &self.points, count, &mut self.values);
+            evaluator.distances_in_cell(cell, &self.points, count, &mut self.values);
             evaluations += count as u64;
-            step_roots(frame, &self.values, count, &mut self.roots);
+            refine_roots(frame, &self.values, count, &mut self.roots);
         }
         let b = &self.roots;
-        for place in 0..count {
-            let lane = b.lane.0[place] as usize;
-            self.packet.leave.0[lane] = b.t.0[place];
+        for slot in 0..count {
+            let lane = b.lane.0[slot] as usize;
+            self.packet.end_t.0[lane] = b.t.0[slot];
             let ray = &mut rays[items[lane] as usize];
-            ray.t = b.t.0[place];
-            ray.radius = b.field.0[place] * b.slope.0[place];
-            ray.t_before = b.t_other.0[place];
-            ray.radius_before = b.field_other.0[place] * b.slope.0[place];
+            ray.t = b.t.0[slot];
+            ray.radius = b.field.0[slot] * b.slope.0[slot];
+            ray.t_before = b.t_other.0[slot];
+            ray.radius_before = b.field_other.0[slot] * b.slope.0[slot];
         }
         evaluations
     }
 
-    /// Keeps how a ray left the leaf.
-    fn end(&mut self, frame: &Frame, place: usize, cell: u32, items: &[u32], rays: &mut [Ray]) {
-        let b = &self.inside;
-        let lane = b.lane.0[place] as usize;
-        self.packet.steps.0[lane] = b.steps.0[place];
-        self.packet.side.0[lane] = b.side.0[place];
-        // The ball around the last point is clear of surfaces beyond the leaf, too.
-        let slope = b.slope.0[place];
-        let radius = b.radius.0[place] * slope;
-        self.packet.clear_from.0[lane] = b.t.0[place] - radius;
-        self.packet.clear_to.0[lane] = b.t.0[place] + radius;
-        let outcome = b.outcome.0[place];
-        if outcome == outcome::THROUGH {
+    /// Stores the result of a ray that left the leaf.
+    fn retire_lane(
+        &mut self,
+        frame: &FrameUniforms,
+        slot: usize,
+        cell: u32,
+        items: &[u32],
+        rays: &mut [RayState],
+    ) {
+        let b = &self.leaf_rays;
+        let lane = b.lane.0[slot] as usize;
+        self.packet.steps.0[lane] = b.steps.0[slot];
+        self.packet.side.0[lane] = b.side.0[slot];
+        // The sphere around the last point is empty beyond the leaf, too.
+        let slope = b.slope.0[slot];
+        let radius = b.radius.0[slot] * slope;
+        self.packet.clear_from.0[lane] = b.t.0[slot] - radius;
+        self.packet.clear_to.0[lane] = b.t.0[slot] + radius;
+        let outcome = b.outcome.0[slot];
+        if outcome == outcome::EXITED {
             return;
         }
         if outcome == outcome::HIT {
             let r = &mut self.roots;
-            let at = self.arrived;
-            self.arrived += 1;
-            r.lane.0[at] = b.lane.0[place];
-            r.origin_x.0[at] = b.origin_x.0[place];
-            r.origin_y.0[at] = b.origin_y.0[place];
-            r.origin_z.0[at] = b.origin_z.0[place];
-            r.direction_x.0[at] = b.direction_x.0[place];
-            r.direction_y.0[at] = b.direction_y.0[place];
-            r.direction_z.0[at] = b.direction_z.0[place];
-            // Below zero from where it enters on: rounding hid the root, which lies a little before the leaf.
-            let is_before = radius < 0.0 && b.radius_before.0[place] == 0.0;
-            let rounding = marching::rounding_at(b.t.0[place], frame.rounding);
-            let hidden = marching::noise(rounding, 1.0, frame.raw) * 2.0;
-            let back = if is_before { hidden } else { 0.0 };
-            r.low.0[at] = self.packet.enter.0[lane] - back;
-            r.high.0[at] = b.leave.0[place];
-            r.t.0[at] = b.t.0[place];
-            r.field.0[at] = b.radius.0[place];
-            r.t_other.0[at] = b.t_before.0[place] - back;
-            r.field_other.0[at] = b.radius_before.0[place];
-            r.side.0[at] = b.side.0[place];
-            r.slope.0[at] = slope;
+            let hit = self.hit_count;
+            self.hit_count += 1;
+            r.lane.0[hit] = b.lane.0[slot];
+            r.origin_x.0[hit] = b.origin_x.0[slot];
+            r.origin_y.0[hit] = b.origin_y.0[slot];
+            r.origin_z.0[hit] = b.origin_z.0[slot];
+            r.direction_x.0[hit] = b.direction_x.0[slot];
+            r.direction_y.0[hit] = b.direction_y.0[slot];
+            r.direction_z.0[hit] = b.direction_z.0[slot];
+            // The field is below zero from the entry on: rounding hid the root, which lies a little before
+            // the leaf.
+            let is_before = radius < 0.0 && b.radius_before.0[slot] == 0.0;
+            let rounding = marching::rounding_at(b.t.0[slot], frame.rounding);
+            let hidden_depth = marching::sign_margin(rounding, 1.0, frame.raw) * 2.0;
+            let step_back = if is_before { hidden_depth } else { 0.0 };
+            r.low.0[hit] = self.packet.entry_t.0[lane] - step_back;
+            r.high.0[hit] = b.exit_t.0[slot];
+            r.t.0[hit] = b.t.0[slot];
+            r.field.0[hit] = b.radius.0[slot];
+            r.t_other.0[hit] = b.t_before.0[slot] - step_back;
+            r.field_other.0[hit] = b.radius_before.0[slot];
+            r.side.0[hit] = b.side.0[slot];
+            r.slope.0[hit] = slope;
         }
-        // Nothing behind it counts any more.
-        self.packet.leave.0[lane] = b.t.0[place];
-        self.ended_in[lane] = cell;
-        rays[items[lane] as usize] = Ray {
-            t: b.t.0[place],
-            radius: b.radius.0[place] * slope,
-            step: b.step.0[place],
-            trend: b.trend.0[place],
-            t_before: b.t_before.0[place],
-            radius_before: b.radius_before.0[place] * slope,
+        // Surfaces behind the hit no longer count.
+        self.packet.end_t.0[lane] = b.t.0[slot];
+        self.hit_leaves[lane] = cell;
+        rays[items[lane] as usize] = RayState {
+            t: b.t.0[slot],
+            radius: b.radius.0[slot] * slope,
+            step: b.step.0[slot],
+            trend: b.trend.0[slot],
+            t_before: b.t_before.0[slot],
+            radius_before: b.radius_before.0[slot] * slope,
             status: outcome::status(outcome),
             steps: 0,
         };
     }
 }
 
-/// The lanes of the chunks that hold so many rays: loops over them become vectors without remainders.
+/// Number of lanes of the chunks that hold `count` rays: loops over them become vectors without remainders.
 #[inline(always)]
 fn whole_chunks(count: usize) -> usize {
     count.div_ceil(CHUNK).min(LANES / CHUNK) * CHUNK
 }
 
-/// The lanes of these bits, from the lowest on.
-fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
+/// Iterates over the set bits, from the lowest on.
+fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lane = (bits != 0).then(|| bits.trailing_zeros() as usize);
         bits &= bits.wrapping_sub(1);
@@ -462,84 +494,92 @@ fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The first lanes, as bits.
-fn lowest(count: usize) -> u64 {
+/// Mask of the first `count` lanes.
+fn first_lanes(count: usize) -> u64 {
     u64::MAX.checked_shr((LANES - count) as u32).unwrap_or(0)
 }
 
-widest! {
-    /// Where the rays ask the field next.
-    fn place(inside: &Inside, count: usize, points: &mut Points) = place_body;
+multiversion! {
+    /// Computes the points of the next evaluation.
+    fn next_points(leaf_rays: &LeafRays, count: usize, points: &mut Points) = next_points_body;
 }
 
 #[inline(always)]
-fn place_body(b: &Inside, count: usize, points: &mut Points) {
+fn next_points_body(b: &LeafRays, count: usize, points: &mut Points) {
     for i in 0..whole_chunks(count) {
-        let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-        let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-        let p = camera::along::<f32>(origin, direction, b.t.0[i] + b.step.0[i]);
+        let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+        let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+        let p = camera::point_along::<f32>(origin, direction, b.t.0[i] + b.step.0[i]);
         points[0].0[i] = p.x;
         points[1].0[i] = p.y;
         points[2].0[i] = p.z;
     }
 }
 
-widest! {
-    /// The lanes whose rays are under way, as bits.
-    fn open_lanes(inside: &Inside) -> u64 = open_lanes_body;
+multiversion! {
+    /// Mask of the lanes whose rays are under way.
+    fn lanes_under_way(leaf_rays: &LeafRays) -> u64 = lanes_under_way_body;
 }
 
 #[inline(always)]
-fn open_lanes_body(b: &Inside) -> u64 {
-    let mut open = 0;
+fn lanes_under_way_body(b: &LeafRays) -> u64 {
+    let mut under_way = 0;
     for (i, &out) in b.outcome.0.iter().enumerate() {
-        open |= u64::from(out == outcome::UNDER_WAY) << i;
+        under_way |= u64::from(out == outcome::UNDER_WAY) << i;
     }
-    open
+    under_way
 }
 
-widest! {
-    /// Takes a step with each ray; gives the lanes where they are still under way, as bits.
+multiversion! {
+    /// Advances each ray by a step. Returns a mask of the lanes whose rays are still under way.
     fn advance(
-        frame: &Frame, cell: &Cell, values: &Column, count: usize, inside: &mut Inside,
+        frame: &FrameUniforms, cell: &Cell, values: &F32x64, count: usize, leaf_rays: &mut LeafRays,
     ) -> u64 = advance_body;
 }
 
 #[inline(always)]
-fn advance_body(f: &Frame, cell: &Cell, values: &Column, count: usize, b: &mut Inside) -> u64 {
+fn advance_body(
+    f: &FrameUniforms,
+    cell: &Cell,
+    values: &F32x64,
+    count: usize,
+    b: &mut LeafRays,
+) -> u64 {
     for i in 0..whole_chunks(count) {
         let slope = b.slope.0[i];
         step_lane!(f, b, i, values.0[i], 1.0 / slope, |next, out| {
-            let left = b.leave.0[i] - next.t;
-            let fall = b.fall.0[i] / slope;
-            // Behind a jump may be a surface: the ray goes on to the wall, and sees its sign there.
-            let at_wall = left <= next.t.abs() * f32::EPSILON;
-            let through =
-                passes(next.t, next.radius, next.step, fall, left) & (!cell.jumps | at_wall);
-            let out = if through { outcome::THROUGH } else { out };
+            let remaining = b.exit_t.0[i] - next.t;
+            let decrease_max = b.decrease_max.0[i] / slope;
+            // Behind a discontinuity there may be a surface: the ray goes on to the leaf's face, and reads
+            // the sign there.
+            let is_at_face = remaining <= next.t.abs() * f32::EPSILON;
+            let is_through = misses_leaf(next.t, next.radius, next.step, decrease_max, remaining)
+                & (!cell.may_be_discontinuous | is_at_face);
+            let out = if is_through { outcome::EXITED } else { out };
             if next.arrived > 0.0 {
                 outcome::HIT
             } else {
                 out
             }
         });
-        // The tape holds in the leaf, so no step leads out of it.
-        let left = b.leave.0[i] - b.t.0[i];
-        b.step.0[i] = Real::min(b.step.0[i], left);
-        // A field that falls all the way, and to below zero, has one root: the line to begin with has
-        // the slope between the least and the most.
-        let (least, most) = (b.steady.0[i] / slope, b.fall.0[i] / slope);
+        // The tape is valid in the leaf, so no step leads out of it.
+        let remaining = b.exit_t.0[i] - b.t.0[i];
+        b.step.0[i] = Real::min(b.step.0[i], remaining);
+        // A field that decreases all the way, and to below zero, has one root. The first secant uses the mean
+        // of the least and the greatest rate of decrease.
+        let (min_decrease, max_decrease) =
+            (b.decrease_min.0[i] / slope, b.decrease_max.0[i] / slope);
         let under_way = b.outcome.0[i] == outcome::UNDER_WAY;
-        let even = most < least * UNEVEN;
-        let (radius, falls) = (b.radius.0[i], least * left);
-        let rounding = marching::rounding_at(b.leave.0[i], f.rounding);
-        let depth = marching::noise(rounding, least, f.raw);
-        let certain = under_way & even & (radius > 0.0) & (radius + depth < falls);
-        let select = |new: f32, old: f32| if certain { new } else { old };
+        let is_even = max_decrease < min_decrease * MAX_DECREASE_RATIO;
+        let (radius, falls) = (b.radius.0[i], min_decrease * remaining);
+        let rounding = marching::rounding_at(b.exit_t.0[i], f.rounding);
+        let depth = marching::sign_margin(rounding, min_decrease, f.raw);
+        let is_certain = under_way & is_even & (radius > 0.0) & (radius + depth < falls);
+        let select = |new: f32, old: f32| if is_certain { new } else { old };
         b.outcome.0[i] = select(outcome::HIT, b.outcome.0[i]);
-        b.t_before.0[i] = select(b.leave.0[i], b.t_before.0[i]);
-        let last = radius - (least + most) * 0.5 * left;
-        b.radius_before.0[i] = select(Real::min(last, -depth), b.radius_before.0[i]);
+        b.t_before.0[i] = select(b.exit_t.0[i], b.t_before.0[i]);
+        let end_value = radius - (min_decrease + max_decrease) * 0.5 * remaining;
+        b.radius_before.0[i] = select(Real::min(end_value, -depth), b.radius_before.0[i]);
     }
-    open_lanes_body(b)
+    lanes_under_way_body(b)
 }

@@ -1,35 +1,35 @@
-//! The stage `shade`: the light that each ray brings to the eye.
+//! The stage `shade`: the light that each ray carries to the camera.
 
 use super::LANES;
 use super::lanes::lanes;
 use super::march::vector;
 use super::tile::{Tile, camera_ray};
 use sdfc_shaders::features::Features;
-use sdfc_shaders::layout::{Frame, Light, Surface};
+use sdfc_shaders::layout::{FrameUniforms, LightRecord, Surface};
 use sdfc_shaders::marching::SHOWN;
 use sdfc_shaders::{camera, normals, reflectance, sky};
+use sdfc_vm::multiversion;
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::V3;
-use sdfc_vm::widest;
 
 lanes! {
     /// 64 lit points.
     Lit {
-        x, y, z, normal_x, normal_y, normal_z, direction_x, direction_y, direction_z, way,
+        x, y, z, normal_x, normal_y, normal_z, direction_x, direction_y, direction_z, distance,
         red, green, blue, roughness, metallic, emitted_red, emitted_green, emitted_blue,
-        open, arriving, diffuse_red, diffuse_green, diffuse_blue, light_red, light_green, light_blue,
+        sky_visibility, light_visibility, diffuse_red, diffuse_green, diffuse_blue, light_red, light_green, light_blue,
     }
 }
 
-/// A vector of three columns' numbers in a lane.
-macro_rules! at {
+/// Reads a vector from three columns of a lane.
+macro_rules! lane_vector {
     ($b:ident, $lane:expr, $x:ident, $y:ident, $z:ident) => {
-        V3::of($b.$x.0[$lane], $b.$y.0[$lane], $b.$z.0[$lane])
+        V3::new($b.$x.0[$lane], $b.$y.0[$lane], $b.$z.0[$lane])
     };
 }
 
-/// Puts a vector into three columns of a lane.
-macro_rules! put {
+/// Writes a vector to three columns of a lane.
+macro_rules! set_lane_vector {
     ($b:ident, $lane:expr, $x:ident, $y:ident, $z:ident, $v:expr) => {
         let v = $v;
         $b.$x.0[$lane] = v.x;
@@ -38,9 +38,14 @@ macro_rules! put {
     };
 }
 
-/// Adds the light of a pass to the tile.
-pub(super) fn shade(frame: &Frame, features: &Features, lights: &[Light], tile: &mut Tile) {
-    let below = vector(if features.fog {
+/// Adds the light of a sample to the tile.
+pub(super) fn shade(
+    frame: &FrameUniforms,
+    features: &Features,
+    lights: &[LightRecord],
+    tile: &mut Tile,
+) {
+    let ground = vector(if features.fog {
         frame.sky_horizon
     } else {
         frame.sky_ground
@@ -48,7 +53,7 @@ pub(super) fn shade(frame: &Frame, features: &Features, lights: &[Light], tile: 
     for (i, color) in tile.colors.iter_mut().enumerate() {
         if tile.rays[i].status & SHOWN == 0 {
             let direction = camera_ray(frame, tile.pixels[i]).direction;
-            add(color, background(frame, direction, below, 0.0), 0.0);
+            add_sample(color, background(frame, direction, ground, 0.0), 0.0);
         }
     }
     let mut lit = Lit::default();
@@ -63,19 +68,19 @@ pub(super) fn shade(frame: &Frame, features: &Features, lights: &[Light], tile: 
                     normals::bumped::<f32>(normal, vector(surface.bump)),
                 )
             } else {
-                (only_surface(frame), normal)
+                (uniform_surface(frame), normal)
             };
-            put!(lit, lane, x, y, z, tile.points[i]);
-            put!(lit, lane, normal_x, normal_y, normal_z, normal);
+            set_lane_vector!(lit, lane, x, y, z, tile.points[i]);
+            set_lane_vector!(lit, lane, normal_x, normal_y, normal_z, normal);
             let camera = camera_ray(frame, tile.pixels[i]);
             let direction = camera.direction;
-            put!(lit, lane, direction_x, direction_y, direction_z, direction);
-            lit.way.0[lane] = tile.rays[i].t + camera.beyond + frame.approach;
-            put!(lit, lane, red, green, blue, vector(surface.albedo));
+            set_lane_vector!(lit, lane, direction_x, direction_y, direction_z, direction);
+            lit.distance.0[lane] = tile.rays[i].t + camera.start_offset + frame.approach;
+            set_lane_vector!(lit, lane, red, green, blue, vector(surface.albedo));
             lit.roughness.0[lane] = surface.roughness;
             lit.metallic.0[lane] = surface.metallic;
             let emission = vector(surface.emission);
-            put!(
+            set_lane_vector!(
                 lit,
                 lane,
                 emitted_red,
@@ -83,38 +88,38 @@ pub(super) fn shade(frame: &Frame, features: &Features, lights: &[Light], tile: 
                 emitted_blue,
                 emission
             );
-            lit.open.0[lane] = if features.occlusion.taps() > 0 {
-                tile.open[i]
+            lit.sky_visibility.0[lane] = if features.occlusion.taps() > 0 {
+                tile.sky_visibility[i]
             } else {
                 1.0
             };
         }
-        around(frame, &mut lit);
-        for (light, arriving) in lights.iter().zip(&tile.arriving) {
+        add_sky_light(frame, &mut lit);
+        for (light, light_visibility) in lights.iter().zip(&tile.light_visibility) {
             for (lane, &item) in items.iter().enumerate() {
-                lit.arriving.0[lane] = arriving[item as usize];
+                lit.light_visibility.0[lane] = light_visibility[item as usize];
             }
-            from_lamp(light, &mut lit);
+            add_direct_light(light, &mut lit);
         }
         if features.fog {
-            through_air(frame, &mut lit);
+            apply_fog(frame, &mut lit);
         }
         for (lane, &item) in items.iter().enumerate() {
-            let light = at!(lit, lane, light_red, light_green, light_blue);
-            add(&mut tile.colors[item as usize], light, 1.0);
+            let light = lane_vector!(lit, lane, light_red, light_green, light_blue);
+            add_sample(&mut tile.colors[item as usize], light, 1.0);
         }
     }
 }
 
 /// Adds a sample to a sum.
-pub(super) fn add(sum: &mut [f32; 4], color: V3<f32>, coverage: f32) {
-    for (total, part) in sum.iter_mut().zip([color.x, color.y, color.z, coverage]) {
-        *total += part;
+pub(super) fn add_sample(sum: &mut [f32; 4], color: V3<f32>, coverage: f32) {
+    for (total, component) in sum.iter_mut().zip([color.x, color.y, color.z, coverage]) {
+        *total += component;
     }
 }
 
-/// The surface of a scene that has only one.
-pub(super) fn only_surface(frame: &Frame) -> Surface {
+/// Returns the surface of a scene that has only one.
+pub(super) fn uniform_surface(frame: &FrameUniforms) -> Surface {
     Surface {
         albedo: frame.albedo,
         roughness: frame.roughness,
@@ -126,108 +131,114 @@ pub(super) fn only_surface(frame: &Frame) -> Surface {
 }
 
 #[inline(always)]
-fn background(f: &Frame, direction: V3<f32>, below: V3<f32>, blur: f32) -> V3<f32> {
+fn background(f: &FrameUniforms, direction: V3<f32>, below: V3<f32>, blur: f32) -> V3<f32> {
     let (top, horizon) = (vector(f.sky_top), vector(f.sky_horizon));
-    sky::sky::<f32>(direction, vector(f.sky_up), top, horizon, below, blur)
+    sky::sky_color::<f32>(direction, vector(f.sky_up), top, horizon, below, blur)
 }
 
-widest! {
-    /// What the surfaces give off and send on of the sky's light.
-    fn around(f: &Frame, b: &mut Lit) = around_body;
+multiversion! {
+    /// Computes the emitted light and the reflected light of the sky.
+    fn add_sky_light(f: &FrameUniforms, b: &mut Lit) = add_sky_light_body;
 }
 
 #[inline(always)]
-fn around_body(f: &Frame, b: &mut Lit) {
+fn add_sky_light_body(f: &FrameUniforms, b: &mut Lit) {
     let (top, horizon, ground) = (
         vector(f.sky_top),
         vector(f.sky_horizon),
         vector(f.sky_ground),
     );
     for i in 0..LANES {
-        let normal = at!(b, i, normal_x, normal_y, normal_z);
-        let direction = at!(b, i, direction_x, direction_y, direction_z);
-        let albedo = at!(b, i, red, green, blue);
+        let normal = lane_vector!(b, i, normal_x, normal_y, normal_z);
+        let direction = lane_vector!(b, i, direction_x, direction_y, direction_z);
+        let albedo = lane_vector!(b, i, red, green, blue);
         let (roughness, metallic) = (b.roughness.0[i], b.metallic.0[i]);
-        let around = sky::sky_on::<f32>(normal, vector(f.sky_up), top, horizon, ground);
-        let mirrored = reflectance::mirror::<f32>(direction, normal);
-        let ahead = background(f, mirrored, ground, roughness);
-        let diffuse = reflectance::diffuse::<f32>(normal, -direction, albedo, roughness, metallic);
-        put!(b, i, diffuse_red, diffuse_green, diffuse_blue, diffuse);
-        let sent = reflectance::ambient::<f32>(
+        let irradiance = sky::mean_sky_color::<f32>(normal, vector(f.sky_up), top, horizon, ground);
+        let mirrored = reflectance::mirror_direction::<f32>(direction, normal);
+        let reflected_sky = background(f, mirrored, ground, roughness);
+        let diffuse =
+            reflectance::diffuse_albedo::<f32>(normal, -direction, albedo, roughness, metallic);
+        set_lane_vector!(b, i, diffuse_red, diffuse_green, diffuse_blue, diffuse);
+        let reflected = reflectance::ambient_light::<f32>(
             normal,
             -direction,
             albedo,
             diffuse,
             roughness,
             metallic,
-            around,
-            ahead,
-            b.open.0[i],
+            irradiance,
+            reflected_sky,
+            b.sky_visibility.0[i],
         );
-        let emitted = at!(b, i, emitted_red, emitted_green, emitted_blue);
-        put!(
+        let emitted = lane_vector!(b, i, emitted_red, emitted_green, emitted_blue);
+        set_lane_vector!(
             b,
             i,
             light_red,
             light_green,
             light_blue,
-            emitted + sent * f.ambient
+            emitted + reflected * f.ambient
         );
     }
 }
 
-widest! {
-    /// What the surfaces send on of a lamp's light.
-    fn from_lamp(lamp: &Light, b: &mut Lit) = from_lamp_body;
+multiversion! {
+    /// Adds the reflected light of a light source.
+    fn add_direct_light(light_record: &LightRecord, b: &mut Lit) = add_direct_light_body;
 }
 
 #[inline(always)]
-fn from_lamp_body(lamp: &Light, b: &mut Lit) {
-    let color = vector(lamp.color);
+fn add_direct_light_body(light_record: &LightRecord, b: &mut Lit) {
+    let color = vector(light_record.color);
     for i in 0..LANES {
-        let to_place = vector(lamp.place) - at!(b, i, x, y, z) * lamp.near;
-        let faded = reflectance::attenuation(to_place.length());
-        let strength = if lamp.near > 0.0 { faded } else { 1.0 };
-        let strength = strength * b.arriving.0[i];
-        let sent = reflectance::reflected::<f32>(
-            at!(b, i, normal_x, normal_y, normal_z),
-            -at!(b, i, direction_x, direction_y, direction_z),
-            camera::unit::<f32>(to_place),
-            at!(b, i, red, green, blue),
-            at!(b, i, diffuse_red, diffuse_green, diffuse_blue),
+        let to_light = vector(light_record.position)
+            - lane_vector!(b, i, x, y, z) * light_record.is_positional;
+        let attenuation = reflectance::attenuation(to_light.length());
+        let strength = if light_record.is_positional > 0.0 {
+            attenuation
+        } else {
+            1.0
+        };
+        let strength = strength * b.light_visibility.0[i];
+        let reflected = reflectance::reflected::<f32>(
+            lane_vector!(b, i, normal_x, normal_y, normal_z),
+            -lane_vector!(b, i, direction_x, direction_y, direction_z),
+            camera::unit::<f32>(to_light),
+            lane_vector!(b, i, red, green, blue),
+            lane_vector!(b, i, diffuse_red, diffuse_green, diffuse_blue),
             b.roughness.0[i],
             b.metallic.0[i],
         );
-        let light = at!(b, i, light_red, light_green, light_blue);
-        put!(
+        let light = lane_vector!(b, i, light_red, light_green, light_blue);
+        set_lane_vector!(
             b,
             i,
             light_red,
             light_green,
             light_blue,
-            light + color * strength * sent
+            light + color * strength * reflected
         );
     }
 }
 
-widest! {
-    /// What of that reaches the eye through the air.
-    fn through_air(f: &Frame, b: &mut Lit) = through_air_body;
+multiversion! {
+    /// Blends the light with fog along the way to the camera.
+    fn apply_fog(f: &FrameUniforms, b: &mut Lit) = apply_fog_body;
 }
 
 #[inline(always)]
-fn through_air_body(f: &Frame, b: &mut Lit) {
+fn apply_fog_body(f: &FrameUniforms, b: &mut Lit) {
     let horizon = vector(f.sky_horizon);
     for i in 0..LANES {
-        let light = at!(b, i, light_red, light_green, light_blue);
-        let hidden = sky::hidden_by_fog(b.way.0[i], f.fog);
-        put!(
+        let light = lane_vector!(b, i, light_red, light_green, light_blue);
+        let fog = sky::fog_opacity(b.distance.0[i], f.fog);
+        set_lane_vector!(
             b,
             i,
             light_red,
             light_green,
             light_blue,
-            light + (horizon - light) * hidden
+            light + (horizon - light) * fog
         );
     }
 }

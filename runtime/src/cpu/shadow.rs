@@ -1,109 +1,119 @@
-//! The stage `shadow`: what lies between surfaces and a light.
+//! The stage `shadow`: visibility of a light from surfaces.
 
-mod check;
+mod candidate_check;
 mod sized;
 
-use super::lanes::{Walk, any, is_nan, lanes, stream};
+use super::lanes::{RayTask, any_nonzero, is_nan, lanes, run_streamed};
 use super::march::vector;
 use super::tile::Tile;
-use super::{Column, Evaluator, LANES, Points};
-use sdfc_shaders::features::Shadow;
-use sdfc_shaders::layout::{Frame, Light, Ray};
+use super::{Evaluator, F32x64, LANES, Points};
+use sdfc_shaders::features::ShadowForm;
+use sdfc_shaders::layout::{FrameUniforms, LightRecord, RayState};
 use sdfc_shaders::marching::FROM_INSIDE;
-use sdfc_shaders::{camera, claim, marching, normals, reflectance, shadow};
+use sdfc_shaders::{camera, candidate, marching, normals, reflectance, shadow};
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::V3;
 
 lanes! {
     /// Rays towards a light.
     ShadowLanes {
-        start_x, start_y, start_z, direction_x, direction_y, direction_z, leave,
-        axis_x, axis_y, axis_z, reach, size, number, best, cleared, begun,
-        t, visibility, steps, least, side, rounding, before, step, fall, last, claim_t, ends, moves,
+        start_x, start_y, start_z, direction_x, direction_y, direction_z, exit_t,
+        axis_x, axis_y, axis_z, light_t, size, number, best_visibility, clear_t, start_steps,
+        t, visibility, steps, min_step, side, rounding, field_before, step, slope_before, last_visibility, candidate_t,
+        ends_after_check, moves,
         value, phase, round, gradient_x, gradient_y, gradient_z, offset_x, offset_y, offset_z,
     }
 }
 
-const HARD: u32 = Shadow::Hard as u32;
-const PLAIN: u32 = Shadow::Plain as u32;
-const IMPROVED: u32 = Shadow::Improved as u32;
-const SIZED: u32 = Shadow::Sized as u32;
+const HARD: u32 = ShadowForm::Hard as u32;
+const PLAIN: u32 = ShadowForm::Plain as u32;
+const IMPROVED: u32 = ShadowForm::Improved as u32;
+const SIZED: u32 = ShadowForm::Sized as u32;
 
-/// Rays towards a light whose shadow has the form `FORM`: items are places in the tile.
+/// Rays towards a light whose shadow has the form `FORM`: items are indices in the tile.
 struct ShadowRays<'a, const FORM: u32> {
-    frame: &'a Frame,
-    light: &'a Light,
+    frame: &'a FrameUniforms,
+    light: &'a LightRecord,
     points: &'a [V3<f32>],
-    rays: &'a [Ray],
+    rays: &'a [RayState],
     normals: &'a [[f32; 3]],
-    arriving: &'a mut [f32],
+    light_visibility: &'a mut [f32],
 }
 
-/// Finds what arrives of a light at the shown pixels; gives the number of evaluations.
+/// Computes the fraction of a light that arrives at the shown pixels; returns the number of evaluations.
 pub(super) fn cast(
-    frame: &Frame,
-    light: &Light,
-    number: usize,
-    form: Shadow,
+    frame: &FrameUniforms,
+    light: &LightRecord,
+    light_index: usize,
+    form: ShadowForm,
     tile: &mut Tile,
     evaluator: &mut dyn Evaluator,
 ) -> u64 {
     macro_rules! cast {
         ($form:ident) => {{
-            let mut walk = ShadowRays::<$form> {
+            let mut task = ShadowRays::<$form> {
                 frame,
                 light,
                 points: &tile.points,
                 rays: &tile.rays,
                 normals: &tile.normals,
-                arriving: &mut tile.arriving[number],
+                light_visibility: &mut tile.light_visibility[light_index],
             };
-            stream(&mut walk, evaluator, &tile.shown)
+            run_streamed(&mut task, evaluator, &tile.shown)
         }};
     }
     match form {
-        Shadow::None => {
-            tile.arriving[number].fill(1.0);
+        ShadowForm::None => {
+            tile.light_visibility[light_index].fill(1.0);
             0
         }
-        Shadow::Hard => cast!(HARD),
-        Shadow::Plain => cast!(PLAIN),
-        Shadow::Improved => cast!(IMPROVED),
-        Shadow::Sized => cast!(SIZED),
+        ShadowForm::Hard => cast!(HARD),
+        ShadowForm::Plain => cast!(PLAIN),
+        ShadowForm::Improved => cast!(IMPROVED),
+        ShadowForm::Sized => cast!(SIZED),
     }
 }
 
-impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
+impl<const FORM: u32> RayTask for ShadowRays<'_, FORM> {
     type Block = ShadowLanes;
 
     fn begin(&mut self, item: u32, b: &mut ShadowLanes, lane: usize) -> bool {
         let (f, light) = (self.frame, self.light);
-        let seen = &self.rays[item as usize];
+        let primary_ray = &self.rays[item as usize];
         let p = self.points[item as usize];
         let normal = vector(self.normals[item as usize]);
-        let place = vector(light.place);
-        let seen_from = camera::unit::<f32>(place - p * light.near);
-        if reflectance::cosine::<f32>(normal, seen_from) <= 0.0 {
-            self.arriving[item as usize] = 0.0;
+        let light_position = vector(light.position);
+        let to_light = camera::unit::<f32>(light_position - p * light.is_positional);
+        if reflectance::cosine::<f32>(normal, to_light) <= 0.0 {
+            self.light_visibility[item as usize] = 0.0;
             return false;
         }
-        let half = camera::half_pixel(seen.t, f.footprint, f.footprint_growth);
-        let rounding = marching::rounding_at(seen.t, f.rounding);
-        let sharp = if FORM == HARD { 1.0 } else { 0.0 };
-        let above = normals::lift::<f32>(p, half, rounding, sharp);
-        let least = shadow::shortest::<f32>(half, above);
-        let begin = shadow::begin::<f32>(least, sharp);
-        let start = camera::along::<f32>(p, normal, above);
-        // From where the ray starts, so that it ends at the lamp and not beside it.
-        let to_place = place - start * light.near;
-        let direction = camera::unit::<f32>(to_place);
-        let length = to_place.length();
-        let near = if length < f.far { length } else { f.far };
-        let reach = if light.near > 0.0 { near } else { f.far };
+        let half = camera::half_pixel(primary_ray.t, f.footprint, f.footprint_growth);
+        let rounding = marching::rounding_at(primary_ray.t, f.rounding);
+        let is_sharp = if FORM == HARD { 1.0 } else { 0.0 };
+        let lift = normals::lift::<f32>(p, half, rounding, is_sharp);
+        let min_step = shadow::min_step::<f32>(half, lift);
+        let start_t = shadow::start_t::<f32>(min_step, is_sharp);
+        let start = camera::point_along::<f32>(p, normal, lift);
+        // The direction is taken from the start of the ray, so that the ray ends at the light and not beside
+        // it.
+        let to_light_from_start = light_position - start * light.is_positional;
+        let direction = camera::unit::<f32>(to_light_from_start);
+        let length = to_light_from_start.length();
+        let light_distance = if length < f.far { length } else { f.far };
+        let light_t = if light.is_positional > 0.0 {
+            light_distance
+        } else {
+            f.far
+        };
         let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
-        let size = if soft(FORM) { self.light.size } else { 0.0 };
-        let leave = shadow::leave::<f32>(start, direction, low, high, reach, size);
-        let side = if seen.status & FROM_INSIDE != 0 {
+        let size = if has_penumbra(FORM) {
+            self.light.size
+        } else {
+            0.0
+        };
+        let exit_t = shadow::exit_t::<f32>(start, direction, low, high, light_t, size);
+        let side = if primary_ray.status & FROM_INSIDE != 0 {
             -1.0
         } else {
             1.0
@@ -114,21 +124,21 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
         b.direction_x.0[lane] = direction.x;
         b.direction_y.0[lane] = direction.y;
         b.direction_z.0[lane] = direction.z;
-        b.leave.0[lane] = leave;
-        b.reach.0[lane] = reach;
-        b.before.0[lane] = 0.0;
+        b.exit_t.0[lane] = exit_t;
+        b.light_t.0[lane] = light_t;
+        b.field_before.0[lane] = 0.0;
         b.step.0[lane] = 0.0;
-        b.fall.0[lane] = 0.0;
-        b.t.0[lane] = begin;
+        b.slope_before.0[lane] = 0.0;
+        b.t.0[lane] = start_t;
         b.visibility.0[lane] = 1.0;
         b.steps.0[lane] = 0.0;
-        b.least.0[lane] = least;
+        b.min_step.0[lane] = min_step;
         b.side.0[lane] = side;
         b.rounding.0[lane] = rounding;
-        if soft(FORM) {
+        if has_penumbra(FORM) {
             b.phase.0[lane] = 0.0;
-            b.last.0[lane] = 1.0;
-            b.claim_t.0[lane] = shadow::NO_CLAIM;
+            b.last_visibility.0[lane] = 1.0;
+            b.candidate_t.0[lane] = shadow::NO_CANDIDATE;
             b.moves.0[lane] = 0.0;
         }
         if FORM == SIZED {
@@ -137,9 +147,9 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
             b.axis_z.0[lane] = direction.z;
             b.size.0[lane] = self.light.size;
             b.number.0[lane] = 0.0;
-            b.best.0[lane] = -1.0;
-            b.cleared.0[lane] = begin;
-            b.begun.0[lane] = 0.0;
+            b.best_visibility.0[lane] = -1.0;
+            b.clear_t.0[lane] = start_t;
+            b.start_steps.0[lane] = 0.0;
         }
         true
     }
@@ -147,56 +157,61 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
     #[inline(always)]
     fn points(&self, b: &ShadowLanes, points: &mut Points) {
         for i in 0..LANES {
-            let start = V3::of(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
-            let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-            let p = camera::along::<f32>(start, direction, b.t.0[i]);
+            let start = V3::new(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
+            let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+            let p = camera::point_along::<f32>(start, direction, b.t.0[i]);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
         }
-        if FORM == SIZED && any(&b.number) {
+        if FORM == SIZED && any_nonzero(&b.number) {
             for i in 0..LANES {
-                let centre = axis_of(b, i) * b.reach.0[i];
-                let measures = b.size.0[i] == 0.0;
-                let add = |to: f32, more: f32| if measures { to + more } else { to };
-                points[0].0[i] = add(points[0].0[i], centre.x);
-                points[1].0[i] = add(points[1].0[i], centre.y);
-                points[2].0[i] = add(points[2].0[i], centre.z);
+                let to_center = lane_axis(b, i) * b.light_t.0[i];
+                let is_measuring = b.size.0[i] == 0.0;
+                let add = |to: f32, offset: f32| if is_measuring { to + offset } else { to };
+                points[0].0[i] = add(points[0].0[i], to_center.x);
+                points[1].0[i] = add(points[1].0[i], to_center.y);
+                points[2].0[i] = add(points[2].0[i], to_center.z);
             }
         }
     }
 
     #[inline(always)]
-    fn advance(&self, b: &mut ShadowLanes, values: &Column, ended: &mut [bool; LANES]) {
-        // Held here, since a pointer could lead to what is written in the loop.
-        let shared = self.shared();
-        let mut ends = sized::Ends::default();
+    fn advance(&self, b: &mut ShadowLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+        // Copied here, since the loop's writes could alias the fields behind a pointer.
+        let light_params = self.light_params();
+        let mut ray_ends = sized::Ends::default();
         for (i, ended) in ended.iter_mut().enumerate() {
             b.steps.0[i] += 1.0;
             let field = values.0[i] * b.side.0[i];
             if FORM == SIZED {
-                (*ended, ends.kind.0[i], ends.amount.0[i]) = shared.step_sized(b, i, field);
+                (*ended, ray_ends.kind.0[i], ray_ends.amount.0[i]) =
+                    light_params.step_sized(b, i, field);
             } else {
-                *ended = shared.step(b, i, field);
+                *ended = light_params.step(b, i, field);
             }
         }
         if FORM == SIZED {
-            shared.go_on(b, &ends, ended);
+            light_params.begin_next_rays(b, &ray_ends, ended);
         }
     }
 
     #[inline(always)]
-    fn asides(b: &ShadowLanes) -> Option<&Column> {
-        soft(FORM).then_some(&b.phase)
+    fn aside_mask(b: &ShadowLanes) -> Option<&F32x64> {
+        has_penumbra(FORM).then_some(&b.phase)
     }
 
     #[inline(always)]
     fn points_aside(&self, b: &ShadowLanes, points: &mut Points) {
         for i in 0..LANES {
-            let limit = shadow::limit(b.claim_t.0[i], size_of::<FORM>(b, i, self.light.size));
+            let limit = shadow::candidate_limit(
+                b.candidate_t.0[i],
+                lane_size::<FORM>(b, i, self.light.size),
+            );
             let (phase, value) = (b.phase.0[i], b.value.0[i]);
-            let (at, offset, gradient) = (place_of(b, i), offset_of(b, i), gradient_of(b, i));
-            let p = claim::place::<f32>(at, offset, phase, value, gradient, limit);
+            let (point, offset, gradient) =
+                (round_point(b, i), lane_offset(b, i), lane_gradient(b, i));
+            let p = candidate::sample_point::<f32>(point, offset, phase, value, gradient, limit);
             points[0].0[i] = p.x;
             points[1].0[i] = p.y;
             points[2].0[i] = p.z;
@@ -204,91 +219,91 @@ impl<const FORM: u32> Walk for ShadowRays<'_, FORM> {
     }
 
     #[inline(always)]
-    fn advance_aside(&self, b: &mut ShadowLanes, values: &Column, ended: &mut [bool; LANES]) {
-        let shared = self.shared();
-        let mut ends = sized::Ends::default();
+    fn advance_aside(&self, b: &mut ShadowLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+        let light_params = self.light_params();
+        let mut ray_ends = sized::Ends::default();
         for (i, ended) in ended.iter_mut().enumerate() {
             b.steps.0[i] += 1.0;
             let field = values.0[i] * b.side.0[i];
-            let (gives_up, done) = shared.check(b, i, field);
-            *ended = gives_up | is_nan(field) | (done & (FORM != SIZED));
+            let (is_out_of_steps, is_last) = light_params.step_check(b, i, field);
+            *ended = is_out_of_steps | is_nan(field) | (is_last & (FORM != SIZED));
             if FORM == SIZED {
-                ends.kind.0[i] = if done { sized::ARRIVES } else { 0.0 };
-                ends.amount.0[i] = b.visibility.0[i];
+                ray_ends.kind.0[i] = if is_last { sized::RAY_ENDED } else { 0.0 };
+                ray_ends.amount.0[i] = b.visibility.0[i];
             }
         }
         if FORM == SIZED {
-            shared.go_on(b, &ends, ended);
+            light_params.begin_next_rays(b, &ray_ends, ended);
         }
     }
 
     fn end(&mut self, item: u32, b: &ShadowLanes, lane: usize) {
         let visibility = match FORM {
-            SIZED if b.number.0[lane] > 0.0 => b.best.0[lane],
+            SIZED if b.number.0[lane] > 0.0 => b.best_visibility.0[lane],
             _ => b.visibility.0[lane],
         };
-        self.arriving[item as usize] = match FORM {
-            SIZED => shadow::arriving_sized(visibility),
-            _ => shadow::arriving(visibility),
+        self.light_visibility[item as usize] = match FORM {
+            SIZED => shadow::light_fraction_sized(visibility),
+            _ => shadow::light_fraction(visibility),
         };
     }
 }
 
 impl<const FORM: u32> ShadowRays<'_, FORM> {
-    /// The common part of all rays.
+    /// Returns the parameters that all rays share.
     #[inline(always)]
-    fn shared(&self) -> Shared<FORM> {
-        Shared {
+    fn light_params(&self) -> LightParams<FORM> {
+        LightParams {
             size: self.light.size,
-            near: self.light.near,
+            is_positional: self.light.is_positional,
             raw: self.frame.raw,
             low: vector(self.frame.bounds_min),
             high: vector(self.frame.bounds_max),
-            most_steps: self.frame.shadow_steps as f32,
+            max_steps: self.frame.max_shadow_steps as f32,
         }
     }
 }
 
 /// Reports whether a form of shadows has penumbras.
-const fn soft(form: u32) -> bool {
+const fn has_penumbra(form: u32) -> bool {
     form != HARD
 }
 
-/// The part of the gradient in a lane that is found so far.
+/// Returns the part of the gradient in a lane that is measured so far.
 #[inline(always)]
-fn gradient_of(b: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::of(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
+fn lane_gradient(b: &ShadowLanes, i: usize) -> V3<f32> {
+    V3::new(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
 }
 
-/// The place of the round in a lane.
+/// Returns the point of the candidate's round in a lane.
 #[inline(always)]
-fn place_of(b: &ShadowLanes, i: usize) -> V3<f32> {
-    let start = V3::of(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
-    camera::along::<f32>(start, direction_of(b, i), b.claim_t.0[i]) + offset_of(b, i)
+fn round_point(b: &ShadowLanes, i: usize) -> V3<f32> {
+    let start = V3::new(b.start_x.0[i], b.start_y.0[i], b.start_z.0[i]);
+    camera::point_along::<f32>(start, lane_direction(b, i), b.candidate_t.0[i]) + lane_offset(b, i)
 }
 
-/// The direction of the ray in a lane.
+/// Returns the direction of the ray in a lane.
 #[inline(always)]
-fn direction_of(b: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i])
+fn lane_direction(b: &ShadowLanes, i: usize) -> V3<f32> {
+    V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i])
 }
 
-/// The size by which the ray in a lane is measured.
+/// Returns the light's size for the ray in a lane.
 #[inline(always)]
-fn size_of<const FORM: u32>(b: &ShadowLanes, i: usize, size: f32) -> f32 {
+fn lane_size<const FORM: u32>(b: &ShadowLanes, i: usize, size: f32) -> f32 {
     if FORM == SIZED { b.size.0[i] } else { size }
 }
 
-/// The direction from the start of the ray in a lane to the centre of the light.
+/// Returns the direction from the start of the ray in a lane to the centre of the light.
 #[inline(always)]
-fn axis_of(b: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::of(b.axis_x.0[i], b.axis_y.0[i], b.axis_z.0[i])
+fn lane_axis(b: &ShadowLanes, i: usize) -> V3<f32> {
+    V3::new(b.axis_x.0[i], b.axis_y.0[i], b.axis_z.0[i])
 }
 
-/// The way from the claim in a lane to the place of its round.
+/// Returns the offset from the candidate in a lane to the point of its round.
 #[inline(always)]
-fn offset_of(b: &ShadowLanes, i: usize) -> V3<f32> {
-    V3::of(b.offset_x.0[i], b.offset_y.0[i], b.offset_z.0[i])
+fn lane_offset(b: &ShadowLanes, i: usize) -> V3<f32> {
+    V3::new(b.offset_x.0[i], b.offset_y.0[i], b.offset_z.0[i])
 }
 
 #[inline(always)]
@@ -298,9 +313,10 @@ fn set_direction(b: &mut ShadowLanes, i: usize, direction: V3<f32>) {
     b.direction_z.0[i] = direction.z;
 }
 
-/// Begins the check of a lane's claim, if it `begins` now. What comes `at_end` with a claim ends after the check.
+/// Begins the check of a lane's occluder candidate if `begins` is set. With `is_at_end` the ray ends after
+/// the check.
 #[inline(always)]
-fn begin_check(b: &mut ShadowLanes, i: usize, begins: bool, at_end: bool) {
+fn begin_candidate_check(b: &mut ShadowLanes, i: usize, begins: bool, is_at_end: bool) {
     let set = |old: f32, new: f32| if begins { new } else { old };
     b.phase.0[i] = set(b.phase.0[i], 1.0);
     b.round.0[i] = set(b.round.0[i], 0.0);
@@ -310,72 +326,83 @@ fn begin_check(b: &mut ShadowLanes, i: usize, begins: bool, at_end: bool) {
     b.gradient_x.0[i] = set(b.gradient_x.0[i], 0.0);
     b.gradient_y.0[i] = set(b.gradient_y.0[i], 0.0);
     b.gradient_z.0[i] = set(b.gradient_z.0[i], 0.0);
-    b.ends.0[i] = set(b.ends.0[i], if at_end { 1.0 } else { 0.0 });
+    b.ends_after_check.0[i] = set(b.ends_after_check.0[i], if is_at_end { 1.0 } else { 0.0 });
 }
 
-/// The common part of all rays towards a light.
+/// Parameters that all rays towards a light share.
 #[derive(Clone, Copy)]
-struct Shared<const FORM: u32> {
-    /// The light's size.
+struct LightParams<const FORM: u32> {
+    /// Size of the light.
     size: f32,
-    /// 0 for a light far away, 1 for one at a place.
-    near: f32,
+    /// 0 for a directional light, 1 for a point light.
+    is_positional: f32,
     /// 1 where the length of the field's gradient is unknown, else 0.
     raw: f32,
-    /// The lower corner of the box outside which there is nothing.
+    /// Lower corner of the scene's bounds, outside of which there is nothing.
     low: V3<f32>,
-    /// Its upper corner.
+    /// Upper corner of the scene's bounds.
     high: V3<f32>,
-    /// The most evaluations of a ray.
-    most_steps: f32,
+    /// Maximum number of evaluations of a ray.
+    max_steps: f32,
 }
 
-impl<const FORM: u32> Shared<FORM> {
-    /// Takes the evaluation of a point on the ray into account; tells whether the ray has ended.
+impl<const FORM: u32> LightParams<FORM> {
+    /// Advances a ray by the field's value at its point; reports whether the ray has ended.
     ///
-    /// A claim is checked once the ray has passed the point where it is greatest.
+    /// An occluder candidate is checked once the ray has passed the point of its maximum.
     #[inline(always)]
     fn step(self, b: &mut ShadowLanes, i: usize, h: f32) -> bool {
         let (t, v) = (b.t.0[i], b.visibility.0[i]);
-        let slope = shadow::slope(h, b.before.0[i], b.step.0[i]);
-        let noise = marching::noise(b.rounding.0[i], slope, self.raw);
-        let shortest = b.least.0[i] * shadow::hurry(b.steps.0[i]);
+        let slope = shadow::slope(h, b.field_before.0[i], b.step.0[i]);
+        let sign_margin = marching::sign_margin(b.rounding.0[i], slope, self.raw);
+        let min_stride = b.min_step.0[i] * shadow::late_speedup(b.steps.0[i]);
         let next = match FORM {
-            PLAIN => shadow::short_stride(h, t, shortest, self.size),
-            _ => shadow::stride(h, t, shortest, self.size),
+            PLAIN => shadow::short_stride(h, t, min_stride, self.size),
+            _ => shadow::stride(h, t, min_stride, self.size),
         };
-        // The last point is the end of the ray itself, wherever the steps before it were.
-        let left = b.leave.0[i] - t;
-        let left = if left > 0.0 { left } else { 0.0 };
-        let next = if next < left { next } else { left };
-        let out_of_steps = b.steps.0[i] >= self.most_steps;
-        let at_end = (t >= b.leave.0[i]) | out_of_steps;
-        let nan = is_nan(h);
-        let back = shadow::passed(h, b.before.0[i], b.step.0[i], b.fall.0[i], noise);
-        let goes_back = (back > 0.0) & !out_of_steps;
-        let next = if goes_back { back - b.step.0[i] } else { next };
+        // The last point is the end of the ray itself, wherever the previous steps were.
+        let remaining = b.exit_t.0[i] - t;
+        let remaining = if remaining > 0.0 { remaining } else { 0.0 };
+        let next = if next < remaining { next } else { remaining };
+        let out_of_steps = b.steps.0[i] >= self.max_steps;
+        let is_at_end = (t >= b.exit_t.0[i]) | out_of_steps;
+        let is_nan_value = is_nan(h);
+        let back_step = shadow::step_to_passed_sheet(
+            h,
+            b.field_before.0[i],
+            b.step.0[i],
+            b.slope_before.0[i],
+            sign_margin,
+        );
+        let goes_back = (back_step > 0.0) & !out_of_steps;
+        let next = if goes_back {
+            back_step - b.step.0[i]
+        } else {
+            next
+        };
         let keep = |old: f32, new: f32| if goes_back { old } else { new };
         b.t.0[i] = t + next;
-        b.before.0[i] = keep(b.before.0[i], h);
-        b.step.0[i] = if goes_back { back } else { next };
-        b.fall.0[i] = if goes_back { 0.0 } else { slope };
-        if !soft(FORM) {
-            let new = keep(v, shadow::hard(v, h, noise));
-            b.visibility.0[i] = new;
-            return !goes_back & (at_end | (new <= 0.0) | nan);
+        b.field_before.0[i] = keep(b.field_before.0[i], h);
+        b.step.0[i] = if goes_back { back_step } else { next };
+        b.slope_before.0[i] = if goes_back { 0.0 } else { slope };
+        if !has_penumbra(FORM) {
+            let sample_visibility = keep(v, shadow::hard_visibility(v, h, sign_margin));
+            b.visibility.0[i] = sample_visibility;
+            return !goes_back & (is_at_end | (sample_visibility <= 0.0) | is_nan_value);
         }
-        let new = shadow::seen(h, t, self.size);
-        let is_inside = (h < -noise) & !goes_back;
-        let claims = (shadow::claims(new, b.last.0[i], v) > 0.0) & !goes_back;
-        let claim = |old: f32, new: f32| if claims { new } else { old };
-        b.claim_t.0[i] = claim(b.claim_t.0[i], t);
-        b.value.0[i] = claim(b.value.0[i], h);
-        b.last.0[i] = keep(b.last.0[i], new);
-        let is_passed = (!claims | at_end) & !goes_back;
-        let has_claim = b.claim_t.0[i] > 0.0;
-        let begins = is_passed & has_claim & !out_of_steps & !is_inside;
-        begin_check(b, i, begins, at_end);
+        let sample_visibility = shadow::visibility_at(h, t, self.size);
+        let is_inside = (h < -sign_margin) & !goes_back;
+        let is_candidate =
+            (shadow::is_candidate(sample_visibility, b.last_visibility.0[i], v) > 0.0) & !goes_back;
+        let if_candidate = |old: f32, new: f32| if is_candidate { new } else { old };
+        b.candidate_t.0[i] = if_candidate(b.candidate_t.0[i], t);
+        b.value.0[i] = if_candidate(b.value.0[i], h);
+        b.last_visibility.0[i] = keep(b.last_visibility.0[i], sample_visibility);
+        let is_maximum_passed = (!is_candidate | is_at_end) & !goes_back;
+        let has_candidate = b.candidate_t.0[i] > 0.0;
+        let begins = is_maximum_passed & has_candidate & !out_of_steps & !is_inside;
+        begin_candidate_check(b, i, begins, is_at_end);
         b.visibility.0[i] = if is_inside { 0.0 } else { v };
-        !goes_back & (is_inside | (at_end & !begins) | nan)
+        !goes_back & (is_inside | (is_at_end & !begins) | is_nan_value)
     }
 }

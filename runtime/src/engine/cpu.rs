@@ -1,85 +1,88 @@
-//! The CPU engine: programs on batches of 64 points, all cores.
+//! The CPU engine: programs on batches of 64 points, on all cores.
 
-use super::cut::ByPackets;
-use super::worth::Worth;
-use super::{Engine, EngineError, EngineKind, Loaded, Sample, cut, order};
-use crate::cells::{self, BLOCKS, Cells, Cut, Key, Lazy, Part, Region, Split};
-use crate::cpu::figure::{self, Plane};
+use super::cell_policy::PacketCells;
+use super::cell_trial::CellTrial;
+use super::{Engine, EngineError, EngineKind, FieldSample, SceneInput, cell_policy, morton};
+use crate::cells::{
+    self, Aabb, CellInfo, CellSpec, Cells, MAX_BLOCKS, MortonKey, OnDemandCells, Subdivision,
+};
+use crate::cpu::plane_quadtree::{self, PixelPlane};
 use crate::cpu::{
-    self, Asked, Boxes, Column, Evaluator, Field, Geometry, LANES, Points, Range, SurfaceBlock,
+    self, AabbLanes, Evaluator, F32x64, Geometry, LANES, Points, Query, RangeLanes, RenderField,
+    SurfaceBlock,
 };
-use crate::frame::{
-    CellStats, CellUse, FieldFacts, Frame, Mode, Picture, Progress, RenderSettings, Samples,
-    Surface, prepare,
+use crate::render::{
+    CellMode, CellStats, FieldFacts, Image, Mode, RenderJob, RenderProgress, RenderSettings,
+    Samples, Surface, prepare,
 };
-use crate::settings::{facts, unpainted};
+use crate::settings::{default_material, field_facts};
 use rayon::prelude::*;
 use sdfc_vm::dual::Dual;
 use sdfc_vm::interval::FloatInterval;
-use sdfc_vm::lanes::seeded;
+use sdfc_vm::lanes::with_identity_jacobian;
 use sdfc_vm::program::{Module, Program};
-use sdfc_vm::surface::{NUMBERS, Surfaces};
-use sdfc_vm::tape::choose::Chooser;
-use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::surface::{SURFACE_NUMBERS, SurfaceHook};
+use sdfc_vm::tape::evaluator::TapeEvaluator;
 use sdfc_vm::tape::prune::Pruner;
+use sdfc_vm::tape::trace::Tracer;
 use sdfc_vm::tape::{Clause, Tape};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Runs the loaded scene's programs on the cores of this machine.
 #[derive(Default)]
 pub(super) struct CpuEngine {
-    scene: Option<Scene>,
+    scene: Option<CpuScene>,
 }
 
-/// What of a module is run.
-pub(super) struct Scene {
+/// The parts of a module that the engine runs.
+pub(super) struct CpuScene {
     distance: Arc<Program>,
     surface: Option<(Program, Tape)>,
     tape: Arc<Tape>,
     facts: FieldFacts,
-    unpainted: Surface,
-    /// The cells of the last picture, perhaps of the scene as it was before an edit.
-    last: Mutex<Option<Last>>,
-    /// Whether cells are worth it, where that has to be tried.
-    worth: Worth,
+    default_material: Surface,
+    /// The cells of the last image, possibly of the scene before an edit.
+    cached_cells: Mutex<Option<CachedCells>>,
+    /// Decides whether cells are profitable, where that needs a trial.
+    cell_trial: CellTrial,
 }
 
-/// The cells of a picture, and what they were made for.
-struct Last {
+/// The cells of an image, with the program and view that they were built for.
+struct CachedCells {
     program: Arc<Program>,
     tape: Arc<Tape>,
-    pixels: cut::Pixels,
+    pixels: cell_policy::PixelSize,
     cells: Arc<Cells>,
-    /// How many of them were made for that picture.
+    /// Number of cells built for that image.
     fresh: u64,
 }
 
-impl Scene {
-    fn of(module: &Module, outputs: &[f64], before: Option<Self>) -> Self {
-        let (worth, last) = match before {
-            Some(before) if before.distance.code == module.distance.code => {
-                (before.worth, before.last)
+impl CpuScene {
+    fn new(module: &Module, outputs: &[f64], previous: Option<Self>) -> Self {
+        let (cell_trial, cached_cells) = match previous {
+            Some(previous) if previous.distance.code == module.distance.code => {
+                (previous.cell_trial, previous.cached_cells)
             }
-            Some(before) => (Worth::default(), before.last),
+            Some(previous) => (CellTrial::default(), previous.cached_cells),
             None => Default::default(),
         };
         Self {
-            worth,
-            last,
+            cell_trial,
+            cached_cells,
             distance: Arc::new(module.distance.clone()),
             surface: module.surface.clone().map(|p| {
-                let tape = Tape::of(&p);
+                let tape = Tape::new(&p);
                 (p, tape)
             }),
-            tape: Arc::new(Tape::of(&module.distance)),
-            facts: facts(module, outputs),
-            unpainted: unpainted(module, outputs),
+            tape: Arc::new(Tape::new(&module.distance)),
+            facts: field_facts(module, outputs),
+            default_material: default_material(module, outputs),
         }
     }
 }
 
 impl CpuEngine {
-    pub(super) fn scene(&self) -> Result<&Scene, EngineError> {
+    pub(super) fn scene(&self) -> Result<&CpuScene, EngineError> {
         self.scene.as_ref().ok_or(EngineError::NothingLoaded)
     }
 }
@@ -96,8 +99,12 @@ impl Engine for CpuEngine {
         }
     }
 
-    fn load(&mut self, scene: &Loaded<'_>) -> Result<(), EngineError> {
-        self.scene = Some(Scene::of(scene.module, scene.outputs, self.scene.take()));
+    fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError> {
+        self.scene = Some(CpuScene::new(
+            scene.module,
+            scene.outputs,
+            self.scene.take(),
+        ));
         Ok(())
     }
 
@@ -107,9 +114,9 @@ impl Engine for CpuEngine {
             && scene.surface.as_ref().map(|(p, _)| &p.code)
                 == module.surface.as_ref().map(|p| &p.code);
         if !same {
-            return Err(EngineError::AnotherScene);
+            return Err(EngineError::SceneMismatch);
         }
-        self.scene = Some(Scene::of(module, outputs, self.scene.take()));
+        self.scene = Some(CpuScene::new(module, outputs, self.scene.take()));
         Ok(())
     }
 
@@ -117,43 +124,43 @@ impl Engine for CpuEngine {
         &mut self,
         settings: &RenderSettings,
         samples: Samples<'_>,
-        progress: &dyn Progress,
-    ) -> Result<Frame, EngineError> {
+        progress: &dyn RenderProgress,
+    ) -> Result<Image, EngineError> {
         let scene = self.scene()?;
-        let picture = prepare(settings, &scene.facts);
-        let frame = cpu::render_samples(scene, &picture, samples, progress);
-        let mut frame = frame.ok_or(EngineError::Stopped)?;
-        frame.stats.cells = scene.cells_made(&picture);
-        Ok(frame)
+        let job = prepare(settings, &scene.facts);
+        let image = cpu::render_samples(scene, &job, samples, progress);
+        let mut image = image.ok_or(EngineError::Stopped)?;
+        image.stats.cells = scene.cell_stats(&job);
+        Ok(image)
     }
 
     fn cells_at(
         &mut self,
         settings: &RenderSettings,
         points: &[[f32; 3]],
-    ) -> Result<Option<Vec<Option<Part>>>, EngineError> {
+    ) -> Result<Option<Vec<Option<CellInfo>>>, EngineError> {
         let scene = self.scene()?;
-        // The cells of the last picture, if it was of these settings, else they are cut here.
-        let picture = prepare(settings, &scene.facts);
-        if picture.shows_plane() {
+        // Uses the cells of the last image if its settings were the same; otherwise cells are built here.
+        let job = prepare(settings, &scene.facts);
+        if job.shows_plane() {
             return Ok(None);
         }
-        let cells = scene.cells(&picture);
-        Ok(cells.map(|cells| points.par_iter().map(|&p| cells.part_at(p)).collect()))
+        let cells = scene.cells(&job);
+        Ok(cells.map(|cells| points.par_iter().map(|&p| cells.info_at(p)).collect()))
     }
 
-    fn heeds_guards(&self) -> bool {
+    fn benefits_from_guards(&self) -> bool {
         false
     }
 
-    fn figure(
+    fn sample_plane(
         &mut self,
         settings: &RenderSettings,
         band: f32,
     ) -> Result<Option<Vec<f32>>, EngineError> {
         let scene = self.scene()?;
-        let plane = super::plane(settings);
-        Ok(plane.map(|plane| figure::sample(&scene.distance, &scene.tape, &plane, band)))
+        let plane = super::plane_of(settings);
+        Ok(plane.map(|plane| plane_quadtree::sample(&scene.distance, &scene.tape, &plane, band)))
     }
 
     fn geometry(&mut self, settings: &RenderSettings) -> Result<Geometry, EngineError> {
@@ -166,72 +173,95 @@ impl Engine for CpuEngine {
         Ok(cpu::geometry(scene, &prepare(&settings, &scene.facts)))
     }
 
-    fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError> {
+    fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<FieldSample>, EngineError> {
         let scene = self.scene()?;
-        if points.len() < MANY || scene.tape.clauses.len() < LONG {
-            let batches: Vec<Vec<Sample>> = points
+        if points.len() < SORT_MIN_POINTS || scene.tape.clauses.len() < ON_DEMAND_MIN_CLAUSES {
+            let batches: Vec<Vec<FieldSample>> = points
                 .par_chunks(LANES)
-                .map_init(|| scene.asker(None), |asker, chunk| asker.samples(chunk))
+                .map_init(
+                    || scene.evaluator_with(None),
+                    |evaluator, chunk| evaluator.sample_chunk(chunk),
+                )
                 .collect();
             return Ok(batches.concat());
         }
-        let order = order::by_place(points);
-        let pruning = || Asker {
-            pruned: true,
-            ..scene.asker(None)
+        let order = morton::morton_order(points);
+        let pruning_evaluator = || CpuEvaluator {
+            is_pruning: true,
+            ..scene.evaluator_with(None)
         };
-        let batches: Vec<Vec<Sample>> = order
+        let batches: Vec<Vec<FieldSample>> = order
             .par_chunks(LANES * LANES)
-            .map_init(pruning, |asker, numbers| {
-                let near: Vec<[f32; 3]> = numbers.iter().map(|&n| points[n as usize]).collect();
-                asker.samples_nearby(&near)
+            .map_init(pruning_evaluator, |evaluator, indices| {
+                let sorted_points: Vec<[f32; 3]> = indices
+                    .iter()
+                    .map(|&index| points[index as usize])
+                    .collect();
+                evaluator.sample_batch_sorted(&sorted_points)
             })
             .collect();
-        let mut samples = vec![Sample::default(); points.len()];
-        for (sample, number) in batches.into_iter().flatten().zip(order) {
-            samples[number as usize] = sample;
+        let mut samples = vec![FieldSample::default(); points.len()];
+        for (sample, index) in batches.into_iter().flatten().zip(order) {
+            samples[index as usize] = sample;
         }
         Ok(samples)
     }
 }
 
-impl Field for Scene {
+impl RenderField for CpuScene {
     fn facts(&self) -> FieldFacts {
         self.facts
     }
-    fn cells(&self, picture: &Picture) -> Option<Arc<Cells>> {
-        let by_packets = ByPackets::of(picture, &self.tape);
-        if by_packets == ByPackets::No {
+    fn cells(&self, job: &RenderJob) -> Option<Arc<Cells>> {
+        let by_packets = PacketCells::for_job(job, &self.tape);
+        if by_packets == PacketCells::Never {
             return None;
         }
-        let tried = by_packets == ByPackets::Tried;
-        let frame = &picture.uniforms;
-        let (region, pixels) = match self.tape.slopes.known() {
-            true => (cut::region(frame)?, cut::Pixels::of(frame)),
-            false => cut::raw(frame)?,
+        let is_trial = by_packets == PacketCells::Trial;
+        let frame = &job.uniforms;
+        let (region, pixels) = match self.tape.lipschitz.is_bounded() {
+            true => (
+                cell_policy::scene_cube(frame)?,
+                cell_policy::PixelSize::from_uniforms(frame),
+            ),
+            false => cell_policy::raw_field_cells(frame)?,
         };
-        let cut = Cut {
+        let cut = CellSpec {
             region,
-            split: Split::Cube,
+            subdivision: Subdivision::Volume,
             band: 0.0,
             refine: &pixels,
         };
-        let new = (&*self.distance, &*self.tape);
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        let kept = last.take().filter(|last| last.pixels == pixels);
-        if tried && !self.worth.is_possible(new.0, new.1, &cut, &pixels) {
+        let new_program = (&*self.distance, &*self.tape);
+        let mut cached_cells = self
+            .cached_cells
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let reusable = cached_cells.take().filter(|last| last.pixels == pixels);
+        if is_trial
+            && !self
+                .cell_trial
+                .may_pay_off(new_program.0, new_program.1, &cut, &pixels)
+        {
             return None;
         }
-        let before = kept.as_ref().map(|last| Arc::as_ptr(&last.cells));
-        let kept =
-            kept.and_then(|last| cells::again(&last.cells, (&last.program, &last.tape), new, &cut));
-        let same = kept.as_ref().map(Arc::as_ptr) == before && before.is_some();
-        let cells = kept.unwrap_or_else(|| Arc::new(cells::build(new.0, new.1, &cut)));
-        if tried && !self.worth.of(new.0, &cells) {
+        let previous_cells = reusable.as_ref().map(|last| Arc::as_ptr(&last.cells));
+        let reusable = reusable.and_then(|last| {
+            cells::rebuild_after_edit(&last.cells, (&last.program, &last.tape), new_program, &cut)
+        });
+        let is_unchanged =
+            reusable.as_ref().map(Arc::as_ptr) == previous_cells && previous_cells.is_some();
+        let cells =
+            reusable.unwrap_or_else(|| Arc::new(cells::build(new_program.0, new_program.1, &cut)));
+        if is_trial && !self.cell_trial.pays_off(new_program.0, &cells) {
             return None;
         }
-        *last = Some(Last {
-            fresh: if same { 0 } else { cells.made() as u64 },
+        *cached_cells = Some(CachedCells {
+            fresh: if is_unchanged {
+                0
+            } else {
+                cells.rebuilt_count() as u64
+            },
             program: self.distance.clone(),
             tape: self.tape.clone(),
             pixels,
@@ -239,296 +269,316 @@ impl Field for Scene {
         });
         Some(cells)
     }
-    fn figure(&self, picture: &Picture, plane: &Plane, band: f32) -> Option<Vec<f32>> {
-        let wanted = match picture.cells {
-            CellUse::Never => false,
-            CellUse::Auto => self.tape.clauses.len() >= FIGURE,
-            CellUse::Always | CellUse::Processor | CellUse::Device => true,
+    fn sample_plane(&self, job: &RenderJob, plane: &PixelPlane, band: f32) -> Option<Vec<f32>> {
+        let is_pruned = match job.cells {
+            CellMode::Never => false,
+            CellMode::Auto => self.tape.clauses.len() >= PLANE_PRUNE_MIN_CLAUSES,
+            CellMode::Always | CellMode::Cpu | CellMode::Gpu => true,
         };
-        wanted.then(|| figure::sample(&self.distance, &self.tape, plane, band))
+        is_pruned.then(|| plane_quadtree::sample(&self.distance, &self.tape, plane, band))
     }
     fn evaluator<'a>(
         &'a self,
-        picture: &Picture,
+        job: &RenderJob,
         cells: Option<&'a Cells>,
     ) -> Box<dyn Evaluator + 'a> {
-        Box::new(Asker {
-            pruned: picture.cells != CellUse::Never,
-            ..self.asker(cells)
+        Box::new(CpuEvaluator {
+            is_pruning: job.cells != CellMode::Never,
+            ..self.evaluator_with(cells)
         })
     }
 }
 
-impl Scene {
-    /// What came of cutting space for the picture that was drawn last.
-    fn cells_made(&self, picture: &Picture) -> CellStats {
-        if picture.shows_plane() || ByPackets::of(picture, &self.tape) == ByPackets::No {
+impl CpuScene {
+    /// Counts of the cells of the last image.
+    fn cell_stats(&self, job: &RenderJob) -> CellStats {
+        if job.shows_plane() || PacketCells::for_job(job, &self.tape) == PacketCells::Never {
             return CellStats::default();
         }
-        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        last.as_ref()
+        let cached_cells = self
+            .cached_cells
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        cached_cells
+            .as_ref()
             .map_or(CellStats::default(), |last| CellStats {
                 fresh: last.fresh,
-                ..last.cells.counts()
+                ..last.cells.stats()
             })
     }
 }
 
-impl Scene {
-    fn asker<'a>(&'a self, cells: Option<&'a Cells>) -> Asker<'a> {
-        let lazy = |tape: &Tape, cells: &Cells| {
-            let long = tape.clauses.len() >= LONG;
-            long.then(|| Lazy::new(tape, *cells.region()))
+impl CpuScene {
+    fn evaluator_with<'a>(&'a self, cells: Option<&'a Cells>) -> CpuEvaluator<'a> {
+        let on_demand = |tape: &Tape, cells: &Cells| {
+            let is_long = tape.clauses.len() >= ON_DEMAND_MIN_CLAUSES;
+            is_long.then(|| OnDemandCells::new(tape, *cells.region()))
         };
         let surface = self.surface.as_ref().map(|(_, tape)| tape);
-        Asker {
+        CpuEvaluator {
             scene: self,
-            pruned: false,
+            is_pruning: false,
             cells,
-            lazy: cells.and_then(|cells| lazy(&self.tape, cells)),
-            surface_lazy: surface
+            on_demand: cells.and_then(|cells| on_demand(&self.tape, cells)),
+            surface_on_demand: surface
                 .zip(cells)
-                .and_then(|(tape, cells)| lazy(tape, cells)),
+                .and_then(|(tape, cells)| on_demand(tape, cells)),
             distance: None,
             range: None,
             gradient: None,
             surface: None,
-            distance_tapes: RegionTapes::default(),
-            surface_tapes: RegionTapes::default(),
+            distance_tapes: PrunedTapes::default(),
+            surface_tapes: PrunedTapes::default(),
             focus: None,
         }
     }
 }
 
-/// The memory of one thread; each part is made when it is first needed.
-struct Asker<'a> {
-    scene: &'a Scene,
-    /// Whether tapes are pruned for the boxes that are announced.
-    pruned: bool,
+/// The evaluators of one thread, each created on first use.
+struct CpuEvaluator<'a> {
+    scene: &'a CpuScene,
+    /// Set if tapes are pruned for announced boxes.
+    is_pruning: bool,
     cells: Option<&'a Cells>,
-    /// Cells for points that come in no order, where looking them up pays.
-    lazy: Option<Lazy>,
-    /// The same for surfaces.
-    surface_lazy: Option<Lazy>,
-    distance: Option<Machine<f32>>,
-    range: Option<Machine<FloatInterval>>,
-    gradient: Option<Machine<Dual<f32>>>,
-    surface: Option<Machine<Dual<f32>, Surfaces>>,
-    distance_tapes: RegionTapes,
-    surface_tapes: RegionTapes,
-    /// Which of the announced boxes all points lie in.
+    /// On-demand cells for unordered points, where looking them up is profitable.
+    on_demand: Option<OnDemandCells>,
+    /// On-demand cells for surfaces.
+    surface_on_demand: Option<OnDemandCells>,
+    distance: Option<TapeEvaluator<f32>>,
+    range: Option<TapeEvaluator<FloatInterval>>,
+    gradient: Option<TapeEvaluator<Dual<f32>>>,
+    surface: Option<TapeEvaluator<Dual<f32>, SurfaceHook>>,
+    distance_tapes: PrunedTapes,
+    surface_tapes: PrunedTapes,
+    /// Index of the announced box that contains all points.
     focus: Option<usize>,
 }
 
-/// Tapes pruned for the boxes that were announced.
+/// Tapes pruned for announced boxes.
 #[derive(Default)]
-struct RegionTapes {
-    /// Made when it is first needed.
-    chooser: Option<Chooser>,
+struct PrunedTapes {
+    /// Created on first use.
+    chooser: Option<Tracer>,
     pruner: Pruner,
     clauses: Vec<Clause>,
-    /// Where each box's clauses are.
-    places: Vec<(usize, usize)>,
+    /// The range of each box's clauses.
+    ranges: Vec<(usize, usize)>,
 }
 
-/// Programs of fewer clauses are run as they are: choosing takes about as long.
-const SHORT: usize = 8;
+/// Minimum number of clauses of a program that is pruned for boxes. Tracing a shorter one takes about as long
+/// as running it.
+const PRUNE_MIN_CLAUSES: usize = 8;
 
-impl RegionTapes {
+impl PrunedTapes {
     /// Prunes a tape for boxes.
-    fn prune(&mut self, program: &Program, tape: &Tape, regions: &[Region]) {
+    fn prune(&mut self, program: &Program, tape: &Tape, regions: &[Aabb]) {
         self.clear();
-        if tape.clauses.len() < SHORT {
+        if tape.clauses.len() < PRUNE_MIN_CLAUSES {
             return;
         }
-        let chooser = self.chooser.get_or_insert_with(|| Chooser::new(tape));
+        let chooser = self.chooser.get_or_insert_with(|| Tracer::new(tape));
         self.pruner.reserve(tape.values, tape.points);
         for regions in regions.chunks(LANES) {
             let boxes = chooser.boxes();
             for (lane, region) in regions.iter().enumerate() {
-                region.with_margin(Split::Cube).put(boxes, lane);
+                region
+                    .with_margin(Subdivision::Volume)
+                    .write_lane(boxes, lane);
             }
             chooser.run(program, &tape.clauses, regions.len());
             for lane in 0..regions.len() {
                 let start = self.clauses.len();
-                let choice = |place| chooser.decided().choice(place, lane);
+                let choice = |clause| chooser.trace().choice(clause, lane);
                 self.pruner.prune(&tape.clauses, choice, &mut self.clauses);
-                self.places.push((start, self.clauses.len()));
+                self.ranges.push((start, self.clauses.len()));
             }
         }
     }
 
     fn clear(&mut self) {
         self.clauses.clear();
-        self.places.clear();
+        self.ranges.clear();
     }
 
     fn get(&self, region: Option<usize>) -> Option<&[Clause]> {
-        let &(start, end) = self.places.get(region?)?;
+        let &(start, end) = self.ranges.get(region?)?;
         Some(&self.clauses[start..end])
     }
 }
 
-/// Figures of so many clauses are pruned for squares of the picture. With 2 to 4 that takes as long as without,
-/// with 8 nine tenths of the time, with 18 six tenths.
-const FIGURE: usize = 8;
-/// Programs of so many clauses may be worth looking up each point's cell: for 64 points in no order, that takes
-/// about two thirds of the time that they do. What is saved tells whether it goes on ([`Lazy::pays`]).
-const LONG: usize = 32;
+/// Minimum number of clauses of a 2-D shape that is pruned for squares of the image. With 2 to 4 clauses
+/// pruning gains nothing, with 8 it takes nine tenths of the time, with 18 six tenths.
+const PLANE_PRUNE_MIN_CLAUSES: usize = 8;
+/// Minimum number of clauses for looking up each point's cell. For 64 unordered points, the lookup takes
+/// about two thirds of the time of a program of this length. Measured savings decide whether lookups continue
+/// ([`OnDemandCells::pays_off`]).
+const ON_DEMAND_MIN_CLAUSES: usize = 32;
 
-/// The points of these keys, side by side.
-fn gather(points: &[Points], keys: &[Key], to: &mut Points) {
-    for (place, key) in keys.iter().enumerate() {
-        let (block, lane) = key.lane();
+/// Gathers the points of these keys into consecutive lanes.
+fn gather(points: &[Points], keys: &[MortonKey], to: &mut Points) {
+    for (lane_index, key) in keys.iter().enumerate() {
+        let (block, lane) = key.block_and_lane();
         for (from, to) in points[block].iter().zip(to.iter_mut()) {
-            to.0[place] = from.0[lane];
+            to.0[lane_index] = from.0[lane];
         }
     }
 }
 
-impl Evaluator for Asker<'_> {
-    fn distances(&mut self, points: &Points, count: usize, out: &mut Column) {
-        if self.lazy.is_some() && self.distance_tapes.get(self.focus).is_none() {
+impl Evaluator for CpuEvaluator<'_> {
+    fn distances(&mut self, points: &Points, count: usize, out: &mut F32x64) {
+        if self.on_demand.is_some() && self.distance_tapes.get(self.focus).is_none() {
             let (points, out) = (std::slice::from_ref(points), std::slice::from_mut(out));
             return self.distances_many(points, count, out);
         }
         let (program, tape) = (&self.scene.distance, &self.scene.tape);
-        let machine = self
+        let tape_evaluator = self
             .distance
-            .get_or_insert_with(|| Machine::new(tape.values, tape.points));
+            .get_or_insert_with(|| TapeEvaluator::new(tape.values, tape.points));
         let clauses = self.distance_tapes.get(self.focus).unwrap_or(&tape.clauses);
-        machine.seed().clone_from(points);
-        out.clone_from(machine.run(program, clauses, count));
+        tape_evaluator.inputs_mut().clone_from(points);
+        out.clone_from(tape_evaluator.run(program, clauses, count));
     }
 
-    fn blocks(&self, asked: Asked) -> usize {
-        let lazy = match asked {
-            Asked::Distances => &self.lazy,
-            Asked::Surfaces => &self.surface_lazy,
+    fn preferred_blocks(&self, asked: Query) -> usize {
+        let on_demand = match asked {
+            Query::Distances => &self.on_demand,
+            Query::Surfaces => &self.surface_on_demand,
         };
-        if lazy.is_some() { BLOCKS } else { 1 }
+        if on_demand.is_some() { MAX_BLOCKS } else { 1 }
     }
 
-    fn distances_many(&mut self, points: &[Points], count: usize, out: &mut [Column]) {
+    fn distances_many(&mut self, points: &[Points], count: usize, out: &mut [F32x64]) {
         let (program, tape) = (&self.scene.distance, &self.scene.tape);
-        let Some(lazy) = &mut self.lazy else {
+        let Some(on_demand) = &mut self.on_demand else {
             for (block, (points, out)) in points.iter().zip(out).enumerate() {
                 self.distances(points, (count - block * LANES).min(LANES), out);
             }
             return;
         };
-        let machine = self
+        let tape_evaluator = self
             .distance
-            .get_or_insert_with(|| Machine::new(tape.values, tape.points));
-        lazy.each(program, points, count, |keys, clauses| {
-            gather(points, keys, machine.seed());
-            let values = machine.run(program, clauses, keys.len());
+            .get_or_insert_with(|| TapeEvaluator::new(tape.values, tape.points));
+        on_demand.for_each_batch(program, points, count, |keys, clauses| {
+            gather(points, keys, tape_evaluator.inputs_mut());
+            let values = tape_evaluator.run(program, clauses, keys.len());
             for (value, key) in values.0.iter().zip(keys) {
-                let (block, lane) = key.lane();
+                let (block, lane) = key.block_and_lane();
                 out[block].0[lane] = *value;
             }
         });
-        // The values are the same without.
-        if !lazy.pays() {
-            self.lazy = None;
+        // Without cells the values are the same.
+        if !on_demand.pays_off() {
+            self.on_demand = None;
         }
     }
 
-    fn distances_in(&mut self, cell: u32, points: &Points, count: usize, out: &mut Column) {
+    fn distances_in_cell(&mut self, cell: u32, points: &Points, count: usize, out: &mut F32x64) {
         let Some(cells) = self.cells else {
             return self.distances(points, count, out);
         };
         let tape = cells.tape(cell);
-        let whole = &self.scene.tape;
-        let machine = self
+        let full_tape = &self.scene.tape;
+        let tape_evaluator = self
             .distance
-            .get_or_insert_with(|| Machine::new(whole.values, whole.points));
-        machine.seed().clone_from(points);
-        out.clone_from(machine.run(&self.scene.distance, tape, count));
+            .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
+        tape_evaluator.inputs_mut().clone_from(points);
+        out.clone_from(tape_evaluator.run(&self.scene.distance, tape, count));
     }
 
-    fn ranges_in(&mut self, cell: u32, boxes: &Boxes, count: usize, out: &mut Range) -> bool {
+    fn ranges_in_cell(
+        &mut self,
+        cell: u32,
+        boxes: &AabbLanes,
+        count: usize,
+        out: &mut RangeLanes,
+    ) -> bool {
         let Some(cells) = self.cells else {
             return false;
         };
-        let whole = &self.scene.tape;
-        let machine = self
+        let full_tape = &self.scene.tape;
+        let tape_evaluator = self
             .range
-            .get_or_insert_with(|| Machine::new(whole.values, whole.points));
-        machine.seed().clone_from(boxes);
-        out.clone_from(machine.run(&self.scene.distance, cells.tape(cell), count));
+            .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
+        tape_evaluator.inputs_mut().clone_from(boxes);
+        out.clone_from(tape_evaluator.run(&self.scene.distance, cells.tape(cell), count));
         true
     }
 
     fn is_raw(&self) -> bool {
-        !self.scene.tape.slopes.known()
+        !self.scene.tape.lipschitz.is_bounded()
     }
 
-    fn gradients(&mut self, points: &Points, count: usize, out: &mut [Column; 4]) {
+    fn gradients(&mut self, points: &Points, count: usize, out: &mut [F32x64; 4]) {
         let (program, tape) = (&self.scene.distance, &self.scene.tape);
-        let mut machine = self
+        let mut tape_evaluator = self
             .gradient
             .take()
-            .unwrap_or_else(|| Machine::new(tape.values, tape.points));
-        match (self.distance_tapes.get(self.focus), &mut self.lazy) {
+            .unwrap_or_else(|| TapeEvaluator::new(tape.values, tape.points));
+        match (self.distance_tapes.get(self.focus), &mut self.on_demand) {
             (Some(clauses), _) => {
-                *machine.seed() = seeded(points);
-                out.clone_from(machine.run(program, clauses, count));
+                *tape_evaluator.inputs_mut() = with_identity_jacobian(points);
+                out.clone_from(tape_evaluator.run(program, clauses, count));
             }
             (None, None) => {
-                *machine.seed() = seeded(points);
-                out.clone_from(machine.run(program, &tape.clauses, count));
+                *tape_evaluator.inputs_mut() = with_identity_jacobian(points);
+                out.clone_from(tape_evaluator.run(program, &tape.clauses, count));
             }
-            (None, Some(lazy)) => {
-                let mut own = Points::default();
+            (None, Some(on_demand)) => {
+                let mut lane_points = Points::default();
                 let points = std::slice::from_ref(points);
-                lazy.each(program, points, count, |keys, clauses| {
-                    gather(points, keys, &mut own);
-                    *machine.seed() = seeded(&own);
-                    let values = machine.run(program, clauses, keys.len());
+                on_demand.for_each_batch(program, points, count, |keys, clauses| {
+                    gather(points, keys, &mut lane_points);
+                    *tape_evaluator.inputs_mut() = with_identity_jacobian(&lane_points);
+                    let values = tape_evaluator.run(program, clauses, keys.len());
                     for (values, out) in values.iter().zip(out.iter_mut()) {
                         for (value, key) in values.0.iter().zip(keys) {
-                            out.0[key.lane().1] = *value;
+                            out.0[key.block_and_lane().1] = *value;
                         }
                     }
                 });
             }
         }
-        self.gradient = Some(machine);
+        self.gradient = Some(tape_evaluator);
     }
 
-    fn holds(&self, cell: u32, point: [f32; 3]) -> bool {
+    fn cell_contains(&self, cell: u32, point: [f32; 3]) -> bool {
         self.cells
-            .is_some_and(|cells| cells.cell(cell).region.holds(point))
+            .is_some_and(|cells| cells.cell(cell).region.contains(point))
     }
 
-    fn tape_of(&self, cell: u32) -> u64 {
+    fn tape_id(&self, cell: u32) -> u64 {
         self.cells.map_or(0, |cells| cells.tape_key(cell))
     }
 
-    fn gradients_in(&mut self, cell: u32, points: &Points, count: usize, out: &mut [Column; 4]) {
+    fn gradients_in_cell(
+        &mut self,
+        cell: u32,
+        points: &Points,
+        count: usize,
+        out: &mut [F32x64; 4],
+    ) {
         let Some(cells) = self.cells else {
             return self.gradients(points, count, out);
         };
-        let whole = &self.scene.tape;
-        let machine = self
+        let full_tape = &self.scene.tape;
+        let tape_evaluator = self
             .gradient
-            .get_or_insert_with(|| Machine::new(whole.values, whole.points));
-        *machine.seed() = seeded(points);
-        out.clone_from(machine.run(&self.scene.distance, cells.tape(cell), count));
+            .get_or_insert_with(|| TapeEvaluator::new(full_tape.values, full_tape.points));
+        *tape_evaluator.inputs_mut() = with_identity_jacobian(points);
+        out.clone_from(tape_evaluator.run(&self.scene.distance, cells.tape(cell), count));
     }
 
-    fn announce(&mut self, asked: Asked, regions: &[Region]) {
+    fn prune_for_regions(&mut self, asked: Query, regions: &[Aabb]) {
         self.focus = None;
-        if !self.pruned {
+        if !self.is_pruning {
             return;
         }
         match asked {
-            Asked::Distances => {
+            Query::Distances => {
                 let (program, tape) = (&self.scene.distance, &self.scene.tape);
                 self.distance_tapes.prune(program, tape, regions);
             }
-            Asked::Surfaces => {
+            Query::Surfaces => {
                 if let Some((program, tape)) = &self.scene.surface {
                     self.surface_tapes.prune(program, tape, regions);
                 }
@@ -536,7 +586,7 @@ impl Evaluator for Asker<'_> {
         }
     }
 
-    fn focus(&mut self, region: Option<usize>) {
+    fn select_region(&mut self, region: Option<usize>) {
         self.focus = region;
     }
 
@@ -547,17 +597,17 @@ impl Evaluator for Asker<'_> {
         count: usize,
         out: &mut SurfaceBlock,
     ) {
-        let unpainted = &self.scene.unpainted;
+        let default_material = &self.scene.default_material;
         let Some((program, tape)) = &self.scene.surface else {
-            *out = numbers(unpainted).map(|number| Column([number; LANES]));
+            *out = surface_numbers(default_material).map(|number| F32x64([number; LANES]));
             return;
         };
-        let machine = surface_machine(&mut self.surface, tape, unpainted);
-        machine.attachment().place(points, normals);
-        *machine.seed() = seeded(points);
+        let tape_evaluator = surface_tape_evaluator(&mut self.surface, tape, default_material);
+        tape_evaluator.hook().set_points(points, normals);
+        *tape_evaluator.inputs_mut() = with_identity_jacobian(points);
         let clauses = self.surface_tapes.get(self.focus).unwrap_or(&tape.clauses);
-        machine.run(program, clauses, count);
-        out.clone_from(machine.attachment().surface());
+        tape_evaluator.run(program, clauses, count);
+        out.clone_from(tape_evaluator.hook().surface());
     }
 
     fn surfaces_many(
@@ -567,7 +617,8 @@ impl Evaluator for Asker<'_> {
         count: usize,
         out: &mut [SurfaceBlock],
     ) {
-        let (Some(lazy), Some((program, tape))) = (&mut self.surface_lazy, &self.scene.surface)
+        let (Some(on_demand), Some((program, tape))) =
+            (&mut self.surface_on_demand, &self.scene.surface)
         else {
             for (block, (points, out)) in points.iter().zip(out).enumerate() {
                 let count = (count - block * LANES).min(LANES);
@@ -575,68 +626,72 @@ impl Evaluator for Asker<'_> {
             }
             return;
         };
-        let machine = surface_machine(&mut self.surface, tape, &self.scene.unpainted);
-        let (mut own, mut facing) = (Points::default(), Points::default());
-        lazy.each(program, points, count, |keys, clauses| {
-            gather(points, keys, &mut own);
-            gather(normals, keys, &mut facing);
-            *machine.seed() = seeded(&own);
-            machine.attachment().place(&own, &facing);
-            machine.run(program, clauses, keys.len());
-            let surface = machine.attachment().surface();
+        let tape_evaluator =
+            surface_tape_evaluator(&mut self.surface, tape, &self.scene.default_material);
+        let (mut lane_points, mut lane_normals) = (Points::default(), Points::default());
+        on_demand.for_each_batch(program, points, count, |keys, clauses| {
+            gather(points, keys, &mut lane_points);
+            gather(normals, keys, &mut lane_normals);
+            *tape_evaluator.inputs_mut() = with_identity_jacobian(&lane_points);
+            tape_evaluator
+                .hook()
+                .set_points(&lane_points, &lane_normals);
+            tape_evaluator.run(program, clauses, keys.len());
+            let surface = tape_evaluator.hook().surface();
             for (number, values) in surface.iter().enumerate() {
                 for (value, key) in values.0.iter().zip(keys) {
-                    let (block, lane) = key.lane();
+                    let (block, lane) = key.block_and_lane();
                     out[block][number].0[lane] = *value;
                 }
             }
         });
-        if !lazy.pays() {
-            self.surface_lazy = None;
+        if !on_demand.pays_off() {
+            self.surface_on_demand = None;
         }
     }
 }
 
-/// The machine for surfaces, made when it is first needed.
-fn surface_machine<'a>(
-    kept: &'a mut Option<Machine<Dual<f32>, Surfaces>>,
+/// The tape evaluator for surfaces, created on first use.
+fn surface_tape_evaluator<'a>(
+    slot: &'a mut Option<TapeEvaluator<Dual<f32>, SurfaceHook>>,
     tape: &Tape,
-    unpainted: &Surface,
-) -> &'a mut Machine<Dual<f32>, Surfaces> {
-    kept.get_or_insert_with(|| {
-        let mut machine: Machine<Dual<f32>, Surfaces> = Machine::new(tape.values, tape.points);
-        machine.attachment().unpainted = numbers(unpainted);
-        machine
+    default_material: &Surface,
+) -> &'a mut TapeEvaluator<Dual<f32>, SurfaceHook> {
+    slot.get_or_insert_with(|| {
+        let mut tape_evaluator: TapeEvaluator<Dual<f32>, SurfaceHook> =
+            TapeEvaluator::new(tape.values, tape.points);
+        tape_evaluator.hook().default_material = surface_numbers(default_material);
+        tape_evaluator
     })
 }
 
-/// So many points are worth putting in order.
-const MANY: usize = 1024;
+/// Minimum number of points for which sorting is profitable.
+const SORT_MIN_POINTS: usize = 1024;
 
-impl Asker<'_> {
-    /// Points of which each 64 are neighbours.
-    fn samples_nearby(&mut self, points: &[[f32; 3]]) -> Vec<Sample> {
-        let regions: Vec<Region> = points
+impl CpuEvaluator<'_> {
+    /// Samples points of which each run of 64 are neighbours.
+    fn sample_batch_sorted(&mut self, points: &[[f32; 3]]) -> Vec<FieldSample> {
+        let regions: Vec<Aabb> = points
             .chunks(LANES)
-            .map(|chunk| order::around(chunk.iter()))
+            .map(|chunk| morton::aabb(chunk.iter()))
             .collect();
-        self.announce(Asked::Distances, &regions);
-        self.announce(Asked::Surfaces, &regions);
+        self.prune_for_regions(Query::Distances, &regions);
+        self.prune_for_regions(Query::Surfaces, &regions);
         let mut samples = Vec::with_capacity(points.len());
         for (region, chunk) in points.chunks(LANES).enumerate() {
-            let bounded = chunk.iter().all(order::is_somewhere);
-            self.focus(bounded.then_some(region));
-            samples.extend(self.samples(chunk));
+            let is_bounded = chunk.iter().all(morton::is_finite);
+            self.select_region(is_bounded.then_some(region));
+            samples.extend(self.sample_chunk(chunk));
         }
-        self.focus(None);
+        self.select_region(None);
         samples
     }
 
-    /// At most 64 points.
-    fn samples(&mut self, chunk: &[[f32; 3]]) -> Vec<Sample> {
+    /// Samples at most 64 points.
+    fn sample_chunk(&mut self, chunk: &[[f32; 3]]) -> Vec<FieldSample> {
         let mut points = Points::default();
         for lane in 0..LANES {
-            // Lanes that are left over repeat the last point.
+            // Unused lanes repeat the last point.
             let point = chunk
                 .get(lane)
                 .or(chunk.last())
@@ -647,8 +702,8 @@ impl Asker<'_> {
             }
         }
         let count = chunk.len();
-        let mut distances = Column::default();
-        let mut gradients = <[Column; 4]>::default();
+        let mut distances = F32x64::default();
+        let mut gradients = <[F32x64; 4]>::default();
         let mut surfaces = SurfaceBlock::default();
         self.distances(&points, count, &mut distances);
         self.gradients(&points, count, &mut gradients);
@@ -660,7 +715,7 @@ impl Asker<'_> {
             }
         }
         self.surfaces(&points, &normals, count, &mut surfaces);
-        let sample = |lane: usize| Sample {
+        let sample = |lane: usize| FieldSample {
             distance: distances.0[lane],
             gradient: gradient_at(&gradients, lane),
             surface: surface_at(&surfaces, lane),
@@ -669,7 +724,7 @@ impl Asker<'_> {
     }
 }
 
-fn gradient_at(gradients: &[Column; 4], lane: usize) -> [f32; 3] {
+fn gradient_at(gradients: &[F32x64; 4], lane: usize) -> [f32; 3] {
     std::array::from_fn(|axis| gradients[axis].0[lane])
 }
 
@@ -685,8 +740,8 @@ fn surface_at(block: &SurfaceBlock, lane: usize) -> Surface {
     }
 }
 
-/// A surface in the order of [`SurfaceBlock`].
-fn numbers(surface: &Surface) -> [f32; NUMBERS] {
+/// The components of a surface, in the order of [`SurfaceBlock`].
+fn surface_numbers(surface: &Surface) -> [f32; SURFACE_NUMBERS] {
     let ([r, g, b], [er, eg, eb], [x, y, z]) = (surface.albedo, surface.emission, surface.bump);
     [
         r,
@@ -704,7 +759,7 @@ fn numbers(surface: &Surface) -> [f32; NUMBERS] {
     ]
 }
 
-/// The instructions that [`Machine::run`] chooses.
+/// The instruction set that the tape evaluator selects.
 fn instruction_set() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {

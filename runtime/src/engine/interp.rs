@@ -1,121 +1,122 @@
-//! The interpreter on a GPU: both programs of a scene as words and constants in buffers, and a
-//! kernel with only the operations they need. Another scene that needs no more runs in the same
-//! kernel, so an edit is a write to a buffer.
+//! The interpreter on a GPU: both programs of a scene as words and constants in buffers, and a kernel with
+//! only the operations that they need. Another scene that needs no other operations runs in the same kernel,
+//! so an edit is a write to a buffer.
 //!
-//! Where cells pay, the kernel is the one that runs tapes ([`sdfc_shaders::interpreter::tape`]), and
-//! a picture begins with cutting its part of space ([`cells`]): on the processor, or, where that is
-//! not what runs the kernels, on the device after the first cuts ([`super::cutter`]).
+//! If cells are profitable, the kernel runs tapes ([`sdfc_shaders::interpreter::tape`]), and each render
+//! begins by cutting its part of space ([`cells`]). Cells are cut on the CPU, or, where kernels run on
+//! another processor, on the device after the first levels ([`super::gpu_cells`]).
 //!
-//! In the *general* form kernels run any scene's tape, cells or none: without, the tape of the whole
-//! program is everywhere. Then no scene needs another kernel, but one whose tapes take more registers
-//! than these have ([`GENERAL`]); that one gets kernels of its own.
+//! In *generic* mode kernels run any scene's tape, with or without cells; without cells, the tape of the
+//! whole program is used everywhere. No scene then needs another kernel, except one whose tapes take more
+//! registers than [`GENERIC_REGISTERS`]; it gets specialized kernels.
 
 mod cells;
 
-use super::cutter::{self, Cutter};
-use super::driver::{Form, OnDevice, SceneText, unpainted_surface};
-use super::{EngineError, EngineKind, Loaded, cut, kernels};
-use crate::cells::{Packed, registers};
-use crate::frame::{CellStats, CellUse, Picture};
-use crate::gpu::{Access, Binding, Buffer, Gpu, Usage};
-use cells::{Kept, MadeFor, Part, Work};
+use super::gpu_cells::{self, GpuCellBuilder};
+use super::gpu_engine::{GpuScene, KernelMode, SceneWgsl, default_material_wgsl};
+use super::{EngineError, EngineKind, SceneInput, cell_policy, kernels};
+use crate::cells::{GpuCells, required_registers};
+use crate::gpu::{BindingAccess, Buffer, BufferBinding, BufferUsage, Gpu};
+use crate::render::{CellMode, CellStats, RenderJob};
+use cells::{CacheKey, CellCache, CellUpload, DeferredCut};
 use sdfc_shaders::assemble::SceneFunction;
-use sdfc_shaders::interpreter::cut::{facts, mark};
-use sdfc_shaders::interpreter::tape::{self, GRID_SLOT, NODES_SLOT, Registers, TAPES_SLOT};
+use sdfc_shaders::interpreter::cut::{instruction_info, mark_changed};
+use sdfc_shaders::interpreter::tape::{self, GRID_SLOT, KernelRegisters, NODES_SLOT, TAPES_SLOT};
 use sdfc_shaders::interpreter::{
-    CODE_SLOT, Function, LENGTH_SLOT, Memory, POOL_SLOT, Record, bindings, interpreter,
+    CODE_SLOT, ConstantLayout, InterpreterFunction, POOL_SLOT, PROGRAM_RANGES_SLOT, ProgramStorage,
+    bindings, interpreter,
 };
 use sdfc_shaders::layout;
-use sdfc_vm::library::Library;
-use sdfc_vm::program::{Module, Needs, Program};
+use sdfc_vm::program::{KernelRequirements, Module, Program};
 use sdfc_vm::tape::Tape;
+use sdfc_vm::wgsl_library::WgslLibrary;
 use std::sync::Arc;
 
-/// The registers of general kernels for distances and gradients. The scenes of this repository take 18
-/// values and 3 points at most, but for a figure of 6,000 clauses; with twice as many, software Vulkan
-/// compiles a kernel for twice as long.
-const GENERAL: Registers = Registers {
+/// Registers of generic kernels for distances and gradients. The scenes of this repository take at most 18
+/// values and 3 points, except for a 2-D shape of 6,000 clauses. With twice as many registers, software
+/// Vulkan takes twice as long to compile a kernel.
+const GENERIC_REGISTERS: KernelRegisters = KernelRegisters {
     values: 32,
     points: 8,
 };
 
-/// Those for surfaces, whose materials are large: the scenes take 11 values at most, and with four
-/// times as many a kernel takes a minute to compile.
-const GENERAL_SURFACES: Registers = Registers {
+/// Registers of generic kernels for surfaces, whose materials are large. The scenes take at most 11 values.
+/// With four times as many registers a kernel takes a minute to compile.
+const GENERIC_SURFACE_REGISTERS: KernelRegisters = KernelRegisters {
     values: 16,
     points: 8,
 };
 
-/// Words name registers alike for both.
-const _: () = assert!(GENERAL.bits() == GENERAL_SURFACES.bits());
+/// Both must use the same encoding of registers in words.
+const _: () = assert!(GENERIC_REGISTERS.name_bits() == GENERIC_SURFACE_REGISTERS.name_bits());
 
 /// A scene's programs in an interpreter's buffers.
 pub(super) struct Interpreter {
-    /// Whether kernels run any scene.
-    form: Form,
-    /// What the kernels are made for.
-    distance: Needs,
-    surface: Option<Needs>,
-    memory: Memory,
-    /// The programs with their present constants; the second one is that of surfaces.
+    /// Set if the kernels run any scene.
+    kernel_mode: KernelMode,
+    /// The requirements that the kernels support.
+    distance: KernelRequirements,
+    surface: Option<KernelRequirements>,
+    memory: ProgramStorage,
+    /// The distance and the surface program, with their current constants.
     programs: [Option<Arc<Program>>; 2],
-    /// Their tapes, once they are asked for.
+    /// The tapes of both programs, built on first use.
     tapes: Option<[Option<Arc<Tape>>; 2]>,
-    /// Instructions and constants.
-    words: [(Binding, Buffer); 2],
-    length: (Binding, Buffer),
+    /// The buffers of instructions and constants.
+    program_buffers: [(BufferBinding, Buffer); 2],
+    length: (BufferBinding, Buffer),
     cells: CellBuffers,
-    /// The cells of the last picture on the processor.
-    kept: Kept,
-    cutter: Cutter,
-    /// What the buffers of kernels hold.
-    reads: Reads,
-    /// What kernels read now: the above, with the length or the cells.
-    buffers: Vec<(Binding, Buffer)>,
+    /// The cells of the last image, as built on the CPU.
+    cell_cache: CellCache,
+    cell_builder: GpuCellBuilder,
+    /// The input that the buffers of the kernels hold.
+    bound_input: BoundInput,
+    /// The buffers that kernels read now: the program buffers, with the length or the cells.
+    buffers: Vec<(BufferBinding, Buffer)>,
 }
 
-/// What kernels read.
+/// The input of the kernels.
 #[derive(Clone, Debug, PartialEq)]
-enum Reads {
-    /// It is not decided, or what they read is out of date.
-    Nothing,
-    /// Programs as they are.
+enum BoundInput {
+    /// Undecided or out of date.
+    Unset,
+    /// Stack programs.
     Programs,
-    /// Tapes, of which the whole ones are everywhere.
-    Whole,
+    /// The tapes of the whole programs, used everywhere.
+    FullTapes,
     /// The tapes of cells.
-    Cells(MadeFor),
+    Cells(CacheKey),
 }
 
 /// Cells on the device.
 #[derive(Default)]
 struct CellBuffers {
-    /// Nodes, tapes and grid, as large as was needed so far.
-    buffers: Vec<(Binding, Buffer)>,
-    /// What kernels are made for.
-    registers: Registers,
+    /// Nodes, tapes and grid; each as large as the largest so far.
+    buffers: Vec<(BufferBinding, Buffer)>,
+    /// The registers of the kernels.
+    registers: KernelRegisters,
 }
 
-impl OnDevice for Interpreter {
+impl GpuScene for Interpreter {
     const KIND: EngineKind = EngineKind::Interp;
 
     fn load(
         gpu: &Gpu,
-        scene: &Loaded<'_>,
-        form: Form,
-        before: Option<Self>,
+        scene: &SceneInput<'_>,
+        kernel_mode: KernelMode,
+        previous: Option<Self>,
     ) -> Result<Self, EngineError> {
         let module = scene.module;
         let programs = [Some(&module.distance), module.surface.as_ref()];
-        Self::of(
+        Self::upload(
             gpu,
             programs.map(|p| p.cloned().map(Arc::new)),
-            form,
-            before,
+            kernel_mode,
+            previous,
         )
     }
 
-    fn nothing(gpu: &Gpu, before: Option<Self>) -> Result<Option<Self>, EngineError> {
+    fn empty_generic(gpu: &Gpu, previous: Option<Self>) -> Result<Option<Self>, EngineError> {
         let empty = Program {
             code: Vec::new(),
             pool: Vec::new(),
@@ -123,126 +124,139 @@ impl OnDevice for Interpreter {
             slots: 0,
         };
         let programs = [Some(Arc::new(empty)), None];
-        let mut made = Self::of(gpu, programs, Form::General, before)?;
-        let (needs, memory) = (&made.distance, made.memory);
-        made.cutter
-            .warm_up(gpu, needs, GENERAL, made.record(), memory)?;
-        Ok(Some(made))
+        let mut interpreter = Self::upload(gpu, programs, KernelMode::Generic, previous)?;
+        let (requirements, memory) = (&interpreter.distance, interpreter.memory);
+        interpreter.cell_builder.warm_up(
+            gpu,
+            requirements,
+            GENERIC_REGISTERS,
+            interpreter.constant_layout(),
+            memory,
+        )?;
+        Ok(Some(interpreter))
     }
 
-    fn is_general(&self) -> bool {
-        self.form == Form::General
+    fn is_generic(&self) -> bool {
+        self.kernel_mode == KernelMode::Generic
     }
 
     fn update(&mut self, gpu: &Gpu, module: &Module, _: &[f64]) -> Result<(), EngineError> {
-        let now = [Some(&module.distance), module.surface.as_ref()];
-        let before = self.programs.each_ref().map(|p| p.as_deref());
+        let new_programs = [Some(&module.distance), module.surface.as_ref()];
+        let old_programs = self.programs.each_ref().map(|p| p.as_deref());
         let code = |program: Option<&Program>| program.map(|program| program.code.clone());
-        if now.map(code) != before.map(code) {
-            return Err(EngineError::AnotherScene);
+        if new_programs.map(code) != old_programs.map(code) {
+            return Err(EngineError::SceneMismatch);
         }
-        self.programs = now.map(|program| program.cloned().map(Arc::new));
+        self.programs = new_programs.map(|program| program.cloned().map(Arc::new));
         // Other constants prune to other tapes.
         self.tapes = None;
-        if matches!(self.reads, Reads::Cells(_)) {
-            self.reads = Reads::Nothing;
+        if matches!(self.bound_input, BoundInput::Cells(_)) {
+            self.bound_input = BoundInput::Unset;
         }
-        let constants = self.record().constants(present(&self.programs));
-        Ok(gpu.write(&self.words[1].1, &constants)?)
+        let constants = self.constant_layout().constants(existing(&self.programs));
+        Ok(gpu.write(&self.program_buffers[1].1, &constants)?)
     }
 
-    fn prepare(&mut self, gpu: &Gpu, picture: Option<&Picture>) -> Result<bool, EngineError> {
-        let wanted = picture.filter(|picture| self.may_cut(picture));
-        let wanted = wanted
-            .zip(self.registers())
-            .and_then(|(picture, registers)| {
-                let on_device = cutter::possible(gpu.info(), registers)
-                    && match picture.cells {
-                        CellUse::Device => true,
-                        CellUse::Processor => false,
-                        _ => cutter::pays(gpu.info()),
-                    };
-                Some((registers, MadeFor::of(picture, on_device)?))
-            });
-        let Some((registers, made_for)) = wanted else {
-            return self.without_cells(gpu);
+    fn prepare(&mut self, gpu: &Gpu, job: Option<&RenderJob>) -> Result<bool, EngineError> {
+        let planned = job.filter(|job| self.may_use_cells(job));
+        let planned = planned.zip(self.registers()).and_then(|(job, registers)| {
+            let on_device = gpu_cells::is_supported(gpu.info(), registers)
+                && match job.cells {
+                    CellMode::Gpu => true,
+                    CellMode::Cpu => false,
+                    _ => gpu_cells::pays_off(gpu.info()),
+                };
+            Some((registers, CacheKey::for_job(job, on_device)?))
+        });
+        let Some((registers, key)) = planned else {
+            return self.bind_without_cells(gpu);
         };
-        if self.reads == Reads::Cells(made_for.clone()) {
+        if self.bound_input == BoundInput::Cells(key.clone()) {
             return Ok(false);
         }
-        // What the device has no room for is drawn without.
+        // Cells that exceed a buffer's limit are not used.
         let limits = gpu.info().limits;
-        let most = limits.storage_binding.min(limits.buffer);
+        let buffer_limit = limits.storage_binding.min(limits.buffer);
         let tapes = self.tapes.clone().unwrap_or_default();
-        let filled = self.cutter.filled(gpu)?;
-        let work = self
-            .kept
-            .packed(&self.programs, &tapes, &made_for, registers, filled);
-        let Some(work) = work.filter(|work| work.packed.largest() as u64 <= most) else {
-            // What the device has is not what was kept.
-            self.cutter.reset(CellStats::default());
-            return self.without_cells(gpu);
+        let fill = self.cell_builder.buffer_fill(gpu)?;
+        let upload = self
+            .cell_cache
+            .upload_for(&self.programs, &tapes, &key, registers, fill);
+        let Some(upload) =
+            upload.filter(|upload| upload.packed.max_buffer_bytes() as u64 <= buffer_limit)
+        else {
+            // The device no longer holds the cached cells.
+            self.cell_builder.reset(CellStats::default());
+            return self.bind_without_cells(gpu);
         };
-        self.with_cells(gpu, work)?;
-        self.reads = Reads::Cells(made_for);
+        self.bind_cells(gpu, upload)?;
+        self.bound_input = BoundInput::Cells(key);
         Ok(true)
     }
 
     fn cells(&mut self, gpu: &Gpu) -> Result<CellStats, EngineError> {
-        match self.reads {
-            Reads::Cells(_) => self.cutter.counts(gpu),
-            Reads::Nothing | Reads::Programs | Reads::Whole => Ok(CellStats::default()),
+        match self.bound_input {
+            BoundInput::Cells(_) => self.cell_builder.counts(gpu),
+            BoundInput::Unset | BoundInput::Programs | BoundInput::FullTapes => {
+                Ok(CellStats::default())
+            }
         }
     }
 
     fn variant(&self) -> u32 {
-        if self.is_general() {
-            return kernels::GENERAL;
+        if self.is_generic() {
+            return kernels::GENERIC_VARIANT;
         }
-        if !self.reads_tapes() {
+        if !self.runs_tapes() {
             return 0;
         }
-        let Registers { values, points } = self.cells.registers;
+        let KernelRegisters { values, points } = self.cells.registers;
         1 + (values << 8 | points) as u32
     }
 
-    fn source(&self, functions: &[SceneFunction]) -> SceneText {
-        let mut library = Library::default();
+    fn source(&self, functions: &[SceneFunction]) -> SceneWgsl {
+        let mut library = WgslLibrary::default();
         let mut text = String::new();
         for function in functions {
-            let (needs, function) = match function {
-                SceneFunction::Distance => (&self.distance, Function::Distance),
-                SceneFunction::Gradient => (&self.distance, Function::Gradient),
+            let (requirements, function) = match function {
+                SceneFunction::Distance => (&self.distance, InterpreterFunction::Distance),
+                SceneFunction::Gradient => (&self.distance, InterpreterFunction::Gradient),
                 SceneFunction::Surface => (
                     self.surface.as_ref().unwrap_or(&self.distance),
-                    Function::Surface,
+                    InterpreterFunction::Surface,
                 ),
             };
             let registers = match function {
-                Function::Surface if self.is_general() => GENERAL_SURFACES,
+                InterpreterFunction::Surface if self.is_generic() => GENERIC_SURFACE_REGISTERS,
                 _ => self.cells.registers,
             };
-            text.push_str(&if self.reads_tapes() {
-                tape::interpreter(needs, registers, self.record(), function, &mut library)
+            text.push_str(&if self.runs_tapes() {
+                tape::interpreter(
+                    requirements,
+                    registers,
+                    self.constant_layout(),
+                    function,
+                    &mut library,
+                )
             } else {
-                interpreter(needs, function, &mut library)
+                interpreter(requirements, function, &mut library)
             });
             text.push('\n');
         }
         let (called, calls) = library.text();
-        let unpainted = unpainted_surface(functions);
-        let bindings = if self.reads_tapes() {
+        let default_material = default_material_wgsl(functions);
+        let bindings = if self.runs_tapes() {
             tape::bindings(self.memory)
         } else {
             bindings(self.memory)
         };
-        SceneText {
-            text: format!("{bindings}\n{unpainted}{called}{text}"),
+        SceneWgsl {
+            text: format!("{bindings}\n{default_material}{called}{text}"),
             calls,
         }
     }
 
-    fn buffers(&self) -> &[(Binding, Buffer)] {
+    fn buffers(&self) -> &[(BufferBinding, Buffer)] {
         &self.buffers
     }
 
@@ -252,179 +266,210 @@ impl OnDevice for Interpreter {
             SceneFunction::Distance | SceneFunction::Gradient => distance,
             SceneFunction::Surface => surface,
         };
-        let lookup = if self.reads_tapes() { LOOKUP } else { 0 };
+        let lookup = if self.runs_tapes() {
+            LOOKUP_ITERATIONS
+        } else {
+            0
+        };
         program.as_ref().map_or(0, |program| program.code.len()) + lookup
     }
 }
 
-/// The rounds of the loop that looks a cell up.
-const LOOKUP: usize = 10;
+/// Number of iterations of the loop that looks up a cell.
+const LOOKUP_ITERATIONS: usize = 10;
 
 impl Interpreter {
-    /// These programs on a device.
-    fn of(
+    /// Uploads programs, reusing kernels and buffers of the previous scene where possible.
+    fn upload(
         gpu: &Gpu,
         programs: [Option<Arc<Program>>; 2],
-        form: Form,
-        mut before: Option<Self>,
+        kernel_mode: KernelMode,
+        mut previous: Option<Self>,
     ) -> Result<Self, EngineError> {
         let lengths = programs
             .each_ref()
             .map(|p| p.as_ref().map_or(0, |p| p.code.len()));
         let code = lengths.iter().sum();
-        let pool = |distance: &Needs, surface: &Option<Needs>| {
-            code * record(distance, surface.as_ref()).size() as usize
+        let pool = |distance: &KernelRequirements, surface: &Option<KernelRequirements>| {
+            code * constant_layout(distance, surface.as_ref()).size() as usize
         };
-        let (mut cutter, kept) = before
+        let (mut cell_builder, cell_cache) = previous
             .as_mut()
-            .map(|before| {
+            .map(|previous| {
                 (
-                    std::mem::take(&mut before.cutter),
-                    std::mem::take(&mut before.kept),
+                    std::mem::take(&mut previous.cell_builder),
+                    std::mem::take(&mut previous.cell_cache),
                 )
             })
             .unwrap_or_default();
 
-        let tapes = (form == Form::General).then(|| tapes(&programs));
-        let fits = |(tape, room): (&Option<Arc<Tape>>, Registers)| {
-            let need = tape.as_ref().map(|tape| registers(tape));
-            need.is_none_or(|need| need.join(room) == room && room.fit(code))
+        let tapes = (kernel_mode == KernelMode::Generic).then(|| tapes(&programs));
+        let tape_fits = |(tape, available): (&Option<Arc<Tape>>, KernelRegisters)| {
+            let needed = tape.as_ref().map(|tape| required_registers(tape));
+            needed.is_none_or(|needed| {
+                needed.union(available) == available && available.fits_words(code)
+            })
         };
-        let rooms = [GENERAL, GENERAL_SURFACES];
-        let general = tapes
+        let registers_available = [GENERIC_REGISTERS, GENERIC_SURFACE_REGISTERS];
+        let is_generic = tapes
             .as_ref()
-            .is_some_and(|tapes| tapes.iter().zip(rooms).all(fits));
-        let before = before.filter(|before| before.is_general() == general);
-        let cells = |before: Option<Self>| before.map(|before| before.cells).unwrap_or_default();
-        let (distance, surface, memory, cells) = if general {
-            let everything = Needs::everything();
+            .is_some_and(|tapes| tapes.iter().zip(registers_available).all(tape_fits));
+        let previous = previous.filter(|previous| previous.is_generic() == is_generic);
+        let cells =
+            |previous: Option<Self>| previous.map(|previous| previous.cells).unwrap_or_default();
+        let (distance, surface, memory, cells) = if is_generic {
+            let all_requirements = KernelRequirements::all();
             let cells = CellBuffers {
-                registers: GENERAL,
-                ..cells(before)
+                registers: GENERIC_REGISTERS,
+                ..cells(previous)
             };
-            (everything.clone(), Some(everything), Memory::Storage, cells)
+            (
+                all_requirements.clone(),
+                Some(all_requirements),
+                ProgramStorage::Storage,
+                cells,
+            )
         } else {
-            let [distance, surface] = programs.each_ref().map(|p| p.as_ref().map(|p| p.needs()));
+            let [distance, surface] = programs
+                .each_ref()
+                .map(|p| p.as_ref().map(|p| p.requirements()));
             let distance = distance.unwrap_or_default();
-            // Kernels that do for this scene are kept, whatever else they can do.
-            let kept = before.filter(|before| {
-                before.distance.cover(&distance)
-                    && match (&before.surface, &surface) {
-                        (Some(have), Some(need)) => have.cover(need),
+            // Kernels that support this scene are kept, even if they support more.
+            let reusable = previous.filter(|previous| {
+                previous.distance.covers(&distance)
+                    && match (&previous.surface, &surface) {
+                        (Some(available), Some(needed)) => available.covers(needed),
                         (None, None) => true,
                         _ => false,
                     }
-                    && holds(before.memory, code, pool(&before.distance, &before.surface))
+                    && is_large_enough(
+                        previous.memory,
+                        code,
+                        pool(&previous.distance, &previous.surface),
+                    )
             });
-            match kept {
-                Some(before) => (before.distance, before.surface, before.memory, before.cells),
+            match reusable {
+                Some(previous) => (
+                    previous.distance,
+                    previous.surface,
+                    previous.memory,
+                    previous.cells,
+                ),
                 None => {
-                    let memory = Memory::for_program(code, pool(&distance, &surface));
+                    let memory = ProgramStorage::for_program(code, pool(&distance, &surface));
                     (distance, surface, memory, CellBuffers::default())
                 }
             }
         };
         if cells.buffers.is_empty() {
-            cutter.reset(CellStats::default());
+            cell_builder.reset(CellStats::default());
         }
 
-        let record = record(&distance, surface.as_ref());
-        let constants = record.constants(present(&programs));
+        let constant_layout = constant_layout(&distance, surface.as_ref());
+        let constants = constant_layout.constants(existing(&programs));
         let (usage, access, code_size, pool_size) = match memory {
-            Memory::Uniform { code, pool } => (
-                Usage::Uniform,
-                Access::Uniform,
+            ProgramStorage::Uniform { code, pool } => (
+                BufferUsage::Uniform,
+                BindingAccess::Uniform,
                 code as usize,
                 pool as usize,
             ),
-            Memory::Storage => (Usage::Storage, Access::StorageRead, code, constants.len()),
+            ProgramStorage::Storage => (
+                BufferUsage::Storage,
+                BindingAccess::StorageRead,
+                code,
+                constants.len(),
+            ),
         };
         let [first, second] = lengths.map(|length| length as u32);
         let lengths = [first, first, first + second, 0];
         let buffer = |slot, label, usage, access, size: usize| {
             let buffer = gpu.buffer(label, usage, 16 * size.max(1) as u64)?;
-            Ok::<_, EngineError>((Binding { slot, access }, buffer))
+            Ok::<_, EngineError>((BufferBinding { slot, access }, buffer))
         };
         let length = buffer(
-            LENGTH_SLOT,
+            PROGRAM_RANGES_SLOT,
             "program length",
-            Usage::Storage,
-            Access::StorageRead,
+            BufferUsage::Storage,
+            BindingAccess::StorageRead,
             1,
         )?;
-        let in_memory = [
+        let program_buffers = [
             buffer(CODE_SLOT, "code", usage, access, code_size)?,
             buffer(POOL_SLOT, "pool", usage, access, pool_size)?,
         ];
-        gpu.write(&in_memory[0].1, &record.words(present(&programs)))?;
-        gpu.write(&in_memory[1].1, &constants)?;
+        gpu.write(
+            &program_buffers[0].1,
+            &constant_layout.words(existing(&programs)),
+        )?;
+        gpu.write(&program_buffers[1].1, &constants)?;
         gpu.write(&length.1, &lengths)?;
         Ok(Self {
-            form: if general {
-                Form::General
+            kernel_mode: if is_generic {
+                KernelMode::Generic
             } else {
-                Form::Special
+                KernelMode::Specialized
             },
             distance,
             surface,
             memory,
             programs,
             tapes,
-            words: in_memory,
+            program_buffers,
             length,
             cells,
-            kept,
-            cutter,
-            reads: Reads::Nothing,
+            cell_cache,
+            cell_builder,
+            bound_input: BoundInput::Unset,
             buffers: Vec::new(),
         })
     }
 
-    /// Whether kernels run tapes.
-    /// How the constants lie in which kernels read them.
-    fn record(&self) -> Record {
-        record(&self.distance, self.surface.as_ref())
+    /// Layout of the constants in the pool buffer.
+    fn constant_layout(&self) -> ConstantLayout {
+        constant_layout(&self.distance, self.surface.as_ref())
     }
 
-    fn reads_tapes(&self) -> bool {
-        self.is_general() || matches!(self.reads, Reads::Cells(_))
+    /// Reports whether the current kernels run tapes.
+    fn runs_tapes(&self) -> bool {
+        self.is_generic() || matches!(self.bound_input, BoundInput::Cells(_))
     }
 
-    /// Lets kernels run whole programs; whether the buffers are others now.
-    fn without_cells(&mut self, gpu: &Gpu) -> Result<bool, EngineError> {
-        let wanted = if self.is_general() {
-            Reads::Whole
+    /// Binds the whole programs. Reports whether buffers were replaced.
+    fn bind_without_cells(&mut self, gpu: &Gpu) -> Result<bool, EngineError> {
+        let input = if self.is_generic() {
+            BoundInput::FullTapes
         } else {
-            Reads::Programs
+            BoundInput::Programs
         };
-        if self.reads == wanted {
+        if self.bound_input == input {
             return Ok(false);
         }
-        if self.is_general() {
+        if self.is_generic() {
             let programs = &self.programs;
             let tapes = self.tapes.get_or_insert_with(|| tapes(programs));
             let tapes = tapes.each_ref().map(|tape| tape.as_deref());
             let base = programs[0].as_ref().map_or(0, |program| program.code.len());
-            let packed = Packed::whole(tapes, base as u32, self.cells.registers);
-            self.with_cells(
+            let packed = GpuCells::single_tape(tapes, base as u32, self.cells.registers);
+            self.bind_cells(
                 gpu,
-                Work {
+                CellUpload {
                     packed,
                     parts: Vec::new(),
                     changed: None,
                 },
             )?;
         } else {
-            self.buffers = self.words.to_vec();
+            self.buffers = self.program_buffers.to_vec();
             self.buffers.push(self.length.clone());
         }
-        self.reads = wanted;
+        self.bound_input = input;
         Ok(true)
     }
 
-    /// Whether cells are wanted, and possible with these programs.
-    fn may_cut(&mut self, picture: &Picture) -> bool {
-        if picture.cells == CellUse::Never {
+    /// Reports whether the settings request cells and these programs can have them.
+    fn may_use_cells(&mut self, job: &RenderJob) -> bool {
+        if job.cells == CellMode::Never {
             return false;
         }
         let programs = &self.programs;
@@ -432,154 +477,169 @@ impl Interpreter {
         let ([Some(program), _], [Some(tape), _]) = (programs, tapes) else {
             return false;
         };
-        cut::wanted(picture, program, tape) && self.registers().is_some()
+        cell_policy::uses_cells(job, program, tape) && self.registers().is_some()
     }
 
-    /// The registers of kernels that run these programs' tapes, and what ran before if they can.
-    fn registers(&self) -> Option<Registers> {
-        if self.is_general() {
-            return Some(GENERAL);
+    /// The registers of kernels for these programs' tapes, including those of the current kernels if that is
+    /// possible.
+    fn registers(&self) -> Option<KernelRegisters> {
+        if self.is_generic() {
+            return Some(GENERIC_REGISTERS);
         }
         let tapes = self.tapes.iter().flatten().flatten();
-        let tapes = tapes.map(|tape| registers(tape));
-        // A kernel that was made for more has a place for the points that its operations give.
-        let needs = std::iter::once(&self.distance).chain(&self.surface);
-        let mut codes = needs.flat_map(|needs| &needs.codes);
-        let least = Registers {
+        let tapes = tapes.map(|tape| required_registers(tape));
+        // A kernel with more operations needs a register for the points that these return.
+        let requirements = std::iter::once(&self.distance).chain(&self.surface);
+        let mut codes = requirements.flat_map(|requirements| &requirements.codes);
+        let min_registers = KernelRegisters {
             values: 0,
-            points: 1 + usize::from(codes.any(|code| code.gives_point())),
+            points: 1 + usize::from(codes.any(|code| code.returns_point())),
         };
-        let own = tapes.fold(least, Registers::join);
+        let needed = tapes.fold(min_registers, KernelRegisters::union);
         let code = self.programs.iter().flatten().map(|p| p.code.len()).sum();
-        [own.join(self.cells.registers), own]
-            .map(Registers::class)
+        [needed.union(self.cells.registers), needed]
+            .map(KernelRegisters::size_class)
             .into_iter()
-            .find(|registers| registers.fit(code))
+            .find(|registers| registers.fits_words(code))
     }
 
-    /// What the device has to know of all instructions to prune tapes.
-    fn facts(&self) -> Vec<[u32; 4]> {
+    /// Metadata of all instructions, needed by a device to prune tapes.
+    fn instruction_info(&self) -> Vec<[u32; 4]> {
         let tapes = self.tapes.iter().flatten().flatten();
         let pairs = self.programs.iter().flatten().zip(tapes);
         pairs
-            .flat_map(|(program, tape)| facts(program, tape))
+            .flat_map(|(program, tape)| instruction_info(program, tape))
             .collect()
     }
 
-    /// Brings cells to the device, and cuts there what is left.
-    fn with_cells(&mut self, gpu: &Gpu, work: Work) -> Result<(), EngineError> {
-        let Work {
+    /// Uploads cells, and cuts the deferred ones on the device.
+    fn bind_cells(&mut self, gpu: &Gpu, upload: CellUpload) -> Result<(), EngineError> {
+        let CellUpload {
             packed,
             parts,
             changed,
-        } = work;
-        let mut facts = if parts.is_empty() {
+        } = upload;
+        let mut instruction_info = if parts.is_empty() {
             Vec::new()
         } else {
-            self.facts()
+            self.instruction_info()
         };
-        mark(&mut facts, changed.iter().flatten());
-        let record = self.record();
+        mark_changed(&mut instruction_info, changed.iter().flatten());
+        let constant_layout = self.constant_layout();
         let cells = &mut self.cells;
-        let storage = |slot| Binding {
+        let storage = |slot| BufferBinding {
             slot,
-            access: Access::StorageRead,
+            access: BindingAccess::StorageRead,
         };
-        let grid = Binding {
+        let grid = BufferBinding {
             slot: GRID_SLOT,
-            access: Access::Uniform,
+            access: BindingAccess::Uniform,
         };
-        let [nodes_behind, words_behind] = packed.behind.map(u64::from);
+        let [nodes_before, words_before] = packed.base_offsets.map(u64::from);
         let used = [
-            256 * nodes_behind + 4 * packed.nodes.len() as u64,
-            8 * (words_behind + packed.tapes.len() as u64),
+            256 * nodes_before + 4 * packed.nodes.len() as u64,
+            8 * (words_before + packed.tapes.len() as u64),
         ];
-        // One entry at least, for buffers cannot be empty.
-        let mut room = used.map(|size| size.max(4));
-        // What an edit goes on with has its room.
+        // Buffers cannot be empty.
+        let mut capacity = used.map(|size| size.max(4));
+        // An incremental update reuses buffers that already have spare capacity.
         if !parts.is_empty() && changed.is_none() {
-            room = cutter::sizes(gpu.info(), room, facts.len());
+            capacity = gpu_cells::buffer_sizes(gpu.info(), capacity, instruction_info.len());
         }
         let sizes = [
-            (storage(NODES_SLOT), room[0]),
-            (storage(TAPES_SLOT), room[1]),
-            (grid, size_of::<layout::Grid>() as u64),
+            (storage(NODES_SLOT), capacity[0]),
+            (storage(TAPES_SLOT), capacity[1]),
+            (grid, size_of::<layout::GridUniforms>() as u64),
         ];
-        for (at, (binding, size)) in sizes.into_iter().enumerate() {
-            if cells.buffers.get(at).is_some_and(|(_, b)| b.size() >= size) {
+        for (index, (binding, size)) in sizes.into_iter().enumerate() {
+            if cells
+                .buffers
+                .get(index)
+                .is_some_and(|(_, b)| b.size() >= size)
+            {
                 continue;
             }
             let usage = match binding.access {
-                Access::Uniform => Usage::Uniform,
-                _ => Usage::Storage,
+                BindingAccess::Uniform => BufferUsage::Uniform,
+                _ => BufferUsage::Storage,
             };
             let buffer = gpu.buffer("cells", usage, size)?;
-            match cells.buffers.get_mut(at) {
-                Some(place) => place.1 = buffer,
+            match cells.buffers.get_mut(index) {
+                Some(slot) => slot.1 = buffer,
                 None => cells.buffers.push((binding, buffer)),
             }
         }
-        gpu.write_at(&cells.buffers[0].1, 256 * nodes_behind, &packed.nodes)?;
-        gpu.write_at(&cells.buffers[1].1, 8 * words_behind, &packed.tapes)?;
+        gpu.write_at(&cells.buffers[0].1, 256 * nodes_before, &packed.nodes)?;
+        gpu.write_at(&cells.buffers[1].1, 8 * words_before, &packed.tapes)?;
         gpu.write(&cells.buffers[2].1, &[packed.grid])?;
         cells.registers = packed.registers;
-        self.buffers = self.words.iter().chain(&cells.buffers).cloned().collect();
+        self.buffers = self
+            .program_buffers
+            .iter()
+            .chain(&cells.buffers)
+            .cloned()
+            .collect();
         if parts.is_empty() {
-            self.cutter.reset(packed.counts);
+            self.cell_builder.reset(packed.counts);
             return Ok(());
         }
-        let needs = |part: &Part| match &self.surface {
-            Some(surface) if part.surface => surface,
+        let requirements = |part: &DeferredCut| match &self.surface {
+            Some(surface) if part.is_surface => surface,
             _ => &self.distance,
         };
-        let task = cutter::Task {
-            facts,
+        let job = gpu_cells::CutJob {
+            instruction_info,
             registers: packed.registers,
-            record,
+            constant_layout,
             memory: self.memory,
-            words: &self.words,
+            program_buffers: &self.program_buffers,
             nodes: &cells.buffers[0].1,
             tapes: &cells.buffers[1].1,
             used: [used[0] / 256, used[1] / 8].map(|used| used as u32),
             is_edit: changed.is_some(),
             parts: parts
                 .iter()
-                .map(|part| cutter::Part {
-                    needs: needs(part),
-                    way: part.way,
+                .map(|part| gpu_cells::ProgramCut {
+                    requirements: requirements(part),
+                    method: part.method,
                     cut: part.cut,
                     jobs: part.jobs(),
                 })
                 .collect(),
-            made: packed.counts,
+            cpu_counts: packed.counts,
         };
-        self.cutter.run(gpu, &task)
+        self.cell_builder.build(gpu, &job)
     }
 }
 
-fn holds(memory: Memory, code: usize, pool: usize) -> bool {
+fn is_large_enough(memory: ProgramStorage, code: usize, pool: usize) -> bool {
     match memory {
-        Memory::Uniform {
-            code: most,
-            pool: most_pool,
-        } => code <= most as usize && pool <= most_pool as usize,
-        Memory::Storage => true,
+        ProgramStorage::Uniform {
+            code: code_capacity,
+            pool: pool_capacity,
+        } => code <= code_capacity as usize && pool <= pool_capacity as usize,
+        ProgramStorage::Storage => true,
     }
 }
 
 /// The tapes of both programs.
 fn tapes(programs: &[Option<Arc<Program>>; 2]) -> [Option<Arc<Tape>>; 2] {
-    let tape = |program: &Option<Arc<Program>>| program.as_deref().map(Tape::of).map(Arc::new);
+    let tape = |program: &Option<Arc<Program>>| program.as_deref().map(Tape::new).map(Arc::new);
     programs.each_ref().map(tape)
 }
 
-/// The programs that there are.
-fn present(programs: &[Option<Arc<Program>>; 2]) -> impl Iterator<Item = &Program> {
+/// The programs that exist.
+fn existing(programs: &[Option<Arc<Program>>; 2]) -> impl Iterator<Item = &Program> {
     programs.iter().flatten().map(|program| &**program)
 }
 
-/// What has room for the constants of both programs' instructions.
-fn record(distance: &Needs, surface: Option<&Needs>) -> Record {
-    let own = Record::of(distance);
-    surface.map_or(own, |surface| own.join(Record::of(surface)))
+/// The layout with room for the constants of both programs' instructions.
+fn constant_layout(
+    distance: &KernelRequirements,
+    surface: Option<&KernelRequirements>,
+) -> ConstantLayout {
+    let layout = ConstantLayout::for_requirements(distance);
+    surface.map_or(layout, |surface| {
+        layout.union(ConstantLayout::for_requirements(surface))
+    })
 }

@@ -1,107 +1,114 @@
-//! Kernels, compiled when they are first needed and kept: by their text, so that what has the same
-//! text is one pipeline whatever picture or scene asks for it.
+//! Kernels, compiled on first use and cached by their text: the same text is one pipeline, whatever image or
+//! scene needs it.
 
-use super::driver::SceneText;
-use crate::gpu::{Access, Binding, BoundKernel, Buffer, Gpu, GpuError, Kernel, KernelSource};
-use sdfc_shaders::assemble::{self, SceneFunction, SceneSource, Slot, Stage};
+use super::gpu_engine::SceneWgsl;
+use crate::gpu::{
+    BindingAccess, BoundKernel, Buffer, BufferBinding, Gpu, GpuError, Kernel, KernelSource,
+};
+use sdfc_shaders::assemble::{self, BufferSlot, RenderStage, SceneFunction, SceneSource};
 use sdfc_shaders::features::Features;
 use std::collections::HashMap;
 
-/// Kernels kept before those of earlier scenes are dropped.
-const MOST: usize = 96;
+/// Maximum number of kernels kept when a scene is replaced.
+const MAX_KERNELS: usize = 96;
 
 /// All kernels of an engine.
 #[derive(Default)]
 pub(super) struct Kernels {
-    entries: Vec<Entry>,
+    entries: Vec<KernelEntry>,
     by_text: HashMap<String, usize>,
-    /// The kernels of the present scene's pictures.
-    stages: HashMap<(Stage, Features, u32), usize>,
-    /// Those that ask one function of it.
+    /// The kernels of the current scene's images.
+    stages: HashMap<(RenderStage, Features, u32), usize>,
+    /// The kernels that evaluate one function of the scene.
     queries: HashMap<(SceneFunction, u32), usize>,
 }
 
-/// The variant of scenes whose functions and bindings are those of all others of this variant: their
-/// kernels are kept when another scene takes a scene's place.
-pub(super) const GENERAL: u32 = u32::MAX;
+/// The variant of scenes that all have the same functions and bindings. Kernels of this variant are kept when
+/// the scene is replaced.
+pub(super) const GENERIC_VARIANT: u32 = u32::MAX;
 
-/// A kernel and what it is run with.
-pub(super) struct Entry {
+/// A kernel and its bindings.
+pub(super) struct KernelEntry {
     kernel: Kernel,
-    /// The picture's buffers that it uses.
-    slots: Vec<Slot>,
-    /// Whether it calls the scene.
-    scene: bool,
-    /// Whether it ran before. A driver may compile in the first run.
-    pub(super) warm: bool,
-    /// With the buffers of this generation.
+    /// The image buffers that it uses.
+    slots: Vec<BufferSlot>,
+    /// Set if it calls the scene.
+    calls_scene: bool,
+    /// Set if it ran before. A driver may compile in the first run.
+    pub(super) is_warm: bool,
+    /// The kernel bound to the buffers of a generation.
     bound: Option<(u64, BoundKernel)>,
 }
 
-/// Where an [`Entry`] is.
+/// Index of an [`KernelEntry`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct KernelId(usize);
 
 impl Kernels {
-    /// Another scene takes the place of the present one.
-    pub(super) fn forget_scene(&mut self) {
-        self.stages.retain(|(_, _, variant), _| *variant == GENERAL);
-        self.queries.retain(|(_, variant), _| *variant == GENERAL);
-        if self.entries.len() <= MOST {
+    /// Removes the kernels of the current scene.
+    pub(super) fn drop_scene_kernels(&mut self) {
+        self.stages
+            .retain(|(_, _, variant), _| *variant == GENERIC_VARIANT);
+        self.queries
+            .retain(|(_, variant), _| *variant == GENERIC_VARIANT);
+        if self.entries.len() <= MAX_KERNELS {
             return;
         }
-        // General kernels stay, under new numbers.
-        let mut kept: Vec<usize> = self.stages.values().copied().collect();
-        kept.extend(self.queries.values());
-        kept.sort_unstable();
-        kept.dedup();
-        let mut at = 0..;
-        self.entries
-            .retain(|_| at.next().is_some_and(|at| kept.binary_search(&at).is_ok()));
-        let place = |at: &usize| kept.binary_search(at).ok();
+        // Generic kernels stay, under new indices.
+        let mut retained: Vec<usize> = self.stages.values().copied().collect();
+        retained.extend(self.queries.values());
+        retained.sort_unstable();
+        retained.dedup();
+        let mut numbers = 0..;
+        self.entries.retain(|_| {
+            numbers
+                .next()
+                .is_some_and(|index| retained.binary_search(&index).is_ok())
+        });
+        let new_index = |index: &usize| retained.binary_search(index).ok();
         self.by_text
-            .retain(|_, at| place(at).map(|new| *at = new).is_some());
-        for at in self.stages.values_mut().chain(self.queries.values_mut()) {
-            *at = place(at).unwrap_or(0);
+            .retain(|_, index| new_index(index).map(|new| *index = new).is_some());
+        for index in self.stages.values_mut().chain(self.queries.values_mut()) {
+            *index = new_index(index).unwrap_or(0);
         }
     }
 
-    pub(super) fn get(&mut self, id: KernelId) -> &mut Entry {
+    pub(super) fn get(&mut self, id: KernelId) -> &mut KernelEntry {
         &mut self.entries[id.0]
     }
 
-    /// The kernel of a stage, with the scene functions that it calls; `variant` names their text and
-    /// bindings among those of the present scene.
+    /// Returns the kernel of a stage, with the scene functions that it calls. `variant` identifies their text
+    /// and bindings among those of the current scene.
     pub(super) fn stage(
         &mut self,
         gpu: &Gpu,
-        stage: Stage,
+        stage: RenderStage,
         features: &Features,
         variant: u32,
-        scene: impl FnOnce() -> SceneText,
-        scene_bindings: &[Binding],
+        scene: impl FnOnce() -> SceneWgsl,
+        scene_bindings: &[BufferBinding],
     ) -> Result<KernelId, GpuError> {
         let key = (stage, features.clone(), variant);
-        if let Some(&at) = self.stages.get(&key) {
-            return Ok(KernelId(at));
+        if let Some(&index) = self.stages.get(&key) {
+            return Ok(KernelId(index));
         }
         let calls_scene = !stage.scene_functions(features).is_empty();
         let scene = if calls_scene {
             scene()
         } else {
-            SceneText::default()
+            SceneWgsl::default()
         };
         let source = SceneSource {
             text: &scene.text,
             calls: &scene.calls,
         };
         let kernel = assemble::kernel(stage, features, &source);
-        let mut bindings: Vec<Binding> = kernel.bindings.iter().map(binding).collect();
+        let mut bindings: Vec<BufferBinding> = kernel.bindings.iter().map(binding).collect();
         if calls_scene {
             bindings.extend(scene_bindings);
         }
         let slots = kernel.bindings.iter().map(|(slot, _)| *slot).collect();
-        let at = self.compile(
+        let id = self.compile(
             gpu,
             kernel.label,
             kernel.text,
@@ -109,37 +116,37 @@ impl Kernels {
             slots,
             calls_scene,
         )?;
-        self.stages.insert(key, at.0);
-        Ok(at)
+        self.stages.insert(key, id.0);
+        Ok(id)
     }
 
-    /// The kernel that asks one function of a scene of this variant.
+    /// Returns the kernel that evaluates one function of a scene of this variant.
     pub(super) fn query(
         &mut self,
         function: SceneFunction,
         variant: u32,
         make: impl FnOnce(&mut Self) -> Result<KernelId, GpuError>,
     ) -> Result<KernelId, GpuError> {
-        if let Some(&at) = self.queries.get(&(function, variant)) {
-            return Ok(KernelId(at));
+        if let Some(&index) = self.queries.get(&(function, variant)) {
+            return Ok(KernelId(index));
         }
-        let made = make(self)?;
-        self.queries.insert((function, variant), made.0);
-        Ok(made)
+        let id = make(self)?;
+        self.queries.insert((function, variant), id.0);
+        Ok(id)
     }
 
-    /// The kernel of this text.
+    /// Returns the kernel with this text, compiling it if it is new.
     pub(super) fn compile(
         &mut self,
         gpu: &Gpu,
         label: &str,
         text: String,
-        bindings: &[Binding],
-        slots: Vec<Slot>,
-        scene: bool,
+        bindings: &[BufferBinding],
+        slots: Vec<BufferSlot>,
+        calls_scene: bool,
     ) -> Result<KernelId, GpuError> {
-        if let Some(&at) = self.by_text.get(&text) {
-            return Ok(KernelId(at));
+        if let Some(&index) = self.by_text.get(&text) {
+            return Ok(KernelId(index));
         }
         let kernel = gpu.kernel(&KernelSource {
             label,
@@ -147,11 +154,11 @@ impl Kernels {
             entry: "main",
             bindings,
         })?;
-        self.entries.push(Entry {
+        self.entries.push(KernelEntry {
             kernel,
             slots,
-            scene,
-            warm: false,
+            calls_scene,
+            is_warm: false,
             bound: None,
         });
         self.by_text.insert(text, self.entries.len() - 1);
@@ -159,28 +166,28 @@ impl Kernels {
     }
 }
 
-impl Entry {
-    /// The picture's buffers that it uses.
-    pub(super) fn slots(&self) -> &[Slot] {
+impl KernelEntry {
+    /// The image buffers that it uses.
+    pub(super) fn slots(&self) -> &[BufferSlot] {
         &self.slots
     }
 
-    /// The kernel with its buffers; `generation` names all buffers there are.
+    /// Returns the kernel bound to its buffers. `generation` identifies the current set of buffers.
     pub(super) fn bound(
         &mut self,
         gpu: &Gpu,
         generation: u64,
-        picture: impl Fn(Slot) -> Option<Buffer>,
-        scene: &[(Binding, Buffer)],
+        image_buffer: impl Fn(BufferSlot) -> Option<Buffer>,
+        scene: &[(BufferBinding, Buffer)],
     ) -> Result<BoundKernel, GpuError> {
-        if let Some((of, bound)) = &self.bound
-            && *of == generation
+        if let Some((bound_generation, bound)) = &self.bound
+            && *bound_generation == generation
         {
             return Ok(bound.clone());
         }
-        let filled = |&slot: &Slot| picture(slot).map(|buffer| (slot as u32, buffer));
+        let filled = |&slot: &BufferSlot| image_buffer(slot).map(|buffer| (slot as u32, buffer));
         let mut buffers: Vec<(u32, Buffer)> = self.slots.iter().filter_map(filled).collect();
-        if self.scene {
+        if self.calls_scene {
             buffers.extend(
                 scene
                     .iter()
@@ -193,7 +200,7 @@ impl Entry {
         Ok(bound)
     }
 
-    /// The kernel with buffers of its own.
+    /// Binds the kernel to the given buffers.
     pub(super) fn bind(
         &self,
         gpu: &Gpu,
@@ -203,13 +210,13 @@ impl Entry {
     }
 }
 
-fn binding((slot, access): &(Slot, assemble::Access)) -> Binding {
+fn binding((slot, access): &(BufferSlot, assemble::BufferAccess)) -> BufferBinding {
     let access = match access {
-        assemble::Access::Uniform => Access::Uniform,
-        assemble::Access::Read => Access::StorageRead,
-        assemble::Access::ReadWrite => Access::StorageReadWrite,
+        assemble::BufferAccess::Uniform => BindingAccess::Uniform,
+        assemble::BufferAccess::Read => BindingAccess::StorageRead,
+        assemble::BufferAccess::ReadWrite => BindingAccess::StorageReadWrite,
     };
-    Binding {
+    BufferBinding {
         slot: *slot as u32,
         access,
     }

@@ -1,27 +1,26 @@
-//! What a scene is at points, on a GPU: three kernels that share a text, one for each of the
-//! scene's functions, since a kernel with all of them would take as long to compile as they do
-//! together.
+//! Evaluation of a scene at points, on a GPU. Three kernels share a text, one for each of the scene's
+//! functions: a single kernel would take as long to compile as all three together.
 
-use super::driver::{GpuEngine, OnDevice, SceneText};
+use super::gpu_engine::{GpuEngine, GpuScene, SceneWgsl};
 use super::kernels::KernelId;
-use super::{EngineError, Sample};
-use crate::gpu::{Access, Binding, Buffer, Extent, Usage};
-use sdfc_shaders::assemble::{SceneFunction, Slot};
-use sdfc_shaders::layout::{Frame, Surface};
+use super::{EngineError, FieldSample};
+use crate::gpu::{BindingAccess, Buffer, BufferBinding, BufferUsage, Extent};
+use sdfc_shaders::assemble::{BufferSlot, SceneFunction};
+use sdfc_shaders::layout::{FrameUniforms, Surface};
 use sdfc_vm::prelude;
 use std::fmt::Write;
 
 /// The text of the three kernels.
 const KERNEL: &str = include_str!("query.wgsl");
 
-/// The most points of a submission.
-const MOST_POINTS: usize = 1 << 20;
-/// How much longer than a distance all three functions take together.
-const WEIGHT: u32 = 13;
+/// Maximum number of points of a submission.
+const MAX_POINTS: usize = 1 << 20;
+/// Cost of all three functions together, relative to a distance.
+const QUERY_WEIGHT: u32 = 13;
 
-/// The direction of a gradient; up where there is none. The kernel's function of this name.
+/// The unit direction of a gradient; up if the gradient has none. Mirrors the kernel's function of this name.
 pub(super) fn direction(gradient: [f32; 3]) -> [f32; 3] {
-    let largest = gradient.iter().fold(0.0_f32, |most, v| most.max(v.abs()));
+    let largest = gradient.iter().fold(0.0_f32, |max, v| max.max(v.abs()));
     if !(largest > 1e-30 && largest < 1e30) {
         return [0.0, 1.0, 0.0];
     }
@@ -30,72 +29,75 @@ pub(super) fn direction(gradient: [f32; 3]) -> [f32; 3] {
     [x * scale, y * scale, z * scale]
 }
 
-/// Asks the scene about all points.
-pub(super) fn query<S: OnDevice>(
+/// Evaluates the scene at all points.
+pub(super) fn query<S: GpuScene>(
     engine: &mut GpuEngine<S>,
     points: &[[f32; 3]],
-) -> Result<Vec<Sample>, EngineError> {
+) -> Result<Vec<FieldSample>, EngineError> {
     engine.prepare(None)?;
-    let painted = engine
+    let has_surface_program = engine
         .scene
         .as_ref()
         .ok_or(EngineError::NothingLoaded)?
-        .painted;
+        .has_surface_program;
     let mut functions = vec![SceneFunction::Distance, SceneFunction::Gradient];
-    if painted {
+    if has_surface_program {
         functions.push(SceneFunction::Surface);
     }
     for &function in &functions {
-        engine.fits(function, 1, "a query")?;
+        engine.check_loop_limit(function, 1, "a query")?;
     }
     let mut samples = Vec::with_capacity(points.len());
-    let mut rest = points;
-    while !rest.is_empty() {
-        let most = (engine.rate.pixels(WEIGHT) as usize).min(MOST_POINTS);
-        let (chunk, after) = rest.split_at(most.min(rest.len()));
-        rest = after;
-        samples.extend(ask(engine, chunk, &functions)?);
+    let mut remaining = points;
+    while !remaining.is_empty() {
+        let max_points = (engine.budget.tile_pixels(QUERY_WEIGHT) as usize).min(MAX_POINTS);
+        let (chunk, after) = remaining.split_at(max_points.min(remaining.len()));
+        remaining = after;
+        samples.extend(query_chunk(engine, chunk, &functions)?);
     }
     Ok(samples)
 }
 
-/// Asks the scene about some points.
-fn ask<S: OnDevice>(
+/// Evaluates the scene at the points of one submission.
+fn query_chunk<S: GpuScene>(
     engine: &mut GpuEngine<S>,
     points: &[[f32; 3]],
     functions: &[SceneFunction],
-) -> Result<Vec<Sample>, EngineError> {
+) -> Result<Vec<FieldSample>, EngineError> {
     let count = points.len();
-    let kernels = functions.iter().map(|&function| kernel(engine, function));
+    let kernels = functions
+        .iter()
+        .map(|&function| query_kernel(engine, function));
     let kernels = kernels.collect::<Result<Vec<KernelId>, _>>()?;
     let gpu = &engine.gpu;
     let scene = engine.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
 
-    let uniforms = Frame {
-        albedo: scene.unpainted.albedo,
-        roughness: scene.unpainted.roughness,
-        emission: scene.unpainted.emission,
-        metallic: scene.unpainted.metallic,
-        id: scene.unpainted.id,
-        ..Frame::default()
+    let uniforms = FrameUniforms {
+        albedo: scene.default_material.albedo,
+        roughness: scene.default_material.roughness,
+        emission: scene.default_material.emission,
+        metallic: scene.default_material.metallic,
+        id: scene.default_material.id,
+        ..FrameUniforms::default()
     };
     let padded: Vec<[f32; 4]> = points.iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect();
-    let made = |label, bytes: usize| gpu.buffer(label, Usage::Storage, (bytes * count) as u64);
-    let frame = gpu.buffer_with("frame", Usage::Uniform, &[uniforms])?;
-    let asked = gpu.buffer_with("points", Usage::Storage, &padded)?;
-    let distances = made("distances", size_of::<f32>())?;
-    let gradients = made("gradients", size_of::<[f32; 4]>())?;
-    let surfaces = made("surfaces", size_of::<Surface>())?;
+    let output_buffer =
+        |label, bytes: usize| gpu.buffer(label, BufferUsage::Storage, (bytes * count) as u64);
+    let frame = gpu.buffer_with("frame", BufferUsage::Uniform, &[uniforms])?;
+    let point_buffer = gpu.buffer_with("points", BufferUsage::Storage, &padded)?;
+    let distances = output_buffer("distances", size_of::<f32>())?;
+    let gradients = output_buffer("gradients", size_of::<[f32; 4]>())?;
+    let surfaces = output_buffer("surfaces", size_of::<Surface>())?;
 
     let mut batch = gpu.batch();
     for (&function, &kernel) in functions.iter().zip(&kernels) {
-        let mut slots: Vec<(u32, &Buffer)> = vec![(0, &frame), (1, &asked)];
+        let mut slots: Vec<(u32, &Buffer)> = vec![(0, &frame), (1, &point_buffer)];
         slots.extend(match function {
             SceneFunction::Distance => vec![(2, &distances)],
             SceneFunction::Gradient => vec![(3, &gradients)],
             SceneFunction::Surface => vec![(3, &gradients), (4, &surfaces)],
         });
-        let buffers = scene.on_device.buffers();
+        let buffers = scene.gpu_scene.buffers();
         slots.extend(
             buffers
                 .iter()
@@ -108,14 +110,14 @@ fn ask<S: OnDevice>(
 
     let distances: Vec<f32> = gpu.read_first(&distances, count)?;
     let gradients: Vec<[f32; 4]> = gpu.read_first(&gradients, count)?;
-    let surfaces: Vec<Surface> = if scene.painted {
+    let surfaces: Vec<Surface> = if scene.has_surface_program {
         gpu.read_first(&surfaces, count)?
     } else {
-        vec![scene.unpainted; count]
+        vec![scene.default_material; count]
     };
     let sample = |i: usize| {
         let [x, y, z, _] = gradients[i];
-        Sample {
+        FieldSample {
             distance: distances[i],
             gradient: [x, y, z],
             surface: surfaces[i],
@@ -124,20 +126,20 @@ fn ask<S: OnDevice>(
     Ok((0..count).map(sample).collect())
 }
 
-/// The kernel that asks one function.
-fn kernel<S: OnDevice>(
+/// Returns the kernel that evaluates one function.
+fn query_kernel<S: GpuScene>(
     engine: &mut GpuEngine<S>,
     function: SceneFunction,
 ) -> Result<KernelId, EngineError> {
     let scene = engine.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
-    let variant = scene.on_device.variant();
+    let variant = scene.gpu_scene.variant();
     let gpu = &engine.gpu;
-    let made = engine.kernels.query(function, variant, |kernels| {
-        let text = text(&scene.on_device.source(&[function]), function);
-        let storage = |slot, access| Binding { slot, access };
-        let (read, write) = (Access::StorageRead, Access::StorageReadWrite);
+    let id = engine.kernels.query(function, variant, |kernels| {
+        let text = kernel_text(&scene.gpu_scene.source(&[function]), function);
+        let storage = |slot, access| BufferBinding { slot, access };
+        let (read, write) = (BindingAccess::StorageRead, BindingAccess::StorageReadWrite);
         let mut bindings = vec![
-            storage(Slot::Frame as u32, Access::Uniform),
+            storage(BufferSlot::Frame as u32, BindingAccess::Uniform),
             storage(1, read),
         ];
         bindings.extend(match function {
@@ -145,32 +147,32 @@ fn kernel<S: OnDevice>(
             SceneFunction::Gradient => vec![storage(3, write)],
             SceneFunction::Surface => vec![storage(3, read), storage(4, write)],
         });
-        let buffers = scene.on_device.buffers();
+        let buffers = scene.gpu_scene.buffers();
         bindings.extend(buffers.iter().map(|(binding, _)| *binding));
         kernels.compile(gpu, "query", text, &bindings, Vec::new(), true)
     });
-    Ok(made?)
+    Ok(id?)
 }
 
-/// The whole module of the kernel that asks one function.
-fn text(scene: &SceneText, function: SceneFunction) -> String {
-    let (wanted, structs) = match function {
+/// The complete module of the kernel that evaluates one function.
+fn kernel_text(scene: &SceneWgsl, function: SceneFunction) -> String {
+    let (define, structs) = match function {
         SceneFunction::Distance => ("distance", ""),
         SceneFunction::Gradient => ("gradient", ""),
         SceneFunction::Surface => ("surface", Surface::WGSL),
     };
-    let mut text = format!("{}\n{structs}\n", Frame::WGSL);
+    let mut text = format!("{}\n{structs}\n", FrameUniforms::WGSL);
     text.push_str("@group(0) @binding(0) var<uniform> frame: Frame;\n\n");
     for function in prelude::functions(scene.calls.iter().copied()) {
         let _ = writeln!(text, "{}", function.text);
     }
     text.push_str(&scene.text);
-    let mut kept = true;
+    let mut is_active = true;
     for line in KERNEL.lines() {
         match line.strip_prefix("#if ") {
-            Some(word) => kept = word == wanted,
-            None if line == "#end" => kept = true,
-            None if kept => {
+            Some(word) => is_active = word == define,
+            None if line == "#end" => is_active = true,
+            None if is_active => {
                 text.push_str(line);
                 text.push('\n');
             }

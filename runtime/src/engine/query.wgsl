@@ -1,4 +1,4 @@
-// query: what the scene is at each point of a list.
+// query: evaluates the scene at each point of a list.
 
 @group(0) @binding(1) var<storage, read> points: array<vec4f>;
 #if distance
@@ -11,7 +11,7 @@
 @group(0) @binding(3) var<storage, read> gradients: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> surfaces: array<Surface>;
 
-// The direction of a gradient; up where there is none.
+// The unit direction of a gradient; up if it has none.
 fn direction(gradient: vec3f) -> vec3f {
     let size = abs(gradient);
     let largest = max(size.x, max(size.y, size.z));

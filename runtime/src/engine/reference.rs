@@ -1,18 +1,18 @@
-//! The engine `reference`: rays end where it is proved that they do ([`crate::reference`]), and the
-//! stages of the CPU engine light and colour what is there.
+//! The engine `reference`: it proves where rays end ([`crate::reference`]); the stages of the CPU engine then
+//! light and colour the result.
 //!
-//! Depths and normals are those of the truth, rounded to `f32`; where nothing could be proved they
-//! are a guess, and counted in [`Stats::undecided`](crate::frame::Stats). Shadows, occlusion and
-//! materials are computed in `f32`, as on the CPU. Distances and gradients that it is asked for are
-//! computed in `f64`.
+//! Depths and normals are the true values rounded to `f32`. Where nothing could be proved they are estimates,
+//! counted in [`Stats::undecided`](crate::render::Stats). Shadows, occlusion and materials are computed in
+//! `f32`, as on the CPU. Queried distances and gradients are computed in `f64`.
 
-use super::cpu::{CpuEngine, Scene};
-use super::{Engine, EngineError, EngineKind, Loaded, Sample};
+use super::cpu::{CpuEngine, CpuScene};
+use super::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::cpu::{
-    self, Asked, Column, Evaluator, Field, FieldFacts, Points, SurfaceBlock, figure::Plane,
+    self, Evaluator, F32x64, FieldFacts, Points, Query, RenderField, SurfaceBlock,
+    plane_quadtree::PixelPlane,
 };
-use crate::frame::{Frame, Picture, Progress, RenderSettings, Samples, prepare};
-use crate::reference::{self, Camera, Ended, Options, Outcome, Tracer};
+use crate::reference::{self, Outcome, RayEnd, ReferenceCamera, ReferenceTracer, TraceOptions};
+use crate::render::{Image, RenderJob, RenderProgress, RenderSettings, Samples, prepare};
 use rayon::prelude::*;
 use sdfc_shaders::layout;
 use sdfc_shaders::marching::{FROM_INSIDE, SHOWN, Status, UNDECIDED};
@@ -22,11 +22,11 @@ use sdfc_vm::program::Module;
 #[derive(Default)]
 pub(super) struct ReferenceEngine {
     shading: CpuEngine,
-    field: Option<reference::Field>,
+    field: Option<reference::ReferenceField>,
 }
 
 impl ReferenceEngine {
-    fn field(&self) -> Result<&reference::Field, EngineError> {
+    fn field(&self) -> Result<&reference::ReferenceField, EngineError> {
         self.field.as_ref().ok_or(EngineError::NothingLoaded)
     }
 }
@@ -43,15 +43,15 @@ impl Engine for ReferenceEngine {
         }
     }
 
-    fn load(&mut self, scene: &Loaded<'_>) -> Result<(), EngineError> {
+    fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError> {
         self.shading.load(scene)?;
-        self.field = Some(reference::Field::of(scene.module));
+        self.field = Some(reference::ReferenceField::from_module(scene.module));
         Ok(())
     }
 
     fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError> {
         self.shading.update(module, outputs)?;
-        self.field = Some(reference::Field::of(module));
+        self.field = Some(reference::ReferenceField::from_module(module));
         Ok(())
     }
 
@@ -59,28 +59,28 @@ impl Engine for ReferenceEngine {
         &mut self,
         settings: &RenderSettings,
         samples: Samples<'_>,
-        progress: &dyn Progress,
-    ) -> Result<Frame, EngineError> {
-        let proved = Proved {
+        progress: &dyn RenderProgress,
+    ) -> Result<Image, EngineError> {
+        let proved_scene = ProvedScene {
             shading: self.shading.scene()?,
             field: self.field()?,
-            camera: Camera::of(settings),
+            camera: ReferenceCamera::new(settings),
             far: settings.far,
         };
-        let picture = prepare(settings, &proved.facts());
-        cpu::render_samples(&proved, &picture, samples, progress).ok_or(EngineError::Stopped)
+        let job = prepare(settings, &proved_scene.facts());
+        cpu::render_samples(&proved_scene, &job, samples, progress).ok_or(EngineError::Stopped)
     }
 
-    fn heeds_guards(&self) -> bool {
+    fn benefits_from_guards(&self) -> bool {
         false
     }
 
-    fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<Sample>, EngineError> {
+    fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<FieldSample>, EngineError> {
         let surfaces = self.shading.query(points)?;
         let field = self.field()?;
-        let exact = |(sample, point): (Sample, &[f32; 3])| {
+        let exact = |(sample, point): (FieldSample, &[f32; 3])| {
             let point = point.map(f64::from);
-            Sample {
+            FieldSample {
                 distance: field.distance(point) as f32,
                 gradient: field.gradient(point).map(|v| v as f32),
                 ..sample
@@ -90,78 +90,79 @@ impl Engine for ReferenceEngine {
     }
 }
 
-/// A scene in a picture: its ends proved, and all else from the CPU engine.
-struct Proved<'a> {
-    shading: &'a Scene,
-    field: &'a reference::Field,
-    camera: Camera,
+/// A scene in an image: its ray ends are proved, all else comes from the CPU engine.
+struct ProvedScene<'a> {
+    shading: &'a CpuScene,
+    field: &'a reference::ReferenceField,
+    camera: ReferenceCamera,
     far: f64,
 }
 
-impl Field for Proved<'_> {
+impl RenderField for ProvedScene<'_> {
     fn facts(&self) -> FieldFacts {
         self.shading.facts()
     }
-    fn figure(&self, _: &Picture, plane: &Plane, _: f32) -> Option<Vec<f32>> {
+    fn sample_plane(&self, _: &RenderJob, plane: &PixelPlane, _: f32) -> Option<Vec<f32>> {
         let points = plane.points();
         let distance = |p: &[f32; 3]| self.field.distance(p.map(f64::from)) as f32;
         Some(points.par_iter().map(distance).collect())
     }
     fn evaluator<'a>(
         &'a self,
-        picture: &Picture,
+        job: &RenderJob,
         _: Option<&'a crate::cells::Cells>,
     ) -> Box<dyn Evaluator + 'a> {
-        Box::new(Prover {
-            shading: self.shading.evaluator(picture, None),
-            tracer: Tracer::new(self.field, &Options::default()),
+        Box::new(ProvingEvaluator {
+            shading: self.shading.evaluator(job, None),
+            tracer: ReferenceTracer::new(self.field, &TraceOptions::default()),
             camera: self.camera,
             far: self.far,
         })
     }
 }
 
-/// What proves the ends of rays, and asks the CPU engine for all else.
-struct Prover<'a> {
+/// Proves the ends of rays and delegates all other evaluations to the CPU engine.
+struct ProvingEvaluator<'a> {
     shading: Box<dyn Evaluator + 'a>,
-    tracer: Tracer<'a>,
-    camera: Camera,
+    tracer: ReferenceTracer<'a>,
+    camera: ReferenceCamera,
     far: f64,
 }
 
-impl Evaluator for Prover<'_> {
-    fn ends(
+impl Evaluator for ProvingEvaluator<'_> {
+    fn known_hits(
         &mut self,
-        frame: &layout::Frame,
+        frame: &layout::FrameUniforms,
         pixels: &[[f32; 2]],
-        rays: &mut [layout::Ray],
+        rays: &mut [layout::RayState],
         normals: &mut [[f32; 3]],
     ) -> Option<u64> {
         let started = self.tracer.evaluations();
-        for (pixel, (to, normal)) in pixels.iter().zip(rays.iter_mut().zip(normals)) {
-            let before = self.tracer.evaluations();
+        for (pixel, (ray_record, normal)) in pixels.iter().zip(rays.iter_mut().zip(normals)) {
+            let evaluations_before = self.tracer.evaluations();
             let ray = self
                 .camera
                 .ray(pixel.map(f64::from), frame.offset.map(f64::from));
             let half_pixel = |t| self.camera.half_pixel(t);
-            let ended = self.tracer.ray(&ray, self.far, half_pixel);
-            *normal = self.tracer.shown_normal(&ray, &ended).map(|v| v as f32);
+            let end = self.tracer.ray(&ray, self.far, half_pixel);
+            *normal = self.tracer.shown_normal(&ray, &end).map(|v| v as f32);
             let start = f64::from(frame.approach) * self.camera.slant(&ray);
-            *to = record(&ended, start, self.tracer.evaluations() - before);
+            *ray_record =
+                to_layout_ray(&end, start, self.tracer.evaluations() - evaluations_before);
         }
         Some(self.tracer.evaluations() - started)
     }
-    fn distances(&mut self, points: &Points, count: usize, out: &mut Column) {
+    fn distances(&mut self, points: &Points, count: usize, out: &mut F32x64) {
         self.shading.distances(points, count, out);
     }
-    fn gradients(&mut self, points: &Points, count: usize, out: &mut [Column; 4]) {
+    fn gradients(&mut self, points: &Points, count: usize, out: &mut [F32x64; 4]) {
         self.shading.gradients(points, count, out);
     }
-    fn announce(&mut self, program: Asked, regions: &[crate::cells::Region]) {
-        self.shading.announce(program, regions);
+    fn prune_for_regions(&mut self, program: Query, regions: &[crate::cells::Aabb]) {
+        self.shading.prune_for_regions(program, regions);
     }
-    fn focus(&mut self, region: Option<usize>) {
-        self.shading.focus(region);
+    fn select_region(&mut self, region: Option<usize>) {
+        self.shading.select_region(region);
     }
     fn surfaces(
         &mut self,
@@ -174,22 +175,23 @@ impl Evaluator for Prover<'_> {
     }
 }
 
-/// How a ray ended, as the stages keep it; `start` is how far from the eye they let it start.
-fn record(ended: &Ended, start: f64, evaluations: u64) -> layout::Ray {
-    let undecided = matches!(ended.outcome, Outcome::Undecided { .. });
-    let status = match ended.depth {
-        Some(_) if ended.inside => Status::Hit as u32 | FROM_INSIDE | SHOWN,
+/// Converts the end of a ray to the record that the stages use. `start` is the distance from the camera at
+/// which the stages start the ray.
+fn to_layout_ray(end: &RayEnd, start: f64, evaluations: u64) -> layout::RayState {
+    let undecided = matches!(end.outcome, Outcome::Undecided { .. });
+    let status = match end.depth {
+        Some(_) if end.inside => Status::Hit as u32 | FROM_INSIDE | SHOWN,
         Some(_) => Status::Hit as u32 | SHOWN,
         None => Status::Miss as u32,
     };
-    layout::Ray {
-        t: ended.depth.map_or(0.0, |depth| depth - start) as f32,
+    layout::RayState {
+        t: end.depth.map_or(0.0, |depth| depth - start) as f32,
         status: if undecided {
             status | UNDECIDED
         } else {
             status
         },
         steps: evaluations.min(u32::MAX.into()) as u32,
-        ..layout::Ray::default()
+        ..layout::RayState::default()
     }
 }

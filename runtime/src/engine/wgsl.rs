@@ -1,42 +1,47 @@
-//! Generated source on a GPU: the scene as straight-line WGSL, with the uniform program's results in
-//! a buffer of their own.
+//! Generated source on a GPU: the scene as straight-line WGSL, with the results of the uniform program in a
+//! buffer.
 
-use super::driver::{Form, OnDevice, SceneText, unpainted_surface};
-use super::{EngineError, EngineKind, Loaded};
-use crate::gpu::{Access, Binding, Buffer, Gpu, Usage};
+use super::gpu_engine::{GpuScene, KernelMode, SceneWgsl, default_material_wgsl};
+use super::{EngineError, EngineKind, SceneInput};
+use crate::gpu::{BindingAccess, Buffer, BufferBinding, BufferUsage, Gpu};
 use sdfc_shaders::assemble::{FIRST_SCENE_SLOT, SceneFunction};
 use sdfc_vm::program::Module;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// The most vectors of a uniform buffer that every device allows.
-const MOST_UNIFORM: usize = 4096;
+/// Maximum size, in vectors, of a uniform buffer that every device supports.
+const MAX_UNIFORM_VECTORS: usize = 4096;
 
-/// A scene's generated source and what it reads.
-pub(super) struct Generated {
+/// A scene's generated source and its buffers.
+pub(super) struct GeneratedScene {
     text: String,
     calls: Vec<&'static str>,
     outputs: usize,
-    buffers: Vec<(Binding, Buffer)>,
+    buffers: Vec<(BufferBinding, Buffer)>,
 }
 
-impl OnDevice for Generated {
+impl GpuScene for GeneratedScene {
     const KIND: EngineKind = EngineKind::Wgsl;
 
-    fn load(gpu: &Gpu, scene: &Loaded<'_>, _: Form, _: Option<Self>) -> Result<Self, EngineError> {
-        let numbers = numbers(scene.outputs);
-        let (usage, access) = if numbers.len() <= MOST_UNIFORM {
-            (Usage::Uniform, Access::Uniform)
+    fn load(
+        gpu: &Gpu,
+        scene: &SceneInput<'_>,
+        _: KernelMode,
+        _: Option<Self>,
+    ) -> Result<Self, EngineError> {
+        let packed = pack_outputs(scene.outputs);
+        let (usage, access) = if packed.len() <= MAX_UNIFORM_VECTORS {
+            (BufferUsage::Uniform, BindingAccess::Uniform)
         } else {
-            (Usage::Storage, Access::StorageRead)
+            (BufferUsage::Storage, BindingAccess::StorageRead)
         };
-        let buffer = gpu.buffer_with("uniforms", usage, &numbers)?;
+        let buffer = gpu.buffer_with("uniforms", usage, &packed)?;
         Ok(Self {
             text: scene.generated.text.to_owned(),
             calls: scene.generated.calls.to_vec(),
             outputs: scene.outputs.len(),
             buffers: vec![(
-                Binding {
+                BufferBinding {
                     slot: FIRST_SCENE_SLOT,
                     access,
                 },
@@ -47,34 +52,35 @@ impl OnDevice for Generated {
 
     fn update(&mut self, gpu: &Gpu, _: &Module, outputs: &[f64]) -> Result<(), EngineError> {
         if outputs.len() != self.outputs {
-            return Err(EngineError::AnotherScene);
+            return Err(EngineError::SceneMismatch);
         }
-        Ok(gpu.write(&self.buffers[0].1, &numbers(outputs))?)
+        Ok(gpu.write(&self.buffers[0].1, &pack_outputs(outputs))?)
     }
 
-    fn source(&self, functions: &[SceneFunction]) -> SceneText {
-        let wanted: Vec<&str> = functions.iter().map(|function| function.name()).collect();
-        let called = reachable(&self.text, &wanted);
-        let named: BTreeSet<&str> = words(&called).collect();
+    fn source(&self, functions: &[SceneFunction]) -> SceneWgsl {
+        let roots: Vec<&str> = functions.iter().map(|function| function.name()).collect();
+        let used_text = reachable(&self.text, &roots);
+        let names: BTreeSet<&str> = identifiers(&used_text).collect();
         let calls = self
             .calls
             .iter()
             .copied()
-            .filter(|name| named.contains(name))
+            .filter(|name| names.contains(name))
             .collect();
         let count = self.outputs.div_ceil(4).max(1);
-        let uniforms = if count <= MOST_UNIFORM {
+        let uniforms = if count <= MAX_UNIFORM_VECTORS {
             format!("var<uniform> uniforms: array<vec4f, {count}>;")
         } else {
             "var<storage, read> uniforms: array<vec4f>;".to_owned()
         };
-        let unpainted = unpainted_surface(functions);
-        let text =
-            format!("@group(0) @binding({FIRST_SCENE_SLOT}) {uniforms}\n\n{unpainted}{called}");
-        SceneText { text, calls }
+        let default_material = default_material_wgsl(functions);
+        let text = format!(
+            "@group(0) @binding({FIRST_SCENE_SLOT}) {uniforms}\n\n{default_material}{used_text}"
+        );
+        SceneWgsl { text, calls }
     }
 
-    fn buffers(&self) -> &[(Binding, Buffer)] {
+    fn buffers(&self) -> &[(BufferBinding, Buffer)] {
         &self.buffers
     }
 
@@ -83,26 +89,29 @@ impl OnDevice for Generated {
     }
 }
 
-/// The results of the uniform program by fours.
-fn numbers(outputs: &[f64]) -> Vec<[f32; 4]> {
-    let fours = outputs
+/// Packs the results of the uniform program into vectors of four.
+fn pack_outputs(outputs: &[f64]) -> Vec<[f32; 4]> {
+    let vectors = outputs
         .chunks(4)
         .map(|chunk| std::array::from_fn(|i| chunk.get(i).map_or(0.0, |&number| number as f32)));
-    let mut numbers: Vec<[f32; 4]> = fours.collect();
-    numbers.resize(numbers.len().max(1), [0.0; 4]);
-    numbers
+    let mut packed: Vec<[f32; 4]> = vectors.collect();
+    packed.resize(packed.len().max(1), [0.0; 4]);
+    packed
 }
 
-/// The declarations of a text that `wanted` reaches, in their order. A declaration of generated
-/// text begins in the first column, and ends with a brace there.
-fn reachable(text: &str, wanted: &[&str]) -> String {
+/// Returns the declarations of a text that `roots` reach, in their order. In generated text, a declaration
+/// begins in the first column and ends with a brace in the first column.
+fn reachable(text: &str, roots: &[&str]) -> String {
     let mut declarations: Vec<(&str, String)> = Vec::new();
     for line in text.lines() {
         let declared = ["fn ", "struct ", "const "]
             .iter()
             .find_map(|kind| line.strip_prefix(kind));
-        if let Some(rest) = declared {
-            declarations.push((words(rest).next().unwrap_or_default(), String::new()));
+        if let Some(remainder) = declared {
+            declarations.push((
+                identifiers(remainder).next().unwrap_or_default(),
+                String::new(),
+            ));
         }
         if let Some((_, declaration)) = declarations.last_mut() {
             let _ = writeln!(declaration, "{line}");
@@ -111,16 +120,18 @@ fn reachable(text: &str, wanted: &[&str]) -> String {
     let by_name: BTreeMap<&str, usize> = declarations
         .iter()
         .enumerate()
-        .map(|(at, (name, _))| (*name, at))
+        .map(|(index, (name, _))| (*name, index))
         .collect();
     let mut reached = vec![false; declarations.len()];
-    let mut open: Vec<usize> = wanted
+    let mut open: Vec<usize> = roots
         .iter()
         .filter_map(|name| by_name.get(name).copied())
         .collect();
-    while let Some(at) = open.pop() {
-        if !std::mem::replace(&mut reached[at], true) {
-            open.extend(words(&declarations[at].1).filter_map(|word| by_name.get(word).copied()));
+    while let Some(index) = open.pop() {
+        if !std::mem::replace(&mut reached[index], true) {
+            open.extend(
+                identifiers(&declarations[index].1).filter_map(|word| by_name.get(word).copied()),
+            );
         }
     }
     let kept = declarations
@@ -131,7 +142,7 @@ fn reachable(text: &str, wanted: &[&str]) -> String {
         .collect()
 }
 
-fn words(text: &str) -> impl Iterator<Item = &str> {
+fn identifiers(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
         .filter(|word| !word.is_empty())
 }
@@ -156,9 +167,9 @@ mod tests {
 
     #[test]
     fn numbers_are_padded_to_fours() {
-        assert_eq!(numbers(&[]), [[0.0; 4]]);
+        assert_eq!(pack_outputs(&[]), [[0.0; 4]]);
         assert_eq!(
-            numbers(&[1.0, 2.0, 3.0, 4.0, 5.0]),
+            pack_outputs(&[1.0, 2.0, 3.0, 4.0, 5.0]),
             [[1.0, 2.0, 3.0, 4.0], [5.0, 0.0, 0.0, 0.0]]
         );
     }

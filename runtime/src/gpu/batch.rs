@@ -1,49 +1,48 @@
-//! Dispatches, recorded one after another and submitted at once.
+//! Dispatches, recorded one after another and submitted together.
 
 use super::error::within;
 use super::{BoundKernel, Buffer, Gpu, GpuError};
 
-/// How much work a dispatch does. The first two count invocations and are divided by the kernel's
+/// The amount of work of a dispatch. The first two variants count invocations and are divided by the kernel's
 /// workgroup size, rounding up: the kernel must check its index against the true count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// So many invocations in a row, for a kernel whose workgroups extend along x only. Where
-    /// there are more workgroups than one axis may have, they are spread over y; the index of an
-    /// invocation is then, in any case,
-    /// `id.y * (num_workgroups.x * workgroup_size_x) + id.x` with `id` the global invocation id.
+    /// A line of invocations, for a kernel whose workgroups extend along x only. If there are more workgroups
+    /// than one axis allows, they are spread over y. The index of an invocation is always `id.y *
+    /// (num_workgroups.x * workgroup_size_x) + id.x`, with `id` the global invocation id.
     Line(u64),
-    /// So many invocations along x and y.
-    Image {
+    /// A grid of invocations along x and y.
+    Grid {
         /// Along x.
         width: u32,
         /// Along y.
         height: u32,
     },
-    /// So many workgroups along each axis.
+    /// Numbers of workgroups along each axis.
     Workgroups([u32; 3]),
 }
 
 /// Dispatches that are submitted together.
 ///
-/// Each sees all that the ones before it wrote. They share a single compute pass: WebGPU makes
-/// each dispatch a usage scope of its own, and wgpu puts a memory barrier between two dispatches
-/// when a buffer that one of them writes is used by both.
+/// Each dispatch sees all writes of the ones before it. They share a single compute pass: WebGPU makes each
+/// dispatch a separate usage scope, and wgpu inserts a memory barrier between two dispatches if a buffer that
+/// one of them writes is used by both.
 #[derive(Debug)]
 #[must_use = "a batch does nothing until it is submitted"]
 pub struct Batch<'gpu> {
     gpu: &'gpu Gpu,
-    steps: Vec<(BoundKernel, Groups)>,
+    steps: Vec<(BoundKernel, WorkgroupCount)>,
 }
 
-/// How many workgroups there are.
+/// The number of workgroups of a dispatch.
 #[derive(Clone, Debug)]
-enum Groups {
-    Known([u32; 3]),
-    /// As many as the buffer says when the dispatch begins.
-    In(Buffer),
+enum WorkgroupCount {
+    Direct([u32; 3]),
+    /// Read from the buffer when the dispatch begins.
+    Indirect(Buffer),
 }
 
-/// Work that was handed to the device.
+/// Work that was submitted to the device.
 #[derive(Clone, Debug)]
 #[must_use = "wait for it with `Gpu::wait`"]
 pub struct Submission {
@@ -70,25 +69,26 @@ impl Batch<'_> {
     /// Adds a dispatch. An extent of zero adds nothing.
     pub fn dispatch(&mut self, call: &BoundKernel, extent: Extent) -> Result<(), GpuError> {
         let label = call.kernel.label();
-        let most = self.gpu.info.limits.workgroups_per_axis;
-        let groups = workgroups(label, extent, call.kernel.workgroup_size(), most)?;
+        let max_per_axis = self.gpu.info.limits.workgroups_per_axis;
+        let groups = workgroups(label, extent, call.kernel.workgroup_size(), max_per_axis)?;
         if !groups.contains(&0) {
-            self.steps.push((call.clone(), Groups::Known(groups)));
+            self.steps
+                .push((call.clone(), WorkgroupCount::Direct(groups)));
         }
         Ok(())
     }
 
-    /// Adds a dispatch of as many workgroups along each axis as the first three words of a buffer
-    /// with [`super::Usage::Arguments`] say when it begins; they may not pass the device's limit.
+    /// Adds a dispatch whose numbers of workgroups along each axis are the first three words of a buffer with
+    /// [`super::BufferUsage::Arguments`], read when it begins. They may not exceed the device's limit.
     pub fn dispatch_indirect(&mut self, call: &BoundKernel, arguments: &Buffer) {
         self.steps
-            .push((call.clone(), Groups::In(arguments.clone())));
+            .push((call.clone(), WorkgroupCount::Indirect(arguments.clone())));
     }
 
-    /// Hands the dispatches to the device and does not wait.
+    /// Submits the dispatches without waiting.
     pub fn submit(self) -> Result<Submission, GpuError> {
         let gpu = self.gpu;
-        let index = gpu.faults.scoped(&gpu.device, || {
+        let index = gpu.error_tracker.scoped(&gpu.device, || {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             {
                 let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -96,8 +96,10 @@ impl Batch<'_> {
                     pass.set_pipeline(call.kernel.pipeline());
                     pass.set_bind_group(0, &call.group, &[]);
                     match groups {
-                        Groups::Known([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
-                        Groups::In(buffer) => pass.dispatch_workgroups_indirect(&buffer.raw, 0),
+                        WorkgroupCount::Direct([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
+                        WorkgroupCount::Indirect(buffer) => {
+                            pass.dispatch_workgroups_indirect(&buffer.raw, 0)
+                        }
                     }
                 }
             }
@@ -110,7 +112,7 @@ impl Batch<'_> {
         })
     }
 
-    /// Hands the dispatches to the device and waits until they are done.
+    /// Submits the dispatches and waits until they are done.
     pub fn submit_and_wait(self) -> Result<(), GpuError> {
         let gpu = self.gpu;
         let submission = self.submit()?;
@@ -118,23 +120,23 @@ impl Batch<'_> {
     }
 }
 
-/// The workgroups that cover `extent`; `most` along each axis are allowed.
+/// The workgroups that cover `extent`, with at most `max_per_axis` along each axis.
 fn workgroups(
     label: &str,
     extent: Extent,
     size: [u32; 3],
-    most: u32,
+    max_per_axis: u32,
 ) -> Result<[u32; 3], GpuError> {
-    let most = u64::from(most);
+    let max_per_axis = u64::from(max_per_axis);
     let size = size.map(u64::from);
     let groups = match extent {
         Extent::Line(count) => {
             let groups = count.div_ceil(size[0]);
-            // As few rows as will do, and each only as long as it must be.
-            let rows = groups.div_ceil(most);
+            // As few rows as possible, each only as long as necessary.
+            let rows = groups.div_ceil(max_per_axis);
             [groups.div_ceil(rows.max(1)), rows, 1]
         }
-        Extent::Image { width, height } => [
+        Extent::Grid { width, height } => [
             u64::from(width).div_ceil(size[0]),
             u64::from(height).div_ceil(size[1]),
             1,
@@ -147,7 +149,7 @@ fn workgroups(
         .zip(groups.into_iter().zip(["x", "y", "z"]))
     {
         let what = format!("the number of workgroups of kernel `{label}` along {axis}");
-        within(what, group, most)?;
+        within(what, group, max_per_axis)?;
         *count = u32::try_from(group).unwrap_or(u32::MAX);
     }
     Ok(counts)
@@ -177,7 +179,7 @@ mod tests {
 
     #[test]
     fn images_round_up_to_whole_workgroups() {
-        let image = Extent::Image {
+        let image = Extent::Grid {
             width: 17,
             height: 8,
         };

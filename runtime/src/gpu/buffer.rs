@@ -7,21 +7,21 @@ use bytemuck::{NoUninit, Pod};
 use super::error::within;
 use super::{Gpu, GpuError};
 
-/// What a buffer is bound as.
+/// The ways in which a buffer can be bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Usage {
-    /// Small and read-only in kernels; at least 64 KiB are allowed everywhere.
+pub enum BufferUsage {
+    /// Small and read-only in kernels; every device supports at least 64 KiB.
     Uniform,
-    /// The same, where some kernels declare it as storage.
+    /// A uniform buffer that some kernels declare as storage.
     UniformOrStorage,
-    /// Anything else.
+    /// Any other data.
     Storage,
     /// The arguments of an indirect dispatch, which a kernel writes as storage.
     Arguments,
 }
 
-/// Memory on the device. It can be bound, written and read; its content starts as zeros.
-/// Cheap to clone: a clone is the same memory.
+/// Memory on the device. It can be bound, written and read; initially it contains zeros. Cheap to clone: a
+/// clone refers to the same memory.
 #[derive(Clone, Debug)]
 pub struct Buffer {
     label: String,
@@ -37,17 +37,17 @@ impl Buffer {
 }
 
 impl Gpu {
-    /// Makes a buffer of `size` bytes, rounded up to whole words and to one word at least.
-    pub fn buffer(&self, label: &str, usage: Usage, size: u64) -> Result<Buffer, GpuError> {
+    /// Creates a buffer of `size` bytes, rounded up to whole words and to at least one word.
+    pub fn buffer(&self, label: &str, usage: BufferUsage, size: u64) -> Result<Buffer, GpuError> {
         let limits = self.info.limits;
         let (binding, raw_usage) = match usage {
-            Usage::Uniform => (limits.uniform_binding, wgpu::BufferUsages::UNIFORM),
-            Usage::UniformOrStorage => (
+            BufferUsage::Uniform => (limits.uniform_binding, wgpu::BufferUsages::UNIFORM),
+            BufferUsage::UniformOrStorage => (
                 limits.uniform_binding.min(limits.storage_binding),
                 wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE,
             ),
-            Usage::Storage => (limits.storage_binding, wgpu::BufferUsages::STORAGE),
-            Usage::Arguments => (
+            BufferUsage::Storage => (limits.storage_binding, wgpu::BufferUsages::STORAGE),
+            BufferUsage::Arguments => (
                 limits.storage_binding,
                 wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
             ),
@@ -67,11 +67,11 @@ impl Gpu {
         })
     }
 
-    /// Makes a buffer that holds `data`.
+    /// Creates a buffer that contains `data`.
     pub fn buffer_with<T: NoUninit>(
         &self,
         label: &str,
-        usage: Usage,
+        usage: BufferUsage,
         data: &[T],
     ) -> Result<Buffer, GpuError> {
         let buffer = self.buffer(label, usage, size_of_val(data) as u64)?;
@@ -81,9 +81,9 @@ impl Gpu {
 
     /// Writes `data` to the start of a buffer.
     ///
-    /// The write happens before the next submission and after all earlier ones. Two writes to one
-    /// buffer before a submission are therefore both done before its first dispatch: values that
-    /// differ from dispatch to dispatch need a submission, or a buffer, each.
+    /// The write happens before the next submission and after all earlier ones. Two writes to one buffer
+    /// before a submission are therefore both done before its first dispatch. Values that differ between
+    /// dispatches require a submission, or a buffer, each.
     pub fn write<T: NoUninit>(&self, buffer: &Buffer, data: &[T]) -> Result<(), GpuError> {
         self.write_at(buffer, 0, data)
     }
@@ -100,19 +100,19 @@ impl Gpu {
         let what = format!("the end of a write to buffer `{}` in bytes", buffer.label);
         within(what, end, buffer.size)?;
         if bytes.is_empty() {
-            return self.faults.check();
+            return self.error_tracker.check();
         }
-        let whole = bytes.len().next_multiple_of(4);
-        if whole != bytes.len() {
-            bytes.to_mut().resize(whole, 0);
+        let padded_length = bytes.len().next_multiple_of(4);
+        if padded_length != bytes.len() {
+            bytes.to_mut().resize(padded_length, 0);
         }
-        self.faults.scoped(&self.device, || {
+        self.error_tracker.scoped(&self.device, || {
             self.queue.write_buffer(&buffer.raw, offset, &bytes);
         })
     }
 
-    /// Reads a whole buffer, after all that was submitted before. Bytes at its end that make no
-    /// whole `T` are left out.
+    /// Reads a whole buffer, after all previous submissions. Trailing bytes that do not form a whole `T` are
+    /// omitted.
     pub fn read<T: Pod>(&self, buffer: &Buffer) -> Result<Vec<T>, GpuError> {
         let count = (buffer.size as usize).checked_div(size_of::<T>());
         self.read_first(buffer, count.unwrap_or(0))
@@ -124,26 +124,26 @@ impl Gpu {
         let what = format!("the length of a read of buffer `{}` in bytes", buffer.label);
         within(what, bytes, buffer.size)?;
         if bytes == 0 {
-            self.faults.check()?;
+            self.error_tracker.check()?;
             return Ok(Vec::new());
         }
-        let copied = bytes.next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
+        let copy_bytes = bytes.next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
         let staging = self.raw_buffer(
             "readback",
-            copied,
+            copy_bytes,
             wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
         )?;
-        let submission = self.faults.scoped(&self.device, || {
+        let submission = self.error_tracker.scoped(&self.device, || {
             let mut encoder = self.device.create_command_encoder(&Default::default());
-            encoder.copy_buffer_to_buffer(&buffer.raw, 0, &staging, 0, copied);
+            encoder.copy_buffer_to_buffer(&buffer.raw, 0, &staging, 0, copy_bytes);
             let submission = self.queue.submit([encoder.finish()]);
-            // Whether it worked shows when the range is asked for.
+            // A failure shows when the mapped range is requested.
             staging.map_async(wgpu::MapMode::Read, .., |_| {});
             submission
         })?;
         self.wait_for(&format!("reading buffer `{}`", buffer.label), submission)?;
         let view = self
-            .faults
+            .error_tracker
             .scoped(&self.device, || staging.get_mapped_range(..))?
             .map_err(|error| GpuError::Internal(error.to_string()))?;
         Ok(bytemuck::pod_collect_to_vec(&view[..bytes as usize]))
@@ -155,7 +155,7 @@ impl Gpu {
         size: u64,
         usage: wgpu::BufferUsages,
     ) -> Result<wgpu::Buffer, GpuError> {
-        self.faults.scoped(&self.device, || {
+        self.error_tracker.scoped(&self.device, || {
             self.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
                 size,

@@ -1,51 +1,51 @@
-//! Which adapters this machine has, best first.
+//! The adapters of this machine, best first.
 
-/// An adapter, as `sdfc devices` lists it.
+/// An adapter, as listed by `sdfc devices`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceInfo {
     /// The adapter's name.
     pub name: String,
-    /// The interface it is reached through, in lower case: `vulkan`.
+    /// The backend in lower case: `vulkan`.
     pub backend: String,
-    /// The driver's name and version, as far as it tells them.
+    /// The driver's name and version, if reported.
     pub driver: String,
-    /// Hardware or software.
+    /// The kind of device.
     pub kind: DeviceKind,
-    /// The limits that matter to us.
-    pub limits: Limits,
+    /// The limits that sdfc depends on.
+    pub limits: DeviceLimits,
 }
 
-/// What an adapter is made of, in the order of preference.
+/// Kinds of adapters, in the order of preference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum DeviceKind {
     /// A graphics card.
     Discrete,
     /// Graphics within the processor.
     Integrated,
-    /// A share of a graphics card, given to a virtual machine.
+    /// A part of a graphics card, assigned to a virtual machine.
     Virtual,
-    /// Hardware that does not say what it is.
+    /// Hardware of unknown kind.
     Other,
-    /// The processor, running a software driver.
+    /// The CPU, running a software driver.
     Software,
 }
 
 /// The limits of a device. Sizes are in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// The largest buffer.
+pub struct DeviceLimits {
+    /// Maximum size of a buffer.
     pub buffer: u64,
-    /// The most of a storage buffer that a kernel may see.
+    /// Maximum part of a storage buffer that a kernel can access.
     pub storage_binding: u64,
-    /// The most of a uniform buffer that a kernel may see.
+    /// Maximum part of a uniform buffer that a kernel can access.
     pub uniform_binding: u64,
-    /// Storage buffers per kernel.
+    /// Maximum number of storage buffers per kernel.
     pub storage_buffers: u32,
-    /// Memory shared by a workgroup.
+    /// Maximum memory shared by a workgroup.
     pub workgroup_memory: u32,
-    /// Invocations in a workgroup.
+    /// Maximum number of invocations in a workgroup.
     pub workgroup_invocations: u32,
-    /// Workgroups of a dispatch along each axis.
+    /// Maximum number of workgroups of a dispatch along each axis.
     pub workgroups_per_axis: u32,
 }
 
@@ -74,24 +74,24 @@ impl From<wgpu::DeviceType> for DeviceKind {
     }
 }
 
-/// All adapters, hardware first. The list is empty where there is no driver; that is no error.
+/// All adapters, hardware first. The list is empty if there is no driver; that is not an error.
 pub fn devices() -> Vec<DeviceInfo> {
     adapters().into_iter().map(|(info, _)| info).collect()
 }
 
-/// The adapters in the order in which they are tried.
+/// The adapters, in the order of preference.
 pub(super) fn adapters() -> Vec<(DeviceInfo, wgpu::Adapter)> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-        // The same in debug and release builds: no validation layers, which a machine may lack.
+        // Identical in debug and release builds: without validation layers, which a machine may lack.
         flags: wgpu::InstanceFlags::empty(),
         ..wgpu::InstanceDescriptor::new_without_display_handle()
     });
-    let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    let mut adapters: Vec<_> = found
+    let available = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let mut adapters: Vec<_> = available
         .into_iter()
         .map(|adapter| (describe(&adapter), adapter))
         .collect();
-    // Stable: among equals the driver's own order holds.
+    // The sort is stable: among equals the driver's order holds.
     adapters.sort_by_key(|(info, _)| info.kind);
     adapters
 }
@@ -106,12 +106,12 @@ fn describe(adapter: &wgpu::Adapter) -> DeviceInfo {
             .trim()
             .to_owned(),
         kind: info.device_type.into(),
-        limits: Limits::of(&limits),
+        limits: DeviceLimits::from_wgpu(&limits),
     }
 }
 
-impl Limits {
-    fn of(limits: &wgpu::Limits) -> Self {
+impl DeviceLimits {
+    fn from_wgpu(limits: &wgpu::Limits) -> Self {
         Self {
             buffer: limits.max_buffer_size,
             storage_binding: limits.max_storage_buffer_binding_size,
@@ -123,8 +123,8 @@ impl Limits {
         }
     }
 
-    /// Those of an adapter, with these in their place.
-    pub(super) fn lowering(&self, adapter: wgpu::Limits) -> wgpu::Limits {
+    /// The limits of an adapter with these limits in their place.
+    pub(super) fn apply_to(&self, adapter: wgpu::Limits) -> wgpu::Limits {
         wgpu::Limits {
             max_buffer_size: self.buffer,
             max_storage_buffer_binding_size: self.storage_binding,

@@ -1,20 +1,20 @@
-//! What can go wrong on a GPU, as one enum.
+//! Errors of a GPU, as one enum.
 
 use std::time::Duration;
 
-/// Why a call on a [`Gpu`](super::Gpu) failed.
+/// Reasons why a call on a [`Gpu`](super::Gpu) failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
-    /// There is no adapter at all.
+    /// There is no adapter.
     #[error("no GPU was found, nor a software Vulkan driver (such as mesa-vulkan-drivers)")]
     NoAdapter,
-    /// Hardware was asked for and there is none.
+    /// Hardware is required, but there is none.
     #[error("no hardware GPU was found, only the software driver {name}")]
     OnlySoftware {
-        /// The software adapter that was found.
+        /// The available software adapter.
         name: String,
     },
-    /// The adapter is there but gives no device.
+    /// The adapter exists but provides no device.
     #[error("the GPU {name} could not be opened: {text}")]
     DeviceRequest {
         /// The adapter's name.
@@ -22,45 +22,45 @@ pub enum GpuError {
         /// The driver's reason.
         text: String,
     },
-    /// Strict arithmetic was asked for, and the device does not round to the nearest number.
+    /// Strict arithmetic is required, but the device does not round to the nearest number.
     #[error("the GPU {name} rounds by rules of its own, so nothing is strict on it: {found}")]
     Inexact {
         /// The adapter's name.
         name: String,
-        /// Which operations are wrong, with an example each.
+        /// The operations that are wrong, with an example each.
         found: String,
     },
-    /// The device has no memory left for what was asked.
+    /// The device has no memory left for the call.
     #[error("the GPU is out of memory: {0}")]
     OutOfMemory(String),
-    /// The call broke one of WebGPU's rules: a mistake in the calling code.
+    /// The call broke one of WebGPU's rules: a bug in the calling code.
     #[error("the GPU refused a call: {0}")]
     Validation(String),
-    /// The driver or wgpu failed for a reason of its own.
+    /// The driver or wgpu failed internally.
     #[error("the GPU driver failed: {0}")]
     Internal(String),
-    /// The device is gone and so is all that was on it.
+    /// The device is lost with all its contents.
     #[error("the GPU was lost: {0}")]
     DeviceLost(String),
-    /// The device did not answer in time.
+    /// The device did not respond in time.
     #[error("the GPU did not finish within {after:?}: {what}")]
     Timeout {
-        /// What was waited for.
+        /// The operation that was waited for.
         what: String,
-        /// How long.
+        /// The timeout.
         after: Duration,
     },
-    /// More was asked for than the device allows.
+    /// A request exceeds a limit of the device.
     #[error("{what} is {need}, at most {have} is allowed")]
     LimitExceeded {
-        /// What has the limit, and its unit.
+        /// The limited quantity, with its unit.
         what: String,
-        /// What was asked for.
+        /// The requested value.
         need: u64,
-        /// What is allowed.
+        /// The maximum.
         have: u64,
     },
-    /// The WGSL does not compile. The text shows the place.
+    /// The WGSL does not compile. The text contains the position.
     #[error("the kernel {label} does not compile:\n{text}")]
     Shader {
         /// The kernel's label.
@@ -80,7 +80,7 @@ impl From<wgpu::Error> for GpuError {
     }
 }
 
-/// `need <= have`, or the error that says so.
+/// Fails unless `need <= have`.
 pub(super) fn within(what: impl Into<String>, need: u64, have: u64) -> Result<(), GpuError> {
     if need <= have {
         return Ok(());
@@ -92,7 +92,7 @@ pub(super) fn within(what: impl Into<String>, need: u64, have: u64) -> Result<()
     })
 }
 
-/// What a caught panic said.
+/// The message of a caught panic.
 pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic
         .downcast_ref::<String>()
@@ -101,9 +101,11 @@ pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     one_line(text.unwrap_or("the driver layer panicked"))
 }
 
-/// wgpu prints a chain of causes as an indented list under a heading; this makes one line of it.
+/// Joins the chain of causes that wgpu prints as an indented list under a heading into one line.
 fn one_line(text: &str) -> String {
-    let causes = text.split_once("Caused by:").map_or(text, |(_, rest)| rest);
+    let causes = text
+        .split_once("Caused by:")
+        .map_or(text, |(_, remainder)| remainder);
     let lines = causes.lines().map(str::trim).filter(|l| !l.is_empty());
     lines.collect::<Vec<_>>().join(": ")
 }

@@ -1,5 +1,4 @@
-//! Kernels: WGSL text becomes a compute pipeline, and a pipeline with its buffers something that
-//! can be dispatched.
+//! Kernels: WGSL becomes a compute pipeline; a pipeline with its buffers can be dispatched.
 
 use std::borrow::Cow;
 use std::num::NonZeroU64;
@@ -10,40 +9,40 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use super::error::{panic_text, within};
 use super::{Arithmetic, Buffer, Gpu, GpuError, strict};
 
-/// The longest text that is compiled, in bytes. Some ten thousand primitives take a tenth of it.
-const LONGEST_TEXT: usize = 4 << 20;
+/// Maximum length of a kernel's text, in bytes. About ten thousand primitives take a tenth of it.
+const MAX_TEXT_BYTES: usize = 4 << 20;
 
-/// Stack for the compiler: so many bytes, and more for each byte of text. naga limits how deep its
-/// parser recurses but not how it walks what was parsed: a chain such as `~~~…~x` has a level for
-/// each byte, and a level takes a few hundred bytes of stack. Only what is used becomes memory.
-const STACK: usize = 16 << 20;
-const STACK_PER_BYTE: usize = 1 << 10;
+/// Stack of the compiler: a base size, and an amount per byte of text. naga limits the recursion of its
+/// parser, but not that of later passes: a chain such as `~~~…~x` has a level per byte, and a level takes a
+/// few hundred bytes of stack. Only used pages become memory.
+const BASE_STACK_BYTES: usize = 16 << 20;
+const STACK_BYTES_PER_TEXT_BYTE: usize = 1 << 10;
 
-/// What a kernel is made from.
+/// The source of a kernel.
 #[derive(Clone, Copy, Debug)]
 pub struct KernelSource<'a> {
-    /// Names the kernel in errors and in GPU debuggers.
+    /// Name of the kernel in errors and in GPU debuggers.
     pub label: &'a str,
-    /// The whole module.
+    /// The complete module.
     pub wgsl: &'a str,
     /// The entry point's name.
     pub entry: &'a str,
     /// The buffers it uses, all in group 0.
-    pub bindings: &'a [Binding],
+    pub bindings: &'a [BufferBinding],
 }
 
-/// A place for a buffer: `@group(0) @binding(slot)`.
+/// A binding point for a buffer: `@group(0) @binding(slot)`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Binding {
+pub struct BufferBinding {
     /// The number in `@binding(…)`.
     pub slot: u32,
-    /// How the kernel declares the buffer.
-    pub access: Access,
+    /// The declared access to the buffer.
+    pub access: BindingAccess,
 }
 
-/// How a kernel declares a buffer.
+/// The declaration of a buffer in a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Access {
+pub enum BindingAccess {
     /// `var<uniform>`
     Uniform,
     /// `var<storage, read>`
@@ -85,56 +84,60 @@ impl Kernel {
 }
 
 impl Gpu {
-    /// Compiles a kernel. WGSL that does not parse or validate is [`GpuError::Shader`] and shows
-    /// the line, and so is what cannot be strict where arithmetic is; bindings that do not fit the module are [`GpuError::Validation`]. The time it takes
-    /// grows with the square of the longest expression, so text should have short ones.
+    /// Compiles a kernel. WGSL that does not parse or validate is [`GpuError::Shader`] with the line; so are,
+    /// under strict arithmetic, operations that cannot be strict. Bindings that do not match the module are
+    /// [`GpuError::Validation`]. The time grows with the square of the longest expression, so text should
+    /// have short expressions.
     pub fn kernel(&self, source: &KernelSource<'_>) -> Result<Kernel, GpuError> {
         let what = format!("the length of kernel `{}` in bytes", source.label);
-        within(what, source.wgsl.len() as u64, LONGEST_TEXT as u64)?;
-        let kernel = on_large_stack(STACK + STACK_PER_BYTE * source.wgsl.len(), || {
-            let (module, info, workgroup_size) = parse(source)?;
-            let refuse = |text| GpuError::Shader {
-                label: source.label.to_owned(),
-                text,
-            };
-            if self.arithmetic.is_strict() {
-                strict::exact::check(&module, &info).map_err(refuse)?;
-            }
-            let (code, sizes) = match self.arithmetic {
-                Arithmetic::Default => (
-                    Code::Module(Box::new(module)),
-                    vec![None; source.bindings.len()],
-                ),
-                Arithmetic::Strict => {
-                    let sizes = strict::resources(&module, source.label, source.bindings)?;
-                    self.check_workgroup(source.label, &module, workgroup_size)?;
-                    let words = strict::words(&module, &info, source.bindings)?;
-                    (Code::Words(words), sizes)
-                }
-                Arithmetic::Portable => {
-                    let module = strict::portable::rewritten(&module, &info, source.entry)
-                        .map_err(refuse)?;
-                    (
-                        Code::Module(Box::new(module)),
-                        vec![None; source.bindings.len()],
-                    )
-                }
-            };
-            self.faults
-                .scoped(&self.device, || self.pipeline(source, code, &sizes))
-                .map(|(pipeline, layout)| Kernel {
+        within(what, source.wgsl.len() as u64, MAX_TEXT_BYTES as u64)?;
+        let kernel = on_large_stack(
+            BASE_STACK_BYTES + STACK_BYTES_PER_TEXT_BYTE * source.wgsl.len(),
+            || {
+                let (module, info, workgroup_size) = parse(source)?;
+                let shader_error = |text| GpuError::Shader {
                     label: source.label.to_owned(),
-                    workgroup_size,
-                    pipeline,
-                    layout,
-                })
-        })?;
+                    text,
+                };
+                if self.arithmetic.is_strict() {
+                    strict::exact::check(&module, &info).map_err(shader_error)?;
+                }
+                let (code, sizes) = match self.arithmetic {
+                    Arithmetic::Default => (
+                        ModuleCode::Module(Box::new(module)),
+                        vec![None; source.bindings.len()],
+                    ),
+                    Arithmetic::Strict => {
+                        let sizes = strict::binding_sizes(&module, source.label, source.bindings)?;
+                        self.check_workgroup(source.label, &module, workgroup_size)?;
+                        let words = strict::spirv_words(&module, &info, source.bindings)?;
+                        (ModuleCode::Words(words), sizes)
+                    }
+                    Arithmetic::Portable => {
+                        let module = strict::portable::with_barriers(&module, &info, source.entry)
+                            .map_err(shader_error)?;
+                        (
+                            ModuleCode::Module(Box::new(module)),
+                            vec![None; source.bindings.len()],
+                        )
+                    }
+                };
+                self.error_tracker
+                    .scoped(&self.device, || self.pipeline(source, code, &sizes))
+                    .map(|(pipeline, layout)| Kernel {
+                        label: source.label.to_owned(),
+                        workgroup_size,
+                        pipeline,
+                        layout,
+                    })
+            },
+        )?;
         self.pipelines.fetch_add(1, Ordering::Relaxed);
         Ok(kernel)
     }
 
-    /// Puts buffers into a kernel's slots. A slot without a buffer, or a buffer of the wrong
-    /// usage, is [`GpuError::Validation`].
+    /// Binds buffers to a kernel's slots. A slot without a buffer, or a buffer of the wrong usage, is
+    /// [`GpuError::Validation`].
     pub fn bind(
         &self,
         kernel: &Kernel,
@@ -147,7 +150,7 @@ impl Gpu {
                 resource: buffer.raw.as_entire_binding(),
             })
             .collect();
-        let group = self.faults.scoped(&self.device, || {
+        let group = self.error_tracker.scoped(&self.device, || {
             self.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(&kernel.label),
                 layout: &kernel.layout,
@@ -163,7 +166,7 @@ impl Gpu {
     fn pipeline(
         &self,
         source: &KernelSource<'_>,
-        code: Code,
+        code: ModuleCode,
         sizes: &[Option<NonZeroU64>],
     ) -> (wgpu::ComputePipeline, wgpu::BindGroupLayout) {
         let label = Some(source.label);
@@ -196,21 +199,21 @@ impl Gpu {
         (pipeline, layout)
     }
 
-    fn shader(&self, source: &KernelSource<'_>, code: Code) -> wgpu::ShaderModule {
+    fn shader(&self, source: &KernelSource<'_>, code: ModuleCode) -> wgpu::ShaderModule {
         let label = Some(source.label);
         match code {
-            // The parsed module is handed over, so the text is not parsed twice.
-            Code::Module(module) => {
+            // Passing the parsed module avoids parsing the text twice.
+            ModuleCode::Module(module) => {
                 self.device
                     .create_shader_module(wgpu::ShaderModuleDescriptor {
                         label,
                         source: wgpu::ShaderSource::Naga(Cow::Owned(*module)),
                     })
             }
-            Code::Words(words) => {
+            ModuleCode::Words(words) => {
                 let entry = wgpu::PassthroughShaderEntryPoint {
                     name: source.entry.into(),
-                    // Read for Metal only.
+                    // Read only by Metal.
                     workgroup_size: (0, 0, 0),
                 };
                 let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
@@ -219,11 +222,10 @@ impl Gpu {
                     spirv: Some(Cow::Owned(words)),
                     ..Default::default()
                 };
-                // SAFETY: the words are those that naga wrote for a module that it found valid, with
-                // all checks at run time that wgpu asks it for, and with decorations that are valid
-                // where they stand. That the buffers bound are those the module declares, and that
-                // workgroups keep the limits, was checked by `strict::resources` and
-                // `strict::check_workgroup`.
+                // SAFETY: the words are those that naga wrote for a module that it validated, with all checks
+                // at run time that wgpu requests from it, and with decorations that are valid where they
+                // stand. `strict::binding_sizes` and `strict::check_workgroup` checked that the bound buffers
+                // are those the module declares, and that workgroups keep the limits.
                 unsafe { self.device.create_shader_module_passthrough(descriptor) }
             }
         }
@@ -245,31 +247,31 @@ impl Gpu {
     }
 }
 
-/// What a shader module is made from.
-enum Code {
-    /// By wgpu, as it likes.
+/// The code of a shader module.
+enum ModuleCode {
+    /// Compiled by wgpu.
     Module(Box<naga::Module>),
-    /// From words that are passed on as they are.
+    /// SPIR-V words that are passed to the driver unchanged.
     Words(Vec<u32>),
 }
 
-/// Parses and validates the text against plain WGSL, without any extension, and finds the entry
-/// point's workgroup size.
+/// Parses the text, validates it against plain WGSL without extensions, and finds the workgroup size of the
+/// entry point.
 fn parse(source: &KernelSource<'_>) -> Result<(naga::Module, ModuleInfo, [u32; 3]), GpuError> {
-    let refuse = |text: String| GpuError::Shader {
+    let shader_error = |text: String| GpuError::Shader {
         label: source.label.to_owned(),
         text,
     };
     let module = naga::front::wgsl::parse_str(source.wgsl)
-        .map_err(|error| refuse(error.emit_to_string_with_path(source.wgsl, source.label)))?;
+        .map_err(|error| shader_error(error.emit_to_string_with_path(source.wgsl, source.label)))?;
     let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
         .validate(&module)
-        .map_err(|error| refuse(error.emit_to_string_with_path(source.wgsl, source.label)))?;
+        .map_err(|error| shader_error(error.emit_to_string_with_path(source.wgsl, source.label)))?;
     let is_entry = |entry: &&naga::EntryPoint| {
         entry.stage == naga::ShaderStage::Compute && entry.name == source.entry
     };
     let Some(entry) = module.entry_points.iter().find(is_entry) else {
-        return Err(refuse(format!(
+        return Err(shader_error(format!(
             "there is no compute entry point `{}`",
             source.entry
         )));
@@ -278,12 +280,12 @@ fn parse(source: &KernelSource<'_>) -> Result<(naga::Module, ModuleInfo, [u32; 3
     Ok((module, info, workgroup_size))
 }
 
-/// A binding's place, whose buffer has at least `size` bytes; without one wgpu looks itself.
-fn layout_entry(binding: &Binding, size: Option<NonZeroU64>) -> wgpu::BindGroupLayoutEntry {
+/// The layout entry of a binding whose buffer has at least `size` bytes; without a size, wgpu checks itself.
+fn layout_entry(binding: &BufferBinding, size: Option<NonZeroU64>) -> wgpu::BindGroupLayoutEntry {
     let ty = match binding.access {
-        Access::Uniform => wgpu::BufferBindingType::Uniform,
-        Access::StorageRead => wgpu::BufferBindingType::Storage { read_only: true },
-        Access::StorageReadWrite => wgpu::BufferBindingType::Storage { read_only: false },
+        BindingAccess::Uniform => wgpu::BufferBindingType::Uniform,
+        BindingAccess::StorageRead => wgpu::BufferBindingType::Storage { read_only: true },
+        BindingAccess::StorageReadWrite => wgpu::BufferBindingType::Storage { read_only: false },
     };
     wgpu::BindGroupLayoutEntry {
         binding: binding.slot,

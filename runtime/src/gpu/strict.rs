@@ -1,21 +1,20 @@
-//! Strict kernels: SPIR-V in which no operation on floats may be fused with another, reordered or
-//! simplified, so that every device that rounds correctly gives the bits that Rust's `f32` gives.
+//! Strict kernels: SPIR-V in which no float operation may be fused with another, reordered or simplified.
+//! Every device that rounds correctly then produces the bits of Rust's `f32`.
 //!
-//! WGSL lets a driver contract `a * b + c` and reassociate sums, and drivers do. SPIR-V's decoration
-//! `NoContraction` forbids both for the instruction that it stands at; WGSL has no word for it. So
-//! naga writes the module here, as wgpu would have it written, [`decorate`] adds the decoration to
-//! the result of every arithmetic instruction on floats, and the words go to the driver as they are.
+//! WGSL allows a driver to contract `a * b + c` and to reassociate sums, and drivers do. SPIR-V's decoration
+//! `NoContraction` forbids both for the decorated instruction; WGSL has no equivalent. Therefore naga writes
+//! the module here, with the options that wgpu would use. [`decorate`] adds the decoration to the result of
+//! every arithmetic instruction on floats, and the words go to the driver unchanged.
 //!
-//! Words that are passed on like that are seen by no check of wgpu's, so this file keeps them all:
-//! the text has been validated by naga; the bindings are those the module declares, with the access
-//! and at least the size that it declares ([`resources`]); workgroups keep the device's limits
-//! ([`check_workgroup`]); and naga's writer puts into the module what wgpu asks it for: indices are
-//! restricted to what is there, also in buffers, loops come to an end, integers are divided by no
-//! zero, workgroup memory begins as zeros.
+//! wgpu does not check words that are passed through, so this module performs all checks. naga validated the
+//! text. The bindings are those the module declares, with the access and at least the size it declares
+//! ([`binding_sizes`]). Workgroups keep the device's limits ([`check_workgroup`]). naga's writer adds to the
+//! module what wgpu requires: indices are restricted to the valid range, also in buffers; loops terminate;
+//! integers are never divided by zero; workgroup memory begins as zeros.
 //!
-//! What is left to the device is the rounding of single operations, which [`conformance`] tries
-//! before anything else runs. Where there is no SPIR-V to decorate, kernels take the [`portable`] form;
-//! in both they keep to what [`exact`] lets through.
+//! The rounding of single operations is left to the device; [`conformance`] tests it before anything else
+//! runs. Backends without SPIR-V use the [`portable`] form. Both forms are limited to the operations that
+//! [`exact`] allows.
 
 pub(super) mod conformance;
 pub(super) mod exact;
@@ -28,23 +27,23 @@ use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
 use naga::valid::ModuleInfo;
 use naga::{AddressSpace, ResourceBinding, StorageAccess};
 
-use super::device::Limits;
+use super::device::DeviceLimits;
 use super::error::within;
-use super::{Access, Binding, GpuError};
+use super::{BindingAccess, BufferBinding, GpuError};
 
-/// The group that all buffers are in.
+/// The group of all buffers.
 const GROUP: u32 = 0;
 
-/// Words in front of a module's first instruction.
-const HEADER: usize = 5;
+/// Number of words in front of a module's first instruction.
+const HEADER_WORDS: usize = 5;
 const OP_TYPE_VOID: u16 = 19;
 const OP_TYPE_FORWARD_POINTER: u16 = 39;
 const OP_DECORATE: u32 = 71;
 const NO_CONTRACTION: u32 = 42;
 
 /// The arithmetic instructions on floats of the SPIR-V specification, section 3.42.13, to which
-/// `NoContraction` applies. Square roots, minima and roundings are instructions of an extended set,
-/// which are exact or nothing that a driver may combine.
+/// `NoContraction` applies. Square roots, minima and roundings belong to an extended instruction set; they
+/// are exact or nothing that a driver may combine.
 const ARITHMETIC: [u16; 14] = [
     127, // OpFNegate
     129, // OpFAdd
@@ -62,19 +61,19 @@ const ARITHMETIC: [u16; 14] = [
     148, // OpDot
 ];
 
-/// The words of a kernel whose arithmetic on floats is done as it is written.
-pub(super) fn words(
+/// The SPIR-V of a kernel whose float arithmetic is done as written.
+pub(super) fn spirv_words(
     module: &naga::Module,
     info: &ModuleInfo,
-    bindings: &[Binding],
+    bindings: &[BufferBinding],
 ) -> Result<Vec<u32>, GpuError> {
     let internal = |text: String| GpuError::Internal(format!("strict kernels: {text}"));
     let options = spv::Options {
-        // Every Vulkan driver takes the first version.
+        // Every Vulkan driver supports the first version.
         lang_version: (1, 0),
         flags: spv::WriterFlags::empty(),
         fake_missing_bindings: false,
-        binding_map: places(bindings),
+        binding_map: binding_map(bindings),
         capabilities: Some([spv::Capability::Shader].into_iter().collect()),
         bounds_check_policies: BoundsCheckPolicies {
             index: BoundsCheckPolicy::Restrict,
@@ -92,20 +91,20 @@ pub(super) fn words(
     decorate(&words).ok_or_else(|| internal("the module's words make no instructions".to_owned()))
 }
 
-/// Where the buffers of a bind group lie in Vulkan: wgpu numbers them in the order of their slots.
-fn places(bindings: &[Binding]) -> spv::BindingMap {
+/// The binding numbers of the buffers in Vulkan: wgpu numbers them in the order of their slots.
+fn binding_map(bindings: &[BufferBinding]) -> spv::BindingMap {
     let mut slots: Vec<u32> = bindings.iter().map(|binding| binding.slot).collect();
     slots.sort_unstable();
     (0..)
         .zip(slots)
-        .map(|(place, slot)| {
+        .map(|(index, slot)| {
             let declared = ResourceBinding {
                 group: GROUP,
                 binding: slot,
             };
             let info = spv::BindingInfo {
                 descriptor_set: GROUP,
-                binding: place,
+                binding: index,
                 binding_array_size: None,
             };
             (declared, info)
@@ -113,40 +112,42 @@ fn places(bindings: &[Binding]) -> spv::BindingMap {
         .collect()
 }
 
-/// The same module with `OpDecorate … NoContraction` for the result of every arithmetic instruction
-/// on floats; `None` if the words are no sequence of instructions with a type among them.
+/// Adds `OpDecorate … NoContraction` for the result of every arithmetic instruction on floats. Returns `None`
+/// if the words are not a sequence of instructions with a type among them.
 fn decorate(words: &[u32]) -> Option<Vec<u32>> {
-    let mut added = Vec::new();
-    // Decorations stand in front of all types.
-    let mut types = None;
-    let mut at = HEADER;
-    while at < words.len() {
-        let (length, opcode) = ((words[at] >> 16) as usize, words[at] as u16);
-        let instruction = words.get(at..at + length).filter(|_| length > 0)?;
+    let mut decorations = Vec::new();
+    // Decorations must precede all types.
+    let mut first_type = None;
+    let mut position = HEADER_WORDS;
+    while position < words.len() {
+        let (length, opcode) = ((words[position] >> 16) as usize, words[position] as u16);
+        let instruction = words
+            .get(position..position + length)
+            .filter(|_| length > 0)?;
         if (OP_TYPE_VOID..=OP_TYPE_FORWARD_POINTER).contains(&opcode) {
-            types.get_or_insert(at);
+            first_type.get_or_insert(position);
         }
         if ARITHMETIC.contains(&opcode) {
             // The words are the opcode, the result's type, the result.
-            added.extend([3 << 16 | OP_DECORATE, *instruction.get(2)?, NO_CONTRACTION]);
+            decorations.extend([3 << 16 | OP_DECORATE, *instruction.get(2)?, NO_CONTRACTION]);
         }
-        at += length;
+        position += length;
     }
-    let types = types?;
-    let mut decorated = Vec::with_capacity(words.len() + added.len());
-    decorated.extend_from_slice(&words[..types]);
-    decorated.extend(added);
-    decorated.extend_from_slice(&words[types..]);
+    let first_type = first_type?;
+    let mut decorated = Vec::with_capacity(words.len() + decorations.len());
+    decorated.extend_from_slice(&words[..first_type]);
+    decorated.extend(decorations);
+    decorated.extend_from_slice(&words[first_type..]);
     Some(decorated)
 }
 
-/// The smallest size of each binding's buffer in bytes, `None` for what the module does not declare.
-/// A module whose buffers are not among the bindings, or are declared otherwise there, is
+/// The minimum size of each binding's buffer in bytes; `None` for bindings that the module does not declare.
+/// A module whose buffers are not among the bindings, or have another access there, is
 /// [`GpuError::Validation`].
-pub(super) fn resources(
+pub(super) fn binding_sizes(
     module: &naga::Module,
     label: &str,
-    bindings: &[Binding],
+    bindings: &[BufferBinding],
 ) -> Result<Vec<Option<NonZeroU64>>, GpuError> {
     let mut sizes = vec![None; bindings.len()];
     for (_, variable) in module.global_variables.iter() {
@@ -154,30 +155,30 @@ pub(super) fn resources(
             continue;
         };
         let name = variable.name.as_deref().unwrap_or_default();
-        let refuse = |text: &str| {
+        let validation_error = |text: &str| {
             let slot = declared.binding;
             GpuError::Validation(format!("kernel `{label}`: `{name}` in slot {slot} {text}"))
         };
-        let found = bindings
+        let position = bindings
             .iter()
             .position(|binding| declared.group == GROUP && binding.slot == declared.binding);
-        let at = found.ok_or_else(|| refuse("is not among the bindings"))?;
+        let index = position.ok_or_else(|| validation_error("is not among the bindings"))?;
         let access = match variable.space {
-            AddressSpace::Uniform => Access::Uniform,
+            AddressSpace::Uniform => BindingAccess::Uniform,
             AddressSpace::Storage { access } if access.contains(StorageAccess::STORE) => {
-                Access::StorageReadWrite
+                BindingAccess::StorageReadWrite
             }
-            AddressSpace::Storage { .. } => Access::StorageRead,
-            _ => return Err(refuse("is no buffer")),
+            AddressSpace::Storage { .. } => BindingAccess::StorageRead,
+            _ => return Err(validation_error("is no buffer")),
         };
-        if access != bindings[at].access {
-            return Err(refuse("has another access than its binding"));
+        if access != bindings[index].access {
+            return Err(validation_error("has another access than its binding"));
         }
         let size = module.types[variable.ty]
             .inner
             .try_size(module.to_ctx())
-            .ok_or_else(|| refuse("is too large"))?;
-        sizes[at] = NonZeroU64::new(size.into());
+            .ok_or_else(|| validation_error("is too large"))?;
+        sizes[index] = NonZeroU64::new(size.into());
     }
     Ok(sizes)
 }
@@ -187,12 +188,12 @@ pub(super) fn check_workgroup(
     module: &naga::Module,
     label: &str,
     size: [u32; 3],
-    limits: &Limits,
+    limits: &DeviceLimits,
     sides: [u32; 3],
 ) -> Result<(), GpuError> {
-    for (side, most) in size.into_iter().zip(sides) {
+    for (side, max) in size.into_iter().zip(sides) {
         let what = format!("a side of a workgroup of kernel `{label}`");
-        within(what, side.into(), most.into())?;
+        within(what, side.into(), max.into())?;
     }
     let invocations: u64 = size.iter().map(|&side| u64::from(side)).product();
     let what = format!("the number of invocations in a workgroup of kernel `{label}`");
@@ -204,7 +205,7 @@ pub(super) fn check_workgroup(
     let bytes: u64 = shared
         .map(|(_, variable)| {
             let size = module.types[variable.ty].inner.try_size(module.to_ctx());
-            // Each begins at a multiple of 16 at worst.
+            // Each variable begins at a multiple of 16 at worst.
             size.map_or(u64::MAX >> 8, |size| u64::from(size).next_multiple_of(16))
         })
         .sum();
@@ -229,18 +230,18 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     made[id.x] = (v + factor - v) * factor.x / factor.y + dot(v, v) + v.x * v.y + f32(id.x * 3u);
 }";
 
-    const BINDINGS: [Binding; 3] = [
-        Binding {
+    const BINDINGS: [BufferBinding; 3] = [
+        BufferBinding {
             slot: 3,
-            access: Access::StorageRead,
+            access: BindingAccess::StorageRead,
         },
-        Binding {
+        BufferBinding {
             slot: 5,
-            access: Access::StorageReadWrite,
+            access: BindingAccess::StorageReadWrite,
         },
-        Binding {
+        BufferBinding {
             slot: 7,
-            access: Access::Uniform,
+            access: BindingAccess::Uniform,
         },
     ];
 
@@ -251,21 +252,24 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         (module, info)
     }
 
-    /// The instructions of a module: the opcode and the operands.
+    /// The instructions of a module: opcode and operands.
     fn instructions(words: &[u32]) -> Vec<(u16, Vec<u32>)> {
-        let (mut found, mut at) = (Vec::new(), HEADER);
-        while at < words.len() {
-            let length = (words[at] >> 16) as usize;
-            found.push((words[at] as u16, words[at + 1..at + length].to_vec()));
-            at += length;
+        let (mut instructions, mut position) = (Vec::new(), HEADER_WORDS);
+        while position < words.len() {
+            let length = (words[position] >> 16) as usize;
+            instructions.push((
+                words[position] as u16,
+                words[position + 1..position + length].to_vec(),
+            ));
+            position += length;
         }
-        found
+        instructions
     }
 
     #[test]
     fn every_arithmetic_result_is_decorated_in_front_of_the_types() {
         let (module, info) = module();
-        let words = words(&module, &info, &BINDINGS).expect("it is written");
+        let words = spirv_words(&module, &info, &BINDINGS).expect("it is written");
         let instructions = instructions(&words);
         let decorated: Vec<u32> = instructions
             .iter()
@@ -274,8 +278,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             })
             .map(|(_, operands)| operands[0])
             .collect();
-        // Negation, sum, difference, two products, a quotient (by a vector made of one number), an
-        // inner product, and two sums more; the integers' product is none of them.
+        // Negation, sum, difference, two products, a quotient (by a vector made of one number), an inner
+        // product, and two more sums; the integer product is not decorated.
         let arithmetic: Vec<u32> = instructions
             .iter()
             .filter(|(opcode, _)| ARITHMETIC.contains(opcode))
@@ -294,17 +298,17 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 
     #[test]
     fn buffers_are_numbered_as_wgpu_numbers_them() {
-        let places = places(&[BINDINGS[2], BINDINGS[0], BINDINGS[1]]);
-        let found: Vec<[u32; 2]> = places
+        let map = binding_map(&[BINDINGS[2], BINDINGS[0], BINDINGS[1]]);
+        let numbers: Vec<[u32; 2]> = map
             .iter()
             .map(|(declared, info)| [declared.binding, info.binding])
             .collect();
-        assert_eq!(found, [[3, 0], [5, 1], [7, 2]]);
+        assert_eq!(numbers, [[3, 0], [5, 1], [7, 2]]);
     }
 
     #[test]
     fn words_that_are_no_instructions_are_refused() {
-        assert_eq!(decorate(&[0; HEADER]), None);
+        assert_eq!(decorate(&[0; HEADER_WORDS]), None);
         assert_eq!(decorate(&[0, 0, 0, 0, 0, 0]), None);
         assert_eq!(decorate(&[0, 0, 0, 0, 0, 9 << 16 | 19, 1]), None);
         assert_eq!(decorate(&[0, 0, 0, 0, 0, 1 << 16 | 129]), None);
@@ -313,10 +317,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     #[test]
     fn buffers_are_checked() {
         let (module, _) = module();
-        let sizes = resources(&module, "k", &BINDINGS).expect("they fit");
+        let sizes = binding_sizes(&module, "k", &BINDINGS).expect("they fit");
         assert_eq!(sizes, [NonZeroU64::new(16); 3]);
-        let refused = |bindings: &[Binding]| {
-            resources(&module, "k", bindings)
+        let refused = |bindings: &[BufferBinding]| {
+            binding_sizes(&module, "k", bindings)
                 .expect_err("they do not")
                 .to_string()
         };
@@ -324,9 +328,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             refused(&BINDINGS[..2]),
             "the GPU refused a call: kernel `k`: `factor` in slot 7 is not among the bindings"
         );
-        let other = Binding {
+        let other = BufferBinding {
             slot: 5,
-            access: Access::StorageRead,
+            access: BindingAccess::StorageRead,
         };
         assert_eq!(
             refused(&[BINDINGS[0], other, BINDINGS[2]]),
@@ -337,7 +341,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     #[test]
     fn workgroups_are_checked() {
         let (module, _) = module();
-        let limits = Limits {
+        let limits = DeviceLimits {
             buffer: 0,
             storage_binding: 0,
             uniform_binding: 0,
@@ -347,15 +351,15 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             workgroups_per_axis: 0,
         };
         let check =
-            |limits: &Limits, sides| check_workgroup(&module, "k", [64, 1, 1], limits, sides);
+            |limits: &DeviceLimits, sides| check_workgroup(&module, "k", [64, 1, 1], limits, sides);
         assert_eq!(check(&limits, [64, 64, 64]), Ok(()));
         assert!(check(&limits, [32, 64, 64]).is_err());
-        let fewer = Limits {
+        let fewer = DeviceLimits {
             workgroup_invocations: 63,
             ..limits
         };
         assert!(check(&fewer, [64, 64, 64]).is_err());
-        let smaller = Limits {
+        let smaller = DeviceLimits {
             workgroup_memory: 255,
             ..limits
         };

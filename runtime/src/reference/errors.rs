@@ -1,24 +1,24 @@
-//! How far a picture is from the truth.
+//! Errors of a picture compared with the truth.
 
-use super::{Outcome, Place, Truth};
+use super::{GroundTruth, Outcome, PixelClass};
 use crate::cpu::Geometry;
-use crate::frame::{Frame, Status};
-use crate::verify::Spread;
+use crate::render::{Image, Status};
+use crate::verify::Percentiles;
 use serde::Serialize;
 
-/// What of a picture is compared, pixel by pixel, row after row.
+/// The compared channels of a picture, pixel by pixel, row after row.
 #[derive(Clone, Copy, Debug)]
-pub struct Drawn<'a> {
-    /// How far along its ray each pixel's surface is; infinite where there is none.
+pub struct RenderedPixels<'a> {
+    /// Distance of each pixel's surface along its ray; infinite where there is none.
     pub depth: &'a [f32],
-    /// The unit normals; zero where there is none.
+    /// Unit normals; zero where there is none.
     pub normal: &'a [[f32; 3]],
-    /// How the rays ended; empty where that is not known.
+    /// Status of the rays; empty if it is not known.
     pub status: &'a [Status],
 }
 
-impl<'a> From<&'a Frame> for Drawn<'a> {
-    fn from(frame: &'a Frame) -> Self {
+impl<'a> From<&'a Image> for RenderedPixels<'a> {
+    fn from(frame: &'a Image) -> Self {
         Self {
             depth: &frame.depth,
             normal: &frame.normal,
@@ -27,7 +27,7 @@ impl<'a> From<&'a Frame> for Drawn<'a> {
     }
 }
 
-impl<'a> From<&'a Geometry> for Drawn<'a> {
+impl<'a> From<&'a Geometry> for RenderedPixels<'a> {
     fn from(geometry: &'a Geometry) -> Self {
         Self {
             depth: &geometry.depth,
@@ -37,56 +37,56 @@ impl<'a> From<&'a Geometry> for Drawn<'a> {
     }
 }
 
-/// How a picture differs from the truth. Undecided rays are compared in nothing. What silhouettes
-/// and smooth pixels are says [`Place`].
+/// Differences between a picture and the truth. Undecided rays are not compared. [`PixelClass`] defines
+/// silhouettes and smooth pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Errors {
-    /// How many pixels there are.
+pub struct PictureErrors {
+    /// Number of pixels.
     pub pixels: usize,
-    /// Those whose rays are proved to hit.
+    /// Pixels whose rays are proved to hit.
     pub hits: usize,
-    /// Those whose rays are proved to miss.
+    /// Pixels whose rays are proved to miss.
     pub misses: usize,
-    /// Those whose rays are neither.
+    /// Pixels whose rays are undecided.
     pub undecided: usize,
-    /// Pixels that are at no silhouette.
+    /// Pixels not at a silhouette.
     pub inside: usize,
     /// Rays that hit in the picture and miss in truth.
     pub false_hits: usize,
     /// Rays that miss in the picture and hit in truth.
     pub false_misses: usize,
-    /// Both of these at no silhouette.
+    /// False hits and false misses not at a silhouette.
     pub mismatches_inside: usize,
-    /// The errors of the depth where both hit, as a share of the depth.
-    pub depth: Spread,
-    /// The same at smooth pixels.
-    pub depth_smooth: Spread,
-    /// The same at smooth pixels, in units of the last place of the depth in `f32`.
-    pub depth_ulps: Spread,
-    /// The angles between the normals in degrees, at smooth pixels whose truth has no edge within
-    /// half a pixel; 180 where the picture has none.
-    pub normals: Spread,
-    /// Pixels whose depth or normal is not a number, or whose ray met such a distance.
+    /// Relative errors of the depth where both hit.
+    pub depth: Percentiles,
+    /// Relative errors of the depth at smooth pixels.
+    pub depth_smooth: Percentiles,
+    /// Errors of the depth at smooth pixels, in units of the last place of the depth in `f32`.
+    pub depth_ulps: Percentiles,
+    /// Angles between the normals in degrees, at smooth pixels whose truth has no edge within half a pixel;
+    /// 180 where the picture has no normal.
+    pub normals: Percentiles,
+    /// Pixels whose depth or normal is NaN, or whose ray met a NaN distance.
     pub nans: usize,
-    /// Rays of the picture that ran out of steps; zero where that is not known.
+    /// Rays of the picture that ran out of steps; zero if that is not known.
     pub step_caps: usize,
 }
 
-impl Errors {
-    /// Rays that hit in one of both only.
+impl PictureErrors {
+    /// Returns the number of rays that hit in only one of picture and truth.
     pub fn mismatches(&self) -> usize {
         self.false_hits + self.false_misses
     }
 }
 
-/// Compares a picture of one sample per pixel with the truth of the same view. Pixels that one of
-/// them lacks are not compared.
-pub fn compare<'a>(truth: &Truth, drawn: impl Into<Drawn<'a>>) -> Errors {
+/// Compares a picture of one sample per pixel with the truth of the same view. Pixels that one of them lacks
+/// are not compared.
+pub fn compare<'a>(truth: &GroundTruth, drawn: impl Into<RenderedPixels<'a>>) -> PictureErrors {
     let drawn = drawn.into();
     let pixels = truth.rays.len().min(drawn.depth.len());
-    let mut errors = Errors {
+    let mut errors = PictureErrors {
         pixels,
-        ..Errors::default()
+        ..PictureErrors::default()
     };
     let (mut depth, mut depth_smooth) = (Vec::new(), Vec::new());
     let (mut depth_ulps, mut normals) = (Vec::new(), Vec::new());
@@ -97,8 +97,8 @@ pub fn compare<'a>(truth: &Truth, drawn: impl Into<Drawn<'a>>) -> Errors {
         let nan = t.is_nan() || normal.iter().any(|v| v.is_nan());
         errors.nans += usize::from(nan || status == Status::NotANumber);
         errors.step_caps += usize::from(status == Status::StepCap);
-        let place = truth.places[pixel];
-        errors.inside += usize::from(place != Place::Silhouette);
+        let class = truth.places[pixel];
+        errors.inside += usize::from(class != PixelClass::Silhouette);
         let ray = &truth.rays[pixel];
         let (t0, t1) = match (ray.outcome, t.is_finite()) {
             (Outcome::Undecided { .. }, _) => {
@@ -112,53 +112,52 @@ pub fn compare<'a>(truth: &Truth, drawn: impl Into<Drawn<'a>>) -> Errors {
             (Outcome::Miss, true) => {
                 errors.misses += 1;
                 errors.false_hits += 1;
-                errors.mismatches_inside += usize::from(place != Place::Silhouette);
+                errors.mismatches_inside += usize::from(class != PixelClass::Silhouette);
                 continue;
             }
             (Outcome::Hit { .. }, false) => {
                 errors.hits += 1;
                 errors.false_misses += 1;
-                errors.mismatches_inside += usize::from(place != Place::Silhouette);
+                errors.mismatches_inside += usize::from(class != PixelClass::Silhouette);
                 continue;
             }
             (Outcome::Hit { t0, t1 }, true) => (t0, t1),
         };
         errors.hits += 1;
         let (middle, t) = (t0 + (t1 - t0) / 2.0, f64::from(t));
-        let apart = (t - middle).abs();
-        let relative = apart / middle.max(f64::MIN_POSITIVE);
+        let difference = (t - middle).abs();
+        let relative = difference / middle.max(f64::MIN_POSITIVE);
         depth.push(relative);
-        if place != Place::Smooth {
+        if class != PixelClass::Smooth {
             continue;
         }
         depth_smooth.push(relative);
-        depth_ulps.push(apart / ulp(middle as f32));
-        if let (Some(of_truth), false) = (ray.normal, ray.edge) {
-            normals.push(degrees_between(of_truth, normal.map(f64::from)));
+        depth_ulps.push(difference / ulp(middle as f32));
+        if let (Some(true_normal), false) = (ray.normal, ray.edge) {
+            normals.push(degrees_between(true_normal, normal.map(f64::from)));
         }
     }
-    Errors {
-        depth: Spread::of(depth),
-        depth_smooth: Spread::of(depth_smooth),
-        depth_ulps: Spread::of(depth_ulps),
-        normals: Spread::of(normals),
+    PictureErrors {
+        depth: Percentiles::from_values(depth),
+        depth_smooth: Percentiles::from_values(depth_smooth),
+        depth_ulps: Percentiles::from_values(depth_ulps),
+        normals: Percentiles::from_values(normals),
         ..errors
     }
 }
 
-/// The distance from a number to the next larger one.
+/// Returns the distance from a number to the next larger one.
 fn ulp(v: f32) -> f64 {
     let v = v.abs().max(f32::MIN_POSITIVE);
     f64::from(v.next_up()) - f64::from(v)
 }
 
-/// The angle between a unit vector and a vector in degrees, also where it is too small for a
-/// cosine.
+/// Returns the angle between a unit vector and a vector in degrees, accurate also where the cosine is not.
 fn degrees_between(a: [f64; 3], b: [f64; 3]) -> f64 {
     let length = b.iter().map(|v| v * v).sum::<f64>().sqrt();
     if length == 0.0 || length.is_nan() {
         return 180.0;
     }
-    let apart: f64 = (0..3).map(|i| (a[i] - b[i] / length).powi(2)).sum();
-    (2.0 * (apart.sqrt() / 2.0).min(1.0).asin()).to_degrees()
+    let chord_squared: f64 = (0..3).map(|i| (a[i] - b[i] / length).powi(2)).sum();
+    (2.0 * (chord_squared.sqrt() / 2.0).min(1.0).asin()).to_degrees()
 }

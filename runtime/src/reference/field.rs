@@ -1,133 +1,155 @@
-//! What is asked of a field: bounds over a piece of a ray, the slope there, and plain numbers.
+//! Evaluation of a field along a ray: bounds over a segment, the slope there, and plain numbers.
 
-use super::camera::Ray;
-use sdfc_vm::branching::{self, Branching};
+use super::camera::ReferenceRay;
+use sdfc_vm::branching::{self, BranchInterval};
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::evaluate;
 use sdfc_vm::interval::Interval;
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::tape::Tape;
-use sdfc_vm::tape::parts::{Part, Parts};
-use sdfc_vm::tape::single::{Registers, run};
+use sdfc_vm::tape::scalar::{Registers, eval};
+use sdfc_vm::tape::stack::{TapeSpan, TapeStack};
 use sdfc_vm::vector::V3;
 
-/// The distance of a scene, with the constants of its present parameters.
+/// The distance field of a scene, with the constants of its current parameters.
 #[derive(Clone, Debug)]
-pub struct Field {
+pub struct ReferenceField {
     program: Program,
     tape: Tape,
     raw: bool,
 }
 
-impl Field {
-    /// That of a module, as [`Module::update`] left it.
-    pub fn of(module: &Module) -> Self {
+impl ReferenceField {
+    /// Creates the field of a module, as [`Module::update`] left it.
+    pub fn from_module(module: &Module) -> Self {
         Self {
-            raw: module.distance.is_raw(),
-            tape: Tape::of(&module.distance),
+            raw: module.distance.has_raw_fields(),
+            tape: Tape::new(&module.distance),
             program: module.distance.clone(),
         }
     }
 
-    /// Whether the length of its gradient is not known to be about one.
+    /// Reports whether the gradient's length may differ from one.
     pub(super) fn is_raw(&self) -> bool {
         self.raw
     }
 
-    /// The distance at a point.
+    /// Returns the distance at a point.
     pub fn distance(&self, point: [f64; 3]) -> f64 {
         evaluate::evaluate_f64(&self.program, point)
     }
 
-    /// How the distance changes along the axes at a point.
+    /// Returns the gradient at a point.
     pub fn gradient(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        let gradient = evaluate::gradient::<f64>(&self.program, V3::of(x, y, z)).gradient;
+        let gradient = evaluate::gradient::<f64>(&self.program, V3::new(x, y, z)).gradient;
         [gradient.x, gradient.y, gradient.z]
     }
 }
 
-/// Asks a field, with the memory that takes; each thread has its own.
-pub(super) struct Asker<'a> {
-    field: &'a Field,
-    values: Registers<Branching>,
+/// Evaluates a field along rays, with its registers; each thread has its own.
+pub(super) struct RayFieldEvaluator<'a> {
+    field: &'a ReferenceField,
+    values: Registers<BranchInterval>,
     slopes: Registers<Dual<Interval>>,
-    parts: Parts,
-    /// How often the field was evaluated.
+    parts: TapeStack,
+    /// Number of evaluations of the field.
     pub(super) evaluations: u64,
 }
 
-impl<'a> Asker<'a> {
-    pub(super) fn new(field: &'a Field) -> Self {
+impl<'a> RayFieldEvaluator<'a> {
+    pub(super) fn new(field: &'a ReferenceField) -> Self {
         let Tape { values, points, .. } = field.tape;
         let zero = Interval::point(0.0);
-        let origin = V3::of(zero, zero, zero);
+        let origin = V3::new(zero, zero, zero);
         Self {
             field,
-            values: Registers::new(values, points, Branching::point([zero; 3])),
+            values: Registers::new(values, points, BranchInterval::point([zero; 3])),
             slopes: Registers::new(values, points, DualVec3::fixed(origin)),
-            parts: Parts::of(&field.tape),
+            parts: TapeStack::new(&field.tape),
             evaluations: 0,
         }
     }
 
-    pub(super) fn field(&self) -> &'a Field {
+    pub(super) fn field(&self) -> &'a ReferenceField {
         self.field
     }
 
-    /// The whole program.
-    pub(super) fn whole(&self) -> Part {
-        self.parts.whole()
+    /// Returns the full program.
+    pub(super) fn full_program(&self) -> TapeSpan {
+        self.parts.root()
     }
 
-    /// Forgets all programs that were pruned later than this one.
-    pub(super) fn forget_after(&mut self, part: &Part) {
-        self.parts.forget_from(part.end);
+    /// Discards all programs that were pruned after this one.
+    pub(super) fn discard_after(&mut self, pruned_program: &TapeSpan) {
+        self.parts.truncate(pruned_program.end);
     }
 
-    /// What the field lies between on a piece of a ray whose program is `part`, and whether it is
-    /// whole: continuous there, with the slopes of its formula.
-    pub(super) fn between(&mut self, ray: &Ray, t: Interval, part: &Part) -> (Interval, bool) {
-        let (point, program) = (Branching::point(place(ray, t)), &self.field.program);
+    /// Returns the range of the field on a ray segment whose program is `pruned_program`. Also reports
+    /// whether the field is continuous there, so that its formula's slopes hold.
+    pub(super) fn range(
+        &mut self,
+        ray: &ReferenceRay,
+        t: Interval,
+        pruned_program: &TapeSpan,
+    ) -> (Interval, bool) {
+        let (point, program) = (BranchInterval::point(ray_box(ray, t)), &self.field.program);
         let (values, parts) = (&mut self.values, &mut self.parts);
         self.evaluations += 1;
-        branching::hulled(|| parts.over(program, part, values, point, |value| value.range))
-    }
-
-    /// The program of the piece of a ray that was asked last ([`Self::between`]).
-    pub(super) fn prune(&mut self, part: &Part) -> Part {
-        self.parts.prune(part)
-    }
-
-    /// The same bounds where jumps lie between the two places, from what is on both of their sides.
-    pub(super) fn explored(&mut self, ray: &Ray, t: Interval, part: &Part) -> Interval {
-        let (point, program) = (Branching::point(place(ray, t)), &self.field.program);
-        let (values, evaluations) = (&mut self.values, &mut self.evaluations);
-        let tape = self.parts.tape(part);
-        branching::explore(|| {
-            *evaluations += 1;
-            run(program, tape, values, point, |_, _, _, _| {})
+        branching::eval_hull(|| {
+            parts.eval_over(program, pruned_program, values, point, |value| value.range)
         })
     }
 
-    /// The value at a place.
-    pub(super) fn value(&mut self, ray: &Ray, t: f64, part: &Part) -> Interval {
-        self.explored(ray, Interval::point(t), part)
+    /// Prunes the program for the segment of the last call of [`Self::range`].
+    pub(super) fn prune(&mut self, pruned_program: &TapeSpan) -> TapeSpan {
+        self.parts.prune(pruned_program)
     }
 
-    /// Bounds of how the field changes along a piece of a ray on which it is whole.
-    pub(super) fn slope(&mut self, ray: &Ray, t: Interval, part: &Part) -> Interval {
-        let [x, y, z] = place(ray, t);
-        let point = DualVec3::seed(V3::of(x, y, z));
-        let (program, tape) = (&self.field.program, self.parts.tape(part));
+    /// Returns the range of the field on a segment with discontinuities, as the hull over both sides of each.
+    pub(super) fn range_over_branches(
+        &mut self,
+        ray: &ReferenceRay,
+        t: Interval,
+        pruned_program: &TapeSpan,
+    ) -> Interval {
+        let (point, program) = (BranchInterval::point(ray_box(ray, t)), &self.field.program);
+        let (values, evaluations) = (&mut self.values, &mut self.evaluations);
+        let tape = self.parts.tape(pruned_program);
+        branching::eval_all_branches(|| {
+            *evaluations += 1;
+            eval(program, tape, values, point, |_, _, _, _| {})
+        })
+    }
+
+    /// Returns the value at `t`.
+    pub(super) fn value(
+        &mut self,
+        ray: &ReferenceRay,
+        t: f64,
+        pruned_program: &TapeSpan,
+    ) -> Interval {
+        self.range_over_branches(ray, Interval::point(t), pruned_program)
+    }
+
+    /// Returns bounds of the slope along a segment on which the field is continuous.
+    pub(super) fn slope(
+        &mut self,
+        ray: &ReferenceRay,
+        t: Interval,
+        pruned_program: &TapeSpan,
+    ) -> Interval {
+        let [x, y, z] = ray_box(ray, t);
+        let point = DualVec3::seed(V3::new(x, y, z));
+        let (program, tape) = (&self.field.program, self.parts.tape(pruned_program));
         self.evaluations += 1;
-        let gradient = run(program, tape, &mut self.slopes, point, |_, _, _, _| {}).gradient;
+        let gradient = eval(program, tape, &mut self.slopes, point, |_, _, _, _| {}).gradient;
         let [dx, dy, dz] = ray.direction.map(Interval::point);
         gradient.x * dx + gradient.y * dy + gradient.z * dz
     }
 }
 
-/// The box that a ray's points between two places lie in.
-fn place(ray: &Ray, t: Interval) -> [Interval; 3] {
+/// Returns the box that contains the ray's points in an interval.
+fn ray_box(ray: &ReferenceRay, t: Interval) -> [Interval; 3] {
     std::array::from_fn(|axis| {
         Interval::point(ray.origin[axis]) + t * Interval::point(ray.direction[axis])
     })

@@ -1,161 +1,164 @@
-//! The first root of a field along a ray, isolated.
+//! Isolation of the first root of a field along a ray.
 //!
-//! The way from the camera to `far` is a stack of segments, the nearest on top. A segment on which
-//! the field's interval does not hold zero is proved empty. Otherwise, where the field is whole
-//! (no jump in it), bounds of its slope along the ray trim the segment from both ends by what the
-//! values there cannot reach, and where it only falls, values of both signs at the ends prove one
-//! root, which interval Newton steps close in on. What is left is halved, and the nearer half comes
-//! first. At the finest width a value of the other sign behind the segment proves a change of sign,
-//! be it a root or a jump.
+//! The ray from the camera to `far` is a stack of segments, the nearest on top. A segment on which the
+//! field's interval does not contain zero is proved empty. Otherwise, if the field is continuous there,
+//! bounds of its slope along the ray trim the segment from both ends by the distance within which the values
+//! there cannot reach zero. Where it only decreases, values of both signs at the ends prove one root, which
+//! interval Newton steps narrow down. The remaining segment is bisected, and the nearer half comes first. At
+//! the minimum width a value of the other sign beyond the segment proves a change of sign, be it a root or a
+//! discontinuity.
 //!
-//! A change of sign is a hit if the field gets below zero behind it by more than rounding alone can do
-//! ([`marching::noise`]). If it is above zero again before that, the ray has passed a sheet without
-//! thickness, or touched a surface, and the search goes on behind.
+//! A change of sign is a hit if the field beyond it falls below zero by more than rounding alone can do in
+//! `f32` ([`marching::sign_margin`]). If it is above zero again before that, the ray has passed a sheet
+//! without thickness, or touched a surface, and the search goes on beyond it.
 //!
-//! The program is pruned for each segment by what its intervals decide, so the work near a surface
-//! is that of the shapes that are near.
+//! The program is pruned for each segment by the choices that its intervals decide. So the work near a
+//! surface is that of the shapes nearby.
 
-use super::camera::Ray;
-use super::field::Asker;
-use super::{Options, Outcome, Why};
+use super::camera::ReferenceRay;
+use super::field::RayFieldEvaluator;
+use super::{Outcome, TraceOptions, UndecidedReason};
 use sdfc_shaders::marching;
 use sdfc_vm::interval::Interval;
-use sdfc_vm::tape::parts::Part;
+use sdfc_vm::tape::stack::TapeSpan;
 
-/// The share of a segment that is not trimmed although it could be, against rounding of the trim
-/// itself.
-const CAUTION: f64 = 1e-9;
-/// Slopes beyond this say that there is a pole, of which duals know a finite part only.
-const STEEPEST: f64 = 1e9;
-/// The width at which segments are halved no more, as a share of the coordinates.
-const FINEST: f64 = 1.0 / (1_u64 << 44) as f64;
-/// The width that a proved hit may have near the camera, as a share of the coordinates.
-const NEAR: f64 = 1.0 / (1_u64 << 40) as f64;
-/// How far behind a place where the sign of the field is not known it is looked for, as a fraction of
-/// the coordinates.
-const VAGUEST: f64 = 1e-3;
-/// A bracket goes on being narrowed as long as it becomes less wide than this share of itself.
-const LESS: f64 = 0.8;
+/// Fraction of a trim that is not applied, against rounding of the trim itself.
+const TRIM_SAFETY_FRACTION: f64 = 1e-9;
+/// Slopes beyond this indicate a pole, of which duals know only a finite part.
+const MAX_SLOPE: f64 = 1e9;
+/// Minimum width of a segment that is bisected, as a fraction of the coordinates.
+const MIN_SEGMENT_FRACTION: f64 = 1.0 / (1_u64 << 44) as f64;
+/// Maximum width of a proved hit near the camera, as a fraction of the coordinates.
+const MAX_NEAR_HIT_FRACTION: f64 = 1.0 / (1_u64 << 40) as f64;
+/// Distance beyond a point with unknown sign at which the search for a sign ends, as a fraction of the
+/// coordinates.
+const MAX_SIGN_SEARCH_FRACTION: f64 = 1e-3;
+/// Newton steps continue as long as they narrow a bracket to less than this fraction of its width.
+const MAX_WIDTH_RATIO: f64 = 0.8;
 
-/// A piece of a ray that may hold a root. The field at its start is not zero, nor before.
+/// A ray segment that may contain a root. The field is not zero at its start, nor before.
 struct Segment {
     t: Interval,
-    part: Part,
+    part: TapeSpan,
 }
 
 /// A search along one ray.
-struct Search<'s, 'a> {
-    asker: &'s mut Asker<'a>,
-    ray: &'s Ray,
+struct RootSearch<'s, 'a> {
+    evaluator: &'s mut RayFieldEvaluator<'a>,
+    ray: &'s ReferenceRay,
     far: f64,
-    options: &'s Options,
-    /// 1 where the ray starts outside, −1 inside: times the field, what starts above zero.
+    options: &'s TraceOptions,
+    /// 1 if the ray starts outside, −1 if inside. The field times this starts above zero.
     side: f64,
 }
 
-/// The first root up to `far`, and whether the ray starts inside the solid.
+/// Returns the first root up to `far`, and whether the ray starts inside the solid.
 pub(super) fn first_root(
-    asker: &mut Asker<'_>,
-    ray: &Ray,
+    evaluator: &mut RayFieldEvaluator<'_>,
+    ray: &ReferenceRay,
     far: f64,
-    options: &Options,
+    options: &TraceOptions,
 ) -> (Outcome, bool) {
-    let whole = asker.whole();
-    asker.forget_after(&whole);
-    let mut search = Search {
-        asker,
+    let full_program = evaluator.full_program();
+    evaluator.discard_after(&full_program);
+    let mut search = RootSearch {
+        evaluator,
         ray,
         far,
         options,
         side: 1.0,
     };
-    // What is so near to zero where the ray starts that it has no sign is left behind.
+    // The start of a ray is skipped as long as the field is too close to zero to have a sign.
     let mut start = 0.0;
-    let mut width = search.finest(0.0);
+    let mut width = search.min_width(0.0);
     let sign = loop {
-        let value = search.value(start, &whole);
-        if value.lo > 0.0 || value.hi < -search.depth(start, 1.0) {
+        let value = search.value(start, &full_program);
+        if value.lo > 0.0 || value.hi < -search.min_inside_depth(start, 1.0) {
             break value;
         }
         start = width;
         width *= 2.0;
-        if width > search.size(0.0).max(f64::MIN_POSITIVE) * VAGUEST {
-            let here = Outcome::Undecided {
+        if width > search.coordinate_size(0.0).max(f64::MIN_POSITIVE) * MAX_SIGN_SEARCH_FRACTION {
+            let outcome = Outcome::Undecided {
                 t0: 0.0,
                 t1: start,
-                why: Why::Start,
+                why: UndecidedReason::Start,
             };
-            return (here, false);
+            return (outcome, false);
         }
     };
     let inside = sign.hi < 0.0;
     search.side = if inside { -1.0 } else { 1.0 };
-    (search.run(whole, start), inside)
+    (search.run(full_program, start), inside)
 }
 
-/// What lies behind a place where the sign of the field may change.
-enum Behind {
-    /// A solid: the field is below zero by more than rounding, and is so from here on at the latest.
+/// Content beyond a point at which the sign of the field may change.
+enum FarSide {
+    /// A solid: the field is below zero by more than rounding. It is below zero at this distance already.
     Solid(f64),
-    /// Nothing: here the field is above zero again.
+    /// Empty space: the field is above zero again at this distance.
     Clear(f64),
-    /// It could not be decided.
+    /// Undecided up to this distance.
     Unknown(f64),
 }
 
-/// What a segment turned out to be.
-enum Verdict {
+/// Result of the slope test on a segment.
+enum SegmentVerdict {
     Empty,
     Root(Interval),
-    /// Only this part of it may hold a root.
+    /// Only this part of the segment may contain a root.
     Open(Interval),
 }
 
-impl Search<'_, '_> {
-    fn run(&mut self, whole: Part, start: f64) -> Outcome {
-        let budget = self.asker.evaluations + u64::from(self.options.evaluations);
+impl RootSearch<'_, '_> {
+    fn run(&mut self, full_program: TapeSpan, start: f64) -> Outcome {
+        let budget = self.evaluator.evaluations + u64::from(self.options.evaluations);
         let mut stack = vec![Segment {
             t: Interval::between(start, self.far),
-            part: whole,
+            part: full_program,
         }];
         while let Some(Segment { t, part }) = stack.pop() {
-            if self.asker.evaluations > budget {
+            if self.evaluator.evaluations > budget {
                 return Outcome::Undecided {
                     t0: t.lo,
                     t1: self.far,
-                    why: Why::Budget,
+                    why: UndecidedReason::Budget,
                 };
             }
-            self.asker.forget_after(&part);
-            let (range, whole) = self.asker.between(self.ray, t, &part);
+            self.evaluator.discard_after(&part);
+            let (range, is_continuous) = self.evaluator.range(self.ray, t, &part);
             if !range.contains(0.0) {
                 continue;
             }
-            let part = self.asker.prune(&part);
-            let (found, open) = if whole {
-                match self.trimmed(t, &part) {
-                    Verdict::Empty => continue,
-                    Verdict::Root(root) => (Some(root), root),
-                    Verdict::Open(open) => (None, open),
+            let part = self.evaluator.prune(&part);
+            let (root_interval, trimmed) = if is_continuous {
+                match self.trim_by_slope(t, &part) {
+                    SegmentVerdict::Empty => continue,
+                    SegmentVerdict::Root(root) => (Some(root), root),
+                    SegmentVerdict::Open(trimmed) => (None, trimmed),
                 }
-            } else if self.asker.explored(self.ray, t, &part).contains(0.0) {
+            } else if self
+                .evaluator
+                .range_over_branches(self.ray, t, &part)
+                .contains(0.0)
+            {
                 (None, t)
             } else {
                 continue;
             };
-            let is_finest = open.hi - open.lo <= self.finest(open.hi);
-            if found.is_some() || is_finest {
-                match self.behind(open) {
-                    Behind::Solid(t1) if t1 - open.lo <= self.widest(open.lo) => {
-                        return Outcome::Hit { t0: open.lo, t1 };
+            let is_finest = trimmed.hi - trimmed.lo <= self.min_width(trimmed.hi);
+            if root_interval.is_some() || is_finest {
+                match self.far_side(trimmed) {
+                    FarSide::Solid(t1) if t1 - trimmed.lo <= self.max_hit_width(trimmed.lo) => {
+                        return Outcome::Hit { t0: trimmed.lo, t1 };
                     }
-                    Behind::Solid(t1) | Behind::Unknown(t1) => {
+                    FarSide::Solid(t1) | FarSide::Unknown(t1) => {
                         return touching(Interval {
-                            lo: open.lo,
+                            lo: trimmed.lo,
                             hi: t1,
                         });
                     }
-                    Behind::Clear(from) => {
+                    FarSide::Clear(from) => {
                         stack.push(Segment { t, part });
                         while let Some(mut segment) = stack.pop() {
                             if segment.t.hi > from {
@@ -168,12 +171,12 @@ impl Search<'_, '_> {
                     }
                 }
             }
-            if open.hi - open.lo < (t.hi - t.lo) / 2.0 {
-                stack.push(Segment { t: open, part });
+            if trimmed.hi - trimmed.lo < (t.hi - t.lo) / 2.0 {
+                stack.push(Segment { t: trimmed, part });
                 continue;
             }
-            let middle = open.lo + (open.hi - open.lo) / 2.0;
-            for (lo, hi) in [(middle, open.hi), (open.lo, middle)] {
+            let middle = trimmed.lo + (trimmed.hi - trimmed.lo) / 2.0;
+            for (lo, hi) in [(middle, trimmed.hi), (trimmed.lo, middle)] {
                 let t = Interval { lo, hi };
                 let part = part.clone();
                 stack.push(Segment { t, part });
@@ -182,174 +185,175 @@ impl Search<'_, '_> {
         Outcome::Miss
     }
 
-    /// How far below zero the field must get at `t` to be inside, where it changes by `slope` per unit.
-    fn depth(&self, t: f64, slope: f64) -> f64 {
+    /// Returns the value below zero at which a point at `t` counts as inside, where the field changes by
+    /// `slope` per unit.
+    fn min_inside_depth(&self, t: f64, slope: f64) -> f64 {
         let origin = self.ray.origin.iter();
-        let largest = origin.fold(0.0_f64, |most, v| most.max(v.abs()));
-        let rounding = marching::rounding_at(t, marching::ROUNDING * largest);
-        let raw = if self.asker.field().is_raw() {
+        let largest = origin.fold(0.0_f64, |max_abs, v| max_abs.max(v.abs()));
+        let rounding = marching::rounding_at(t, marching::ROUNDING_PER_UNIT * largest);
+        let raw = if self.evaluator.field().is_raw() {
             1.0
         } else {
             0.0
         };
-        marching::noise(rounding, slope, raw)
+        marching::sign_margin(rounding, slope, raw)
     }
 
-    /// What lies behind a piece in which the sign of the field may change.
-    fn behind(&mut self, piece: Interval) -> Behind {
-        let whole = self.asker.whole();
-        let mut width = self.finest(piece.hi);
-        let mut at = piece.hi;
-        let mut below = None;
+    /// Determines the content beyond a segment in which the sign of the field may change.
+    fn far_side(&mut self, piece: Interval) -> FarSide {
+        let full_program = self.evaluator.full_program();
+        let mut width = self.min_width(piece.hi);
+        let mut t = piece.hi;
+        let mut first_below = None;
         loop {
-            let value = self.value(at, &whole);
-            let slope = -value.hi / (at - piece.lo).max(f64::MIN_POSITIVE);
+            let value = self.value(t, &full_program);
+            let slope = -value.hi / (t - piece.lo).max(f64::MIN_POSITIVE);
             if value.hi < 0.0 {
-                let first = *below.get_or_insert(at);
-                if value.hi < -self.depth(at, slope) {
-                    return Behind::Solid(first);
+                let first_below_t = *first_below.get_or_insert(t);
+                if value.hi < -self.min_inside_depth(t, slope) {
+                    return FarSide::Solid(first_below_t);
                 }
             }
-            if value.lo > 0.0 && at > piece.lo {
-                return Behind::Clear(at);
+            if value.lo > 0.0 && t > piece.lo {
+                return FarSide::Clear(t);
             }
-            if at >= self.far || width > self.size(piece.hi) * VAGUEST {
-                return Behind::Unknown(at);
+            if t >= self.far || width > self.coordinate_size(piece.hi) * MAX_SIGN_SEARCH_FRACTION {
+                return FarSide::Unknown(t);
             }
-            at = (piece.hi + width).min(self.far);
+            t = (piece.hi + width).min(self.far);
             width *= 2.0;
         }
     }
 
-    /// How large numbers along the ray are at `t`.
-    fn size(&self, t: f64) -> f64 {
+    /// Returns the magnitude of coordinates along the ray at `t`.
+    fn coordinate_size(&self, t: f64) -> f64 {
         let origin = self.ray.origin.iter();
-        t + origin.fold(0.0_f64, |most, v| most.max(v.abs()))
+        t + origin.fold(0.0_f64, |max_abs, v| max_abs.max(v.abs()))
     }
 
-    /// The width at which segments are halved no more.
-    fn finest(&self, t: f64) -> f64 {
-        self.size(t) * FINEST
+    /// Returns the width below which segments are not bisected.
+    fn min_width(&self, t: f64) -> f64 {
+        self.coordinate_size(t) * MIN_SEGMENT_FRACTION
     }
 
-    /// The width that a hit at `t` may have.
-    fn widest(&self, t: f64) -> f64 {
-        (t * self.options.tolerance).max(self.size(t) * NEAR)
+    /// Returns the maximum width of a hit at `t`.
+    fn max_hit_width(&self, t: f64) -> f64 {
+        (t * self.options.tolerance).max(self.coordinate_size(t) * MAX_NEAR_HIT_FRACTION)
     }
 
-    /// The field times the side.
-    fn value(&mut self, t: f64, part: &Part) -> Interval {
-        let value = self.asker.value(self.ray, t, part);
-        self.outside(value)
+    /// Returns the field times the side.
+    fn value(&mut self, t: f64, part: &TapeSpan) -> Interval {
+        let value = self.evaluator.value(self.ray, t, part);
+        self.oriented(value)
     }
 
-    fn outside(&self, v: Interval) -> Interval {
+    fn oriented(&self, v: Interval) -> Interval {
         if self.side < 0.0 { -v } else { v }
     }
 
-    /// Bounds of the slope of the field times the side, where they can be trusted.
-    fn slope(&mut self, t: Interval, part: &Part) -> Option<Interval> {
-        let slope = self.asker.slope(self.ray, t, part);
-        (slope.magnitude() < STEEPEST).then(|| self.outside(slope))
+    /// Returns bounds of the slope of the field times the side, unless there may be a pole.
+    fn slope(&mut self, t: Interval, part: &TapeSpan) -> Option<Interval> {
+        let slope = self.evaluator.slope(self.ray, t, part);
+        (slope.magnitude() < MAX_SLOPE).then(|| self.oriented(slope))
     }
 
-    /// What slopes say of a segment on which the field is whole.
-    fn trimmed(&mut self, t: Interval, part: &Part) -> Verdict {
+    /// Trims a segment on which the field is continuous, by slope bounds.
+    fn trim_by_slope(&mut self, t: Interval, part: &TapeSpan) -> SegmentVerdict {
         let Some(slope) = self.slope(t, part) else {
-            return Verdict::Open(t);
+            return SegmentVerdict::Open(t);
         };
         // The field starts above zero.
         if slope.lo >= 0.0 {
-            return Verdict::Empty;
+            return SegmentVerdict::Empty;
         }
         let mut open = t;
         let (first, last) = (self.value(t.lo, part), self.value(t.hi, part));
         if first.lo > 0.0 {
-            open.lo += first.lo / -slope.lo * (1.0 - CAUTION);
+            open.lo += first.lo / -slope.lo * (1.0 - TRIM_SAFETY_FRACTION);
         }
         if last.lo > 0.0 {
             if slope.hi <= 0.0 {
-                return Verdict::Empty;
+                return SegmentVerdict::Empty;
             }
-            open.hi -= last.lo / slope.hi * (1.0 - CAUTION);
+            open.hi -= last.lo / slope.hi * (1.0 - TRIM_SAFETY_FRACTION);
         }
-        // Sums are rounded; so much they may be off.
+        // Largest error of the rounded sums.
         let rounding = t.hi * f64::EPSILON;
         open.lo = (open.lo - rounding).max(t.lo);
         open.hi = (open.hi + rounding).min(t.hi);
         if open.lo >= open.hi {
-            return Verdict::Empty;
+            return SegmentVerdict::Empty;
         }
         if slope.hi <= 0.0 && last.hi < 0.0 {
-            return Verdict::Root(self.newton(open, slope, part));
+            return SegmentVerdict::Root(self.newton(open, slope, part));
         }
-        Verdict::Open(open)
+        SegmentVerdict::Open(open)
     }
 
-    /// Closes in on the only root of a bracket on which the field falls, or is level, from above to
-    /// below zero.
-    fn newton(&mut self, bracket: Interval, slope: Interval, part: &Part) -> Interval {
+    /// Narrows down the only root of a bracket on which the field does not increase, from above to below
+    /// zero.
+    fn newton(&mut self, bracket: Interval, slope: Interval, part: &TapeSpan) -> Interval {
         let (mut t, mut slope) = (bracket, slope);
         loop {
-            let before = t.hi - t.lo;
-            if before <= self.finest(t.hi) {
+            let width_before = t.hi - t.lo;
+            if width_before <= self.min_width(t.hi) {
                 return t;
             }
-            // Where the sign at one place is not known, it most likely is at another.
-            for share in [0.5, 0.25, 0.75] {
-                let at = t.lo + (t.hi - t.lo) * share;
-                let value = self.value(at, part);
+            // If the sign at one point is unknown, it is most likely known at another.
+            for fraction in [0.5, 0.25, 0.75] {
+                let t_sample = t.lo + (t.hi - t.lo) * fraction;
+                let value = self.value(t_sample, part);
                 if value.lo > 0.0 {
-                    t.lo = at;
+                    t.lo = t_sample;
                 } else if value.hi < 0.0 {
-                    t.hi = at;
+                    t.hi = t_sample;
                 }
                 if slope.hi < 0.0 {
-                    let step = Interval::point(at) - value / slope;
+                    let step = Interval::point(t_sample) - value / slope;
                     t.lo = t.lo.max(step.lo).min(t.hi);
                     t.hi = t.hi.min(step.hi).max(t.lo);
                 }
-                if t.hi - t.lo < before * LESS {
+                if t.hi - t.lo < width_before * MAX_WIDTH_RATIO {
                     break;
                 }
             }
             let width = t.hi - t.lo;
-            if width >= before * LESS {
+            if width >= width_before * MAX_WIDTH_RATIO {
                 return t;
             }
-            if width < before / 4.0
-                && let Some(near) = self.slope(t, part)
-                && near.hi <= 0.0
+            if width < width_before / 4.0
+                && let Some(tighter_slope) = self.slope(t, part)
+                && tighter_slope.hi <= 0.0
             {
-                slope = near;
+                slope = tighter_slope;
             }
         }
     }
 }
 
-/// The outcome of a ray that comes too near to a surface to tell whether it meets it.
+/// Returns the outcome of a ray that is too close to a surface to tell whether it hits.
 fn touching(t: Interval) -> Outcome {
     Outcome::Undecided {
         t0: t.lo,
         t1: t.hi,
-        why: Why::Touching,
+        why: UndecidedReason::Touching,
     }
 }
 
-/// A guess where a ray ends that is undecided from `from` on: plain steps in `f64` until the sign changes.
-pub(super) fn guess(
-    asker: &mut Asker<'_>,
-    ray: &Ray,
+/// Estimates the end of a ray that is undecided from `from` on: plain steps in `f64` until the sign changes.
+pub(super) fn estimate_end(
+    evaluator: &mut RayFieldEvaluator<'_>,
+    ray: &ReferenceRay,
     from: f64,
     far: f64,
     inside: bool,
 ) -> Option<f64> {
-    let field = asker.field();
+    let field = evaluator.field();
     let side = if inside { -1.0 } else { 1.0 };
     let mut t = from;
-    for _ in 0..GUESS_STEPS {
+    for _ in 0..MAX_ESTIMATE_STEPS {
         let distance = field.distance(ray.at(t)) * side;
-        asker.evaluations += 1;
+        evaluator.evaluations += 1;
         if distance.is_nan() || t > far {
             return None;
         }
@@ -361,5 +365,5 @@ pub(super) fn guess(
     None
 }
 
-/// The most steps of a guess.
-const GUESS_STEPS: usize = 4_096;
+/// Maximum number of steps of an estimate.
+const MAX_ESTIMATE_STEPS: usize = 4_096;

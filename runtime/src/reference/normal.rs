@@ -1,29 +1,38 @@
-//! Which way the surface faces at a hit, by duals of `f64`, and whether that is known there.
+//! Surface normals at hits, by duals of `f64`, and detection of edges.
 
-use super::field::Field;
+use super::field::ReferenceField;
 
-/// The cosine of the largest angle, 0.1°, by which directions next to a hit may differ from its own;
-/// more, so near, are several faces.
-const ALIKE: f64 = 0.999_998_4;
-/// The cosine of the angle, 5°, by which a surface may turn over half a pixel without having an edge
-/// there.
-const BEND: f64 = 0.996_194_7;
+/// Cosine of the largest angle, 0.1°, between a hit's direction and those next to it. A larger angle so close
+/// means several faces.
+const MIN_SAME_DIRECTION_COSINE: f64 = 0.999_998_4;
+/// Cosine of the angle, 5°, by which a surface may turn over half a pixel without an edge there.
+const MIN_SMOOTH_COSINE: f64 = 0.996_194_7;
 
-/// The direction of the gradient at a hit at `p`, turned to the side of the ray; `None` where it is
-/// zero or not finite, or where there are several within `near`.
-pub(super) fn normal(field: &Field, p: [f64; 3], near: f64, side: f64) -> Option<[f64; 3]> {
+/// Returns the direction of the gradient at a hit at `p`, turned to the side of the ray. Returns `None` where
+/// the gradient is zero or not finite, or has several directions within `near`.
+pub(super) fn normal(
+    field: &ReferenceField,
+    p: [f64; 3],
+    radius: f64,
+    side: f64,
+) -> Option<[f64; 3]> {
     let gradient = field.gradient(p);
     let size = length(gradient);
     if !(size > 1e-30 && size < 1e30) {
         return None;
     }
     let normal = gradient.map(|v| v * side / size);
-    (!turns(field, p, normal, near, ALIKE)).then_some(normal)
+    (!direction_varies(field, p, normal, radius, MIN_SAME_DIRECTION_COSINE)).then_some(normal)
 }
 
-/// The direction of the gradient at a point where no normal is proved, turned to the side of the ray; the direction back
-/// along the ray where that is none, or faces away from the eye.
-pub(super) fn likely(field: &Field, p: [f64; 3], direction: [f64; 3], side: f64) -> [f64; 3] {
+/// Returns the direction of the gradient at a point without a proved normal, turned to the side of the ray.
+/// Returns the direction back along the ray if there is none, or if it faces away from the camera.
+pub(super) fn likely_normal(
+    field: &ReferenceField,
+    p: [f64; 3],
+    direction: [f64; 3],
+    side: f64,
+) -> [f64; 3] {
     let gradient = field.gradient(p).map(|v| v * side);
     let size = length(gradient);
     let faces_eye = dot(gradient, direction) < 0.0;
@@ -33,14 +42,20 @@ pub(super) fn likely(field: &Field, p: [f64; 3], direction: [f64; 3], side: f64)
     }
 }
 
-/// Whether the surface has an edge within half a pixel, `half`, of a hit at `p`.
-pub(super) fn is_at_edge(field: &Field, p: [f64; 3], normal: [f64; 3], half: f64) -> bool {
-    turns(field, p, normal, half, BEND)
+/// Reports whether the surface has an edge within half a pixel, `half`, of a hit at `p`.
+pub(super) fn is_at_edge(field: &ReferenceField, p: [f64; 3], normal: [f64; 3], half: f64) -> bool {
+    direction_varies(field, p, normal, half, MIN_SMOOTH_COSINE)
 }
 
-/// Whether the gradient has another direction at one of eight places around `p` in the tangent
-/// plane: one whose angle with the normal has a smaller cosine.
-fn turns(field: &Field, p: [f64; 3], normal: [f64; 3], reach: f64, cosine: f64) -> bool {
+/// Reports whether the gradient has another direction at one of eight points around `p` in the tangent plane:
+/// one whose angle with the normal has a smaller cosine.
+fn direction_varies(
+    field: &ReferenceField,
+    p: [f64; 3],
+    normal: [f64; 3],
+    radius: f64,
+    cosine: f64,
+) -> bool {
     let smallest = (0..3).min_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs()));
     let mut axis = [0.0; 3];
     axis[smallest.unwrap_or(0)] = 1.0;
@@ -49,11 +64,12 @@ fn turns(field: &Field, p: [f64; 3], normal: [f64; 3], reach: f64, cosine: f64) 
     let v = cross(normal, u);
     (0..8).any(|i| {
         let (sin, cos) = (f64::from(i) * std::f64::consts::FRAC_PI_4).sin_cos();
-        let near = std::array::from_fn(|axis| p[axis] + reach * (u[axis] * cos + v[axis] * sin));
-        let gradient = field.gradient(near);
-        let along = dot(gradient, normal).abs();
-        // What is not a number is no direction either.
-        !(along >= cosine * length(gradient) && length(gradient) > 0.0)
+        let neighbor =
+            std::array::from_fn(|axis| p[axis] + radius * (u[axis] * cos + v[axis] * sin));
+        let gradient = field.gradient(neighbor);
+        let projection = dot(gradient, normal).abs();
+        // NaN is no direction either.
+        !(projection >= cosine * length(gradient) && length(gradient) > 0.0)
     })
 }
 

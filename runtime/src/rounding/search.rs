@@ -1,51 +1,52 @@
-//! The largest running error on a surface, by branch and bound: the box with the largest bound is cut
-//! in two until its bound is not much more than what was found at a point. Boxes in which the field is
-//! known to have no zero are left out.
+//! The largest running error on a surface, by branch and bound: the box with the largest bound is bisected
+//! until its bound is not much more than the largest error found at a point. Boxes in which the field has no
+//! zero are left out.
 
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::{evaluate, evaluate_f64};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::program::Program;
-use sdfc_vm::rounding::{Rounded, bound};
-use sdfc_vm::tape::steep::divides_raw;
+use sdfc_vm::rounding::{RunningError, error_bound};
+use sdfc_vm::tape::lipschitz::divides_raw;
 use sdfc_vm::vector::V3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// How many instructions are evaluated at most, and how many boxes and points at least and at most.
-const WORK: usize = 20_000;
-const BOXES: [usize; 2] = [48, 900];
-/// The search ends where the bound is no more than this many times what was found.
-const NEAR: f64 = 1.5;
+/// Number of evaluated instructions that sets the number of boxes and points, and limits of that number.
+const MAX_INSTRUCTIONS: usize = 20_000;
+const BOX_COUNT_LIMITS: [usize; 2] = [48, 900];
+/// The search ends when the bound is at most this many times the largest error found.
+const MAX_GAP_RATIO: f64 = 1.5;
 
-/// The largest error of many.
+/// Bounds of the largest error in a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Worst {
-    /// No point is off by more; infinite where that could not be shown.
-    pub at_most: f64,
-    /// The bound at the worst of the points that were looked at.
-    pub found: f64,
-    /// Nothing bounds the error at one of these, and `f32` puts it on the other side of a surface.
-    pub is_beyond: bool,
+pub struct ErrorBound {
+    /// Upper bound of the error at any point; infinite if that could not be proved.
+    pub upper_bound: f64,
+    /// Largest bound at one of the sampled points.
+    pub largest_found: f64,
+    /// Set if the error at a sampled point is unbounded, and `f32` puts the point on the other side of a
+    /// surface.
+    pub is_unbounded: bool,
 }
 
-impl Worst {
-    /// Whether the search came to an end: both numbers are nearly the same.
+impl ErrorBound {
+    /// Reports whether the search converged: both numbers are nearly the same.
     pub fn is_settled(&self) -> bool {
-        self.at_most <= 4.0 * self.found
+        self.upper_bound <= 4.0 * self.largest_found
     }
 }
 
-/// An error that was found at a point.
+/// An error at a sampled point.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Found {
+pub(super) struct SampledError {
     pub(super) error: f64,
-    /// Nothing bounds it.
+    /// Set if the error is unbounded.
     is_beyond: bool,
 }
 
-impl Found {
-    /// The larger of two errors.
+impl SampledError {
+    /// Returns the larger of two errors.
     pub(super) fn or(self, other: Self) -> Self {
         Self {
             error: self.error.max(other.error),
@@ -53,8 +54,8 @@ impl Found {
         }
     }
 
-    /// The same in another unit.
-    pub(super) fn per(self, unit: f64) -> Self {
+    /// Converts the error to another unit.
+    pub(super) fn in_units(self, unit: f64) -> Self {
         Self {
             error: self.error / unit.max(f64::MIN_POSITIVE),
             ..self
@@ -62,156 +63,172 @@ impl Found {
     }
 }
 
-/// What a box is measured by.
-pub(super) struct Gauge {
-    /// How far its coordinates are off.
-    pub(super) off: [f64; 3],
-    /// The unit in which errors are told.
+/// Scale by which the error in a box is measured.
+pub(super) struct ErrorScale {
+    /// Errors of the coordinates.
+    pub(super) coordinate_errors: [f64; 3],
+    /// Unit in which errors are reported.
     pub(super) unit: f64,
-    /// How large a box may be for its middle to be a place on a surface nearby, in half diagonals.
-    pub(super) coarse: f64,
+    /// Largest half diagonal of a box whose centre may stand for a point on a surface nearby.
+    pub(super) max_half_diagonal: f64,
 }
 
-struct Part {
-    score: f64,
-    place: [Interval; 3],
+struct SearchBox {
+    priority: f64,
+    region_box: [Interval; 3],
 }
 
-impl Ord for Part {
+impl Ord for SearchBox {
     fn cmp(&self, other: &Self) -> Ordering {
-        self.score.total_cmp(&other.score)
+        self.priority.total_cmp(&other.priority)
     }
 }
-impl PartialOrd for Part {
+impl PartialOrd for SearchBox {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
-impl PartialEq for Part {
+impl PartialEq for SearchBox {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
-impl Eq for Part {}
+impl Eq for SearchBox {}
 
-/// The largest error in a finite region where there may be a surface, in units of the gauge, which
-/// leaves out boxes that do not matter; `None` if there is no surface. `found` is what some point is
-/// known to be off.
-pub(super) fn worst(
+/// Returns the largest error in a finite region where there may be a surface, in units of `error_scale`.
+/// Boxes without a scale are left out. Returns `None` if there is no surface. `largest` is an error that is
+/// already known.
+pub(super) fn max_error(
     program: &Program,
     region: &Bounds,
-    mut found: Found,
-    gauge: impl Fn(&[Interval; 3]) -> Option<Gauge>,
-) -> Option<Worst> {
-    let measured = |place: [Interval; 3]| {
-        let gauge = gauge(&place)?;
-        let bound = bound(program, place, gauge.off);
-        bound.may_be_zero().then(|| Part {
-            score: bound.error / gauge.unit.max(f64::MIN_POSITIVE),
-            place,
+    mut largest: SampledError,
+    error_scale: impl Fn(&[Interval; 3]) -> Option<ErrorScale>,
+) -> Option<ErrorBound> {
+    let bounded_box = |region_box: [Interval; 3]| {
+        let error_scale = error_scale(&region_box)?;
+        let bound = error_bound(program, region_box, error_scale.coordinate_errors);
+        bound.may_be_zero().then(|| SearchBox {
+            priority: bound.error / error_scale.unit.max(f64::MIN_POSITIVE),
+            region_box,
         })
     };
-    let whole = std::array::from_fn(|i| Interval::between(region.min[i], region.max[i]));
-    let mut parts: BinaryHeap<Part> = measured(whole).into_iter().collect();
-    let mut settled = None::<f64>;
-    let [least, most] = BOXES;
-    let mut left = (WORK / program.code.len().max(1)).clamp(least, most);
-    while let Some(part) = parts.pop() {
-        left = left.saturating_sub(3);
-        let halves = halves(&part.place);
-        if let Some(error) = at_middle(program, &part.place, &gauge) {
-            found = found.or(error);
+    let root = std::array::from_fn(|i| Interval::between(region.min[i], region.max[i]));
+    let mut queue: BinaryHeap<SearchBox> = bounded_box(root).into_iter().collect();
+    let mut bound_of_finished = None::<f64>;
+    let [min_boxes, max_boxes] = BOX_COUNT_LIMITS;
+    let mut remaining_boxes =
+        (MAX_INSTRUCTIONS / program.code.len().max(1)).clamp(min_boxes, max_boxes);
+    while let Some(search_box) = queue.pop() {
+        remaining_boxes = remaining_boxes.saturating_sub(3);
+        let halves = bisect(&search_box.region_box);
+        if let Some(error) = error_near_center(program, &search_box.region_box, &error_scale) {
+            largest = largest.or(error);
         }
-        let done = part.score <= NEAR * found.error || left == 0;
+        let is_done = search_box.priority <= MAX_GAP_RATIO * largest.error || remaining_boxes == 0;
         match halves {
-            Some(halves) if !done => parts.extend(halves.into_iter().filter_map(measured)),
-            _ => settled = Some(settled.map_or(part.score, |most| most.max(part.score))),
+            Some(halves) if !is_done => queue.extend(halves.into_iter().filter_map(bounded_box)),
+            _ => {
+                bound_of_finished = Some(
+                    bound_of_finished
+                        .map_or(search_box.priority, |bound| bound.max(search_box.priority)),
+                )
+            }
         }
-        if done {
+        if is_done {
             break;
         }
     }
-    let waiting = parts.peek().map(|part| part.score);
-    let at_most = settled.into_iter().chain(waiting).reduce(f64::max)?;
-    Some(Worst {
-        at_most: at_most.max(found.error),
-        found: found.error,
-        is_beyond: found.is_beyond,
+    let bound_of_waiting = queue.peek().map(|search_box| search_box.priority);
+    let at_most = bound_of_finished
+        .into_iter()
+        .chain(bound_of_waiting)
+        .reduce(f64::max)?;
+    Some(ErrorBound {
+        upper_bound: at_most.max(largest.error),
+        largest_found: largest.error,
+        is_unbounded: largest.is_beyond,
     })
 }
 
-/// The error near the middle of a box (not at it, where seams often are), if that is about where a
-/// surface may be and nothing is torn there.
-fn at_middle(
+/// Returns the error near the centre of a box (not at it, where discontinuities often are), if a surface may
+/// be nearby and no branch is uncertain there.
+fn error_near_center(
     program: &Program,
-    place: &[Interval; 3],
-    gauge: &impl Fn(&[Interval; 3]) -> Option<Gauge>,
-) -> Option<Found> {
-    let reach = place.iter().map(|side| (side.hi - side.lo).powi(2));
-    let reach = reach.sum::<f64>().sqrt() / 2.0;
-    let middle = place.map(|side| Interval::point(side.lo + 0.4871 * (side.hi - side.lo)));
-    let gauge = gauge(&middle).filter(|gauge| reach <= gauge.coarse)?;
-    let bound = bound(program, middle, gauge.off);
-    let near = bound.value.lo.abs().min(bound.value.hi.abs()) <= 2.0 * reach;
-    let error = error_at(program, middle.map(|side| side.lo), &bound)?;
+    region_box: &[Interval; 3],
+    error_scale: &impl Fn(&[Interval; 3]) -> Option<ErrorScale>,
+) -> Option<SampledError> {
+    let half_diagonal = region_box.iter().map(|side| (side.hi - side.lo).powi(2));
+    let half_diagonal = half_diagonal.sum::<f64>().sqrt() / 2.0;
+    let center = region_box.map(|side| Interval::point(side.lo + 0.4871 * (side.hi - side.lo)));
+    let error_scale = error_scale(&center)
+        .filter(|error_scale| half_diagonal <= error_scale.max_half_diagonal)?;
+    let bound = error_bound(program, center, error_scale.coordinate_errors);
+    let is_near_surface = bound.value.lo.abs().min(bound.value.hi.abs()) <= 2.0 * half_diagonal;
+    let error = sampled_error(program, center.map(|side| side.lo), &bound)?;
     let is_known = bound.error.is_finite();
-    let may_be = near || is_known && bound.may_be_zero();
-    let is_there =
-        error.is_beyond || !program.code.iter().any(divides_raw) || changes_sign(program, place);
-    (may_be && is_there).then(|| error.per(gauge.unit))
+    let may_be = is_near_surface || is_known && bound.may_be_zero();
+    let has_surface = error.is_beyond
+        || !program.code.iter().any(divides_raw)
+        || changes_sign(program, region_box);
+    (may_be && has_surface).then(|| error.in_units(error_scale.unit))
 }
 
-/// Reports whether the field has both signs at the corners of a box. Near a pole, the value of a field that was divided
-/// by a bound of its slope is small though no surface is near.
-fn changes_sign(program: &Program, place: &[Interval; 3]) -> bool {
+/// Reports whether the field has both signs at the corners of a box. Near a pole, the value of a field that
+/// was divided by a slope bound is small though no surface is near.
+fn changes_sign(program: &Program, region_box: &[Interval; 3]) -> bool {
     let corner = |corner: usize| {
         std::array::from_fn(|axis| match corner >> axis & 1 {
-            0 => place[axis].lo,
-            _ => place[axis].hi,
+            0 => region_box[axis].lo,
+            _ => region_box[axis].hi,
         })
     };
-    let mut signs = (0..8).map(|at| evaluate_f64(program, corner(at)) < 0.0);
+    let mut signs = (0..8).map(|index| evaluate_f64(program, corner(index)) < 0.0);
     let first = signs.next();
     signs.any(|sign| Some(sign) != first)
 }
 
-/// The error at a point, given its bound there; none at a tear, and where the field is no number.
+/// Returns the error at a point, given its bound there. Returns `None` where a branch is uncertain, and where
+/// the field is NaN.
 ///
-/// An error that nothing bounds, as beyond the range of `f32`, counts if the value in `f32` is on the other side of
-/// the surface. Rays that meet what is no number are counted when the picture is drawn.
-pub(super) fn error_at(program: &Program, point: [f64; 3], bound: &Rounded) -> Option<Found> {
-    if bound.torn {
+/// An unbounded error, as beyond the range of `f32`, counts if the value in `f32` is on the other side of the
+/// surface. Rays that meet NaN are counted when the picture is rendered.
+pub(super) fn sampled_error(
+    program: &Program,
+    point: [f64; 3],
+    bound: &RunningError,
+) -> Option<SampledError> {
+    if bound.branch_uncertain {
         return None;
     }
     if bound.error.is_finite() {
-        return Some(Found {
+        return Some(SampledError {
             error: bound.error,
             is_beyond: false,
         });
     }
     let [x, y, z] = point.map(|v| v as f32);
-    let single = f64::from(evaluate::<f32>(program, V3::of(x, y, z)));
+    let single = f64::from(evaluate::<f32>(program, V3::new(x, y, z)));
     let double = evaluate_f64(program, point);
     let moves_surface = (single < 0.0) != (double < 0.0);
     let error = (single - double).abs();
-    (moves_surface && error.is_finite()).then_some(Found {
+    (moves_surface && error.is_finite()).then_some(SampledError {
         error,
         is_beyond: true,
     })
 }
 
-/// A box cut in two across its longest side; `None` if it is too small for that.
-fn halves(place: &[Interval; 3]) -> Option<[[Interval; 3]; 2]> {
-    let length = |i: &usize| place[*i].hi - place[*i].lo;
+/// Bisects a box across its longest side. Returns `None` if it is too small for that.
+fn bisect(region_box: &[Interval; 3]) -> Option<[[Interval; 3]; 2]> {
+    let length = |i: &usize| region_box[*i].hi - region_box[*i].lo;
     let axis = (0..3).max_by(|a, b| length(a).total_cmp(&length(b)))?;
-    let side = place[axis];
+    let side = region_box[axis];
     let middle = side.lo + (side.hi - side.lo) / 2.0;
     let is_between = side.lo < middle && middle < side.hi;
     if !is_between {
         return None;
     }
-    let (mut first, mut second) = (*place, *place);
-    first[axis].hi = middle;
-    second[axis].lo = middle;
-    Some([first, second])
+    let (mut low_half, mut high_half) = (*region_box, *region_box);
+    low_half[axis].hi = middle;
+    high_half[axis].lo = middle;
+    Some([low_half, high_half])
 }

@@ -1,43 +1,43 @@
-//! Where a camera goes that the scene leaves to us, and what else follows from the bounds: how far
-//! rays go and how far occlusion reaches.
+//! Placement of automatic cameras, and the defaults that follow from the bounds: length of rays and radius of
+//! occlusion.
 //!
-//! Bounds may be infinite (a ground plane, repetition) or empty. What is framed is then a box of
-//! about the size of what is finite, around the finite sides: a ball on an endless ground is seen
-//! as the ball would be.
+//! Bounds may be infinite (a ground plane, repetition) or empty. The framed box then has about the size of
+//! the finite part and lies around its finite sides. A sphere on an infinite ground is framed like the sphere
+//! alone.
 
-use crate::frame::{Lens, View};
+use crate::render::{ResolvedLens, View};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::outline::Outline;
 
-/// The box that a picture is about.
-pub(super) struct Target {
-    /// It is finite and has some size.
+/// The box that an image shows.
+pub(super) struct FramingTarget {
+    /// The shown box: finite and not a point.
     pub(super) shown: Bounds,
     /// The true bounds.
     bounds: Bounds,
-    /// About half the size of what the picture is about, from which default lengths follow.
+    /// About half the size of the subject, from which default lengths follow.
     size: f64,
-    /// The bounds tell no size.
+    /// Set if the bounds have no finite side, so that the size is a guess.
     is_guessed: bool,
 }
 
-/// The factor by which a picture is larger than a figure that it frames.
-const MARGIN: f64 = 1.08;
-/// The share of the picture's width or height that an outline fills.
-const FILLED: f64 = 0.85;
-/// The least distance of a camera from what it frames, in sizes of that.
-const LEAST_WAY: f64 = 0.1;
-/// The largest angle over the horizon that a camera is raised to.
-const MOST_RAISED: f64 = 1.5;
-/// The side of the box that is shown of a scene whose bounds tell no size.
-const GUESSED_SIDE: f64 = 2.0;
-/// Half the size of such a scene, in distances of its camera from what it looks at.
-const SIZE_PER_WAY: f64 = 0.3;
-/// How far rays go in an endless scene, in distances of the camera from what it looks at.
-const ENDLESS_WAYS: f64 = 200.0;
+/// Ratio of the height of an image to that of the 2-D shape it frames.
+const PLANE_MARGIN: f64 = 1.08;
+/// Fraction of the image's width or height that an outline fills.
+const FILLED_FRACTION: f64 = 0.85;
+/// Minimum distance of a camera from the framed outline, in sizes of the outline.
+const MIN_DISTANCE_IN_SIZES: f64 = 0.1;
+/// Maximum elevation of a camera over the horizon, in radians.
+const MAX_ELEVATION: f64 = 1.5;
+/// Side of the shown box if the bounds have no size.
+const DEFAULT_SIDE: f64 = 2.0;
+/// Half the size of such a scene, as a fraction of the distance from the camera to its target.
+const SIZE_PER_DISTANCE: f64 = 0.3;
+/// Length of rays in an infinite scene, in distances of the camera from its target.
+const UNBOUNDED_FAR_DISTANCES: f64 = 200.0;
 
-impl Target {
-    pub(super) fn of(bounds: &Bounds) -> Self {
+impl FramingTarget {
+    pub(super) fn from_bounds(bounds: &Bounds) -> Self {
         let sides = (0..3).filter_map(|i| {
             let side = bounds.max[i] - bounds.min[i];
             (side.is_finite() && side > 0.0).then_some(side)
@@ -46,10 +46,10 @@ impl Target {
         let corners = bounds.min.iter().chain(&bounds.max);
         let farthest = corners
             .filter(|v| v.is_finite())
-            .fold(0.0_f64, |most, v| most.max(v.abs()));
-        let known = [largest_side, 2.0 * farthest];
-        let known = known.into_iter().find(|&s| s > 0.0);
-        let scale = known.unwrap_or(GUESSED_SIDE);
+            .fold(0.0_f64, |max, v| max.max(v.abs()));
+        let candidates = [largest_side, 2.0 * farthest];
+        let size = candidates.into_iter().find(|&s| s > 0.0);
+        let scale = size.unwrap_or(DEFAULT_SIDE);
         let mut shown = *bounds;
         for i in 0..3 {
             let (low, high) = (bounds.min[i], bounds.max[i]);
@@ -71,168 +71,176 @@ impl Target {
         }
     }
 
-    /// The same target with another size where its bounds tell none: that of the subject, or one that follows from the
-    /// distance of the scene's camera.
-    pub(super) fn sized(self, subject: Option<&Outline>, way: Option<f64>) -> Self {
+    /// Returns the target with a better size if its bounds have none: that of the subject, or one that
+    /// follows from the distance of the scene's camera.
+    pub(super) fn with_known_size(self, subject: Option<&Outline>, distance: Option<f64>) -> Self {
         if !self.is_guessed {
             return self;
         }
-        let of_subject = subject.map(|subject| subject.bounds().half_diagonal());
-        let of_way = way.map(|way| way * SIZE_PER_WAY);
-        let known = of_subject.or(of_way).filter(|&size| size > 0.0);
+        let subject_size = subject.map(|subject| subject.bounds().half_diagonal());
+        let distance_size = distance.map(|distance| distance * SIZE_PER_DISTANCE);
+        let size = subject_size.or(distance_size).filter(|&size| size > 0.0);
         Self {
-            size: known.unwrap_or(self.size),
+            size: size.unwrap_or(self.size),
             ..self
         }
     }
 
-    /// The same target in a scene that may come to fill this box.
-    pub(super) fn lasting(&self, reach: &Bounds) -> Self {
+    /// Returns the target with bounds that cover all parameter values.
+    pub(super) fn with_bounds(&self, bounds: &Bounds) -> Self {
         Self {
             shown: self.shown,
-            bounds: *reach,
+            bounds: *bounds,
             ..*self
         }
     }
 
-    /// How far rays go: past everything, where there is an end.
+    /// The maximum length of rays: beyond the bounds, if they are finite.
     pub(super) fn far(&self, view: &View) -> f64 {
-        let place = Vector(view.from);
+        let camera = DirectionVector(view.from);
         if self.bounds.is_empty() {
             return 1.0;
         }
         if self.bounds.is_finite() {
-            let centre = Vector(self.bounds.centre());
-            let reach = self.bounds.half_diagonal();
+            let centre = DirectionVector(self.bounds.centre());
+            let radius = self.bounds.half_diagonal();
             // Rays of a wide orthographic view start beside the camera.
-            let beside = match view.lens {
-                Lens::Perspective(_) => 0.0,
-                Lens::Orthographic(height) => 4.0 * height,
+            let lateral = match view.lens {
+                ResolvedLens::Perspective(_) => 0.0,
+                ResolvedLens::Orthographic(height) => 4.0 * height,
             };
-            return 1.01 * (place.minus(centre).length() + reach + beside) + 1e-3 * reach;
+            return 1.01 * (camera.minus(centre).length() + radius + lateral) + 1e-3 * radius;
         }
-        let way = place.minus(Vector(view.look)).length();
-        ENDLESS_WAYS * way.max(self.size)
+        let distance = camera.minus(DirectionVector(view.look)).length();
+        UNBOUNDED_FAR_DISTANCES * distance.max(self.size)
     }
 
-    /// How far occlusion reaches: about the size of a crevice.
+    /// The radius of occlusion: about the size of a crevice.
     pub(super) fn occlusion_reach(&self) -> f64 {
         0.15 * self.size
     }
 }
 
-/// The plane figure in the middle of the picture.
-pub(super) fn face_on(target: &Target, aspect: f64) -> View {
+/// The view of a 2-D shape, centred in the image.
+pub(super) fn plane_view(target: &FramingTarget, aspect: f64) -> View {
     let [x, y, _] = target.shown.centre();
     let side = |i: usize| target.shown.max[i] - target.shown.min[i];
-    let height = side(1).max(side(0) / aspect) * MARGIN;
+    let height = side(1).max(side(0) / aspect) * PLANE_MARGIN;
     View::plane([x, y], if height > 0.0 { height } else { 1.0 })
 }
 
-/// The given view, moved so that the whole outline is in the middle of the picture, in the same direction.
+/// Moves a view along and across its direction so that the whole outline is centred in the image.
 ///
-/// The planes through the picture's edges touch the outline, but for the margin, on both sides of the picture
-/// or above and below.
-pub(super) fn framed(given: &View, outline: &Outline, aspect: f64) -> View {
-    let Axes { right, up, back } = Axes::of(given);
-    let reach = |v: Vector| outline.reach(v.0);
-    let (front, rear) = (reach(back), -reach(back.times(-1.0)));
+/// The planes through two opposite edges of the image, left and right or top and bottom, touch the outline
+/// except for the margin.
+pub(super) fn framed_view(view: &View, outline: &Outline, aspect: f64) -> View {
+    let ViewAxes { right, up, back } = ViewAxes::from_view(view);
+    let support = |v: DirectionVector| outline.support(v.0);
+    let (front, rear) = (support(back), -support(back.times(-1.0)));
     let size = outline.bounds().half_diagonal();
-    // Along one axis of the picture: the middle of the view, and how far from it the camera stands.
-    let along = |axis: Vector, tangent: f64| {
-        let [plus, minus] = [1.0, -1.0].map(|sign| reach(axis.times(sign).plus(back, tangent)));
-        let way = (plus + minus) / (2.0 * tangent);
-        ((plus - minus) / 2.0, way)
+    // Along one axis of the image: the centre of the view and the distance of the camera.
+    let along = |axis: DirectionVector, tangent: f64| {
+        let [plus, minus] = [1.0, -1.0].map(|sign| support(axis.times(sign).plus(back, tangent)));
+        let distance = (plus + minus) / (2.0 * tangent);
+        ((plus - minus) / 2.0, distance)
     };
-    let (x, y, way, lens) = match given.lens {
-        Lens::Perspective(fov) => {
-            let tangent = (fov / 2.0).tan() * FILLED;
-            let (x, needs_x) = along(right, tangent * aspect);
-            let (y, needs_y) = along(up, tangent);
-            let way = needs_x.max(needs_y).max(front + size * LEAST_WAY);
-            (x, y, way, given.lens)
+    let (x, y, distance, lens) = match view.lens {
+        ResolvedLens::Perspective(fov) => {
+            let tangent = (fov / 2.0).tan() * FILLED_FRACTION;
+            let (x, distance_x) = along(right, tangent * aspect);
+            let (y, distance_y) = along(up, tangent);
+            let distance = distance_x
+                .max(distance_y)
+                .max(front + size * MIN_DISTANCE_IN_SIZES);
+            (x, y, distance, view.lens)
         }
-        Lens::Orthographic(_) => {
-            let [width, height] = [right, up].map(|axis| reach(axis) + reach(axis.times(-1.0)));
-            let [x, y] = [right, up].map(|axis| (reach(axis) - reach(axis.times(-1.0))) / 2.0);
-            let height = height.max(width / aspect) / FILLED;
+        ResolvedLens::Orthographic(_) => {
+            let [width, height] = [right, up].map(|axis| support(axis) + support(axis.times(-1.0)));
+            let [x, y] = [right, up].map(|axis| (support(axis) - support(axis.times(-1.0))) / 2.0);
+            let height = height.max(width / aspect) / FILLED_FRACTION;
             let height = if height > 0.0 { height } else { 1.0 };
-            (x, y, front + 2.0 * size, Lens::Orthographic(height))
+            (x, y, front + 2.0 * size, ResolvedLens::Orthographic(height))
         }
     };
-    let middle = Vector([0.0; 3]).plus(right, x).plus(up, y);
+    let middle = DirectionVector([0.0; 3]).plus(right, x).plus(up, y);
     View {
-        from: middle.plus(back, way).0,
+        from: middle.plus(back, distance).0,
         look: middle.plus(back, (front + rear) / 2.0).0,
-        up: given.up,
+        up: view.up,
         lens,
     }
 }
 
-/// The distance of a view's camera from the side of the outline that it sees.
-pub(super) fn way_to(view: &View, outline: &Outline) -> f64 {
-    let back = Axes::of(view).back;
-    (back.dot(Vector(view.from)) - outline.reach(back.0)).max(0.0)
+/// The distance of a view's camera from the near side of the outline.
+pub(super) fn distance_to(view: &View, outline: &Outline) -> f64 {
+    let back = ViewAxes::from_view(view).back;
+    (back.dot(DirectionVector(view.from)) - outline.support(back.0)).max(0.0)
 }
 
-/// A view's direction turned about the axis that points up, and raised, by angles in radians.
-pub(super) fn turned(view: &View, turn: f64, raise: f64) -> View {
-    let up = Vector(view.up).unit().unwrap_or(Vector([0.0, 1.0, 0.0]));
-    let back = Axes::of(view).back;
+/// Rotates a view about its target: by `turn` about the up axis, and by `raise` in elevation, in radians.
+pub(super) fn rotated_view(view: &View, turn: f64, raise: f64) -> View {
+    let up = DirectionVector(view.up)
+        .unit()
+        .unwrap_or(DirectionVector([0.0, 1.0, 0.0]));
+    let back = ViewAxes::from_view(view).back;
     let height = back.dot(up);
     let level = back.plus(up, -height);
     let Some(ahead) = level.unit() else {
         return *view;
     };
-    let aside = up.cross(ahead);
-    let elevation = (height.asin() + raise).clamp(-MOST_RAISED, MOST_RAISED);
-    let ahead = Vector([0.0; 3])
+    let across = up.cross(ahead);
+    let elevation = (height.asin() + raise).clamp(-MAX_ELEVATION, MAX_ELEVATION);
+    let ahead = DirectionVector([0.0; 3])
         .plus(ahead, turn.cos())
-        .plus(aside, turn.sin());
-    let back = Vector([0.0; 3])
+        .plus(across, turn.sin());
+    let back = DirectionVector([0.0; 3])
         .plus(ahead, elevation.cos())
         .plus(up, elevation.sin());
     View {
-        from: Vector(view.look).plus(back, 1.0).0,
+        from: DirectionVector(view.look).plus(back, 1.0).0,
         ..*view
     }
 }
 
-/// A point on the way from a view's camera, so far along its direction.
-pub(super) fn ahead(view: &View, way: f64) -> [f64; 3] {
-    Vector(view.from).plus(Axes::of(view).back, -way).0
+/// The point at this distance ahead of a view's camera.
+pub(super) fn point_ahead(view: &View, distance: f64) -> [f64; 3] {
+    DirectionVector(view.from)
+        .plus(ViewAxes::from_view(view).back, -distance)
+        .0
 }
 
-/// The directions of a picture: to its right, to its upper edge, and out of it.
-struct Axes {
-    right: Vector,
-    up: Vector,
-    back: Vector,
+/// The axes of an image: to the right, to the upper edge, and towards the camera.
+struct ViewAxes {
+    right: DirectionVector,
+    up: DirectionVector,
+    back: DirectionVector,
 }
 
-impl Axes {
-    fn of(view: &View) -> Self {
-        let back = Vector(view.from).minus(Vector(view.look)).unit();
-        let back = back.unwrap_or(Vector([0.0, 0.0, 1.0]));
-        // Any direction across will do where up lies along the view.
-        let right = Vector(view.up).cross(back).unit();
+impl ViewAxes {
+    fn from_view(view: &View) -> Self {
+        let back = DirectionVector(view.from)
+            .minus(DirectionVector(view.look))
+            .unit();
+        let back = back.unwrap_or(DirectionVector([0.0, 0.0, 1.0]));
+        // Any perpendicular direction is valid if `up` is parallel to the view.
+        let right = DirectionVector(view.up).cross(back).unit();
         let right = right
-            .or(Vector([0.0, 0.0, -1.0]).cross(back).unit())
-            .unwrap_or(Vector([1.0, 0.0, 0.0]));
+            .or(DirectionVector([0.0, 0.0, -1.0]).cross(back).unit())
+            .unwrap_or(DirectionVector([1.0, 0.0, 0.0]));
         let up = back.cross(right);
         Self { right, up, back }
     }
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Vector([f64; 3]);
+struct DirectionVector([f64; 3]);
 
-impl Vector {
+impl DirectionVector {
     fn minus(self, other: Self) -> Self {
         Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
     }
-    fn plus(self, other: Self, times: f64) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] + other.0[i] * times))
+    fn plus(self, other: Self, factor: f64) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] + other.0[i] * factor))
     }
     fn times(self, factor: f64) -> Self {
         Self(self.0.map(|v| v * factor))
@@ -250,7 +258,7 @@ impl Vector {
     fn length(self) -> f64 {
         self.dot(self).sqrt()
     }
-    /// The direction; none for a vector of no length.
+    /// The unit vector; `None` for a vector without a direction.
     fn unit(self) -> Option<Self> {
         let length = self.length();
         (length > 1e-9 && length.is_finite()).then(|| Self(self.0.map(|v| v / length)))
@@ -261,18 +269,21 @@ impl Vector {
 mod tests {
     use super::*;
 
-    /// Where a point lies in the picture, from -1 to 1 along both sides.
-    fn place_in_view(view: &View, p: [f64; 3], aspect: f64) -> [f64; 2] {
-        let forward = Vector(view.look)
-            .minus(Vector(view.from))
+    /// Projects a point to the image, from -1 to 1 along both sides.
+    fn project(view: &View, p: [f64; 3], aspect: f64) -> [f64; 2] {
+        let forward = DirectionVector(view.look)
+            .minus(DirectionVector(view.from))
             .unit()
             .expect("a direction");
-        let right = forward.cross(Vector(view.up)).unit().expect("across");
+        let right = forward
+            .cross(DirectionVector(view.up))
+            .unit()
+            .expect("across");
         let up = right.cross(forward);
-        let v = Vector(p).minus(Vector(view.from));
+        let v = DirectionVector(p).minus(DirectionVector(view.from));
         let half = match view.lens {
-            Lens::Perspective(fov) => v.dot(forward) * (fov / 2.0).tan(),
-            Lens::Orthographic(height) => height / 2.0,
+            ResolvedLens::Perspective(fov) => v.dot(forward) * (fov / 2.0).tan(),
+            ResolvedLens::Orthographic(height) => height / 2.0,
         };
         [v.dot(right) / (half * aspect), v.dot(up) / half]
     }
@@ -280,7 +291,7 @@ mod tests {
     #[test]
     fn an_automatic_camera_has_all_corners_in_the_picture_and_touches_its_edge() {
         let boxes = [
-            Bounds::ball(1.0),
+            Bounds::sphere(1.0),
             Bounds {
                 min: [10.0, 0.0, -3.0],
                 max: [12.0, 9.0, -1.0],
@@ -291,32 +302,37 @@ mod tests {
             },
         ];
         let lenses = [
-            Lens::Perspective(0.6),
-            Lens::Perspective(2.0),
-            Lens::Orthographic(1.0),
+            ResolvedLens::Perspective(0.6),
+            ResolvedLens::Perspective(2.0),
+            ResolvedLens::Orthographic(1.0),
         ];
         for bounds in boxes {
             for lens in lenses {
                 for aspect in [0.5, 1.0, 16.0 / 9.0] {
-                    let given = View {
+                    let camera_view = View {
                         from: [3.0, 4.0, 5.0],
                         look: [0.0; 3],
                         up: [0.0, 1.0, 0.0],
                         lens,
                     };
-                    let view = framed(&given, &Outline::of_box(&bounds), aspect);
+                    let view = framed_view(&camera_view, &Outline::from_bounds(&bounds), aspect);
                     let mut edge = 0.0_f64;
                     for corner in bounds.corners() {
-                        let [x, y] = place_in_view(&view, corner, aspect);
+                        let [x, y] = project(&view, corner, aspect);
                         edge = edge.max(x.abs()).max(y.abs());
                     }
                     assert!(
                         (0.6..=0.9).contains(&edge),
                         "{bounds:?} {lens:?} {aspect}: {edge}"
                     );
-                    let far = Target::of(&bounds).far(&view);
-                    let beyond = |c: &[f64; 3]| Vector(*c).minus(Vector(view.from)).length() < far;
-                    assert!(bounds.corners().iter().all(beyond));
+                    let far = FramingTarget::from_bounds(&bounds).far(&view);
+                    let is_before_far = |c: &[f64; 3]| {
+                        DirectionVector(*c)
+                            .minus(DirectionVector(view.from))
+                            .length()
+                            < far
+                    };
+                    assert!(bounds.corners().iter().all(is_before_far));
                 }
             }
         }
@@ -328,7 +344,7 @@ mod tests {
             min: [f64::NEG_INFINITY; 3],
             max: [f64::INFINITY, 2.0, f64::INFINITY],
         };
-        let shown = Target::of(&ground).shown;
+        let shown = FramingTarget::from_bounds(&ground).shown;
         assert_eq!(
             shown,
             Bounds {
@@ -336,15 +352,15 @@ mod tests {
                 max: [2.0, 2.0, 2.0]
             }
         );
-        let given = View {
+        let camera_view = View {
             from: [3.0, 4.0, 5.0],
             look: [0.0; 3],
             up: [0.0, 1.0, 0.0],
-            lens: Lens::Perspective(0.6),
+            lens: ResolvedLens::Perspective(0.6),
         };
-        for bounds in [Bounds::EVERYTHING, Bounds::EMPTY, Bounds::ball(0.0)] {
-            let target = Target::of(&bounds);
-            let view = framed(&given, &Outline::of_box(&target.shown), 1.5);
+        for bounds in [Bounds::ALL_SPACE, Bounds::EMPTY, Bounds::sphere(0.0)] {
+            let target = FramingTarget::from_bounds(&bounds);
+            let view = framed_view(&camera_view, &Outline::from_bounds(&target.shown), 1.5);
             assert!(view.from.iter().all(|v| v.is_finite()), "{bounds:?}");
             assert!(target.far(&view) > 0.0 && target.far(&view).is_finite());
             assert!(target.occlusion_reach() > 0.0);

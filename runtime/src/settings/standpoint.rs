@@ -1,80 +1,87 @@
-//! The standpoint of an open camera: outside of all solids, with nothing in between.
+//! Position of an automatic camera: outside of all solids, with an unobstructed view.
 
-use super::framing::{ahead, framed, turned, way_to};
-use crate::frame::View;
+use super::framing::{distance_to, framed_view, point_ahead, rotated_view};
+use crate::render::View;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::evaluate;
 use sdfc_vm::outline::Outline;
 use sdfc_vm::program::Program;
 use sdfc_vm::vector::V3;
 
-/// The angles by which the direction is raised, in the order in which they are tried, in degrees.
-const RAISED: [f64; 4] = [0.0, 15.0, 30.0, 50.0];
-/// The angles by which it is turned about the axis that points up.
-const TURNED: [f64; 8] = [0.0, -45.0, 45.0, -90.0, 90.0, -135.0, 135.0, 180.0];
-/// The factors by which the box that stands for an endless scene is made larger, in the order of trying.
-const SIZES: [f64; 7] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
-/// The number of points of the way that are looked at.
-const POINTS: u32 = 64;
+/// Elevations added to the direction, in degrees, in the order of the trials.
+const ELEVATIONS_DEGREES: [f64; 4] = [0.0, 15.0, 30.0, 50.0];
+/// Rotations about the up axis, in degrees, in the order of the trials.
+const AZIMUTHS_DEGREES: [f64; 8] = [0.0, -45.0, 45.0, -90.0, 90.0, -135.0, 135.0, 180.0];
+/// Factors on the box that stands for an infinite scene, in the order of the trials.
+const SIZE_FACTORS: [f64; 7] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
+/// Number of samples between the camera and the subject.
+const SAMPLE_COUNT: u32 = 64;
 
-/// The facts that decide where a camera stands.
+/// The facts that determine the position of a camera.
 pub(super) struct Standpoint<'a> {
-    /// The distance at the present values.
+    /// The distance program, with the current constants.
     pub(super) field: &'a Program,
-    /// The outline of all that has an end.
+    /// The outline of everything finite.
     pub(super) subject: Option<&'a Outline>,
-    /// Tells if that is all there is, so that nothing can be in between.
-    pub(super) is_whole: bool,
-    /// The box that stands for it elsewhere.
+    /// Set if that is the whole scene, so that nothing can be in front of it.
+    pub(super) is_complete: bool,
+    /// The box that is framed if there is no subject.
     pub(super) shown: &'a Bounds,
-    /// The picture's width over its height.
+    /// Width of the image divided by its height.
     pub(super) aspect: f64,
 }
 
 impl Standpoint<'_> {
-    /// The view in the direction of the one given, or the nearest one from which the subject is seen.
-    pub(super) fn find(&self, given: &View) -> View {
+    /// Returns the view in the requested direction, or in the nearest tried direction from which the subject
+    /// is visible.
+    pub(super) fn find(&self, requested: &View) -> View {
         let size = |factor: &f64| {
-            let grown = self.shown.half_diagonal() * (factor - 1.0);
-            Outline::of_box(&self.shown.grown(grown))
+            let margin = self.shown.half_diagonal() * (factor - 1.0);
+            Outline::from_bounds(&self.shown.grown(margin))
         };
         let outlines = match self.subject {
-            Some(subject) if self.is_whole => return framed(given, subject, self.aspect),
+            Some(subject) if self.is_complete => {
+                return framed_view(requested, subject, self.aspect);
+            }
             Some(subject) => vec![subject.clone()],
-            None => SIZES.iter().map(size).collect(),
+            None => SIZE_FACTORS.iter().map(size).collect(),
         };
         let mut best: Option<(u32, View)> = None;
         for outline in &outlines {
-            for raised in RAISED {
-                for turn in TURNED {
-                    let direction = turned(given, turn.to_radians(), f64::to_radians(raised));
-                    let mut view = framed(&direction, outline, self.aspect);
-                    let way = way_to(&view, outline);
-                    let clear = self.clear(&view, way);
-                    if clear == POINTS {
+            for elevation in ELEVATIONS_DEGREES {
+                for azimuth in AZIMUTHS_DEGREES {
+                    let direction =
+                        rotated_view(requested, azimuth.to_radians(), f64::to_radians(elevation));
+                    let mut view = framed_view(&direction, outline, self.aspect);
+                    let distance = distance_to(&view, outline);
+                    let clear = self.clear_samples(&view, distance);
+                    if clear == SAMPLE_COUNT {
                         return view;
                     }
-                    if best.as_ref().is_none_or(|(most, _)| clear > *most) {
-                        // In front of what is in between.
-                        let share = 1.0 - f64::from(clear) / f64::from(POINTS);
-                        view.from = ahead(&view, way * share);
+                    if best
+                        .as_ref()
+                        .is_none_or(|(best_clear, _)| clear > *best_clear)
+                    {
+                        // Moves the camera in front of the obstruction.
+                        let blocked_fraction = 1.0 - f64::from(clear) / f64::from(SAMPLE_COUNT);
+                        view.from = point_ahead(&view, distance * blocked_fraction);
                         best = Some((clear, view));
                     }
                 }
             }
         }
-        best.map_or(*given, |(_, view)| view)
+        best.map_or(*requested, |(_, view)| view)
     }
 
-    /// Counts the points of the way to the subject that are outside of solids, from the subject on.
-    fn clear(&self, view: &View, way: f64) -> u32 {
+    /// Counts the consecutive samples outside of solids, from the subject towards the camera.
+    fn clear_samples(&self, view: &View, distance: f64) -> u32 {
         let is_outside = |&number: &u32| {
-            let share = f64::from(number) / f64::from(POINTS);
-            let [x, y, z] = ahead(view, way * (1.0 - share)).map(|v| v as f32);
-            // What is not a number hides nothing.
+            let fraction = f64::from(number) / f64::from(SAMPLE_COUNT);
+            let [x, y, z] = point_ahead(view, distance * (1.0 - fraction)).map(|v| v as f32);
+            // NaN does not hide anything.
             let value = evaluate::<f32>(self.field, V3 { x, y, z });
             value.is_nan() || value > 0.0
         };
-        (1..=POINTS).take_while(is_outside).count() as u32
+        (1..=SAMPLE_COUNT).take_while(is_outside).count() as u32
     }
 }

@@ -1,42 +1,42 @@
-//! Two engines compared bit by bit, as strict arithmetic promises: the picture's rays and the values
+//! Bitwise comparison of two engines, as promised by strict arithmetic: the rays of an image and the values
 //! at points.
 //!
-//! Floats count as equal if they are the same number, whichever sign a zero has: WGSL leaves the
-//! sign of a zero open even where everything else is exact. No number equals another one.
+//! Floats are equal if they are the same number, regardless of the sign of a zero: WGSL leaves the sign of a
+//! zero open even where everything else is exact. A NaN only equals the same bits.
 
-use crate::engine::Sample;
-use crate::frame::Frame;
+use crate::engine::FieldSample;
+use crate::render::Image;
 use serde::Serialize;
 use std::fmt;
 
-/// How many of the results of two engines are not equal in every bit.
+/// Counts of results of two engines that differ in any bit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct BitDifferences {
-    /// How many rays each picture has.
+    /// Number of rays of each image.
     pub rays: usize,
-    /// Rays that hit in one picture only.
+    /// Rays that hit in one image only.
     pub hits: usize,
-    /// Rays with another depth.
+    /// Rays with different depths.
     pub depths: usize,
-    /// Rays that took another number of steps.
+    /// Rays with different numbers of steps.
     pub steps: usize,
-    /// Rays with another normal.
+    /// Rays with different normals.
     pub normals: usize,
-    /// Pixels with another colour, which is more than is promised.
+    /// Pixels with different colours; equal colours are not promised.
     pub colors: usize,
-    /// How many points each was asked about.
+    /// Number of points evaluated by each engine.
     pub points: usize,
-    /// Points with another distance.
+    /// Points with different distances.
     pub distances: usize,
-    /// Points with another gradient.
+    /// Points with different gradients.
     pub gradients: usize,
-    /// The first ray whose hit, depth, steps or normal differ.
+    /// The first ray with a different hit, depth, number of steps or normal.
     pub first_ray: Option<RayDifference>,
-    /// The first point whose distance or gradient differ.
+    /// The first point with a different distance or gradient.
     pub first_point: Option<PointDifference>,
 }
 
-/// A ray that is not the same in two pictures.
+/// A ray that differs between two images.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RayDifference {
     /// Its column and row.
@@ -47,7 +47,7 @@ pub struct RayDifference {
     pub steps: [u32; 2],
 }
 
-/// A point at which two engines do not say the same.
+/// A point at which two engines differ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PointDifference {
     /// The point.
@@ -58,62 +58,62 @@ pub struct PointDifference {
     pub gradients: [[f32; 3]; 2],
 }
 
-/// Whether two numbers are the same one.
-fn same(a: f32, b: f32) -> bool {
+/// Reports whether two numbers are equal: the same value or the same bits.
+fn is_equal(a: f32, b: f32) -> bool {
     a == b || a.to_bits() == b.to_bits()
 }
 
-fn same_all(a: &[f32], b: &[f32]) -> bool {
-    a.iter().zip(b).all(|(&a, &b)| same(a, b))
+fn all_equal(a: &[f32], b: &[f32]) -> bool {
+    a.iter().zip(b).all(|(&a, &b)| is_equal(a, b))
 }
 
-/// Compares pictures of the same size, and samples of the same points.
+/// Compares images of the same size, and samples of the same points.
 pub(super) fn compare(
-    [reference, frame]: [&Frame; 2],
+    [reference, image]: [&Image; 2],
     points: &[[f32; 3]],
-    [samples, other_samples]: [&[Sample]; 2],
+    [samples, other_samples]: [&[FieldSample]; 2],
 ) -> BitDifferences {
-    let mut found = BitDifferences {
+    let mut differences = BitDifferences {
         rays: reference.depth.len(),
         points: points.len(),
         ..BitDifferences::default()
     };
     for i in 0..reference.depth.len() {
-        let hits = reference.status[i] != frame.status[i];
-        let depths = !same(reference.depth[i], frame.depth[i]);
-        let steps = reference.steps[i] != frame.steps[i];
-        let normals = !same_all(&reference.normal[i], &frame.normal[i]);
-        found.hits += usize::from(hits);
-        found.depths += usize::from(depths);
-        found.steps += usize::from(steps);
-        found.normals += usize::from(normals);
-        found.colors += usize::from(!same_all(&reference.color[i], &frame.color[i]));
+        let hits = reference.status[i] != image.status[i];
+        let depths = !is_equal(reference.depth[i], image.depth[i]);
+        let steps = reference.steps[i] != image.steps[i];
+        let normals = !all_equal(&reference.normal[i], &image.normal[i]);
+        differences.hits += usize::from(hits);
+        differences.depths += usize::from(depths);
+        differences.steps += usize::from(steps);
+        differences.normals += usize::from(normals);
+        differences.colors += usize::from(!all_equal(&reference.color[i], &image.color[i]));
         if hits || depths || steps || normals {
-            found.first_ray.get_or_insert(RayDifference {
+            differences.first_ray.get_or_insert(RayDifference {
                 place: [i % reference.width, i / reference.width],
-                depths: [reference.depth[i], frame.depth[i]],
-                steps: [reference.steps[i], frame.steps[i]],
+                depths: [reference.depth[i], image.depth[i]],
+                steps: [reference.steps[i], image.steps[i]],
             });
         }
     }
     for ((&p, a), b) in points.iter().zip(samples).zip(other_samples) {
-        let distances = !same(a.distance, b.distance);
-        let gradients = !same_all(&a.gradient, &b.gradient);
-        found.distances += usize::from(distances);
-        found.gradients += usize::from(gradients);
+        let distances = !is_equal(a.distance, b.distance);
+        let gradients = !all_equal(&a.gradient, &b.gradient);
+        differences.distances += usize::from(distances);
+        differences.gradients += usize::from(gradients);
         if distances || gradients {
-            found.first_point.get_or_insert(PointDifference {
+            differences.first_point.get_or_insert(PointDifference {
                 point: p,
                 distances: [a.distance, b.distance],
                 gradients: [a.gradient, b.gradient],
             });
         }
     }
-    found
+    differences
 }
 
 impl BitDifferences {
-    /// What is more than none, of all that is promised.
+    /// Messages for all promised results that differ.
     pub(super) fn failures(&self) -> Vec<String> {
         let rays = [
             (self.hits, "hit or miss"),
@@ -126,22 +126,22 @@ impl BitDifferences {
             let ([x, y], [t, other], [n, m]) = (ray.place, ray.depths, ray.steps);
             format!("; the first at ({x}, {y}): depth {t} in {n} steps, and {other} in {m}")
         });
-        let point = self.first_point.map_or(String::new(), |found| {
-            let ([d, other], [g, h]) = (found.distances, found.gradients);
+        let point = self.first_point.map_or(String::new(), |point| {
+            let ([d, other], [g, h]) = (point.distances, point.gradients);
             format!(
                 "; the first at {:?}: {d} {g:?} and {other} {h:?}",
-                found.point
+                point.point
             )
         });
-        let told = |count: usize, of: &str, what: &str, first: &str| {
-            (count > 0).then(|| format!("{count} {of} differ in their {what}, none may{first}"))
+        let message = |count: usize, kind: &str, what: &str, first: &str| {
+            (count > 0).then(|| format!("{count} {kind} differ in their {what}, none may{first}"))
         };
         let rays = rays
             .iter()
-            .filter_map(|&(n, what)| told(n, "rays", what, &ray));
+            .filter_map(|&(n, what)| message(n, "rays", what, &ray));
         let points = points
             .iter()
-            .filter_map(|&(n, what)| told(n, "points", what, &point));
+            .filter_map(|&(n, what)| message(n, "points", what, &point));
         rays.chain(points).collect()
     }
 }
@@ -164,11 +164,11 @@ impl fmt::Display for BitDifferences {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{Display, Stats, Status, Tonemap};
+    use crate::render::{Display, Stats, Status, Tonemap};
 
     /// Two rays of which the first hits.
-    fn frame() -> Frame {
-        Frame {
+    fn image() -> Image {
+        Image {
             width: 2,
             height: 1,
             color: vec![[0.5; 4]; 2],
@@ -180,8 +180,8 @@ mod tests {
             display: Display {
                 exposure: 1.0,
                 tonemap: Tonemap::None,
-                light: false,
-                scene: false,
+                is_light: false,
+                is_lit_scene: false,
             },
             stats: Stats::default(),
         }
@@ -189,18 +189,18 @@ mod tests {
 
     #[test]
     fn any_bit_is_seen_but_the_sign_of_a_zero() {
-        let (reference, points) = (frame(), [[1.0; 3]; 2]);
-        let sample = Sample {
+        let (reference, points) = (image(), [[1.0; 3]; 2]);
+        let sample = FieldSample {
             distance: 1.0,
             gradient: [1.0, 0.0, 0.0],
-            ..Sample::default()
+            ..FieldSample::default()
         };
         let samples = [sample; 2];
-        let mut other = frame();
+        let mut other = image();
         other.normal[0][1] = -0.0;
-        let found = compare([&reference, &other], &points, [&samples, &samples]);
-        assert_eq!(found.failures(), [""; 0]);
-        assert_eq!((found.rays, found.points), (2, 2));
+        let differences = compare([&reference, &other], &points, [&samples, &samples]);
+        assert_eq!(differences.failures(), [""; 0]);
+        assert_eq!((differences.rays, differences.points), (2, 2));
 
         other.depth[0] = 3.0_f32.next_up();
         other.steps[1] = 10;
@@ -210,17 +210,17 @@ mod tests {
         let mut others = samples;
         others[0].distance = f32::NAN;
         others[1].gradient[1] = f32::from_bits(1);
-        let found = compare([&reference, &other], &points, [&samples, &others]);
+        let differences = compare([&reference, &other], &points, [&samples, &others]);
         let counts = [
-            found.hits,
-            found.depths,
-            found.steps,
-            found.normals,
-            found.colors,
+            differences.hits,
+            differences.depths,
+            differences.steps,
+            differences.normals,
+            differences.colors,
         ];
         assert_eq!(counts, [1; 5]);
-        assert_eq!([found.distances, found.gradients], [1; 2]);
-        let failures = found.failures();
+        assert_eq!([differences.distances, differences.gradients], [1; 2]);
+        let failures = differences.failures();
         assert_eq!(failures.len(), 6, "colours are not promised: {failures:?}");
         assert_eq!(
             failures[1],

@@ -1,7 +1,7 @@
-//! The values of two engines at points, compared.
+//! Comparison of the values of two engines at points.
 
-use super::Spread;
-use crate::engine::Sample;
+use super::Percentiles;
+use crate::engine::FieldSample;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::{evaluate_f64, gradient};
 use sdfc_vm::program::{Code, Module};
@@ -11,44 +11,41 @@ use sdfc_vm::vector::V3;
 use serde::Serialize;
 use std::fmt;
 
-/// How many points are asked about.
-pub const POINTS: usize = 4096;
+/// Number of points.
+pub const POINT_COUNT: usize = 4096;
 
 /// Half a unit in the last place of 1.
 const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
-/// How many of these, times the largest number around, two engines' distances may differ by.
-const ROUNDINGS: f64 = 16.0;
-/// How many times more where a field has functions that are sums of many terms.
-const FUNCTIONS: f64 = 8.0;
-/// How much two gradients may differ, as a share of the steepest slope.
-const GRADIENT: f64 = 1e-2;
+/// Maximum difference of two engines' distances, in half ulps of the largest coordinate.
+const MAX_ROUNDINGS: f64 = 16.0;
+/// Factor on that limit for fields with functions that are sums of many terms.
+const FUNCTION_FACTOR: f64 = 8.0;
+/// Maximum difference of two gradients, summed over the axes.
+const MAX_GRADIENT_DIFFERENCE: f64 = 1e-2;
 
-/// How the values of two engines differ at [`POINTS`] points in the scene's bounds.
+/// Differences of two engines at [`POINT_COUNT`] points in the scene's bounds.
 #[derive(Clone, Debug, Serialize)]
 pub struct FieldDifferences {
-    /// The differences of the distances, in units of the last place of the largest coordinate
-    /// (or of 1).
-    pub distances: Spread,
-    /// The same as a share of what is allowed.
-    pub distances_of_allowed: Spread,
-    /// What is allowed there, in those units, times the scene's extent, its slope bound and the
-    /// factor of the functions it uses.
+    /// Differences of the distances, in units of the last place of the largest coordinate (or of 1).
+    pub distances: Percentiles,
+    /// Those differences, as fractions of the allowed difference.
+    pub distances_of_allowed: Percentiles,
+    /// The allowed difference in those units, times the scene's extent and the factor of its functions.
     pub allowed: f64,
-    /// Points where the field itself jumps within rounding of the point, and which are not held
-    /// against anybody.
+    /// Points excluded because the field itself is discontinuous within rounding of the point.
     pub jumps: usize,
-    /// The differences of the gradients, as a share of the slope bound.
-    pub gradients: Spread,
-    /// Gradients that differ although the gradient does not change around the point.
+    /// Differences of the gradients, summed over the axes.
+    pub gradients: Percentiles,
+    /// Gradients that differ although the gradient is constant around the point.
     pub gradients_differ: usize,
-    /// Where the distances differ most, compared with what is allowed: the point and both values.
+    /// The point with the largest difference relative to the allowed one, and both values.
     pub worst: Option<([f32; 3], f32, f32)>,
 }
 
-/// Points spread over the bounds and a little around them, always the same ones.
+/// Points distributed over the bounds and a margin; always the same ones.
 pub(super) fn points(bounds: &Bounds) -> Vec<[f32; 3]> {
-    let shown = crate::settings::shown(bounds);
-    let around = shown.grown(0.1 * shown.half_diagonal());
+    let shown = crate::settings::finite_bounds(bounds);
+    let region = shown.grown(0.1 * shown.half_diagonal());
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = || {
         // splitmix64.
@@ -60,73 +57,73 @@ pub(super) fn points(bounds: &Bounds) -> Vec<[f32; 3]> {
     };
     let point = |_| {
         std::array::from_fn(|axis| {
-            let (low, high) = (around.min[axis], around.max[axis]);
+            let (low, high) = (region.min[axis], region.max[axis]);
             (low + (high - low) * random()) as f32
         })
     };
-    (0..POINTS).map(point).collect()
+    (0..POINT_COUNT).map(point).collect()
 }
 
 /// Compares the values of two engines.
 pub(super) fn compare(
     module: &Module,
     points: &[[f32; 3]],
-    reference: &[Sample],
-    samples: &[Sample],
+    reference: &[FieldSample],
+    samples: &[FieldSample],
 ) -> FieldDifferences {
     let program = &module.distance;
-    let shown = crate::settings::shown(&module.settings.bounds);
+    let shown = crate::settings::finite_bounds(&module.settings.bounds);
     let extent = shown
         .min
         .iter()
         .chain(&shown.max)
-        .fold(1.0_f64, |most, v| most.max(v.abs()));
+        .fold(1.0_f64, |max, v| max.max(v.abs()));
     let functions = if program.code.iter().any(|i| is_function(i.code)) {
-        FUNCTIONS
+        FUNCTION_FACTOR
     } else {
         1.0
     };
-    let roundings = ROUNDINGS * functions;
+    let roundings = MAX_ROUNDINGS * functions;
 
-    let (mut ulps, mut shares, mut gradients) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut ulps, mut fractions, mut gradients) = (Vec::new(), Vec::new(), Vec::new());
     let (mut jumps, mut gradients_differ) = (0, 0);
-    let (mut worst, mut worst_share) = (None, -1.0);
+    let (mut worst, mut worst_fraction) = (None, -1.0);
     for ((&p, a), b) in points.iter().zip(reference).zip(samples) {
-        let largest = p
-            .iter()
-            .fold(1.0_f64, |most, v| most.max(f64::from(v.abs())));
-        let apart = difference(a.distance, b.distance);
+        let largest = p.iter().fold(1.0_f64, |max, v| max.max(f64::from(v.abs())));
+        let difference = abs_difference(a.distance, b.distance);
         let allowed = roundings * HALF_ULP * largest.max(extent);
-        let around = Around::of(p, 8.0 * HALF_ULP * largest);
-        if apart > allowed && around.distances(program) >= apart / 2.0 {
+        let neighbourhood = Neighbourhood::new(p, 8.0 * HALF_ULP * largest);
+        if difference > allowed && neighbourhood.distances(program) >= difference / 2.0 {
             jumps += 1;
         } else {
-            ulps.push(apart / (2.0 * HALF_ULP * largest.log2().floor().exp2()));
-            shares.push(apart / allowed);
-            if apart / allowed > worst_share {
-                worst_share = apart / allowed;
+            ulps.push(difference / (2.0 * HALF_ULP * largest.log2().floor().exp2()));
+            fractions.push(difference / allowed);
+            if difference / allowed > worst_fraction {
+                worst_fraction = difference / allowed;
                 worst = Some((p, a.distance, b.distance));
             }
         }
-        let both = a.gradient.iter().zip(b.gradient);
-        let apart: f64 = both.map(|(&a, b)| difference(a, b)).sum();
-        gradients.push(apart);
-        if apart > GRADIENT && around.gradients(program) < apart / 2.0 {
+        let pairs = a.gradient.iter().zip(b.gradient);
+        let difference: f64 = pairs.map(|(&a, b)| abs_difference(a, b)).sum();
+        gradients.push(difference);
+        if difference > MAX_GRADIENT_DIFFERENCE
+            && neighbourhood.gradients(program) < difference / 2.0
+        {
             gradients_differ += 1;
         }
     }
     FieldDifferences {
-        distances: Spread::of(ulps),
-        distances_of_allowed: Spread::of(shares),
+        distances: Percentiles::from_values(ulps),
+        distances_of_allowed: Percentiles::from_values(fractions),
         allowed: roundings / 2.0 * extent,
         jumps,
-        gradients: Spread::of(gradients),
+        gradients: Percentiles::from_values(gradients),
         gradients_differ,
         worst,
     }
 }
 
-/// Whether an instruction sums many terms: sines, powers, noise.
+/// Reports whether an instruction sums many terms: sines, powers, noise.
 fn is_function(code: Code) -> bool {
     let Code::Op(op) = code else { return false };
     match op.row().meta.category {
@@ -146,44 +143,48 @@ fn is_function(code: Code) -> bool {
 }
 
 /// A point and its neighbours within rounding.
-struct Around([[f64; 3]; 7]);
+struct Neighbourhood([[f64; 3]; 7]);
 
-impl Around {
-    fn of(p: [f32; 3], reach: f64) -> Self {
+impl Neighbourhood {
+    fn new(p: [f32; 3], radius: f64) -> Self {
         let centre = p.map(f64::from);
         Self(std::array::from_fn(|i| {
             let mut q = centre;
             if i > 0 {
-                q[(i - 1) / 2] += if i % 2 == 1 { reach } else { -reach };
+                q[(i - 1) / 2] += if i % 2 == 1 { radius } else { -radius };
             }
             q
         }))
     }
-    /// How far the distances of the neighbours are apart.
+    /// The range of the distances of the neighbours.
     fn distances(&self, program: &sdfc_vm::program::Program) -> f64 {
         span(self.0.iter().map(|&q| evaluate_f64(program, q)))
     }
-    /// How far their gradients are apart.
+    /// The range of their gradients.
     fn gradients(&self, program: &sdfc_vm::program::Program) -> f64 {
-        let all = self
+        let gradients = self
             .0
-            .map(|[x, y, z]| gradient::<f64>(program, V3::of(x, y, z)).gradient);
-        span(all.iter().map(|g| g.x))
-            + span(all.iter().map(|g| g.y))
-            + span(all.iter().map(|g| g.z))
+            .map(|[x, y, z]| gradient::<f64>(program, V3::new(x, y, z)).gradient);
+        span(gradients.iter().map(|g| g.x))
+            + span(gradients.iter().map(|g| g.y))
+            + span(gradients.iter().map(|g| g.z))
     }
 }
 
-/// How far two numbers are apart; nothing where both are the same infinity or no number.
-fn difference(a: f32, b: f32) -> f64 {
+/// The absolute difference of two numbers; 0 if both are NaN or the same infinity.
+fn abs_difference(a: f32, b: f32) -> f64 {
     if a == b || (a.is_nan() && b.is_nan()) {
         return 0.0;
     }
-    let apart = (f64::from(a) - f64::from(b)).abs();
-    if apart.is_nan() { f64::INFINITY } else { apart }
+    let difference = (f64::from(a) - f64::from(b)).abs();
+    if difference.is_nan() {
+        f64::INFINITY
+    } else {
+        difference
+    }
 }
 
-/// The largest minus the smallest.
+/// The largest value minus the smallest.
 fn span(values: impl Iterator<Item = f64>) -> f64 {
     let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
         [low.min(v), high.max(v)]
@@ -192,20 +193,20 @@ fn span(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 impl FieldDifferences {
-    /// What is more than may be.
+    /// Messages for all differences that are not allowed.
     pub(super) fn failures(&self) -> Vec<String> {
         let mut failures = Vec::new();
-        let share = self.distances_of_allowed.max;
-        if share > 1.0
+        let fraction = self.distances_of_allowed.max;
+        if fraction > 1.0
             && let Some((p, a, b)) = self.worst
         {
             failures.push(format!(
-                "the distances {a} and {b} at {p:?} are {share:.1} times as far apart as rounding allows"
+                "the distances {a} and {b} at {p:?} are {fraction:.1} times as far apart as rounding allows"
             ));
         }
         if self.gradients_differ > 0 {
             failures.push(format!(
-                "{} gradients differ by more than {GRADIENT} of the slope bound, none may",
+                "{} gradients differ by more than {MAX_GRADIENT_DIFFERENCE} of the slope bound, none may",
                 self.gradients_differ
             ));
         }

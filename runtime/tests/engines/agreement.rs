@@ -1,22 +1,24 @@
-//! The same picture and the same values on every engine.
+//! Equal images and equal values on every engine.
 
 use crate::scenes::{
     EVERYTHING, PAINTED, constants, cpu, drawn, drawn_as, gpu, interp, loaded, module, module_of,
     program, with_params,
 };
-use sdfc_runtime::engine::{Engine, EngineKind, Loaded, on};
-use sdfc_runtime::frame::{CellUse, Lens, Mode, Normals, Occlusion, RenderSettings, View};
+use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open_on};
+use sdfc_runtime::render::{
+    CellMode, Mode, Normals, Occlusion, RenderSettings, ResolvedLens, View,
+};
 use sdfc_runtime::settings::Overrides;
 use sdfc_runtime::verify::verify;
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::evaluate::evaluate_f64;
-use sdfc_vm::library::Library;
 use sdfc_vm::program::Module;
-use sdfc_vm::settings::{Light, LightSource, Setting, Shadow};
+use sdfc_vm::settings::{Light, LightSource, SettingValue, Shadow};
 use sdfc_vm::table::Op;
+use sdfc_vm::wgsl_library::WgslLibrary;
 
-/// Verifies a module on the CPU and the interpreter, and that something is in the picture.
+/// Verifies a module on the CPU and the interpreter, and that the image is not empty.
 fn agree(module: &mut Module, overrides: &Overrides) {
     let Some(interp) = interp() else { return };
     let outputs = module.update(0.0);
@@ -25,7 +27,7 @@ fn agree(module: &mut Module, overrides: &Overrides) {
     let report =
         verify(&loaded(module, &outputs), &mut engines, &settings).expect("both engines run");
     assert!(report.passed(), "{report}");
-    let [a, b] = [&report.frames[0], &report.frames[1]];
+    let [a, b] = [&report.images[0], &report.images[1]];
     assert!(a.stats.hits > 100 && a.stats.misses > 100, "{:?}", a.stats);
     let close = |a: u64, b: u64| a.abs_diff(b) <= 2 + a / 500;
     assert!(
@@ -50,8 +52,9 @@ fn everything_a_program_can_do() {
     agree(&mut module(EVERYTHING, None), &Overrides::default());
 }
 
-/// Compares the pictures of a module by the CPU and the interpreter; gives the number of pixels that show a surface.
-fn compared(module: &Module, view: View, occlusion: Occlusion) -> u64 {
+/// Compares the renders of a module by the CPU and the interpreter. Returns the number of pixels that show a
+/// surface.
+fn compare_renders(module: &Module, view: View, occlusion: Occlusion) -> u64 {
     let Some(interp) = interp() else { return 0 };
     let overrides = Overrides {
         view: Some(view),
@@ -62,12 +65,12 @@ fn compared(module: &Module, view: View, occlusion: Occlusion) -> u64 {
     let mut engines = [cpu(), interp];
     let report = verify(&loaded(module, &[]), &mut engines, &settings).expect("both engines run");
     assert!(report.passed(), "{report}");
-    let [a, b] = [&report.frames[0], &report.frames[1]];
+    let [a, b] = [&report.images[0], &report.images[1]];
     assert_eq!(a.stats.hits, b.stats.hits, "{report}");
     a.stats.hits + a.stats.inside
 }
 
-fn view(from: [f64; 3], look: [f64; 3], lens: Lens) -> View {
+fn view(from: [f64; 3], look: [f64; 3], lens: ResolvedLens) -> View {
     View {
         from,
         look,
@@ -76,7 +79,7 @@ fn view(from: [f64; 3], look: [f64; 3], lens: Lens) -> View {
     }
 }
 
-/// Cameras in a ball, in a box, and in the wall of what is hollow.
+/// Cameras inside a sphere, inside a box, and inside the wall of a hollow solid.
 #[test]
 fn from_inside_of_solids() {
     for (listing, from) in [
@@ -85,13 +88,13 @@ fn from_inside_of_solids() {
         ("sphere [0.8]\nabs\nsub  right [0.2]", [0.75, 0.1, 0.0]),
     ] {
         let module = module(listing, None);
-        let from_inside = view(from, [0.0; 3], Lens::Perspective(1.2));
-        let hits = compared(&module, from_inside, Occlusion::Off);
+        let from_inside = view(from, [0.0; 3], ResolvedLens::Perspective(1.2));
+        let hits = compare_renders(&module, from_inside, Occlusion::Off);
         assert!(hits > 1000 || interp().is_none(), "{listing}: {hits} hits");
     }
 }
 
-/// A lamp between what it lights and a wall behind it: rays towards it end there.
+/// A point light between a surface and a wall behind the light: shadow rays end at the light.
 #[test]
 fn walls_behind_lamps_cast_no_shadow() {
     let mut scene = module(
@@ -99,7 +102,7 @@ fn walls_behind_lamps_cast_no_shadow() {
         cuboid [1.5, 1.5, 0.1]  moved [0.0, 0.0, 1.0]  blend hard [1.0, 1.0, 0.0, 0.0]",
         None,
     );
-    let size = Setting::Constant(0.3);
+    let size = SettingValue::Constant(0.3);
     for shadow in [
         Shadow::Plain(size),
         Shadow::Soft(size),
@@ -108,23 +111,27 @@ fn walls_behind_lamps_cast_no_shadow() {
     ] {
         scene.settings.lights[0].source = LightSource::Point(constants([0.1, 0.2, -0.8]));
         scene.settings.lights[0].shadow = shadow;
-        let front = view([0.5, 1.5, 4.0], [0.0, -0.5, 0.0], Lens::Perspective(0.7));
-        compared(&scene, front, Occlusion::Off);
+        let front = view(
+            [0.5, 1.5, 4.0],
+            [0.0, -0.5, 0.0],
+            ResolvedLens::Perspective(0.7),
+        );
+        compare_renders(&scene, front, Occlusion::Off);
     }
 }
 
-/// A plane so far away that rounding is as large as the reach of occlusion.
+/// A plane so far away that rounding is as large as the radius of occlusion.
 #[test]
 fn far_planes_are_open_on_every_engine() {
     let mut scene = module("plane [0.0, 1.0, 0.0, 0.0]", None);
     let endless = Bounds::centred([f64::INFINITY; 3]);
-    (scene.settings.bounds, scene.settings.reach) = (endless, endless);
-    scene.settings.found.bounds = endless;
+    (scene.settings.bounds, scene.settings.bounds_for_all_params) = (endless, endless);
+    scene.settings.current_bounds.bounds = endless;
     scene.settings.render.occlusion_reach = Some(0.05);
     scene.settings.lights.clear();
-    let far = view([0.0, 3e4, 3e4], [0.0; 3], Lens::Perspective(1e-4));
+    let far = view([0.0, 3e4, 3e4], [0.0; 3], ResolvedLens::Perspective(1e-4));
     for occlusion in [Occlusion::FiveTap, Occlusion::Multi(9)] {
-        compared(&scene, far, occlusion);
+        compare_renders(&scene, far, occlusion);
     }
 }
 
@@ -134,37 +141,37 @@ fn plain_steps_are_the_same_on_every_engine() {
     let relaxed = drawn(&module, &[]);
     let plain = RenderSettings {
         relaxation: 0.0,
-        cells: CellUse::Never,
+        cells: CellMode::Never,
         ..relaxed.clone()
     };
     let mut engine = cpu();
     engine.load(&loaded(&module, &[])).expect("it loads");
     let mut draw = |settings| engine.render(settings, &|_| {}).expect("it draws");
-    let all = |steps: &[u32]| steps.iter().sum::<u32>();
-    let (frame, with_relaxation) = (draw(&plain), draw(&relaxed));
+    let total = |steps: &[u32]| steps.iter().sum::<u32>();
+    let (image, with_relaxation) = (draw(&plain), draw(&relaxed));
     assert!(
-        all(&frame.steps) > all(&with_relaxation.steps),
+        total(&image.steps) > total(&with_relaxation.steps),
         "plain steps are more"
     );
     let Some(interp) = interp() else { return };
     let mut engines = [cpu(), interp];
     let report = verify(&loaded(&module, &[]), &mut engines, &plain).expect("both engines run");
     assert!(report.passed(), "{report}");
-    let [cpu, interp] = [&report.frames[0], &report.frames[1]];
-    assert_eq!(cpu.steps, frame.steps);
+    let [cpu, interp] = [&report.images[0], &report.images[1]];
+    assert_eq!(cpu.steps, image.steps);
     let differ = cpu.steps.iter().zip(&interp.steps).filter(|(a, b)| a != b);
     assert!(differ.count() <= cpu.steps.len() / 100, "{report}");
 }
 
 #[test]
 fn materials_that_mix_and_follow_the_point() {
-    let mut painted = module(&distances_of(PAINTED), Some(PAINTED));
+    let mut painted = module(&distance_listing(PAINTED), Some(PAINTED));
     agree(&mut painted, &Overrides::default());
 }
 
-/// A listing of surfaces without what concerns surfaces.
-fn distances_of(listing: &str) -> String {
-    // Channels are computed from the point on; all that leads up to them goes too.
+/// A surface listing without the instructions for surfaces.
+fn distance_listing(listing: &str) -> String {
+    // Channels are computed from `point` on; the instructions that prepare them are removed too.
     let mut kept: Vec<&str> = Vec::new();
     for line in listing.lines() {
         let name = line.trim().split(' ').next().unwrap_or_default();
@@ -184,20 +191,20 @@ fn lights_of_every_kind() {
         name: String::new(),
         source,
         shadow,
-        intensity: Setting::Constant(0.8),
+        intensity: SettingValue::Constant(0.8),
         ..light.clone()
     };
-    let near = LightSource::Point(constants([1.5, 2.5, 1.0]));
+    let nearby_light = LightSource::Point(constants([1.5, 2.5, 1.0]));
     let far = LightSource::Directional(constants([-1.0, 1.0, 0.2]));
-    let size = Setting::Constant(0.1);
+    let size = SettingValue::Constant(0.1);
     scene.settings.lights = vec![
-        with(near, Shadow::Hard),
+        with(nearby_light, Shadow::Hard),
         with(far, Shadow::Plain(size)),
-        with(near, Shadow::Soft(size)),
+        with(nearby_light, Shadow::Soft(size)),
         with(far, Shadow::Sized(size)),
-        with(near, Shadow::None),
+        with(nearby_light, Shadow::None),
     ];
-    scene.settings.sky.fog = Some(Setting::Constant(0.05));
+    scene.settings.sky.fog = Some(SettingValue::Constant(0.05));
     let overrides = Overrides {
         occlusion: Some(Occlusion::Multi(9)),
         aa: Some(2),
@@ -210,7 +217,7 @@ fn lights_of_every_kind() {
 fn every_mode_and_every_way_to_find_normals() {
     let Some(mut interp) = interp() else { return };
     let mut cpu = cpu();
-    let mut scene = module(&distances_of(PAINTED), Some(PAINTED));
+    let mut scene = module(&distance_listing(PAINTED), Some(PAINTED));
     let outputs = scene.update(0.0);
     for engine in [&mut cpu, &mut interp] {
         engine.load(&loaded(&scene, &outputs)).expect("it loads");
@@ -225,7 +232,7 @@ fn every_mode_and_every_way_to_find_normals() {
         Mode::Mask,
         Mode::Edges,
     ];
-    let ways = [
+    let variants = [
         Normals::Forward,
         Normals::Central,
         Normals::Reverse,
@@ -236,12 +243,12 @@ fn every_mode_and_every_way_to_find_normals() {
         mode,
         ..Overrides::default()
     });
-    let ways = ways.map(|way| Overrides {
+    let variants = variants.map(|variant| Overrides {
         mode: Mode::Normal,
-        normals: Some(way),
+        normals: Some(variant),
         ..Overrides::default()
     });
-    for overrides in modes.iter().chain(&ways) {
+    for overrides in modes.iter().chain(&variants) {
         let settings = drawn_as(&scene, &outputs, overrides);
         let [a, b] = [&mut cpu, &mut interp].map(|engine| {
             engine
@@ -249,8 +256,8 @@ fn every_mode_and_every_way_to_find_normals() {
                 .expect("it renders")
                 .rgba8()
         });
-        let apart = |(a, b): (&u8, &u8)| a.abs_diff(*b) > 4;
-        let differing = a.iter().zip(&b).filter(|pair| apart(*pair)).count();
+        let differs = |(a, b): (&u8, &u8)| a.abs_diff(*b) > 4;
+        let differing = a.iter().zip(&b).filter(|pair| differs(*pair)).count();
         assert!(differing <= 24, "{overrides:?}: {differing} bytes differ");
         assert!(
             a.chunks(4).any(|pixel| pixel != &a[..4]),
@@ -272,7 +279,7 @@ fn figures_in_the_plane() {
              take  blend quadratic [1.0, 1.0, 0.3, 0.8333333]",
         ),
     );
-    scene.settings.plane = true;
+    scene.settings.is_plane = true;
     scene.settings.bounds = Bounds {
         min: [-0.8, -0.8, 0.0],
         max: [1.2, 0.8, 0.0],
@@ -311,7 +318,7 @@ fn generated_source_with_parameters_and_materials() {
         .expect("it is painted")
         .patch(&narrow);
 
-    let mut library = Library::default();
+    let mut library = WgslLibrary::default();
     for op in [Op::Sphere, Op::Cuboid] {
         library.use_value(op);
         library.use_gradient(op);
@@ -341,7 +348,7 @@ fn scene_surface(p: vec3f, n: vec3f) -> Surface {{
 }}
 "
     );
-    let loaded = Loaded {
+    let loaded = SceneInput {
         module: &scene,
         outputs: &outputs,
         generated: SceneSource {
@@ -349,18 +356,18 @@ fn scene_surface(p: vec3f, n: vec3f) -> Surface {{
             calls: &calls,
         },
     };
-    let mut engines = [cpu(), on(EngineKind::Wgsl, gpu)];
+    let mut engines = [cpu(), open_on(EngineKind::Wgsl, gpu)];
     let settings = drawn(&scene, &outputs);
     let report = verify(&loaded, &mut engines, &settings).expect("both engines run");
     assert!(report.passed(), "{report}");
-    assert!(report.frames[0].id.contains(&1) && report.frames[0].id.contains(&3));
+    assert!(report.images[0].id.contains(&1) && report.images[0].id.contains(&3));
 }
 
-/// A row of balls that rays nearly graze, so that they take many steps.
+/// A row of spheres that rays nearly graze, so that they take many steps.
 fn long_program(count: usize) -> String {
     let ball = |i: usize| {
         let (x, y, z) = (i % 10, i / 10 % 10, i / 100);
-        let place = |n: usize, of: usize| 1.8 - 3.6 * (n as f64 + 0.5) / of as f64;
+        let position = |n: usize, count: usize| 1.8 - 3.6 * (n as f64 + 0.5) / count as f64;
         let rows = count.div_ceil(100);
         let blend = if i > 0 {
             "  blend hard [1.0, 1.0, 0.0, 0.0]"
@@ -369,9 +376,9 @@ fn long_program(count: usize) -> String {
         };
         format!(
             "sphere [0.06]  moved [{}, {}, {}]{blend}",
-            place(x, 10) as f32,
-            place(y, 10) as f32,
-            place(z, rows) as f32
+            position(x, 10) as f32,
+            position(y, 10) as f32,
+            position(z, rows) as f32
         )
     };
     (0..count).map(ball).collect::<Vec<_>>().join("\n")
@@ -379,9 +386,8 @@ fn long_program(count: usize) -> String {
 
 #[test]
 fn a_march_longer_than_any_loop_may_be() {
-    // 1,500 instructions and rays of up to some hundred steps: a single loop over all steps would
-    // pass the 65,535 rounds after which software devices stop it.
-    // Steps half as long as they may be.
+    // 1,500 instructions and rays of up to a hundred steps or more: a single loop over all steps would exceed
+    // the 65,535 iterations after which software devices end it. Steps are half as long as they could be.
     let halved = format!("{}\nscale_distance [0.5]", long_program(1500));
     let mut scene = module(&halved, None);
     scene.settings.lights.truncate(0);
@@ -392,21 +398,23 @@ fn a_march_longer_than_any_loop_may_be() {
     let mut engines = [cpu(), interp];
     let report = verify(&loaded(&scene, &[]), &mut engines, &settings).expect("both engines run");
     assert!(report.passed(), "{report}");
-    let longest = report.frames[1].steps.iter().max().copied().unwrap_or(0);
+    let longest = report.images[1].steps.iter().max().copied().unwrap_or(0);
     assert!(
         longest as usize * 1500 > 65_535,
         "{longest} steps are too few to show anything"
     );
-    assert!(report.frames[1].stats.hits > 20);
+    assert!(report.images[1].stats.hits > 20);
 }
 
 #[test]
 fn points_on_every_engine_follow_the_program_in_double_precision() {
     let distance = program(EVERYTHING, false);
     let scene = module_of(distance.clone(), None);
-    let at = |i: usize, k: usize| ((i * k) % 101) as f32 / 25.0 - 2.0;
+    let coordinate = |i: usize, k: usize| ((i * k) % 101) as f32 / 25.0 - 2.0;
     // Not a multiple of 64.
-    let points: Vec<[f32; 3]> = (0..333).map(|i| [at(i, 7), at(i, 31), at(i, 53)]).collect();
+    let points: Vec<[f32; 3]> = (0..333)
+        .map(|i| [coordinate(i, 7), coordinate(i, 31), coordinate(i, 53)])
+        .collect();
     for engine in [Some(cpu()), interp()].into_iter().flatten() {
         let mut engine: Box<dyn Engine> = engine;
         engine.load(&loaded(&scene, &[])).expect("it loads");

@@ -1,26 +1,26 @@
-//! First roots of rays by closed forms in `f64`: each solid is where some polynomials in `t` are
-//! below zero, and their roots are isolated between those of their derivatives, by sign.
+//! First roots of rays by closed forms in `f64`. Each solid is the set where certain polynomials in `t` are
+//! negative; their roots are isolated between those of their derivatives, by sign.
 
-use sdfc_runtime::reference::Ray;
+use sdfc_runtime::reference::ReferenceRay;
 
 type Point = [f64; 3];
 
-/// A solid that knows where rays meet it.
+/// A solid with known intersections with rays.
 pub(crate) trait Solid {
-    /// Whether a point is inside.
+    /// Reports whether a point is inside.
     fn inside(&self, p: Point) -> bool;
-    /// Places where a ray may go in or out, in order.
-    fn crossings(&self, ray: &Ray) -> Vec<f64>;
+    /// Ray parameters at which a ray may enter or leave, in order.
+    fn crossings(&self, ray: &ReferenceRay) -> Vec<f64>;
     /// The outward normal near a point of the surface.
     fn outward(&self, p: Point) -> Point;
 
-    /// The first place up to `far` where a ray goes in, or out if it starts inside.
-    fn first(&self, ray: &Ray, far: f64) -> Option<f64> {
+    /// The first parameter up to `far` at which a ray enters, or leaves if it starts inside.
+    fn first(&self, ray: &ReferenceRay, far: f64) -> Option<f64> {
         let inside = self.inside(ray.origin);
-        let mut at: Vec<f64> = self.crossings(ray);
-        at.retain(|&t| t > 0.0);
-        at.sort_by(f64::total_cmp);
-        let ends = at.iter().skip(1).copied().chain([f64::INFINITY]);
+        let mut crossings: Vec<f64> = self.crossings(ray);
+        crossings.retain(|&t| t > 0.0);
+        crossings.sort_by(f64::total_cmp);
+        let ends = crossings.iter().skip(1).copied().chain([f64::INFINITY]);
         let changes = |(&t, next): (&f64, f64)| {
             let beyond = if next.is_finite() {
                 t + (next - t) / 2.0
@@ -29,11 +29,11 @@ pub(crate) trait Solid {
             };
             (self.inside(ray.at(beyond)) != inside && t <= far).then_some(t)
         };
-        at.iter().zip(ends).find_map(changes)
+        crossings.iter().zip(ends).find_map(changes)
     }
 
-    /// The outward normal where a ray meets the surface, and the sine of the angle between both.
-    fn normal(&self, ray: &Ray, t: f64) -> [Point; 2] {
+    /// The outward normal where a ray hits the surface, and the sine of the angle between both.
+    fn normal(&self, ray: &ReferenceRay, t: f64) -> [Point; 2] {
         let n = self.outward(ray.at(t));
         let n = n.map(|v| v / dot(n, n).sqrt());
         [n, [dot(n, ray.direction).abs(); 3]]
@@ -44,13 +44,13 @@ fn dot(a: Point, b: Point) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// A polynomial's value; the coefficients begin with the constant.
+/// The value of a polynomial; the coefficients begin with the constant.
 fn value(polynomial: &[f64], t: f64) -> f64 {
     polynomial.iter().rev().fold(0.0, |sum, c| sum * t + c)
 }
 
-/// Where a polynomial changes its sign between two places: between neighbouring roots of its
-/// derivative it is monotone, and halving finds the root to the last place.
+/// The sign changes of a polynomial in an interval. Between neighbouring roots of its derivative it is
+/// monotone, and bisection finds the root to the last place.
 fn sign_changes(polynomial: &[f64], [low, high]: [f64; 2]) -> Vec<f64> {
     if polynomial.len() < 2 {
         return vec![];
@@ -60,7 +60,7 @@ fn sign_changes(polynomial: &[f64], [low, high]: [f64; 2]) -> Vec<f64> {
     let mut ends = vec![low];
     ends.extend(sign_changes(&slope, [low, high]));
     ends.push(high);
-    let mut found = Vec::new();
+    let mut roots = Vec::new();
     for pair in ends.windows(2) {
         let (mut a, mut b) = (pair[0], pair[1]);
         let rising = value(polynomial, b) > 0.0;
@@ -78,31 +78,31 @@ fn sign_changes(polynomial: &[f64], [low, high]: [f64; 2]) -> Vec<f64> {
                 a = middle;
             }
         }
-        found.push(a);
+        roots.push(a);
     }
-    found
+    roots
 }
 
-/// The place of a ray nearest to the origin, and the ray from there: polynomials around it lose
-/// less to rounding than around a camera far away.
-fn recentred(ray: &Ray) -> (f64, Ray) {
+/// The parameter of the point of a ray nearest to the origin, and the ray from that point. Polynomials around
+/// it have smaller rounding errors than around a distant camera.
+fn recentred(ray: &ReferenceRay) -> (f64, ReferenceRay) {
     let t = -dot(ray.origin, ray.direction) / dot(ray.direction, ray.direction);
-    let near = Ray {
+    let recentred_ray = ReferenceRay {
         origin: ray.at(t),
         direction: ray.direction,
     };
-    (t, near)
+    (t, recentred_ray)
 }
 
-/// The places where a polynomial along a ray, recentred, changes its sign.
-fn along(ray: &Ray, polynomial: impl Fn(&Ray) -> Vec<f64>) -> Vec<f64> {
-    let (shift, near) = recentred(ray);
-    let found = sign_changes(&polynomial(&near), [-1e5, 1e5]);
-    found.into_iter().map(|t| t + shift).collect()
+/// The parameters at which a polynomial along a recentred ray changes its sign.
+fn along(ray: &ReferenceRay, polynomial: impl Fn(&ReferenceRay) -> Vec<f64>) -> Vec<f64> {
+    let (shift, recentred_ray) = recentred(ray);
+    let roots = sign_changes(&polynomial(&recentred_ray), [-1e5, 1e5]);
+    roots.into_iter().map(|t| t + shift).collect()
 }
 
 /// `Σ wᵢ (oᵢ + t dᵢ)²` along a ray.
-fn square(ray: &Ray, weights: Point) -> [f64; 3] {
+fn square(ray: &ReferenceRay, weights: Point) -> [f64; 3] {
     let (o, d) = (ray.origin, ray.direction);
     let weighted = |a: Point| -> Point { std::array::from_fn(|i| a[i] * weights[i]) };
     [
@@ -112,16 +112,17 @@ fn square(ray: &Ray, weights: Point) -> [f64; 3] {
     ]
 }
 
-/// Where a coordinate is one of two numbers.
-fn faces(ray: &Ray, axis: usize, at: [f64; 2]) -> Vec<f64> {
+/// The parameters at which a coordinate has one of two values.
+fn faces(ray: &ReferenceRay, axis: usize, positions: [f64; 2]) -> Vec<f64> {
     let (o, d) = (ray.origin[axis], ray.direction[axis]);
-    at.iter()
+    positions
+        .iter()
         .filter(|_| d != 0.0)
         .map(|v| (v - o) / d)
         .collect()
 }
 
-fn round(ray: &Ray, weights: Point, r: f64) -> Vec<f64> {
+fn round(ray: &ReferenceRay, weights: Point, r: f64) -> Vec<f64> {
     along(ray, |ray| {
         let [c, b, a] = square(ray, weights);
         vec![c - r * r, b, a]
@@ -135,7 +136,7 @@ impl Solid for Sphere {
     fn inside(&self, p: Point) -> bool {
         dot(p, p) < self.r * self.r
     }
-    fn crossings(&self, ray: &Ray) -> Vec<f64> {
+    fn crossings(&self, ray: &ReferenceRay) -> Vec<f64> {
         round(ray, [1.0; 3], self.r)
     }
     fn outward(&self, p: Point) -> Point {
@@ -151,9 +152,9 @@ impl Solid for Plane {
     fn inside(&self, p: Point) -> bool {
         dot(p, self.normal) < self.at
     }
-    fn crossings(&self, ray: &Ray) -> Vec<f64> {
-        let way = dot(ray.direction, self.normal);
-        vec![(self.at - dot(ray.origin, self.normal)) / way]
+    fn crossings(&self, ray: &ReferenceRay) -> Vec<f64> {
+        let speed = dot(ray.direction, self.normal);
+        vec![(self.at - dot(ray.origin, self.normal)) / speed]
     }
     fn outward(&self, _: Point) -> Point {
         self.normal
@@ -167,7 +168,7 @@ impl Solid for Cuboid {
     fn inside(&self, p: Point) -> bool {
         (0..3).all(|i| p[i].abs() < self.half[i])
     }
-    fn crossings(&self, ray: &Ray) -> Vec<f64> {
+    fn crossings(&self, ray: &ReferenceRay) -> Vec<f64> {
         let pair = |axis: usize| faces(ray, axis, [-self.half[axis], self.half[axis]]);
         (0..3).flat_map(pair).collect()
     }
@@ -190,17 +191,17 @@ impl Solid for Capsule {
         let n = self.outward(p);
         dot(n, n) < self.r * self.r
     }
-    fn crossings(&self, ray: &Ray) -> Vec<f64> {
-        let mut all = round(ray, [1.0, 0.0, 1.0], self.r);
+    fn crossings(&self, ray: &ReferenceRay) -> Vec<f64> {
+        let mut crossings = round(ray, [1.0, 0.0, 1.0], self.r);
         for y in [-self.half, self.half] {
             let [ox, oy, oz] = ray.origin;
-            let moved = Ray {
+            let moved = ReferenceRay {
                 origin: [ox, oy - y, oz],
                 direction: ray.direction,
             };
-            all.extend(round(&moved, [1.0; 3], self.r));
+            crossings.extend(round(&moved, [1.0; 3], self.r));
         }
-        all
+        crossings
     }
     fn outward(&self, [x, y, z]: Point) -> Point {
         [x, y - y.clamp(-self.half, self.half), z]
@@ -215,10 +216,10 @@ impl Solid for Cylinder {
     fn inside(&self, [x, y, z]: Point) -> bool {
         x * x + z * z < self.r * self.r && y.abs() < self.half
     }
-    fn crossings(&self, ray: &Ray) -> Vec<f64> {
-        let mut all = round(ray, [1.0, 0.0, 1.0], self.r);
-        all.extend(faces(ray, 1, [-self.half, self.half]));
-        all
+    fn crossings(&self, ray: &ReferenceRay) -> Vec<f64> {
+        let mut crossings = round(ray, [1.0, 0.0, 1.0], self.r);
+        crossings.extend(faces(ray, 1, [-self.half, self.half]));
+        crossings
     }
     fn outward(&self, [x, y, z]: Point) -> Point {
         if x.hypot(z) - self.r > y.abs() - self.half {
@@ -237,7 +238,7 @@ impl Solid for Cone {
     fn inside(&self, [x, y, z]: Point) -> bool {
         x.hypot(z) < -y * self.ratio
     }
-    fn crossings(&self, ray: &Ray) -> Vec<f64> {
+    fn crossings(&self, ray: &ReferenceRay) -> Vec<f64> {
         let ratio = self.ratio;
         along(ray, |ray| square(ray, [1.0, -ratio * ratio, 1.0]).to_vec())
     }
@@ -254,7 +255,7 @@ impl Solid for Torus {
     fn inside(&self, [x, y, z]: Point) -> bool {
         (x.hypot(z) - self.ring).hypot(y) < self.tube
     }
-    fn crossings(&self, ray: &Ray) -> Vec<f64> {
+    fn crossings(&self, ray: &ReferenceRay) -> Vec<f64> {
         let (r2, t2) = (self.ring * self.ring, self.tube * self.tube);
         // (|p|² + R² − r²)² − 4 R² (x² + z²)
         along(ray, |ray| {
@@ -272,12 +273,12 @@ impl Solid for Torus {
     }
     fn outward(&self, [x, y, z]: Point) -> Point {
         let around = x.hypot(z);
-        let share = (around - self.ring) / around;
-        [x * share, y, z * share]
+        let factor = (around - self.ring) / around;
+        [x * factor, y, z * factor]
     }
 }
 
-/// Boxes at all places of a grid in the xz plane.
+/// Boxes at all points of a grid in the xz plane.
 pub(crate) struct City {
     pub(crate) half: Point,
     pub(crate) spacing: f64,
@@ -292,16 +293,16 @@ impl Solid for City {
     fn inside(&self, p: Point) -> bool {
         Cuboid { half: self.half }.inside(self.folded(p))
     }
-    fn crossings(&self, ray: &Ray) -> Vec<f64> {
-        let mut all = faces(ray, 1, [-self.half[1], self.half[1]]);
+    fn crossings(&self, ray: &ReferenceRay) -> Vec<f64> {
+        let mut crossings = faces(ray, 1, [-self.half[1], self.half[1]]);
         for cell in -40..=40 {
             let middle = f64::from(cell) * self.spacing;
             for axis in [0, 2] {
                 let half = self.half[axis];
-                all.extend(faces(ray, axis, [middle - half, middle + half]));
+                crossings.extend(faces(ray, axis, [middle - half, middle + half]));
             }
         }
-        all
+        crossings
     }
     fn outward(&self, p: Point) -> Point {
         Cuboid { half: self.half }.outward(self.folded(p))

@@ -1,49 +1,49 @@
-//! Bounds over boxes, as devices compute them to cut cells: every operation of the table, every blend
-//! and every frame, on random boxes. What is found holds what the same device gives at points of the
-//! box, what the processor gives there in `f32`, and what the formula is for real numbers.
+//! Bounds over boxes, as devices compute them to cut cells: every operation of the table, every blend and
+//! every frame, on random boxes. The bounds contain the values at points of the box: those of the same
+//! device, those of the CPU in `f32`, and those of the formula in real numbers.
 
 use crate::scenes::gpu;
-use sdfc_runtime::gpu::{Access, Binding, Extent, Gpu, KernelSource, Usage};
+use sdfc_runtime::gpu::{BindingAccess, BufferBinding, BufferUsage, Extent, Gpu, KernelSource};
 use sdfc_trials::random::Random;
-use sdfc_vm::apply::{Applied, Apply, apply, laid_out, wgsl_name};
+use sdfc_vm::apply::{Apply, OpResult, apply, pack_parameters, wgsl_name};
 use sdfc_vm::interval::FloatInterval;
-use sdfc_vm::kernel::Kernel;
-use sdfc_vm::library::{Library, blend_name};
-use sdfc_vm::outward::KNOWN;
+use sdfc_vm::kernel::BlendKernel;
 use sdfc_vm::real::Real;
 use sdfc_vm::row::{Input, Output, ParameterType};
 use sdfc_vm::table::{Op, ROWS};
 use sdfc_vm::vector::V3;
+use sdfc_vm::wgsl_interval::MAX_BOUNDED;
+use sdfc_vm::wgsl_library::{WgslLibrary, blend_name};
 
-/// Boxes, and points of each.
+/// Number of boxes, and of points in each.
 const BOXES: usize = 256;
 const POINTS: usize = 8;
-/// Numbers of a point: its coordinates and three operands.
+/// Numbers per point: its coordinates and three operands.
 const NUMBERS: usize = 6;
 
-/// A number from 0 up to, but not, 1.
+/// A number from 0 to 1, excluding 1.
 fn unit(random: &mut Random) -> f32 {
     (random.bits() >> 40) as f32 / (1 << 24) as f32
 }
 
-/// A number between two, often one of them.
+/// A number between two others, often one of them.
 fn within(random: &mut Random, [low, high]: [f32; 2]) -> f32 {
-    let at = match random.below(8) {
+    let fraction = match random.below(8) {
         0 => low,
         1 => high,
         _ => low + (high - low) * unit(random),
     };
-    at.clamp(low, high)
+    fraction.clamp(low, high)
 }
 
-/// A box of points and operands, and points of it.
-struct Sample {
+/// A box of coordinates and operands, and points inside.
+struct BoxSample {
     ends: [[f32; 2]; NUMBERS],
     points: [[f32; NUMBERS]; POINTS],
 }
 
-/// Boxes of all sizes about the origin; `far` ones may reach as far as numbers do.
-fn samples(seed: u64, far: bool) -> Vec<Sample> {
+/// Boxes of all sizes near the origin; the ends of `far` ones may have any magnitude.
+fn samples(seed: u64, far: bool) -> Vec<BoxSample> {
     let mut random = Random::new(seed);
     let sample = |_| {
         let size = [1e-4, 0.01, 0.1, 1.0][(unit(&mut random) * 4.0) as usize];
@@ -56,49 +56,49 @@ fn samples(seed: u64, far: bool) -> Vec<Sample> {
                 let (a, b) = (end(), end());
                 return [a.min(b), a.max(b)];
             }
-            // Often about zero and other numbers where something jumps.
-            let near = if unit(&mut random) < 0.25 { size } else { 1.0 };
-            let middle = (unit(&mut random) * 3.0 - 1.5) * near;
+            // Often near zero and other values with discontinuities.
+            let scale = if unit(&mut random) < 0.25 { size } else { 1.0 };
+            let middle = (unit(&mut random) * 3.0 - 1.5) * scale;
             let half = size * unit(&mut random);
             [middle - half, middle + half]
         });
         let points = std::array::from_fn(|_| ends.map(|ends| within(&mut random, ends)));
-        Sample { ends, points }
+        BoxSample { ends, points }
     };
     (0..BOXES).map(sample).collect()
 }
 
-/// What is tried: how its functions are called, and what the processor makes of it.
+/// A function under test: the calls to it, and its implementation on the CPU.
 struct Case {
     name: String,
-    library: Library,
-    /// With gaps, as a program holds them.
+    library: WgslLibrary,
+    /// With gaps, as in a program's pool.
     constants: Vec<f32>,
-    /// The expressions of a box `p` with the operands `a`, `b`, `c`, and of a point with them.
+    /// The expressions for a box `p` with the operands `a`, `b`, `c`, and for a point with them.
     interval: String,
     value: String,
     gives_point: bool,
 }
 
-/// What three numbers a case gives at a point; of a value the first counts.
-fn on_processor<R>(op: Op, constants: &[f32], at: [R; NUMBERS]) -> [R; 3]
+/// The three result numbers of a case at a point. A value repeats its single number.
+fn apply_on_cpu<R>(op: Op, constants: &[f32], inputs: [R; NUMBERS]) -> [R; 3]
 where
     R: Apply + Real<Vec3 = V3<R>>,
 {
-    let [x, y, z, a, b, c] = at;
+    let [x, y, z, a, b, c] = inputs;
     match apply::<R>(op, V3 { x, y, z }, [a, b, c], constants) {
-        Applied::Value(v) => [v, v, v],
-        Applied::Point(V3 { x, y, z }) => [x, y, z],
+        OpResult::Value(v) => [v, v, v],
+        OpResult::Point(V3 { x, y, z }) => [x, y, z],
     }
 }
 
 impl Case {
-    fn of_operation(op: Op) -> Self {
+    fn for_operation(op: Op) -> Self {
         let row = op.row();
-        let mut library = Library::default();
+        let mut library = WgslLibrary::default();
         library.use_value(op);
         library.use_interval(op);
-        // Different numbers of about one half, which suit most parameters.
+        // Different numbers of about one half, valid for most parameters.
         let numbers: Vec<f64> = (0..row.parameter_width())
             .map(|n| 0.4375 + 0.0625 * n as f64)
             .collect();
@@ -127,24 +127,24 @@ impl Case {
         Self {
             name: row.name.to_owned(),
             library,
-            constants: laid_out(op, &numbers),
+            constants: pack_parameters(op, &numbers),
             interval: format!("{function}_interval({list})"),
             value: format!("{function}({list})"),
             gives_point: row.output == Output::Point,
         }
     }
 
-    fn of_blend(kernel: Kernel, sign: f32, sign_b: f32) -> Self {
-        let mut library = Library::default();
+    fn for_blend(kernel: BlendKernel, sign: f32, sign_b: f32) -> Self {
+        let mut library = WgslLibrary::default();
         library.use_blend(kernel);
         library.use_blend_interval(kernel);
         library.use_boxes();
         let width = 0.3;
         let coefficient = match kernel {
-            Kernel::Hard => 0.0,
-            Kernel::Quadratic => 0.25 / width,
-            Kernel::Cubic => 1.0 / (6.0 * width * width),
-            Kernel::Circular | Kernel::Exponential => 1.0 / width,
+            BlendKernel::Hard => 0.0,
+            BlendKernel::Quadratic => 0.25 / width,
+            BlendKernel::Cubic => 1.0 / (6.0 * width * width),
+            BlendKernel::Circular | BlendKernel::Exponential => 1.0 / width,
         };
         let function = blend_name(kernel);
         let list = "(a, b, constants[0], constants[1], constants[2], constants[3])";
@@ -158,8 +158,8 @@ impl Case {
         }
     }
 
-    fn of_frame(mapped: bool) -> Self {
-        let mut library = Library::default();
+    fn for_frame(mapped: bool) -> Self {
+        let mut library = WgslLibrary::default();
         library.use_boxes();
         let (interval, value) = if mapped {
             library.use_mapped();
@@ -253,22 +253,22 @@ fn main(@builtin(global_invocation_id) id: vec3u) {{
     }}
 }}
 ",
-            self.library.whole(),
+            self.library.text_with_prelude(),
             one = 6 + 3 * POINTS,
         )
     }
 
-    /// What the device gives for these boxes: ends, and numbers at the points.
-    fn run(&self, gpu: &Gpu, samples: &[Sample]) -> Vec<f32> {
+    /// The device's results for these boxes: ends, and numbers at the points.
+    fn run(&self, gpu: &Gpu, samples: &[BoxSample]) -> Vec<f32> {
         let access = [
-            Access::StorageRead,
-            Access::StorageRead,
-            Access::StorageRead,
-            Access::StorageReadWrite,
+            BindingAccess::StorageRead,
+            BindingAccess::StorageRead,
+            BindingAccess::StorageRead,
+            BindingAccess::StorageReadWrite,
         ];
-        let bindings: Vec<Binding> = (0..)
+        let bindings: Vec<BufferBinding> = (0..)
             .zip(access)
-            .map(|(slot, access)| Binding { slot, access })
+            .map(|(slot, access)| BufferBinding { slot, access })
             .collect();
         let kernel = gpu
             .kernel(&KernelSource {
@@ -285,33 +285,40 @@ fn main(@builtin(global_invocation_id) id: vec3u) {{
             .collect();
         let mut constants = self.constants.clone();
         constants.resize(constants.len().max(12), 0.0);
-        let with =
-            |label, data: &[f32]| gpu.buffer_with(label, Usage::Storage, data).expect("room");
-        let given = with("given", ends.as_flattened());
+        let with = |label, data: &[f32]| {
+            gpu.buffer_with(label, BufferUsage::Storage, data)
+                .expect("room")
+        };
+        let input_buffer = with("given", ends.as_flattened());
         let points = with("points", &points);
         let constants = with("constants", &constants);
         let size = 4 * (6 + 3 * POINTS) * samples.len();
-        let found = gpu
-            .buffer("found", Usage::Storage, size as u64)
+        let output = gpu
+            .buffer("found", BufferUsage::Storage, size as u64)
             .expect("room");
-        let slots = [(0, &given), (1, &points), (2, &constants), (3, &found)];
+        let slots = [
+            (0, &input_buffer),
+            (1, &points),
+            (2, &constants),
+            (3, &output),
+        ];
         let call = gpu.bind(&kernel, &slots).expect("it fits");
         let mut batch = gpu.batch();
         batch
             .dispatch(&call, Extent::Line(samples.len() as u64))
             .expect("in size");
         batch.submit_and_wait().expect("it runs");
-        gpu.read(&found).expect("it is read")
+        gpu.read(&output).expect("it is read")
     }
 }
 
-/// Whether an interval, whose far ends may be any number, holds a number, if it is one.
+/// Reports whether an interval contains a number. Unbounded ends contain any number; NaN is always accepted.
 fn holds([low, high]: [f32; 2], value: f64) -> bool {
     let (low, high) = (f64::from(low), f64::from(high));
-    value.is_nan() || (low < -KNOWN || low <= value) && (high > KNOWN || value <= high)
+    value.is_nan() || (low < -MAX_BOUNDED || low <= value) && (high > MAX_BOUNDED || value <= high)
 }
 
-/// Compares a case with what holds of it; gives how often bounds were known.
+/// Checks a case. Returns the number of boxes with known bounds.
 fn check(
     case: &Case,
     gpu: &Gpu,
@@ -320,41 +327,42 @@ fn check(
     failures: &mut Vec<String>,
 ) -> usize {
     let samples = samples(seed, far);
-    let found = case.run(gpu, &samples);
-    let mut known = 0;
-    for (sample, found) in samples.iter().zip(found.chunks_exact(6 + 3 * POINTS)) {
-        let (ends, values) = found.split_at(6);
+    let output = case.run(gpu, &samples);
+    let mut bounded = 0;
+    for (sample, output) in samples.iter().zip(output.chunks_exact(6 + 3 * POINTS)) {
+        let (ends, values) = output.split_at(6);
         let ends: Vec<[f32; 2]> = ends.as_chunks::<2>().0.to_vec();
         let is_known = |[low, high]: &[f32; 2]| high - low < 1e17;
-        known += usize::from(ends.iter().all(is_known));
-        for (point, of_device) in sample.points.iter().zip(values.as_chunks::<3>().0) {
-            let mut values = vec![("the device", of_device.map(f64::from))];
+        bounded += usize::from(ends.iter().all(is_known));
+        for (point, device_value) in sample.points.iter().zip(values.as_chunks::<3>().0) {
+            let mut values = vec![("the device", device_value.map(f64::from))];
             if let Some(op) = op {
-                let single = on_processor::<f32>(op, &case.constants, *point);
-                let double = on_processor::<f64>(op, &case.constants, point.map(f64::from));
+                let single = apply_on_cpu::<f32>(op, &case.constants, *point);
+                let double = apply_on_cpu::<f64>(op, &case.constants, point.map(f64::from));
                 values.push(("f32", single.map(f64::from)));
-                // The logarithm of what is not positive is that of a type's smallest number.
+                // The logarithm of a number that is not positive is that of the type's smallest number.
                 if !(matches!(op, Op::Ln | Op::Log2) && point[3] <= 0.0) {
                     values.push(("f64", double));
                 }
             }
-            for (whose, value) in values {
-                let mut each = ends.iter().zip(value);
-                if each.any(|(ends, value)| !holds(*ends, value)) {
+            for (source, value) in values {
+                let mut pairs = ends.iter().zip(value);
+                if pairs.any(|(ends, value)| !holds(*ends, value)) {
                     failures.push(format!(
-                        "{}: {whose} gives {value:?} at {point:?}, not in {ends:?}, of {:?}",
+                        "{}: {source} gives {value:?} at {point:?}, not in {ends:?}, of {:?}",
                         case.name, sample.ends
                     ));
                 }
             }
         }
         if let (Some(op), false) = (op, far) {
-            // No wider than on the processor, but for rounding.
-            let at = sample.ends.map(|[lo, hi]| FloatInterval { lo, hi });
-            let of_processor = on_processor::<FloatInterval>(op, &case.constants, at);
-            for (&[low, high], other) in ends.iter().zip(of_processor) {
-                let most = (other.hi - other.lo) * 1.01 + 1e-4 * (1.0 + low.abs().max(high.abs()));
-                if high - low > most && other.hi - other.lo < 1e6 {
+            // At most as wide as on the CPU, except for rounding.
+            let inputs = sample.ends.map(|[lo, hi]| FloatInterval { lo, hi });
+            let cpu_ranges = apply_on_cpu::<FloatInterval>(op, &case.constants, inputs);
+            for (&[low, high], other) in ends.iter().zip(cpu_ranges) {
+                let max_width =
+                    (other.hi - other.lo) * 1.01 + 1e-4 * (1.0 + low.abs().max(high.abs()));
+                if high - low > max_width && other.hi - other.lo < 1e6 {
                     failures.push(format!(
                         "{}: [{low:e}, {high:e}] is wider than {other:?}, of {:?}",
                         case.name, sample.ends
@@ -363,10 +371,10 @@ fn check(
             }
         }
     }
-    known
+    bounded
 }
 
-/// The first of many failures of each case.
+/// Reports the first failures of each case.
 fn report(failures: &[String]) -> String {
     let mut text = String::new();
     let mut last = "";
@@ -386,11 +394,14 @@ fn every_operation_stays_within_its_bounds() {
     let Some(gpu) = gpu() else { return };
     let mut failures = Vec::new();
     for row in ROWS {
-        let case = Case::of_operation(row.op);
+        let case = Case::for_operation(row.op);
         let seed = 1 + row.op as u64;
-        let known = check(&case, &gpu, (seed, false), Some(row.op), &mut failures);
-        if known * 2 < BOXES {
-            failures.push(format!("{}: known in {known} of {BOXES} boxes", case.name));
+        let bounded = check(&case, &gpu, (seed, false), Some(row.op), &mut failures);
+        if bounded * 2 < BOXES {
+            failures.push(format!(
+                "{}: known in {bounded} of {BOXES} boxes",
+                case.name
+            ));
         }
         check(&case, &gpu, (seed, true), Some(row.op), &mut failures);
     }
@@ -400,16 +411,16 @@ fn every_operation_stays_within_its_bounds() {
 #[test]
 fn blends_and_frames_stay_within_their_bounds() {
     let Some(gpu) = gpu() else { return };
-    let mut cases = vec![Case::of_frame(false), Case::of_frame(true)];
-    for kernel in Kernel::ALL {
+    let mut cases = vec![Case::for_frame(false), Case::for_frame(true)];
+    for kernel in BlendKernel::ALL {
         for (sign, sign_b) in [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-            cases.push(Case::of_blend(kernel, sign, sign_b));
+            cases.push(Case::for_blend(kernel, sign, sign_b));
         }
     }
     let mut failures = Vec::new();
     for (case, seed) in cases.iter().zip(1000..) {
-        let known = check(case, &gpu, (seed, false), None, &mut failures);
-        assert_eq!(known, BOXES, "{}", case.name);
+        let bounded = check(case, &gpu, (seed, false), None, &mut failures);
+        assert_eq!(bounded, BOXES, "{}", case.name);
         check(case, &gpu, (seed, true), None, &mut failures);
     }
     assert!(failures.is_empty(), "{}", report(&failures));

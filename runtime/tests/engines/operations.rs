@@ -1,14 +1,14 @@
 //! Every operation of the table, in the interpreter and on the CPU.
 
 use crate::scenes::{cpu, interp, loaded, module_of};
-use sdfc_vm::kernel::Kernel;
+use sdfc_vm::kernel::BlendKernel;
 use sdfc_vm::pool::{PoolBuilder, PoolNumber};
-use sdfc_vm::program::{Code, Instruction, Place, Program};
+use sdfc_vm::program::{Code, Destination, Instruction, Program};
 use sdfc_vm::row::Output;
 use sdfc_vm::table::{Op, ROWS};
 use sdfc_vm::verify::verify;
 
-/// A program that runs these operations one after another and unites what they give.
+/// A program that runs these operations one after another and unites their results.
 fn program(ops: &[Op]) -> Program {
     let mut pool = PoolBuilder::default();
     let hard = pool.add(&[1.0, 1.0, 0.0, 0.0].map(PoolNumber::from));
@@ -18,7 +18,7 @@ fn program(ops: &[Op]) -> Program {
         let mut i = Instruction::new(Code::Op(op));
         let width = op.row().parameter_width();
         if width > 0 {
-            // Different numbers of about one half, which suit most parameters.
+            // Different numbers of about one half, valid for most parameters.
             let numbers: Vec<PoolNumber> = (0..width)
                 .map(|n| (base + 0.0625 * n as f32).into())
                 .collect();
@@ -40,9 +40,9 @@ fn program(ops: &[Op]) -> Program {
             push(&mut code, &mut pool, Op::Cuboid, 0.5);
         }
         if any {
-            let mut unite = Instruction::new(Code::Take);
-            unite.place = Place::Blend {
-                kernel: Kernel::Hard,
+            let mut unite = Instruction::new(Code::Top);
+            unite.destination = Destination::Blend {
+                kernel: BlendKernel::Hard,
                 index: hard,
             };
             code.push(unite);
@@ -65,12 +65,16 @@ fn every_operation_gives_the_same_values_and_gradients() {
     let Some(mut interp) = interp() else { return };
     let mut cpu = cpu();
     let ops: Vec<Op> = ROWS.iter().map(|row| row.op).collect();
-    let at = |i: usize, k: usize| ((i * k) % 97) as f32 / 32.0 - 1.5;
-    let points: Vec<[f32; 3]> = (0..128).map(|i| [at(i, 5), at(i, 29), at(i, 61)]).collect();
+    let coordinate = |i: usize, k: usize| ((i * k) % 97) as f32 / 32.0 - 1.5;
+    let points: Vec<[f32; 3]> = (0..128)
+        .map(|i| [coordinate(i, 5), coordinate(i, 29), coordinate(i, 61)])
+        .collect();
 
-    // A kernel with all operations, in which each is then run alone.
-    let all = module_of(program(&ops), None);
-    interp.load(&loaded(&all, &[])).expect("it loads");
+    // A kernel with all operations; each operation is then run alone.
+    let all_operations = module_of(program(&ops), None);
+    interp
+        .load(&loaded(&all_operations, &[]))
+        .expect("it loads");
     interp.query(&points[..1]).expect("it runs");
     let pipelines = interp.pipelines_created();
 
@@ -81,13 +85,13 @@ fn every_operation_gives_the_same_values_and_gradients() {
             engine.load(&loaded(&scene, &[])).expect("it loads");
         }
         let expected = cpu.query(&points).expect("the CPU answers");
-        let found = interp.query(&points).expect("the device answers");
+        let samples = interp.query(&points).expect("the device answers");
         let close = |a: f32, b: f32, share: f32| {
             (a - b).abs() <= share * (1.0 + a.abs()) || a == b || (!a.is_finite() && !b.is_finite())
         };
         let differs = points
             .iter()
-            .zip(expected.iter().zip(&found))
+            .zip(expected.iter().zip(&samples))
             .find(|(_, (a, b))| {
                 let gradients = a.gradient.iter().zip(b.gradient);
                 !close(a.distance, b.distance, 4e-6)

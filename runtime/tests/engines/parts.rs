@@ -1,15 +1,15 @@
-//! Pictures that are made in two parts: the first sample of each pixel, then all others.
+//! Images rendered in two parts: the first sample of each pixel, then all others.
 
 use crate::scenes::{EVERYTHING, PAINTED, cpu, drawn_as, gpu, loaded, module};
-use sdfc_runtime::engine::{Engine, EngineKind, on, open};
-use sdfc_runtime::frame::{CellStats, Frame, Mode, Samples, Stats};
+use sdfc_runtime::engine::{Engine, EngineKind, open, open_on};
+use sdfc_runtime::render::{CellStats, Image, Mode, Samples, Stats};
 use sdfc_runtime::settings::Overrides;
 
 /// The engines that need no generated source.
 fn engines() -> Vec<Box<dyn Engine>> {
     let reference = open(EngineKind::Reference).expect("it needs no device");
     let mut engines = vec![cpu(), reference];
-    engines.extend(gpu().map(|gpu| on(EngineKind::Interp, gpu)));
+    engines.extend(gpu().map(|gpu| open_on(EngineKind::Interp, gpu)));
     engines
 }
 
@@ -27,7 +27,7 @@ fn two_parts_are_the_picture_that_is_made_at_once() {
             (Mode::Distance, 2),
         ] {
             let overrides = Overrides {
-                // More than a tile of the CPU's.
+                // More than a tile of the CPU engine.
                 size: Some([70, 40]),
                 aa: Some(aa),
                 mode,
@@ -35,25 +35,25 @@ fn two_parts_are_the_picture_that_is_made_at_once() {
             };
             let settings = drawn_as(&scene, &[], &overrides);
             let mut draw = |samples| {
-                let frame = engine.render_samples(&settings, samples, &|_| {});
-                frame.expect("it draws")
+                let image = engine.render_samples(&settings, samples, &|_| {});
+                image.expect("it draws")
             };
-            let whole = draw(Samples::All);
+            let full = draw(Samples::All);
             let first = draw(Samples::First);
             assert_eq!(first.stats.rays(), 70 * 40);
-            let both = draw(Samples::Rest(&first));
+            let in_two_parts = draw(Samples::Remaining(&first));
             let what = format!("{kind}, {mode:?}, {aa}");
-            assert!(both.color == whole.color, "{what}: colours");
-            assert!(both.depth == whole.depth, "{what}: depths");
-            assert!(both.normal == whole.normal, "{what}: normals");
-            // The cells of the first part are there for the second.
-            let counted = |frame: &Frame| Stats {
+            assert!(in_two_parts.color == full.color, "{what}: colours");
+            assert!(in_two_parts.depth == full.depth, "{what}: depths");
+            assert!(in_two_parts.normal == full.normal, "{what}: normals");
+            // The second part reuses the cells of the first.
+            let counted = |image: &Image| Stats {
                 cells: CellStats::default(),
-                ..frame.stats
+                ..image.stats
             };
-            assert_eq!(counted(&both), counted(&whole), "{what}");
+            assert_eq!(counted(&in_two_parts), counted(&full), "{what}");
             assert_eq!(
-                first.color == whole.color,
+                first.color == full.color,
                 aa == 1,
                 "{what}: it adds nothing"
             );
@@ -65,7 +65,7 @@ fn two_parts_are_the_picture_that_is_made_at_once() {
 fn neighbours_that_tiles_share_count_once() {
     let Some(gpu) = gpu() else { return };
     let scene = module(EVERYTHING, None);
-    let mut engine = on(EngineKind::Interp, gpu);
+    let mut engine = open_on(EngineKind::Interp, gpu);
     let mut evaluations = |mode| {
         let overrides = Overrides {
             // More than a device's first tile.
@@ -75,10 +75,10 @@ fn neighbours_that_tiles_share_count_once() {
         };
         let settings = drawn_as(&scene, &[], &overrides);
         engine.load(&loaded(&scene, &[])).expect("it loads");
-        let frame = engine.render_samples(&settings, Samples::All, &|_| {});
-        frame.expect("it draws").stats.evaluations
+        let image = engine.render_samples(&settings, Samples::All, &|_| {});
+        image.expect("it draws").stats.evaluations
     };
-    // Lines are drawn by the normals of pixels and of their neighbours.
+    // Edge lines follow from the normals of pixels and of their neighbours.
     assert_eq!(evaluations(Mode::Edges), evaluations(Mode::Normal));
 }
 
@@ -96,10 +96,10 @@ fn a_first_part_of_another_size_is_none() {
     let mut engine = cpu();
     engine.load(&loaded(&scene, &[])).expect("it loads");
     let mut draw = |size, samples| {
-        let frame = engine.render_samples(&settings(size), samples, &|_| {});
-        frame.expect("it draws")
+        let image = engine.render_samples(&settings(size), samples, &|_| {});
+        image.expect("it draws")
     };
     let small = draw([24, 16], Samples::First);
-    let whole = draw([40, 30], Samples::All);
-    assert!(draw([40, 30], Samples::Rest(&small)).color == whole.color);
+    let full = draw([40, 30], Samples::All);
+    assert!(draw([40, 30], Samples::Remaining(&small)).color == full.color);
 }

@@ -1,11 +1,12 @@
-//! Random programs in the interpreter: the values of the CPU, bit for bit, where arithmetic is strict.
+//! Random programs in the interpreter: with strict arithmetic their values equal those of the CPU in every
+//! bit.
 
 use crate::scenes::{gpu, loaded, module_of};
-use sdfc_runtime::engine::{EngineKind, on};
-use sdfc_runtime::gpu::{Arithmetic, Gpu, Preference};
-use sdfc_trials::campaign::count;
-use sdfc_trials::checks::{meets_none, same, values_at};
-use sdfc_trials::programs::{joined, points, program};
+use sdfc_runtime::engine::{EngineKind, open_on};
+use sdfc_runtime::gpu::{AdapterPreference, Arithmetic, Gpu};
+use sdfc_trials::campaign::input_count;
+use sdfc_trials::checks::{equal_or_both_nan, has_nonfinite_intermediate, tape_values};
+use sdfc_trials::programs::{concatenated, points, program};
 use sdfc_vm::lanes::LANES;
 use sdfc_vm::listing;
 use sdfc_vm::tape::Tape;
@@ -17,26 +18,26 @@ fn random_programs_give_the_same_values() {
     if gpu().is_none() {
         return;
     }
-    let strict = Gpu::open_with(Preference::Any, Arithmetic::Strict);
-    let mut interp = on(
+    let strict = Gpu::open_with(AdapterPreference::Any, Arithmetic::Strict);
+    let mut interp = open_on(
         EngineKind::Interp,
         strict.expect("software Vulkan can be strict"),
     );
-    // A kernel that does for all of them, which is what an editor keeps: made for those that need
-    // something more than the ones before.
-    let programs = count(300, 100);
-    let mut together = program(0).needs();
-    let mut needing = vec![program(0)];
+    // A kernel that supports all of them, as an editor keeps it. It is made for the programs that extend the
+    // requirements of the ones before.
+    let programs = input_count(300, 100);
+    let mut requirements = program(0).requirements();
+    let mut extending = vec![program(0)];
     for program in (1..programs).map(program) {
-        let needs = program.needs();
-        if !together.cover(&needs) {
-            together = together.join(&needs);
-            needing.push(program);
+        let needs = program.requirements();
+        if !requirements.covers(&needs) {
+            requirements = requirements.union(&needs);
+            extending.push(program);
         }
     }
-    let all = joined(&needing);
-    verify(&all, 0, false).unwrap_or_else(|error| panic!("{error}"));
-    let everything = module_of(all, None);
+    let combined = concatenated(&extending);
+    verify(&combined, 0, false).unwrap_or_else(|error| panic!("{error}"));
+    let everything = module_of(combined, None);
     interp.load(&loaded(&everything, &[])).expect("it loads");
     interp.query(&[[0.0; 3]]).expect("it runs");
     let pipelines = interp.pipelines_created();
@@ -45,25 +46,27 @@ fn random_programs_give_the_same_values() {
     for seed in 0..programs {
         let program = program(seed);
         let points = points(seed);
-        let tape = Tape::of(&program);
-        let expected = values_at(&program, &tape, &tape.clauses, &points).0;
+        let tape = Tape::new(&program);
+        let expected = tape_values(&program, &tape, &tape.clauses, &points).0;
         let scene = module_of(program, None);
         interp.load(&loaded(&scene, &[])).expect("it loads");
         let places: Vec<[f32; 3]> = (0..LANES)
             .map(|lane| [0, 1, 2].map(|axis| points[axis].0[lane]))
             .collect();
-        let found = interp.query(&places).expect("it answers");
-        for (at, (&a, b)) in expected.iter().zip(&found).enumerate() {
+        let samples = interp.query(&places).expect("it answers");
+        for (at, (&a, b)) in expected.iter().zip(&samples).enumerate() {
             values += 1;
             let [x, y, z] = places[at];
-            // Of what is not finite on the way nothing is promised.
-            if !same(a, b.distance) && !meets_none(&scene.distance, V3::of(x, y, z)) {
+            // Equality is not promised if an intermediate value is not finite.
+            if !equal_or_both_nan(a, b.distance)
+                && !has_nonfinite_intermediate(&scene.distance, V3::new(x, y, z))
+            {
                 differing.push((seed, places[at], a, b.distance));
             }
         }
     }
-    let of = interp.pipelines_created() - pipelines;
-    assert_eq!(of, 0, "every program runs in the kernel that is there");
+    let created = interp.pipelines_created() - pipelines;
+    assert_eq!(created, 0, "every program runs in the kernel that is there");
     if let Some(&(seed, at, cpu, interp)) = differing.first() {
         let listing = listing::print(&program(seed));
         panic!(

@@ -1,16 +1,22 @@
-//! The engine `reference` against what geometry says, and what it says of pictures that are wrong.
+//! Tests of the engine `reference` against closed forms, and of its judgement of wrong images.
 
 use crate::closed::{self, Solid};
 use crate::scenes::{cpu, drawn, loaded, module};
 use sdfc_runtime::engine::{EngineKind, open};
-use sdfc_runtime::frame::{CellUse, Lens, RenderSettings, Status, View};
 use sdfc_runtime::reference::{
-    Camera, Drawn, Ended, Errors, Field, Options, Outcome, Ray, Tracer, Truth, Why, compare, trace,
+    GroundTruth, Outcome, PictureErrors, RayEnd, ReferenceCamera, ReferenceField, ReferenceRay,
+    ReferenceTracer, RenderedPixels, TraceOptions, UndecidedReason, compare, trace,
 };
+use sdfc_runtime::render::{CellMode, RenderSettings, ResolvedLens, Status, View};
 use sdfc_vm::program::Module;
 
-/// A picture of a module from somewhere.
-fn seen(module: &Module, from: [f64; 3], look: [f64; 3], lens: Lens) -> RenderSettings {
+/// The settings of an image of a module from this camera.
+fn settings_from(
+    module: &Module,
+    from: [f64; 3],
+    look: [f64; 3],
+    lens: ResolvedLens,
+) -> RenderSettings {
     RenderSettings {
         size: [24, 16],
         far: 5_000.0,
@@ -24,10 +30,9 @@ fn seen(module: &Module, from: [f64; 3], look: [f64; 3], lens: Lens) -> RenderSe
     }
 }
 
-/// Cameras around something as large as one: near, far, askew, parallel, nearly along a face, and
-/// inside.
-fn poses() -> [([f64; 3], [f64; 3], Lens); 7] {
-    use Lens::{Orthographic, Perspective};
+/// Cameras around an object of size one: near, far, askew, orthographic, nearly along a face, and inside.
+fn poses() -> [([f64; 3], [f64; 3], ResolvedLens); 7] {
+    use ResolvedLens::{Orthographic, Perspective};
     [
         ([2.5, 2.0, 5.0], [0.0; 3], Perspective(0.7)),
         ([-3.0, 0.4, 0.7], [0.1, 0.0, -0.2], Perspective(0.9)),
@@ -39,35 +44,35 @@ fn poses() -> [([f64; 3], [f64; 3], Lens); 7] {
     ]
 }
 
-/// Compares all rays of a picture with a solid's own roots; gives how many hit, missed and were
-/// undecided.
+/// Compares all rays of an image with a solid's own roots. Returns the numbers of hits, misses and undecided
+/// rays.
 fn check(module: &Module, solid: &dyn Solid, settings: &RenderSettings) -> [usize; 3] {
-    let truth = trace(module, settings, &Options::default());
-    let camera = Camera::of(settings);
+    let truth = trace(module, settings, &TraceOptions::default());
+    let camera = ReferenceCamera::new(settings);
     let mut counts = [0; 3];
-    for (at, ended) in truth.rays.iter().enumerate() {
-        let pixel = [at % truth.size[0], at / truth.size[0]];
+    for (index, end) in truth.rays.iter().enumerate() {
+        let pixel = [index % truth.size[0], index / truth.size[0]];
         let ray = camera.ray(pixel.map(|v| v as f64), [0.0; 2]);
         let expected = solid.first(&ray, settings.far);
-        let told = format!(
-            "{pixel:?} of {:?}: {ended:?}, not {expected:?}",
+        let message = format!(
+            "{pixel:?} of {:?}: {end:?}, not {expected:?}",
             settings.view
         );
-        match (ended.outcome, expected) {
+        match (end.outcome, expected) {
             (Outcome::Hit { t0, t1 }, Some(t)) => {
                 counts[0] += 1;
-                assert!(t0 <= t1 && t1 - t0 <= 1e-9 * t0, "{told}");
-                // What `f64` leaves of the closed form itself, more where the ray grazes.
+                assert!(t0 <= t1 && t1 - t0 <= 1e-9 * t0, "{message}");
+                // Rounding error of the closed form itself in `f64`, larger where the ray grazes.
                 let [n, sine] = solid.normal(&ray, t);
                 let slack = 4e-15 * (1.0 + t) / sine[0].max(1e-6);
-                assert!(t0 - slack <= t && t <= t1 + slack, "{told}");
-                assert_eq!(ended.inside, solid.inside(ray.origin), "{told}");
-                let side = if ended.inside { -1.0 } else { 1.0 };
-                if let (Some(normal), false) = (ended.normal, ended.edge) {
+                assert!(t0 - slack <= t && t <= t1 + slack, "{message}");
+                assert_eq!(end.inside, solid.inside(ray.origin), "{message}");
+                let side = if end.inside { -1.0 } else { 1.0 };
+                if let (Some(normal), false) = (end.normal, end.edge) {
                     for axis in 0..3 {
                         assert!(
                             (normal[axis] - side * n[axis]).abs() < 1e-9,
-                            "{told}, {n:?}"
+                            "{message}, {n:?}"
                         );
                     }
                 }
@@ -75,20 +80,20 @@ fn check(module: &Module, solid: &dyn Solid, settings: &RenderSettings) -> [usiz
             (Outcome::Miss, None) => counts[1] += 1,
             (Outcome::Undecided { .. }, _) => {
                 counts[2] += 1;
-                eprintln!("{told}, {ray:?}");
+                eprintln!("{message}, {ray:?}");
             }
-            _ => panic!("{told}"),
+            _ => panic!("{message}"),
         }
     }
     counts
 }
 
-/// All poses of a solid: everything is decided.
+/// Checks all poses of a solid: every ray is decided.
 fn check_all(listing: &str, solid: &dyn Solid) {
     let module = module(listing, None);
     let mut total = [0; 3];
     for (from, look, lens) in poses() {
-        let counts = check(&module, solid, &seen(&module, from, look, lens));
+        let counts = check(&module, solid, &settings_from(&module, from, look, lens));
         for (total, count) in total.iter_mut().zip(counts) {
             *total += count;
         }
@@ -102,19 +107,24 @@ fn balls() {
     check_all("sphere [0.75]", &closed::Sphere { r: 0.75 });
 }
 
-/// Newton's steps double the digits of a root; without them it is halved fifty times.
+/// Newton's method doubles the digits of a root with each step; bisection would take fifty steps.
 #[test]
 fn roots_take_few_evaluations() {
     let module = module("sphere [0.75]", None);
-    let settings = seen(&module, [2.5, 2.0, 5.0], [0.0; 3], Lens::Perspective(0.3));
-    let truth = trace(&module, &settings, &Options::default());
+    let settings = settings_from(
+        &module,
+        [2.5, 2.0, 5.0],
+        [0.0; 3],
+        ResolvedLens::Perspective(0.3),
+    );
+    let truth = trace(&module, &settings, &TraceOptions::default());
     let mean = truth.evaluations / truth.rays.len() as u64;
     assert!(mean < 60, "{mean} evaluations for a ray");
 }
 
 #[test]
 fn planes() {
-    // The numbers of a program are `f32`, and the plane is that of those numbers.
+    // The numbers of a program are `f32`; the plane is that of the rounded numbers.
     let normal = [0.6_f32, 0.8, 0.0].map(f64::from);
     check_all(
         "plane [0.6, 0.8, 0.0, 0.25]",
@@ -157,21 +167,21 @@ fn tori() {
     check_all("torus [0.625, 0.25]", &closed::Torus { ring, tube });
 }
 
-/// How one ray through a program ends.
-fn one(listing: &str, origin: [f64; 3], direction: [f64; 3], far: f64) -> Ended {
-    let field = Field::of(&module(listing, None));
-    let mut tracer = Tracer::new(&field, &Options::default());
-    tracer.ray(&Ray { origin, direction }, far, |_| 1e-3)
+/// The end of a single ray through a program.
+fn trace_one(listing: &str, origin: [f64; 3], direction: [f64; 3], far: f64) -> RayEnd {
+    let field = ReferenceField::from_module(&module(listing, None));
+    let mut tracer = ReferenceTracer::new(&field, &TraceOptions::default());
+    tracer.ray(&ReferenceRay { origin, direction }, far, |_| 1e-3)
 }
 
-fn is_hit_at(ended: &Ended, t: f64) -> bool {
+fn is_hit_at(ended: &RayEnd, t: f64) -> bool {
     matches!(ended.outcome, Outcome::Hit { t0, t1 } if t0 <= t && t <= t1 && t1 - t0 <= 1e-9 * t)
 }
 
-/// A field that touches zero, or gets below it by less than single precision tells, has no surface there.
+/// A field that touches zero, or falls below it by less than single precision resolves, has no surface there.
 #[test]
 fn rays_that_touch_are_no_hits_and_those_beside_are_decided() {
-    let ball = |height: f64| one("sphere [0.5]", [-3.0, height, 0.0], [1.0, 0.0, 0.0], 10.0);
+    let ball = |height: f64| trace_one("sphere [0.5]", [-3.0, height, 0.0], [1.0, 0.0, 0.0], 10.0);
     for touching in [0.5, 0.5 - 1e-12, 0.5 + 1e-12] {
         let touching = ball(touching);
         assert!(
@@ -187,11 +197,11 @@ fn rays_that_touch_are_no_hits_and_those_beside_are_decided() {
 
 #[test]
 fn far_ends_the_way_and_the_start_is_told() {
-    let ball = |far| one("sphere [0.5]", [0.0, 0.0, -2.0], [0.0, 0.0, 1.0], far);
+    let ball = |far| trace_one("sphere [0.5]", [0.0, 0.0, -2.0], [0.0, 0.0, 1.0], far);
     assert!(is_hit_at(&ball(1.500_01), 1.5));
     assert_eq!(ball(1.499_999).outcome, Outcome::Miss);
-    let on_it = one("sphere [0.5]", [0.0, 0.0, -0.5], [0.0, 0.0, 1.0], 9.0);
-    // What has no sign where it starts is left behind: it goes through the ball.
+    let on_it = trace_one("sphere [0.5]", [0.0, 0.0, -0.5], [0.0, 0.0, 1.0], 9.0);
+    // A start without a sign is skipped: the ray goes through the sphere.
     assert!(on_it.inside && is_hit_at(&on_it, 1.0), "{on_it:?}");
 }
 
@@ -201,24 +211,27 @@ fn a_jump_across_zero_is_a_surface_and_others_are_passed() {
     let (origin, direction) = ([-1.0, 0.2, 0.1], [1.0, 0.0, 0.0]);
     let third = f64::from(0.3_f32);
     let across = "x\n step  left [0.3]\n mul  right [-2.0]\n add  right [1.0]";
-    let jump = one(across, origin, direction, 9.0);
+    let jump = trace_one(across, origin, direction, 9.0);
     assert!(is_hit_at(&jump, 1.0 + third), "{jump:?}");
     assert!(jump.normal.is_none() && jump.edge);
     let aside = "x\n step  left [0.3]\n add  right [1.0]";
-    assert_eq!(one(aside, origin, direction, 9.0).outcome, Outcome::Miss);
+    assert_eq!(
+        trace_one(aside, origin, direction, 9.0).outcome,
+        Outcome::Miss
+    );
 }
 
 #[test]
 fn repeated_boxes_are_found_across_all_seams() {
-    // A cell is asked for itself only, so that the field jumps at every seam.
+    // A cell evaluates only its own copy, so the field is discontinuous at every cell boundary.
     let listing = "repeat [2.0, 0.0, 2.0, 0.0, 0.5, 0.0, 0.5]\n cuboid [0.5, 1.0, 0.25]";
     let module = module(listing, None);
     let field = closed::City {
         half: [0.5, 1.0, 0.25],
         spacing: 2.0,
     };
-    let lens = Lens::Perspective(0.9);
-    let mut settings = seen(&module, [0.9, 1.3, 0.7], [9.0, 0.4, 5.0], lens);
+    let lens = ResolvedLens::Perspective(0.9);
+    let mut settings = settings_from(&module, [0.9, 1.3, 0.7], [9.0, 0.4, 5.0], lens);
     settings.far = 40.0;
     let [hits, misses, undecided] = check(&module, &field, &settings);
     assert!(hits > 80 && misses > 20, "{hits}, {misses}");
@@ -227,25 +240,29 @@ fn repeated_boxes_are_found_across_all_seams() {
 
 #[test]
 fn a_ray_that_needs_too_much_says_so() {
-    let field = Field::of(&module("gyroid [40.0, 0.5, 0.01]", None));
-    let options = Options {
+    let field = ReferenceField::from_module(&module("gyroid [40.0, 0.5, 0.01]", None));
+    let options = TraceOptions {
         evaluations: 5,
-        ..Options::default()
+        ..TraceOptions::default()
     };
     let (origin, direction) = ([-3.0, 0.1, 0.2], [1.0, 0.0, 0.0]);
-    let ray = Ray { origin, direction };
-    let ended = Tracer::new(&field, &options).ray(&ray, 100.0, |_| 1e-3);
+    let ray = ReferenceRay { origin, direction };
+    let ended = ReferenceTracer::new(&field, &options).ray(&ray, 100.0, |_| 1e-3);
     let why = |outcome| match outcome {
         Outcome::Undecided { why, .. } => Some(why),
         _ => None,
     };
-    assert_eq!(why(ended.outcome), Some(Why::Budget), "{ended:?}");
+    assert_eq!(
+        why(ended.outcome),
+        Some(UndecidedReason::Budget),
+        "{ended:?}"
+    );
 }
 
 #[test]
 fn edges_have_no_normal_and_their_neighbours_are_told() {
     let hit = |y: f64| {
-        one(
+        trace_one(
             "cuboid [0.5, 0.5, 0.5]",
             [0.1, y, -3.0],
             [0.0, 0.0, 1.0],
@@ -254,10 +271,10 @@ fn edges_have_no_normal_and_their_neighbours_are_told() {
     };
     let face = hit(0.2);
     assert_eq!((face.normal, face.edge), (Some([0.0, 0.0, -1.0]), false));
-    // Within the half pixel of 1e-3 that `one` asks for, and beyond it.
+    // Within the half pixel of 1e-3 that `trace_one` uses, and outside of it.
     assert!(hit(0.499_5).edge);
     assert!(!hit(0.498).edge);
-    let tip = one(
+    let tip = trace_one(
         "infinite_cone [0.6, 0.8]",
         [0.0, 3.0, 0.0],
         [0.0, -1.0, 0.0],
@@ -269,40 +286,40 @@ fn edges_have_no_normal_and_their_neighbours_are_told() {
 #[test]
 fn the_result_does_not_depend_on_the_number_of_threads() {
     let module = module(crate::scenes::EVERYTHING, None);
-    let lens = Lens::Perspective(0.7);
-    let settings = seen(&module, [2.5, 2.0, 5.0], [0.0; 3], lens);
+    let lens = ResolvedLens::Perspective(0.7);
+    let settings = settings_from(&module, [2.5, 2.0, 5.0], [0.0; 3], lens);
     let traced = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.expect("threads can be started");
-        pool.install(|| trace(&module, &settings, &Options::default()))
+        pool.install(|| trace(&module, &settings, &TraceOptions::default()))
     };
-    let (one, three) = (traced(1), traced(3));
-    assert_eq!(one, three);
-    assert_eq!(one.undecided(), 0);
+    let (single, triple) = (traced(1), traced(3));
+    assert_eq!(single, triple);
+    assert_eq!(single.undecided(), 0);
 }
 
 #[test]
 fn the_engine_draws_the_truth() {
     let module = module(crate::scenes::EVERYTHING, None);
-    let lens = Lens::Perspective(0.7);
-    let settings = seen(&module, [2.5, 2.0, 5.0], [0.0; 3], lens);
+    let lens = ResolvedLens::Perspective(0.7);
+    let settings = settings_from(&module, [2.5, 2.0, 5.0], [0.0; 3], lens);
     let mut engine = open(EngineKind::Reference).expect("it needs no device");
     engine.load(&loaded(&module, &[])).expect("it loads");
-    let frame = engine.render(&settings, &|_| {}).expect("it draws");
-    let truth = trace(&module, &settings, &Options::default());
+    let image = engine.render(&settings, &|_| {}).expect("it draws");
+    let truth = trace(&module, &settings, &TraceOptions::default());
     let drawn = truth.rays.iter().map(|ray| ray.depth);
     let expected: Vec<f32> = drawn
         .map(|t| t.map_or(f32::INFINITY, |t| t as f32))
         .collect();
-    assert_eq!(frame.depth, expected);
-    assert!(frame.stats.evaluations >= truth.evaluations);
-    assert!(frame.stats.hits > 50 && frame.stats.undecided == 0);
-    let errors = compare(&truth, &frame);
+    assert_eq!(image.depth, expected);
+    assert!(image.stats.evaluations >= truth.evaluations);
+    assert!(image.stats.hits > 50 && image.stats.undecided == 0);
+    let errors = compare(&truth, &image);
     assert!(
         errors.depth.max < 1e-7 && errors.normals.max < 1e-4,
         "{errors:?}"
     );
-    // And the same picture as the CPU engine's, but for the edges.
+    // Equals the image of the CPU engine, except for edges.
     let report = {
         let mut engines = [cpu(), engine];
         sdfc_runtime::verify::verify(&loaded(&module, &[]), &mut engines, &settings)
@@ -316,13 +333,13 @@ fn the_engine_draws_the_truth() {
 #[test]
 fn the_cpu_engine_is_near_the_truth() {
     let module = module(crate::scenes::EVERYTHING, None);
-    let lens = Lens::Perspective(0.7);
-    let mut settings = seen(&module, [2.5, 2.0, 5.0], [0.0; 3], lens);
+    let lens = ResolvedLens::Perspective(0.7);
+    let mut settings = settings_from(&module, [2.5, 2.0, 5.0], [0.0; 3], lens);
     settings.size = [60, 40];
-    let truth = trace(&module, &settings, &Options::default());
-    for cells in [CellUse::Never, CellUse::Always] {
+    let truth = trace(&module, &settings, &TraceOptions::default());
+    for cells in [CellMode::Never, CellMode::Always] {
         settings.cells = cells;
-        let errors = of_cpu(&module, &settings, &truth);
+        let errors = cpu_errors(&module, &settings, &truth);
         assert_eq!(errors.mismatches_inside, 0, "{errors:?}");
         assert_eq!((errors.nans, errors.step_caps), (0, 0));
         assert!(errors.depth_smooth.p99 < 1e-5, "{errors:?}");
@@ -330,23 +347,23 @@ fn the_cpu_engine_is_near_the_truth() {
     }
 }
 
-fn of_cpu(module: &Module, settings: &RenderSettings, truth: &Truth) -> Errors {
+fn cpu_errors(module: &Module, settings: &RenderSettings, truth: &GroundTruth) -> PictureErrors {
     let mut engine = cpu();
     engine.load(&loaded(module, &[])).expect("it loads");
-    let frame = engine.render(settings, &|_| {}).expect("it draws");
-    compare(truth, &frame)
+    let image = engine.render(settings, &|_| {}).expect("it draws");
+    compare(truth, &image)
 }
 
 #[test]
 fn a_field_that_says_too_much_is_caught() {
-    // A thin wall at three times its distance: rays step through it.
+    // A thin wall with three times its distance: rays step through it.
     let wall = |factor: &str| {
         let listing = format!("cuboid [1.5, 1.5, 0.02]\n mul  right [{factor}]");
         let module = module(&listing, None);
-        let lens = Lens::Perspective(0.5);
-        let settings = seen(&module, [0.5, 0.4, 3.0], [0.0; 3], lens);
-        let truth = trace(&module, &settings, &Options::default());
-        of_cpu(&module, &settings, &truth)
+        let lens = ResolvedLens::Perspective(0.5);
+        let settings = settings_from(&module, [0.5, 0.4, 3.0], [0.0; 3], lens);
+        let truth = trace(&module, &settings, &TraceOptions::default());
+        cpu_errors(&module, &settings, &truth)
     };
     assert_eq!(wall("1.0").mismatches_inside, 0);
     let wrong = wall("3.0");
@@ -357,9 +374,9 @@ fn a_field_that_says_too_much_is_caught() {
 #[test]
 fn errors_are_counted_for_what_they_are() {
     let module = module("sphere [1.0]", None);
-    let lens = Lens::Perspective(0.8);
-    let settings = seen(&module, [0.0, 0.0, 4.0], [0.0; 3], lens);
-    let truth = trace(&module, &settings, &Options::default());
+    let lens = ResolvedLens::Perspective(0.8);
+    let settings = settings_from(&module, [0.0, 0.0, 4.0], [0.0; 3], lens);
+    let truth = trace(&module, &settings, &TraceOptions::default());
     let depth: Vec<f32> = truth
         .rays
         .iter()
@@ -371,18 +388,18 @@ fn errors_are_counted_for_what_they_are() {
         .map(|ray| ray.normal.map_or([0.0; 3], |n| n.map(|v| v as f32)))
         .collect();
     let status = vec![Status::Hit; depth.len()];
-    let of = |depth: &[f32], normal: &[[f32; 3]]| {
+    let errors_for = |depth: &[f32], normal: &[[f32; 3]]| {
         let status = &status;
         compare(
             &truth,
-            Drawn {
+            RenderedPixels {
                 depth,
                 normal,
                 status,
             },
         )
     };
-    let right = of(&depth, &normal);
+    let right = errors_for(&depth, &normal);
     assert_eq!((right.mismatches(), right.undecided, right.nans), (0, 0, 0));
     assert_eq!(right.hits + right.misses, right.pixels);
     assert!(
@@ -392,38 +409,38 @@ fn errors_are_counted_for_what_they_are() {
     assert!(right.depth_smooth.count < right.depth.count);
 
     let farther: Vec<f32> = depth.iter().map(|t| t * 1.001).collect();
-    let errors = of(&farther, &normal);
+    let errors = errors_for(&farther, &normal);
     assert!((errors.depth.p50 - 1e-3).abs() < 1e-6, "{errors:?}");
     assert!((errors.depth.max - 1e-3).abs() < 1e-6, "{errors:?}");
     let ulps = errors.depth_ulps.p50;
     assert!((1e3..2e4).contains(&ulps), "{errors:?}");
 
-    // In the middle, at the rim, and outside.
+    // At the centre, at the rim, and outside.
     let middle = 8 * 24 + 12;
     let rim = (0..24 * 16)
-        .find(|&at| depth[at].is_finite())
+        .find(|&index| depth[index].is_finite())
         .expect("there is one");
-    for (at, wrong, inside) in [
+    for (index, wrong, inside) in [
         (middle, f32::INFINITY, 1),
         (rim, f32::INFINITY, 0),
         (0, 3.0, 1),
     ] {
         let mut changed = depth.clone();
-        changed[at] = wrong;
-        let errors = of(&changed, &normal);
+        changed[index] = wrong;
+        let errors = errors_for(&changed, &normal);
         assert_eq!(
             (errors.mismatches(), errors.mismatches_inside),
             (1, inside),
-            "{at}"
+            "{index}"
         );
         assert_eq!(errors.false_hits, usize::from(wrong.is_finite()));
     }
     let mut nan = normal.clone();
     nan[middle][1] = f32::NAN;
-    assert_eq!(of(&depth, &nan).nans, 1);
+    assert_eq!(errors_for(&depth, &nan).nans, 1);
     let (sine, cosine) = 1.0_f32.to_radians().sin_cos();
     let turn = |[x, y, z]: [f32; 3]| [x * cosine - y * sine, x * sine + y * cosine, z];
     let turned: Vec<[f32; 3]> = normal.iter().map(|&n| turn(n)).collect();
-    let errors = of(&depth, &turned).normals;
+    let errors = errors_for(&depth, &turned).normals;
     assert!(errors.max <= 1.000_1 && errors.max > 0.4, "{errors:?}");
 }

@@ -1,51 +1,50 @@
-//! Modules made by hand: a listing for the distance, perhaps one for the surfaces, and plain
-//! settings.
+//! Hand-made modules: a listing for the distance, optionally one for surfaces, and plain settings.
 
-use sdfc_runtime::engine::{Engine, EngineKind, Loaded, on, open};
-use sdfc_runtime::frame::RenderSettings;
-use sdfc_runtime::gpu::{Gpu, Preference};
+use sdfc_runtime::engine::{Engine, EngineKind, SceneInput, open, open_on};
+use sdfc_runtime::gpu::{AdapterPreference, Gpu};
+use sdfc_runtime::render::RenderSettings;
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::listing::parse;
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::settings::{
-    Camera, FoundBounds, Lens, Light, LightSource, Normals, Occlusion, Render, Setting, Settings,
-    Shadow, Sky, Tonemap, Triple,
+    Camera, CurrentBounds, Lens, Light, LightSource, Normals, Occlusion, Render, SettingValue,
+    Settings, Shadow, Sky, Tonemap, Triple,
 };
-use sdfc_vm::uniform::{Step, UniformProgram};
+use sdfc_vm::uniform::{UniformProgram, UniformStep};
 use sdfc_vm::verify::verify;
 
-/// The device that GPU tests run on. Only a stated reason excuses the want of one.
+/// The device for GPU tests. Only a stated reason excuses a missing one.
 pub(crate) fn gpu() -> Option<Gpu> {
     if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
         eprintln!("skipped: {reason}");
         return None;
     }
-    match Gpu::open(Preference::Any) {
+    match Gpu::open(AdapterPreference::Any) {
         Ok(gpu) => Some(gpu),
         Err(error) => panic!("{error}; ./test.sh installs a software driver"),
     }
 }
 
-/// The interpreter, where there is a device.
+/// The interpreter, if there is a device.
 pub(crate) fn interp() -> Option<Box<dyn Engine>> {
-    gpu().map(|gpu| on(EngineKind::Interp, gpu))
+    gpu().map(|gpu| open_on(EngineKind::Interp, gpu))
 }
 
 pub(crate) fn cpu() -> Box<dyn Engine> {
     open(EngineKind::Cpu).expect("there is always a CPU")
 }
 
-pub(crate) fn constants<const N: usize>(numbers: [f64; N]) -> [Setting; N] {
-    numbers.map(Setting::Constant)
+pub(crate) fn constants<const N: usize>(numbers: [f64; N]) -> [SettingValue; N] {
+    numbers.map(SettingValue::Constant)
 }
 
 fn triple(numbers: [f64; 3]) -> Triple {
     constants(numbers)
 }
 
-/// A module with these programs in a ball of radius 2.
+/// A module with these programs in a sphere of radius 2.
 pub(crate) fn module(distance: &str, surface: Option<&str>) -> Module {
     module_of(
         program(distance, false),
@@ -62,23 +61,23 @@ pub(crate) fn module_of(distance: Program, surface: Option<Program>) -> Module {
     }
 }
 
-/// Lets the parameters be results of the uniform program, in order.
+/// Makes the parameters results of the uniform program, in order.
 pub(crate) fn with_params(module: &mut Module, count: u32) {
     module.uniforms = UniformProgram {
         inputs: count,
-        steps: (0..count).map(Step::Param).collect(),
+        steps: (0..count).map(UniformStep::Param).collect(),
         outputs: (0..count).collect(),
     };
 }
 
 pub(crate) fn program(text: &str, surface: bool) -> Program {
-    // Lines are numbered here, so that they can be written without.
+    // Lines are numbered here, so that listings can omit the numbers.
     let lines = text
         .lines()
         .filter(|line| !line.trim().is_empty())
         .enumerate();
     let numbered: Vec<String> = lines
-        .map(|(at, line)| format!("{at:04} {}", line.trim()))
+        .map(|(index, line)| format!("{index:04} {}", line.trim()))
         .collect();
     let program = parse(&numbered.join("\n")).unwrap_or_else(|error| panic!("{error}\n{text}"));
     let outputs = program
@@ -100,21 +99,21 @@ fn settings() -> Settings {
             from: triple([2.5, 2.0, 5.0]),
             look: triple([0.0; 3]),
             up: triple([0.0, 1.0, 0.0]),
-            lens: Lens::Perspective(Setting::Constant(0.7)),
-            automatic: false,
+            lens: Lens::Perspective(SettingValue::Constant(0.7)),
+            auto_framed: false,
         }],
         lights: vec![Light {
             name: String::new(),
             source: LightSource::Directional(triple([0.6, 1.0, 0.5])),
             color: triple([1.0, 0.95, 0.9]),
-            intensity: Setting::Constant(2.5),
-            shadow: Shadow::Soft(Setting::Constant(0.05)),
+            intensity: SettingValue::Constant(2.5),
+            shadow: Shadow::Soft(SettingValue::Constant(0.05)),
         }],
         sky: Sky {
             top: triple([0.3, 0.5, 0.9]),
             horizon: triple([0.8, 0.85, 0.9]),
             ground: triple([0.2, 0.18, 0.15]),
-            ambient: Setting::Constant(0.6),
+            ambient: SettingValue::Constant(0.6),
             fog: None,
         },
         render: Render {
@@ -126,15 +125,15 @@ fn settings() -> Settings {
             occlusion_reach: None,
             normals: Normals::Exact,
             tonemap: Tonemap::Aces,
-            exposure: Setting::Constant(1.0),
+            exposure: SettingValue::Constant(1.0),
         },
         animation: None,
-        plane: false,
+        is_plane: false,
         z_up: false,
         subject: None,
         bounds: Bounds::centred([2.0; 3]),
-        reach: Bounds::centred([2.0; 3]),
-        found: FoundBounds {
+        bounds_for_all_params: Bounds::centred([2.0; 3]),
+        current_bounds: CurrentBounds {
             bounds: Bounds::centred([2.0; 3]),
             params: vec![],
             time: 0.0,
@@ -147,7 +146,7 @@ fn settings() -> Settings {
     }
 }
 
-/// The settings of a module's picture, as its scene has them.
+/// The settings of a module's image, without overrides.
 pub(crate) fn drawn(module: &Module, outputs: &[f64]) -> RenderSettings {
     drawn_as(module, outputs, &Overrides::default())
 }
@@ -156,16 +155,16 @@ pub(crate) fn drawn_as(module: &Module, outputs: &[f64], overrides: &Overrides) 
     resolve(module, outputs, overrides).expect("the settings are well")
 }
 
-/// A module for engines that need no generated source.
-pub(crate) fn loaded<'a>(module: &'a Module, outputs: &'a [f64]) -> Loaded<'a> {
-    Loaded {
+/// A scene input for engines that need no generated source.
+pub(crate) fn loaded<'a>(module: &'a Module, outputs: &'a [f64]) -> SceneInput<'a> {
+    SceneInput {
         module,
         outputs,
         generated: SceneSource::default(),
     }
 }
 
-/// Moved, turned, rounded, kept and blended shapes: everything that a program can do.
+/// Moved, rotated, rounded, stored and blended shapes: all features of programs.
 pub(crate) const EVERYTHING: &str = "
     sphere [0.8]
     cuboid [0.5, 0.4, 0.3]  moved [-0.9, 0.2, 0.0]  blend quadratic [1.0, 1.0, 0.4, 0.625]
@@ -186,7 +185,7 @@ pub(crate) const EVERYTHING: &str = "
     cuboid [1.6, 0.05, 1.6]  moved [0.0, 1.1, 0.0]  blend hard [1.0, 1.0, 0.0, 0.0]
 ";
 
-/// Painted shapes that blend, one with numbers of its own at each point.
+/// Blended shapes with materials, one of which varies from point to point.
 pub(crate) const PAINTED: &str = "
     sphere [0.8]
     paint #0 [0.9, 0.1, 0.1, 0.3, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]

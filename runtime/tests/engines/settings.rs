@@ -1,13 +1,13 @@
-//! A scene's settings as numbers, and what is wrong with some.
+//! Resolution of a scene's settings to numbers, and errors in settings.
 
 use crate::scenes::{constants, module};
-use sdfc_runtime::frame::{Lens, Mode, Shadow, Source};
-use sdfc_runtime::settings::{Overrides, SettingsError, facts, resolve};
+use sdfc_runtime::render::{LightEmitter, Mode, ResolvedLens, ResolvedShadow};
+use sdfc_runtime::settings::{Overrides, SettingsError, field_facts, resolve};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::program::Module;
-use sdfc_vm::settings::{self as scene, Check, Setting};
+use sdfc_vm::settings::{self as scene, Check, SettingValue};
 
-fn ball() -> Module {
+fn sphere_module() -> Module {
     module("sphere [0.8]", None)
 }
 
@@ -20,24 +20,24 @@ fn refused(module: &Module, outputs: &[f64], overrides: &Overrides) -> String {
 
 #[test]
 fn numbers_come_from_the_scene_unless_they_are_overridden() {
-    let mut module = ball();
-    module.settings.lights[0].intensity = Setting::Uniform(1);
-    module.settings.cameras[0].from[2] = Setting::Uniform(0);
+    let mut module = sphere_module();
+    module.settings.lights[0].intensity = SettingValue::Uniform(1);
+    module.settings.cameras[0].from[2] = SettingValue::Uniform(0);
     let settings = resolve(&module, &[7.0, 3.0], &Overrides::default()).expect("all is well");
     assert_eq!(settings.view.from, [2.5, 2.0, 7.0]);
-    assert_eq!(settings.view.lens, Lens::Perspective(0.7));
+    assert_eq!(settings.view.lens, ResolvedLens::Perspective(0.7));
     assert_eq!(settings.size, [48, 32]);
     let light = settings.lighting.lights[0];
     assert_eq!(light.color, [3.0, 3.0 * 0.95, 3.0 * 0.9]);
-    assert_eq!(light.source, Source::Directional([0.6, 1.0, 0.5]));
-    assert_eq!(light.shadow, Shadow::Improved(0.05));
+    assert_eq!(light.source, LightEmitter::Directional([0.6, 1.0, 0.5]));
+    assert_eq!(light.shadow, ResolvedShadow::Improved(0.05));
     assert!(
         settings.far > 8.0 && settings.far < 20.0,
         "past the bounds: {}",
         settings.far
     );
     assert!(
-        facts(&module, &[7.0, 3.0])
+        field_facts(&module, &[7.0, 3.0])
             .material
             .is_some_and(|m| m.id == 3.0)
     );
@@ -64,7 +64,7 @@ fn numbers_come_from_the_scene_unless_they_are_overridden() {
 
 #[test]
 fn cameras_are_found_by_name() {
-    let mut module = ball();
+    let mut module = sphere_module();
     let mut hero = module.settings.cameras[0].clone();
     hero.name = "hero".to_owned();
     hero.look = constants([0.0, 0.5, 0.0]);
@@ -93,7 +93,7 @@ fn cameras_are_found_by_name() {
 
 #[test]
 fn what_cannot_be_drawn_says_what_and_how_much_is_allowed() {
-    let module = ball();
+    let module = sphere_module();
     let size = |size| Overrides {
         size: Some(size),
         ..Overrides::default()
@@ -123,8 +123,8 @@ fn what_cannot_be_drawn_says_what_and_how_much_is_allowed() {
         "how far a ray goes is -1, more than 0 is allowed"
     );
 
-    let mut module = ball();
-    module.settings.cameras[0].from[0] = Setting::Uniform(0);
+    let mut module = sphere_module();
+    module.settings.cameras[0].from[0] = SettingValue::Uniform(0);
     assert_eq!(
         refused(&module, &[f64::NAN], &Overrides::default()),
         "the place of the camera `front` is NaN, a finite number is needed"
@@ -134,7 +134,7 @@ fn what_cannot_be_drawn_says_what_and_how_much_is_allowed() {
         refused(&module, &[], &Overrides::default()),
         "the camera `front` is at the point it looks at"
     );
-    module.settings.cameras[0].lens = scene::Lens::Perspective(Setting::Constant(4.0));
+    module.settings.cameras[0].lens = scene::Lens::Perspective(SettingValue::Constant(4.0));
     assert_eq!(
         refused(&module, &[], &Overrides::default()),
         "the field of view of the camera `front` is 4, less than a half turn (3.14 radians) is allowed"
@@ -143,43 +143,44 @@ fn what_cannot_be_drawn_says_what_and_how_much_is_allowed() {
 
 #[test]
 fn conditions_of_the_scene_are_held() {
-    let mut module = ball();
+    let mut module = sphere_module();
     let check = |strict| Check {
-        value: Setting::Uniform(0),
+        value: SettingValue::Uniform(0),
         strict,
         message: "the radius must be more than 0".to_owned(),
     };
     module.settings.checks = vec![check(true)];
-    let of = |module: &Module, value: f64| resolve(module, &[value], &Overrides::default());
+    let resolve_with =
+        |module: &Module, value: f64| resolve(module, &[value], &Overrides::default());
     let failed = SettingsError::Check("the radius must be more than 0".to_owned());
-    assert!(of(&module, 0.1).is_ok());
-    assert_eq!(of(&module, 0.0), Err(failed.clone()));
-    assert_eq!(of(&module, f64::NAN), Err(failed.clone()));
+    assert!(resolve_with(&module, 0.1).is_ok());
+    assert_eq!(resolve_with(&module, 0.0), Err(failed.clone()));
+    assert_eq!(resolve_with(&module, f64::NAN), Err(failed.clone()));
     module.settings.checks = vec![check(false)];
-    assert!(of(&module, 0.0).is_ok());
-    assert_eq!(of(&module, -0.1), Err(failed));
+    assert!(resolve_with(&module, 0.0).is_ok());
+    assert_eq!(resolve_with(&module, -0.1), Err(failed));
 }
 
 #[test]
 fn a_figure_in_the_plane_is_seen_face_on_and_whole() {
     let mut module = module("circle [0.8]", None);
-    module.settings.plane = true;
+    module.settings.is_plane = true;
     module.settings.bounds = Bounds {
         min: [1.0, -1.0, 0.0],
         max: [7.0, 1.0, 0.0],
     };
     let settings = resolve(&module, &[], &Overrides::default()).expect("all is well");
     assert_eq!(settings.view.look, [4.0, 0.0, 0.0]);
-    let Lens::Orthographic(height) = settings.view.lens else {
+    let ResolvedLens::Orthographic(height) = settings.view.lens else {
         panic!("it is seen flat")
     };
-    // 48 × 32 pixels: the width of 6 decides, with a little room.
+    // 48 × 32 pixels: the width of 6 decides, plus a margin.
     assert!((4.0..4.5).contains(&height), "{height}");
     assert_eq!(settings.view.from[..2], [4.0, 0.0]);
 
-    module.settings.cameras[0].lens = scene::Lens::Orthographic(Setting::Constant(2.0));
+    module.settings.cameras[0].lens = scene::Lens::Orthographic(SettingValue::Constant(2.0));
     module.settings.cameras[0].look = constants([3.0, 0.5, 0.0]);
     let settings = resolve(&module, &[], &Overrides::default()).expect("all is well");
     assert_eq!(settings.view.look, [3.0, 0.5, 0.0]);
-    assert_eq!(settings.view.lens, Lens::Orthographic(2.0));
+    assert_eq!(settings.view.lens, ResolvedLens::Orthographic(2.0));
 }

@@ -1,18 +1,18 @@
-//! What a change costs: parameters, time, cameras and covered scenes make no pipeline.
+//! Cost of changes: parameters, time, cameras and supported scenes create no pipeline.
 
 use crate::scenes::{cpu, drawn, drawn_as, interp, loaded, module, with_params};
 use sdfc_runtime::engine::{Engine, EngineError};
-use sdfc_runtime::frame::Frame;
+use sdfc_runtime::render::Image;
 use sdfc_runtime::settings::Overrides;
 use sdfc_vm::program::Module;
 
-fn render(engine: &mut dyn Engine, module: &Module, outputs: &[f64]) -> Frame {
+fn render(engine: &mut dyn Engine, module: &Module, outputs: &[f64]) -> Image {
     engine
         .render(&drawn(module, outputs), &|_| {})
         .expect("it renders")
 }
 
-/// Another value for the only parameter.
+/// Sets the only parameter to another value.
 fn set(module: &mut Module, value: f64) -> Vec<f64> {
     let outputs = module.uniforms.run(&[value], 0.0);
     module.distance.patch(&[value as f32]);
@@ -34,12 +34,15 @@ fn parameters_and_cameras_are_numbers() {
     for engine in [&mut cpu, &mut interp] {
         engine.load(&loaded(&scene, &outputs)).expect("it loads");
     }
-    let before = render(&mut *interp, &scene, &outputs);
+    let first_image = render(&mut *interp, &scene, &outputs);
     let pipelines = interp.pipelines_created();
     assert!(pipelines >= 5, "{pipelines}");
 
-    // The same again is the same, however it is cut into dispatches.
-    assert_eq!(render(&mut *interp, &scene, &outputs).color, before.color);
+    // Repeating a render gives the same image, however it is divided into dispatches.
+    assert_eq!(
+        render(&mut *interp, &scene, &outputs).color,
+        first_image.color
+    );
 
     let outputs = set(&mut scene, 1.1);
     for engine in [&mut cpu, &mut interp] {
@@ -48,12 +51,12 @@ fn parameters_and_cameras_are_numbers() {
             .expect("it takes the parameter");
     }
     let after = render(&mut *interp, &scene, &outputs);
-    assert!(after.stats.hits > before.stats.hits + 20);
+    assert!(after.stats.hits > first_image.stats.hits + 20);
     let expected = render(&mut *cpu, &scene, &outputs);
-    let apart = expected.depth.iter().zip(&after.depth).filter(|(a, b)| {
+    let differing = expected.depth.iter().zip(&after.depth).filter(|(a, b)| {
         a.is_finite() != b.is_finite() || (a.is_finite() && (*a - *b).abs() > 1e-4)
     });
-    assert!(apart.count() <= 4);
+    assert!(differing.count() <= 4);
 
     scene.settings.cameras[0].from = crate::scenes::constants([-3.0, 1.0, 4.0]);
     let moved = render(&mut *interp, &scene, &outputs);
@@ -80,11 +83,11 @@ fn a_scene_that_needs_nothing_new_runs_in_the_kernels_there_are() {
 
     let second = module("cuboid [0.7, 0.5, 0.3]  moved [0.3, 0.0, 0.0]", None);
     interp.load(&loaded(&second, &[])).expect("it loads");
-    let frame = render(&mut *interp, &second, &[]);
+    let image = render(&mut *interp, &second, &[]);
     assert_eq!(interp.pipelines_created(), pipelines);
     let mut cpu = cpu();
     cpu.load(&loaded(&second, &[])).expect("it loads");
-    assert_eq!(frame.stats.hits, render(&mut *cpu, &second, &[]).stats.hits);
+    assert_eq!(image.stats.hits, render(&mut *cpu, &second, &[]).stats.hits);
 
     let third = module("torus [0.7, 0.2]", None);
     interp.load(&loaded(&third, &[])).expect("it loads");
@@ -104,7 +107,7 @@ fn parameters_of_another_scene_are_refused() {
         );
         assert_eq!(engine.query(&[[0.0; 3]]), Err(EngineError::NothingLoaded));
         engine.load(&loaded(&scene, &[0.5])).expect("it loads");
-        assert_eq!(engine.update(&other, &[]), Err(EngineError::AnotherScene));
+        assert_eq!(engine.update(&other, &[]), Err(EngineError::SceneMismatch));
     }
 }
 
@@ -119,15 +122,15 @@ fn progress_only_grows_and_ends_at_all() {
     for engine in [Some(cpu()), interp()].into_iter().flatten() {
         let mut engine: Box<dyn Engine> = engine;
         engine.load(&loaded(&scene, &[0.8])).expect("it loads");
-        let seen = std::sync::Mutex::new(Vec::new());
-        let note = |share: f32| seen.lock().expect("no panic before").push(share);
+        let reports = std::sync::Mutex::new(Vec::new());
+        let note = |fraction: f32| reports.lock().expect("no panic before").push(fraction);
         engine.render(&settings, &note).expect("it renders");
-        let mut seen = seen.into_inner().expect("no panic before");
+        let mut reports = reports.into_inner().expect("no panic before");
         // Threads may report out of order.
-        seen.sort_by(f32::total_cmp);
+        reports.sort_by(f32::total_cmp);
         assert!(
-            seen.first() > Some(&0.0) && seen.last() == Some(&1.0),
-            "{seen:?}"
+            reports.first() > Some(&0.0) && reports.last() == Some(&1.0),
+            "{reports:?}"
         );
     }
 }

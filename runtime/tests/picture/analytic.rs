@@ -1,51 +1,51 @@
-//! Fields given by a formula, for pictures that need no compiler.
+//! Fields given by a formula, for renders without a compiler.
 
 use sdfc_runtime::cells::Cells;
-use sdfc_runtime::cpu::{Column, Evaluator, Field, FieldFacts, LANES, Points, SurfaceBlock};
-use sdfc_runtime::frame::{Picture, Surface};
+use sdfc_runtime::cpu::{Evaluator, F32x64, FieldFacts, LANES, Points, RenderField, SurfaceBlock};
+use sdfc_runtime::render::{RenderJob, Surface};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::real::{Real, Vector3};
 use sdfc_vm::vector::V3;
 
-/// A distance by a formula, and what its surface is made of.
+/// A distance given by a formula, with its surfaces.
 pub(crate) trait Formula: Sync {
     /// The distance.
     fn distance<R: Real>(&self, p: R::Vec3) -> R;
-    /// The surface, where it is not the same everywhere.
+    /// The surface, unless it is the same everywhere.
     fn surface(&self, _p: [f32; 3], _normal: [f32; 3]) -> Option<Surface> {
         None
     }
-    /// Tells that the length of the gradient is not known.
+    /// Reports whether the length of the gradient is unknown.
     fn is_raw(&self) -> bool {
         false
     }
     /// The box around the solid.
     fn bounds(&self) -> Bounds {
-        Bounds::EVERYTHING
+        Bounds::ALL_SPACE
     }
 }
 
 /// A formula as a field.
 pub(crate) struct Analytic<F>(pub(crate) F);
 
-struct Asking<'a, F>(&'a F);
+struct FormulaEvaluator<'a, F>(&'a F);
 
-impl<F: Formula> Field for Analytic<F> {
+impl<F: Formula> RenderField for Analytic<F> {
     fn facts(&self) -> FieldFacts {
         let uniform = self.0.surface([0.0; 3], [0.0, 1.0, 0.0]).is_none();
         FieldFacts {
-            raw: self.0.is_raw(),
+            is_raw: self.0.is_raw(),
             bounds: self.0.bounds(),
             material: uniform.then_some(CLAY),
         }
     }
-    fn evaluator<'a>(&'a self, _: &Picture, _: Option<&'a Cells>) -> Box<dyn Evaluator + 'a> {
-        Box::new(Asking(&self.0))
+    fn evaluator<'a>(&'a self, _: &RenderJob, _: Option<&'a Cells>) -> Box<dyn Evaluator + 'a> {
+        Box::new(FormulaEvaluator(&self.0))
     }
 }
 
-/// The material of formulas that have none.
+/// The material of formulas without surfaces.
 pub(crate) const CLAY: Surface = Surface {
     albedo: [0.7, 0.6, 0.5],
     roughness: 0.6,
@@ -55,20 +55,20 @@ pub(crate) const CLAY: Surface = Surface {
     id: 1.0,
 };
 
-fn at(points: &Points, lane: usize) -> V3<f32> {
-    V3::of(points[0].0[lane], points[1].0[lane], points[2].0[lane])
+fn lane_point(points: &Points, lane: usize) -> V3<f32> {
+    V3::new(points[0].0[lane], points[1].0[lane], points[2].0[lane])
 }
 
-impl<F: Formula> Evaluator for Asking<'_, F> {
-    fn distances(&mut self, points: &Points, _: usize, out: &mut Column) {
+impl<F: Formula> Evaluator for FormulaEvaluator<'_, F> {
+    fn distances(&mut self, points: &Points, _: usize, out: &mut F32x64) {
         for lane in 0..LANES {
-            out.0[lane] = self.0.distance::<f32>(at(points, lane));
+            out.0[lane] = self.0.distance::<f32>(lane_point(points, lane));
         }
     }
-    fn gradients(&mut self, points: &Points, count: usize, out: &mut [Column; 4]) {
+    fn gradients(&mut self, points: &Points, count: usize, out: &mut [F32x64; 4]) {
         for lane in 0..count {
-            let p = at(points, lane);
-            let unit = |x, y, z| V3::of(x, y, z);
+            let p = lane_point(points, lane);
+            let unit = |x, y, z| V3::new(x, y, z);
             let seeded = DualVec3 {
                 value: p,
                 gradients: [
@@ -92,7 +92,7 @@ impl<F: Formula> Evaluator for Asking<'_, F> {
         out: &mut SurfaceBlock,
     ) {
         for lane in 0..count {
-            let (p, n) = (at(points, lane), at(normals, lane));
+            let (p, n) = (lane_point(points, lane), lane_point(normals, lane));
             let s = self.0.surface(p.to_array(), n.to_array()).unwrap_or(CLAY);
             let numbers = [
                 s.albedo[0],
@@ -115,15 +115,15 @@ impl<F: Formula> Evaluator for Asking<'_, F> {
     }
 }
 
-/// A ball.
-pub(crate) struct Ball {
-    /// Its middle.
+/// A sphere.
+pub(crate) struct Sphere {
+    /// The centre.
     pub(crate) centre: [f64; 3],
-    /// Its radius.
+    /// The radius.
     pub(crate) radius: f64,
 }
 
-impl Formula for Ball {
+impl Formula for Sphere {
     fn distance<R: Real>(&self, p: R::Vec3) -> R {
         (p - constant::<R>(self.centre)).length() - R::constant(self.radius)
     }

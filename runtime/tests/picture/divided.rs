@@ -1,11 +1,12 @@
-//! A field beside which another one is divided by a large bound.
+//! A field next to another one that is divided by a large slope bound.
 
 use super::analytic::{Analytic, Formula};
-use super::{picture, ray, settings};
-use sdfc_runtime::frame::RenderSettings;
+use super::{ray, render_image, settings};
+use sdfc_runtime::render::RenderSettings;
 use sdfc_vm::real::{Real, Vector3, lit};
 
-/// A wall, and a ball whose field was divided by a large bound: near the wall, too, it is the smaller one.
+/// A wall, and a sphere whose field is divided by a large slope bound: even near the wall, that field is the
+/// smaller one.
 struct Divided;
 
 impl Formula for Divided {
@@ -25,9 +26,9 @@ fn normals_are_those_of_what_is_hit() {
         steps: 20_000,
         ..settings()
     };
-    let frame = picture(&Analytic(Divided), &settings);
+    let image = render_image(&Analytic(Divided), &settings);
     let [width, height] = settings.size.map(|side| side as usize);
-    let mut seen = 0;
+    let mut count = 0;
     for y in 0..height {
         for x in 0..width {
             let (from, way) = ray(&settings, x, y);
@@ -36,10 +37,10 @@ fn normals_are_those_of_what_is_hit() {
             if near < 0.51 * 0.51 {
                 continue;
             }
-            seen += 1;
-            let normal = frame.normal[y * width + x];
+            count += 1;
+            let normal = image.normal[y * width + x];
             assert!(normal[2] > 0.99, "{normal:?} at {x}, {y}");
         }
     }
-    assert!(seen > 1000, "{seen} pixels of the wall");
+    assert!(count > 1000, "{count} pixels of the wall");
 }

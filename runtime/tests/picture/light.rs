@@ -1,19 +1,21 @@
-//! Light: what surfaces, lamps and the sky hide from each other, and what nothing hides.
+//! Light: occlusion among surfaces, lights and the sky, and unoccluded surfaces.
 
 use super::analytic::{Analytic, Formula, constant};
-use super::{Ground, lamp, picture, ray, settings};
-use sdfc_runtime::frame::{Lens, Light, Lighting, Occlusion, RenderSettings, Shadow, Source, View};
+use super::{Ground, lamp, ray, render_image, settings};
+use sdfc_runtime::render::{
+    LightEmitter, Lighting, Occlusion, RenderSettings, ResolvedLens, ResolvedLight, ResolvedShadow,
+    View,
+};
 use sdfc_vm::real::{Real, Vector3, lit};
 
 #[test]
 fn nothing_shades_itself() {
-    // A plane that nothing stands on is lit evenly, near the origin and far from it, by lights of
-    // every kind.
+    // An empty plane is lit evenly, near the origin and far from it, by lights of every kind.
     for shadow in [
-        Shadow::Hard,
-        Shadow::Plain(0.05),
-        Shadow::Improved(0.05),
-        Shadow::Sized(0.05),
+        ResolvedShadow::Hard,
+        ResolvedShadow::Plain(0.05),
+        ResolvedShadow::Improved(0.05),
+        ResolvedShadow::Sized(0.05),
     ] {
         for offset in [0.0, 1e2, 1e4, 1e5] {
             let lit_by = |shadow| {
@@ -33,8 +35,8 @@ fn nothing_shades_itself() {
                 }
             };
             let field = Analytic(Ground(offset));
-            let with = picture(&field, &lit_by(shadow));
-            let without = picture(&field, &lit_by(Shadow::None));
+            let with = render_image(&field, &lit_by(shadow));
+            let without = render_image(&field, &lit_by(ResolvedShadow::None));
             for (a, b) in with.color.iter().zip(&without.color) {
                 assert!(
                     (a[0] - b[0]).abs() < 0.01 * b[0],
@@ -45,7 +47,7 @@ fn nothing_shades_itself() {
     }
 }
 
-/// A slope through a point, whose value is off by what rounding makes of large coordinates.
+/// A slope through a point, with the rounding error of large coordinates.
 struct Slope([f64; 3]);
 
 impl Formula for Slope {
@@ -56,22 +58,22 @@ impl Formula for Slope {
     }
 }
 
-/// A plane hides nothing of the sky from itself, and no lamp, however rough rounding makes its field.
+/// A plane occludes neither the sky nor any light from itself, however rough rounding makes its field.
 #[test]
 fn slopes_are_lit_evenly_far_from_the_origin() {
-    let at = [2e4, 5e4, -3e4];
-    let [x, y, z] = at;
+    let offset = [2e4, 5e4, -3e4];
+    let [x, y, z] = offset;
     let view = View {
         from: [x + 2.0, y + 3.0, z + 4.0],
-        look: at,
+        look: offset,
         ..settings().view
     };
     let occlusions = [Occlusion::Off, Occlusion::FiveTap, Occlusion::Multi(8)];
-    for (occlusion, shadow) in
-        occlusions
-            .into_iter()
-            .zip([Shadow::Hard, Shadow::Improved(0.05), Shadow::Sized(0.05)])
-    {
+    for (occlusion, shadow) in occlusions.into_iter().zip([
+        ResolvedShadow::Hard,
+        ResolvedShadow::Improved(0.05),
+        ResolvedShadow::Sized(0.05),
+    ]) {
         let settings = |occlusion, shadow| RenderSettings {
             view,
             occlusion,
@@ -81,9 +83,9 @@ fn slopes_are_lit_evenly_far_from_the_origin() {
             },
             ..settings()
         };
-        let field = Analytic(Slope(at));
-        let shaded = picture(&field, &settings(occlusion, shadow));
-        let plain = picture(&field, &settings(Occlusion::Off, Shadow::None));
+        let field = Analytic(Slope(offset));
+        let shaded = render_image(&field, &settings(occlusion, shadow));
+        let plain = render_image(&field, &settings(Occlusion::Off, ResolvedShadow::None));
         let mut wrong = 0;
         for (a, b) in shaded.color.iter().zip(&plain.color) {
             wrong += usize::from((a[0] - b[0]).abs() > 0.02 * b[0]);
@@ -92,7 +94,7 @@ fn slopes_are_lit_evenly_far_from_the_origin() {
     }
 }
 
-/// A ball above the ground.
+/// A sphere above the ground.
 struct Floating;
 
 impl Formula for Floating {
@@ -105,13 +107,13 @@ impl Formula for Floating {
 #[test]
 fn shadows_fall_where_the_light_is_hidden() {
     for shadow in [
-        Shadow::Hard,
-        Shadow::Plain(0.05),
-        Shadow::Improved(0.05),
-        Shadow::Sized(0.05),
+        ResolvedShadow::Hard,
+        ResolvedShadow::Plain(0.05),
+        ResolvedShadow::Improved(0.05),
+        ResolvedShadow::Sized(0.05),
     ] {
-        let source = Source::Directional([0.0, 1.0, 0.0]);
-        let light = Light {
+        let source = LightEmitter::Directional([0.0, 1.0, 0.0]);
+        let light = ResolvedLight {
             source,
             color: [3.0; 3],
             shadow,
@@ -121,19 +123,19 @@ fn shadows_fall_where_the_light_is_hidden() {
         settings.lighting.ambient = 0.0;
         settings.view.from = [0.0, 1.5, 8.0];
         settings.view.look = [0.0, 0.0, 0.0];
-        let frame = picture(&Analytic(Floating), &settings);
+        let image = render_image(&Analytic(Floating), &settings);
         let (mut dark, mut bright) = (0, 0);
-        for y in 0..frame.height {
-            for x in 0..frame.width {
-                let at = y * frame.width + x;
+        for y in 0..image.height {
+            for x in 0..image.width {
+                let index = y * image.width + x;
                 let (from, way) = ray(&settings, x, y);
-                let t = f64::from(frame.depth[at]);
+                let t = f64::from(image.depth[index]);
                 let p: [f64; 3] = std::array::from_fn(|i| from[i] + t * way[i]);
                 if !t.is_finite() || p[1].abs() > 1e-3 {
                     continue;
                 }
                 let aside = p[0].hypot(p[2]);
-                let [red, ..] = frame.color[at];
+                let [red, ..] = image.color[index];
                 if aside < 0.8 {
                     assert!(
                         red < 0.01,
@@ -163,7 +165,7 @@ impl Formula for Step {
     }
 }
 
-/// A low light shortens shadows by no more than two pixels.
+/// A low light shortens shadows by at most two pixels.
 #[test]
 fn low_lights_cast_shadows_of_the_right_length() {
     let (height, side) = (0.01_f64, 2.0);
@@ -175,21 +177,21 @@ fn low_lights_cast_shadows_of_the_right_length() {
                 from: [-0.6, 5.0, 0.0],
                 look: [-0.6, 0.0, 0.0],
                 up: [0.0, 0.0, -1.0],
-                lens: Lens::Orthographic(side),
+                lens: ResolvedLens::Orthographic(side),
             },
             lighting: Lighting {
-                lights: vec![Light {
-                    source: Source::Directional([1.0, rise, 0.0]),
+                lights: vec![ResolvedLight {
+                    source: LightEmitter::Directional([1.0, rise, 0.0]),
                     color: [1e3; 3],
-                    shadow: Shadow::Hard,
+                    shadow: ResolvedShadow::Hard,
                 }],
                 ambient: 0.0,
                 ..settings().lighting
             },
             ..settings()
         };
-        let frame = picture(&Analytic(Step(height)), &settings);
-        let row = &frame.color[80 * 240..81 * 240];
+        let image = render_image(&Analytic(Step(height)), &settings);
+        let row = &image.color[80 * 240..81 * 240];
         let dark = row.iter().filter(|color| color[0] < 0.1).count() as f64;
         let expected = height / rise / side * 160.0;
         assert!(

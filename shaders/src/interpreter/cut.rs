@@ -1,79 +1,76 @@
-//! The kernels that cut cells on a device: [`kernel`] refines the cells of a list, a workgroup for
-//! each, and lists those of their children that are to be refined in turn; [`plan`] runs before it and
-//! says how many it takes. Host and kernels share four buffers besides those of [`super::tape`]:
+//! The kernels that cut cells on a device: [`kernel`] subdivides the listed cells, one workgroup for each,
+//! and lists those of their children that are cut in turn. [`plan`] runs before it and determines the number
+//! of cells. Host and kernels share four buffers besides those of [`super::tape`]:
 //!
 //! ```text
-//! facts   4 words for each instruction:
-//!         the slopes of the two operands of its choice (0 where intervals decide), the support of its
-//!         kernel, and bits (below)
-//! space   8 words, then the choices: 2 bits for each clause, 16 clauses to a word, the words of the
-//!         64 children of a cell beside each other
-//! work    a `Cut`, 4 words, then the list of `Job`s
-//! arguments   of the indirect dispatch
-//! nodes   behind the children of all nodes that there is room for, the tape of the cell that each is of
+//! instruction_info   4 words for each instruction: the slopes of the two operands of its choice (0 where
+//!                    intervals decide), the support of its blend kernel, and bits (below)
+//! scratch            8 words, then the choices: 2 bits for each clause, 16 clauses to a word, the words of
+//!                    the 64 children of a cell beside each other
+//! job_queue          a `CutParams`, 4 words, then the list of `CellJob`s
+//! arguments          of the indirect dispatch
+//! nodes              after the children of all nodes, for each node the tape of its cell
 //! ```
-//! The words of `space` are counted up from what is there already: nodes, words of tapes, cells with
-//! tapes, clauses of their own, cells with longer tapes than they need; then the words of choices in
-//! use. Those of `work`: the first cell of the present dispatch, that of the next one, how many are
-//! listed, and how many clauses those have that wait.
+//! The words of `scratch` count up from their initial values: nodes, words of tapes, cells with tapes,
+//! clauses of their own, cells without memory for a shorter tape; then the words of choices in use. Those of
+//! `job_queue` are the first cell of the present dispatch, that of the next one, the number of listed cells,
+//! and the number of clauses of the waiting ones.
 //!
-//! After an edit, new nodes lie behind the old ones. Where a child's tape is what it was and holds no
-//! instruction that the edit [`changed`](mark), the child is what it was too, with all that it was cut
-//! into: its new entry is its old one.
+//! After an edit, new nodes follow the old ones. A child with an equal tape that contains no
+//! [changed](mark_changed) instruction is itself unchanged, with all its descendants. Its new entry is its
+//! old one.
 //!
-//! Choices are decided as in [`sdfc_vm::tape::choose`], by the value at the middle of a box and slopes or
-//! by intervals ([`Way`]), and what is left is found as in [`sdfc_vm::tape::prune`]. A device may round
-//! more than the processor does: by slopes, twice as much is allowed for it; intervals are those of
-//! [`sdfc_vm::outward`].
+//! Choices are decided as in [`sdfc_vm::tape::trace`], by slopes or by intervals ([`CutMethod`]). Tapes are
+//! pruned as in [`sdfc_vm::tape::prune`]. A device may round more than the CPU does: slopes have twice the
+//! slack; intervals are those of [`sdfc_vm::outward`].
 
-use super::operation::Numbers;
-use super::tape::{NODES_SLOT, Registers, TAPES_SLOT, constant, node, step};
-use super::{Memory, Record, code_bindings};
-use crate::layout::{Cut, Job, NONE_BEFORE};
-use sdfc_vm::library::Library;
-use sdfc_vm::outward::KNOWN;
-use sdfc_vm::program::{Needs, Program};
-use sdfc_vm::tape::choose::Test;
+use super::operation::NumberKind;
+use super::tape::{KernelRegisters, NODES_SLOT, TAPES_SLOT, constant_word, emit_clause, node_word};
+use super::{ConstantLayout, ProgramStorage, code_bindings};
+use crate::layout::{CellJob, CutParams, NO_OLD_ENTRY};
+use sdfc_vm::program::{KernelRequirements, Program};
+use sdfc_vm::tape::trace::ChoiceTest;
 use sdfc_vm::tape::{Clause, Tape, flags};
+use sdfc_vm::wgsl_interval::MAX_BOUNDED;
+use sdfc_vm::wgsl_library::WgslLibrary;
 use std::fmt::Write;
 
-/// The binding of the facts.
-pub const FACTS_SLOT: u32 = 22;
-/// The binding of what is counted, and of the choices.
-pub const SPACE_SLOT: u32 = 23;
-/// The binding of the list.
-pub const WORK_SLOT: u32 = 24;
-/// The binding of the arguments of the indirect dispatch.
+/// Binding of the instruction info.
+pub const INSTRUCTION_INFO_SLOT: u32 = 22;
+/// Binding of the counters and the choices.
+pub const SCRATCH_SLOT: u32 = 23;
+/// Binding of the job queue.
+pub const JOB_QUEUE_SLOT: u32 = 24;
+/// Binding of the arguments of the indirect dispatch.
 pub const ARGUMENTS_SLOT: u32 = 25;
 
-/// The most storage buffers that they bind.
+/// Maximum number of storage buffers that they bind.
 pub const STORAGE_BUFFERS: u32 = 7;
 
-/// How many words stand before the choices.
-pub const SPACE_WORDS: usize = 8;
-/// Which of them count nodes, words of tapes, cells, clauses, and cells with longer tapes than they
-/// need.
-pub const COUNTS: [&str; 5] = ["NODES", "TAPES", "MADE", "CLAUSES", "SHORT"];
-/// How many words stand between the [`Cut`] and the list.
-pub const WORK_WORDS: usize = 4;
+/// Number of words before the choices.
+pub const SCRATCH_HEADER_WORDS: usize = 8;
+/// Names of the first of these words: nodes, words of tapes, cells, clauses, and cells without memory for a
+/// shorter tape.
+pub const COUNTERS: [&str; 5] = ["NODES", "TAPES", "CELLS", "CLAUSES", "OUT_OF_MEMORY"];
+/// Number of words between the [`CutParams`] and the list.
+pub const JOB_QUEUE_STATE_WORDS: usize = 4;
 
-/// After so many levels in a row that left next to nothing out of their tapes, the next ones will not
-/// either: of tapes that are still most of the program, and of others.
-pub const STALE: [u32; 2] = [3, 1];
+/// Number of successive levels with at most a tenth of the clauses removed, from which on a tape is not cut
+/// further. The first is for tapes of more than half of the program.
+pub const MAX_STALLED_LEVELS: [u32; 2] = [3, 1];
 
-/// The most clauses of a tape that invocations walk through. Three walks through it are fewer rounds
-/// than software devices allow (65,535), and 2¹⁸ invocations at once that ask for room for as many
-/// clauses count no farther than to 2³².
-pub const LONGEST: usize = 15_000;
+/// Maximum number of clauses of a tape. Three passes over it are fewer iterations than software devices allow
+/// (65,535), and 2¹⁸ concurrent invocations that reserve memory for that many clauses count to at most 2³².
+pub const MAX_TAPE_CLAUSES: usize = 15_000;
 
-/// The most registers for values that are named anew.
-const MOST_VALUES: usize = 128;
+/// Maximum number of value registers that are renamed.
+const MAX_VALUE_REGISTERS: usize = 128;
 
 const CHOICE: u32 = 1;
 const NEGATES: u32 = 2;
 const FIRST_NEGATIVE: u32 = 4;
 const SECOND_NEGATIVE: u32 = 8;
-const GIVES_POINT: u32 = 16;
+const RETURNS_POINT: u32 = 16;
 const CHANNEL: u32 = 32;
 const PAINT: u32 = 64;
 const READS_POINT: u32 = 128;
@@ -83,63 +80,66 @@ const SECOND_OPERAND: u32 = 1024;
 const THIRD_OPERAND: u32 = 2048;
 const CHANGED: u32 = 4096;
 
-/// How choices are decided.
+/// Method of deciding choices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Way {
-    /// By the value at the middle of a box, and slopes.
-    Slopes,
+pub enum CutMethod {
+    /// By the value at the centre of a box, and slopes.
+    Lipschitz,
     /// By bounds over the box.
-    Intervals,
+    Interval,
 }
 
-impl Way {
-    /// How those of a tape are, and of what it is pruned to.
-    pub fn of(tape: &Tape) -> Self {
-        if tape.slopes.known() {
-            Self::Slopes
+impl CutMethod {
+    /// Returns the method for a tape and all tapes that it is pruned to.
+    pub fn for_tape(tape: &Tape) -> Self {
+        if tape.lipschitz.is_bounded() {
+            Self::Lipschitz
         } else {
-            Self::Intervals
+            Self::Interval
         }
     }
 }
 
-/// Whether these kernels prune tapes of so many registers.
-pub fn fits(registers: Registers) -> bool {
-    registers.values <= MOST_VALUES
+/// Reports whether these kernels prune tapes with these registers.
+pub fn fits(registers: KernelRegisters) -> bool {
+    registers.values <= MAX_VALUE_REGISTERS
 }
 
-/// What pruning has to know of each instruction of a program, as words.
-pub fn facts(program: &Program, tape: &Tape) -> Vec<[u32; 4]> {
-    let mut facts = vec![[0; 4]; program.code.len()];
+/// Returns the data for pruning of each instruction of a program, as words.
+pub fn instruction_info(program: &Program, tape: &Tape) -> Vec<[u32; 4]> {
+    let mut words = vec![[0; 4]; program.code.len()];
     for clause in &tape.clauses {
-        facts[clause.at as usize] = fact(clause, Test::of(program, &tape.slopes, clause));
+        words[clause.instruction as usize] = info_words(
+            clause,
+            ChoiceTest::for_clause(program, &tape.lipschitz, clause),
+        );
     }
-    facts
+    words
 }
 
-/// Marks the facts of instructions that an edit changed.
-pub fn mark<'a>(facts: &mut [[u32; 4]], changed: impl IntoIterator<Item = &'a bool>) {
-    for (fact, changed) in facts.iter_mut().zip(changed) {
-        fact[3] |= if *changed { CHANGED } else { 0 };
+/// Marks instructions that an edit changed.
+pub fn mark_changed<'a>(info: &mut [[u32; 4]], changed: impl IntoIterator<Item = &'a bool>) {
+    for (words, changed) in info.iter_mut().zip(changed) {
+        words[3] |= if *changed { CHANGED } else { 0 };
     }
 }
 
-/// The fact of a clause that is all of its instruction.
-fn fact(clause: &Clause, test: Option<Test>) -> [u32; 4] {
-    let there = |register: u16| register != sdfc_vm::tape::NONE;
+/// Returns the words of a clause that is its complete instruction.
+fn info_words(clause: &Clause, test: Option<ChoiceTest>) -> [u32; 4] {
+    let is_present = |register: u16| register != sdfc_vm::tape::NO_REGISTER;
     let flag = |flag: u8| clause.flags & flag != 0;
-    let [a, b, c] = clause.operands.map(there);
-    let of_test = |holds: fn(&Test) -> bool| test.as_ref().is_some_and(holds);
+    let [a, b, c] = clause.operands.map(is_present);
+    let test_has = |holds: fn(&ChoiceTest) -> bool| test.as_ref().is_some_and(holds);
     let bits = [
         (test.is_some(), CHOICE),
         (flag(flags::NEGATES), NEGATES),
-        (of_test(|test| test.signs[0] < 0.0), FIRST_NEGATIVE),
-        (of_test(|test| test.signs[1] < 0.0), SECOND_NEGATIVE),
-        (flag(flags::GIVES_POINT), GIVES_POINT),
+        (test_has(|test| test.signs[0] < 0.0), FIRST_NEGATIVE),
+        (test_has(|test| test.signs[1] < 0.0), SECOND_NEGATIVE),
+        (flag(flags::RETURNS_POINT), RETURNS_POINT),
         (flag(flags::CHANNEL), CHANNEL),
         (flag(flags::PAINT), PAINT),
-        (there(clause.point), READS_POINT),
-        (there(clause.below), BLENDS),
+        (is_present(clause.point), READS_POINT),
+        (is_present(clause.accumulator), BLENDS),
         (a, FIRST_OPERAND),
         (b, SECOND_OPERAND),
         (c, THIRD_OPERAND),
@@ -157,25 +157,25 @@ fn fact(clause: &Clause, test: Option<Test>) -> [u32; 4] {
     ]
 }
 
-/// The kernel that cuts cells of a program that needs these, with tapes of these registers.
+/// Returns the kernel that cuts cells of a program with these requirements, with tapes of these registers.
 pub fn kernel(
-    needs: &Needs,
-    registers: Registers,
-    record: Record,
-    memory: Memory,
-    way: Way,
+    requirements: &KernelRequirements,
+    registers: KernelRegisters,
+    layout: ConstantLayout,
+    memory: ProgramStorage,
+    method: CutMethod,
 ) -> String {
-    let mut library = Library::default();
-    let run = run(needs, registers, record, way, &mut library);
-    let bits = registers.bits();
+    let mut library = WgslLibrary::default();
+    let run_tape = run_tape(requirements, registers, layout, method, &mut library);
+    let bits = registers.name_bits();
     let mask = (1 << bits) - 1;
     let shift = 8 + bits;
     let mut text = format!(
-        "// The kernel `cut`.\n\n{}{}@group(0) @binding({FACTS_SLOT}) var<storage, read> facts: array<vec4u>;
+        "// The kernel `cut`.\n\n{}{}@group(0) @binding({INSTRUCTION_INFO_SLOT}) var<storage, read> instruction_info: array<vec4u>;
 @group(0) @binding({NODES_SLOT}) var<storage, read_write> nodes: array<u32>;
 @group(0) @binding({TAPES_SLOT}) var<storage, read_write> tapes: array<vec2u>;
 ",
-        shared(),
+        shared_declarations(),
         code_bindings(memory),
     );
     let constants = [
@@ -183,7 +183,7 @@ pub fn kernel(
         ("NEGATES", NEGATES),
         ("FIRST_NEGATIVE", FIRST_NEGATIVE),
         ("SECOND_NEGATIVE", SECOND_NEGATIVE),
-        ("GIVES_POINT", GIVES_POINT),
+        ("RETURNS_POINT", RETURNS_POINT),
         ("CHANNEL", CHANNEL),
         ("PAINT", PAINT),
         ("READS_POINT", READS_POINT),
@@ -192,11 +192,11 @@ pub fn kernel(
         ("SECOND_OPERAND", SECOND_OPERAND),
         ("THIRD_OPERAND", THIRD_OPERAND),
         ("CHANGED", CHANGED),
-        ("NODE", node(0)),
-        ("CONSTANT", constant(false)),
-        ("NONE_BEFORE", NONE_BEFORE),
-        ("STALE_WHOLE", STALE[0]),
-        ("STALE_PART", STALE[1]),
+        ("NODE", node_word(0)),
+        ("SIGN_ONLY", constant_word(false)),
+        ("NO_OLD_ENTRY", NO_OLD_ENTRY),
+        ("MAX_STALLED_FULL", MAX_STALLED_LEVELS[0]),
+        ("MAX_STALLED_PRUNED", MAX_STALLED_LEVELS[1]),
         ("FLAT_DIGIT", 3),
         ("VALUE_WORDS", registers.values.div_ceil(4) as u32),
         ("POINT_WORDS", registers.points.div_ceil(4) as u32),
@@ -210,74 +210,82 @@ pub fn kernel(
     for (name, value) in constants {
         let _ = writeln!(text, "const {name} = {value}u;");
     }
-    let deciding = match way {
-        Way::Slopes => {
-            // What rounding may put into a value, as a share of it and of the coordinates.
-            text.push_str("const SHARE = 4e-6;\nconst SLACK = 8e-6;\n\n");
+    let decision_text = match method {
+        CutMethod::Lipschitz => {
+            // Rounding errors of a value, relative to it and to the coordinates.
+            text.push_str("const RELATIVE_SLACK = 4e-6;\nconst COORDINATE_SLACK = 8e-6;\n\n");
             include_str!("../kernels/cut_by_slopes.wgsl")
         }
-        Way::Intervals => {
-            let _ = writeln!(text, "const KNOWN = {KNOWN:e};\n");
+        CutMethod::Interval => {
+            let _ = writeln!(text, "const MAX_BOUNDED = {MAX_BOUNDED:e};\n");
             include_str!("../kernels/cut_by_intervals.wgsl")
         }
     };
-    for part in [&library.whole(), &run, "\n", deciding, "\n"] {
+    for part in [
+        &library.text_with_prelude(),
+        &run_tape,
+        "\n",
+        decision_text,
+        "\n",
+    ] {
         text.push_str(part);
     }
     text.push_str(include_str!("../kernels/cut.wgsl"));
     text
 }
 
-/// The kernel that says how many cells of the list are cut next.
+/// Returns the kernel that determines the number of listed cells that are cut next.
 pub fn plan() -> String {
     format!(
         "// The kernel `cut_plan`.\n\n{}@group(0) @binding({ARGUMENTS_SLOT}) var<storage, read_write> arguments: array<u32>;\n\n{}",
-        shared(),
+        shared_declarations(),
         include_str!("../kernels/cut_plan.wgsl")
     )
 }
 
-/// What both kernels declare.
-fn shared() -> String {
+/// Returns the declarations of both kernels.
+fn shared_declarations() -> String {
     let mut text = format!(
-        "{}{}struct Work {{
-    cut: Cut,
-    state: array<atomic<u32>, {WORK_WORDS}>,
-    jobs: array<Job>,
+        "{}{}struct JobQueue {{
+    params: CutParams,
+    state: array<atomic<u32>, {JOB_QUEUE_STATE_WORDS}>,
+    jobs: array<CellJob>,
 }}
-struct Space {{
-    state: array<atomic<u32>, {SPACE_WORDS}>,
+struct Scratch {{
+    state: array<atomic<u32>, {SCRATCH_HEADER_WORDS}>,
     choices: array<u32>,
 }}
-@group(0) @binding({SPACE_SLOT}) var<storage, read_write> space: Space;
-@group(0) @binding({WORK_SLOT}) var<storage, read_write> work: Work;
+@group(0) @binding({SCRATCH_SLOT}) var<storage, read_write> scratch: Scratch;
+@group(0) @binding({JOB_QUEUE_SLOT}) var<storage, read_write> job_queue: JobQueue;
 ",
-        Cut::WGSL,
-        Job::WGSL
+        CutParams::WGSL,
+        CellJob::WGSL
     );
-    let of_space = COUNTS.into_iter().chain(["USED"]).zip(0..);
-    let of_work = ["FIRST", "NEXT", "LISTED", "LOAD"].into_iter().zip(0..);
-    for (name, at) in of_space.chain(of_work) {
-        let _ = writeln!(text, "const {name} = {at}u;");
+    let scratch_counters = COUNTERS.into_iter().chain(["CHOICE_WORDS"]).zip(0..);
+    let queue_counters = ["FIRST", "NEXT", "LISTED", "WAITING_CLAUSES"]
+        .into_iter()
+        .zip(0..);
+    for (name, index) in scratch_counters.chain(queue_counters) {
+        let _ = writeln!(text, "const {name} = {index}u;");
     }
     text
 }
 
-/// The function that runs a tape at a point, or on a box of them, and keeps its choices.
-fn run(
-    needs: &Needs,
-    registers: Registers,
-    record: Record,
-    way: Way,
-    library: &mut Library,
+/// Returns the function that runs a tape at a point, or on a box, and stores its choices.
+fn run_tape(
+    requirements: &KernelRequirements,
+    registers: KernelRegisters,
+    layout: ConstantLayout,
+    method: CutMethod,
+    library: &mut WgslLibrary,
 ) -> String {
-    let Registers { values, points } = registers;
-    let (numbers, decided) = match way {
-        Way::Slopes => (
-            Numbers::Plain,
-            "decided(fact, first, second, radius, slack)",
+    let KernelRegisters { values, points } = registers;
+    let (numbers, decision) = match method {
+        CutMethod::Lipschitz => (
+            NumberKind::Plain,
+            "decide_choice(info, first, second, radius, slack)",
         ),
-        Way::Intervals => (Numbers::Intervals, "decided(fact, first, second)"),
+        CutMethod::Interval => (NumberKind::Intervals, "decide_choice(info, first, second)"),
     };
     let (value, point) = (numbers.value(), numbers.point());
     numbers.declare(library);
@@ -285,14 +293,14 @@ fn run(
     let mut line = |indent: usize, content: &str| {
         let _ = writeln!(text, "{:indent$}{content}", "", indent = indent * 4);
     };
-    let more = match way {
-        Way::Slopes => ", radius: f32, slack: f32",
-        Way::Intervals => "",
+    let extra_parameters = match method {
+        CutMethod::Lipschitz => ", radius: f32, slack: f32",
+        CutMethod::Interval => "",
     };
     line(
         0,
         &format!(
-            "fn run(tape: u32, length: u32, choices: u32, origin: {point}{more}) -> {value} {{"
+            "fn run_tape(tape: u32, length: u32, choices: u32, origin: {point}{extra_parameters}) -> {value} {{"
         ),
     );
     if points > 1 {
@@ -302,39 +310,59 @@ fn run(
         line(1, "var p = origin;");
     }
     line(1, &format!("var values: array<{value}, {values}>;"));
-    line(1, "var bits = 0u;");
+    line(1, "var choices_word = 0u;");
     line(1, "let end = tape + length;");
-    line(1, "for (var at = tape + 1u; at <= end; at += 1u) {");
-    step(needs, registers, record, numbers, false, library, &mut line);
-    line(2, "let place = at - tape - 1u;");
-    let pushed = needs.codes.iter().any(|code| code.arity() > 1);
-    let blended = !needs.kernels.is_empty();
-    let pair = match (pushed, blended) {
+    line(
+        1,
+        "for (var index = tape + 1u; index <= end; index += 1u) {",
+    );
+    emit_clause(
+        requirements,
+        registers,
+        layout,
+        numbers,
+        false,
+        library,
+        &mut line,
+    );
+    line(2, "let clause_index = index - tape - 1u;");
+    let has_pairs = requirements.codes.iter().any(|code| code.arity() > 1);
+    let has_blends = !requirements.kernels.is_empty();
+    let pair = match (has_pairs, has_blends) {
         (true, true) => Some([
-            "select(a, below, (fact.w & BLENDS) != 0u)",
-            "select(b, result, (fact.w & BLENDS) != 0u)",
+            "select(a, accumulator, (info.w & BLENDS) != 0u)",
+            "select(b, result, (info.w & BLENDS) != 0u)",
         ]),
         (true, false) => Some(["a", "b"]),
-        (false, true) => Some(["below", "result"]),
+        (false, true) => Some(["accumulator", "result"]),
         (false, false) => None,
     };
     if let Some([first, second]) = pair {
         line(
             2,
-            &format!("let fact = facts[clause.x >> {}u];", 8 + registers.bits()),
+            &format!(
+                "let info = instruction_info[clause.x >> {}u];",
+                8 + registers.name_bits()
+            ),
         );
         line(2, &format!("let first = {first};"));
         line(2, &format!("let second = {second};"));
         line(
             2,
-            "if (fact.w & CHOICE) != 0u && (form == 0u || form == 3u) {",
+            "if (info.w & CHOICE) != 0u && (kind == 0u || kind == 3u) {",
         );
-        line(3, &format!("bits |= {decided} << (2u * (place & 15u));"));
+        line(
+            3,
+            &format!("choices_word |= {decision} << (2u * (clause_index & 15u));"),
+        );
         line(2, "}");
     }
-    line(2, "if (place & 15u) == 15u || at == end {");
-    line(3, "space.choices[choices + (place >> 4u) * 64u] = bits;");
-    line(3, "bits = 0u;");
+    line(2, "if (clause_index & 15u) == 15u || index == end {");
+    line(
+        3,
+        "scratch.choices[choices + (clause_index >> 4u) * 64u] = choices_word;",
+    );
+    line(3, "choices_word = 0u;");
     line(2, "}");
     line(1, "}");
     line(1, "return values[0];");

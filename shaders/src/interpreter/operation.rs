@@ -1,27 +1,27 @@
-//! What is the same in both interpreters: an instruction's frame, its operation and its blends.
+//! The shared text of both interpreters: an instruction's point transform, its operation and its blends.
 
 use sdfc_vm::apply::wgsl_name;
-use sdfc_vm::kernel::Kernel;
-use sdfc_vm::library::{GUARD_NAME, Library, blend_name};
-use sdfc_vm::program::{Code, Needs};
+use sdfc_vm::kernel::BlendKernel;
+use sdfc_vm::program::{Code, KernelRequirements};
 use sdfc_vm::row::{Category, Input, Output, ParameterType, Row};
-use sdfc_vm::surface::precedence;
+use sdfc_vm::surface::tie_sign;
 use sdfc_vm::table::Op;
+use sdfc_vm::wgsl_library::{GUARD_NAME, WgslLibrary, blend_name};
 use std::fmt::Write;
 
-/// What an interpreter computes with.
+/// Kind of numbers of an interpreter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Numbers {
+pub(super) enum NumberKind {
     /// Values at points.
     Plain,
     /// Values at points, and their gradients.
     Gradients,
-    /// Bounds of values over boxes of points.
+    /// Bounds of values over boxes.
     Intervals,
 }
 
-impl Numbers {
-    /// The type of a value.
+impl NumberKind {
+    /// Returns the type of a value.
     pub(super) fn value(self) -> &'static str {
         match self {
             Self::Plain => "f32",
@@ -30,7 +30,7 @@ impl Numbers {
         }
     }
 
-    /// The type of a point.
+    /// Returns the type of a point.
     pub(super) fn point(self) -> &'static str {
         match self {
             Self::Plain => "vec3f",
@@ -39,7 +39,7 @@ impl Numbers {
         }
     }
 
-    /// What stands behind the names of functions.
+    /// Returns the suffix of the names of functions.
     fn suffix(self) -> &'static str {
         match self {
             Self::Plain => "",
@@ -49,7 +49,7 @@ impl Numbers {
     }
 
     /// Marks the declaration of points as used.
-    pub(super) fn declare(self, library: &mut Library) {
+    pub(super) fn declare(self, library: &mut WgslLibrary) {
         match self {
             Self::Plain => {}
             Self::Gradients => library.use_points(),
@@ -57,7 +57,7 @@ impl Numbers {
         }
     }
 
-    fn use_operation(self, op: Op, library: &mut Library) {
+    fn use_operation(self, op: Op, library: &mut WgslLibrary) {
         match self {
             Self::Plain => library.use_value(op),
             Self::Gradients => library.use_gradient(op),
@@ -65,7 +65,7 @@ impl Numbers {
         }
     }
 
-    fn use_blend(self, kernel: Kernel, library: &mut Library) {
+    fn use_blend(self, kernel: BlendKernel, library: &mut WgslLibrary) {
         match self {
             Self::Plain => library.use_blend(kernel),
             Self::Gradients => library.use_blend_gradient(kernel),
@@ -74,19 +74,19 @@ impl Numbers {
     }
 }
 
-/// What material the value of a row has, if it is not that of its last operand.
+/// Rule for the material of an operation, if it differs from that of the last operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Paint {
-    /// That of what nothing was painted on.
+enum MaterialRule {
+    /// The default material.
     Unpainted = 1,
-    /// Both operands', by the row's derivatives.
+    /// A mix of both operands', weighted by the operation's derivatives.
     Mixed = 2,
     /// The first of two operands'.
     First = 3,
 }
 
-impl Paint {
-    fn of(row: &Row) -> Option<Self> {
+impl MaterialRule {
+    fn for_row(row: &Row) -> Option<Self> {
         match row.arity() {
             _ if row.output != Output::Value => None,
             0 => Some(Self::Unpainted),
@@ -97,129 +97,137 @@ impl Paint {
     }
 }
 
-/// Declares what the cases of surfaces say of the material, in front of the `switch`.
-pub(super) fn declare_paint(line: &mut impl FnMut(usize, &str)) {
-    line(2, "var paint = 0u;");
+/// Emits the variables for the material rule and its weights, before the `switch`.
+pub(super) fn declare_material_rule(line: &mut impl FnMut(usize, &str)) {
+    line(2, "var material_rule = 0u;");
     line(2, "var weights = vec4f();");
 }
 
-/// The material of a row's value, behind the `switch`: materials are large, and a driver that runs all
-/// cases would move them in each.
-pub(super) fn apply_paint(
-    needs: &Needs,
-    names: &Names<'_>,
-    library: &mut Library,
+/// Emits the material of an operation's value, after the `switch`: materials are large, and a driver that
+/// runs all cases would move them in each.
+pub(super) fn apply_material_rule(
+    requirements: &KernelRequirements,
+    names: &OperandNames<'_>,
+    library: &mut WgslLibrary,
     line: &mut impl FnMut(usize, &str),
 ) {
-    let has = |paint: Paint| {
-        let mut codes = needs.codes.iter();
-        codes.any(|code| matches!(code, Code::Op(op) if Paint::of(op.row()) == Some(paint)))
+    let is_used = |rule: MaterialRule| {
+        let mut codes = requirements.codes.iter();
+        codes.any(
+            |code| matches!(code, Code::Op(op) if MaterialRule::for_row(op.row()) == Some(rule)),
+        )
     };
-    let mut becomes = |paint: Paint, condition: &str, material: String| {
-        let number = paint as u32;
+    let mut emit_rule = |rule: MaterialRule, condition: &str, material: String| {
+        let number = rule as u32;
         line(
             2,
-            &format!("if paint == {number}u{condition} {{ painted = {material}; }}"),
+            &format!(
+                "if material_rule == {number}u{condition} {{ result_material = {material}; }}"
+            ),
         );
     };
-    if has(Paint::Unpainted) {
-        becomes(Paint::Unpainted, "", "unpainted_surface()".to_owned());
+    if is_used(MaterialRule::Unpainted) {
+        emit_rule(
+            MaterialRule::Unpainted,
+            "",
+            "unpainted_surface()".to_owned(),
+        );
     }
     let Some([first, second]) = names.materials else {
         return;
     };
-    let both = if needs.constant_operands {
-        format!(" && {}", names.both)
+    let condition = if requirements.constant_operands {
+        format!(" && {}", names.no_constant)
     } else {
         String::new()
     };
-    if has(Paint::Mixed) {
+    if is_used(MaterialRule::Mixed) {
         library.use_mixed_surface();
         let mixed = format!("mixed_surface({first}, {second}, weights)");
-        becomes(Paint::Mixed, &both, mixed);
+        emit_rule(MaterialRule::Mixed, &condition, mixed);
     }
-    if has(Paint::First) {
-        becomes(Paint::First, &both, first.to_owned());
+    if is_used(MaterialRule::First) {
+        emit_rule(MaterialRule::First, &condition, first.to_owned());
     }
 }
 
-/// How the text calls the operands of operations.
-pub(super) struct Names<'a> {
-    /// Where a point goes that an operation gives.
+/// Names of the operands of operations.
+pub(super) struct OperandNames<'a> {
+    /// The destination of a point result.
     pub(super) point: &'a str,
-    /// The only one.
-    pub(super) one: &'static str,
-    /// Two.
-    pub(super) two: [&'static str; 2],
-    /// Three.
-    pub(super) three: [&'static str; 3],
-    /// Whether neither of two is a constant, if any may be.
-    pub(super) both: &'static str,
-    /// The materials of two, if there is room for so many.
+    /// The operand of unary operations.
+    pub(super) single: &'static str,
+    /// The operands of binary operations.
+    pub(super) pair: [&'static str; 2],
+    /// The operands of ternary operations.
+    pub(super) triple: [&'static str; 3],
+    /// The condition that neither of two operands is a constant.
+    pub(super) no_constant: &'static str,
+    /// The materials of two operands, if they are stored.
     pub(super) materials: Option<[&'static str; 2]>,
 }
 
-/// The point through the instruction's frame, as `q`, with constants from `place` on.
-pub(super) fn frame(
-    needs: &Needs,
-    numbers: Numbers,
-    place: &str,
-    library: &mut Library,
+/// Emits the instruction's point transform, with the result `q` and constants from `offset` on.
+pub(super) fn emit_transform(
+    requirements: &KernelRequirements,
+    numbers: NumberKind,
+    offset: &str,
+    library: &mut WgslLibrary,
     line: &mut impl FnMut(usize, &str),
 ) {
-    if !needs.moved && !needs.mapped {
+    if !requirements.translates && !requirements.maps_affinely {
         line(2, "let q = p;");
         return;
     }
-    line(2, "let frame = (word >> 14u) & 3u;");
-    line(2, &format!("let f0 = pool[{place}];"));
+    line(2, "let transform = (word >> 14u) & 3u;");
+    line(2, &format!("let f0 = pool[{offset}];"));
     line(2, "var q = p;");
-    if needs.moved {
+    if requirements.translates {
         line(
             2,
             match numbers {
-                Numbers::Plain => "q = select(p, p + f0.xyz, frame == 1u);",
-                Numbers::Gradients => "q.p = select(p.p, p.p + f0.xyz, frame == 1u);",
-                Numbers::Intervals => {
+                NumberKind::Plain => "q = select(p, p + f0.xyz, transform == 1u);",
+                NumberKind::Gradients => "q.p = select(p.p, p.p + f0.xyz, transform == 1u);",
+                NumberKind::Intervals => {
                     library.use_moved_interval();
-                    "if frame == 1u { q = moved_interval(p, f0.xyz); }"
+                    "if transform == 1u { q = moved_interval(p, f0.xyz); }"
                 }
             },
         );
     }
-    if needs.mapped {
-        line(2, &format!("let f1 = pool[{place} + 1u];"));
-        line(2, &format!("let f2 = pool[{place} + 2u];"));
+    if requirements.maps_affinely {
+        line(2, &format!("let f1 = pool[{offset} + 1u];"));
+        line(2, &format!("let f2 = pool[{offset} + 2u];"));
         line(2, "let rows = transpose(mat3x3f(f0.xyz, f1.xyz, f2.xyz));");
         line(2, "let shift = vec3f(f0.w, f1.w, f2.w);");
         line(
             2,
             match numbers {
-                Numbers::Plain => {
+                NumberKind::Plain => {
                     library.use_mapped();
-                    "q = select(q, mapped(p, rows, shift), frame == 2u);"
+                    "q = select(q, mapped(p, rows, shift), transform == 2u);"
                 }
-                Numbers::Gradients => {
+                NumberKind::Gradients => {
                     library.use_mapped_gradient();
-                    "if frame == 2u { q = mapped_gradient(p, rows, shift); }"
+                    "if transform == 2u { q = mapped_gradient(p, rows, shift); }"
                 }
-                Numbers::Intervals => {
+                NumberKind::Intervals => {
                     library.use_mapped_interval();
-                    "if frame == 2u { q = mapped_interval(p, rows[0], rows[1], rows[2], shift); }"
+                    "if transform == 2u { q = mapped_interval(p, rows[0], rows[1], rows[2], shift); }"
                 }
             },
         );
     }
 }
 
-/// What an opcode does: it sets `result`, or the point, and in surfaces perhaps the material.
-pub(super) fn case(
+/// Returns the case of an opcode: it assigns `result`, or the point, and in surfaces possibly the material.
+pub(super) fn operation_case(
     code: Code,
-    needs: &Needs,
-    numbers: Numbers,
+    requirements: &KernelRequirements,
+    numbers: NumberKind,
     surface: bool,
-    names: &Names<'_>,
-    library: &mut Library,
+    names: &OperandNames<'_>,
+    library: &mut WgslLibrary,
 ) -> String {
     let slot = "(word >> 24u)";
     match code {
@@ -235,9 +243,9 @@ pub(super) fn case(
             };
             numbers.use_operation(op, library);
             let values = match row.arity() {
-                0 | 1 => [names.one, "", ""],
-                2 => [names.two[0], names.two[1], ""],
-                _ => names.three,
+                0 | 1 => [names.single, "", ""],
+                2 => [names.pair[0], names.pair[1], ""],
+                _ => names.triple,
             };
             let target = if row.output == Output::Point {
                 names.point
@@ -245,14 +253,14 @@ pub(super) fn case(
                 "result"
             };
             let mut body = format!("{target} = {};", call("q", values));
-            if surface && let Some(paint) = Paint::of(row) {
-                let _ = write!(body, " paint = {}u;", paint as u32);
-                if paint == Paint::Mixed {
-                    // The point stays: only the operands' shares are asked for.
-                    let still = "DualPoint(q.p, vec3f(), vec3f(), vec3f())";
-                    let first = format!("first_seed(a, b, tie * {:.1})", precedence(op));
+            if surface && let Some(rule) = MaterialRule::for_row(row) {
+                let _ = write!(body, " material_rule = {}u;", rule as u32);
+                if rule == MaterialRule::Mixed {
+                    // The point is fixed: only the weights of the operands are needed.
+                    let fixed_point = "DualPoint(q.p, vec3f(), vec3f(), vec3f())";
+                    let first = format!("first_seed(a, b, tie * {:.1})", tie_sign(op));
                     let seeds = [&*first, "vec4f(0.0, 1.0, 0.0, b.w)", ""];
-                    let _ = write!(body, " weights = {};", call(still, seeds));
+                    let _ = write!(body, " weights = {};", call(fixed_point, seeds));
                 }
             }
             body
@@ -260,7 +268,7 @@ pub(super) fn case(
         Code::Load => {
             let mut body = format!("result = slots[{slot}];");
             if surface {
-                let _ = write!(body, " painted = slot_materials[{slot}];");
+                let _ = write!(body, " result_material = slot_materials[{slot}];");
             }
             body
         }
@@ -271,7 +279,7 @@ pub(super) fn case(
             }
             body
         }
-        Code::Take => "result = top;".to_owned(),
+        Code::Top => "result = top;".to_owned(),
         Code::Normal => {
             library.use_local_normal();
             format!("result = vec4f(0.0, 0.0, 0.0, local_normal(q.dx, q.dy, q.dz, n)[{slot}]);")
@@ -280,18 +288,18 @@ pub(super) fn case(
             library.use_guard();
             // Only tapes run on intervals, and they have no guards.
             let (point, value) = match numbers {
-                Numbers::Plain | Numbers::Intervals => ("q", ""),
-                Numbers::Gradients => ("q.p", ".w"),
+                NumberKind::Plain | NumberKind::Intervals => ("q", ""),
+                NumberKind::Gradients => ("q.p", ".w"),
             };
             format!(
                 "if {GUARD_NAME}({point}, {}{value}, k0.xyz, k0.w, k1.xyz, k1.w) > 0.0 \
-                 {{ at += instruction.w; }}",
-                names.one
+                 {{ index += instruction.w; }}",
+                names.single
             )
         }
-        Code::Channel => format!("channels[{slot}] = {};", names.one),
+        Code::Channel => format!("channels[{slot}] = {};", names.single),
         Code::Paint => {
-            let channels = needs.codes.contains(&Code::Channel);
+            let channels = requirements.codes.contains(&Code::Channel);
             let number = |channel: u32, constant: &str| {
                 if channels {
                     format!(
@@ -308,8 +316,8 @@ pub(super) fn case(
                 "vec3f(0.0)"
             };
             format!(
-                "result = {}; painted = Surface(vec3f({}, {}, {}), {}, vec3f({}, {}, {}), {}, {bump}, k2.x);",
-                names.one,
+                "result = {}; result_material = Surface(vec3f({}, {}, {}), {}, vec3f({}, {}, {}), {}, {bump}, k2.x);",
+                names.single,
                 number(0, "k0.x"),
                 number(1, "k0.y"),
                 number(2, "k0.z"),
@@ -323,7 +331,7 @@ pub(super) fn case(
     }
 }
 
-/// The arguments of a row's function, read from the loaded constants.
+/// Returns the arguments of an operation's function, from the loaded constants.
 fn arguments(row: &Row, point: &str, values: [&str; 3]) -> String {
     let mut values = values.into_iter();
     let mut list: Vec<String> = Vec::new();
@@ -344,25 +352,25 @@ fn arguments(row: &Row, point: &str, values: [&str; 3]) -> String {
     list.join(", ")
 }
 
-/// The most operands of an operation.
-pub(super) fn arity(needs: &Needs) -> usize {
-    let arities = needs.codes.iter().map(|code| code.arity());
+/// Returns the maximum number of operands of an operation.
+pub(super) fn max_arity(requirements: &KernelRequirements) -> usize {
+    let arities = requirements.codes.iter().map(|code| code.arity());
     arities.max().unwrap_or(0)
 }
 
-/// Puts a constant in the place of one of the operands `a` and `b`, where the instruction says so.
-pub(super) fn constant_operands(
-    needs: &Needs,
-    numbers: Numbers,
+/// Emits the replacement of an operand `a` or `b` by the constant of the instruction.
+pub(super) fn emit_constant_operands(
+    requirements: &KernelRequirements,
+    numbers: NumberKind,
     line: &mut impl FnMut(usize, &str),
 ) {
-    if !needs.constant_operands {
+    if !requirements.constant_operands {
         return;
     }
     let constant = match numbers {
-        Numbers::Plain => "c.x",
-        Numbers::Gradients => "vec4f(0.0, 0.0, 0.0, c.x)",
-        Numbers::Intervals => "vec2f(c.x)",
+        NumberKind::Plain => "c.x",
+        NumberKind::Gradients => "vec4f(0.0, 0.0, 0.0, c.x)",
+        NumberKind::Intervals => "vec2f(c.x)",
     };
     line(2, "let constant_operand = (word >> 12u) & 3u;");
     line(
@@ -375,51 +383,52 @@ pub(super) fn constant_operands(
     );
 }
 
-/// How many vectors of constants the widest operation reads.
-pub(super) fn widest(needs: &Needs) -> usize {
-    let widths = needs.codes.iter().map(|code| code.pool_width());
+/// Returns the maximum number of constant vectors of an operation.
+pub(super) fn max_pool_width(requirements: &KernelRequirements) -> usize {
+    let widths = requirements.codes.iter().map(|code| code.pool_width());
     widths.max().unwrap_or(0)
 }
 
-/// `value` with all blends done that the instruction may want, `below` being what it is blended
-/// into.
-pub(super) fn blends(
-    needs: &Needs,
-    numbers: Numbers,
-    library: &mut Library,
+/// Emits `blended`: the result, blended into the accumulator by the kernel of the instruction, if any.
+pub(super) fn emit_blends(
+    requirements: &KernelRequirements,
+    numbers: NumberKind,
+    library: &mut WgslLibrary,
     line: &mut impl FnMut(usize, &str),
 ) {
-    line(2, "var placed = result;");
-    for &kernel in &needs.kernels {
-        let call = blend(kernel, numbers, library, "below", "result");
+    line(2, "var blended = result;");
+    for &kernel in &requirements.kernels {
+        let call = blend(kernel, numbers, library, "accumulator", "result");
         line(
             2,
             &format!(
-                "placed = select(placed, {call}, kernel == {}u);",
+                "blended = select(blended, {call}, kernel == {}u);",
                 kernel.number()
             ),
         );
     }
 }
 
-/// The material of a blend: both operands', by the blend's derivatives. `under` is that of what is
-/// below.
-pub(super) fn surface_blend(
-    needs: &Needs,
-    under: &str,
-    library: &mut Library,
+/// Emits the material of a blend: a mix of both operands', weighted by the blend's derivatives.
+pub(super) fn emit_surface_blend(
+    requirements: &KernelRequirements,
+    accumulator_material: &str,
+    library: &mut WgslLibrary,
     line: &mut impl FnMut(usize, &str),
 ) {
-    if needs.kernels.is_empty() {
+    if requirements.kernels.is_empty() {
         return;
     }
     library.use_mixed_surface();
     line(2, "if kernel != 0u {");
-    line(3, "let seed_a = first_seed(below, result, tie * c.x);");
+    line(
+        3,
+        "let seed_a = first_seed(accumulator, result, tie * c.x);",
+    );
     line(3, "let seed_b = vec4f(0.0, 1.0, 0.0, result.w);");
     line(3, "var weights = vec4f();");
-    for &kernel in &needs.kernels {
-        let call = blend(kernel, Numbers::Gradients, library, "seed_a", "seed_b");
+    for &kernel in &requirements.kernels {
+        let call = blend(kernel, NumberKind::Gradients, library, "seed_a", "seed_b");
         line(
             3,
             &format!(
@@ -430,12 +439,20 @@ pub(super) fn surface_blend(
     }
     line(
         3,
-        &format!("painted = mixed_surface({under}, painted, weights);"),
+        &format!(
+            "result_material = mixed_surface({accumulator_material}, result_material, weights);"
+        ),
     );
     line(2, "}");
 }
 
-fn blend(kernel: Kernel, numbers: Numbers, library: &mut Library, a: &str, b: &str) -> String {
+fn blend(
+    kernel: BlendKernel,
+    numbers: NumberKind,
+    library: &mut WgslLibrary,
+    a: &str,
+    b: &str,
+) -> String {
     numbers.use_blend(kernel, library);
     format!(
         "{}{}({a}, {b}, c.x, c.y, c.z, c.w)",

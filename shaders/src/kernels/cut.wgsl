@@ -1,56 +1,55 @@
-// Cutting cells: a workgroup takes a cell, and each of its invocations finds what of the cell's tape
-// matters in one of its 64 children. One run decides minima and maxima (`bounded`, in
-// `cut_by_slopes.wgsl` or `cut_by_intervals.wgsl`), a walk from the back counts what is still read, a
-// second one writes it with registers named anew. What finds no room stays as it is, so the cells are
-// whole and right at any time.
+// Cutting cells: a workgroup takes a cell, and each of its invocations prunes the cell's tape for one of its
+// 64 children. One evaluation decides minima and maxima (`field_range`, in `cut_by_slopes.wgsl` or
+// `cut_by_intervals.wgsl`). A backward liveness pass counts the clauses that are still live, and a second one
+// writes them with renamed registers. A child without memory for its tape keeps its parent's, so the cells
+// are complete and correct at any time.
 //
-// Words are drawn in `interpreter/tape.rs`, facts and memory in `interpreter/cut.rs`.
+// The words are described in `interpreter/tape.rs`, instruction info and buffers in `interpreter/cut.rs`.
 
-struct Given {
-    job: Job,
+// A claimed job with its node and its memory for choices; invalid where `is_valid` is 0.
+struct ClaimedJob {
+    job: CellJob,
     node: u32,
     choices: u32,
-    taken: u32,
+    is_valid: u32,
     // The entry of its first child before an edit.
-    before: u32,
+    old_children: u32,
 }
 
-// What became of a child: whether it has a tape, how many clauses of its own, and whether it has more
-// of them than it needs.
-struct Made {
+// Results of a child: 1 for a cell with a tape, the number of its own clauses, and 1 without memory for them.
+struct ChildStats {
     cells: u32,
     clauses: u32,
-    short: u32,
-    // Whether its size lets it be cut further.
-    wanted: u32,
-    // What it is cut as, if it is.
-    next: Job,
+    out_of_memory: u32,
+    // 1 where its size allows another subdivision.
+    should_cut: u32,
+    // The job that would cut it.
+    next: CellJob,
 }
 
-var<workgroup> given: Given;
-// The cells, the clauses of their own, those that are short, and the clauses of all their tapes.
+var<workgroup> claimed: ClaimedJob;
+// Sums of cells, of their own clauses, of children without memory, and of the clauses of all their tapes.
 var<workgroup> sums: array<atomic<u32>, 4>;
 
-// The end of the tape that a child had before an edit, how long it was, and whether what is kept now is
-// the same.
-var<private> old_last: u32;
+// The end and the length of the tape that a child had before an edit, and whether the pruned tape equals it.
+var<private> old_end: u32;
 var<private> old_length: u32;
-var<private> is_same: bool;
+var<private> matches_old: bool;
 
-// New names of the registers that are read later, a byte for each old one: one more than the name.
+// New names of the live registers, a byte for each old one: the name plus one.
 var<private> value_names: array<u32, VALUE_WORDS>;
 var<private> point_names: array<u32, POINT_WORDS>;
 // Names in use, a bit for each.
 var<private> values_taken: vec4u;
 var<private> points_taken: u32;
 
-fn value_name(old: u32) -> u32 {
-    return (value_names[old >> 2u] >> ((old & 3u) * 8u)) & 255u;
+fn value_name(old_register: u32) -> u32 {
+    return (value_names[old_register >> 2u] >> ((old_register & 3u) * 8u)) & 255u;
 }
 
-fn name_value(old: u32, name: u32) {
-    let shift = (old & 3u) * 8u;
-    value_names[old >> 2u] = (value_names[old >> 2u] & ~(255u << shift)) | (name << shift);
+fn rename_value(old_register: u32, name: u32) {
+    let shift = (old_register & 3u) * 8u;
+    value_names[old_register >> 2u] = (value_names[old_register >> 2u] & ~(255u << shift)) | (name << shift);
 }
 
 fn free_value(name: u32) {
@@ -58,9 +57,9 @@ fn free_value(name: u32) {
     values_taken[bit >> 5u] &= ~(1u << (bit & 31u));
 }
 
-// The name of a register that is read.
-fn read_value(old: u32) -> u32 {
-    let name = value_name(old);
+// Returns the name of a register that is read.
+fn use_value(old_register: u32) -> u32 {
+    let name = value_name(old_register);
     if name != 0u { return name; }
     let free = ~values_taken;
     var word = 3u;
@@ -69,75 +68,74 @@ fn read_value(old: u32) -> u32 {
     if free.x != 0u { word = 0u; }
     let bit = firstTrailingBit(free[word]) & 31u;
     values_taken[word] |= 1u << bit;
-    let fresh = word * 32u + bit + 1u;
-    name_value(old, fresh);
-    return fresh;
+    let new_name = word * 32u + bit + 1u;
+    rename_value(old_register, new_name);
+    return new_name;
 }
 
-fn point_name(old: u32) -> u32 {
-    return (point_names[old >> 2u] >> ((old & 3u) * 8u)) & 255u;
+fn point_name(old_register: u32) -> u32 {
+    return (point_names[old_register >> 2u] >> ((old_register & 3u) * 8u)) & 255u;
 }
 
-fn name_point(old: u32, name: u32) {
-    let shift = (old & 3u) * 8u;
-    point_names[old >> 2u] = (point_names[old >> 2u] & ~(255u << shift)) | (name << shift);
+fn rename_point(old_register: u32, name: u32) {
+    let shift = (old_register & 3u) * 8u;
+    point_names[old_register >> 2u] = (point_names[old_register >> 2u] & ~(255u << shift)) | (name << shift);
 }
 
-fn read_point(old: u32) -> u32 {
-    let name = point_name(old);
+fn use_point(old_register: u32) -> u32 {
+    let name = point_name(old_register);
     if name != 0u { return name; }
     let bit = firstTrailingBit(~points_taken) & 31u;
     points_taken |= 1u << bit;
-    name_point(old, bit + 1u);
+    rename_point(old_register, bit + 1u);
     return bit + 1u;
 }
 
-// Walks through a tape from its end; gives how many clauses are kept. With `last` they are written,
-// the last one there; else they are compared with what was there before. `choices` are those of this
-// invocation.
-fn walk(tape: u32, length: u32, choices: u32, last: u32) -> u32 {
-    // The result is in register 0, and the point that is looked at is point 0.
+// Prunes a tape from its end, and returns the number of live clauses. With an `end` they are written, the
+// last one there; else they are compared with the old tape. `choices` are those of this invocation.
+fn prune_tape(tape: u32, length: u32, choices: u32, end: u32) -> u32 {
+    // The result is in register 0, and the evaluated point is point 0.
     value_names = array<u32, VALUE_WORDS>();
     point_names = array<u32, POINT_WORDS>();
-    name_value(0u, 1u);
-    name_point(0u, 1u);
+    rename_value(0u, 1u);
+    rename_point(0u, 1u);
     values_taken = vec4u(1u, 0u, 0u, 0u);
     points_taken = 1u;
-    // Whether clauses that set channels belong to a kept one that paints.
-    var painting = false;
-    var kept = 0u;
-    for (var left = length; left > 0u; left -= 1u) {
-        let clause = tapes[tape + left];
-        var form = clause.x & 7u;
-        let moves = form > 3u;
-        var reads = select(facts[clause.x >> INSTRUCTION_SHIFT].w, FIRST_OPERAND, moves);
+    // Clauses that set channels are live if they belong to a live one that sets a material.
+    var sets_material = false;
+    var kept_count = 0u;
+    for (var remaining = length; remaining > 0u; remaining -= 1u) {
+        let clause = tapes[tape + remaining];
+        var kind = clause.x & 7u;
+        let is_move = kind > 3u;
+        var reads = select(instruction_info[clause.x >> INSTRUCTION_SHIFT].w, FIRST_OPERAND, is_move);
         var first = (clause.y >> (2u * REGISTER_BITS)) & REGISTER_MASK;
-        let old_out = clause.y & REGISTER_MASK;
+        let old_result = clause.y & REGISTER_MASK;
 
-        var out = 0u;
-        if (reads & GIVES_POINT) != 0u {
-            out = point_name(old_out & 31u);
-            if out != 0u {
-                name_point(old_out & 31u, 0u);
-                points_taken &= ~(1u << (out - 1u));
+        var result = 0u;
+        if (reads & RETURNS_POINT) != 0u {
+            result = point_name(old_result & 31u);
+            if result != 0u {
+                rename_point(old_result & 31u, 0u);
+                points_taken &= ~(1u << (result - 1u));
             }
         } else if (reads & CHANNEL) == 0u {
-            out = value_name(old_out);
-            if out != 0u { name_value(old_out, 0u); }
-            if (reads & PAINT) != 0u { painting = out != 0u; }
+            result = value_name(old_result);
+            if result != 0u { rename_value(old_result, 0u); }
+            if (reads & PAINT) != 0u { sets_material = result != 0u; }
         }
-        var keeps = out != 0u || ((reads & CHANNEL) != 0u && painting);
+        var is_kept = result != 0u || ((reads & CHANNEL) != 0u && sets_material);
 
-        // The winner of a decided choice is handed on, or its clause does without the blend.
-        let open = form == 0u || form == 3u;
-        if !open { reads &= ~(BLENDS | CHOICE); }
-        if keeps && (reads & CHOICE) != 0u {
-            let place = left - 1u;
-            let choice = (space.choices[choices + (place >> 4u) * 64u] >> (2u * (place & 15u))) & 3u;
+        // The surviving operand of a decided choice is forwarded, or its clause loses the blend.
+        let is_undecided = kind == 0u || kind == 3u;
+        if !is_undecided { reads &= ~(BLENDS | CHOICE); }
+        if is_kept && (reads & CHOICE) != 0u {
+            let clause_index = remaining - 1u;
+            let choice = (scratch.choices[choices + (clause_index >> 4u) * 64u] >> (2u * (clause_index & 15u))) & 3u;
             let blends = (reads & BLENDS) != 0u;
             let negates = choice == 2u && (reads & NEGATES) != 0u;
-            if choice == 2u && blends && form == 0u {
-                form = select(1u, 2u, negates);
+            if choice == 2u && blends && kind == 0u {
+                kind = select(1u, 2u, negates);
                 reads &= ~BLENDS;
             } else if choice != 0u {
                 if choice == 1u && blends {
@@ -145,225 +143,226 @@ fn walk(tape: u32, length: u32, choices: u32, last: u32) -> u32 {
                 } else if choice == 2u && !blends {
                     first = (clause.y >> (3u * REGISTER_BITS)) & REGISTER_MASK;
                 }
-                form = select(4u, 5u, negates);
+                kind = select(4u, 5u, negates);
                 reads = FIRST_OPERAND;
                 if !negates && value_name(first) == 0u {
-                    name_value(first, out);
-                    keeps = false;
+                    rename_value(first, result);
+                    is_kept = false;
                 }
             }
         }
-        if !keeps { continue; }
+        if !is_kept { continue; }
 
-        if (reads & (GIVES_POINT | CHANNEL)) == 0u { free_value(out); }
+        if (reads & (RETURNS_POINT | CHANNEL)) == 0u { free_value(result); }
         var words = vec2u(
-            form | (clause.x & INSTRUCTION_MASK) | NO_POINT_AND_THIRD,
-            ((out - 1u) & REGISTER_MASK) | NO_OPERANDS,
+            kind | (clause.x & INSTRUCTION_MASK) | NO_POINT_AND_THIRD,
+            ((result - 1u) & REGISTER_MASK) | NO_OPERANDS,
         );
         if (reads & BLENDS) != 0u {
-            let old = (clause.y >> REGISTER_BITS) & REGISTER_MASK;
-            words.y = put(words.y, REGISTER_BITS, read_value(old) - 1u);
+            let old_register = (clause.y >> REGISTER_BITS) & REGISTER_MASK;
+            words.y = set_register(words.y, REGISTER_BITS, use_value(old_register) - 1u);
         }
         if (reads & FIRST_OPERAND) != 0u {
-            words.y = put(words.y, 2u * REGISTER_BITS, read_value(first) - 1u);
+            words.y = set_register(words.y, 2u * REGISTER_BITS, use_value(first) - 1u);
         }
         if (reads & SECOND_OPERAND) != 0u {
-            let old = (clause.y >> (3u * REGISTER_BITS)) & REGISTER_MASK;
-            words.y = put(words.y, 3u * REGISTER_BITS, read_value(old) - 1u);
+            let old_register = (clause.y >> (3u * REGISTER_BITS)) & REGISTER_MASK;
+            words.y = set_register(words.y, 3u * REGISTER_BITS, use_value(old_register) - 1u);
         }
         if (reads & THIRD_OPERAND) != 0u {
-            let old = (clause.x >> 8u) & REGISTER_MASK;
-            words.x = put(words.x, 8u, read_value(old) - 1u);
+            let old_register = (clause.x >> 8u) & REGISTER_MASK;
+            words.x = set_register(words.x, 8u, use_value(old_register) - 1u);
         }
         if (reads & READS_POINT) != 0u {
-            let name = read_point((clause.x >> 3u) & 31u) - 1u;
+            let name = use_point((clause.x >> 3u) & 31u) - 1u;
             words.x = (words.x & ~(31u << 3u)) | (name << 3u);
         }
-        if last != 0u {
-            tapes[last - kept] = words;
-        } else if is_same {
-            is_same = kept < old_length
-                && all(tapes[old_last - kept] == words)
-                && (facts[clause.x >> INSTRUCTION_SHIFT].w & CHANGED) == 0u;
+        if end != 0u {
+            tapes[end - kept_count] = words;
+        } else if matches_old {
+            matches_old = kept_count < old_length
+                && all(tapes[old_end - kept_count] == words)
+                && (instruction_info[clause.x >> INSTRUCTION_SHIFT].w & CHANGED) == 0u;
         }
-        kept += 1u;
+        kept_count += 1u;
     }
-    return kept;
+    return kept_count;
 }
 
-// A word with a register's name in it.
-fn put(word: u32, shift: u32, name: u32) -> u32 {
+// Inserts the name of a register into a word.
+fn set_register(word: u32, shift: u32, name: u32) -> u32 {
     return (word & ~(REGISTER_MASK << shift)) | (name << shift);
 }
 
-// Adds a cell to those that are to be cut, if there is room.
-fn list(job: Job) -> bool {
-    if atomicLoad(&work.state[LISTED]) >= work.cut.queue { return false; }
-    let number = atomicAdd(&work.state[LISTED], 1u);
-    if number >= work.cut.queue { return false; }
-    work.jobs[number] = job;
-    atomicAdd(&work.state[LOAD], choice_words(job.length) / 4u);
+// Lists a cell to be cut, and returns whether there was memory for it.
+fn enqueue_job(job: CellJob) -> bool {
+    if atomicLoad(&job_queue.state[LISTED]) >= job_queue.params.queue_capacity { return false; }
+    let index = atomicAdd(&job_queue.state[LISTED], 1u);
+    if index >= job_queue.params.queue_capacity { return false; }
+    job_queue.jobs[index] = job;
+    atomicAdd(&job_queue.state[WAITING_CLAUSES], choice_words(job.length) / 4u);
     return true;
 }
 
-// How much room the choices of all children take.
+// Returns the number of words for the choices of all children.
 fn choice_words(length: u32) -> u32 {
     return (length + 15u) / 16u * 64u;
 }
 
-// A cell of the list, with room for its choices and its children.
-fn give(number: u32) -> Given {
-    var nothing: Given;
-    if number >= atomicLoad(&work.state[NEXT]) { return nothing; }
-    let job = work.jobs[number];
+// Claims a cell of the list, with memory for its choices and its children.
+fn claim_job(index: u32) -> ClaimedJob {
+    var none: ClaimedJob;
+    if index >= atomicLoad(&job_queue.state[NEXT]) { return none; }
+    let job = job_queue.jobs[index];
     if job.length == 0u {
-        nodes[job.entry] = nodes[job.before];
-        return nothing;
+        nodes[job.node_entry] = nodes[job.old_entry];
+        return none;
     }
-    let need = choice_words(job.length);
-    if need > work.cut.choices {
-        atomicAdd(&space.state[SHORT], 1u);
-        return nothing;
+    let choice_word_count = choice_words(job.length);
+    if choice_word_count > job_queue.params.choice_capacity {
+        atomicAdd(&scratch.state[OUT_OF_MEMORY], 1u);
+        return none;
     }
-    let choices = atomicAdd(&space.state[USED], need);
-    if choices + need > work.cut.choices {
-        // Another dispatch has room for it.
-        if !list(job) { atomicAdd(&space.state[SHORT], 1u); }
-        return nothing;
+    let choices = atomicAdd(&scratch.state[CHOICE_WORDS], choice_word_count);
+    if choices + choice_word_count > job_queue.params.choice_capacity {
+        // Another dispatch has memory for it.
+        if !enqueue_job(job) { atomicAdd(&scratch.state[OUT_OF_MEMORY], 1u); }
+        return none;
     }
-    let node = atomicAdd(&space.state[NODES], 1u);
-    if node >= work.cut.nodes {
-        atomicAdd(&space.state[SHORT], 1u);
-        return nothing;
+    let node = atomicAdd(&scratch.state[NODES], 1u);
+    if node >= job_queue.params.node_capacity {
+        atomicAdd(&scratch.state[OUT_OF_MEMORY], 1u);
+        return none;
     }
-    nodes[owner_entry(node)] = job.tape;
-    var before = NONE_BEFORE;
-    if job.before != NONE_BEFORE {
-        let word = nodes[job.before];
-        if word >= NODE { before = (word - NODE) * 64u; }
+    nodes[parent_tape_slot(node)] = job.tape;
+    var old_children = NO_OLD_ENTRY;
+    if job.old_entry != NO_OLD_ENTRY {
+        let old_word = nodes[job.old_entry];
+        if old_word >= NODE { old_children = (old_word - NODE) * 64u; }
     }
-    return Given(job, node, choices, 1u, before);
+    return ClaimedJob(job, node, choices, 1u, old_children);
 }
 
-// Where the tape of the cell stands that a node is of.
-fn owner_entry(node: u32) -> u32 {
-    return work.cut.nodes * 64u + node;
+// Returns the entry for the tape of the cell of a node.
+fn parent_tape_slot(node: u32) -> u32 {
+    return job_queue.params.node_capacity * 64u + node;
 }
 
-// Lets what is kept of a child be compared with what the child was, by the entry that was its.
-fn compare_with(entry: u32) {
-    is_same = false;
-    if entry == NONE_BEFORE { return; }
+// Prepares the comparison of a child's pruned tape with its old one, by its old entry.
+fn compare_with_old(entry: u32) {
+    matches_old = false;
+    if entry == NO_OLD_ENTRY { return; }
     var tape = nodes[entry];
-    if tape >= NODE { tape = nodes[owner_entry(tape - NODE)]; }
-    if tape >= CONSTANT { return; }
+    if tape >= NODE { tape = nodes[parent_tape_slot(tape - NODE)]; }
+    if tape >= SIGN_ONLY { return; }
     old_length = tapes[tape].x;
-    old_last = tape + old_length;
-    is_same = true;
+    old_end = tape + old_length;
+    matches_old = true;
 }
 
-// Where a tape of so many clauses goes; 0 where there is no room.
-fn reserve(length: u32) -> u32 {
-    let need = length + 1u;
-    if atomicLoad(&space.state[TAPES]) + need > work.cut.tapes { return 0u; }
-    let start = atomicAdd(&space.state[TAPES], need);
-    return select(0u, start, start + need <= work.cut.tapes);
+// Returns the start of memory for a tape of `length` clauses; 0 where there is none.
+fn reserve_tape(length: u32) -> u32 {
+    let word_count = length + 1u;
+    if atomicLoad(&scratch.state[TAPES]) + word_count > job_queue.params.tape_capacity { return 0u; }
+    let start = atomicAdd(&scratch.state[TAPES], word_count);
+    return select(0u, start, start + word_count <= job_queue.params.tape_capacity);
 }
 
-// Whether a cell is cut further: see `engine/cut.rs`.
-fn is_wanted(low: vec3f, side: vec3f, clauses: u32, away: f32) -> bool {
+// Returns whether a cell is cut further, by the policy for cells in the runtime.
+fn should_cut(low: vec3f, side: vec3f, clauses: u32, surface_distance: f32) -> bool {
     let longest = max(max(side.x, side.y), side.z);
-    let outside = max(max(low - work.cut.eye, work.cut.eye - (low + side)), vec3f(0.0));
-    let squares = outside * outside;
+    let offset = max(max(low - job_queue.params.camera, job_queue.params.camera - (low + side)), vec3f(0.0));
+    let squares = offset * offset;
     let distance = max(sqrt(squares.x + squares.y + squares.z), longest * 0.25);
-    let pixel = work.cut.footprint + work.cut.growth * distance;
-    return clauses > work.cut.few
-        && away < 2.0 * longest
-        && longest > work.cut.leaf * pixel;
+    let pixel = job_queue.params.footprint + job_queue.params.footprint_growth * distance;
+    return clauses > job_queue.params.max_uncut_clauses
+        && surface_distance < 2.0 * longest
+        && longest > job_queue.params.max_leaf_pixels * pixel;
 }
 
-// Makes one child.
-fn make(here: Given, lane: u32) -> Made {
-    let job = here.job;
-    let digit = work.cut.digit;
+// Builds a child.
+fn build_child(claim: ClaimedJob, lane: u32) -> ChildStats {
+    let job = claim.job;
+    let digit = job_queue.params.digit_bits;
     let mask = (1u << digit) - 1u;
-    let inner = vec3u(lane & mask, (lane >> digit) & mask, lane >> (2u * digit));
-    let place = (vec3u(job.x, job.y, job.z) << vec3u(digit)) | inner;
+    let child_position = vec3u(lane & mask, (lane >> digit) & mask, lane >> (2u * digit));
+    let position = (vec3u(job.x, job.y, job.z) << vec3u(digit)) | child_position;
     let level = job.level + 1u;
-    // A power of two, exactly; squares are as thick as the whole.
-    var side = work.cut.size * bitcast<f32>((127u - digit * level) << 23u);
-    let flat = digit == FLAT_DIGIT;
-    if flat { side.z = work.cut.size.z; }
-    let low = work.cut.low + vec3f(place) * side;
-    // A little larger, for what rounding puts on the wrong side of a face.
-    let margin = max(max(side.x, side.y), side.z) * 0.015625 + work.cut.rounding;
+    // An exact power of two. Flat cells are as thick as the whole box.
+    var side = job_queue.params.size * bitcast<f32>((127u - digit * level) << 23u);
+    let is_flat = digit == FLAT_DIGIT;
+    if is_flat { side.z = job_queue.params.size.z; }
+    let low = job_queue.params.low + vec3f(position) * side;
+    // A margin for the rounding of points near a face.
+    let margin = max(max(side.x, side.y), side.z) * 0.015625 + job_queue.params.rounding;
     var half = side * 0.5 + margin;
-    if flat { half.z = side.z * 0.5; }
-    let middle = low + side * 0.5;
+    if is_flat { half.z = side.z * 0.5; }
+    let centre = low + side * 0.5;
 
-    let entry = here.node * 64u + lane;
-    let choices = here.choices + lane;
-    let field = bounded(job, choices, middle, half);
-    if field.x > 0.0 && field.x >= work.cut.band {
-        nodes[entry] = work.cut.empty;
-        return Made();
+    let entry = claim.node * 64u + lane;
+    let choices = claim.choices + lane;
+    let range = field_range(job, choices, centre, half);
+    if range.x > 0.0 && range.x >= job_queue.params.band {
+        nodes[entry] = job_queue.params.empty_word;
+        return ChildStats();
     }
-    if field.y < 0.0 && field.y <= -work.cut.band {
-        nodes[entry] = work.cut.full;
-        return Made();
+    if range.y < 0.0 && range.y <= -job_queue.params.band {
+        nodes[entry] = job_queue.params.full_word;
+        return ChildStats();
     }
 
-    var before = NONE_BEFORE;
-    if here.before != NONE_BEFORE { before = here.before + lane; }
-    compare_with(before);
-    var made = Made();
-    made.cells = 1u;
+    var old_entry = NO_OLD_ENTRY;
+    if claim.old_children != NO_OLD_ENTRY { old_entry = claim.old_children + lane; }
+    compare_with_old(old_entry);
+    var stats = ChildStats();
+    stats.cells = 1u;
     var tape = job.tape;
     var length = job.length;
-    var last = 0u;
-    for (var turn = 0u; turn < 2u; turn += 1u) {
-        let kept = walk(job.tape, job.length, choices, last);
-        if is_same && last == 0u && kept == old_length {
-            nodes[entry] = nodes[before];
-            return Made();
+    var end = 0u;
+    for (var pass_index = 0u; pass_index < 2u; pass_index += 1u) {
+        let kept_count = prune_tape(job.tape, job.length, choices, end);
+        if matches_old && end == 0u && kept_count == old_length {
+            nodes[entry] = nodes[old_entry];
+            return ChildStats();
         }
-        if kept == job.length || last != 0u { break; }
-        let start = reserve(kept);
+        if kept_count == job.length || end != 0u { break; }
+        let start = reserve_tape(kept_count);
         if start == 0u {
-            made.short = 1u;
+            stats.out_of_memory = 1u;
             break;
         }
-        tapes[start] = vec2u(kept, 0u);
+        tapes[start] = vec2u(kept_count, 0u);
         tape = start;
-        length = kept;
-        last = start + kept;
-        made.clauses = kept;
+        length = kept_count;
+        end = start + kept_count;
+        stats.clauses = kept_count;
     }
     nodes[entry] = tape;
 
-    let away = max(max(field.x, -field.y), 0.0);
-    made.next = Job(entry, tape, length, level, place.x, place.y, place.z, 0u, before);
-    made.wanted = u32(
-        made.short == 0u && level < work.cut.levels && is_wanted(low, side, length, away)
+    let surface_distance = max(max(range.x, -range.y), 0.0);
+    stats.next = CellJob(entry, tape, length, level, position.x, position.y, position.z, 0u, old_entry);
+    stats.should_cut = u32(
+        stats.out_of_memory == 0u && level < job_queue.params.max_levels && should_cut(low, side, length, surface_distance)
     );
-    return made;
+    return stats;
 }
 
-// Whether a list of clauses is next to nothing shorter than another.
-fn is_as_long(length: u32, other: u32) -> bool {
+// Returns whether a number of clauses is at least nine tenths of another.
+fn is_hardly_shorter(length: u32, other: u32) -> bool {
     return length * 10u > other * 9u;
 }
 
-// Lists a child that is to be cut, unless it is stale; gives 1 where there was no room. A child that kept
-// all is no reason to stop where the others are rid of most: it is large still, and what is in it is small.
-fn pass_on(job: Job, made: Made, cells: u32, clauses: u32) -> u32 {
-    var next = made.next;
-    if is_as_long(clauses, cells * job.length) && is_as_long(next.length, job.length) {
-        next.stale = job.stale + 1u;
+// Lists a child to be cut, unless it is stalled; returns 1 without memory for it. A child that kept all
+// clauses is cut further where its siblings lost most of theirs: it is still large, and its contents are
+// small.
+fn enqueue_child(job: CellJob, child: ChildStats, cells: u32, clauses: u32) -> u32 {
+    var next = child.next;
+    if is_hardly_shorter(clauses, cells * job.length) && is_hardly_shorter(next.length, job.length) {
+        next.stalled_levels = job.stalled_levels + 1u;
     }
-    let most_stale = select(STALE_WHOLE, STALE_PART, next.length * 2u <= work.cut.whole);
-    if made.wanted == 0u || next.stale >= most_stale { return 0u; }
-    return select(1u, 0u, list(next));
+    let max_stalled = select(MAX_STALLED_FULL, MAX_STALLED_PRUNED, next.length * 2u <= job_queue.params.full_tape_length);
+    if child.should_cut == 0u || next.stalled_levels >= max_stalled { return 0u; }
+    return select(1u, 0u, enqueue_job(next));
 }
 
 @compute @workgroup_size(64)
@@ -373,22 +372,22 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     if lane == 0u {
-        given = give(atomicLoad(&work.state[FIRST]) + group.y * groups.x + group.x);
+        claimed = claim_job(atomicLoad(&job_queue.state[FIRST]) + group.y * groups.x + group.x);
     }
-    let here = workgroupUniformLoad(&given);
-    if here.taken == 0u { return; }
-    let made = make(here, lane);
-    atomicAdd(&sums[0], made.cells);
-    atomicAdd(&sums[1], made.clauses);
-    atomicAdd(&sums[3], made.next.length);
+    let claim = workgroupUniformLoad(&claimed);
+    if claim.is_valid == 0u { return; }
+    let child = build_child(claim, lane);
+    atomicAdd(&sums[0], child.cells);
+    atomicAdd(&sums[1], child.clauses);
+    atomicAdd(&sums[3], child.next.length);
     workgroupBarrier();
-    let without_room = pass_on(here.job, made, atomicLoad(&sums[0]), atomicLoad(&sums[3]));
-    atomicAdd(&sums[2], made.short + without_room);
+    let not_enqueued = enqueue_child(claim.job, child, atomicLoad(&sums[0]), atomicLoad(&sums[3]));
+    atomicAdd(&sums[2], child.out_of_memory + not_enqueued);
     workgroupBarrier();
     if lane == 0u {
-        atomicAdd(&space.state[MADE], atomicLoad(&sums[0]));
-        atomicAdd(&space.state[CLAUSES], atomicLoad(&sums[1]));
-        atomicAdd(&space.state[SHORT], atomicLoad(&sums[2]));
-        nodes[here.job.entry] = NODE | here.node;
+        atomicAdd(&scratch.state[CELLS], atomicLoad(&sums[0]));
+        atomicAdd(&scratch.state[CLAUSES], atomicLoad(&sums[1]));
+        atomicAdd(&scratch.state[OUT_OF_MEMORY], atomicLoad(&sums[2]));
+        nodes[claim.job.node_entry] = NODE | claim.node;
     }
 }

@@ -1,22 +1,21 @@
-// Choices by intervals, for fields whose slopes are not known: what is rounded outwards all the way
-// (`outward.rs`) holds for every point of a box.
+// Choices by intervals, for fields with unknown slopes: bounds that are rounded outwards at each step hold
+// for every point of a box.
 
-// Which of two operands alone matters: 1 or 2; 0 where both may. Beyond ends that are not told apart
-// anything may lie.
-fn decided(fact: vec4u, a: vec2f, b: vec2f) -> u32 {
-    let first = select(a, -a.yx, (fact.w & FIRST_NEGATIVE) != 0u);
-    let second = select(b, -b.yx, (fact.w & SECOND_NEGATIVE) != 0u);
-    // A little more, for the rounding of the differences.
-    let reach = bitcast<f32>(fact.z) * (1.0 + 1e-6);
-    let only_first = first.y <= KNOWN && second.x - first.y > reach;
-    let only_second = second.y <= KNOWN && first.x - second.y > reach;
-    return select(select(0u, 2u, only_second), 1u, only_first);
+// Returns the only operand that matters, 1 or 2; 0 where both may. An end beyond `MAX_BOUNDED` is unbounded.
+fn decide_choice(info: vec4u, a: vec2f, b: vec2f) -> u32 {
+    let first = select(a, -a.yx, (info.w & FIRST_NEGATIVE) != 0u);
+    let second = select(b, -b.yx, (info.w & SECOND_NEGATIVE) != 0u);
+    // A margin for the rounding of the differences.
+    let support = bitcast<f32>(info.z) * (1.0 + 1e-6);
+    let is_first = first.y <= MAX_BOUNDED && second.x - first.y > support;
+    let is_second = second.y <= MAX_BOUNDED && first.x - second.y > support;
+    return select(select(0u, 2u, is_second), 1u, is_first);
 }
 
-// What the field lies between in a box, by the tape of a cell that holds it; keeps the choices.
-fn bounded(job: Job, choices: u32, middle: vec3f, half: vec3f) -> vec2f {
-    let low = middle - half;
-    let high = middle + half;
+// Returns bounds of the field in a box, by the tape of a cell that contains it; stores the choices.
+fn field_range(job: CellJob, choices: u32, centre: vec3f, half: vec3f) -> vec2f {
+    let low = centre - half;
+    let high = centre + half;
     let origin = BoxPoint(vec2f(low.x, high.x), vec2f(low.y, high.y), vec2f(low.z, high.z));
-    return run(job.tape, job.length, choices, origin);
+    return run_tape(job.tape, job.length, choices, origin);
 }

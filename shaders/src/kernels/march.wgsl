@@ -1,6 +1,6 @@
-// march: takes each ray that is under way a bounded number of steps further.
+// march: advances each active ray by a bounded number of steps.
 
-@group(0) @binding(2) var<storage, read_write> rays: array<Ray>;
+@group(0) @binding(2) var<storage, read_write> rays: array<RayState>;
 @group(0) @binding(3) var<storage, read_write> queue: array<atomic<u32>>;
 @group(0) @binding(9) var<storage, read> beams: array<Beam>;
 
@@ -8,27 +8,27 @@
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let k = line_index(id, groups);
     var item = block_item(k);
-    let listed = entries_listed();
+    let listed = listed_count();
     if listed > 0u {
         if k >= listed { return; }
-        item = stored_item(resumed(k));
+        item = stored_item(listed_entry(k));
     }
     if !item.exists { return; }
     let camera = camera_ray(item.pixel);
-    let bounds = crossing(
+    let bounds = intersect_box(
         camera.origin, camera.direction, frame.bounds_min, frame.bounds_max, frame.far
     );
     var ray = rays[item.index];
     if listed == 0u {
         let start = max(bounds.x, beams[k / 64u].t);
         let status = select(ACTIVE, MISS, bounds.y < start);
-        ray = Ray(start, 0.0, 0.0, -1.0, start, 0.0, status, 0u);
+        ray = RayState(start, 0.0, 0.0, -1.0, start, 0.0, status, 0u);
     }
-    let budget = evaluations_left();
+    let budget = evaluation_budget();
     for (var n = 0u; n < budget; n++) {
-        if (ray.status & ENDING) != ACTIVE { break; }
+        if (ray.status & END_MASK) != ACTIVE { break; }
         let t = ray.t + ray.step;
-        let distance = scene_distance(along(camera.origin, camera.direction, t));
+        let distance = scene_distance(point_along(camera.origin, camera.direction, t));
         ray.steps += 1u;
         if is_nan(distance) {
             ray.status |= NOT_A_NUMBER;
@@ -39,10 +39,10 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
         let field = distance * side;
         let half = half_pixel(t, frame.footprint, frame.footprint_growth);
-        let enough = threshold(t, half, frame.cone, frame.rounding);
+        let march_threshold = threshold(t, half, frame.cone, frame.rounding);
         let next = march_step(
             ray.t, ray.radius, ray.step, ray.trend, ray.t_before, ray.radius_before, field,
-            f32(ray.steps), enough, half, frame.relaxation, rounding_at(t, frame.rounding), frame.raw,
+            f32(ray.steps), march_threshold, half, frame.relaxation, rounding_at(t, frame.rounding), frame.raw,
             bounds.y
         );
         ray.t = next.t;
@@ -55,14 +55,14 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             ray.status |= MISS;
         } else if next.arrived > 0.0 {
             ray.status |= HIT | SHOWN;
-        } else if ray.steps >= frame.steps {
-            let near = nearly_arrived(
+        } else if ray.steps >= frame.max_steps {
+            let accepted = accept_at_step_cap(
                 next.t, next.radius, next.trend, next.t_before, next.radius_before,
-                max(half, enough), frame.far
+                max(half, march_threshold), frame.far
             );
-            ray.status |= STEP_CAP | select(0u, SHOWN, near > 0.0);
+            ray.status |= STEP_CAP | select(0u, SHOWN, accepted > 0.0);
         }
     }
     rays[item.index] = ray;
-    if (ray.status & ENDING) == ACTIVE { enqueue(item.index); }
+    if (ray.status & END_MASK) == ACTIVE { enqueue(item.index); }
 }

@@ -1,6 +1,6 @@
-// normal: the direction each surface faces.
+// normal: the direction that each surface faces.
 
-@group(0) @binding(2) var<storage, read> rays: array<Ray>;
+@group(0) @binding(2) var<storage, read> rays: array<RayState>;
 @group(0) @binding(4) var<storage, read_write> normals: array<vec4f>;
 
 @compute @workgroup_size(64)
@@ -13,55 +13,55 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         return;
     }
     let camera = camera_ray(item.pixel);
-    let p = along(camera.origin, camera.direction, ray.t);
+    let p = point_along(camera.origin, camera.direction, ray.t);
     let half = half_pixel(ray.t, frame.footprint, frame.footprint_growth);
 #if exact
-    // Just outside, where of two faces that meet the visible one counts. Where that is in doubt, just inside;
-    // and where the field jumps, differences.
+    // The gradient just outside, where the visible one of two faces that meet counts. If that is doubtful,
+    // the one just inside. If the field is discontinuous, differences.
     let rounding = rounding_at(ray.t, frame.rounding);
-    let apart = tap_distance(p, half, SPREAD);
+    let tap_step = tap_distance(p, half, TAP_SPREAD);
     var gradient = vec3f(0.0);
     var slope = 0.0;
-    var seen = vec4f(0.0);
-    for (var n = 0u; n < 2u + JUMP_TAPS; n++) {
-        let beside = outside(rounding) * select(1.0, -1.0, n == 1u);
-        var at = along(camera.origin, camera.direction, ray.t - beside);
-        let tap = FIRST_JUMP_TAP + max(n, 2u) - 2u;
-        if n > 1u { at = along(p, TAP_OFFSETS[tap], apart); }
-        let found = scene_gradient(at);
+    var outside_sample = vec4f(0.0);
+    for (var n = 0u; n < 2u + DISCONTINUITY_TAPS; n++) {
+        let distance = outside_distance(rounding) * select(1.0, -1.0, n == 1u);
+        var point = point_along(camera.origin, camera.direction, ray.t - distance);
+        let tap = FIRST_DISCONTINUITY_TAP + max(n, 2u) - 2u;
+        if n > 1u { point = point_along(p, TAP_OFFSETS[tap], tap_step); }
+        let sample = scene_gradient(point);
         if n > 1u {
-            gradient += TAP_WEIGHTS[tap] * found.w;
+            gradient += TAP_WEIGHTS[tap] * sample.w;
             continue;
         }
-        let steep = length3(found.xyz);
-        let doubt = is_doubtful(found.w, steep, rounding) > 0.0;
-        if n == 0u { seen = found; }
-        if n == 0u || !doubt {
-            gradient = found.xyz;
-            slope = steep;
+        let sample_slope = length3(sample.xyz);
+        let doubtful = is_doubtful(sample.w, sample_slope, rounding) > 0.0;
+        if n == 0u { outside_sample = sample; }
+        if n == 0u || !doubtful {
+            gradient = sample.xyz;
+            slope = sample_slope;
         }
-        if !doubt { break; }
+        if !doubtful { break; }
         if n == 1u {
-            if jumps(seen.w, slope, apart) == 0.0 { break; }
+            if is_discontinuous(outside_sample.w, slope, tap_step) == 0.0 { break; }
             gradient = vec3f(0.0);
         }
     }
 #else
     let slope = 1.0;
-#if general
-    let apart = tap_distance(p, half, frame.normal_spread);
+#if generic
+    let tap_step = tap_distance(p, half, frame.normal_spread);
     let first = frame.normal_taps;
 #else
-    let apart = tap_distance(p, half, SPREAD);
+    let tap_step = tap_distance(p, half, TAP_SPREAD);
     let first = 0u;
 #end
     var gradient = vec3f(0.0);
     for (var n = 0u; n < NORMAL_TAPS; n++) {
         let weight = TAP_WEIGHTS[first + n];
-#if general
+#if generic
         if all(weight == vec3f(0.0)) { continue; }
 #end
-        gradient += weight * scene_distance(along(p, TAP_OFFSETS[first + n], apart));
+        gradient += weight * scene_distance(point_along(p, TAP_OFFSETS[first + n], tap_step));
     }
 #end
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);

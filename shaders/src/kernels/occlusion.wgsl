@@ -1,113 +1,113 @@
-// occlusion: samples the field around each surface for how much of the sky is hidden; a bounded number
-// of evaluations at a time.
+// occlusion: samples the field around each surface for the fraction of the sky that is hidden, with a bounded
+// number of evaluations per dispatch.
 
-@group(0) @binding(2) var<storage, read> rays: array<Ray>;
+@group(0) @binding(2) var<storage, read> rays: array<RayState>;
 @group(0) @binding(3) var<storage, read_write> queue: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read> normals: array<vec4f>;
-@group(0) @binding(7) var<storage, read_write> occlusion: array<OcclusionRay>;
+@group(0) @binding(7) var<storage, read_write> occlusion: array<OcclusionState>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let k = line_index(id, groups);
     var item = block_item(k);
-    let listed = entries_listed();
+    let listed = listed_count();
     if listed > 0u {
         if k >= listed { return; }
-        item = stored_item(resumed(k));
+        item = stored_item(listed_entry(k));
     }
     if !item.exists { return; }
     let ray = rays[item.index];
     if (ray.status & SHOWN) == 0u { return; }
     let camera = camera_ray(item.pixel);
-    let p = along(camera.origin, camera.direction, ray.t);
+    let p = point_along(camera.origin, camera.direction, ray.t);
     let normal = normals[item.index].xyz;
     let slope = normals[item.index].w;
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
-    // What rounding may take from the field counts as open.
-    let unsure = rounding_at(ray.t, frame.rounding);
-    var around = OcclusionRay(vec3f(0.0), 0.0, vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);
-    if listed > 0u { around = occlusion[item.index]; }
-#if general
+    // The rounding error of the field counts as open.
+    let rounding = rounding_at(ray.t, frame.rounding);
+    var state = OcclusionState(vec3f(0.0), 0.0, vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);
+    if listed > 0u { state = occlusion[item.index]; }
+#if generic
     let taps = frame.occlusion_taps;
-    let hemisphere = (frame.choices & HEMISPHERE) != 0u;
-    let place = vec3f(vec2f(frame.tile.xy + item.pixel), f32(frame.sample));
+    let hemisphere = (frame.flags & HEMISPHERE_FLAG) != 0u;
+    let seed = vec3f(vec2f(frame.tile.xy + item.pixel), f32(frame.sample));
 #else
-    let taps = TAPS;
+    let taps = OCCLUSION_TAPS;
 #end
-#if many
-    let place = vec3f(vec2f(frame.tile.xy + item.pixel), f32(frame.sample));
+#if hemisphere
+    let seed = vec3f(vec2f(frame.tile.xy + item.pixel), f32(frame.sample));
 #end
-    let budget = evaluations_left();
+    let budget = evaluation_budget();
     for (var n = 0u; n < budget; n++) {
-        if around.tap >= taps { break; }
-#if general
-        // Both, since a branch by a uniform would be compiled for each of its values.
-        let far = many_distance(around.tap, place, frame.occlusion_reach);
-        let aside = many_direction(normal, around.tap, taps, place);
-        let near = five_distance(around.tap, frame.occlusion_reach);
-        let distance = select(near, far, hemisphere);
-        let direction = select(normal, aside, hemisphere);
-        let height = select(near, far * many_cosine(around.tap, taps), hemisphere);
-        let weight = select(five_weight(around.tap), 1.0, hemisphere);
+        if state.tap_index >= taps { break; }
+#if generic
+        // Both variants, since a branch on a uniform would be compiled for each of its values.
+        let hemisphere_range = hemisphere_distance(state.tap_index, seed, frame.occlusion_reach);
+        let hemisphere_side = hemisphere_direction(normal, state.tap_index, taps, seed);
+        let five_tap_range = five_tap_distance(state.tap_index, frame.occlusion_reach);
+        let distance = select(five_tap_range, hemisphere_range, hemisphere);
+        let direction = select(normal, hemisphere_side, hemisphere);
+        let height = select(five_tap_range, hemisphere_range * hemisphere_cosine(state.tap_index, taps), hemisphere);
+        let weight = select(five_tap_weight(state.tap_index), 1.0, hemisphere);
 #else
-#if many
-        let distance = many_distance(around.tap, place, frame.occlusion_reach);
-        let direction = many_direction(normal, around.tap, taps, place);
-        let height = distance * many_cosine(around.tap, taps);
+#if hemisphere
+        let distance = hemisphere_distance(state.tap_index, seed, frame.occlusion_reach);
+        let direction = hemisphere_direction(normal, state.tap_index, taps, seed);
+        let height = distance * hemisphere_cosine(state.tap_index, taps);
         let weight = 1.0;
 #else
-        let distance = five_distance(around.tap, frame.occlusion_reach);
+        let distance = five_tap_distance(state.tap_index, frame.occlusion_reach);
         let direction = normal;
         let height = distance;
-        let weight = five_weight(around.tap);
+        let weight = five_tap_weight(state.tap_index);
 #end
 #end
-        let at = along(p, direction, distance) + around.offset;
-        let limit = occlusion_limit(height);
-        let sampled = claim_place(at, around.offset, around.phase, around.value, around.gradient, limit);
-        let field = scene_distance(sampled) * side;
-        around.steps += 1.0;
-        var clear = field;
+        let point = point_along(p, direction, distance) + state.offset;
+        let limit = occlusion_candidate_limit(height);
+        let sample = candidate_sample_point(point, state.offset, state.phase, state.value, state.gradient, limit);
+        let field = scene_distance(sample) * side;
+        state.steps += 1.0;
+        var clearance = field;
         if !is_nan(field) {
-            let next = claim_offset(at, around.offset, around.phase, around.value, around.gradient, limit);
-            let outcome = claim_outcome(
-                at, around.gradient, around.round, around.phase, around.value, field, around.offset, next, limit
+            let next = candidate_next_offset(point, state.offset, state.phase, state.value, state.gradient, limit);
+            let outcome = candidate_outcome(
+                point, state.gradient, state.round, state.phase, state.value, field, state.offset, next, limit
             );
-            if around.phase == 0.0 {
-                if occlusion_claims(field, height, slope) > 0.0 {
-                    around.value = field;
-                    around.gradient = vec3f(0.0);
-                    around.phase = 1.0;
+            if state.phase == 0.0 {
+                if occlusion_is_candidate(field, height, slope) > 0.0 {
+                    state.value = field;
+                    state.gradient = vec3f(0.0);
+                    state.phase = 1.0;
                     continue;
                 }
-                if field > 0.0 { clear = height; }
-            } else if around.phase < 3.5 {
-                let sideways = claim_apart(around.value, at, limit);
-                around.gradient = claim_gradient(around.gradient, around.phase, field - around.value, sideways);
-                around.phase += 1.0;
+                if field > 0.0 { clearance = height; }
+            } else if state.phase < 3.5 {
+                let tap_length = candidate_tap_distance(state.value, point, limit);
+                state.gradient = candidate_add_tap(state.gradient, state.phase, field - state.value, tap_length);
+                state.phase += 1.0;
                 continue;
-            } else if outcome == TOO_FAR {
-                around.phase += 1.0;
+            } else if outcome == OVERSHOT {
+                state.phase += 1.0;
                 continue;
             } else if outcome == 0.0 {
-                around.offset = next;
-                around.round += 1.0;
-                around.phase = 1.0;
-                around.value = claim_repeated(field);
-                around.gradient = vec3f(0.0);
+                state.offset = next;
+                state.round += 1.0;
+                state.phase = 1.0;
+                state.value = candidate_restart_value(field);
+                state.gradient = vec3f(0.0);
                 continue;
             } else {
-                let way = claim_surface(around.offset, next, around.value, field);
-                clear = select(NOTHING, length3(way), outcome > 0.0);
+                let to_surface = candidate_surface_offset(state.offset, next, state.value, field);
+                clearance = select(NO_SURFACE, length3(to_surface), outcome > 0.0);
             }
         }
-        let hidden = occlusion_hidden(clear + unsure, height, distance, weight);
-        if !is_nan(field) { around.hidden += hidden; }
-        around.phase = 0.0;
-        around.round = 0.0;
-        around.offset = vec3f(0.0);
-        around.tap += 1.0;
+        let hidden = occlusion_hidden_weight(clearance + rounding, height, distance, weight);
+        if !is_nan(field) { state.hidden += hidden; }
+        state.phase = 0.0;
+        state.round = 0.0;
+        state.offset = vec3f(0.0);
+        state.tap_index += 1.0;
     }
-    occlusion[item.index] = around;
-    if around.tap < taps { enqueue(item.index); }
+    occlusion[item.index] = state;
+    if state.tap_index < taps { enqueue(item.index); }
 }

@@ -1,7 +1,7 @@
 // plane: the field where each ray meets the plane through the view's centre.
 
-@group(0) @binding(2) var<storage, read_write> rays: array<Ray>;
-#if painted
+@group(0) @binding(2) var<storage, read_write> rays: array<RayState>;
+#if material_colors
 #if materials
 @group(0) @binding(5) var<storage, read_write> surfaces: array<Surface>;
 #end
@@ -13,10 +13,10 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let item = block_item(line_index(id, groups));
     if !item.exists { return; }
     let camera = camera_ray(item.pixel);
-    let t = meet_plane(camera.origin, camera.direction, frame.centre, frame.forward);
-    let p = along(camera.origin, camera.direction, t);
+    let t = intersect_plane(camera.origin, camera.direction, frame.centre, frame.forward);
+    let p = point_along(camera.origin, camera.direction, t);
     let distance = scene_distance(p);
-    var ray = Ray(t, distance, 0.0, 0.0, t, distance, MISS, 1u);
+    var ray = RayState(t, distance, 0.0, 0.0, t, distance, MISS, 1u);
     if is_nan(distance) {
         ray.status = NOT_A_NUMBER;
     } else if distance < 0.0 {
@@ -28,15 +28,15 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     var color = vec4f(distance_color(distance, frame.spacing, pixel), 1.0);
 #else
     let covered = coverage(distance, pixel);
-#if painted
+#if material_colors
 #if materials
     let surface = scene_surface(p, -frame.forward);
     surfaces[item.index] = surface;
-    let paint = surface.albedo;
+    let material_color = surface.albedo;
 #else
-    let paint = frame.albedo;
+    let material_color = frame.albedo;
 #end
-    var color = vec4f(frame.sky_horizon + (paint - frame.sky_horizon) * covered, covered);
+    var color = vec4f(frame.sky_horizon + (material_color - frame.sky_horizon) * covered, covered);
 #else
     var color = vec4f(vec3f(covered), covered);
 #end

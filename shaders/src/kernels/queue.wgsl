@@ -1,24 +1,24 @@
-// The queue of a resumable stage: what is still under way after a dispatch is listed for the next.
-// Four words stand in front: how many entries were written, how often the scene may be evaluated in
-// an invocation, how many entries are to be read (none in the first dispatch), and which half they
-// are in; the other half is written.
+// The queue of a resumable stage: the items that are unfinished after a dispatch are listed for the next.
 //
-// They are read from here and not from uniforms, since software Vulkan compiles a kernel again for
-// each new value of a uniform that a loop's end depends on.
+// Its header has four words: the number of entries written, the maximum number of evaluations per invocation,
+// the number of entries to read, and their half. The first dispatch reads none. The other half is written.
+//
+// The header is in storage and not in uniforms, since software Vulkan compiles a kernel again for each new
+// value of a uniform that the end of a loop depends on.
 
-fn evaluations_left() -> u32 {
+fn evaluation_budget() -> u32 {
     return atomicLoad(&queue[1]);
 }
 
-fn entries_listed() -> u32 {
+fn listed_count() -> u32 {
     return atomicLoad(&queue[2]);
 }
 
-fn resumed(k: u32) -> u32 {
-    return atomicLoad(&queue[4u + atomicLoad(&queue[3]) * frame.capacity + k]);
+fn listed_entry(k: u32) -> u32 {
+    return atomicLoad(&queue[4u + atomicLoad(&queue[3]) * frame.queue_capacity + k]);
 }
 
 fn enqueue(entry: u32) {
-    let place = atomicAdd(&queue[0], 1u);
-    atomicStore(&queue[4u + (1u - atomicLoad(&queue[3])) * frame.capacity + place], entry);
+    let index = atomicAdd(&queue[0], 1u);
+    atomicStore(&queue[4u + (1u - atomicLoad(&queue[3])) * frame.queue_capacity + index], entry);
 }

@@ -1,18 +1,18 @@
-// shadow: takes each ray towards a light a bounded number of evaluations further; all lights at once.
+// shadow: advances each ray towards a light by a bounded number of evaluations; all lights at once.
 
-@group(0) @binding(1) var<uniform> lights: array<Light, LIGHTS>;
-@group(0) @binding(2) var<storage, read> rays: array<Ray>;
+@group(0) @binding(1) var<uniform> lights: array<LightRecord, LIGHT_COUNT>;
+@group(0) @binding(2) var<storage, read> rays: array<RayState>;
 @group(0) @binding(3) var<storage, read_write> queue: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read> normals: array<vec4f>;
-@group(0) @binding(6) var<storage, read_write> shadows: array<ShadowRay>;
+@group(0) @binding(6) var<storage, read_write> shadows: array<ShadowRayState>;
 
-fn stride_of(light: Light, h: f32, t: f32, least: f32, size: f32) -> f32 {
-#if short
-    if size > 0.0 && (light.shadow == SHADOW_PLAIN || light.shadow == SHADOW_SIZED) {
-        return shadow_short_stride(h, t, least, size);
+fn next_stride(light: LightRecord, field: f32, t: f32, min_step: f32, size: f32) -> f32 {
+#if short_stride
+    if size > 0.0 && (light.shadow_form == SHADOW_PLAIN || light.shadow_form == SHADOW_SIZED) {
+        return shadow_short_stride(field, t, min_step, size);
     }
 #end
-    return shadow_stride(h, t, least, size);
+    return shadow_stride(field, t, min_step, size);
 }
 
 @compute @workgroup_size(64)
@@ -20,272 +20,271 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let k = line_index(id, groups);
     let blocks = ((frame.tile.z + 7u) / 8u) * ((frame.tile.w + 7u) / 8u);
     var item = block_item(k % (blocks * 64u));
-    var which = k / (blocks * 64u);
-    let listed = entries_listed();
+    var light_index = k / (blocks * 64u);
+    let listed = listed_count();
     if listed > 0u {
         if k >= listed { return; }
-        let entry = resumed(k);
+        let entry = listed_entry(k);
         item = stored_item(entry % tile_pixels());
-        which = entry / tile_pixels();
+        light_index = entry / tile_pixels();
     }
-    if !item.exists || which >= frame.lights { return; }
-    let light = lights[which];
-    let slot = which * tile_pixels() + item.index;
-    let seen = rays[item.index];
+    if !item.exists || light_index >= frame.light_count { return; }
+    let light = lights[light_index];
+    let slot = light_index * tile_pixels() + item.index;
+    let primary = rays[item.index];
     let camera = camera_ray(item.pixel);
-    let p = along(camera.origin, camera.direction, seen.t);
+    let p = point_along(camera.origin, camera.direction, primary.t);
     let normal = normals[item.index].xyz;
-    let half = half_pixel(seen.t, frame.footprint, frame.footprint_growth);
-    let rounding = rounding_at(seen.t, frame.rounding);
-    let sharp = select(0.0, 1.0, light.shadow == SHADOW_HARD);
-    let above = lift(p, half, rounding, sharp);
-    let start = along(p, normal, above);
-    // From where the ray starts, so that it ends at the lamp and not beside it.
-    let to_place = light.place - start * light.near;
-    let axis = unit(to_place);
-    let reach = select(frame.far, min(frame.far, length3(to_place)), light.near > 0.0);
-    let least = shadow_shortest(half, above);
-    let begin = shadow_begin(least, sharp);
-    let side = select(1.0, -1.0, (seen.status & FROM_INSIDE) != 0u);
-    var ray: ShadowRay;
-    ray.t = begin;
+    let half = half_pixel(primary.t, frame.footprint, frame.footprint_growth);
+    let rounding = rounding_at(primary.t, frame.rounding);
+    let is_sharp = select(0.0, 1.0, light.shadow_form == SHADOW_HARD);
+    let height = lift(p, half, rounding, is_sharp);
+    let start = point_along(p, normal, height);
+    // From the start of the ray, so that it ends at the light and not beside it.
+    let to_light = light.position - start * light.is_positional;
+    let axis = unit(to_light);
+    let light_t = select(frame.far, min(frame.far, length3(to_light)), light.is_positional > 0.0);
+    let min_step = shadow_min_step(half, height);
+    let start_t = shadow_start(min_step, is_sharp);
+    let side = select(1.0, -1.0, (primary.status & FROM_INSIDE) != 0u);
+    var ray: ShadowRayState;
+    ray.t = start_t;
     ray.visibility = 1.0;
-    ray.last = 1.0;
-    ray.claim_t = NO_CLAIM;
+    ray.last_visibility = 1.0;
+    ray.candidate_t = NO_CANDIDATE;
     ray.size = light.size;
-    ray.best = -1.0;
-    ray.cleared = begin;
+    ray.best_visibility = -1.0;
+    ray.clear_t = start_t;
     if listed > 0u {
         ray = shadows[slot];
-    } else if (seen.status & SHOWN) == 0u || light.shadow == SHADOW_NONE {
-        ray.steps = DONE;
-    } else if cosine_between(normal, unit(light.place - p * light.near)) <= 0.0 {
+    } else if (primary.status & SHOWN) == 0u || light.shadow_form == SHADOW_NONE {
+        ray.steps = DONE_FLAG;
+    } else if cosine_between(normal, unit(light.position - p * light.is_positional)) <= 0.0 {
         ray.visibility = -1.0;
-        ray.steps = DONE;
+        ray.steps = DONE_FLAG;
     }
     var origin = start;
     var direction = axis;
-    var leave = shadow_leave(start, axis, frame.bounds_min, frame.bounds_max, reach, ray.size);
+    var exit_t = shadow_exit(start, axis, frame.bounds_min, frame.bounds_max, light_t, ray.size);
 #if sized
-    var rim = shadow_rim(axis, ray.number);
-    if ray.number >= 1.0 {
-        direction = shadow_aim(axis, rim, ray.size);
-        let far = shadow_rim_reach(direction, axis, reach);
-        leave = shadow_leave(start, direction, frame.bounds_min, frame.bounds_max, far, ray.size);
+    var rim = shadow_rim_direction(axis, ray.ray_number);
+    if ray.ray_number >= 1.0 {
+        direction = shadow_rim_ray_direction(axis, rim, ray.size);
+        let plane_t = shadow_light_plane(direction, axis, light_t);
+        exit_t = shadow_exit(start, direction, frame.bounds_min, frame.bounds_max, plane_t, ray.size);
         if ray.size == 0.0 {
-            origin = along(start, axis, reach);
+            origin = point_along(start, axis, light_t);
             direction = rim;
-            leave = shadow_room(reach, light.size);
+            exit_t = shadow_required_room(light_t, light.size);
         }
     }
 #end
-    let budget = evaluations_left();
+    let budget = evaluation_budget();
     for (var n = 0u; n < budget; n++) {
-        if ray.steps >= DONE { break; }
-        let checking = ray.phase > 0.0;
-        let at = along(origin, direction, select(ray.t, ray.claim_t, checking)) + ray.offset;
-        let limit = shadow_limit(ray.claim_t, ray.size);
-        let place = claim_place(at, ray.offset, ray.phase, ray.value, ray.gradient, limit);
-        let field = scene_distance(place) * side;
+        if ray.steps >= DONE_FLAG { break; }
+        let is_probing = ray.phase > 0.0;
+        let point = point_along(origin, direction, select(ray.t, ray.candidate_t, is_probing)) + ray.offset;
+        let limit = shadow_candidate_limit(ray.candidate_t, ray.size);
+        let sample = candidate_sample_point(point, ray.offset, ray.phase, ray.value, ray.gradient, limit);
+        let field = scene_distance(sample) * side;
         ray.steps += 1u;
         if is_nan(field) {
-            ray.steps |= DONE;
+            ray.steps |= DONE_FLAG;
             break;
         }
-        let out_of_steps = ray.steps >= frame.shadow_steps;
-        // Whether the present ray has ended: for lights with a size others may follow.
-        var ends = false;
+        let out_of_steps = ray.steps >= frame.max_shadow_steps;
+        // For lights with a size, other rays may follow.
+        var ray_ends = false;
 #if sized
-        let is_sized = light.shadow == SHADOW_SIZED;
-        let is_rim = ray.number >= 1.0;
-        let dark = select(0.0, select(HIDDEN, -1.0, is_rim), is_sized);
+        let is_sized = light.shadow_form == SHADOW_SIZED;
+        let is_rim = ray.ray_number >= 1.0;
+        let dark_visibility = select(0.0, select(MAX_HIDDEN_VISIBILITY, -1.0, is_rim), is_sized);
 #else
-        let dark = 0.0;
+        let dark_visibility = 0.0;
 #end
-        if checking {
-            let next = claim_offset(at, ray.offset, ray.phase, ray.value, ray.gradient, limit);
-            let outcome = claim_outcome(
-                at, ray.gradient, ray.round, ray.phase, ray.value, field, ray.offset, next, limit
+        if is_probing {
+            let next = candidate_next_offset(point, ray.offset, ray.phase, ray.value, ray.gradient, limit);
+            let outcome = candidate_outcome(
+                point, ray.gradient, ray.round, ray.phase, ray.value, field, ray.offset, next, limit
             );
-            // Whether the check has ended.
-            var finishes = false;
+            var probe_ends = false;
             if ray.phase < 0.75 {
-                let is_aside = any(ray.offset != vec3f(0.0));
-                ray.value = select(field, claim_repeated(field), is_aside);
+                let is_offset = any(ray.offset != vec3f(0.0));
+                ray.value = select(field, candidate_restart_value(field), is_offset);
                 ray.phase = 1.0;
-                let most = shadow_claimed(ray.visibility, ray.number);
-                finishes = !is_aside && shadow_is_vain(field, ray.claim_t, ray.size, most) > 0.0;
+                let bound = shadow_candidate_bound(ray.visibility, ray.ray_number);
+                probe_ends = !is_offset && shadow_cannot_darken(field, ray.candidate_t, ray.size, bound) > 0.0;
             } else if ray.phase < 3.5 {
-                let sideways = claim_apart(ray.value, at, limit);
-                ray.gradient = claim_gradient(ray.gradient, ray.phase, field - ray.value, sideways);
+                let tap_length = candidate_tap_distance(ray.value, point, limit);
+                ray.gradient = candidate_add_tap(ray.gradient, ray.phase, field - ray.value, tap_length);
                 ray.phase += 1.0;
-            } else if outcome == TOO_FAR {
+            } else if outcome == OVERSHOT {
                 ray.phase += 1.0;
             } else if outcome == 0.0 {
                 ray.offset = next;
                 ray.round += 1.0;
                 ray.phase = 1.0;
-                ray.value = claim_repeated(field);
+                ray.value = candidate_restart_value(field);
                 ray.gradient = vec3f(0.0);
             } else if outcome > 0.0 {
-                let way = claim_surface(ray.offset, next, ray.value, field);
-                let before = ray.visibility;
+                let to_surface = candidate_surface_offset(ray.offset, next, ray.value, field);
+                let visibility = ray.visibility;
                 // At the light, not where the ray leaves the bounds: light does not depend on these.
-                var end = reach;
-                ray.visibility = shadow_beside(
-                    before, way, direction, ray.claim_t, ray.size, ray.value, end
+                var t_end = light_t;
+                ray.visibility = shadow_visibility_beside(
+                    visibility, to_surface, direction, ray.candidate_t, ray.size, ray.value, t_end
                 );
 #if sized
                 if is_rim {
-                    end = shadow_rim_reach(direction, axis, reach);
-                    ray.visibility = shadow_beside_rim(
-                        before, way, direction, axis, ray.claim_t, ray.size, end
+                    t_end = shadow_light_plane(direction, axis, light_t);
+                    ray.visibility = shadow_rim_visibility_beside(
+                        visibility, to_surface, direction, axis, ray.candidate_t, ray.size, t_end
                     );
                 }
 #end
-                let to = shadow_moved(
-                    way, ray.gradient, direction, ray.claim_t, end, ray.value, ray.round, ray.moves
+                let target_t = shadow_moved_candidate(
+                    to_surface, ray.gradient, direction, ray.candidate_t, t_end, ray.value, ray.round, ray.moves
                 );
-                if to > 0.0 && ray.visibility > dark {
-                    // After a roundabout way the next one counts as one, too.
-                    let bends = ray.round > 0.0;
-                    let aside = shadow_aside(way, ray.gradient, direction);
-                    ray.claim_t = to;
+                if target_t > 0.0 && ray.visibility > dark_visibility {
+                    // After several rounds the next probe counts as a later round, too.
+                    let has_bent = ray.round > 0.0;
+                    let plane_offset = shadow_plane_offset(to_surface, ray.gradient, direction);
+                    ray.candidate_t = target_t;
                     ray.moves += 1.0;
-                    ray.phase = MOVED;
-                    ray.round = select(0.0, 1.0, bends);
-                    ray.offset = select(vec3f(0.0), aside, bends);
+                    ray.phase = MOVED_PHASE;
+                    ray.round = select(0.0, 1.0, has_bent);
+                    ray.offset = select(vec3f(0.0), plane_offset, has_bent);
                     ray.gradient = vec3f(0.0);
                 } else {
-                    finishes = true;
-                    // After a roundabout way the next point may claim what is farther.
-                    ray.last = select(ray.last, NO_LAST, ray.round > 0.0);
+                    probe_ends = true;
+                    // After several rounds the next sample may be a candidate for a farther surface.
+                    ray.last_visibility = select(ray.last_visibility, NO_LAST_VISIBILITY, ray.round > 0.0);
                 }
             } else {
-                let to = shadow_earlier(ray.claim_t, ray.size, ray.moves);
-                finishes = to <= 0.0;
-                ray.claim_t = to;
+                let target_t = shadow_earlier_candidate(ray.candidate_t, ray.size, ray.moves);
+                probe_ends = target_t <= 0.0;
+                ray.candidate_t = target_t;
                 ray.moves += 1.0;
                 ray.round = 0.0;
-                ray.phase = MOVED;
+                ray.phase = MOVED_PHASE;
                 ray.offset = vec3f(0.0);
                 ray.gradient = vec3f(0.0);
-                ray.last = NO_LAST;
+                ray.last_visibility = NO_LAST_VISIBILITY;
             }
-            if finishes {
-                ray.claim_t = NO_CLAIM;
+            if probe_ends {
+                ray.candidate_t = NO_CANDIDATE;
                 ray.moves = 0.0;
                 ray.phase = 0.0;
                 ray.round = 0.0;
                 ray.offset = vec3f(0.0);
                 ray.gradient = vec3f(0.0);
-                ends = ray.ends > 0.0 || ray.visibility <= dark;
+                ray_ends = ray.ends_after_check > 0.0 || ray.visibility <= dark_visibility;
             }
-            if out_of_steps { ray.steps |= DONE; }
-            if !ends { continue; }
+            if out_of_steps { ray.steps |= DONE_FLAG; }
+            if !ray_ends { continue; }
         } else {
             let t = ray.t;
-            let slope = shadow_slope(field, ray.before, ray.step);
-            let depth = march_noise(rounding, slope, frame.raw);
-            // The last point is the end of the ray itself, wherever the steps before it were.
-            let at_end = t >= leave || out_of_steps;
-            let shortest = least * shadow_hurry(f32(ray.steps) - ray.begun);
-            let back = shadow_passed(field, ray.before, ray.step, ray.fall, depth);
-            let is_inside = field < -depth;
+            let slope = shadow_slope(field, ray.field_before, ray.step);
+            let margin = sign_margin(rounding, slope, frame.raw);
+            // The last sample is the end of the ray itself, wherever the earlier steps were.
+            let at_end = t >= exit_t || out_of_steps;
+            let current_min_step = min_step * shadow_late_speedup(f32(ray.steps) - ray.steps_before);
+            let step_back = shadow_step_to_passed_sheet(field, ray.field_before, ray.step, ray.slope_before, margin);
+            let is_inside = field < -margin;
 #if sized
-            let measures = ray.size == 0.0;
-            if measures && (is_inside || at_end) && !out_of_steps {
+            let measures_room = ray.size == 0.0;
+            if measures_room && (is_inside || at_end) && !out_of_steps {
                 let room = select(t, t - ray.step, is_inside);
-                ray.size = min(shadow_fitting(room, reach), light.size);
+                ray.size = min(shadow_size_in_room(room, light_t), light.size);
                 if ray.size <= 0.0 {
-                    ray.steps |= DONE;
+                    ray.steps |= DONE_FLAG;
                     break;
                 }
                 origin = start;
-                direction = shadow_aim(axis, rim, ray.size);
-                let far = shadow_rim_reach(direction, axis, reach);
-                leave = shadow_leave(start, direction, frame.bounds_min, frame.bounds_max, far, ray.size);
-                ray.begun = f32(ray.steps);
-                ray.t = abs(ray.cleared);
-                ray.before = 0.0;
+                direction = shadow_rim_ray_direction(axis, rim, ray.size);
+                let plane_t = shadow_light_plane(direction, axis, light_t);
+                exit_t = shadow_exit(start, direction, frame.bounds_min, frame.bounds_max, plane_t, ray.size);
+                ray.steps_before = f32(ray.steps);
+                ray.t = abs(ray.clear_t);
+                ray.field_before = 0.0;
                 ray.step = 0.0;
-                ray.fall = 0.0;
+                ray.slope_before = 0.0;
                 ray.visibility = 0.0;
-                ray.last = NO_LAST;
-                ray.ends = 0.0;
+                ray.last_visibility = NO_LAST_VISIBILITY;
+                ray.ends_after_check = 0.0;
                 continue;
             }
-            let goes_back = back > 0.0 && ray.number != INSIDE;
+            let steps_back = step_back > 0.0 && ray.ray_number != INSIDE_RAY_NUMBER;
 #else
-            let goes_back = back > 0.0;
+            let steps_back = step_back > 0.0;
 #end
-            if goes_back && !out_of_steps {
-                ray.t += back - ray.step;
-                ray.step = back;
-                ray.fall = 0.0;
+            if steps_back && !out_of_steps {
+                ray.t += step_back - ray.step;
+                ray.step = step_back;
+                ray.slope_before = 0.0;
                 continue;
             }
-            var step = stride_of(light, field, t, shortest, ray.size);
+            var step = next_stride(light, field, t, current_min_step, ray.size);
 #if sized
-            if is_sized && is_inside { step = shadow_inner_stride(t, shortest, ray.size); }
+            if is_sized && is_inside { step = shadow_inner_stride(t, current_min_step, ray.size); }
 #end
-            step = min(step, max(leave - t, 0.0));
+            step = min(step, max(exit_t - t, 0.0));
             ray.t += step;
-            ray.before = field;
+            ray.field_before = field;
             ray.step = step;
-            ray.fall = slope;
-            if light.shadow == SHADOW_HARD {
-                ray.visibility = shadow_hard(ray.visibility, field, depth);
-                if at_end || ray.visibility <= 0.0 { ray.steps |= DONE; }
+            ray.slope_before = slope;
+            if light.shadow_form == SHADOW_HARD {
+                ray.visibility = shadow_hard_visibility(ray.visibility, field, margin);
+                if at_end || ray.visibility <= 0.0 { ray.steps |= DONE_FLAG; }
                 continue;
             }
-            let seen_here = shadow_seen(field, t, ray.size);
-            var claimed = ray.visibility;
+            let sample_visibility = shadow_sample_visibility(field, t, ray.size);
+            var bound = ray.visibility;
 #if sized
             if is_sized {
-                if out_of_steps && ray.number > 0.0 {
-                    ray.steps |= DONE;
+                if out_of_steps && ray.ray_number > 0.0 {
+                    ray.steps |= DONE_FLAG;
                     break;
                 }
-                if measures { continue; }
+                if measures_room { continue; }
                 if is_inside && !is_rim {
-                    ray.number = INSIDE;
-                    ray.claim_t = NO_CLAIM;
-                    if seen_here <= -1.0 {
-                        ray.steps |= DONE;
+                    ray.ray_number = INSIDE_RAY_NUMBER;
+                    ray.candidate_t = NO_CANDIDATE;
+                    if sample_visibility <= -1.0 {
+                        ray.steps |= DONE_FLAG;
                         break;
                     }
                     if !at_end { continue; }
                 }
-                ends = is_inside || ray.number == INSIDE;
-                if ends { ray.visibility = -1.0; }
-                if ray.number == 0.0 { ray.cleared = shadow_cleared(ray.cleared, field, t, ray.size); }
-                claimed = shadow_claimed(ray.visibility, ray.number);
+                ray_ends = is_inside || ray.ray_number == INSIDE_RAY_NUMBER;
+                if ray_ends { ray.visibility = -1.0; }
+                if ray.ray_number == 0.0 { ray.clear_t = shadow_clear_until(ray.clear_t, field, t, ray.size); }
+                bound = shadow_candidate_bound(ray.visibility, ray.ray_number);
             } else if is_inside {
                 ray.visibility = 0.0;
-                ray.steps |= DONE;
+                ray.steps |= DONE_FLAG;
                 break;
             }
 #else
             if is_inside {
                 ray.visibility = 0.0;
-                ray.steps |= DONE;
+                ray.steps |= DONE_FLAG;
                 break;
             }
 #end
-            if !ends {
-                // A claim is checked once the ray has passed the point where it is greatest.
-                let claims = shadow_claims(seen_here, ray.last, claimed) > 0.0;
-                ray.last = seen_here;
-                if claims {
-                    ray.claim_t = t;
+            if !ray_ends {
+                // A candidate is probed once the ray has passed the lowest visibility.
+                let is_candidate = shadow_is_candidate(sample_visibility, ray.last_visibility, bound) > 0.0;
+                ray.last_visibility = sample_visibility;
+                if is_candidate {
+                    ray.candidate_t = t;
                     ray.value = field;
                 }
-                if (!claims || at_end) && ray.claim_t > 0.0 && !out_of_steps {
+                if (!is_candidate || at_end) && ray.candidate_t > 0.0 && !out_of_steps {
                     ray.phase = 1.0;
                     ray.round = 0.0;
                     ray.gradient = vec3f(0.0);
-                    if at_end { ray.ends = 1.0; }
+                    if at_end { ray.ends_after_check = 1.0; }
                     continue;
                 }
                 if !at_end { continue; }
@@ -293,43 +292,43 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         }
         // The present ray has ended.
 #if sized
-        if is_sized && (ray.number > 0.0 || ray.visibility <= HIDDEN) {
-            if is_rim { ray.best = max(ray.best, ray.visibility); }
-            ray.number = floor(ray.number) + 1.0;
-            ray.claim_t = NO_CLAIM;
-            ray.ends = 0.0;
-            ray.last = NO_LAST;
-            ray.before = 0.0;
+        if is_sized && (ray.ray_number > 0.0 || ray.visibility <= MAX_HIDDEN_VISIBILITY) {
+            if is_rim { ray.best_visibility = max(ray.best_visibility, ray.visibility); }
+            ray.ray_number = floor(ray.ray_number) + 1.0;
+            ray.candidate_t = NO_CANDIDATE;
+            ray.ends_after_check = 0.0;
+            ray.last_visibility = NO_LAST_VISIBILITY;
+            ray.field_before = 0.0;
             ray.step = 0.0;
-            ray.fall = 0.0;
-            ray.begun = f32(ray.steps & ~DONE);
+            ray.slope_before = 0.0;
+            ray.steps_before = f32(ray.steps & ~DONE_FLAG);
             ray.visibility = 0.0;
-            let is_hidden = ray.number > FIRST_RIM_RAYS && ray.best <= -1.0;
-            if is_hidden || ray.best >= 0.0 || ray.number > RIM_RAYS {
-                ray.steps |= DONE;
+            let is_hidden = ray.ray_number > FIRST_RIM_RAYS && ray.best_visibility <= -1.0;
+            if is_hidden || ray.best_visibility >= 0.0 || ray.ray_number > RIM_RAYS {
+                ray.steps |= DONE_FLAG;
                 break;
             }
-            rim = shadow_rim(axis, ray.number);
-            if light.near > 0.0 {
+            rim = shadow_rim_direction(axis, ray.ray_number);
+            if light.is_positional > 0.0 {
                 ray.size = 0.0;
                 ray.t = 0.0;
-                origin = along(start, axis, reach);
+                origin = point_along(start, axis, light_t);
                 direction = rim;
-                leave = shadow_room(reach, light.size);
+                exit_t = shadow_required_room(light_t, light.size);
             } else {
-                ray.t = abs(ray.cleared);
-                direction = shadow_aim(axis, rim, light.size);
-                let far = shadow_rim_reach(direction, axis, reach);
-                leave = shadow_leave(start, direction, frame.bounds_min, frame.bounds_max, far, ray.size);
+                ray.t = abs(ray.clear_t);
+                direction = shadow_rim_ray_direction(axis, rim, light.size);
+                let plane_t = shadow_light_plane(direction, axis, light_t);
+                exit_t = shadow_exit(start, direction, frame.bounds_min, frame.bounds_max, plane_t, ray.size);
             }
             continue;
         }
 #end
-        ray.steps |= DONE;
+        ray.steps |= DONE_FLAG;
     }
 #if sized
-    if ray.steps >= DONE && ray.number > 0.0 { ray.visibility = ray.best; }
+    if ray.steps >= DONE_FLAG && ray.ray_number > 0.0 { ray.visibility = ray.best_visibility; }
 #end
     shadows[slot] = ray;
-    if ray.steps < DONE { enqueue(slot); }
+    if ray.steps < DONE_FLAG { enqueue(slot); }
 }

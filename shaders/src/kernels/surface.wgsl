@@ -1,6 +1,6 @@
-// surface: asks the scene what each surface is made of.
+// surface: the material of each surface.
 
-@group(0) @binding(2) var<storage, read> rays: array<Ray>;
+@group(0) @binding(2) var<storage, read> rays: array<RayState>;
 @group(0) @binding(4) var<storage, read> normals: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> surfaces: array<Surface>;
 
@@ -11,9 +11,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let ray = rays[item.index];
     if (ray.status & SHOWN) == 0u { return; }
     let camera = camera_ray(item.pixel);
-    let p = along(camera.origin, camera.direction, ray.t);
+    let p = point_along(camera.origin, camera.direction, ray.t);
     let normal = normals[item.index].xyz;
     let side = select(1.0, -1.0, (ray.status & FROM_INSIDE) != 0u);
-    let below = inside(rounding_at(ray.t, frame.rounding)) * side;
-    surfaces[item.index] = scene_surface(along(p, normal, -below), normal);
+    let depth = inside_depth(rounding_at(ray.t, frame.rounding)) * side;
+    surfaces[item.index] = scene_surface(point_along(p, normal, -depth), normal);
 }

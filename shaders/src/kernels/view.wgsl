@@ -1,6 +1,6 @@
-// view: shows what is known of each ray's end, other than its light.
+// view: a debug view of the end of each ray.
 
-@group(0) @binding(2) var<storage, read> rays: array<Ray>;
+@group(0) @binding(2) var<storage, read> rays: array<RayState>;
 #if normal
 @group(0) @binding(4) var<storage, read> normals: array<vec4f>;
 #end
@@ -16,7 +16,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let ray = rays[item.index];
     var color = vec4f(0.0);
 #if steps
-    color = vec4f(heat(f32(ray.steps) / f32(frame.steps)), 1.0);
+    color = vec4f(heat(f32(ray.steps) / f32(frame.max_steps)), 1.0);
 #else
     if (ray.status & SHOWN) != 0u {
 #if albedo
@@ -30,7 +30,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         color = vec4f(direction_color(normals[item.index].xyz), 1.0);
 #end
 #if depth
-        color = vec4f(depth_color(ray.t + camera_ray(item.pixel).beyond, frame.depth_range), 1.0);
+        color = vec4f(depth_color(ray.t + camera_ray(item.pixel).start_excess, frame.depth_range), 1.0);
 #end
 #if id
 #if materials

@@ -1,4 +1,4 @@
-// Which ray an invocation works on.
+// The item that an invocation works on.
 
 struct Item { index: u32, pixel: vec2u, exists: bool }
 
@@ -10,16 +10,16 @@ fn tile_pixels() -> u32 {
     return frame.tile.z * frame.tile.w;
 }
 
-// The upper left pixel of a block.
+// Returns the upper left pixel of a block.
 fn block_pixel(block: u32) -> vec2u {
-    let columns = (frame.tile.z + BLOCK - 1u) / BLOCK;
-    return vec2u(block % columns, block / columns) * BLOCK;
+    let columns = (frame.tile.z + BLOCK_SIDE - 1u) / BLOCK_SIDE;
+    return vec2u(block % columns, block / columns) * BLOCK_SIDE;
 }
 
-// Rays are taken in blocks of 8×8 pixels, so that neighbours stay together.
+// Returns the item of a line index. Rays are taken in blocks of 8×8 pixels, so that neighbours stay together.
 fn block_item(k: u32) -> Item {
-    let at = block_pixel(k / 64u) + vec2u(k, k / BLOCK) % BLOCK;
-    return Item(at.y * frame.tile.z + at.x, at, at.x < frame.tile.z && at.y < frame.tile.w);
+    let pixel = block_pixel(k / 64u) + vec2u(k, k / BLOCK_SIDE) % BLOCK_SIDE;
+    return Item(pixel.y * frame.tile.z + pixel.x, pixel, pixel.x < frame.tile.z && pixel.y < frame.tile.w);
 }
 
 fn stored_item(index: u32) -> Item {

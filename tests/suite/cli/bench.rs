@@ -1,4 +1,4 @@
-//! Speed against error: what the report holds, whichever times the machine takes.
+//! Tests of `bench`: contents of the report of speed against error, independent of the measured times.
 
 use super::sandbox::{Run, Sandbox};
 use serde_json::Value;
@@ -6,7 +6,7 @@ use serde_json::Value;
 const SCENE: &str = "camera { from: [2, 2, 4], look: [0, 0, 0] }\n\
     sphere(1) |[0.2] box(1).translate(0.8, 0, 0) | box(6, 0.1, 6).translate(0, -1, 0)\n";
 
-/// Every knob, each of its values, and the combinations.
+/// All knobs with each of their values, and the combinations.
 const SETTINGS: [&str; 23] = [
     "default",
     "threshold 0.002",
@@ -80,22 +80,22 @@ fn every_setting_is_measured() {
     let suite = list(&report["suite"], "rows");
     assert_eq!(suite.len(), SETTINGS.len());
 
-    // The other two forms have the same rows.
+    // The other two formats have the same rows.
     let page = String::from_utf8(sandbox.read("report.html")).expect("text");
     let tables = String::from_utf8(sandbox.read("report.md")).expect("text");
     for setting in SETTINGS {
         assert!(page.contains(&format!(">{setting}</td>")), "{setting}");
         assert!(tables.contains(setting), "{setting}");
     }
-    for said in [&page, &tables] {
-        assert!(said.contains("sdfc bench scene.sdf --engines cpu --width 24"));
-        assert!(said.contains(report["date"].as_str().expect("a date")));
-        assert!(said.contains("cpu: "), "what it ran on");
+    for message in [&page, &tables] {
+        assert!(message.contains("sdfc bench scene.sdf --engines cpu --width 24"));
+        assert!(message.contains(report["date"].as_str().expect("a date")));
+        assert!(message.contains("cpu: "), "what it ran on");
     }
     assert_eq!(sandbox.files(), ["report.html", "report.md", "scene.sdf"]);
 }
 
-/// Nothing is loaded, and every tag is closed.
+/// The page loads no resources, and every tag is closed.
 #[test]
 fn the_page_needs_nothing_else() {
     let sandbox = Sandbox::with_scene(SCENE);
@@ -117,7 +117,7 @@ fn the_page_needs_nothing_else() {
     );
 }
 
-/// What is marked as the front is what nothing beats, and it is not empty.
+/// The marked Pareto front is non-empty and contains only undominated rows.
 #[test]
 fn fronts_are_fronts() {
     let sandbox = Sandbox::with_scene(SCENE);
@@ -143,7 +143,7 @@ fn fronts_are_fronts() {
     }
 }
 
-/// Plain steps are no fewer than relaxed ones, and each row has the knob that it names.
+/// Plain steps are at least as many as relaxed ones, and each row has the knob that it names.
 #[test]
 fn knobs_reach_the_march() {
     let sandbox = Sandbox::with_scene(SCENE);
@@ -214,7 +214,7 @@ fn the_fastest_setting_that_keeps_an_error_is_taken() {
     );
 }
 
-/// What is compiled already is measured without changes of detail.
+/// Compiled files are measured without changes of detail.
 #[test]
 fn bytecode_keeps_its_detail() {
     let sandbox = Sandbox::with_scene(SCENE);
@@ -233,7 +233,7 @@ fn what_cannot_be_measured_is_said() {
     let sandbox = Sandbox::with_scene(SCENE);
     sandbox.write("plane.sdf", "circle(1)");
     sandbox.write("wrong.sdf", "spehre(1)");
-    for (arguments, code, said) in [
+    for (arguments, code, message) in [
         ("bench", 2, "<SCENE>"),
         (
             "bench missing.sdf --engines cpu",
@@ -276,11 +276,11 @@ fn what_cannot_be_measured_is_said() {
     ] {
         let run = sandbox.run(arguments);
         assert_eq!(run.code, code, "{}", run.transcript());
-        assert!(run.stderr.contains(said), "{}", run.transcript());
+        assert!(run.stderr.contains(message), "{}", run.transcript());
         assert!(run.stdout.is_empty(), "{}", run.transcript());
     }
     assert_eq!(sandbox.files(), ["plane.sdf", "scene.sdf", "wrong.sdf"]);
-    // What can be measured is, beside what cannot.
+    // Measurable scenes are measured even if others fail.
     let command = "bench plane.sdf scene.sdf --engines cpu --width 16 --rounds 1 --json";
     let run = sandbox.run(command);
     assert_eq!(run.code, 1, "{}", run.transcript());

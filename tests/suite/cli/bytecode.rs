@@ -1,4 +1,4 @@
-//! Bytecode files: what was compiled draws the same picture, and what was damaged is refused.
+//! Bytecode files: compiled scenes draw the same picture, and damaged files are rejected.
 
 use super::sandbox::Sandbox;
 use insta::assert_snapshot;
@@ -29,11 +29,11 @@ fn a_compiled_scene_is_the_scene() {
         sandbox.read(picture)
     };
     assert!(draw("scene.sdf", "a.png", "") == draw("scene.sdfb", "b.png", ""));
-    // A live param can still be changed, and changes the picture.
+    // A live param can still be changed and changes the picture.
     let changed = draw("scene.sdf", "c.png", "-p goo=0.9");
     assert!(changed == draw("scene.sdfb", "d.png", "-p goo=0.9"));
     assert!(changed != sandbox.read("a.png"));
-    // It compiles to itself and to the same source.
+    // The file compiles to itself and to the same source.
     sandbox
         .run("compile scene.sdfb --emit bytecode -o again.sdfb")
         .ok();
@@ -47,7 +47,7 @@ fn a_compiled_scene_is_the_scene() {
     assert_eq!(asm("scene.sdf"), asm("scene.sdfb"));
     let wgsl = sandbox.run("compile scene.sdfb --emit wgsl").ok().text();
     assert!(wgsl.contains("fn sceneSDF"), "{wgsl}");
-    // The name does not matter.
+    // The file name does not matter.
     std::fs::rename(sandbox.path("scene.sdfb"), sandbox.path("renamed.bin")).expect("a file");
     sandbox.run("info renamed.bin").ok();
 }
@@ -55,7 +55,7 @@ fn a_compiled_scene_is_the_scene() {
 #[test]
 fn what_needs_the_text() {
     let sandbox = compiled();
-    let mut said = String::new();
+    let mut message = String::new();
     for command in [
         "compile scene.sdfb --emit ast",
         "compile scene.sdfb --emit scene",
@@ -70,10 +70,10 @@ fn what_needs_the_text() {
     ] {
         let run = sandbox.run(command);
         assert_eq!(run.code, 1, "{}", run.transcript());
-        said.push_str(&run.transcript());
-        said.push('\n');
+        message.push_str(&run.transcript());
+        message.push('\n');
     }
-    assert_snapshot!(said);
+    assert_snapshot!(message);
 }
 
 #[test]
@@ -96,7 +96,7 @@ fn damaged_files_are_refused() {
     let mut longer = bytes.clone();
     longer.extend([0; 4]);
     refused(&longer);
-    // A bit here and there, all over the file and thoroughly in its header.
+    // Single bits are flipped across the file, and in every byte of its header.
     let positions = (0..20).chain((20..bytes.len()).step_by(bytes.len() / 24));
     for (round, at) in positions.enumerate() {
         let mut flipped = bytes.clone();

@@ -1,4 +1,4 @@
-//! The other subcommands, on their happy path and off it.
+//! The other subcommands, for valid and invalid input.
 
 use super::sandbox::Sandbox;
 use insta::assert_snapshot;
@@ -68,7 +68,7 @@ fn every_stage_is_shown() {
     assert_snapshot!(sandbox.run("compile scene.sdf --emit ast").transcript());
 }
 
-/// The same text and flags, the same bytes.
+/// Equal text and flags give equal bytes.
 #[test]
 fn compiling_is_deterministic() {
     let sandbox = Sandbox::with_scene(
@@ -148,7 +148,7 @@ fn info_tells_what_is_in_a_scene() {
     assert_eq!(info["params"][0]["range"], json!([0.0, 1.0]));
 }
 
-/// Detail of 1e-4 at 1e4 from the origin is more than single precision holds; near the origin it is not.
+/// Detail of 1e-4 at 1e4 from the origin exceeds single precision; near the origin it does not.
 #[test]
 fn what_rounding_hides_is_warned_of() {
     let sandbox = Sandbox::with_scene("sphere(0.0001).translate(10000, 0, 0)");
@@ -255,7 +255,7 @@ fn verify_compares_all_engines() {
     assert_eq!(sandbox.files(), ["scene.sdf"]);
 }
 
-/// With `--strict` engines give the same bits, so all they print is the same text.
+/// With `--strict` engines give equal bits, so they print equal text.
 #[test]
 fn strict_engines_give_the_same_bits() {
     if let Ok(reason) = std::env::var("SDFC_SKIP_GPU") {
@@ -267,8 +267,13 @@ fn strict_engines_give_the_same_bits() {
     let run = sandbox.run("verify scene.sdf --strict --size 48x32").ok();
     let rays = "of 1536 rays differ: hit or miss 0, depth 0, steps 0, normal 0";
     let points = "of 4096 points differ: distance 0, gradient 0";
-    for said in [rays, points] {
-        assert_eq!(run.text().matches(said).count(), 3, "{}", run.transcript());
+    for message in [rays, points] {
+        assert_eq!(
+            run.text().matches(message).count(),
+            3,
+            "{}",
+            run.transcript()
+        );
     }
     let run = sandbox
         .run("verify scene.sdf --strict --size 48x32 --json")
@@ -326,6 +331,9 @@ fn engines_are_compared_at_the_size_that_is_asked_for() {
     let sandbox = Sandbox::with_scene("sphere(1)\n");
     let run = sandbox.run("verify scene.sdf --size 40x24 --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
-    let said = String::from_utf8_lossy(&run.stdout);
-    assert!(said.contains("40") && said.contains("24"), "{said}");
+    let message = String::from_utf8_lossy(&run.stdout);
+    assert!(
+        message.contains("40") && message.contains("24"),
+        "{message}"
+    );
 }

@@ -1,4 +1,4 @@
-//! Files that cannot be read, places that cannot be written, machines without a GPU: exit code 3.
+//! Unreadable files, unwritable targets, machines without a GPU: exit code 3.
 
 use super::sandbox::Sandbox;
 use insta::assert_snapshot;
@@ -19,7 +19,7 @@ fn what_cannot_be_read() {
     }
 }
 
-/// All files are looked at, and the gravest failure decides.
+/// All files are processed, and the most severe failure determines the exit code.
 #[test]
 fn one_bad_file_among_several() {
     let sandbox = Sandbox::new();
@@ -45,7 +45,7 @@ fn what_cannot_be_written() {
     assert_eq!(sandbox.files(), ["file", "folder.png", "scene.sdf"]);
 }
 
-/// A picture is there as a whole or not at all, and a failed one leaves the old one alone.
+/// Pictures are written atomically, and a failed one leaves the old file unchanged.
 #[test]
 fn an_old_picture_survives_a_failure() {
     let sandbox = Sandbox::with_scene("sphere(");
@@ -92,7 +92,7 @@ fn a_reader_that_goes_away_is_no_failure() {
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }
 
-/// Nobody listens to the messages: the exit code still tells.
+/// If standard error is closed, the exit code is still correct.
 #[test]
 fn stderr_may_be_closed() {
     let sandbox = Sandbox::with_scene("sphere(");
@@ -120,7 +120,7 @@ fn no_gpu_where_one_is_needed() {
     assert_eq!(run.code, 3, "{}", run.transcript());
     assert_eq!(sandbox.files(), ["scene.sdf"]);
 
-    // Where the choice is ours, the CPU does it.
+    // Without an explicit engine, the CPU is used.
     let run = sandbox
         .run_without_gpu("render scene.sdf -o out.png --size 8x8")
         .ok();

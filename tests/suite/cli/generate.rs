@@ -1,4 +1,4 @@
-//! `gen`: scenes of any number of primitives.
+//! Tests of `gen`: scenes with any number of primitives.
 
 use super::pictures::decoded;
 use super::sandbox::Sandbox;
@@ -6,7 +6,7 @@ use insta::assert_snapshot;
 
 const FAMILIES: [&str; 4] = ["spheres", "boxes", "city", "molecule"];
 
-/// What the families are built of; all else in a program joins or moves them.
+/// Primitives of the families; all other operations in a program combine or transform them.
 const PRIMITIVES: [&str; 7] = [
     "sphere",
     "cuboid",
@@ -17,8 +17,8 @@ const PRIMITIVES: [&str; 7] = [
     "capsule_between",
 ];
 
-/// They have the number that was asked for, and the ground; they are canonical and without a
-/// warning.
+/// Scenes have the requested number of primitives, plus the ground. They are canonical and give no
+/// warnings.
 #[test]
 fn scenes_of_every_family_and_number() {
     let sandbox = Sandbox::new();
@@ -47,7 +47,7 @@ fn a_small_scene_in_full() {
     assert_snapshot!(run.ok().text());
 }
 
-/// The same options give the same text, wherever it goes; another seed another one.
+/// Equal options give equal texts, on standard output and in files; another seed gives another text.
 #[test]
 fn only_the_options_decide() {
     let sandbox = Sandbox::new();
@@ -65,7 +65,7 @@ fn only_the_options_decide() {
     }
 }
 
-/// However many there are, they cover about the same part of the picture.
+/// The covered fraction of the picture does not depend on the number of primitives.
 #[test]
 fn coverage_stays() {
     let sandbox = Sandbox::new();

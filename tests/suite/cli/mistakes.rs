@@ -1,10 +1,10 @@
-//! Bad input: scenes that mean nothing, that mean too much, and that are no scenes. Each ends with
-//! a message and the exit code 1, and leaves no file behind.
+//! Bad input: meaningless scenes, oversized scenes, and files that are not scenes. Each ends with a
+//! message and the exit code 1, and leaves no file behind.
 
 use super::sandbox::Sandbox;
 use insta::assert_snapshot;
 
-/// Tries to draw a scene that is wrong; gives what is said.
+/// Tries to draw an invalid scene and returns the message.
 #[track_caller]
 fn refused(text: impl AsRef<[u8]>) -> String {
     let sandbox = Sandbox::new();
@@ -49,26 +49,26 @@ fn work_without_end() {
 #[test]
 fn ten_thousand_parentheses() {
     let nested = format!("{}sphere(1){}", "(".repeat(10_000), ")".repeat(10_000));
-    let said = refused(nested);
+    let message = refused(nested);
     assert!(
-        said.len() < 20_000,
+        message.len() < 20_000,
         "a message is for people: {} bytes",
-        said.len()
+        message.len()
     );
-    assert!(said.starts_with("error[E0109]"), "{said}");
-    // And the same without an end.
-    let said = refused("(".repeat(10_000));
-    assert!(said.starts_with("error[E0109]"), "{said}");
+    assert!(message.starts_with("error[E0109]"), "{message}");
+    // The same input, unterminated.
+    let message = refused("(".repeat(10_000));
+    assert!(message.starts_with("error[E0109]"), "{message}");
 }
 
 #[test]
 fn ten_megabytes() {
     let line = "let a = 1;\n";
     assert_snapshot!(refused(line.repeat(10_000_000 / line.len())));
-    // The largest that is read takes no time worth mentioning either.
+    // Inputs of the maximum size take negligible time.
     let lines = line.repeat((1 << 20) / line.len() - 2);
-    let said = refused(lines);
-    assert!(said.contains("no shape"), "{said}");
+    let message = refused(lines);
+    assert!(message.contains("no shape"), "{message}");
 }
 
 #[test]

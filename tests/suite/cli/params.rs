@@ -1,10 +1,10 @@
-//! Values from outside: `-p`, flags of the picture, and a command line that is wrong.
+//! Values from the command line: `-p`, picture flags, and invalid command lines.
 
 use super::sandbox::Sandbox;
 use insta::assert_snapshot;
 
 const SCENE: &str = "\
-/// How large.
+/// The size.
 param size = 1 in 0.5..2;
 param count = 2 in 1..=4;
 param turn = 45deg in 0deg..90deg;
@@ -63,7 +63,7 @@ fn values_that_do_not_fit() {
         "=1",
         "",
     ];
-    let mut said = String::new();
+    let mut message = String::new();
     for value in wrong {
         let run = sandbox.run(&format!(
             "render scene.sdf -o out.png --size 8x8 --engine cpu -p{value}"
@@ -74,10 +74,10 @@ fn values_that_do_not_fit() {
             "{}",
             run.transcript()
         );
-        said.push_str(&run.transcript());
-        said.push('\n');
+        message.push_str(&run.transcript());
+        message.push('\n');
     }
-    assert_snapshot!(said);
+    assert_snapshot!(message);
     assert_eq!(sandbox.files(), ["scene.sdf"]);
 }
 
@@ -91,8 +91,8 @@ fn parts_cameras_and_sizes() {
     };
     draw("--part ball --camera hero").ok();
     std::fs::remove_file(sandbox.path("out.png")).expect("the picture");
-    let mut said = String::new();
-    // Of two values for one flag the last counts, so that a script can have defaults.
+    let mut message = String::new();
+    // The last value of a repeated flag counts, so that scripts can have defaults.
     for more in [
         "--part bal",
         "--camera heros",
@@ -103,21 +103,21 @@ fn parts_cameras_and_sizes() {
     ] {
         let run = draw(more);
         assert_eq!(run.code, 1, "{}", run.transcript());
-        said.push_str(&run.transcript());
-        said.push('\n');
+        message.push_str(&run.transcript());
+        message.push('\n');
     }
     let run = sandbox.run("render scene.sdf -o out.jpg --size 8x8 --engine cpu");
     assert_eq!(run.code, 1, "{}", run.transcript());
-    said.push_str(&run.transcript());
-    assert_snapshot!(said);
+    message.push_str(&run.transcript());
+    assert_snapshot!(message);
     assert_eq!(sandbox.files(), ["scene.sdf"]);
 }
 
-/// What the program does not understand, before any file is read, has the exit code 2.
+/// Arguments that are rejected before any file is read give the exit code 2.
 #[test]
 fn a_wrong_command_line() {
     let sandbox = Sandbox::new();
-    let mut said = String::new();
+    let mut message = String::new();
     for arguments in [
         "",
         "rendr scene.sdf",
@@ -137,9 +137,9 @@ fn a_wrong_command_line() {
         let run = sandbox.run(arguments);
         assert_eq!(run.code, 2, "{}", run.transcript());
         if !arguments.is_empty() {
-            said.push_str(&run.transcript());
-            said.push('\n');
+            message.push_str(&run.transcript());
+            message.push('\n');
         }
     }
-    assert_snapshot!(said);
+    assert_snapshot!(message);
 }

@@ -1,10 +1,10 @@
-//! What `render` writes and says.
+//! Output files and messages of `render`.
 
 use super::sandbox::{Run, Sandbox};
 
 const SCENE: &str = "sphere(1).color(#ff0000) | box(1).translate(0, 1.2, 0)";
 
-/// Width, height, and the pixels as bytes of three or four channels.
+/// Decodes a PNG to width, height, and pixels of three or four channels.
 pub(super) fn decoded(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
         .read_info()
@@ -34,7 +34,7 @@ fn a_picture_of_the_asked_size() {
     let (width, height, pixels) = decoded(&sandbox.read("out.png"));
     assert_eq!((width, height), (24, 16));
     assert_eq!(pixels.len() % (24 * 16), 0);
-    // One line, into a pipe no progress, nothing on standard output.
+    // One line; no progress into a pipe; empty standard output.
     assert!(run.stdout.is_empty());
     assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
     assert!(
@@ -51,13 +51,13 @@ fn the_summary_tells_what_detail_is_gone() {
     let small = "sphere(1) | (sphere(0.001) | box(0.001)).translate(0, 1.2, 0)";
     let sandbox = Sandbox::with_scene(small);
     let run = draw(&sandbox, "--lod 0.5");
-    let said = "; lod 0.5 px: 2 replaced, error at most 0.";
-    assert!(run.stderr.contains(said), "{}", run.stderr);
+    let message = "; lod 0.5 px: 2 replaced, error at most 0.";
+    assert!(run.stderr.contains(message), "{}", run.stderr);
     assert!(run.stderr.ends_with(" px\n"), "{}", run.stderr);
     let sandbox = Sandbox::with_scene(SCENE);
     let run = draw(&sandbox, "--lod 0.5");
-    let said = "; lod 0.5 px: nothing replaced\n";
-    assert!(run.stderr.ends_with(said), "{}", run.stderr);
+    let message = "; lod 0.5 px: nothing replaced\n";
+    assert!(run.stderr.ends_with(message), "{}", run.stderr);
     let run = sandbox.run("render scene.sdf --lod 0.5 -O0");
     assert_eq!(run.code, 1, "{}", run.stderr);
 }
@@ -100,7 +100,7 @@ fn every_mode_and_method() {
     }
 }
 
-/// The middle of a red ball, unlit, is that red, so colours go through the file unharmed.
+/// The centre of an unlit red sphere is the same red, so colours are preserved in the file.
 #[test]
 fn colours_are_what_the_scene_says() {
     let sandbox = Sandbox::with_scene("sphere(1).color(#c08040)");
@@ -116,7 +116,7 @@ fn colours_are_what_the_scene_says() {
     }
 }
 
-/// What moves is drawn where it is at the time, whole, and not where it was at first.
+/// Animated shapes are drawn completely, at their position at the given time.
 #[test]
 fn time_moves_the_whole_shape() {
     let settings = "camera { from: [0, 1, 9], look: [0, 0, 0] }\nrender { far: 40 }\n";
@@ -141,7 +141,7 @@ fn the_name_and_the_pipe() {
     assert_eq!(decoded(&run.stdout), decoded(&sandbox.read("scene.png")));
 }
 
-/// A ray that ends for want of steps is counted and told, not passed off as a miss.
+/// Rays that run out of steps are counted and reported, not treated as misses.
 #[test]
 fn rays_that_ran_out_are_told() {
     let sandbox = Sandbox::with_scene("plane(Y, at: -1)\n| sphere(1)");
@@ -150,7 +150,7 @@ fn rays_that_ran_out_are_told() {
     assert!(run.stderr.contains("--steps"), "{}", run.stderr);
 }
 
-/// Clauses of a .vm file: a disc of the radius one in the plane, a ball in space.
+/// Clauses of a .vm file: a disc of radius one in the plane, a sphere in space.
 #[test]
 fn the_text_form_of_fidget() {
     let sandbox = Sandbox::new();

@@ -23,12 +23,12 @@ fn it_draws_and_answers() {
 
 #[test]
 fn what_it_cannot_prove_is_told() {
-    // All of the ball is zero and nothing below.
+    // The field is zero in the whole sphere and negative nowhere.
     let sandbox = Sandbox::with_scene(
         "camera { from: [0, 0, 3], look: [0, 0, 0] }\nfield(fn(p) => max(0, length(p) - 1))\n",
     );
     let run = sandbox.run("render scene.sdf -o out.png --size 8x8 --engine reference");
     let run = run.ok();
-    let said = "warning: 232 of 256 rays (90.62 %) could not be proved to hit or to miss";
-    assert!(run.stderr.contains(said), "{}", run.stderr);
+    let message = "warning: 232 of 256 rays (90.62 %) could not be proved to hit or to miss";
+    assert!(run.stderr.contains(message), "{}", run.stderr);
 }

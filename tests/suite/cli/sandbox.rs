@@ -1,4 +1,4 @@
-//! A folder in which the program runs, and what it says there.
+//! A folder in which the program runs, and its output.
 
 use std::fmt::Write as _;
 use std::io::{Read, Write as _};
@@ -6,15 +6,15 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A run that takes longer has hung: it is ended, and the test fails.
-const PATIENCE: Duration = Duration::from_secs(120);
+/// Timeout of a run; a longer one has hung, and the test fails.
+const RUN_TIMEOUT: Duration = Duration::from_secs(120);
 
-/// A folder that exists as long as the test.
+/// A temporary folder that exists during the test.
 pub(crate) struct Sandbox {
     folder: tempfile::TempDir,
 }
 
-/// What became of a run.
+/// Result of a run.
 #[derive(Debug)]
 pub(crate) struct Run {
     command: String,
@@ -24,21 +24,21 @@ pub(crate) struct Run {
 }
 
 impl Sandbox {
-    /// An empty folder.
+    /// Creates an empty folder.
     pub(crate) fn new() -> Self {
         Self {
             folder: tempfile::tempdir().expect("a temporary folder"),
         }
     }
 
-    /// A folder with one scene in it, `scene.sdf`.
+    /// Creates a folder with one scene, `scene.sdf`.
     pub(crate) fn with_scene(text: &str) -> Self {
         let sandbox = Self::new();
         sandbox.write("scene.sdf", text);
         sandbox
     }
 
-    /// Writes a file, and the folders it lies in.
+    /// Writes a file and creates its folders.
     pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
         let path = self.path(name);
         let parent = path.parent().expect("a file lies in a folder");
@@ -46,17 +46,17 @@ impl Sandbox {
         std::fs::write(path, bytes).expect("a file in the sandbox");
     }
 
-    /// The bytes of a file.
+    /// Reads a file.
     pub(crate) fn read(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
-    /// Where a file lies.
+    /// Returns the path of a file.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    /// The names of all files and folders at the top, in order.
+    /// Returns the names of all files and folders at the top level, sorted.
     pub(crate) fn files(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.folder.path()).expect("the sandbox");
         let name = |entry: std::io::Result<std::fs::DirEntry>| {
@@ -71,7 +71,7 @@ impl Sandbox {
         names
     }
 
-    /// The program, to be run in the sandbox with these arguments, separated by spaces.
+    /// Creates the command that runs the program in the sandbox, with arguments separated by spaces.
     pub(crate) fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_sdfc"));
         command
@@ -89,12 +89,12 @@ impl Sandbox {
         finished(arguments, self.command(arguments), "")
     }
 
-    /// The same, with a text on standard input.
+    /// Runs the program with a text on standard input.
     pub(crate) fn run_on(&self, arguments: &str, input: &str) -> Run {
         finished(arguments, self.command(arguments), input)
     }
 
-    /// The same on a machine without a GPU.
+    /// Runs the program as on a machine without a GPU.
     pub(crate) fn run_without_gpu(&self, arguments: &str) -> Run {
         let mut command = self.command(arguments);
         command
@@ -123,7 +123,7 @@ fn finished(arguments: &str, mut command: Command, input: &str) -> Run {
         if let Some(status) = child.try_wait().expect("the program can be waited for") {
             break status;
         }
-        if started.elapsed() > PATIENCE {
+        if started.elapsed() > RUN_TIMEOUT {
             child.kill().expect("the program can be ended");
             panic!("`sdfc {arguments}` did not end");
         }
@@ -152,25 +152,25 @@ fn all_of(from: Option<impl Read>) -> Vec<u8> {
 }
 
 impl Run {
-    /// What it wrote to standard output, as text.
+    /// Returns the standard output as text.
     pub(crate) fn text(&self) -> String {
         String::from_utf8_lossy(&self.stdout).into_owned()
     }
 
-    /// What it wrote to standard output, as JSON.
+    /// Returns the standard output as JSON.
     pub(crate) fn json(&self) -> serde_json::Value {
         serde_json::from_slice(&self.stdout)
             .unwrap_or_else(|error| panic!("{error}:\n{}", self.transcript()))
     }
 
-    /// The same run, if it ended well.
+    /// Asserts that the run succeeded and returns it.
     #[track_caller]
     pub(crate) fn ok(self) -> Self {
         assert_eq!(self.code, 0, "{}", self.transcript());
         self
     }
 
-    /// The command, all that it said, and its exit code.
+    /// Returns the command, all output, and the exit code.
     pub(crate) fn transcript(&self) -> String {
         let mut text = format!("$ sdfc {}\n", self.command);
         text.push_str(&self.text());

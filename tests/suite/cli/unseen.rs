@@ -1,12 +1,12 @@
-//! Pictures that show nothing, or less than the scene has, and what is said of them.
+//! Messages about pictures that show nothing, or not the whole scene.
 
 use super::sandbox::Sandbox;
-use crate::metamorphic::draw::{Way, frame};
+use crate::metamorphic::draw::{DrawOptions, frame};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{EngineKind, open};
-use sdfc_runtime::frame::CellUse;
+use sdfc_runtime::render::CellMode;
 
-/// Scenes, and a part of what is said when they are drawn; where it is empty nothing may be said.
+/// Scenes, and a part of the message when they are drawn; an empty string means no message.
 const SCENES: &[(&str, &str, &str)] = &[
     ("a scene that is seen", "sphere(1) | plane(Y, at: -1)", ""),
     (
@@ -149,23 +149,23 @@ const SCENES: &[(&str, &str, &str)] = &[
 
 #[test]
 fn what_is_not_seen_is_said_with_its_reason() {
-    for (title, scene, said) in SCENES {
+    for (title, scene, message) in SCENES {
         let sandbox = Sandbox::with_scene(scene);
         let run = sandbox.run("render scene.sdf -o out.png --size 48x36 --aa 1");
         let run = run.ok();
-        let is_said = match said.is_empty() {
-            // Of slopes without a bound something may be said at any time.
+        let is_said = match message.is_empty() {
+            // Messages about unbounded slopes are always allowed.
             true => run.stderr.lines().all(|line| !line.starts_with("warning:")),
             false => run
                 .stderr
                 .lines()
-                .any(|line| line.starts_with("warning") && line.contains(said)),
+                .any(|line| line.starts_with("warning") && line.contains(message)),
         };
         assert!(is_said, "{title}: {}", run.stderr);
     }
 }
 
-/// A ball whose field rises to more than numbers of 32 bits hold, within a fifth of its radius.
+/// A sphere whose field exceeds the range of `f32` within a fifth of its radius.
 const STEEP: &str =
     "fn pw(x) = x*x*x*x*x*x*x*x;\nfield(fn(p) => pw(pw(pw(length(p)))) - 1, within: 4)";
 
@@ -173,18 +173,21 @@ const STEEP: &str =
 fn fields_too_steep_to_step_on_are_drawn_and_told() {
     let sandbox = Sandbox::with_scene(STEEP);
     let run = sandbox.run("check scene.sdf");
-    let said = run.ok().stderr;
-    assert!(said.contains("so rays step over it"), "{said}");
-    assert!(said.contains("write the same surface less steep"), "{said}");
+    let message = run.ok().stderr;
+    assert!(message.contains("so rays step over it"), "{message}");
+    assert!(
+        message.contains("write the same surface less steep"),
+        "{message}"
+    );
 
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
-    let way = Way {
+    let options = DrawOptions {
         size: [96, 72],
         passes: PassOptions::default(),
-        cells: CellUse::Auto,
+        cells: CellMode::Auto,
         scale: 1.0,
     };
-    let frame = frame(&mut *engine, STEEP, &way).expect("it compiles");
-    // The ball fills 60 to 90 % of the height.
+    let frame = frame(&mut *engine, STEEP, &options).expect("it compiles");
+    // The sphere fills 60 to 90 % of the height.
     assert!(frame.stats.hits > 1000, "{:?}", frame.stats);
 }

@@ -1,4 +1,4 @@
-//! `sdfc watch`: pictures that follow their files.
+//! Tests of `sdfc watch`, which redraws changed files.
 
 use super::sandbox::Sandbox;
 use std::io::{BufRead, BufReader};
@@ -6,13 +6,13 @@ use std::process::Child;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-/// Longer than any machine takes for a small picture.
-const LONG: Duration = Duration::from_secs(60);
+/// Timeout; longer than any machine needs for a small picture.
+const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// The program, watching; it ends with the test.
+/// A running `sdfc watch`, which ends with the test.
 struct Watch {
     child: Child,
-    said: Receiver<String>,
+    lines: Receiver<String>,
 }
 
 impl Watch {
@@ -20,7 +20,7 @@ impl Watch {
         let arguments = "watch scene.sdf -o out.png --size 24x16 --aa 1 --engine cpu";
         let mut child = sandbox.command(arguments).spawn().expect("it starts");
         let stderr = BufReader::new(child.stderr.take().expect("standard error"));
-        let (to, said) = channel();
+        let (to, lines) = channel();
         std::thread::spawn(move || {
             for line in stderr.lines().map_while(Result::ok) {
                 if to.send(line).is_err() {
@@ -28,13 +28,13 @@ impl Watch {
                 }
             }
         });
-        Self { child, said }
+        Self { child, lines }
     }
 
-    /// Waits for a line with this in it.
+    /// Waits for a line that contains this text.
     fn says(&self, part: &str) {
         loop {
-            match self.said.recv_timeout(LONG) {
+            match self.lines.recv_timeout(TIMEOUT) {
                 Ok(line) if line.contains(part) => return,
                 Ok(_) => {}
                 Err(_) => panic!("it never said `{part}`"),
@@ -58,20 +58,20 @@ fn the_picture_follows_the_scene_and_what_it_imports() {
     watch.says("out.png: 24x16");
     let ball = sandbox.read("out.png");
     sandbox.write("knob.sdf", "fn knob(r) = box(r);\n");
-    // What changed just before it began is drawn twice.
+    // A change just before the start is drawn twice.
     let drawn = || watch.says("out.png: 24x16");
     let mut cube = ball.clone();
     while cube == ball {
         drawn();
         cube = sandbox.read("out.png");
     }
-    // What is broken is told and leaves the picture.
+    // A broken scene is reported, and the picture stays.
     sandbox.write("knob.sdf", "fn knob(r) = box(r;\n");
     watch.says("error");
     assert_eq!(sandbox.read("out.png"), cube);
     std::fs::remove_file(sandbox.path("knob.sdf")).expect("it is there");
     watch.says("cannot be read");
-    // Saved as editors do, by a new file in the place of the old one.
+    // Saved like an editor: a new file replaces the old one.
     sandbox.write("knob.sdf.new", "fn knob(r) = sphere(r);\n");
     std::fs::rename(sandbox.path("knob.sdf.new"), sandbox.path("knob.sdf")).expect("a new name");
     drawn();

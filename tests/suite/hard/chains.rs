@@ -1,16 +1,16 @@
-//! Deep chains of smooth unions: what `f32` loses in them grows with the length and no faster, and
-//! chains of equal operands add what the recurrence of their kernel says.
+//! Deep chains of smooth unions: the error of `f32` grows at most with the length. Chains of equal
+//! operands add the amount given by the recurrence of their kernel.
 
 use super::measure::{changed, measured, shot_of};
-use super::{GATE, SMALL};
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
-use sdfc_runtime::frame::CellUse;
+use super::{DEFAULT_LIMIT, DEVICE_SIZE};
+use sdfc_runtime::engine::{EngineKind, SceneInput, open};
+use sdfc_runtime::render::CellMode;
 use sdfc_shaders::assemble::SceneSource;
 
-/// Distances at points by an engine.
+/// Returns the distances at points, computed by an engine.
 pub(super) fn distances(shot: &super::Shot, kind: EngineKind, points: &[[f32; 3]]) -> Vec<f64> {
     let mut engine = open(kind).expect("it needs no device");
-    let loaded = Loaded {
+    let loaded = SceneInput {
         module: &shot.compiled.module,
         outputs: &shot.outputs,
         generated: SceneSource::default(),
@@ -20,8 +20,8 @@ pub(super) fn distances(shot: &super::Shot, kind: EngineKind, points: &[[f32; 3]
     samples.iter().map(|s| f64::from(s.distance)).collect()
 }
 
-/// Points around the scenes.
-fn around(count: usize) -> Vec<[f32; 3]> {
+/// Returns random points around the scenes.
+fn points_around(count: usize) -> Vec<[f32; 3]> {
     let mut state = 7_u64;
     let mut next = || {
         state = state
@@ -34,35 +34,41 @@ fn around(count: usize) -> Vec<[f32; 3]> {
 
 #[test]
 fn chains_of_any_length_keep_their_digits_and_their_picture() {
-    let points = around(2000);
+    let points = points_around(2000);
     for count in [4, 16, 64, 256, 1024] {
         let text = changed(
             "deep_chain",
             "let count = 48;",
             &format!("let count = {count};"),
         );
-        let shot = shot_of(&format!("deep_chain of {count}"), &text, SMALL);
-        let single = distances(&shot, EngineKind::Cpu, &points);
-        let truth = distances(&shot, EngineKind::Reference, &points);
-        let apart = single.iter().zip(&truth).map(|(a, b)| (a - b).abs());
-        let ulps = apart.fold(0.0, f64::max) / f64::from(f32::EPSILON);
+        let shot = shot_of(&format!("deep_chain of {count}"), &text, DEVICE_SIZE);
+        let cpu_distances = distances(&shot, EngineKind::Cpu, &points);
+        let reference_distances = distances(&shot, EngineKind::Reference, &points);
+        let differences = cpu_distances
+            .iter()
+            .zip(&reference_distances)
+            .map(|(a, b)| (a - b).abs());
+        let ulps = differences.fold(0.0, f64::max) / f64::from(f32::EPSILON);
         if std::env::var_os("SDFC_MEASURE").is_some() {
             eprintln!("{count} operands: {ulps:.1} ulp of 1");
         }
-        // Points are up to 4 away, where a distance is rounded to two units; each blend that still
-        // adds something rounds the sum once more.
+        // Points are up to 4 away, where a distance is rounded to two units. Each blend that still adds
+        // something rounds the sum once more.
         assert!(ulps <= 8.0 + f64::from(count) / 64.0, "{count}: {ulps} ulp");
         if count > 64 {
-            // Intervals take as long as all other cases together.
+            // The interval reference takes as long as all other cases together.
             continue;
         }
-        for cells in [CellUse::Never, CellUse::Always] {
+        for cells in [CellMode::Never, CellMode::Always] {
             let measured = measured(&shot, EngineKind::Cpu, cells);
             measured.print();
             let e = &measured.errors;
-            let kept = e.mismatches_inside == 0 && e.nans == 0 && e.step_caps == 0;
-            assert!(kept && e.depth_smooth.p99 <= GATE.depth, "{measured}");
-            assert!(e.normals.p99 <= GATE.normals, "{measured}");
+            let is_correct = e.mismatches_inside == 0 && e.nans == 0 && e.step_caps == 0;
+            assert!(
+                is_correct && e.depth_smooth.p99 <= DEFAULT_LIMIT.depth,
+                "{measured}"
+            );
+            assert!(e.normals.p99 <= DEFAULT_LIMIT.normals, "{measured}");
         }
     }
 }
@@ -78,10 +84,10 @@ fn equal_operands_add_what_their_recurrence_says() {
         })
     };
     let text = changed("equal_chain", "0..12", &format!("0..{count}"));
-    let shot = shot_of("equal_chain", &text, SMALL);
-    let points = around(200);
-    let found = distances(&shot, EngineKind::Cpu, &points);
-    for (p, d) in points.iter().zip(found) {
+    let shot = shot_of("equal_chain", &text, DEVICE_SIZE);
+    let points = points_around(200);
+    let distances_found = distances(&shot, EngineKind::Cpu, &points);
+    for (p, d) in points.iter().zip(distances_found) {
         let length = p.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>().sqrt();
         let expected = chain(length - f64::from(0.8_f32));
         assert!((d - expected).abs() < 4e-5, "at {p:?}: {d}, not {expected}");

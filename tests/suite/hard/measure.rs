@@ -1,47 +1,49 @@
-//! A hard case seen by a camera: drawn, and compared with the truth.
+//! Draws a hard case from a camera and compares it with the ground truth.
 
 use crate::corpus::{compiled, compiled_text, name, on_large_stack};
 use sdfc_compiler::compile::Compiled;
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
-use sdfc_runtime::frame::{CellUse, Frame, RenderSettings};
-use sdfc_runtime::reference::{Errors, Options, Place, Truth, compare, trace};
+use sdfc_runtime::engine::{EngineKind, SceneInput, open};
+use sdfc_runtime::reference::{
+    GroundTruth, PictureErrors, PixelClass, TraceOptions, compare, trace,
+};
+use sdfc_runtime::render::{CellMode, Image, RenderSettings};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use std::cell::OnceCell;
 use std::fmt;
 use std::path::Path;
 
-/// A case from one of its cameras, with the truth.
+/// A case from one of its cameras, with its ground truth.
 pub(super) struct Shot {
-    /// The scene and, where it has several, the camera: `tips/front`.
+    /// Name of the scene; with several cameras, also that of the camera: `tips/front`.
     pub(super) name: String,
     pub(super) compiled: Compiled,
     pub(super) outputs: Vec<f64>,
     pub(super) settings: RenderSettings,
-    truth: OnceCell<Truth>,
+    truth: OnceCell<GroundTruth>,
 }
 
 impl Shot {
-    /// Where its rays end.
-    pub(super) fn truth(&self) -> &Truth {
-        let options = Options::default();
+    /// Returns the ground truth of its rays.
+    pub(super) fn truth(&self) -> &GroundTruth {
+        let options = TraceOptions::default();
         self.truth
             .get_or_init(|| trace(&self.compiled.module, &self.settings, &options))
     }
 }
 
-/// How far a picture is from the truth, and what it took.
+/// Errors of a picture and its cost.
 pub(super) struct Measured {
     name: String,
     kind: EngineKind,
-    cells: CellUse,
-    pub(super) errors: Errors,
-    /// Evaluations of the field to the end of rays, for each of them.
+    cells: CellMode,
+    pub(super) errors: PictureErrors,
+    /// Mean number of field evaluations per ray.
     pub(super) steps: f64,
-    /// The smooth pixel whose depth is worst.
+    /// The smooth pixel with the largest depth error.
     worst: [usize; 2],
-    pub(super) frame: Frame,
+    pub(super) frame: Image,
 }
 
 impl fmt::Display for Measured {
@@ -71,7 +73,7 @@ impl fmt::Display for Measured {
 }
 
 impl Measured {
-    /// Tells the numbers where they are asked for.
+    /// Prints the numbers if `SDFC_MEASURE` is set.
     pub(super) fn print(&self) {
         if std::env::var_os("SDFC_MEASURE").is_some() {
             eprintln!("{self}");
@@ -79,7 +81,7 @@ impl Measured {
     }
 }
 
-/// A scene's settings for a camera.
+/// Returns the settings of a scene for one of its cameras.
 fn settings(compiled: &Compiled, outputs: &[f64], camera: &str, size: [u32; 2]) -> RenderSettings {
     let overrides = Overrides {
         size: Some(size),
@@ -103,14 +105,14 @@ fn shot(name: String, mut compiled: Compiled, camera: &str, size: [u32; 2]) -> S
     }
 }
 
-/// A case from all of its cameras.
+/// Returns a case from all of its cameras.
 pub(super) fn shots(path: &Path, size: [u32; 2]) -> Vec<Shot> {
     let compile = || on_large_stack(|| compiled(path, PassOptions::default()));
     let cameras = compile().module.settings.cameras;
-    let several = cameras.len() > 1;
-    let of_camera = |camera: &str| {
+    let has_several_cameras = cameras.len() > 1;
+    let shot_of_camera = |camera: &str| {
         let scene = name(path);
-        let name = if several {
+        let name = if has_several_cameras {
             format!("{scene}/{camera}")
         } else {
             scene
@@ -118,15 +120,15 @@ pub(super) fn shots(path: &Path, size: [u32; 2]) -> Vec<Shot> {
         shot(name, compile(), camera, size)
     };
     if cameras.is_empty() {
-        return vec![of_camera("")];
+        return vec![shot_of_camera("")];
     }
     cameras
         .iter()
-        .map(|camera| of_camera(&camera.name))
+        .map(|camera| shot_of_camera(&camera.name))
         .collect()
 }
 
-/// The text of a case, with one of its lines as another one.
+/// Returns the text of a case with a replaced part.
 pub(super) fn changed(case: &str, from: &str, to: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/hard/{case}.sdf"));
     let text = std::fs::read_to_string(&path).expect("it can be read");
@@ -134,16 +136,16 @@ pub(super) fn changed(case: &str, from: &str, to: &str) -> String {
     text.replace(from, to)
 }
 
-/// A scene's text, seen by its first camera.
+/// Returns a shot of a text from its first camera.
 pub(super) fn shot_of(name: &str, text: &str, size: [u32; 2]) -> Shot {
     let compiled = on_large_stack(|| compiled_text(text, PassOptions::default()));
     shot(name.to_owned(), compiled, "", size)
 }
 
-/// What an engine draws of a case.
-pub(super) fn drawn(shot: &Shot, kind: EngineKind, settings: &RenderSettings) -> Frame {
+/// Draws a case on an engine.
+pub(super) fn drawn(shot: &Shot, kind: EngineKind, settings: &RenderSettings) -> Image {
     let generated = shot.compiled.generated();
-    let loaded = Loaded {
+    let loaded = SceneInput {
         module: &shot.compiled.module,
         outputs: &shot.outputs,
         generated: SceneSource {
@@ -156,22 +158,24 @@ pub(super) fn drawn(shot: &Shot, kind: EngineKind, settings: &RenderSettings) ->
     engine.render(settings, &|_| {}).expect("it draws")
 }
 
-/// Draws a case and compares it.
-pub(super) fn measured(shot: &Shot, kind: EngineKind, cells: CellUse) -> Measured {
+/// Draws a case and compares it with the truth.
+pub(super) fn measured(shot: &Shot, kind: EngineKind, cells: CellMode) -> Measured {
     let settings = RenderSettings {
         cells,
         ..shot.settings.clone()
     };
     let frame = drawn(shot, kind, &settings);
     let steps: u64 = frame.steps.iter().map(|&n| u64::from(n)).sum();
-    let off = |&at: &usize| match shot.truth().rays[at].depth {
-        Some(t) if shot.truth().places[at] == Place::Smooth => {
-            (f64::from(frame.depth[at]) - t).abs() / t
+    let depth_error = |&index: &usize| match shot.truth().rays[index].depth {
+        Some(t) if shot.truth().places[index] == PixelClass::Smooth => {
+            (f64::from(frame.depth[index]) - t).abs() / t
         }
         _ => 0.0,
     };
     let pixels = 0..frame.depth.len();
-    let worst = pixels.max_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(0);
+    let worst = pixels
+        .max_by(|a, b| depth_error(a).total_cmp(&depth_error(b)))
+        .unwrap_or(0);
     Measured {
         worst: [worst % frame.width, worst / frame.width],
         name: shot.name.clone(),

@@ -1,18 +1,17 @@
-//! Scenes far from the origin: coordinates take all digits that `f32` has, and what is left of the
-//! scene is what is left of them, no less.
+//! Scenes far from the origin: the error is limited by the precision of the coordinates in `f32`.
 
 use super::measure::{changed, measured, shot_of};
-use super::{GATE, SIZE};
+use super::{DEFAULT_LIMIT, SIZE};
 use sdfc_runtime::engine::EngineKind;
-use sdfc_runtime::frame::CellUse;
+use sdfc_runtime::render::CellMode;
 
-/// Units in the last place of the coordinates that 99 of 100 depths may be off by: a ray's origin,
-/// its direction times the way, and their sum are rounded, and the shape's own distance from the
-/// point takes as much again.
-const ULPS: f64 = 6.0;
-/// From this share of a scene's size on, a unit in the last place hides its shape: nothing is asked
-/// of its normals and silhouettes.
-const HIDDEN: f64 = 1e-3;
+/// Maximum 99th percentile of the depth errors in units in the last place of the coordinates. A ray's
+/// origin, its direction times the distance, and their sum are rounded; the distance of the shape from
+/// the point adds as much again.
+const MAX_ERROR_ULPS: f64 = 6.0;
+/// Unit in the last place, as a fraction of the scene's size, from which the shape is lost; normals and
+/// silhouettes are then not checked.
+const HIDDEN_FRACTION: f64 = 1e-3;
 
 #[test]
 fn a_scene_far_from_the_origin_keeps_what_its_coordinates_keep() {
@@ -20,21 +19,27 @@ fn a_scene_far_from_the_origin_keeps_what_its_coordinates_keep() {
         let text = changed("away", "let away = 0;", &format!("let away = {away};"));
         let shot = shot_of(&format!("away at {away:e}"), &text, SIZE);
         let last_place = f64::from((away as f32).next_up()) - f64::from(away as f32);
-        for cells in [CellUse::Never, CellUse::Always] {
+        for cells in [CellMode::Never, CellMode::Always] {
             let measured = measured(&shot, EngineKind::Cpu, cells);
             measured.print();
             let e = &measured.errors;
             assert_eq!((e.nans, e.step_caps), (0, 0), "{measured}");
-            // The scene is about three units away from the camera.
-            let possible = ULPS * last_place / 3.0;
-            assert!(e.depth_smooth.p99 <= GATE.depth.max(possible), "{measured}");
-            if last_place < HIDDEN {
+            // The scene is about three units from the camera.
+            let rounding_error = MAX_ERROR_ULPS * last_place / 3.0;
+            assert!(
+                e.depth_smooth.p99 <= DEFAULT_LIMIT.depth.max(rounding_error),
+                "{measured}"
+            );
+            if last_place < HIDDEN_FRACTION {
                 assert_eq!(e.mismatches_inside, 0, "{measured}");
             }
             if last_place < 1e-4 {
-                // A point that is off by so much lies elsewhere on an edge rounded by 0.05.
-                let turned = (ULPS * last_place / 0.05).to_degrees();
-                assert!(e.normals.p99 <= GATE.normals.max(turned), "{measured}");
+                // A point displaced by this error lies elsewhere on an edge rounded by 0.05.
+                let edge_angle = (MAX_ERROR_ULPS * last_place / 0.05).to_degrees();
+                assert!(
+                    e.normals.p99 <= DEFAULT_LIMIT.normals.max(edge_angle),
+                    "{measured}"
+                );
             }
         }
     }

@@ -1,31 +1,34 @@
-//! How far a step may go: slopes are bounded and not guessed, what a claim of a smaller slope does is
-//! seen, and rays that end in no surface are told.
+//! Step lengths: slopes are bounded rather than guessed, the effect of a stated smaller slope is visible,
+//! and rays that end without a hit are reported.
 
 use super::SIZE;
 use super::chains::distances;
 use super::measure::{Shot, changed, measured, shot_of};
 use sdfc_runtime::engine::EngineKind;
-use sdfc_runtime::frame::CellUse;
+use sdfc_runtime::render::CellMode;
 
-/// Ridges thinner than the steps that a guessed slope allows: their sides have slopes of up to 5.6.
+/// Ridges thinner than the steps of a guessed slope; their sides have slopes of up to 5.6.
 const RIDGES: &str = "0.7 * exp(-8 * abs(p.x)) + 0.05 * sin(3 * p.y);";
 
-/// The hills of the case as ridges; with a slope that is claimed instead of bounded, if one is.
-fn ridges(claimed: Option<f64>) -> String {
+/// Returns the hills of the case as ridges, with a stated instead of a derived slope bound if one is
+/// given.
+fn ridges(stated_slope: Option<f64>) -> String {
     let text = changed(
         "steep_terrain",
         "0.5 * sin(1.9 * p.x)",
         &format!("{RIDGES} //"),
     );
-    let Some(slope) = claimed else { return text };
+    let Some(slope) = stated_slope else {
+        return text;
+    };
     let bounded = "heightfield(fn(p) => height(p), over: [6, 6])";
     assert!(text.contains(bounded));
     let field = format!("field(fn(p) => p.y - height(p.xz), lipschitz: {slope}) & box(6, 4, 6)");
     text.replace(bounded, &field)
 }
 
-/// How fast the distance of a shot's program changes at most, between points near to each other.
-fn steepest(shot: &Shot) -> f64 {
+/// Returns the largest slope of a shot's distance between nearby points.
+fn max_slope(shot: &Shot) -> f64 {
     let mut state = 3_u64;
     let mut next = || {
         state = state
@@ -38,10 +41,11 @@ fn steepest(shot: &Shot) -> f64 {
         [p, p.map(|v| v + next() * 0.02)]
     });
     let points: Vec<[f32; 3]> = pairs.collect();
-    let found = distances(shot, EngineKind::Reference, &points);
+    let values = distances(shot, EngineKind::Reference, &points);
     let slope = |i: usize| {
-        let apart = (0..3).map(|axis| f64::from(points[i][axis] - points[i + 1][axis]).powi(2));
-        (found[i] - found[i + 1]).abs() / apart.sum::<f64>().sqrt().max(1e-3)
+        let squared_offsets =
+            (0..3).map(|axis| f64::from(points[i][axis] - points[i + 1][axis]).powi(2));
+        (values[i] - values[i + 1]).abs() / squared_offsets.sum::<f64>().sqrt().max(1e-3)
     };
     (0..points.len()).step_by(2).map(slope).fold(0.0, f64::max)
 }
@@ -50,11 +54,11 @@ fn steepest(shot: &Shot) -> f64 {
 fn the_published_factor_for_ridges_is_refuted_and_a_bound_is_used() {
     // 0.879 is safe up to slopes of √(1 / 0.879² − 1) = 0.542.
     let published = shot_of("ridges at 0.879", &ridges(Some(1.0 / 0.879)), SIZE);
-    let ours = shot_of("ridges by their bound", &ridges(None), SIZE);
-    for shot in [&published, &ours] {
-        let slope = steepest(shot);
+    let bounded = shot_of("ridges by their bound", &ridges(None), SIZE);
+    for shot in [&published, &bounded] {
+        let slope = max_slope(shot);
         assert!(slope <= 1.0 + 1e-4, "{slope}");
-        let measured = measured(shot, EngineKind::Cpu, CellUse::Never);
+        let measured = measured(shot, EngineKind::Cpu, CellMode::Never);
         measured.print();
         assert_eq!(measured.errors.mismatches_inside, 0, "{measured}");
         assert!(measured.errors.depth_smooth.p99 < 1e-5, "{measured}");
@@ -65,7 +69,7 @@ fn the_published_factor_for_ridges_is_refuted_and_a_bound_is_used() {
 fn rays_that_run_out_of_steps_are_counted() {
     let text = changed("grazing_plane", "far: 2000", "far: 2000, steps: 12");
     let shot = shot_of("grazing_plane in 12 steps", &text, SIZE);
-    for cells in [CellUse::Never, CellUse::Always] {
+    for cells in [CellMode::Never, CellMode::Always] {
         let measured = measured(&shot, EngineKind::Cpu, cells);
         measured.print();
         let stats = measured.frame.stats;

@@ -1,60 +1,60 @@
-//! Two pictures that must be the same, pixel by pixel.
+//! Pixel-by-pixel comparison of two pictures that must be equal.
 //!
-//! Away from edges, pixels must agree. At an edge of either picture, a pixel may show what lies on the other
-//! side, so what one picture shows there must be found near it in the other. A ring or a speckle in one
-//! picture alone is therefore wrong, though it makes edges of its own.
+//! Away from edges, pixels must agree. At an edge of either picture, a pixel may show the other side of
+//! the edge, so its content must be found nearby in the other picture. A ring or speckle in one picture
+//! alone is therefore an error, although it creates edges of its own.
 
-use sdfc_runtime::frame::Frame;
+use sdfc_runtime::render::Image;
 
-/// The largest difference of a colour channel, of 255.
+/// Maximum difference of a colour channel, of 255.
 const MAX_COLOR_DIFFERENCE: u8 = 2;
-/// The largest difference of a depth, as a fraction of it.
+/// Maximum relative difference of a depth.
 const MAX_DEPTH_DIFFERENCE: f32 = 1e-3;
-/// The distance from an edge at which pixels count as part of it.
+/// Distance in pixels from an edge within which pixels belong to it.
 const EDGE_REACH: usize = 2;
-/// The least difference of colours, of 255, that makes an edge.
+/// Minimum difference of a colour channel, of 255, that makes an edge.
 const MIN_CONTRAST: u8 = 12;
-/// The least difference of depths, as a fraction, that makes an edge.
+/// Minimum relative difference of depths that makes an edge.
 const MIN_DEPTH_STEP: f32 = 0.05;
-/// The least cosine between the normals of neighbours without an edge between them.
+/// Minimum cosine between the normals of adjacent pixels without an edge between them.
 const MIN_CREASE_COSINE: f32 = 0.985;
 
-/// A picture as it is compared.
+/// A picture prepared for comparison.
 pub(super) struct Picture {
     width: usize,
     height: usize,
     bytes: Vec<u8>,
-    /// Depths in units of the unscaled scene, infinite where nothing is hit.
+    /// Depths in units of the unscaled scene, infinite without a hit.
     depth: Vec<f32>,
     edges: Vec<bool>,
-    /// The number of rays that ran out of steps or met a value that is not a number.
+    /// Number of rays that ran out of steps or met NaN.
     pub(super) lost: u64,
 }
 
-/// The differences of two pictures.
+/// Differences of two pictures.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Differences {
-    /// Pixels of which one picture shows a surface and the other none.
+    /// Number of pixels where only one picture shows a surface.
     pub(super) hits: usize,
-    /// Pixels of other depths.
+    /// Number of pixels with different depths.
     pub(super) depths: usize,
-    /// Pixels of other colours.
+    /// Number of pixels with different colours.
     pub(super) colors: usize,
-    /// The largest difference of a channel, and the first wrong pixel.
+    /// Largest difference of a channel, and the first wrong pixel.
     pub(super) worst: u8,
     pub(super) first: Option<[usize; 2]>,
 }
 
 impl Differences {
-    /// The number of wrong pixels.
+    /// Returns the number of wrong pixels.
     pub(super) fn count(&self) -> usize {
         self.hits + self.depths + self.colors
     }
 }
 
 impl Picture {
-    /// A picture of a scene that is `scale` times as large as those it is compared with.
-    pub(super) fn new(frame: &Frame, scale: f64) -> Self {
+    /// Prepares the picture of a scene scaled by `scale`.
+    pub(super) fn new(frame: &Image, scale: f64) -> Self {
         let mut picture = Self {
             width: frame.width,
             height: frame.height,
@@ -63,32 +63,40 @@ impl Picture {
             edges: Vec::new(),
             lost: frame.stats.step_caps + frame.stats.nans,
         };
-        let is_edge = |at: usize| picture.around(at, 1).any(|to| picture.parts(frame, at, to));
-        let thin: Vec<bool> = (0..picture.depth.len()).map(is_edge).collect();
-        picture.edges = (0..thin.len())
-            .map(|at| picture.around(at, EDGE_REACH).any(|to| thin[to]))
+        let is_edge = |pixel: usize| {
+            picture
+                .neighbours(pixel, 1)
+                .any(|neighbour| picture.is_edge_between(frame, pixel, neighbour))
+        };
+        let edge_pixels: Vec<bool> = (0..picture.depth.len()).map(is_edge).collect();
+        picture.edges = (0..edge_pixels.len())
+            .map(|pixel| {
+                picture
+                    .neighbours(pixel, EDGE_REACH)
+                    .any(|neighbour| edge_pixels[neighbour])
+            })
             .collect();
         picture
     }
 
-    /// The pixels at most `reach` away from one, itself included.
-    fn around(&self, at: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
-        let (x, y, width) = (at % self.width, at / self.width, self.width);
+    /// Returns the pixels at most `reach` away from one, including itself.
+    fn neighbours(&self, pixel: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
+        let (x, y, width) = (pixel % self.width, pixel / self.width, self.width);
         let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
         let rows = y.saturating_sub(reach)..(y + reach + 1).min(self.height);
         rows.flat_map(move |y| columns.clone().map(move |x| y * width + x))
     }
 
-    fn is_hit(&self, at: usize) -> bool {
-        self.depth[at].is_finite()
+    fn is_hit(&self, pixel: usize) -> bool {
+        self.depth[pixel].is_finite()
     }
 
-    fn color(&self, at: usize) -> [u8; 3] {
-        std::array::from_fn(|channel| self.bytes[4 * at + channel])
+    fn color(&self, pixel: usize) -> [u8; 3] {
+        std::array::from_fn(|channel| self.bytes[4 * pixel + channel])
     }
 
-    /// Tells if there is an edge between two pixels.
-    fn parts(&self, frame: &Frame, a: usize, b: usize) -> bool {
+    /// Reports whether an edge lies between two pixels.
+    fn is_edge_between(&self, frame: &Image, a: usize, b: usize) -> bool {
         if self.is_hit(a) != self.is_hit(b) || frame.id[a] != frame.id[b] {
             return true;
         }
@@ -96,18 +104,18 @@ impl Picture {
             return true;
         }
         let (s, t) = (self.depth[a], self.depth[b]);
-        let [n, m] = [a, b].map(|at| frame.normal[at]);
+        let [n, m] = [a, b].map(|pixel| frame.normal[pixel]);
         let cosine: f32 = (0..3).map(|i| n[i] * m[i]).sum();
         self.is_hit(a) && ((s - t).abs() > MIN_DEPTH_STEP * s.min(t) || cosine < MIN_CREASE_COSINE)
     }
 
-    /// Tells if something like a pixel of another picture is seen near its place in this one.
-    fn shows(&self, other: &Self, at: usize) -> bool {
-        let near = || self.around(at, EDGE_REACH);
-        let color = other.color(at);
-        near().any(|to| self.is_hit(to) == other.is_hit(at))
+    /// Reports whether a pixel of another picture is found near its position in this one.
+    fn shows_nearby(&self, other: &Self, pixel: usize) -> bool {
+        let neighbourhood = || self.neighbours(pixel, EDGE_REACH);
+        let color = other.color(pixel);
+        neighbourhood().any(|neighbour| self.is_hit(neighbour) == other.is_hit(pixel))
             && (0..3).all(|channel| {
-                let values = || near().map(|to| self.color(to)[channel]);
+                let values = || neighbourhood().map(|neighbour| self.color(neighbour)[channel]);
                 let low = values()
                     .min()
                     .unwrap_or(0)
@@ -121,7 +129,7 @@ impl Picture {
     }
 }
 
-/// The largest difference of a channel.
+/// Returns the largest difference of a channel.
 fn difference(a: [u8; 3], b: [u8; 3]) -> u8 {
     let differences = a.into_iter().zip(b).map(|(a, b)| a.abs_diff(b));
     differences.fold(0, u8::max)
@@ -129,24 +137,29 @@ fn difference(a: [u8; 3], b: [u8; 3]) -> u8 {
 
 /// Compares two pictures of the same size.
 pub(super) fn compare(a: &Picture, b: &Picture) -> Differences {
-    let mut found = Differences::default();
-    for at in 0..a.depth.len() {
-        let apart = difference(a.color(at), b.color(at));
-        let is_other_hit = a.is_hit(at) != b.is_hit(at);
-        let (s, t) = (a.depth[at], b.depth[at]);
+    let mut differences = Differences::default();
+    for pixel in 0..a.depth.len() {
+        let color_difference = difference(a.color(pixel), b.color(pixel));
+        let is_other_hit = a.is_hit(pixel) != b.is_hit(pixel);
+        let (s, t) = (a.depth[pixel], b.depth[pixel]);
         let is_other_depth =
-            a.is_hit(at) && b.is_hit(at) && (s - t).abs() > MAX_DEPTH_DIFFERENCE * s.min(t);
-        if !is_other_hit && !is_other_depth && apart <= MAX_COLOR_DIFFERENCE {
+            a.is_hit(pixel) && b.is_hit(pixel) && (s - t).abs() > MAX_DEPTH_DIFFERENCE * s.min(t);
+        if !is_other_hit && !is_other_depth && color_difference <= MAX_COLOR_DIFFERENCE {
             continue;
         }
-        if (a.edges[at] || b.edges[at]) && a.shows(b, at) && b.shows(a, at) {
+        if (a.edges[pixel] || b.edges[pixel])
+            && a.shows_nearby(b, pixel)
+            && b.shows_nearby(a, pixel)
+        {
             continue;
         }
-        found.hits += usize::from(is_other_hit);
-        found.depths += usize::from(is_other_depth);
-        found.colors += usize::from(!is_other_hit && !is_other_depth);
-        found.worst = found.worst.max(apart);
-        found.first.get_or_insert([at % a.width, at / a.width]);
+        differences.hits += usize::from(is_other_hit);
+        differences.depths += usize::from(is_other_depth);
+        differences.colors += usize::from(!is_other_hit && !is_other_depth);
+        differences.worst = differences.worst.max(color_difference);
+        differences
+            .first
+            .get_or_insert([pixel % a.width, pixel / a.width]);
     }
-    found
+    differences
 }

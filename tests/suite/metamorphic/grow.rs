@@ -1,13 +1,13 @@
-//! Random scenes as people write them: solids, figures, fields, booleans, blends, copies, warps, floors, paints,
-//! lights and skies.
+//! Random realistic scenes: solids, 2-D shapes, fields, booleans, blends, copies, warps, floors,
+//! materials, lights and skies.
 
-use super::scene::{Body, Head, Lamp, Shape};
+use super::scene::{Body, Head, SceneLight, Shape};
 use sdfc_trials::random::Random;
 
-/// The deepest nesting of shapes.
+/// Maximum nesting depth of shapes.
 const MAX_DEPTH: usize = 2;
 
-/// The scene of a seed.
+/// Returns the scene of a seed.
 pub(super) fn grow(seed: u64) -> (Head, Body) {
     let mut r = Random::new(seed ^ 0x6d65_7461);
     let head = head(&mut r);
@@ -33,7 +33,7 @@ fn floor(r: &mut Random, text: &str) -> Shape {
     painted(r, Shape::Solid(text.to_owned()))
 }
 
-/// A number with three digits after the point.
+/// Returns a random number with three decimals.
 fn between(r: &mut Random, low: f64, high: f64) -> f64 {
     let number = low + (high - low) * r.below(1001) as f64 / 1000.0;
     (number * 1000.0).round() / 1000.0
@@ -62,16 +62,16 @@ fn head(r: &mut Random) -> Head {
         between(r, 0.5, 3.5),
         between(r, 4.0, 6.0),
     ];
-    let lamps = (0..r.below(3))
+    let lights = (0..r.below(3))
         .map(|_| {
-            let place = [
+            let position = [
                 between(r, -3.0, 3.0),
                 between(r, 1.5, 4.0),
                 between(r, -1.0, 4.0),
             ];
             let is_point = r.chance(30);
-            Lamp {
-                place,
+            SceneLight {
+                position,
                 is_point,
                 color: hue(r),
                 intensity: between(r, 0.8, 3.0) * if is_point { 8.0 } else { 1.0 },
@@ -91,7 +91,7 @@ fn head(r: &mut Random) -> Head {
         from,
         look: [0.0, -0.2, 0.0],
         fov: between(r, 35.0, 50.0),
-        lamps,
+        lights,
         fog: r.chance(20).then_some(0.03),
         ambient: between(r, 0.3, 1.2),
         occlusion: r.pick(&["five_tap", "five_tap", "off", "6"]),
@@ -193,9 +193,9 @@ fn rigid(r: &mut Random) -> String {
     }
 }
 
-/// Small copies: rows, grids, rings and mirror images.
+/// Returns copies of a small shape: rows, grids, rings and mirror images.
 fn copies(r: &mut Random) -> Shape {
-    // The extent of a raw field is not known in general, and what is endless has no copies.
+    // Raw fields may be unbounded, so only solids are copied.
     let small = Shape::Solid(solid(r)).then(format!("scale({})", between(r, 0.25, 0.4)));
     match r.below(4) {
         0 => {
@@ -272,7 +272,7 @@ fn from_figure(r: &mut Random) -> String {
     }
 }
 
-/// Raw fields, with a slope that holds everywhere where there is one.
+/// Returns a raw field, with a global slope bound if it has one.
 fn field(r: &mut Random) -> Shape {
     let a = between(r, 0.3, 0.8);
     let b = between(r, 0.02, 0.08);

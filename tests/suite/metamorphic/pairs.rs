@@ -1,24 +1,25 @@
-//! Texts in `tests/pairs` that mean the same, drawn under two lights on the CPU, with cells and without.
+//! Equivalent texts in `tests/pairs`, drawn under two lights on the CPU, with cells and without.
 //!
-//! A file holds a class, which its first line names. `# name` begins an entry; its texts are parted by lines `=`.
-//! A line `// fault: 12 pixels, …` in an entry says how many pixels differ in the worst picture, and what is to be
-//! mended; `// excused: 12 pixels, since …` says why that is right.
+//! Each file contains one class, named by its first line. `# name` begins an entry; its texts are
+//! separated by lines `=`. A line `// fault: 12 pixels, …` in an entry states how many pixels differ in
+//! the worst picture and what must be fixed; `// excused: 12 pixels, since …` states why the difference
+//! is correct.
 
 use super::compare::compare;
 use super::draw::draw;
-use super::plain_way;
+use super::plain_options;
 use sdfc_runtime::engine::{EngineKind, open};
-use sdfc_runtime::frame::CellUse;
+use sdfc_runtime::render::CellMode;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// The least number of entries of a class.
+/// Minimum number of entries of a class.
 const MIN_ENTRIES: usize = 10;
-/// The camera of all texts.
+/// Camera of all texts.
 const CAMERA: &str = "camera { from: [2.6, 2.2, 3.6], look: [0, -0.1, 0], fov: 42deg }\n";
-/// A floor, on which shadows fall.
+/// A floor that receives shadows.
 const FLOOR: &str = "plane(Y, at: -1.3).color(#808078)";
-/// The lights under which texts are drawn.
+/// Lights under which texts are drawn.
 const LIGHTS: [(&str, &str); 2] = [
     (
         "hard shadows",
@@ -30,16 +31,16 @@ const LIGHTS: [(&str, &str); 2] = [
     ),
 ];
 
-/// Texts that mean the same.
+/// A group of equivalent texts.
 #[derive(Debug)]
 struct Entry {
     name: String,
     texts: Vec<String>,
-    /// The number of pixels that may differ.
+    /// Number of pixels that may differ.
     excused: usize,
 }
 
-/// The entries of a file.
+/// Returns the entries of a file.
 fn entries(path: &Path) -> Vec<Entry> {
     let text = std::fs::read_to_string(path).expect("the file can be read");
     let mut lines = text.lines();
@@ -76,7 +77,7 @@ fn entries(path: &Path) -> Vec<Entry> {
     entries
 }
 
-/// A text as a scene: its last expression stands on the floor.
+/// Turns a text into a scene: a floor is added to its last expression.
 fn on_floor(text: &str, head: &str) -> String {
     let lines: Vec<&str> = text.trim().lines().collect();
     let (statements, shape) = lines.split_at(lines.len() - 1);
@@ -84,7 +85,7 @@ fn on_floor(text: &str, head: &str) -> String {
     format!("{CAMERA}{head}{statements}\n({}) | {FLOOR}\n", shape[0])
 }
 
-/// Draws all texts of an entry, and tells which differ from the first.
+/// Draws all texts of an entry and reports those that differ from the first.
 fn examine(class: &str, entry: &Entry) -> String {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
     let mut report = String::new();
@@ -92,10 +93,10 @@ fn examine(class: &str, entry: &Entry) -> String {
     for (light, head) in LIGHTS {
         let mut pictures = Vec::new();
         for (index, text) in entry.texts.iter().enumerate() {
-            for cells in [CellUse::Never, CellUse::Always] {
-                let mut way = plain_way();
-                way.cells = cells;
-                let picture = draw(&mut *engine, &on_floor(text, head), &way);
+            for cells in [CellMode::Never, CellMode::Always] {
+                let mut options = plain_options();
+                options.cells = cells;
+                let picture = draw(&mut *engine, &on_floor(text, head), &options);
                 let picture =
                     picture.unwrap_or_else(|errors| panic!("{class}, {}: {errors}", entry.name));
                 pictures.push((format!("text {index}, cells {cells:?}"), picture));
@@ -103,12 +104,12 @@ fn examine(class: &str, entry: &Entry) -> String {
         }
         let (first, others) = pictures.split_first().expect("there are texts");
         for (name, other) in others {
-            let found = compare(&first.1, other);
-            worst = worst.max(found.count());
-            if found.count() > entry.excused || other.lost > 0 || first.1.lost > 0 {
+            let differences = compare(&first.1, other);
+            worst = worst.max(differences.count());
+            if differences.count() > entry.excused || other.lost > 0 || first.1.lost > 0 {
                 _ = writeln!(
                     report,
-                    "{class}, {}, {light}, {name}: {found:?}, {} rays lost",
+                    "{class}, {}, {light}, {name}: {differences:?}, {} rays lost",
                     entry.name, other.lost
                 );
             }

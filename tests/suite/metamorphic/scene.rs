@@ -1,4 +1,4 @@
-//! Scenes as trees, and the texts that mean the same.
+//! Scenes as trees, and equivalent texts of them.
 
 use sdfc_trials::random::Random;
 use std::fmt::Write as _;
@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 /// A shape of a scene.
 #[derive(Clone, Debug)]
 pub(super) enum Shape {
-    /// A shape as it is written.
+    /// A shape given by its text.
     Solid(String),
-    /// A raw field: a value at `p`, a slope that it never exceeds, and whether the scene states that slope.
+    /// A raw field: a value at `p`, a slope bound, and whether the scene states that bound.
     Field {
         value: String,
         slope: Option<f64>,
@@ -16,13 +16,15 @@ pub(super) enum Shape {
     },
     /// A hard union.
     Union(Vec<Shape>),
-    /// Two shapes and the operator between them. `reads_values` tells a blend, which takes more than the sign.
+    /// Two shapes and the operator between them. `reads_values` marks a blend, which depends on more than
+    /// the sign.
     Pair {
         pair: Box<[Shape; 2]>,
         operator: String,
         reads_values: bool,
     },
-    /// A method on a shape. `reads_values` tells one that takes more than the sign, as `offset` does.
+    /// A method on a shape. `reads_values` marks a method that depends on more than the sign, such as
+    /// `offset`.
     Call {
         child: Box<Shape>,
         method: String,
@@ -30,18 +32,18 @@ pub(super) enum Shape {
     },
 }
 
-/// The parts of a scene, in a hard union.
+/// Parts of a scene, in a hard union.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     pub(super) parts: Vec<Shape>,
-    /// The seed of places where rewrites act.
+    /// Seed that selects the shapes to rewrite.
     pub(super) seed: u64,
 }
 
 /// A light.
 #[derive(Clone, Debug)]
-pub(super) struct Lamp {
-    pub(super) place: [f64; 3],
+pub(super) struct SceneLight {
+    pub(super) position: [f64; 3],
     pub(super) is_point: bool,
     pub(super) color: String,
     pub(super) intensity: f64,
@@ -54,49 +56,49 @@ pub(super) struct Head {
     pub(super) from: [f64; 3],
     pub(super) look: [f64; 3],
     pub(super) fov: f64,
-    pub(super) lamps: Vec<Lamp>,
+    pub(super) lights: Vec<SceneLight>,
     pub(super) fog: Option<f64>,
     pub(super) ambient: f64,
     pub(super) occlusion: &'static str,
     pub(super) tonemap: &'static str,
-    /// The reach of occlusion.
+    /// Radius of occlusion.
     pub(super) reach: f64,
 }
 
-/// A way to write a scene. All show the same picture.
+/// An equivalent notation of a scene; all give the same picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Rewrite {
-    /// The scene as it is.
+    /// The original scene.
     Plain,
-    /// Values of raw fields times a constant, where only their sign matters.
+    /// Values of raw fields are multiplied by a constant, where only their sign matters.
     Multiplied(f64),
-    /// Slopes stated this many times as large as they are.
+    /// Stated slope bounds are multiplied by this factor.
     Stated(f64),
-    /// Unions in brackets from the right.
+    /// Unions are bracketed from the right.
     Bracketed,
-    /// Shapes moved away and back.
+    /// Shapes are translated away and back.
     Moved,
-    /// Shapes turned by four right angles.
+    /// Shapes are rotated by four right angles.
     Turned,
-    /// Shapes scaled and scaled back.
+    /// Shapes are scaled and scaled back.
     Resized,
-    /// Complements of complements.
+    /// Shapes become complements of complements.
     Complemented,
-    /// The whole scene this many times as large, with its camera and lights.
+    /// The whole scene is scaled by this factor, with its camera and lights.
     World(f64),
-    /// The whole scene moved, with its camera and lights.
+    /// The whole scene is translated, with its camera and lights.
     Shifted,
-    /// The whole scene turned about its upward axis, with its camera and lights.
+    /// The whole scene is rotated about its up axis, with its camera and lights.
     Rotated,
 }
 
-/// The distance by which [`Rewrite::Shifted`] moves a scene.
-const SHIFT: [f64; 3] = [6.0, 2.5, -3.0];
-/// The percentage of shapes that rewrites act on.
+/// Translation of [`Rewrite::Shifted`].
+const SHIFT_OFFSET: [f64; 3] = [6.0, 2.5, -3.0];
+/// Percentage of shapes that are rewritten.
 const PERCENT_REWRITTEN: usize = 40;
 
 impl Shape {
-    /// A method that reads no more than the sign.
+    /// Applies a method that depends only on the sign.
     pub(super) fn then(self, method: String) -> Self {
         let child = Box::new(self);
         let reads_values = false;
@@ -107,7 +109,7 @@ impl Shape {
         }
     }
 
-    /// A method that reads values.
+    /// Applies a method that depends on values.
     pub(super) fn valued(self, method: String) -> Self {
         let child = Box::new(self);
         let reads_values = true;
@@ -118,7 +120,7 @@ impl Shape {
         }
     }
 
-    /// Two shapes and a set operation of which only signs matter.
+    /// Combines two shapes by a set operation that depends only on signs.
     pub(super) fn pair(pair: [Self; 2], operator: String) -> Self {
         Self::Pair {
             pair: Box::new(pair),
@@ -127,7 +129,7 @@ impl Shape {
         }
     }
 
-    /// Two shapes and a blend.
+    /// Combines two shapes by a blend.
     pub(super) fn blend(pair: [Self; 2], operator: String) -> Self {
         Self::Pair {
             pair: Box::new(pair),
@@ -136,7 +138,7 @@ impl Shape {
         }
     }
 
-    /// Writes the shape. `is_read` tells that its values matter.
+    /// Writes the shape. `is_read` states that its values matter.
     fn write(&self, to: &mut String, rewrite: Rewrite, is_read: bool, r: &mut Random) {
         match self {
             Self::Solid(text) => to.push_str(text),
@@ -187,7 +189,7 @@ impl Shape {
     }
 }
 
-/// Writes a raw field. A slope comes with whether it is stated without a rewrite.
+/// Writes a raw field. A slope bound comes with whether the original scene states it.
 fn write_field(
     to: &mut String,
     value: &str,
@@ -212,7 +214,7 @@ fn write_field(
     }
 }
 
-/// Writes a hard union; in brackets from the left as `union` does, or from the right.
+/// Writes a hard union, bracketed from the left as `union` does, or from the right.
 fn write_union(to: &mut String, parts: &[Shape], rewrite: Rewrite, is_read: bool, r: &mut Random) {
     let is_bracketed = rewrite == Rewrite::Bracketed;
     to.push_str(if is_bracketed { "(" } else { "union([" });
@@ -235,13 +237,13 @@ fn write_union(to: &mut String, parts: &[Shape], rewrite: Rewrite, is_read: bool
     }
 }
 
-/// A vector as it is written.
+/// Formats a vector.
 fn vector(v: [f64; 3]) -> String {
     format!("[{}, {}, {}]", v[0], v[1], v[2])
 }
 
 impl Rewrite {
-    /// The scale of the world.
+    /// Returns the scale of the whole scene.
     pub(super) fn scale(self) -> f64 {
         match self {
             Self::World(scale) => scale,
@@ -249,11 +251,11 @@ impl Rewrite {
         }
     }
 
-    /// The place of a point of the scene.
-    fn place(self, p: [f64; 3]) -> [f64; 3] {
+    /// Transforms a point of the scene.
+    fn transform_point(self, p: [f64; 3]) -> [f64; 3] {
         match self {
             Self::World(scale) => p.map(|v| v * scale),
-            Self::Shifted => std::array::from_fn(|i| p[i] + SHIFT[i]),
+            Self::Shifted => std::array::from_fn(|i| p[i] + SHIFT_OFFSET[i]),
             Self::Rotated => self.direction(p),
             _ => p,
         }
@@ -266,11 +268,11 @@ impl Rewrite {
         }
     }
 
-    /// The method on the whole scene.
-    fn whole(self) -> String {
+    /// Returns the method applied to the whole scene.
+    fn scene_method(self) -> String {
         match self {
             Self::World(scale) => format!(".scale({scale})"),
-            Self::Shifted => format!(".translate({})", vector(SHIFT)),
+            Self::Shifted => format!(".translate({})", vector(SHIFT_OFFSET)),
             Self::Rotated => ".rotate(90deg, Y)".to_owned(),
             _ => String::new(),
         }
@@ -278,16 +280,19 @@ impl Rewrite {
 }
 
 impl Head {
-    /// Reports whether lamps are looked for at points of their rims.
+    /// Reports whether lights are sampled at points of their rims.
     pub(super) fn has_rims(&self) -> bool {
-        self.lamps
+        self.lights
             .iter()
-            .any(|lamp| lamp.shadow.starts_with("sized"))
+            .any(|light| light.shadow.starts_with("sized"))
     }
 
     fn write(&self, to: &mut String, rewrite: Rewrite) {
         let scale = rewrite.scale();
-        let (from, look) = (rewrite.place(self.from), rewrite.place(self.look));
+        let (from, look) = (
+            rewrite.transform_point(self.from),
+            rewrite.transform_point(self.look),
+        );
         _ = writeln!(
             to,
             "camera {{ from: {}, look: {}, fov: {}deg }}",
@@ -295,19 +300,19 @@ impl Head {
             vector(look),
             self.fov
         );
-        for (index, lamp) in self.lamps.iter().enumerate() {
-            let (word, place, intensity) = if lamp.is_point {
-                let place = rewrite.place(lamp.place);
-                ("at", place, lamp.intensity * scale * scale)
+        for (index, light) in self.lights.iter().enumerate() {
+            let (word, position, intensity) = if light.is_point {
+                let position = rewrite.transform_point(light.position);
+                ("at", position, light.intensity * scale * scale)
             } else {
-                ("dir", rewrite.direction(lamp.place), lamp.intensity)
+                ("dir", rewrite.direction(light.position), light.intensity)
             };
             _ = writeln!(
                 to,
                 "light l{index} {{ {word}: {}, color: {}, intensity: {intensity}, shadow: {} }}",
-                vector(place),
-                lamp.color,
-                lamp.shadow
+                vector(position),
+                light.color,
+                light.shadow
             );
         }
         let fog = self.fog.map(|fog| format!(", fog: {}", fog / scale));
@@ -329,13 +334,13 @@ impl Head {
     }
 }
 
-/// The text of a scene.
+/// Returns the text of a scene.
 pub(super) fn text(head: &Head, body: &Body, rewrite: Rewrite) -> String {
     let mut text = String::new();
     head.write(&mut text, rewrite);
     let mut r = Random::new(body.seed);
     write_union(&mut text, &body.parts, rewrite, false, &mut r);
-    text.push_str(&rewrite.whole());
+    text.push_str(&rewrite.scene_method());
     text.push('\n');
     text
 }

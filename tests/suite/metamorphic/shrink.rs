@@ -1,32 +1,32 @@
-//! The smallest part of a scene that still fails.
+//! Reduction of a failing scene to its smallest failing part.
 
 use super::scene::{Body, Head, Shape};
 
 impl Shape {
-    /// Shapes that have one thing less.
+    /// Returns the shapes with one element removed.
     fn simpler(&self) -> Vec<Self> {
         let with = |children: &[Self], make: &dyn Fn(Vec<Self>) -> Self| {
-            let mut found = children.to_vec();
+            let mut candidates = children.to_vec();
             for (index, child) in children.iter().enumerate() {
-                found.extend(child.simpler().into_iter().map(|simple| {
+                candidates.extend(child.simpler().into_iter().map(|simple| {
                     let mut children = children.to_vec();
                     children[index] = simple;
                     make(children)
                 }));
             }
-            found
+            candidates
         };
         match self {
             Self::Solid(_) | Self::Field { .. } => Vec::new(),
             Self::Union(parts) => {
-                let mut found = with(parts, &Self::Union);
+                let mut candidates = with(parts, &Self::Union);
                 for index in 0..parts.len() {
                     let mut fewer = parts.clone();
                     fewer.remove(index);
-                    found.push(Self::Union(fewer));
+                    candidates.push(Self::Union(fewer));
                 }
-                found.retain(|shape| !matches!(shape, Self::Union(parts) if parts.is_empty()));
-                found
+                candidates.retain(|shape| !matches!(shape, Self::Union(parts) if parts.is_empty()));
+                candidates
             }
             Self::Pair {
                 pair,
@@ -53,29 +53,29 @@ impl Shape {
     }
 }
 
-/// Scenes that have one thing less.
+/// Returns the scenes with one element removed.
 fn simpler(head: &Head, body: &Body) -> Vec<(Head, Body)> {
-    let mut found = Vec::new();
+    let mut candidates = Vec::new();
     for (index, part) in body.parts.iter().enumerate() {
         if body.parts.len() > 1 {
             let mut fewer = body.clone();
             fewer.parts.remove(index);
-            found.push((head.clone(), fewer));
+            candidates.push((head.clone(), fewer));
         }
         for simple in part.simpler() {
             let mut body = body.clone();
             body.parts[index] = simple;
-            found.push((head.clone(), body));
+            candidates.push((head.clone(), body));
         }
     }
-    for index in 0..head.lamps.len() {
+    for index in 0..head.lights.len() {
         let mut head = head.clone();
-        head.lamps.remove(index);
-        found.push((head, body.clone()));
+        head.lights.remove(index);
+        candidates.push((head, body.clone()));
     }
     if head.fog.is_some() {
         let fog = None;
-        found.push((
+        candidates.push((
             Head {
                 fog,
                 ..head.clone()
@@ -85,7 +85,7 @@ fn simpler(head: &Head, body: &Body) -> Vec<(Head, Body)> {
     }
     if head.occlusion != "off" {
         let occlusion = "off";
-        found.push((
+        candidates.push((
             Head {
                 occlusion,
                 ..head.clone()
@@ -93,13 +93,13 @@ fn simpler(head: &Head, body: &Body) -> Vec<(Head, Body)> {
             body.clone(),
         ));
     }
-    found
+    candidates
 }
 
-/// The most scenes that are tried; a campaign takes what is drawn for much longer for a hang.
+/// Maximum number of scenes tried. A campaign treats longer drawing as a hang.
 const MAX_TRIALS: usize = 150;
 
-/// The scene without whatever can be taken from it so that it still fails.
+/// Removes elements from a scene as long as it still fails.
 pub(super) fn shrink(
     head: &Head,
     body: &Body,
@@ -111,11 +111,11 @@ pub(super) fn shrink(
         trials += 1;
         trials <= MAX_TRIALS && fails(head, body)
     };
-    while let Some(found) = simpler(&smallest.0, &smallest.1)
+    while let Some(simpler_scene) = simpler(&smallest.0, &smallest.1)
         .into_iter()
         .find(&mut still_fails)
     {
-        smallest = found;
+        smallest = simpler_scene;
     }
     smallest
 }

@@ -1,48 +1,53 @@
-//! Claims of cells, which hold in them.
+//! Claims of cells hold inside them.
 
-use super::samples::{Field, LEVELS, all, is_long, point_at, points_of, put, zeros};
+use super::samples::{Field, LEVELS, fields, is_long, point_at, points_of, set_point, zeros};
 use crate::corpus::compiled_text;
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::cells::{Cell, Held, Region};
+use sdfc_runtime::cells::{Aabb, Cell, Occupancy};
 use sdfc_trials::random::Random;
 use sdfc_vm::evaluate::{evaluate_f64, gradient};
-use sdfc_vm::lanes::{Column, LANES, Points};
+use sdfc_vm::lanes::{F32x64, LANES, Points};
 use sdfc_vm::real::Vector3;
 use sdfc_vm::tape::Clause;
-use sdfc_vm::tape::choose::Chooser;
-use sdfc_vm::tape::machine::Machine;
-use sdfc_vm::tape::single::{Registers, run};
+use sdfc_vm::tape::evaluator::TapeEvaluator;
+use sdfc_vm::tape::scalar::{Registers, eval};
+use sdfc_vm::tape::trace::Tracer;
 use sdfc_vm::vector::V3;
 
-/// The number of leaves of a field that are looked at.
-const LEAVES: usize = 40;
+/// Number of leaves sampled per field.
+const LEAVES_PER_FIELD: usize = 40;
 
-fn leaves_looked_at() -> usize {
-    if is_long() { LEAVES * 20 } else { LEAVES }
+fn leaf_sample_count() -> usize {
+    if is_long() {
+        LEAVES_PER_FIELD * 20
+    } else {
+        LEAVES_PER_FIELD
+    }
 }
 
-/// The largest coordinate of a box.
-fn largest(region: &Region) -> f32 {
+/// Returns the largest absolute coordinate of a box.
+fn largest(region: &Aabb) -> f32 {
     let ends = region.low.iter().chain(&region.high);
-    ends.fold(0.0, |most, v| most.max(v.abs()))
+    ends.fold(0.0, |max, v| max.max(v.abs()))
 }
 
 fn is_same(a: f32, b: f32) -> bool {
     a.to_bits() == b.to_bits() || a == b || (a.is_nan() && b.is_nan())
 }
 
-/// Looks at points of leaves in turn: `check` is given a leaf, its points and the values of the whole there.
+/// Samples points of leaves. `check` receives a leaf, its points and the values of the full program
+/// there.
 fn in_leaves(
     field: &Field,
     band: f32,
-    mut check: impl FnMut(&Cell, &[Clause], &Points, &Column, &mut Machine<f32>),
+    mut check: impl FnMut(&Cell, &[Clause], &Points, &F32x64, &mut TapeEvaluator<f32>),
 ) -> usize {
     let cells = field.cells(band);
     let leaves: Vec<u32> = cells.leaves().collect();
     let mut machine = field.machine();
     let mut random = Random::new(leaves.len() as u64);
-    let step = leaves.len().div_ceil(leaves_looked_at()).max(1);
-    let mut looked = 0;
+    let step = leaves.len().div_ceil(leaf_sample_count()).max(1);
+    let mut sampled = 0;
     for &leaf in leaves.iter().skip(random.below(step)).step_by(step) {
         let (cell, tape) = (cells.cell(leaf), cells.tape(leaf));
         let points = points_of(&cell.region, &mut random);
@@ -52,24 +57,24 @@ fn in_leaves(
             let values = field.values(&mut machine, &field.tape.clauses, &points);
             check(cell, tape, &points, &values, &mut machine);
         }
-        looked += 1;
+        sampled += 1;
     }
-    looked
+    sampled
 }
 
 #[test]
 fn tapes_of_cells_give_the_values_of_the_whole() {
     let (mut leaves, mut shorter, mut failures) = (0, 0, Vec::new());
-    for field in all() {
+    for field in fields() {
         for band in [0.0, f32::INFINITY] {
-            let origin = V3::of(0.0, 0.0, 0.0);
+            let origin = V3::new(0.0, 0.0, 0.0);
             let mut registers = Registers::<f64>::new(field.tape.values, field.tape.points, origin);
-            let looked = in_leaves(&field, band, |cell, tape, points, values, machine| {
+            let sampled = in_leaves(&field, band, |cell, tape, points, values, machine| {
                 shorter += usize::from(tape.len() < field.tape.clauses.len());
-                let kept = field.values(machine, tape, points);
+                let cell_value = field.values(machine, tape, points);
                 let size = f64::from(largest(&cell.region));
                 for lane in 0..LANES {
-                    let (a, b) = (values.0[lane], kept.0[lane]);
+                    let (a, b) = (values.0[lane], cell_value.0[lane]);
                     let p = point_at(points, lane);
                     if !is_same(a, b) {
                         failures.push(format!(
@@ -77,18 +82,18 @@ fn tapes_of_cells_give_the_values_of_the_whole() {
                             field.name
                         ));
                     }
-                    // What f32 decides is decided for real numbers, too, but for what it rounds.
+                    // Decisions in `f32` also hold for real numbers, except for rounding.
                     let [x, y, z] = p.map(f64::from);
-                    let mut wide = |tape| {
-                        run::<f64>(
+                    let mut eval_wide = |tape| {
+                        eval::<f64>(
                             &field.program,
                             tape,
                             &mut registers,
-                            V3::of(x, y, z),
+                            V3::new(x, y, z),
                             |_, _, _, _| {},
                         )
                     };
-                    let (a, b) = (wide(&field.tape.clauses), wide(tape));
+                    let (a, b) = (eval_wide(&field.tape.clauses), eval_wide(tape));
                     let rounding = (f64::from(values.0[lane]) - a).abs() + 1e-6 * size;
                     if (a - b).abs() > 2.0 * rounding {
                         failures.push(format!(
@@ -98,7 +103,7 @@ fn tapes_of_cells_give_the_values_of_the_whole() {
                     }
                 }
             });
-            leaves += looked;
+            leaves += sampled;
         }
     }
     report(&failures);
@@ -111,16 +116,16 @@ fn tapes_of_cells_give_the_values_of_the_whole() {
 #[test]
 fn bounds_of_boxes_hold_the_values_in_them() {
     let (mut bounded, mut failures) = (0, Vec::new());
-    for field in all() {
-        let mut chooser = Chooser::new(&field.tape);
+    for field in fields() {
+        let mut tracer = Tracer::new(&field.tape);
         in_leaves(&field, 0.0, |cell, tape, points, values, _| {
-            cell.region.put(chooser.boxes(), 0);
-            let [low, high] = *chooser.run(&field.program, tape, 1);
+            cell.region.write_lane(tracer.boxes(), 0);
+            let [low, high] = *tracer.run(&field.program, tape, 1);
             let (low, high) = (low.0[0], high.0[0]);
             bounded += usize::from(low > f32::NEG_INFINITY && high < f32::INFINITY);
             for lane in 0..LANES {
                 let value = values.0[lane];
-                // Comparing with NaN is false, and what is not a number is bounded by nothing.
+                // Comparisons with NaN are false, so NaN has no bounds.
                 if value < low || value > high {
                     let p = point_at(points, lane);
                     failures.push(format!(
@@ -138,7 +143,7 @@ fn bounds_of_boxes_hold_the_values_in_them() {
 #[test]
 fn slopes_and_gradients_of_cells_bound_those_in_them() {
     let (mut gradients, mut slopes, mut failures) = (0, 0, Vec::new());
-    for field in all() {
+    for field in fields() {
         in_leaves(&field, 0.0, |cell, _, points, values, _| {
             let Some(bounds) = cell.gradient else { return };
             gradients += 1;
@@ -146,32 +151,33 @@ fn slopes_and_gradients_of_cells_bound_those_in_them() {
             for lane in 0..LANES {
                 let p = point_at(points, lane);
                 let [x, y, z] = p.map(f64::from);
-                let found = gradient::<f64>(&field.program, V3::of(x, y, z)).gradient;
-                let is_within = [found.x, found.y, found.z]
+                let exact_gradient = gradient::<f64>(&field.program, V3::new(x, y, z)).gradient;
+                let is_within = [exact_gradient.x, exact_gradient.y, exact_gradient.z]
                     .into_iter()
                     .zip(bounds)
                     .all(|(v, [low, high])| f64::from(low) <= v && v <= f64::from(high));
-                let is_flat = cell.slope == 1.0 || found.length() <= f64::from(cell.slope);
+                let is_flat = cell.slope == 1.0 || exact_gradient.length() <= f64::from(cell.slope);
                 if !(is_within && is_flat) {
                     failures.push(format!(
-                        "{} at {p:?}: {found:?} outside of {bounds:?}, {}",
+                        "{} at {p:?}: {exact_gradient:?} outside of {bounds:?}, {}",
                         field.name, cell.slope
                     ));
                 }
-                // From point to point the field changes by no more than that, jumps included.
+                // Between two points the field changes at most by the gradient bounds, including
+                // discontinuities.
                 let other = (lane + 1) % LANES;
                 let q = point_at(points, other);
                 let change = f64::from(values.0[other]) - f64::from(values.0[lane]);
-                let most: f64 = (0..3)
+                let max: f64 = (0..3)
                     .map(|axis| {
                         let [low, high] = bounds[axis].map(f64::from);
-                        let way = f64::from(q[axis]) - f64::from(p[axis]);
-                        (low * way).max(high * way)
+                        let offset = f64::from(q[axis]) - f64::from(p[axis]);
+                        (low * offset).max(high * offset)
                     })
                     .sum();
-                if change > most + 2e-6 * f64::from(largest(&cell.region)) {
+                if change > max + 2e-6 * f64::from(largest(&cell.region)) {
                     failures.push(format!(
-                        "{} from {p:?} to {q:?}: {change} is more than {most}",
+                        "{} from {p:?} to {q:?}: {change} is more than {max}",
                         field.name
                     ));
                 }
@@ -185,11 +191,11 @@ fn slopes_and_gradients_of_cells_bound_those_in_them() {
     );
 }
 
-/// At no zero of a field does a cell say that there is nothing, or nothing but the solid.
+/// No cell is empty or full at a zero of the field.
 #[test]
 fn no_surface_lies_where_nothing_is_kept() {
-    let (mut found, mut failures) = (0, Vec::new());
-    for field in all() {
+    let (mut count, mut failures) = (0, Vec::new());
+    for field in fields() {
         let cells = field.cells(0.0);
         let mut machine = field.machine();
         let mut random = Random::new(7);
@@ -203,38 +209,39 @@ fn no_surface_lies_where_nothing_is_kept() {
                 let p = point_at(&points, lane);
                 let value = evaluate_f64(&field.program, p.map(f64::from));
                 let noise = 1e-6 * f64::from(largest(&field.region));
-                let is_wrong = match cells.held_at(p) {
-                    Held::Nothing => value < -noise,
-                    Held::Solid => value > noise,
-                    Held::Leaf(_) => false,
+                let is_wrong = match cells.occupancy_at(p) {
+                    Occupancy::Empty => value < -noise,
+                    Occupancy::Full => value > noise,
+                    Occupancy::Leaf(_) => false,
                 };
-                found += 1;
+                count += 1;
                 if is_wrong {
                     failures.push(format!(
                         "{} at {p:?}: {value}, {:?}",
                         field.name,
-                        cells.held_at(p)
+                        cells.occupancy_at(p)
                     ));
                 }
             }
         }
     }
     report(&failures);
-    assert!(found > 10_000, "only {found} points near zeros");
+    assert!(count > 10_000, "only {count} points near zeros");
 }
 
-/// Planes as raw fields, and the corner of the cube that is cut: bounds by gradients are as close as bounds can be.
+/// Planes as raw fields, and the corner of the cube that is subdivided. Gradient bounds are exact for
+/// planes.
 const PLANES: [(&str, f32); 6] = [
     ("2 * p.x + 3 * p.y + p.z - 0.31", 0.0),
     ("2 * p.x - 2 * p.y + 2 * p.z + 0.2", 0.0),
     ("p.x - p.y - 0.17", 0.0),
     ("0.3 * p.x + 2 * p.y + 4 * p.z - 1.1", 0.0),
     ("3 * p.x - 3 * p.y - 3 * p.z + 0.05", 0.0),
-    // Large numbers far away, the difference of which is small.
+    // Large numbers far away, with a small difference.
     ("200 * p.x - 198 * p.x - 2 * p.y - 0.1372", 1000.0),
 ];
 
-/// Cells are kept where a plane cuts off a corner. The value in the middle and the gradient say just that.
+/// Cells are kept where a plane cuts off a corner, exactly as the centre value and the gradient predict.
 #[test]
 fn cells_are_kept_of_which_a_corner_is_cut_off() {
     let (mut kept, mut failures) = (0, Vec::new());
@@ -249,27 +256,31 @@ fn cells_are_kept_of_which_a_corner_is_cut_off() {
         let mut machine = field.machine();
         let mut random = Random::new(5);
         let count = 4_usize.pow(LEVELS as u32 - 1);
-        let side = field.region.side() / count as f32;
-        for place in 0..count.pow(3) {
-            let place = [place % count, place / count % count, place / count / count];
+        let side = field.region.longest_side() / count as f32;
+        for position in 0..count.pow(3) {
+            let position = [
+                position % count,
+                position / count % count,
+                position / count / count,
+            ];
             let [low, high] = [0, 1].map(|end| {
-                [0, 1, 2].map(|axis| field.region.low[axis] + side * (place[axis] + end) as f32)
+                [0, 1, 2].map(|axis| field.region.low[axis] + side * (position[axis] + end) as f32)
             });
             let middle = [0, 1, 2].map(|axis| (low[axis] + high[axis]) * 0.5);
-            let held = cells.held_at(middle);
-            kept += usize::from(matches!(held, Held::Leaf(_)));
-            if matches!(held, Held::Leaf(_)) {
+            let occupancy = cells.occupancy_at(middle);
+            kept += usize::from(matches!(occupancy, Occupancy::Leaf(_)));
+            if matches!(occupancy, Occupancy::Leaf(_)) {
                 continue;
             }
-            let points = points_of(&Region { low, high }, &mut random);
+            let points = points_of(&Aabb { low, high }, &mut random);
             let values = field.values(&mut machine, &field.tape.clauses, &points);
-            let is_wrong = |lane: &usize| match held {
-                Held::Nothing => values.0[*lane] < 0.0,
+            let is_wrong = |lane: &usize| match occupancy {
+                Occupancy::Empty => values.0[*lane] < 0.0,
                 _ => values.0[*lane] > 0.0,
             };
             if let Some(lane) = (0..LANES).find(is_wrong) {
                 failures.push(format!(
-                    "{text} at {:?}: {}, {held:?}",
+                    "{text} at {:?}: {}, {occupancy:?}",
                     point_at(&points, lane),
                     values.0[lane]
                 ));
@@ -280,54 +291,54 @@ fn cells_are_kept_of_which_a_corner_is_cut_off() {
     assert!(kept > 2_000, "only {kept} cells are kept");
 }
 
-/// Points that rounding puts beyond a face find a tape that holds there, too.
+/// Points that rounding moves beyond a face find a tape that is valid there.
 #[test]
 fn points_beside_faces_find_tapes_that_hold() {
-    let (mut found, mut failures) = (0, Vec::new());
-    for field in all() {
+    let (mut count, mut failures) = (0, Vec::new());
+    for field in fields() {
         let cells = field.cells(f32::INFINITY);
         let leaves: Vec<u32> = cells.leaves().collect();
         let mut machine = field.machine();
         let mut random = Random::new(11);
-        for _ in 0..leaves_looked_at() {
+        for _ in 0..leaf_sample_count() {
             let leaf = random.pick(&leaves);
-            let Region { low, high } = cells.cell(leaf).region;
+            let Aabb { low, high } = cells.cell(leaf).region;
             let mut points = points_of(&cells.cell(leaf).region, &mut random);
             for lane in 0..32 {
                 let mut p = point_at(&points, lane);
                 for axis in 0..3 {
                     if p[axis] == low[axis] || p[axis] == high[axis] {
-                        p[axis] = beside(p[axis], random.below(9) as i32 - 4);
+                        p[axis] = step_floats(p[axis], random.below(9) as i32 - 4);
                     }
                 }
-                put(&mut points, lane, p);
+                set_point(&mut points, lane, p);
             }
-            let whole = field.values(&mut machine, &field.tape.clauses, &points);
+            let full_values = field.values(&mut machine, &field.tape.clauses, &points);
             for lane in 0..32 {
                 let p = point_at(&points, lane);
-                let Held::Leaf(leaf) = cells.held_at(p) else {
+                let Occupancy::Leaf(leaf) = cells.occupancy_at(p) else {
                     continue;
                 };
-                if !cells.region().holds(p) {
+                if !cells.region().contains(p) {
                     continue;
                 }
-                let kept = field.values(&mut machine, cells.tape(leaf), &points).0[lane];
-                found += 1;
-                if !is_same(whole.0[lane], kept) {
+                let cell_value = field.values(&mut machine, cells.tape(leaf), &points).0[lane];
+                count += 1;
+                if !is_same(full_values.0[lane], cell_value) {
                     failures.push(format!(
-                        "{} at {p:?}: {} by all, {kept} in the cell",
-                        field.name, whole.0[lane]
+                        "{} at {p:?}: {} by all, {cell_value} in the cell",
+                        field.name, full_values.0[lane]
                     ));
                 }
             }
         }
     }
     report(&failures);
-    assert!(found > 10_000, "only {found} points were looked up");
+    assert!(count > 10_000, "only {count} points were looked up");
 }
 
-/// The number so many steps of `f32` above another.
-pub(super) fn beside(v: f32, steps: i32) -> f32 {
+/// Returns the `f32` that is `steps` steps above `v`.
+pub(super) fn step_floats(v: f32, steps: i32) -> f32 {
     (0..steps.abs()).fold(v, |v, _| {
         if steps > 0 {
             v.next_up()

@@ -1,16 +1,16 @@
-//! Each pass on scenes where it fires and where it must refrain: all passes, none, each alone and each left out give
-//! one field, which stays a safe step, and one picture.
+//! Passes on scenes where they fire and where they must refrain. All passes, none, each alone, and each
+//! left out give the same field, which stays a safe step, and the same picture.
 //!
-//! The scenes of a pass stand in `tests/passes/NAME`. Those in which it does something begin with `fires`, those in
+//! The scenes of a pass are in `tests/passes/NAME`. Those in which it fires begin with `fires`, those in
 //! which it must not with `refrains`.
 
 use super::samples::{Field, point_at, points_of, zeros};
 use crate::corpus::{name, on_large_stack, scene, scenes};
 use sdfc_compiler::compile::{self, Compiled, compile};
-use sdfc_compiler::passes::lod::{Pixel, Sight};
+use sdfc_compiler::passes::lod::{LodTarget, PixelFootprint};
 use sdfc_compiler::passes::{PASSES, Pass, PassOptions};
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
-use sdfc_runtime::frame::{CellUse, Frame, Lens, RenderSettings};
+use sdfc_runtime::engine::{EngineKind, SceneInput, open};
+use sdfc_runtime::render::{CellMode, Image, RenderSettings, ResolvedLens};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_runtime::verify::compare;
 use sdfc_shaders::assemble::SceneSource;
@@ -22,16 +22,16 @@ use sdfc_vm::vector::V3;
 use std::path::{Path, PathBuf};
 
 const SIZE: [u32; 2] = [96, 72];
-/// The blocks of points at which fields are compared.
-const BLOCKS: usize = 32;
-/// The share of its coordinates that rounding may change a value by where maps of points were composed.
-const ROUNDING: f32 = 4e-6;
-/// The largest gradient of a safe step.
+/// Number of blocks of points at which fields are compared.
+const BLOCK_COUNT: usize = 32;
+/// Maximum rounding error of a value relative to its coordinates, where point maps were composed.
+const MAX_ROUNDING: f32 = 4e-6;
+/// Maximum gradient of a safe step.
 const MAX_SLOPE: f64 = 1.0 + 1e-4;
-/// The error that level of detail may make, in pixels.
+/// Tolerance of level of detail, in pixels.
 const TOLERANCE: f64 = 1.0;
 
-/// Every scene of a pass, and whether the pass fires in it.
+/// Returns the scenes of a pass and whether the pass fires in them.
 fn cases(pass: &Pass) -> Vec<(bool, PathBuf)> {
     let paths = scenes(&format!("tests/passes/{}", pass.name));
     let fires = |path: PathBuf| {
@@ -46,17 +46,17 @@ fn cases(pass: &Pass) -> Vec<(bool, PathBuf)> {
     paths.into_iter().map(fires).collect()
 }
 
-/// A scene compiled with these passes alone.
-fn compiled_with(path: &Path, kept: &dyn Fn(&str) -> bool, sight: Option<Sight>) -> Compiled {
+/// Compiles a scene with the selected passes only.
+fn compiled_with(path: &Path, kept: &dyn Fn(&str) -> bool, sight: Option<LodTarget>) -> Compiled {
     let left_out = PASSES.iter().filter(|pass| !kept(pass.name));
     let without = left_out.map(|pass| pass.name.to_owned()).collect();
     let passes = PassOptions {
-        none: false,
-        without,
+        disable_all: false,
+        disabled: without,
     };
     let options = compile::Options {
         passes,
-        sight,
+        lod_target: sight,
         ..compile::Options::default()
     };
     let (compiled, found) = on_large_stack(|| compile(scene(path), &options));
@@ -65,32 +65,32 @@ fn compiled_with(path: &Path, kept: &dyn Fn(&str) -> bool, sight: Option<Sight>)
     compiled
 }
 
-/// The settings of the picture, and who looks at it.
-fn seen(compiled: &mut Compiled) -> (RenderSettings, Sight) {
+/// Returns the settings of the picture and the target for level of detail.
+fn seen(compiled: &mut Compiled) -> (RenderSettings, LodTarget) {
     let outputs = compiled.module.update(0.0);
     let overrides = Overrides {
         size: Some(SIZE),
         aa: Some(1),
-        cells: CellUse::Never,
+        cells: CellMode::Never,
         ..Overrides::default()
     };
     let settings = resolve(&compiled.module, &outputs, &overrides).expect("it has settings");
     let pixel = match settings.view.lens {
-        Lens::Perspective(angle) => Pixel::of_perspective(angle, SIZE),
-        Lens::Orthographic(shown) => Pixel::of_parallel(shown, SIZE),
+        ResolvedLens::Perspective(angle) => PixelFootprint::from_perspective(angle, SIZE),
+        ResolvedLens::Orthographic(shown) => PixelFootprint::from_parallel(shown, SIZE),
     };
-    let sight = Sight {
-        eye: settings.view.from,
+    let sight = LodTarget {
+        camera_position: settings.view.from,
         pixel,
         tolerance: TOLERANCE,
     };
     (settings, sight)
 }
 
-fn drawn(compiled: &mut Compiled, settings: &RenderSettings) -> Frame {
+fn drawn(compiled: &mut Compiled, settings: &RenderSettings) -> Image {
     let mut engine = open(EngineKind::Cpu).expect("there is always a CPU");
     let outputs = compiled.module.update(0.0);
-    let loaded = Loaded {
+    let loaded = SceneInput {
         module: &compiled.module,
         outputs: &outputs,
         generated: SceneSource::default(),
@@ -105,15 +105,19 @@ fn field(compiled: &Compiled) -> Field {
     Field::new(String::new(), program, bounds.min, bounds.max)
 }
 
-/// Compares the fields of a scene without passes and with some; gives what is wrong.
+/// Compares the fields of a scene without passes and with some; returns a description of the first error.
 fn compare_fields(none: &Compiled, some: &Compiled, kept: &dyn Fn(&str) -> bool) -> Option<String> {
     let (none, some) = (field(none), field(some));
     let (mut first, mut second) = (none.machine(), some.machine());
     let mut random = Random::new(5);
     let size = none.region.low.iter().chain(&none.region.high);
     let size = size.fold(0.0, |most: f32, v| most.max(v.abs()));
-    let rounding = if kept("fold") { ROUNDING * size } else { 0.0 };
-    for _ in 0..BLOCKS {
+    let rounding = if kept("fold") {
+        MAX_ROUNDING * size
+    } else {
+        0.0
+    };
+    for _ in 0..BLOCK_COUNT {
         let points = points_of(&none.region, &mut random);
         let values = none.values(&mut first, &none.tape.clauses, &points);
         let near = zeros(&none, &mut first, &points, &values, &mut random);
@@ -123,7 +127,7 @@ fn compare_fields(none: &Compiled, some: &Compiled, kept: &dyn Fn(&str) -> bool)
             for lane in 0..LANES {
                 let (a, b, p) = (a.0[lane], b.0[lane], point_at(&points, lane));
                 let is_same = (a - b).abs() <= rounding;
-                // Divisions by less: a larger value of the same sign.
+                // A smaller divisor gives a larger value of the same sign.
                 let is_grown = kept("lipschitz")
                     && b.abs() >= a.abs() * (1.0 - 1e-5) - rounding
                     && (a * b > 0.0 || a.abs().max(b.abs()) <= rounding);
@@ -153,12 +157,12 @@ fn compare_fields(none: &Compiled, some: &Compiled, kept: &dyn Fn(&str) -> bool)
 fn check(pass: &Pass, fires: bool, path: &Path, failures: &mut Vec<String>) {
     let mut none = compiled_with(path, &|_| false, None);
     let (settings, sight) = seen(&mut none);
-    let sight = pass.needs_sight.then_some(sight);
+    let sight = pass.needs_lod_target.then_some(sight);
     let picture = drawn(&mut none, &settings);
     let all: &dyn Fn(&str) -> bool = &|_| true;
     let alone: &dyn Fn(&str) -> bool = &|name| name == pass.name;
     let others: &dyn Fn(&str) -> bool = &|name| name != pass.name;
-    // What it does to what `fold` leaves, where no other pass has cleaned up.
+    // Applied to the output of `fold` alone, before other passes clean up.
     let after_fold: &dyn Fn(&str) -> bool = &|name| name == pass.name || name == "fold";
     let mut notes = 0;
     for (which, kept) in [
@@ -173,8 +177,8 @@ fn check(pass: &Pass, fires: bool, path: &Path, failures: &mut Vec<String>) {
         let mut fail = |wrong: &str| {
             failures.push(format!("{}, {which}: {wrong}", path.display()));
         };
-        // What is made simpler for its pixels is another field.
-        let is_exact = !(pass.needs_sight && kept(pass.name));
+        // Level of detail changes the field.
+        let is_exact = !(pass.needs_lod_target && kept(pass.name));
         if is_exact && let Some(wrong) = compare_fields(&none, &some, kept) {
             fail(&wrong);
         }

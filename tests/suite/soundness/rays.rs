@@ -1,19 +1,19 @@
-//! Rays through cells end on surfaces, also where they all but touch one.
+//! Rays through cells end on surfaces, including near-grazing rays.
 //!
-//! Pictures that are compared leave silhouettes out, where an error of a leaf would show.
+//! Picture comparisons exclude silhouettes, where errors of leaves would be visible.
 
 use crate::corpus::compiled_text;
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::engine::{EngineKind, Loaded, open};
-use sdfc_runtime::frame::{CellUse, Lens, Status};
-use sdfc_runtime::reference::Camera;
+use sdfc_runtime::engine::{EngineKind, SceneInput, open};
+use sdfc_runtime::reference::ReferenceCamera;
+use sdfc_runtime::render::{CellMode, ResolvedLens, Status};
 use sdfc_runtime::settings::{Overrides, resolve};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::evaluate::gradient;
 use sdfc_vm::real::Vector3;
 use sdfc_vm::vector::V3;
 
-/// Raw fields that fall ever slower, and rise again before they reach zero.
+/// Raw fields that decrease ever more slowly and increase again before they reach zero.
 const FIELDS: [&str; 5] = [
     "field(fn(p) => dot(p, p) - 1, within: 3)",
     "field(fn(p) => dot(p * p, p * p) - 5 * dot(p, p) + 11.8, within: 5)",
@@ -21,8 +21,8 @@ const FIELDS: [&str; 5] = [
     "field(fn(p) => (dot(p, p) + 0.6) * (dot(p, p) + 0.6) - 4 * (p.x * p.x + p.z * p.z), within: 3)",
     "field(fn(p) => sin(3 * p.x) * cos(3 * p.y) + sin(3 * p.y) * cos(3 * p.z) + 0.4, within: 3)",
 ];
-/// The largest distance of a hit from a surface, in halves of a pixel.
-const NEAR: f64 = 0.05;
+/// Maximum distance of a hit from a surface, in half pixels.
+const MAX_HIT_ERROR: f64 = 0.05;
 
 #[test]
 fn rays_through_cells_end_on_surfaces() {
@@ -32,7 +32,7 @@ fn rays_through_cells_end_on_surfaces() {
         let mut compiled = compiled_text(&format!("{text}\n"), PassOptions::default());
         let outputs = compiled.module.update(0.0);
         let module = &compiled.module;
-        let scene = Loaded {
+        let scene = SceneInput {
             module,
             outputs: &outputs,
             generated: SceneSource::default(),
@@ -42,13 +42,13 @@ fn rays_through_cells_end_on_surfaces() {
             let overrides = Overrides {
                 size: Some(size),
                 aa: Some(1),
-                cells: CellUse::Always,
+                cells: CellMode::Always,
                 ..Overrides::default()
             };
             let settings = resolve(module, &outputs, &overrides).expect("it has settings");
             let frame = engine.render(&settings, &|_| {}).expect("it is drawn");
-            let camera = Camera::of(&settings);
-            let Lens::Perspective(angle) = settings.view.lens else {
+            let camera = ReferenceCamera::new(&settings);
+            let ResolvedLens::Perspective(angle) = settings.view.lens else {
                 panic!("a scene's own camera")
             };
             for (at, status) in frame.status.iter().enumerate() {
@@ -59,11 +59,11 @@ fn rays_through_cells_end_on_surfaces() {
                 let ray = camera.ray(pixel.map(|v| v as f64), [0.0; 2]);
                 let depth = f64::from(frame.depth[at]);
                 let [x, y, z] = [0, 1, 2].map(|i| ray.origin[i] + depth * ray.direction[i]);
-                let found = gradient::<f64>(&module.distance, V3::of(x, y, z));
+                let found = gradient::<f64>(&module.distance, V3::new(x, y, z));
                 let off = found.value.abs() / found.gradient.length();
                 let half_pixel = depth * (angle / 2.0).tan() / f64::from(size[1]);
                 hits += 1;
-                if off > NEAR * half_pixel {
+                if off > MAX_HIT_ERROR * half_pixel {
                     failures.push((off / half_pixel, text, size, pixel));
                 }
             }

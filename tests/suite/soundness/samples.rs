@@ -1,35 +1,35 @@
-//! Fields of scenes, and points of boxes at which what is claimed of them would fail first.
+//! Fields of scenes, and the points of boxes at which claims are most likely to fail.
 
 use crate::corpus::{compiled, name, on_large_stack, scenes};
 use crate::strangers;
 use sdfc_compiler::passes::PassOptions;
-use sdfc_runtime::cells::{Cells, Cut, Refine, Region, Split, build};
+use sdfc_runtime::cells::{Aabb, CellSpec, Cells, Refine, Subdivision, build};
 use sdfc_trials::random::Random;
-use sdfc_vm::lanes::{Column, LANES, Points};
+use sdfc_vm::lanes::{F32x64, LANES, Points};
 use sdfc_vm::program::Program;
-use sdfc_vm::tape::machine::Machine;
+use sdfc_vm::tape::evaluator::TapeEvaluator;
 use sdfc_vm::tape::{Clause, Tape};
 use std::path::{Path, PathBuf};
 
-/// The side of the box that is cut where a scene has no end.
+/// Side of the subdivided box of unbounded scenes.
 const ENDLESS_SIDE: f32 = 24.0;
-/// The number of levels of cells, of 64 children each.
+/// Number of levels of cells, with 64 children each.
 pub(super) const LEVELS: i32 = 3;
-/// One of this many scenes of strangers is taken.
-const STRANGERS_STEP: usize = 6;
+/// One in this number of scenes of strangers is used.
+const STRANGERS_STRIDE: usize = 6;
 
-/// A field and the box in which it is cut into cells.
+/// A field and its box of cells.
 pub(super) struct Field {
     pub(super) name: String,
     pub(super) program: Program,
     pub(super) tape: Tape,
-    pub(super) region: Region,
+    pub(super) region: Aabb,
 }
 
 impl Field {
-    /// The field of a program within a scene's bounds.
+    /// Creates the field of a program within a scene's bounds.
     pub(super) fn new(name: String, program: Program, low: [f64; 3], high: [f64; 3]) -> Self {
-        // Of what has no end, a part is cut.
+        // Only a part of unbounded scenes is subdivided.
         let sides: [[f32; 2]; 3] = std::array::from_fn(|axis| {
             let (low, high) = (low[axis] as f32, high[axis] as f32);
             match (low.is_finite(), high.is_finite()) {
@@ -41,21 +41,21 @@ impl Field {
         });
         let (low, high) = (sides.map(|[low, _]| low), sides.map(|[_, high]| high));
         let side = (0..3).fold(0.0, |side, axis| f32::max(side, high[axis] - low[axis]));
-        // A cube, as engines make it, with room for what is near the surface.
+        // A cube, as in engines, with a margin around the surface.
         let half = if side > 0.0 { side * 0.55 } else { 1.0 };
         let middle: [f32; 3] = std::array::from_fn(|axis| (low[axis] + high[axis]) * 0.5);
         Self {
-            tape: Tape::of(&program),
+            tape: Tape::new(&program),
             name,
             program,
-            region: Region {
+            region: Aabb {
                 low: middle.map(|v| v - half),
                 high: middle.map(|v| v + half),
             },
         }
     }
 
-    /// The field of a scene's file.
+    /// Loads the field of a scene file.
     fn of_file(path: &Path) -> Self {
         let mut compiled = on_large_stack(|| compiled(path, PassOptions::default()));
         compiled.module.update(0.0);
@@ -63,55 +63,55 @@ impl Field {
         Self::new(name(path), compiled.module.distance, bounds.min, bounds.max)
     }
 
-    /// The cells of the field: those that may hold a surface, or all where `band` is infinite.
+    /// Returns the cells of the field: those that may contain a surface, or all if `band` is infinite.
     pub(super) fn cells(&self, band: f32) -> Cells {
-        let side = self.region.side() * 4.0_f32.powi(1 - LEVELS) * 1.5;
+        let side = self.region.longest_side() * 4.0_f32.powi(1 - LEVELS) * 1.5;
         build(
             &self.program,
             &self.tape,
-            &Cut {
+            &CellSpec {
                 region: self.region,
-                split: Split::Cube,
+                subdivision: Subdivision::Volume,
                 band,
-                refine: &Down(side),
+                refine: &DownToSide(side),
             },
         )
     }
 
-    /// A machine for its tape.
-    pub(super) fn machine(&self) -> Machine<f32> {
-        Machine::new(self.tape.values, self.tape.points)
+    /// Creates an evaluator for its tape.
+    pub(super) fn machine(&self) -> TapeEvaluator<f32> {
+        TapeEvaluator::new(self.tape.values, self.tape.points)
     }
 
-    /// The values by a tape at points.
+    /// Returns the values of a tape at points.
     pub(super) fn values(
         &self,
-        machine: &mut Machine<f32>,
+        machine: &mut TapeEvaluator<f32>,
         tape: &[Clause],
         points: &Points,
-    ) -> Column {
-        *machine.seed() = *points;
+    ) -> F32x64 {
+        *machine.inputs_mut() = *points;
         *machine.run(&self.program, tape, LANES)
     }
 }
 
-/// Cuts down to a side.
-struct Down(f32);
+/// Subdivides cells down to a side length.
+struct DownToSide(f32);
 
-impl Refine for Down {
-    fn cut(&self, region: &Region, _: usize, _: f32) -> bool {
-        region.side() > self.0
+impl Refine for DownToSide {
+    fn should_split(&self, region: &Aabb, _: usize, _: f32) -> bool {
+        region.longest_side() > self.0
     }
 }
 
-/// The fields of all scenes of the repository, and of a sample of what strangers wrote.
-pub(super) fn all() -> impl Iterator<Item = Field> {
+/// Returns the fields of all scenes of the repository, and of a sample of the strangers.
+pub(super) fn fields() -> impl Iterator<Item = Field> {
     let ours = ["tests/scenes", "examples", "tests/hard"]
         .into_iter()
         .flat_map(scenes);
     let theirs = strangers::folders().into_iter();
     let theirs = theirs.flat_map(|folder| scenes(&folder.to_string_lossy()));
-    let step = if is_long() { 1 } else { STRANGERS_STEP };
+    let step = if is_long() { 1 } else { STRANGERS_STRIDE };
     let paths: Vec<PathBuf> = ours.chain(theirs.step_by(step)).collect();
     paths.into_iter().map(|path| Field::of_file(&path))
 }
@@ -121,11 +121,11 @@ pub(super) fn is_long() -> bool {
     std::env::var_os("SDFC_LONG").is_some_and(|long| long != "0")
 }
 
-/// 64 points of a box: its corners, points on its edges and faces, and points inside.
-pub(super) fn points_of(region: &Region, random: &mut Random) -> Points {
+/// Returns 64 points of a box: its corners, points on its edges and faces, and points inside.
+pub(super) fn points_of(region: &Aabb, random: &mut Random) -> Points {
     let mut points = Points::default();
     for lane in 0..LANES {
-        // Of three axes, so many are at one of their ends.
+        // Number of axes on which the point lies at an end.
         let ends = match lane {
             0..8 => 3,
             8..16 => 2,
@@ -152,25 +152,25 @@ pub(super) fn points_of(region: &Region, random: &mut Random) -> Points {
     points
 }
 
-/// The point in a lane.
+/// Returns the point in a lane.
 pub(super) fn point_at(points: &Points, lane: usize) -> [f32; 3] {
     [0, 1, 2].map(|axis| points[axis].0[lane])
 }
 
-/// Puts a point into a lane.
-pub(super) fn put(points: &mut Points, lane: usize, p: [f32; 3]) {
+/// Stores a point in a lane.
+pub(super) fn set_point(points: &mut Points, lane: usize, p: [f32; 3]) {
     for (column, v) in points.iter_mut().zip(p) {
         column.0[lane] = v;
     }
 }
 
-/// Points on both sides of zeros of a field, which the lines between points with values of unlike signs cross:
-/// outside in even lanes, inside in odd ones. `None` where all values have one sign.
+/// Returns points on both sides of zeros of a field: outside in even lanes, inside in odd ones. They lie
+/// on lines between points with values of opposite signs. Returns `None` if all values have one sign.
 pub(super) fn zeros(
     field: &Field,
-    machine: &mut Machine<f32>,
+    machine: &mut TapeEvaluator<f32>,
     points: &Points,
-    values: &Column,
+    values: &F32x64,
     random: &mut Random,
 ) -> Option<Points> {
     let lanes = |inside: bool| -> Vec<usize> {
@@ -183,24 +183,24 @@ pub(super) fn zeros(
     }
     let mut ends = Points::default();
     for lane in (0..LANES).step_by(2) {
-        put(&mut ends, lane, point_at(points, random.pick(&outside)));
-        put(&mut ends, lane + 1, point_at(points, random.pick(&inside)));
+        set_point(&mut ends, lane, point_at(points, random.pick(&outside)));
+        set_point(&mut ends, lane + 1, point_at(points, random.pick(&inside)));
     }
-    for _ in 0..HALVINGS {
+    for _ in 0..BISECTION_STEPS {
         let mut middles = ends;
         for lane in (0..LANES).step_by(2) {
             let (a, b) = (point_at(&ends, lane), point_at(&ends, lane + 1));
             let middle: [f32; 3] = std::array::from_fn(|axis| a[axis] + (b[axis] - a[axis]) * 0.5);
-            put(&mut middles, lane, middle);
+            set_point(&mut middles, lane, middle);
         }
         let values = field.values(machine, &field.tape.clauses, &middles);
         for lane in (0..LANES).step_by(2) {
             let side = usize::from(values.0[lane] < 0.0);
-            put(&mut ends, lane + side, point_at(&middles, lane));
+            set_point(&mut ends, lane + side, point_at(&middles, lane));
         }
     }
     Some(ends)
 }
 
-/// Halvings of a line between points of unlike signs.
-const HALVINGS: usize = 26;
+/// Number of bisection steps.
+const BISECTION_STEPS: usize = 26;

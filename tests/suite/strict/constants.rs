@@ -1,24 +1,24 @@
-//! Constants: the numbers in generated source are, bit for bit, those in the program's words.
+//! Constants: the numbers in generated source equal those in the program's words, bit for bit.
 
 use crate::corpus::{compiled, name, on_large_stack, scenes};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_vm::record::scalar_literal;
 use std::collections::BTreeSet;
 
-/// Numbers that text has for reasons of its own (rows of matrices, seeds of gradients), or a blend's
-/// signs, which text does not need.
+/// Reports whether a number belongs to the structure of the text (rows of matrices, seeds of gradients)
+/// or is the sign of a blend, which the text omits.
 fn is_structure(bits: u32) -> bool {
     [0.0_f32, 1.0].contains(&f32::from_bits(bits).abs())
 }
 
-/// The bits of the literals in a function of a text, as a WGSL compiler reads them: as `f64`, rounded
-/// once more when they meet an `f32`.
+/// Returns the bits of the literals in a function of a text. They are read as in a WGSL compiler: as
+/// `f64`, then rounded to `f32`.
 fn literals(text: &str, function: &str) -> BTreeSet<u32> {
     let start = text.find(&format!("fn {function}(")).expect("it is there");
     let body = &text[start..];
     let body = &body[body.find('{').expect("it has a body")..];
     let body = &body[..body.find("\n}").expect("which ends")];
-    // A sign belongs to a literal where nothing stands before it that could be subtracted from.
+    // A sign belongs to a literal if no operand precedes it.
     let words = body.split(|c: char| !(c.is_ascii_alphanumeric() || "_.+-".contains(c)));
     words
         .filter(|word| word.contains(['.', 'e']))
@@ -36,7 +36,7 @@ fn source_and_words_hold_the_same_constants() {
         let source = compiled.generated();
         let written = literals(&source.text, "scene_distance");
         let program = &compiled.module.distance;
-        let patched: BTreeSet<u32> = program.patches.iter().map(|patch| patch.at).collect();
+        let patched: BTreeSet<u32> = program.patches.iter().map(|patch| patch.index).collect();
         let pool = program.pool.as_flattened().iter().enumerate();
         let words: BTreeSet<u32> = pool
             .filter(|(at, _)| !patched.contains(&(*at as u32)))
@@ -59,7 +59,7 @@ fn source_and_words_hold_the_same_constants() {
     assert!(checked > 1000, "{checked}");
 }
 
-/// Any float survives being written and read, though it is read as `f64` first.
+/// Every float survives writing and reading, although it is read as `f64` first.
 #[test]
 fn literals_read_back_as_they_were() {
     let mut bits = 1_u32;

@@ -1,27 +1,27 @@
-//! Our own elementary functions: the same bits on the processor and on the device for 2²⁰ arguments
-//! each, where arithmetic is strict; where it is not, errors no larger than their documentation
-//! states, give or take what a driver may add.
+//! Our elementary functions, with 2²⁰ arguments each. With strict arithmetic the bits are equal on CPU
+//! and GPU. Otherwise errors are at most as documented, plus what a driver may add.
 
 use sdfc_runtime::gpu::{
-    Access, Arithmetic, Binding, Extent, Gpu, KernelSource, Preference, Usage,
+    AdapterPreference, Arithmetic, BindingAccess, BufferBinding, BufferUsage, Extent, Gpu,
+    KernelSource,
 };
 use sdfc_vm::elementary::{arctangent, cosine, exponential, logarithm, sine};
 use sdfc_vm::prelude;
 
-/// How many arguments each function gets.
-const COUNT: usize = 1 << 20;
+/// Number of arguments of each function.
+const ARGUMENT_COUNT: usize = 1 << 20;
 
-/// A function and what it is tried on.
+/// A function and its arguments.
 struct Case {
-    /// Its name in WGSL.
+    /// Name in WGSL.
     name: &'static str,
-    /// Its call there, with the arguments in `v`.
+    /// Call in WGSL, with the arguments in `v`.
     call: &'static str,
     rust: fn([f32; 2]) -> f32,
     truth: fn([f64; 2]) -> f64,
-    /// Arguments from two numbers in [0, 1).
+    /// Computes the arguments from two numbers in [0, 1).
     arguments: fn([f32; 2]) -> [f32; 2],
-    /// The largest error, as a share of the truth, or of 1 where that is less.
+    /// Maximum error relative to the exact value, or absolute below 1.
     error: f64,
 }
 
@@ -47,7 +47,7 @@ const CASES: [Case; 6] = [
         call: "sine(v.x)",
         rust: |[x, _]| sine(x),
         truth: |[x, _]| x.sin(),
-        // Of small arguments, where the relative error would show.
+        // Small arguments expose the relative error.
         arguments: |[a, b]| [(a - 0.5) * (-60.0 * b).exp2(), 0.0],
         error: 2e-7,
     },
@@ -64,7 +64,7 @@ const CASES: [Case; 6] = [
         call: "logarithm(v.x)",
         rust: |[x, _]| logarithm(x),
         truth: |[x, _]| x.log2(),
-        // From twice the smallest normal number on; smaller ones are raised.
+        // Arguments start at twice the smallest normal number; smaller ones are clamped.
         arguments: |[a, b]| [(1.0 + a) * (252.0 * b - 125.0).floor().exp2(), 0.0],
         error: 6e-7,
     },
@@ -78,7 +78,7 @@ const CASES: [Case; 6] = [
     },
 ];
 
-/// What a device gives for all arguments.
+/// Evaluates a function on a device for all arguments.
 fn on_device(gpu: &Gpu, case: &Case, arguments: &[[f32; 2]]) -> Vec<f32> {
     let mut text = String::from(
         "@group(0) @binding(0) var<storage, read> arguments: array<vec2f>;
@@ -97,10 +97,10 @@ fn on_device(gpu: &Gpu, case: &Case, arguments: &[[f32; 2]]) -> Vec<f32> {
          }}\n",
         case.call
     ));
-    let slots = [Access::StorageRead, Access::StorageReadWrite];
-    let bindings: Vec<Binding> = (0..)
+    let slots = [BindingAccess::StorageRead, BindingAccess::StorageReadWrite];
+    let bindings: Vec<BufferBinding> = (0..)
         .zip(slots)
-        .map(|(slot, access)| Binding { slot, access })
+        .map(|(slot, access)| BufferBinding { slot, access })
         .collect();
     let kernel = gpu.kernel(&KernelSource {
         label: case.name,
@@ -110,8 +110,8 @@ fn on_device(gpu: &Gpu, case: &Case, arguments: &[[f32; 2]]) -> Vec<f32> {
     });
     let kernel = kernel.unwrap_or_else(|error| panic!("{error}"));
     let run = || {
-        let from = gpu.buffer_with("arguments", Usage::Storage, arguments)?;
-        let to = gpu.buffer("results", Usage::Storage, 4 * arguments.len() as u64)?;
+        let from = gpu.buffer_with("arguments", BufferUsage::Storage, arguments)?;
+        let to = gpu.buffer("results", BufferUsage::Storage, 4 * arguments.len() as u64)?;
         let mut batch = gpu.batch();
         let call = gpu.bind(&kernel, &[(0, &from), (1, &to)])?;
         batch.dispatch(&call, Extent::Line(arguments.len() as u64))?;
@@ -133,7 +133,7 @@ fn elementary_functions_have_the_same_bits_everywhere() {
         Arithmetic::Default,
     ];
     let [strict, portable, default] = all.map(|arithmetic| {
-        Gpu::open_with(Preference::Any, arithmetic).unwrap_or_else(|error| panic!("{error}"))
+        Gpu::open_with(AdapterPreference::Any, arithmetic).unwrap_or_else(|error| panic!("{error}"))
     });
     // xorshift64* (S. Vigna, 2016).
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
@@ -144,7 +144,7 @@ fn elementary_functions_have_the_same_bits_everywhere() {
         (state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 40) as f32 / (1 << 24) as f32
     };
     for case in &CASES {
-        let arguments: Vec<[f32; 2]> = (0..COUNT)
+        let arguments: Vec<[f32; 2]> = (0..ARGUMENT_COUNT)
             .map(|_| (case.arguments)([random(), random()]))
             .collect();
         let rust: Vec<f32> = arguments.iter().map(|&v| (case.rust)(v)).collect();
@@ -166,7 +166,7 @@ fn elementary_functions_have_the_same_bits_everywhere() {
         let hidden = on_device(&portable, case, &arguments);
         let loose = on_device(&default, case, &arguments);
         let found = format!(
-            "{}: {} of {COUNT} differ, {} in the portable form, {} without strict arithmetic; largest \
+            "{}: {} of {ARGUMENT_COUNT} differ, {} in the portable form, {} without strict arithmetic; largest \
              errors {:.2e} and {:.2e}",
             case.name,
             differing(&exact),

@@ -1,41 +1,42 @@
-//! Random programs: the same bits at random points on every engine.
+//! Random programs: equal bits at random points on every engine.
 
 use super::{engines, is_long};
 use crate::corpus::compiled_text;
 use sdfc_compiler::passes::PassOptions;
 use sdfc_compiler::raise::raise;
-use sdfc_runtime::engine::{Engine, Loaded, Sample};
+use sdfc_runtime::engine::{Engine, FieldSample, SceneInput};
 use sdfc_runtime::gpu::Arithmetic;
 use sdfc_shaders::assemble::SceneSource;
-use sdfc_trials::checks::meets_none;
+use sdfc_trials::checks::has_nonfinite_intermediate;
 use sdfc_trials::programs::program;
 use sdfc_trials::random::Random;
 use sdfc_vm::listing;
 use sdfc_vm::program::{Module, Program};
 use sdfc_vm::vector::V3;
 
-/// Whether two samples are the same numbers.
-fn same(a: &Sample, b: &Sample) -> bool {
+/// Reports whether two samples are equal.
+fn same(a: &FieldSample, b: &FieldSample) -> bool {
     let same = |a: f32, b: f32| a == b || (a.is_nan() && b.is_nan());
     same(a.distance, b.distance) && a.gradient.iter().zip(b.gradient).all(|(&a, b)| same(a, b))
 }
 
-/// How many samples differ.
-fn pairs_that_differ(some: &[Sample], others: &[Sample]) -> usize {
-    let differ = |(a, b): &(&Sample, &Sample)| !same(a, b);
+/// Counts the samples that differ.
+fn pairs_that_differ(some: &[FieldSample], others: &[FieldSample]) -> usize {
+    let differ = |(a, b): &(&FieldSample, &FieldSample)| !same(a, b);
     some.iter().zip(others).filter(differ).count()
 }
 
-/// What is smaller came of numbers that are too small to be normal, which devices may take for zero.
-const DENORMAL: f32 = 1e-30;
+/// Magnitude below which a value may result from subnormal numbers, which devices may flush to zero.
+const MIN_RELIABLE: f32 = 1e-30;
 
-/// Whether samples of a point may differ: raw arithmetic met a number that is not finite, or one that is
-/// not normal.
-fn may_differ(program: &Program, [x, y, z]: [f32; 3], a: &Sample, b: &Sample) -> bool {
+/// Reports whether samples of a point may differ because raw arithmetic met a non-finite or subnormal
+/// number.
+fn may_differ(program: &Program, [x, y, z]: [f32; 3], a: &FieldSample, b: &FieldSample) -> bool {
     let slopes = a.gradient.iter().zip(b.gradient);
     let values = slopes.chain([(&a.distance, b.distance)]);
     let mut unequal = values.filter(|(a, b)| **a != *b);
-    unequal.all(|(a, b)| a.abs().max(b.abs()) < DENORMAL) || meets_none(program, V3::of(x, y, z))
+    unequal.all(|(a, b)| a.abs().max(b.abs()) < MIN_RELIABLE)
+        || has_nonfinite_intermediate(program, V3::new(x, y, z))
 }
 
 #[test]
@@ -63,7 +64,7 @@ fn have_the_same_bits(arithmetic: Arithmetic, programs: u64, points: usize) {
         let outputs = module.update(0.0);
         let compiled = raise(module);
         let source = compiled.generated();
-        let loaded = Loaded {
+        let loaded = SceneInput {
             module: &compiled.module,
             outputs: &outputs,
             generated: SceneSource {
@@ -79,14 +80,14 @@ fn have_the_same_bits(arithmetic: Arithmetic, programs: u64, points: usize) {
             engine.load(&loaded)?;
             engine.query(&points)
         };
-        let samples: Vec<Vec<Sample>> = engines
+        let samples: Vec<Vec<FieldSample>> = engines
             .iter_mut()
             .map(|engine| ask(engine).unwrap_or_else(|error| panic!("{seed}: {error}")))
             .collect();
         values += points.len();
         for (engine, others) in engines.iter().zip(&samples).skip(1) {
             let pairs = samples[0].iter().zip(others).zip(&points);
-            let differ = |((a, b), p): &((&Sample, &Sample), &[f32; 3])| {
+            let differ = |((a, b), p): &((&FieldSample, &FieldSample), &[f32; 3])| {
                 !same(a, b) && !may_differ(&compiled.module.distance, **p, a, b)
             };
             let wrong: Vec<_> = pairs.filter(differ).collect();
@@ -104,7 +105,7 @@ fn have_the_same_bits(arithmetic: Arithmetic, programs: u64, points: usize) {
     eprintln!(
         "{arithmetic:?}: {values} distances and gradients on each of three engines, {excused} not promised"
     );
-    // What is not promised is rare.
+    // Excused differences must be rare.
     assert!(excused * 100 < values, "{excused} of {values}");
     assert!(different.is_empty(), "{}", different.join("\n\n"));
 }

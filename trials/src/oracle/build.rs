@@ -1,100 +1,100 @@
-//! The way from the elaborated scene to the tree.
+//! Converts the elaborated scene into a [`ShapeTree`].
 //!
-//! Every number that does not depend on the point is computed here, once.
+//! Numbers that do not depend on the point are computed here, once.
 
-use super::combine::{Edge, Set, set};
-use super::extent::{Extent, stretches};
+use super::bvh::UnionBvh;
+use super::combine::{EdgeProfile, SetOp, set_op};
 use super::facts;
-use super::figures::{figure, polygon};
-use super::hierarchy::Hierarchy;
-use super::number::{Formula, Numbers};
-use super::solids::{Leaf, solid};
-use super::space::{Grid, Ring, Wedge};
-use super::tree::{Kind, Node, NodeId, Tree};
+use super::formula::{PointFormula, SceneNumbers};
+use super::influence_box::{InfluenceBox, stretch_range};
+use super::shapes_2d::{polygon, shape_2d};
+use super::solids::{LeafShape, solid};
+use super::space::{CopyGrid, CopyRing, Wedge};
+use super::tree::{NodeKind, ShapeTree, TreeNode, TreeNodeId};
 use sdfc_compiler::scene::{Scene, Shape, ShapeId, ShapeKind};
 use sdfc_vm::table::Op;
 
-/// The solid or figure of a row, if it is one.
-pub(super) fn leaf(op: Op, numbers: &[f64]) -> Option<Leaf> {
-    solid(op, numbers).or_else(|| figure(op, numbers))
+/// Returns the solid or 2-D shape of a row, or `None` for other rows.
+pub(super) fn leaf_shape(op: Op, numbers: &[f64]) -> Option<LeafShape> {
+    solid(op, numbers).or_else(|| shape_2d(op, numbers))
 }
 
-/// The change of the point or of the value that a row makes, if it makes one.
-pub(super) fn change(op: Op, child: NodeId, k: &[f64], is_plane: bool) -> Option<Kind> {
+/// Returns the node for a row that transforms the point or the value, or `None` for other rows.
+pub(super) fn transform(op: Op, child: TreeNodeId, k: &[f64], is_2d: bool) -> Option<NodeKind> {
     let wedge = |cosine: f64, sine: f64| Wedge {
         end: [cosine, sine],
     };
-    let triple = |at: usize| [k[at], k[at + 1], k[at + 2]];
+    let triple = |index: usize| [k[index], k[index + 1], k[index + 2]];
     Some(match op {
-        Op::Mirror => Kind::Mirror(child, triple(0).map(|v| v != 0.0)),
-        Op::Repeat => Kind::Grid(child, Grid::new(triple(0), None)),
-        Op::RepeatLimited => Kind::Grid(child, Grid::new(triple(0), Some(triple(6)))),
-        Op::Polar => Kind::Ring(child, Ring::new(k[0], 2)),
-        Op::PolarPlane => Kind::Ring(child, Ring::new(k[0], 1)),
-        Op::Elongate => Kind::Elongate(child, triple(0)),
-        Op::Twist => Kind::Twist(child, k[0]),
-        Op::Bend => Kind::Bend(child, k[0]),
-        Op::Revolve => Kind::Revolve(child, k[0]),
-        Op::RevolvePart => Kind::RevolvePart(child, k[0], wedge(k[1], k[2])),
-        Op::RevolveClose => Kind::RevolveClose(child, wedge(k[0], k[1])),
-        Op::Slice => Kind::Slice(child),
-        Op::Extrude => Kind::Extrude(child, k[0]),
-        Op::RoundedExtrude => Kind::RoundedExtrude(child, k[0], k[1]),
-        Op::Complement => Kind::Complement(child),
-        Op::Offset => Kind::Offset(child, k[0]),
-        Op::Shell => Kind::Shell(child, k[0]),
-        Op::ElongateCorrect => Kind::Elongated {
+        Op::Mirror => NodeKind::Mirror(child, triple(0).map(|v| v != 0.0)),
+        Op::Repeat => NodeKind::CopyGrid(child, CopyGrid::new(triple(0), None)),
+        Op::RepeatLimited => NodeKind::CopyGrid(child, CopyGrid::new(triple(0), Some(triple(6)))),
+        Op::Polar => NodeKind::CopyRing(child, CopyRing::new(k[0], 2)),
+        Op::PolarPlane => NodeKind::CopyRing(child, CopyRing::new(k[0], 1)),
+        Op::Elongate => NodeKind::Elongate(child, triple(0)),
+        Op::Twist => NodeKind::Twist(child, k[0]),
+        Op::Bend => NodeKind::Bend(child, k[0]),
+        Op::Revolve => NodeKind::Revolve(child, k[0]),
+        Op::RevolvePart => NodeKind::RevolvePart(child, k[0], wedge(k[1], k[2])),
+        Op::RevolveClose => NodeKind::RevolveClose(child, wedge(k[0], k[1])),
+        Op::Slice => NodeKind::Slice(child),
+        Op::Extrude => NodeKind::Extrude(child, k[0]),
+        Op::RoundedExtrude => NodeKind::RoundedExtrude(child, k[0], k[1]),
+        Op::Complement => NodeKind::Complement(child),
+        Op::Offset => NodeKind::Offset(child, k[0]),
+        Op::Shell => NodeKind::Shell(child, k[0]),
+        Op::ElongateCorrect => NodeKind::ElongateCorrect {
             child,
             half: triple(0),
-            axes: if is_plane { 2 } else { 3 },
+            axes: if is_2d { 2 } else { 3 },
         },
-        Op::ScaleDistance => Kind::Scale(child, k[0]),
+        Op::ScaleDistance => NodeKind::Scale(child, k[0]),
         _ => return None,
     })
 }
 
-/// A tree that is being built.
-pub(super) struct Builder<'s> {
+/// Builder of a shape tree.
+pub(super) struct TreeBuilder<'s> {
     scene: &'s Scene,
-    numbers: Numbers,
-    nodes: Vec<Node>,
-    /// The node of each shape that the root uses.
-    places: Vec<Option<NodeId>>,
+    numbers: SceneNumbers,
+    nodes: Vec<TreeNode>,
+    /// Node of each shape that the root uses.
+    node_ids: Vec<Option<TreeNodeId>>,
 }
 
-/// The tree of a shape of the scene at a time.
-pub(super) fn build(scene: &Scene, root: ShapeId, time: f64) -> Tree {
-    let mut builder = Builder {
+/// Builds the tree of a shape of the scene at a time in seconds.
+pub(super) fn build(scene: &Scene, root: ShapeId, time: f64) -> ShapeTree {
+    let mut builder = TreeBuilder {
         scene,
-        numbers: Numbers::new(scene, time),
+        numbers: SceneNumbers::new(scene, time),
         nodes: Vec::new(),
-        places: vec![None; scene.shapes.len()],
+        node_ids: vec![None; scene.shapes.len()],
     };
     let mut is_used = vec![false; scene.shapes.len()];
     is_used[root.0 as usize] = true;
-    for at in (0..=root.0 as usize).rev() {
-        if is_used[at] {
-            for child in children(&scene.shapes[at].kind) {
+    for index in (0..=root.0 as usize).rev() {
+        if is_used[index] {
+            for child in children(&scene.shapes[index].kind) {
                 is_used[child.0 as usize] = true;
             }
         }
     }
-    for (at, shape) in scene.shapes.iter().enumerate() {
-        if is_used[at] {
+    for (index, shape) in scene.shapes.iter().enumerate() {
+        if is_used[index] {
             let kind = builder.kind(shape);
-            builder.places[at] = Some(builder.add(kind));
+            builder.node_ids[index] = Some(builder.add(kind));
         }
     }
-    let root = builder.place(root);
-    let mut tree = Tree {
+    let root = builder.node_id(root);
+    let mut tree = ShapeTree {
         nodes: builder.nodes,
         root,
     };
-    facts::refine(&mut tree);
+    facts::assign_trusted_radii(&mut tree);
     tree
 }
 
-/// The operands of a shape.
+/// Returns the operands of a shape.
 fn children(kind: &ShapeKind) -> &[ShapeId] {
     match kind {
         ShapeKind::Combine { children, .. } => children,
@@ -113,38 +113,38 @@ fn children(kind: &ShapeKind) -> &[ShapeId] {
     }
 }
 
-impl Builder<'_> {
-    /// The node of a shape that was added before.
-    fn place(&self, id: ShapeId) -> NodeId {
-        self.places[id.0 as usize].unwrap_or_else(|| panic!("{id:?} stands behind its user"))
+impl TreeBuilder<'_> {
+    /// Returns the node of a shape that was added earlier.
+    fn node_id(&self, id: ShapeId) -> TreeNodeId {
+        self.node_ids[id.0 as usize].unwrap_or_else(|| panic!("{id:?} stands behind its user"))
     }
 
-    fn node(&self, id: NodeId) -> &Node {
+    fn node(&self, id: TreeNodeId) -> &TreeNode {
         &self.nodes[id as usize]
     }
 
-    fn kind(&self, shape: &Shape) -> Kind {
-        let number = |id| self.numbers.one(id);
-        let formula = |ids: &[_]| Formula::new(&self.scene.expressions, &self.numbers, ids);
+    fn kind(&self, shape: &Shape) -> NodeKind {
+        let number = |id| self.numbers.get(id);
+        let formula = |ids: &[_]| PointFormula::new(&self.scene.expressions, &self.numbers, ids);
         match &shape.kind {
             ShapeKind::Primitive { op, parameters } => {
-                let leaf = leaf(*op, &self.numbers.all(parameters));
-                Kind::Leaf(leaf.unwrap_or_else(|| panic!("{op:?} is no shape")))
+                let leaf_shape = leaf_shape(*op, &self.numbers.get_all(parameters));
+                NodeKind::Leaf(leaf_shape.unwrap_or_else(|| panic!("{op:?} is no shape")))
             }
             ShapeKind::Polygon { points } => {
                 let points: Vec<[f64; 2]> = points.iter().map(|p| p.map(number)).collect();
-                Kind::Leaf(polygon(&points))
+                NodeKind::Leaf(polygon(&points))
             }
-            ShapeKind::Field { value, .. } => Kind::Field(formula(&[*value])),
+            ShapeKind::Field { value, .. } => NodeKind::Field(formula(&[*value])),
             ShapeKind::Combine {
                 op,
                 children,
                 parameters,
             } => {
-                let set = set(*op, &self.numbers.all(parameters));
-                let set = set.unwrap_or_else(|| panic!("{op:?} is no combination"));
-                let children = children.iter().map(|&id| self.place(id)).collect();
-                self.combination(set, children)
+                let set_op = set_op(*op, &self.numbers.get_all(parameters));
+                let set_op = set_op.unwrap_or_else(|| panic!("{op:?} is no combination"));
+                let children = children.iter().map(|&id| self.node_id(id)).collect();
+                self.combination(set_op, children)
             }
             ShapeKind::Frame {
                 child,
@@ -152,11 +152,11 @@ impl Builder<'_> {
                 scale,
             } => {
                 let matrix = matrix.map(number);
-                Kind::Frame {
-                    child: self.place(*child),
+                NodeKind::Frame {
+                    child: self.node_id(*child),
                     matrix,
                     scale: number(*scale),
-                    stretch: stretches(&matrix)[1],
+                    stretch: stretch_range(&matrix)[1],
                 }
             }
             ShapeKind::Repeat {
@@ -181,47 +181,52 @@ impl Builder<'_> {
                 child,
                 parameters,
             } => {
-                let numbers = self.numbers.all(parameters);
-                let kind = change(*op, self.place(*child), &numbers, shape.plane);
+                let numbers = self.numbers.get_all(parameters);
+                let kind = transform(*op, self.node_id(*child), &numbers, shape.plane);
                 kind.unwrap_or_else(|| panic!("{op:?} changes no shape"))
             }
-            ShapeKind::Warp { child, point } => Kind::Warp(self.place(*child), formula(point)),
-            ShapeKind::Displace { child, amount } => {
-                Kind::Displace(self.place(*child), formula(&[*amount]))
+            ShapeKind::Warp { child, point } => {
+                NodeKind::Warp(self.node_id(*child), formula(point))
             }
-            ShapeKind::Painted { child, material } => Kind::Painted(self.place(*child), *material),
-            ShapeKind::Nothing => Kind::Nothing,
+            ShapeKind::Displace { child, amount } => {
+                NodeKind::Displace(self.node_id(*child), formula(&[*amount]))
+            }
+            ShapeKind::Painted { child, material } => {
+                NodeKind::WithMaterial(self.node_id(*child), *material)
+            }
+            ShapeKind::Nothing => NodeKind::Nothing,
         }
     }
 
-    /// The kind of a combination. Hard unions get a hierarchy of all that they unite.
-    fn combination(&self, set: Set, children: Vec<NodeId>) -> Kind {
-        if set != Set::Union(Edge::Hard) {
-            return Kind::Combine { set, children };
+    /// Creates the kind of a combination. Hard unions get a BVH over all their operands, nested unions
+    /// included.
+    fn combination(&self, set_op: SetOp, children: Vec<TreeNodeId>) -> NodeKind {
+        if set_op != SetOp::Union(EdgeProfile::Hard) {
+            return NodeKind::Combine { set_op, children };
         }
-        let mut united: Vec<NodeId> = Vec::new();
-        let mut pending: Vec<NodeId> = children.iter().rev().copied().collect();
+        let mut united: Vec<TreeNodeId> = Vec::new();
+        let mut pending: Vec<TreeNodeId> = children.iter().rev().copied().collect();
         while let Some(id) = pending.pop() {
             match &self.node(id).kind {
-                Kind::Union { children, .. } => pending.extend(children.iter().rev()),
-                Kind::Painted(child, _) => pending.push(*child),
+                NodeKind::Union { children, .. } => pending.extend(children.iter().rev()),
+                NodeKind::WithMaterial(child, _) => pending.push(*child),
                 _ => united.push(id),
             }
         }
         united.sort_unstable();
         united.dedup();
-        let operands: Vec<(NodeId, Extent)> = united
+        let operands: Vec<(TreeNodeId, InfluenceBox)> = united
             .into_iter()
-            .map(|id| (id, self.node(id).extent))
+            .map(|id| (id, self.node(id).bounds))
             .collect();
-        Kind::Union {
-            hierarchy: Hierarchy::new(&operands),
+        NodeKind::Union {
+            bvh: UnionBvh::new(&operands),
             children,
         }
     }
 
-    fn add(&mut self, kind: Kind) -> NodeId {
+    fn add(&mut self, kind: NodeKind) -> TreeNodeId {
         self.nodes.push(facts::node(&self.nodes, kind));
-        self.nodes.len() as NodeId - 1
+        self.nodes.len() as TreeNodeId - 1
     }
 }

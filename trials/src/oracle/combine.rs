@@ -1,151 +1,154 @@
-//! Combinations of two values, by the shape of the edge that each row describes.
+//! Set operations on two values, with the edge profile that each row describes.
 
-use super::point::{Point, minus, norm, norm2};
+use super::point::{Point, norm, norm2, subtract};
 use sdfc_vm::table::Op;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-/// The edge between two shapes.
+/// Profile of the edge between two shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Edge {
-    /// An edge as it is.
+pub(super) enum EdgeProfile {
+    /// Sharp edge.
     Hard,
-    /// A parabola of this width.
+    /// Parabola of this width.
     Quadratic(f64),
-    /// A cubic of this width.
+    /// Cubic of this width.
     Cubic(f64),
-    /// A quarter circle of this width.
+    /// Quarter circle of this width.
     Circular(f64),
-    /// An exponential of this thickness.
+    /// Exponential of this thickness.
     Exponential(f64),
-    /// A flat piece of this size.
+    /// Flat chamfer of this size.
     Chamfer(f64),
-    /// A fillet of this radius.
+    /// Fillet of this radius.
     Round(f64),
-    /// Stairs of this size, and half of what each takes.
+    /// Stairs of this size, and half the size of a step.
     Stairs(f64, f64),
-    /// A parabola whose thickness grows with the distance from a point.
+    /// Parabola whose thickness grows with the distance from a point.
     Distance {
-        /// The point.
+        /// Point from which the distance counts.
         focus: Point,
-        /// The thickness there.
+        /// Thickness at the focus.
         thickness: f64,
-        /// The growth per unit of length.
+        /// Growth of the thickness per unit of length.
         growth: f64,
-        /// The largest thickness.
-        most: f64,
+        /// Upper limit of the thickness.
+        max_thickness: f64,
     },
 }
 
-/// A set operation on two shapes, or a shape between both.
+/// Set operation on two shapes, or an interpolation between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Set {
-    /// All points of either.
-    Union(Edge),
-    /// All points of both.
-    Intersection(Edge),
-    /// The first without the second.
-    Subtraction(Edge),
-    /// All points of exactly one.
+pub(super) enum SetOp {
+    /// All points in either operand.
+    Union(EdgeProfile),
+    /// All points in both operands.
+    Intersection(EdgeProfile),
+    /// First operand without the second.
+    Subtraction(EdgeProfile),
+    /// All points in exactly one operand.
     Xor,
-    /// A shape between both, this share of the way to the second.
+    /// Linear interpolation by this fraction, from the first operand to the second.
     Morph(f64),
 }
 
-/// The combination of a row with these numbers, if it is one.
-pub(super) fn set(op: Op, k: &[f64]) -> Option<Set> {
+/// Returns the set operation of a row with these parameters, or `None` for other rows.
+pub(super) fn set_op(op: Op, k: &[f64]) -> Option<SetOp> {
     Some(match op {
-        Op::Union => Set::Union(Edge::Hard),
-        Op::Intersection => Set::Intersection(Edge::Hard),
-        Op::Subtraction => Set::Subtraction(Edge::Hard),
-        Op::Xor => Set::Xor,
-        Op::SmoothUnion => Set::Union(Edge::Quadratic(k[0])),
-        Op::SmoothIntersection => Set::Intersection(Edge::Quadratic(k[0])),
-        Op::SmoothSubtraction => Set::Subtraction(Edge::Quadratic(k[0])),
-        Op::CubicUnion => Set::Union(Edge::Cubic(k[0])),
-        Op::CubicIntersection => Set::Intersection(Edge::Cubic(k[0])),
-        Op::CubicSubtraction => Set::Subtraction(Edge::Cubic(k[0])),
-        Op::CircularUnion => Set::Union(Edge::Circular(k[0])),
-        Op::CircularIntersection => Set::Intersection(Edge::Circular(k[0])),
-        Op::CircularSubtraction => Set::Subtraction(Edge::Circular(k[0])),
-        Op::ExponentialUnion => Set::Union(Edge::Exponential(k[0])),
-        Op::ExponentialIntersection => Set::Intersection(Edge::Exponential(k[0])),
-        Op::ExponentialSubtraction => Set::Subtraction(Edge::Exponential(k[0])),
-        Op::ChamferUnion => Set::Union(Edge::Chamfer(k[0])),
-        Op::ChamferIntersection => Set::Intersection(Edge::Chamfer(k[0])),
-        Op::ChamferSubtraction => Set::Subtraction(Edge::Chamfer(k[0])),
-        Op::RoundUnion => Set::Union(Edge::Round(k[0])),
-        Op::RoundIntersection => Set::Intersection(Edge::Round(k[0])),
-        Op::RoundSubtraction => Set::Subtraction(Edge::Round(k[0])),
-        Op::StairsUnion => Set::Union(Edge::Stairs(k[0], k[1])),
-        Op::StairsIntersection => Set::Intersection(Edge::Stairs(k[0], k[1])),
-        Op::StairsSubtraction => Set::Subtraction(Edge::Stairs(k[0], k[1])),
-        Op::DistanceUnion => Set::Union(Edge::Distance {
+        Op::Union => SetOp::Union(EdgeProfile::Hard),
+        Op::Intersection => SetOp::Intersection(EdgeProfile::Hard),
+        Op::Subtraction => SetOp::Subtraction(EdgeProfile::Hard),
+        Op::Xor => SetOp::Xor,
+        Op::SmoothUnion => SetOp::Union(EdgeProfile::Quadratic(k[0])),
+        Op::SmoothIntersection => SetOp::Intersection(EdgeProfile::Quadratic(k[0])),
+        Op::SmoothSubtraction => SetOp::Subtraction(EdgeProfile::Quadratic(k[0])),
+        Op::CubicUnion => SetOp::Union(EdgeProfile::Cubic(k[0])),
+        Op::CubicIntersection => SetOp::Intersection(EdgeProfile::Cubic(k[0])),
+        Op::CubicSubtraction => SetOp::Subtraction(EdgeProfile::Cubic(k[0])),
+        Op::CircularUnion => SetOp::Union(EdgeProfile::Circular(k[0])),
+        Op::CircularIntersection => SetOp::Intersection(EdgeProfile::Circular(k[0])),
+        Op::CircularSubtraction => SetOp::Subtraction(EdgeProfile::Circular(k[0])),
+        Op::ExponentialUnion => SetOp::Union(EdgeProfile::Exponential(k[0])),
+        Op::ExponentialIntersection => SetOp::Intersection(EdgeProfile::Exponential(k[0])),
+        Op::ExponentialSubtraction => SetOp::Subtraction(EdgeProfile::Exponential(k[0])),
+        Op::ChamferUnion => SetOp::Union(EdgeProfile::Chamfer(k[0])),
+        Op::ChamferIntersection => SetOp::Intersection(EdgeProfile::Chamfer(k[0])),
+        Op::ChamferSubtraction => SetOp::Subtraction(EdgeProfile::Chamfer(k[0])),
+        Op::RoundUnion => SetOp::Union(EdgeProfile::Round(k[0])),
+        Op::RoundIntersection => SetOp::Intersection(EdgeProfile::Round(k[0])),
+        Op::RoundSubtraction => SetOp::Subtraction(EdgeProfile::Round(k[0])),
+        Op::StairsUnion => SetOp::Union(EdgeProfile::Stairs(k[0], k[1])),
+        Op::StairsIntersection => SetOp::Intersection(EdgeProfile::Stairs(k[0], k[1])),
+        Op::StairsSubtraction => SetOp::Subtraction(EdgeProfile::Stairs(k[0], k[1])),
+        Op::DistanceUnion => SetOp::Union(EdgeProfile::Distance {
             focus: [k[0], k[1], k[2]],
             thickness: k[3],
             growth: k[4],
-            most: k[5],
+            max_thickness: k[5],
         }),
-        Op::Morph => Set::Morph(k[0]),
+        Op::Morph => SetOp::Morph(k[0]),
         _ => return None,
     })
 }
 
-impl Set {
-    /// The value of two at a point.
+impl SetOp {
+    /// Combines two values at a point.
     pub(super) fn value(self, a: f64, b: f64, p: Point) -> f64 {
         match self {
-            Self::Union(edge) => edge.lowest(a, b, p),
-            Self::Intersection(edge) => -edge.lowest(-a, -b, p),
-            Self::Subtraction(edge) => -edge.lowest(-a, b, p),
+            Self::Union(profile) => profile.union_value(a, b, p),
+            Self::Intersection(profile) => -profile.union_value(-a, -b, p),
+            Self::Subtraction(profile) => -profile.union_value(-a, b, p),
             Self::Xor => a.min(b).max(-a.max(b)),
-            Self::Morph(share) => a * (1.0 - share) + b * share,
+            Self::Morph(fraction) => a * (1.0 - fraction) + b * fraction,
         }
     }
 
-    /// The edge between the operands.
-    pub(super) fn edge(self) -> Edge {
+    /// Returns the edge profile between the operands.
+    pub(super) fn profile(self) -> EdgeProfile {
         match self {
-            Self::Union(edge) | Self::Intersection(edge) | Self::Subtraction(edge) => edge,
-            Self::Xor | Self::Morph(_) => Edge::Hard,
+            Self::Union(profile) | Self::Intersection(profile) | Self::Subtraction(profile) => {
+                profile
+            }
+            Self::Xor | Self::Morph(_) => EdgeProfile::Hard,
         }
     }
 
-    /// The steepest slope of the value, from those of the operands.
-    pub(super) fn steepness(self, a: f64, b: f64) -> f64 {
-        let most = a.max(b);
-        match self.edge() {
-            Edge::Chamfer(_) => most.max((a + b) * FRAC_1_SQRT_2),
-            Edge::Round(_) => most * SQRT_2,
-            Edge::Distance { growth, .. } => most + growth.abs(),
-            _ => most,
+    /// Returns the slope bound of the result, given those of the operands.
+    pub(super) fn slope_bound(self, a: f64, b: f64) -> f64 {
+        let max_thickness = a.max(b);
+        match self.profile() {
+            EdgeProfile::Chamfer(_) => max_thickness.max((a + b) * FRAC_1_SQRT_2),
+            EdgeProfile::Round(_) => max_thickness * SQRT_2,
+            EdgeProfile::Distance { growth, .. } => max_thickness + growth.abs(),
+            _ => max_thickness,
         }
     }
 }
 
-impl Edge {
-    /// The value of a union.
-    fn lowest(self, a: f64, b: f64, p: Point) -> f64 {
+impl EdgeProfile {
+    /// Returns the value of a union.
+    fn union_value(self, a: f64, b: f64, p: Point) -> f64 {
         let hard = a.min(b);
-        let apart = (a - b).abs();
+        let difference = (a - b).abs();
         match self {
             Self::Hard => hard,
-            Self::Quadratic(width) => hard - parabola(width / 4.0, apart),
+            Self::Quadratic(width) => hard - parabola(width / 4.0, difference),
             Self::Cubic(width) => {
-                let share = (1.0 - apart / width).max(0.0);
-                let bulge = width / 6.0 * share * share * share;
-                hard - if width > 0.0 { bulge } else { 0.0 }
+                let fraction = (1.0 - difference / width).max(0.0);
+                let offset = width / 6.0 * fraction * fraction * fraction;
+                hard - if width > 0.0 { offset } else { 0.0 }
             }
-            // The circle of the radius `width` that touches both axes of the operands' values.
-            Self::Circular(width) if apart < width => {
-                hard - width + 0.5 * (apart + (2.0 * width * width - apart * apart).sqrt())
+            // Circle of radius `width` that touches both axes of the operands' values.
+            Self::Circular(width) if difference < width => {
+                hard - width
+                    + 0.5 * (difference + (2.0 * width * width - difference * difference).sqrt())
             }
             Self::Circular(_) => hard,
             Self::Exponential(thickness) if thickness > 0.0 => {
-                hard - thickness * (1.0 + (-apart / thickness).exp2()).log2()
+                hard - thickness * (1.0 + (-difference / thickness).exp2()).log2()
             }
             Self::Exponential(_) => hard,
             Self::Chamfer(size) => hard.min((a + b - size) * FRAC_1_SQRT_2),
-            // The quarter circle around the point from which both surfaces are `r` away.
+            // Quarter circle around the point at distance `r` from both surfaces.
             Self::Round(r) => hard.max(r) - norm2((r - a).max(0.0), (r - b).max(0.0)),
             Self::Stairs(size, half_step) => {
                 let step = 2.0 * half_step;
@@ -158,16 +161,19 @@ impl Edge {
                 focus,
                 thickness,
                 growth,
-                most,
+                max_thickness,
             } => {
-                let away = norm(minus(p, focus));
-                hard - parabola((thickness + growth * away).min(most), apart)
+                let distance = norm(subtract(p, focus));
+                hard - parabola(
+                    (thickness + growth * distance).min(max_thickness),
+                    difference,
+                )
             }
         }
     }
 
-    /// The most by which the value of a union of two is below the smaller of both.
-    pub(super) fn depth(self) -> f64 {
+    /// Returns the largest amount by which a union's value is below the smaller operand.
+    pub(super) fn max_offset(self) -> f64 {
         match self {
             Self::Hard => 0.0,
             Self::Quadratic(width) => width / 4.0,
@@ -175,18 +181,18 @@ impl Edge {
             Self::Circular(width) => width * (1.0 - FRAC_1_SQRT_2),
             Self::Exponential(thickness) => thickness,
             Self::Chamfer(size) | Self::Round(size) | Self::Stairs(size, _) => size,
-            Self::Distance { most, .. } => most,
+            Self::Distance { max_thickness, .. } => max_thickness,
         }
         .max(0.0)
     }
 }
 
-/// A parabola that is `thickness` high in the middle, and ends where operands differ by four times
-/// as much.
-fn parabola(thickness: f64, apart: f64) -> f64 {
+/// Returns the height of a parabola: `thickness` for equal operands, zero from a difference of `4 *
+/// thickness` on.
+fn parabola(thickness: f64, difference: f64) -> f64 {
     if thickness <= 0.0 {
         return 0.0;
     }
-    let share = (1.0 - apart / (4.0 * thickness)).max(0.0);
-    thickness * share * share
+    let fraction = (1.0 - difference / (4.0 * thickness)).max(0.0);
+    thickness * fraction * fraction
 }

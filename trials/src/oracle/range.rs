@@ -1,67 +1,67 @@
-//! Ranges of numbers while the point moves within a box.
+//! Interval arithmetic for numbers over a box of points.
 //!
-//! They only say how far a ray may step at once. The range of an unknown number is everything.
+//! Ranges only limit the step length of rays. The range of an unknown number is unbounded.
 
-use super::number;
+use super::formula;
 use sdfc_vm::table::Op;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The steepest slope of gradient noise along an axis, measured, with half as much to spare.
+/// Largest slope of gradient noise along an axis: 1.5 times the measured maximum.
 const MAX_NOISE_SLOPE: f64 = 3.3;
-/// The most that rounding may add to a range, by its size.
+/// Largest rounding error of a range, relative to its size.
 const MAX_ROUNDING_PER_SIZE: f64 = 1e-14;
 
-/// All numbers from one to another.
+/// Closed interval of numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Range {
-    /// The smallest.
+pub(super) struct ValueRange {
+    /// Lower end.
     pub(super) low: f64,
-    /// The largest.
+    /// Upper end.
     pub(super) high: f64,
 }
 
-impl Range {
+impl ValueRange {
     /// All numbers.
-    pub(super) const EVERYTHING: Self = Self {
+    pub(super) const UNBOUNDED: Self = Self {
         low: f64::NEG_INFINITY,
         high: f64::INFINITY,
     };
 
-    /// The numbers between these, or everything if one of them is not a number.
+    /// Creates a range from its ends, which is unbounded if one of them is NaN.
     pub(super) fn new(low: f64, high: f64) -> Self {
         if low.is_nan() || high.is_nan() {
-            return Self::EVERYTHING;
+            return Self::UNBOUNDED;
         }
         Self { low, high }
     }
 
-    /// All numbers within `by` of one.
-    pub(super) fn around(middle: f64, by: f64) -> Self {
-        Self::new(middle - by, middle + by)
+    /// Creates the range of all numbers within `radius` of a center.
+    pub(super) fn centered(center: f64, radius: f64) -> Self {
+        Self::new(center - radius, center + radius)
     }
 
-    /// Tells if all numbers have the same sign, which zero has not.
-    pub(super) fn is_signed(self) -> bool {
+    /// Reports whether all numbers have the same nonzero sign.
+    pub(super) fn excludes_zero(self) -> bool {
         self.low > 0.0 || self.high < 0.0
     }
 
-    /// The range of a sum.
+    /// Returns the range of the sum.
     pub(super) fn plus(self, other: Self) -> Self {
         Self::new(self.low + other.low, self.high + other.high)
     }
 
-    /// The range of the negated number.
+    /// Returns the range of the negated number.
     pub(super) fn negated(self) -> Self {
         Self::new(-self.high, -self.low)
     }
 
-    /// The range of a rising function.
-    pub(super) fn rising(self, f: impl Fn(f64) -> f64) -> Self {
+    /// Returns the range of an increasing function.
+    pub(super) fn map_increasing(self, f: impl Fn(f64) -> f64) -> Self {
         Self::new(f(self.low), f(self.high))
     }
 
-    /// The range of the number without its sign.
-    pub(super) fn magnitude(self) -> Self {
+    /// Returns the range of the absolute value.
+    pub(super) fn abs(self) -> Self {
         if self.low >= 0.0 {
             self
         } else if self.high <= 0.0 {
@@ -71,24 +71,24 @@ impl Range {
         }
     }
 
-    /// The range of the smaller of both.
-    pub(super) fn least(self, other: Self) -> Self {
+    /// Returns the range of the minimum.
+    pub(super) fn min(self, other: Self) -> Self {
         Self::new(self.low.min(other.low), self.high.min(other.high))
     }
 
-    /// The range of the larger of both.
-    pub(super) fn greatest(self, other: Self) -> Self {
-        self.negated().least(other.negated()).negated()
+    /// Returns the range of the maximum.
+    pub(super) fn max(self, other: Self) -> Self {
+        self.negated().min(other.negated()).negated()
     }
 
-    /// The numbers of both.
+    /// Returns the smallest range that contains both.
     fn hull(self, other: Self) -> Self {
         Self::new(self.low.min(other.low), self.high.max(other.high))
     }
 
-    /// The range of a product.
+    /// Returns the range of the product.
     fn times(self, other: Self) -> Self {
-        // Zero times infinity is zero: the infinite end is never reached.
+        // Zero times infinity is zero: an infinite end is never attained.
         let product = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
         let ends = [
             product(self.low, other.low),
@@ -101,28 +101,30 @@ impl Range {
         Self::new(low, high)
     }
 
-    fn over(self, other: Self) -> Self {
+    fn divided_by(self, other: Self) -> Self {
         if other.low <= 1e-18 && other.high >= -1e-18 {
-            return Self::EVERYTHING;
+            return Self::UNBOUNDED;
         }
         self.times(Self::new(other.high.recip(), other.low.recip()))
     }
 
-    /// The range of a sine.
+    /// Returns the range of the sine.
     fn sine(self) -> Self {
         if (self.high - self.low).is_nan() || self.high - self.low >= TAU {
             return Self::new(-1.0, 1.0);
         }
-        // Whether a crest, or a trough half a turn later, lies within.
-        let holds = |at: f64| ((self.high - at) / TAU).floor() >= ((self.low - at) / TAU).ceil();
+        // Reports whether a maximum of the sine at π/2, or a minimum at -π/2, is in the range.
+        let contains = |extremum: f64| {
+            ((self.high - extremum) / TAU).floor() >= ((self.low - extremum) / TAU).ceil()
+        };
         let ends = [self.low.sin(), self.high.sin()];
         Self::new(
-            if holds(-FRAC_PI_2) {
+            if contains(-FRAC_PI_2) {
                 -1.0
             } else {
                 ends[0].min(ends[1])
             },
-            if holds(FRAC_PI_2) {
+            if contains(FRAC_PI_2) {
                 1.0
             } else {
                 ends[0].max(ends[1])
@@ -130,23 +132,23 @@ impl Range {
         )
     }
 
-    /// The range of the part above the whole number, for a spacing of one.
-    fn fraction(self) -> Self {
-        let whole = self.low.floor();
-        if self.high.floor() > whole || !self.low.is_finite() {
+    /// Returns the range of the fractional part.
+    fn fract(self) -> Self {
+        let floor = self.low.floor();
+        if self.high.floor() > floor || !self.low.is_finite() {
             return Self::new(0.0, 1.0);
         }
-        Self::new(self.low - whole, self.high - whole)
+        Self::new(self.low - floor, self.high - floor)
     }
 
-    /// Tells if a tangent is finite for all of these.
+    /// Reports whether the tangent is finite over the range.
     fn is_between_poles(self) -> bool {
-        let piece = |v: f64| (v / PI + 0.5).floor();
-        self.low.is_finite() && piece(self.low) == piece(self.high)
+        let branch = |v: f64| (v / PI + 0.5).floor();
+        self.low.is_finite() && branch(self.low) == branch(self.high)
     }
 
-    /// The same with a little more on both sides, for rounding.
-    fn rounded(self) -> Self {
+    /// Returns the range extended on both sides to cover rounding.
+    fn widened_for_rounding(self) -> Self {
         let size = self.low.abs().max(self.high.abs());
         let slack = if size.is_finite() {
             size * MAX_ROUNDING_PER_SIZE
@@ -157,94 +159,107 @@ impl Range {
     }
 }
 
-/// The range of a truth value that is known to be 1 or known to be 0, or neither.
-fn truth(is_true: bool, is_false: bool) -> Range {
-    Range::new(f64::from(u8::from(is_true)), f64::from(u8::from(!is_false)))
+/// Returns the range of a truth value that is certainly 1, certainly 0, or unknown.
+fn truth_range(is_true: bool, is_false: bool) -> ValueRange {
+    ValueRange::new(f64::from(u8::from(is_true)), f64::from(u8::from(!is_false)))
 }
 
-/// The range of the angle of a vector in a box.
+/// Returns the range of `atan2` over a box.
 ///
-/// Its ends are at corners, unless the box holds a piece of the axis at which the angle jumps.
-fn angle(y: Range, x: Range) -> Range {
-    if x.low <= 0.0 && !y.is_signed() {
-        return Range::new(-PI, PI);
+/// The extremes are at corners, unless the box meets the half axis at which the angle is discontinuous.
+fn angle(y: ValueRange, x: ValueRange) -> ValueRange {
+    if x.low <= 0.0 && !y.excludes_zero() {
+        return ValueRange::new(-PI, PI);
     }
-    let corner = |y: f64, x: f64| Range::around(y.atan2(x), 0.0);
-    let left = corner(y.low, x.low).hull(corner(y.high, x.low));
-    left.hull(corner(y.low, x.high))
-        .hull(corner(y.high, x.high))
+    let at_corner = |y: f64, x: f64| ValueRange::centered(y.atan2(x), 0.0);
+    let range = at_corner(y.low, x.low).hull(at_corner(y.high, x.low));
+    range
+        .hull(at_corner(y.low, x.high))
+        .hull(at_corner(y.high, x.high))
 }
 
-/// The range of the number that an operation of arithmetic makes.
-pub(super) fn arithmetic(op: Op, [a, b, c]: [Range; 3]) -> Range {
+/// Returns the range of the result of an arithmetic operation.
+pub(super) fn arithmetic(op: Op, [a, b, c]: [ValueRange; 3]) -> ValueRange {
     let range = match op {
         Op::Add => a.plus(b),
         Op::Sub => a.plus(b.negated()),
         Op::Mul => a.times(b),
-        Op::Square => a.magnitude().rising(|v| v * v),
-        Op::Div => a.over(b),
-        Op::Modulo if b.low == b.high && b.low.abs() > 1e-18 => a.over(b).fraction().times(b),
+        Op::Square => a.abs().map_increasing(|v| v * v),
+        Op::Div => a.divided_by(b),
+        Op::Modulo if b.low == b.high && b.low.abs() > 1e-18 => a.divided_by(b).fract().times(b),
         Op::Neg => a.negated(),
-        Op::Abs => a.magnitude(),
-        Op::Sign => a.rising(|v| if v == 0.0 { 0.0 } else { v.signum() }),
-        Op::Min | Op::And => a.least(b),
-        Op::Max | Op::Or => a.greatest(b),
-        Op::Clamp => a.greatest(b).least(c),
-        Op::Floor => a.rising(f64::floor),
-        Op::Ceil => a.rising(f64::ceil),
-        Op::Round => a.rising(|v| (v + 0.5).floor()),
-        Op::Fract => a.fraction(),
-        Op::Trunc => a.rising(f64::trunc),
-        Op::Sqrt => a.rising(|v| v.max(0.0).sqrt()),
-        Op::InverseSqrt => a.negated().rising(|v| (-v).max(1e-30).sqrt().recip()),
+        Op::Abs => a.abs(),
+        Op::Sign => a.map_increasing(|v| if v == 0.0 { 0.0 } else { v.signum() }),
+        Op::Min | Op::And => a.min(b),
+        Op::Max | Op::Or => a.max(b),
+        Op::Clamp => a.max(b).min(c),
+        Op::Floor => a.map_increasing(f64::floor),
+        Op::Ceil => a.map_increasing(f64::ceil),
+        Op::Round => a.map_increasing(|v| (v + 0.5).floor()),
+        Op::Fract => a.fract(),
+        Op::Trunc => a.map_increasing(f64::trunc),
+        Op::Sqrt => a.map_increasing(|v| v.max(0.0).sqrt()),
+        Op::InverseSqrt => a
+            .negated()
+            .map_increasing(|v| (-v).max(1e-30).sqrt().recip()),
         Op::Sin => a.sine(),
-        Op::Cos => a.rising(|v| v + FRAC_PI_2).sine(),
-        Op::Asin => a.rising(|v| v.clamp(-1.0, 1.0).asin()),
-        Op::Acos => a.negated().rising(|v| (-v).clamp(-1.0, 1.0).acos()),
-        Op::Atan => a.rising(f64::atan),
-        Op::Tan if a.is_between_poles() => a.rising(f64::tan),
+        Op::Cos => a.map_increasing(|v| v + FRAC_PI_2).sine(),
+        Op::Asin => a.map_increasing(|v| v.clamp(-1.0, 1.0).asin()),
+        Op::Acos => a.negated().map_increasing(|v| (-v).clamp(-1.0, 1.0).acos()),
+        Op::Atan => a.map_increasing(f64::atan),
+        Op::Tan if a.is_between_poles() => a.map_increasing(f64::tan),
         Op::Atan2 => angle(a, b),
-        Op::Sinh => a.rising(f64::sinh),
-        Op::Cosh => a.magnitude().rising(f64::cosh),
-        Op::Tanh => a.rising(f64::tanh),
-        Op::Exp => a.rising(f64::exp),
-        Op::Exp2 => a.rising(f64::exp2),
-        Op::Ln => a.rising(|v| v.max(f64::MIN_POSITIVE).ln()),
-        Op::Log2 => a.rising(|v| v.max(f64::MIN_POSITIVE).log2()),
-        Op::Pow if b.low == b.high && b.low >= 0.0 => a.rising(|v| v.max(0.0).powf(b.low)),
-        Op::Step => truth(b.low >= a.high, b.high < a.low),
-        Op::Less => truth(a.high < b.low, a.low >= b.high),
+        Op::Sinh => a.map_increasing(f64::sinh),
+        Op::Cosh => a.abs().map_increasing(f64::cosh),
+        Op::Tanh => a.map_increasing(f64::tanh),
+        Op::Exp => a.map_increasing(f64::exp),
+        Op::Exp2 => a.map_increasing(f64::exp2),
+        Op::Ln => a.map_increasing(|v| v.max(f64::MIN_POSITIVE).ln()),
+        Op::Log2 => a.map_increasing(|v| v.max(f64::MIN_POSITIVE).log2()),
+        Op::Pow if b.low == b.high && b.low >= 0.0 => a.map_increasing(|v| v.max(0.0).powf(b.low)),
+        Op::Step => truth_range(b.low >= a.high, b.high < a.low),
+        Op::Less => truth_range(a.high < b.low, a.low >= b.high),
         Op::Smoothstep if a.low == a.high && b.low == b.high && a.low < b.low => {
-            c.rising(|v| number::arithmetic(op, [a.low, b.low, v]))
+            c.map_increasing(|v| formula::arithmetic(op, [a.low, b.low, v]))
         }
-        Op::Smoothstep => Range::new(0.0, 1.0),
+        Op::Smoothstep => ValueRange::new(0.0, 1.0),
         Op::Mix => a.plus(b.plus(a.negated()).times(c)),
-        Op::Not => Range::new(1.0, 1.0).plus(a.negated()),
+        Op::Not => ValueRange::new(1.0, 1.0).plus(a.negated()),
         Op::Select if a.low > 0.5 => b,
         Op::Select if a.high <= 0.5 => c,
         Op::Select => b.hull(c),
-        _ => Range::EVERYTHING,
+        _ => ValueRange::UNBOUNDED,
     };
-    range.rounded()
+    range.widened_for_rounding()
 }
 
-/// The range of noise of one of the rows on top of a range.
+/// Returns the range of a noise row applied to a range.
 ///
-/// `middle` is the noise in the middle of the point's ranges.
-pub(super) fn noise(op: Op, sum: Range, p: [Range; 3], middle: f64, numbers: &[f64]) -> Range {
+/// `center` is the noise at the center of the point's ranges.
+pub(super) fn noise(
+    op: Op,
+    sum: ValueRange,
+    p: [ValueRange; 3],
+    center: f64,
+    numbers: &[f64],
+) -> ValueRange {
     let (frequency, amplitude) = match numbers {
         [_, _, _, frequency, amplitude, _] => (*frequency, *amplitude),
         _ => (1.0, 1.0),
     };
-    let reach: f64 = p.iter().map(|r| 0.5 * (r.high - r.low)).sum();
-    let near = Range::around(middle, MAX_NOISE_SLOPE * frequency.abs() * reach);
-    let near = near.rising(|v| v.clamp(-1.0, 1.0));
+    let half_width_sum: f64 = p.iter().map(|r| 0.5 * (r.high - r.low)).sum();
+    let value_range =
+        ValueRange::centered(center, MAX_NOISE_SLOPE * frequency.abs() * half_width_sum);
+    let value_range = value_range.map_increasing(|v| v.clamp(-1.0, 1.0));
     let value = match op {
-        Op::Noise => return near,
-        Op::NoiseSlope => return Range::around(0.0, MAX_NOISE_SLOPE * 3.0_f64.sqrt()),
-        Op::RidgeOctave => near.magnitude().negated().rising(|v| 1.0 + 2.0 * v),
-        _ => near,
+        Op::Noise => return value_range,
+        Op::NoiseSlope => return ValueRange::centered(0.0, MAX_NOISE_SLOPE * 3.0_f64.sqrt()),
+        Op::RidgeOctave => value_range
+            .abs()
+            .negated()
+            .map_increasing(|v| 1.0 + 2.0 * v),
+        _ => value_range,
     };
-    sum.plus(value.times(Range::around(amplitude, 0.0)))
-        .rounded()
+    sum.plus(value.times(ValueRange::centered(amplitude, 0.0)))
+        .widened_for_rounding()
 }

@@ -1,110 +1,118 @@
-//! Spans of a shape's value within a radius of a point, to prove that its sign stays.
+//! Ranges of a shape's value within a radius of a point, to prove that its sign is constant.
 
-use super::combine::{Edge, Set};
+use super::combine::{EdgeProfile, SetOp};
 use super::point::{Point, norm, norm2};
-use super::range::Range;
-use super::solids::extruded;
-use super::tree::{Kind, Node, NodeId, Tree};
+use super::range::ValueRange;
+use super::solids::extrusion_distance;
+use super::tree::{NodeKind, ShapeTree, TreeNode, TreeNodeId};
 
-impl Tree {
-    /// The span of a shape's value within a radius of a point.
-    pub(super) fn span(&self, id: NodeId, p: Point, radius: f64) -> Range {
+impl ShapeTree {
+    /// Returns the range of a shape's value within a radius of a point.
+    pub(super) fn span(&self, id: TreeNodeId, p: Point, radius: f64) -> ValueRange {
         let node = self.node(id);
-        if node.steepness.is_finite() {
-            return Range::around(self.value(id, p), node.steepness * radius);
+        if node.slope_bound.is_finite() {
+            return ValueRange::centered(self.value(id, p), node.slope_bound * radius);
         }
-        self.made_span(node, p, radius)
+        self.derived_span(node, p, radius)
     }
 
-    /// The span for a shape whose steepness is not known.
-    pub(super) fn made_span(&self, node: &Node, p: Point, radius: f64) -> Range {
-        let same = |child: NodeId| self.span(child, p, radius);
-        let seen = |child: NodeId, radius: f64| self.span(child, self.seen(node, p), radius);
+    /// Returns the range for a shape derived from other values or formulas, by interval arithmetic.
+    pub(super) fn derived_span(&self, node: &TreeNode, p: Point, radius: f64) -> ValueRange {
+        let unmoved = |child: TreeNodeId| self.span(child, p, radius);
+        let child_point =
+            |child: TreeNodeId, radius: f64| self.span(child, self.child_point(node, p), radius);
         match &node.kind {
-            Kind::Field(formula) => formula.range(p, radius)[0],
-            Kind::Displace(child, formula) => same(*child).plus(formula.range(p, radius)[0]),
-            Kind::Warp(child, formula) => {
+            NodeKind::Field(formula) => formula.range(p, radius)[0],
+            NodeKind::Displace(child, formula) => unmoved(*child).plus(formula.range(p, radius)[0]),
+            NodeKind::Warp(child, formula) => {
                 let image = formula.range(p, radius);
-                let middle = image.map(|r| 0.5 * (r.low + r.high));
-                let reach = norm(image.map(|r| 0.5 * (r.high - r.low)));
-                if !reach.is_finite() {
-                    return Range::EVERYTHING;
+                let image_center = image.map(|r| 0.5 * (r.low + r.high));
+                let image_radius = norm(image.map(|r| 0.5 * (r.high - r.low)));
+                if !image_radius.is_finite() {
+                    return ValueRange::UNBOUNDED;
                 }
-                self.span(*child, middle, reach)
+                self.span(*child, image_center, image_radius)
             }
-            Kind::Twist(child, rate) => {
-                let stretch = 1.0 + rate.abs() * (norm2(p[0], p[2]) + radius);
-                seen(*child, radius * stretch)
+            NodeKind::Twist(child, distance_ratio) => {
+                let stretch = 1.0 + distance_ratio.abs() * (norm2(p[0], p[2]) + radius);
+                child_point(*child, radius * stretch)
             }
-            Kind::Bend(child, rate) => {
-                let stretch = 1.0 + rate.abs() * (norm2(p[0], p[1]) + radius);
-                seen(*child, radius * stretch)
+            NodeKind::Bend(child, distance_ratio) => {
+                let stretch = 1.0 + distance_ratio.abs() * (norm2(p[0], p[1]) + radius);
+                child_point(*child, radius * stretch)
             }
-            Kind::Frame {
+            NodeKind::Frame {
                 child,
                 scale,
                 stretch,
                 ..
-            } => seen(*child, radius * stretch).rising(|v| v * scale.abs()),
-            Kind::Offset(child, by) => same(*child).rising(|v| v - by),
-            Kind::Shell(child, half) => same(*child).magnitude().rising(|v| v - half),
-            Kind::Complement(child) => same(*child).negated(),
-            Kind::Scale(child, factor) => same(*child).rising(|v| v * factor.abs()),
-            Kind::Extrude(child, half) => {
-                let height = Range::around(p[2], radius).magnitude().rising(|v| v - half);
-                let figure = same(*child);
-                Range::new(
-                    extruded(figure.low, height.low),
-                    extruded(figure.high, height.high),
+            } => child_point(*child, radius * stretch).map_increasing(|v| v * scale.abs()),
+            NodeKind::Offset(child, by) => unmoved(*child).map_increasing(|v| v - by),
+            NodeKind::Shell(child, half) => unmoved(*child).abs().map_increasing(|v| v - half),
+            NodeKind::Complement(child) => unmoved(*child).negated(),
+            NodeKind::Scale(child, factor) => unmoved(*child).map_increasing(|v| v * factor.abs()),
+            NodeKind::Extrude(child, half) => {
+                let height = ValueRange::centered(p[2], radius)
+                    .abs()
+                    .map_increasing(|v| v - half);
+                let shape_2d = unmoved(*child);
+                ValueRange::new(
+                    extrusion_distance(shape_2d.low, height.low),
+                    extrusion_distance(shape_2d.high, height.high),
                 )
             }
-            Kind::RoundedExtrude(child, half, round) => {
-                let height = Range::around(p[2], radius).magnitude();
-                let at = |figure: f64, height: f64| {
-                    extruded(figure + round, height - half + round) - round
+            NodeKind::RoundedExtrude(child, half, round) => {
+                let height = ValueRange::centered(p[2], radius).abs();
+                let rounded_extrusion = |shape_2d: f64, height: f64| {
+                    extrusion_distance(shape_2d + round, height - half + round) - round
                 };
-                let figure = same(*child);
-                Range::new(at(figure.low, height.low), at(figure.high, height.high))
+                let shape_2d = unmoved(*child);
+                ValueRange::new(
+                    rounded_extrusion(shape_2d.low, height.low),
+                    rounded_extrusion(shape_2d.high, height.high),
+                )
             }
-            Kind::Union { children, .. } => {
-                let spans = children.iter().map(|&child| same(child));
-                spans.reduce(Range::least).unwrap_or(Range::EVERYTHING)
+            NodeKind::Union { children, .. } => {
+                let spans = children.iter().map(|&child| unmoved(child));
+                spans
+                    .reduce(ValueRange::min)
+                    .unwrap_or(ValueRange::UNBOUNDED)
             }
-            Kind::Combine { set, children } => {
-                let spans = children.iter().map(|&child| same(child));
-                let combined = spans.reduce(|a, b| set.span(a, b));
-                combined.unwrap_or(Range::EVERYTHING)
+            NodeKind::Combine { set_op, children } => {
+                let spans = children.iter().map(|&child| unmoved(child));
+                let combined = spans.reduce(|a, b| set_op.span(a, b));
+                combined.unwrap_or(ValueRange::UNBOUNDED)
             }
-            Kind::Mirror(child, _)
-            | Kind::Elongate(child, _)
-            | Kind::Revolve(child, _)
-            | Kind::RevolvePart(child, _, _)
-            | Kind::Slice(child) => seen(*child, radius),
-            Kind::Painted(child, _) => same(*child),
-            Kind::Leaf(_)
-            | Kind::Grid(..)
-            | Kind::Ring(..)
-            | Kind::Elongated { .. }
-            | Kind::RevolveClose(..)
-            | Kind::Nothing => Range::EVERYTHING,
+            NodeKind::Mirror(child, _)
+            | NodeKind::Elongate(child, _)
+            | NodeKind::Revolve(child, _)
+            | NodeKind::RevolvePart(child, _, _)
+            | NodeKind::Slice(child) => child_point(*child, radius),
+            NodeKind::WithMaterial(child, _) => unmoved(*child),
+            NodeKind::Leaf(_)
+            | NodeKind::CopyGrid(..)
+            | NodeKind::CopyRing(..)
+            | NodeKind::ElongateCorrect { .. }
+            | NodeKind::RevolveClose(..)
+            | NodeKind::Nothing => ValueRange::UNBOUNDED,
         }
     }
 }
 
-impl Set {
-    /// The span of the value of two.
-    fn span(self, a: Range, b: Range) -> Range {
-        let union = |edge: Edge, a: Range, b: Range| {
-            let hard = a.least(b);
-            Range::new(hard.low - edge.depth(), hard.high)
+impl SetOp {
+    /// Returns the range of the combined value.
+    fn span(self, a: ValueRange, b: ValueRange) -> ValueRange {
+        let union = |profile: EdgeProfile, a: ValueRange, b: ValueRange| {
+            let hard = a.min(b);
+            ValueRange::new(hard.low - profile.max_offset(), hard.high)
         };
         match self {
-            Self::Union(edge) => union(edge, a, b),
-            Self::Intersection(edge) => union(edge, a.negated(), b.negated()).negated(),
-            Self::Subtraction(edge) => union(edge, a.negated(), b).negated(),
-            Self::Xor => a.least(b).greatest(a.greatest(b).negated()),
+            Self::Union(profile) => union(profile, a, b),
+            Self::Intersection(profile) => union(profile, a.negated(), b.negated()).negated(),
+            Self::Subtraction(profile) => union(profile, a.negated(), b).negated(),
+            Self::Xor => a.min(b).max(a.max(b).negated()),
             Self::Morph(share) => {
-                let part = |range: Range, share: f64| range.rising(|v| v * share);
+                let part = |range: ValueRange, share: f64| range.map_increasing(|v| v * share);
                 part(a, 1.0 - share).plus(part(b, share))
             }
         }

@@ -1,116 +1,123 @@
-//! Rays, and the first place at which the value really changes its sign.
+//! Rays, and the first point at which the value changes its sign.
 //!
-//! A ray goes on by radii within which the sign is proved to stay. Some formulas leave only a guess
-//! of such a radius: then it goes by the guess, and no farther than a share of the whole. A piece
-//! that two radii do not cover is halved, the nearer half first.
+//! A ray advances by radii within which the sign is proved constant. Some formulas only yield an estimate
+//! of such a radius. Then a step is at most a fixed fraction of the range. An interval that two radii do
+//! not cover is halved, the nearer half first.
 
-use super::point::{Point, across, beyond, magnitude, norm};
-use super::tree::Tree;
+use super::point::{Point, max_coordinate, norm, orthonormal_pair, point_along};
+use super::tree::ShapeTree;
 
-/// The longest step on a guess, as a share of the range.
-const MAX_GUESSED_STEP_SHARE: f64 = 1e-3;
-/// The most points of a ray that are looked at.
-const MAX_PROBES_PER_RAY: usize = 500_000;
-/// The most of them that are too near a surface to be decided.
-const MAX_NEAR_PROBES_PER_RAY: usize = 5_000;
-/// The length of a step in known radii: the next radius is expected to cover the rest.
-const DEFAULT_STEP_RADII: f64 = 1.5;
-/// The distance to a surface within which a passing ray is undecided, by size of coordinates.
+/// Longest step by an estimated radius, as a fraction of the range.
+const MAX_ESTIMATED_STEP_FRACTION: f64 = 1e-3;
+/// Largest number of sampled points per ray.
+const MAX_SAMPLES_PER_RAY: usize = 500_000;
+/// Largest number of samples per ray that are too near a surface to be decided.
+const MAX_UNDECIDED_SAMPLES_PER_RAY: usize = 5_000;
+/// Length of a step in proved radii. The radius at the next point is expected to cover the remainder.
+const STEP_RADII: f64 = 1.5;
+/// Distance to a surface within which a passing ray is undecided, relative to the size of coordinates.
 const MAX_GRAZING_DISTANCE_PER_SIZE: f64 = 1e-6;
-/// The shortest length that is halved in search of a root, by size of coordinates.
+/// Shortest interval that is halved in search of a root, relative to the size of coordinates.
 const MIN_INTERVAL_LENGTH_PER_SIZE: f64 = 1e-7;
-/// The largest depth that is noise of `f64`, by size of coordinates and slope.
-const MAX_NOISE_DEPTH_PER_SIZE: f64 = 1e-9;
-/// The length over which slopes are taken, by size of coordinates.
-const DEFAULT_SLOPE_LENGTH_PER_SIZE: f64 = 1e-7;
-/// The largest difference of slopes to both sides of a place on no edge, by the whole slope.
-const MAX_SLOPE_DIFFERENCE_SHARE: f64 = 0.02;
+/// Largest depth attributed to rounding of `f64`, relative to the size of coordinates and the slope.
+const MAX_ROUNDING_DEPTH_PER_SIZE: f64 = 1e-9;
+/// Step of one-sided differences, relative to the size of coordinates.
+const DIFFERENCE_STEP_PER_SIZE: f64 = 1e-7;
+/// Largest difference of one-sided slopes away from edges, as a fraction of the gradient's length.
+const MAX_SLOPE_DIFFERENCE_FRACTION: f64 = 0.02;
 
-/// The end of a ray.
+/// Result of tracing a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Trace {
-    /// A surface.
+pub enum TraceOutcome {
+    /// A surface was hit.
     Hit {
-        /// The ray's parameter there.
+        /// Ray parameter at the hit.
         t: f64,
-        /// The unit normal, out of the solid, or none on edges.
+        /// Unit normal that points out of the solid, or `None` on edges.
         normal: Option<Point>,
-        /// Set if the ray comes from inside, and so sees the surface from behind.
+        /// Set if the ray starts inside and so sees the surface from behind.
         inside: bool,
     },
-    /// Nothing within the range.
+    /// No surface within the range.
     Miss,
-    /// A surface that it touches or passes too closely, or that cannot be decided.
+    /// A surface that the ray touches or passes too closely, or that cannot be decided.
     Undecided {
-        /// The ray's parameter there.
+        /// Ray parameter at the undecided point.
         t: f64,
     },
 }
 
-/// A place on a ray.
+/// Sample on a ray.
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    /// The length of the ray up to it.
+struct RaySample {
+    /// Length of the ray up to the sample.
     s: f64,
-    /// The value, with a sign by which it is positive as long as the way is free.
+    /// Value, with a sign that makes it positive in front of the first surface.
     value: f64,
-    safe: f64,
-    guess: f64,
+    proven_radius: f64,
+    estimated_radius: f64,
 }
 
 /// A ray through a tree.
-pub(super) struct Ray<'t> {
-    tree: &'t Tree,
+pub(super) struct OracleRay<'t> {
+    tree: &'t ShapeTree,
     origin: Point,
-    /// The direction, of length one.
+    /// Unit direction.
     direction: Point,
-    /// The length of the direction as it was given.
-    speed: f64,
-    /// The begin and the end of the range, as lengths.
+    /// Length of the direction before normalization.
+    direction_length: f64,
+    /// Start and end of the range, as lengths.
     start: f64,
     end: f64,
     /// 1 for a ray that starts outside, −1 for one that starts inside.
     sign: f64,
-    /// The longest step on a guess.
-    longest: f64,
-    /// The largest coordinate where the range begins.
-    size: f64,
+    /// Longest step by an estimated radius.
+    max_estimated_step: f64,
+    /// Largest coordinate at the start of the range.
+    start_magnitude: f64,
 }
 
-impl<'t> Ray<'t> {
-    /// The ray from an origin along a direction, between two of its parameters.
-    pub(super) fn new(tree: &'t Tree, origin: Point, direction: Point, range: [f64; 2]) -> Self {
-        let speed = norm(direction).max(f64::MIN_POSITIVE);
+impl<'t> OracleRay<'t> {
+    /// Creates the ray from an origin along a direction, between two of its parameters.
+    pub(super) fn new(
+        tree: &'t ShapeTree,
+        origin: Point,
+        direction: Point,
+        range: [f64; 2],
+    ) -> Self {
+        let direction_length = norm(direction).max(f64::MIN_POSITIVE);
         let mut ray = Self {
             tree,
             origin,
-            direction: direction.map(|v| v / speed),
-            speed,
-            start: range[0] * speed,
-            end: range[1] * speed,
+            direction: direction.map(|v| v / direction_length),
+            direction_length,
+            start: range[0] * direction_length,
+            end: range[1] * direction_length,
             sign: 1.0,
-            longest: 0.0,
-            size: 0.0,
+            max_estimated_step: 0.0,
+            start_magnitude: 0.0,
         };
-        ray.size = magnitude(ray.point(ray.start));
-        let first = tree.value(tree.root, ray.point(ray.start));
-        if first < 0.0 {
+        ray.start_magnitude = max_coordinate(ray.point(ray.start));
+        let start_value = tree.value(tree.root, ray.point(ray.start));
+        if start_value < 0.0 {
             ray.sign = -1.0;
         }
         ray.clip();
-        ray.longest = (ray.end - ray.start).max(0.0) * MAX_GUESSED_STEP_SHARE;
+        ray.max_estimated_step = (ray.end - ray.start).max(0.0) * MAX_ESTIMATED_STEP_FRACTION;
         ray
     }
 
-    /// Leaves out the pieces outside of the box around everything.
+    /// Clips the range to the box around the scene.
     fn clip(&mut self) {
-        let extent = &self.tree.node(self.tree.root).extent;
-        let ends = extent.low.iter().chain(&extent.high).map(|v| v.abs());
-        let largest = ends.filter(|v| v.is_finite()).fold(self.size, f64::max);
-        let slack = MAX_GRAZING_DISTANCE_PER_SIZE * 10.0 * largest;
+        let bounds = &self.tree.node(self.tree.root).bounds;
+        let ends = bounds.low.iter().chain(&bounds.high).map(|v| v.abs());
+        let max_bound = ends
+            .filter(|v| v.is_finite())
+            .fold(self.start_magnitude, f64::max);
+        let slack = MAX_GRAZING_DISTANCE_PER_SIZE * 10.0 * max_bound;
         for axis in 0..3 {
             let (from, along) = (self.origin[axis], self.direction[axis]);
-            let (low, high) = (extent.low[axis] - slack, extent.high[axis] + slack);
+            let (low, high) = (bounds.low[axis] - slack, bounds.high[axis] + slack);
             if along == 0.0 {
                 if from < low || from > high {
                     self.end = self.start;
@@ -124,159 +131,171 @@ impl<'t> Ray<'t> {
     }
 
     fn point(&self, s: f64) -> Point {
-        beyond(self.origin, self.direction, s)
+        point_along(self.origin, self.direction, s)
     }
 
     fn value(&self, p: Point) -> f64 {
         self.sign * self.tree.value(self.tree.root, p)
     }
 
-    fn place(&self, s: f64) -> Place {
-        let probe = self
+    fn sample(&self, s: f64) -> RaySample {
+        let sample = self
             .tree
-            .probe(self.tree.root, self.point(s), self.longest / 4.0);
-        Place {
+            .sample(self.tree.root, self.point(s), self.max_estimated_step / 4.0);
+        RaySample {
             s,
-            value: self.sign * probe.value,
-            safe: probe.safe,
-            guess: probe.guess,
+            value: self.sign * sample.value,
+            proven_radius: sample.proven_radius,
+            estimated_radius: sample.estimated_radius,
         }
     }
 
-    /// The distance that counts as touching at a point.
-    fn grazing(&self, p: Point) -> f64 {
-        MAX_GRAZING_DISTANCE_PER_SIZE * self.size.max(magnitude(p))
+    /// Returns the distance that counts as touching at a point.
+    fn grazing_distance(&self, p: Point) -> f64 {
+        MAX_GRAZING_DISTANCE_PER_SIZE * self.start_magnitude.max(max_coordinate(p))
     }
 
-    /// The size of coordinates at a point, as far as rounding is concerned.
-    fn local_size(&self, p: Point) -> f64 {
-        magnitude(p).max(1e-3 * self.size)
+    /// Returns the size of coordinates at a point for rounding errors.
+    fn local_magnitude(&self, p: Point) -> f64 {
+        max_coordinate(p).max(1e-3 * self.start_magnitude)
     }
 
-    /// The steepest slope along the axes to either side of a point.
-    fn slope(&self, p: Point) -> f64 {
-        let [ahead, behind] = self.slopes(p);
-        magnitude(ahead).max(magnitude(behind))
+    /// Returns the largest one-sided slope along the axes at a point.
+    fn max_slope(&self, p: Point) -> f64 {
+        let [forward, backward] = self.one_sided_gradients(p);
+        max_coordinate(forward).max(max_coordinate(backward))
     }
 
-    /// The slopes along the axes ahead of a point and behind it.
-    fn slopes(&self, p: Point) -> [Point; 2] {
-        let length =
-            DEFAULT_SLOPE_LENGTH_PER_SIZE * self.size.max(magnitude(p)).max(f64::MIN_POSITIVE);
-        let middle = self.value(p);
-        let slope = |axis: usize, side: f64| {
+    /// Returns the slopes along the axes, forward and backward from a point.
+    fn one_sided_gradients(&self, p: Point) -> [Point; 2] {
+        let length = DIFFERENCE_STEP_PER_SIZE
+            * self
+                .start_magnitude
+                .max(max_coordinate(p))
+                .max(f64::MIN_POSITIVE);
+        let center_value = self.value(p);
+        let one_sided_slope = |axis: usize, side: f64| {
             let mut q = p;
             q[axis] += side * length;
-            side * (self.value(q) - middle) / (q[axis] - p[axis]).abs()
+            side * (self.value(q) - center_value) / (q[axis] - p[axis]).abs()
         };
-        [1.0, -1.0].map(|side| [0, 1, 2].map(|axis| slope(axis, side)))
+        [1.0, -1.0].map(|side| [0, 1, 2].map(|axis| one_sided_slope(axis, side)))
     }
 
-    /// Tells if a place is behind a surface by more than noise.
-    fn is_behind(&self, place: Place) -> bool {
+    /// Reports whether a sample is past a surface by more than rounding.
+    fn is_past_surface(&self, place: RaySample) -> bool {
         if place.value >= 0.0 {
             return false;
         }
         let p = self.point(place.s);
-        let noise = MAX_NOISE_DEPTH_PER_SIZE * self.local_size(p);
-        place.value < -noise || place.value < -noise * self.slope(p)
+        let noise = MAX_ROUNDING_DEPTH_PER_SIZE * self.local_magnitude(p);
+        place.value < -noise || place.value < -noise * self.max_slope(p)
     }
 
-    /// Tells if there is no surface between two places, neither of which is behind one.
-    fn is_free(&self, a: Place, b: Place) -> bool {
+    /// Reports whether no surface is between two samples, neither of which is past one.
+    fn is_free(&self, a: RaySample, b: RaySample) -> bool {
         let length = b.s - a.s;
-        a.safe + b.safe >= length || length <= self.longest && a.guess + b.guess >= length
+        a.proven_radius + b.proven_radius >= length
+            || length <= self.max_estimated_step
+                && a.estimated_radius + b.estimated_radius >= length
     }
 
-    /// The first surface that the ray meets.
-    pub(super) fn trace(&self) -> Trace {
+    /// Returns the first surface that the ray hits.
+    pub(super) fn trace(&self) -> TraceOutcome {
         if self.start >= self.end {
-            return Trace::Miss;
+            return TraceOutcome::Miss;
         }
-        let mut here = self.place(self.start);
-        let mut ahead: Vec<Place> = Vec::with_capacity(64);
-        // The length at which the ray came near a surface that it has not left yet.
-        let mut near: Option<f64> = None;
-        let mut near_probes = 0;
-        for _ in 0..MAX_PROBES_PER_RAY {
-            let p = self.point(here.s);
-            let shortest = MIN_INTERVAL_LENGTH_PER_SIZE * self.local_size(p);
-            let Some(&next) = ahead.last() else {
-                if here.s >= self.end {
-                    return match near {
-                        Some(from) => self.passed(from, here.s).unwrap_or(Trace::Miss),
-                        None => Trace::Miss,
+        let mut current = self.sample(self.start);
+        let mut pending: Vec<RaySample> = Vec::with_capacity(64);
+        // Length at which the ray came near a surface, while it is near.
+        let mut near_from: Option<f64> = None;
+        let mut undecided_samples = 0;
+        for _ in 0..MAX_SAMPLES_PER_RAY {
+            let p = self.point(current.s);
+            let shortest = MIN_INTERVAL_LENGTH_PER_SIZE * self.local_magnitude(p);
+            let Some(&next) = pending.last() else {
+                if current.s >= self.end {
+                    return match near_from {
+                        Some(from) => self
+                            .grazing_outcome(from, current.s)
+                            .unwrap_or(TraceOutcome::Miss),
+                        None => TraceOutcome::Miss,
                     };
                 }
-                let guess = (DEFAULT_STEP_RADII * here.guess).min(self.longest);
-                let step = (DEFAULT_STEP_RADII * here.safe).max(guess).max(shortest);
-                ahead.push(self.place((here.s + step).min(self.end)));
+                let estimated_radius =
+                    (STEP_RADII * current.estimated_radius).min(self.max_estimated_step);
+                let step = (STEP_RADII * current.proven_radius)
+                    .max(estimated_radius)
+                    .max(shortest);
+                pending.push(self.sample((current.s + step).min(self.end)));
                 continue;
             };
-            let is_short = next.s - here.s <= shortest;
-            let is_behind = self.is_behind(next);
+            let is_short = next.s - current.s <= shortest;
+            let is_behind = self.is_past_surface(next);
             if is_behind && is_short {
-                return self.hit(here, next);
+                return self.hit(current, next);
             }
-            if is_short || !is_behind && self.is_free(here, next) {
-                ahead.pop();
-                let distance = next.safe.max(next.guess);
-                let is_near = distance <= self.grazing(self.point(next.s));
-                near_probes += usize::from(is_near);
-                if near_probes > MAX_NEAR_PROBES_PER_RAY {
+            if is_short || !is_behind && self.is_free(current, next) {
+                pending.pop();
+                let distance = next.proven_radius.max(next.estimated_radius);
+                let is_near = distance <= self.grazing_distance(self.point(next.s));
+                undecided_samples += usize::from(is_near);
+                if undecided_samples > MAX_UNDECIDED_SAMPLES_PER_RAY {
                     break;
                 }
-                match (near, is_near) {
-                    (None, true) => near = Some(here.s),
+                match (near_from, is_near) {
+                    (None, true) => near_from = Some(current.s),
                     (Some(from), false) => {
-                        near = None;
-                        if let Some(grazing) = self.passed(from, next.s) {
+                        near_from = None;
+                        if let Some(grazing) = self.grazing_outcome(from, next.s) {
                             return grazing;
                         }
                     }
                     _ => {}
                 }
-                here = next;
+                current = next;
             } else {
-                ahead.push(self.place(0.5 * (here.s + next.s)));
+                pending.push(self.sample(0.5 * (current.s + next.s)));
             }
         }
-        self.undecided(here.s)
+        self.undecided(current.s)
     }
 
-    fn undecided(&self, s: f64) -> Trace {
-        Trace::Undecided { t: s / self.speed }
+    fn undecided(&self, s: f64) -> TraceOutcome {
+        TraceOutcome::Undecided {
+            t: s / self.direction_length,
+        }
     }
 
-    /// A verdict on a surface that the ray came near to between two lengths, and did not enter.
-    fn passed(&self, from: f64, to: f64) -> Option<Trace> {
-        let bottom = lowest(|s| self.value(self.point(s)), from, to);
-        let p = self.point(bottom);
-        // If the value is zero all around, faces touch and there is nothing to meet.
-        let noise = MAX_NOISE_DEPTH_PER_SIZE * self.local_size(p);
-        let beside = self.beside(p, 2.0 * self.grazing(p));
-        let is_grazing = beside.into_iter().any(|q| self.value(q) < -2.0 * noise);
-        is_grazing.then(|| self.undecided(bottom))
+    /// Decides about a surface that the ray came near to between two lengths, and did not enter.
+    fn grazing_outcome(&self, from: f64, to: f64) -> Option<TraceOutcome> {
+        let minimum = ternary_minimum(|s| self.value(self.point(s)), from, to);
+        let p = self.point(minimum);
+        // If the value is zero all around, faces touch and there is no surface.
+        let noise = MAX_ROUNDING_DEPTH_PER_SIZE * self.local_magnitude(p);
+        let around = self.circle_around(p, 2.0 * self.grazing_distance(p));
+        let is_grazing = around.into_iter().any(|q| self.value(q) < -2.0 * noise);
+        is_grazing.then(|| self.undecided(minimum))
     }
 
-    /// Points around one of the ray's.
-    fn beside(&self, p: Point, radius: f64) -> [Point; 8] {
-        let [u, v] = across(self.direction);
-        [0, 1, 2, 3, 4, 5, 6, 7].map(|at| {
-            let (sine, cosine) = (f64::from(at) * std::f64::consts::FRAC_PI_4).sin_cos();
-            beyond(beyond(p, u, radius * cosine), v, radius * sine)
+    /// Returns 8 points on a circle around a point of the ray.
+    fn circle_around(&self, p: Point, radius: f64) -> [Point; 8] {
+        let [u, v] = orthonormal_pair(self.direction);
+        [0, 1, 2, 3, 4, 5, 6, 7].map(|index| {
+            let (sine, cosine) = (f64::from(index) * std::f64::consts::FRAC_PI_4).sin_cos();
+            point_along(point_along(p, u, radius * cosine), v, radius * sine)
         })
     }
 
-    /// The hit between two places, the second of which is behind a surface.
-    fn hit(&self, here: Place, behind: Place) -> Trace {
-        let (mut low, mut high) = (here.s, behind.s);
-        // If the first place is as good as on the surface, the root lies a little before it.
-        let shortest = MIN_INTERVAL_LENGTH_PER_SIZE * self.local_size(self.point(low));
-        let before = [0.0, 0.25, 1.0, 4.0, 16.0, 64.0, 256.0, 1024.0];
-        let mut before = before.iter().map(|lengths| low - lengths * shortest);
+    /// Returns the hit between two samples, the second of which is past a surface.
+    fn hit(&self, current: RaySample, past: RaySample) -> TraceOutcome {
+        let (mut low, mut high) = (current.s, past.s);
+        // If the first sample is practically on the surface, the root is slightly before it.
+        let shortest = MIN_INTERVAL_LENGTH_PER_SIZE * self.local_magnitude(self.point(low));
+        let backsteps = [0.0, 0.25, 1.0, 4.0, 16.0, 64.0, 256.0, 1024.0];
+        let mut backsteps = backsteps.iter().map(|lengths| low - lengths * shortest);
         let is_outside = |s: f64| self.value(self.point(s)) > 0.0;
-        let outside = before.find(|&s| s >= self.start && is_outside(s));
+        let outside = backsteps.find(|&s| s >= self.start && is_outside(s));
         low = outside.unwrap_or(low);
         while high - low > 0.0 {
             let middle = 0.5 * (low + high);
@@ -285,7 +304,7 @@ impl<'t> Ray<'t> {
             }
             let is_free = match outside {
                 Some(_) => is_outside(middle),
-                None => !self.is_behind(self.place(middle)),
+                None => !self.is_past_surface(self.sample(middle)),
             };
             if is_free {
                 low = middle;
@@ -295,56 +314,59 @@ impl<'t> Ray<'t> {
         }
         let s = 0.5 * (low + high);
         let p = self.point(s);
-        if !self.is_firm(s, self.grazing(p)) {
+        if !self.is_robust_hit(s, self.grazing_distance(p)) {
             return self.undecided(s);
         }
-        Trace::Hit {
-            t: s / self.speed,
+        TraceOutcome::Hit {
+            t: s / self.direction_length,
             normal: self.normal(p),
             inside: self.sign < 0.0,
         }
     }
 
-    /// Tells if rays that run this far beside this one go into the same surface.
-    fn is_firm(&self, s: f64, grazing: f64) -> bool {
-        let slope = self.slope(self.point(s));
+    /// Reports whether parallel rays at this distance hit the same surface.
+    fn is_robust_hit(&self, s: f64, grazing: f64) -> bool {
+        let max_slope = self.max_slope(self.point(s));
         let (mut deepest, mut depth) = (s, 0.0);
-        let mut way = grazing / 1024.0;
-        while s + way <= self.end {
-            let value = self.value(self.point(s + way));
-            if value < -4.0 * grazing * slope {
+        let mut step = grazing / 1024.0;
+        while s + step <= self.end {
+            let value = self.value(self.point(s + step));
+            if value < -4.0 * grazing * max_slope {
                 return true;
             }
             if -value <= depth {
                 break;
             }
-            (deepest, depth) = (s + way, -value);
-            way *= 2.0;
+            (deepest, depth) = (s + step, -value);
+            step *= 2.0;
         }
-        // The surface may be askew: how far before or behind it, rays beside this one meet it.
-        let reach = (deepest - s) + 4.0 * grazing * (slope * (deepest - s) / depth).min(1e3);
+        // The surface may be oblique: parallel rays may hit it this far before or after the point.
+        let search_length =
+            (deepest - s) + 4.0 * grazing * (max_slope * (deepest - s) / depth).min(1e3);
         let p = self.point(deepest);
-        let beside = self.beside(p, grazing);
+        let around = self.circle_around(p, grazing);
         depth > 0.0
-            && beside.into_iter().all(|q| {
-                let along = |by: f64| self.value(beyond(q, self.direction, by));
-                along(0.0) < 0.0 || along(lowest(along, -reach, reach)) < 0.0
+            && around.into_iter().all(|q| {
+                let along = |offset: f64| self.value(point_along(q, self.direction, offset));
+                along(0.0) < 0.0
+                    || along(ternary_minimum(along, -search_length, search_length)) < 0.0
             })
     }
 
-    /// The normal at a point, or none if slopes to both sides differ.
+    /// Returns the normal at a point, or `None` if one-sided slopes differ.
     fn normal(&self, p: Point) -> Option<Point> {
-        let [ahead, behind] = self.slopes(p);
-        let mean = [0, 1, 2].map(|i| 0.5 * (ahead[i] + behind[i]));
+        let [forward, backward] = self.one_sided_gradients(p);
+        let mean = [0, 1, 2].map(|i| 0.5 * (forward[i] + backward[i]));
         let length = norm(mean);
-        let differs = |i: usize| (ahead[i] - behind[i]).abs() > MAX_SLOPE_DIFFERENCE_SHARE * length;
+        let differs =
+            |i: usize| (forward[i] - backward[i]).abs() > MAX_SLOPE_DIFFERENCE_FRACTION * length;
         let is_edge = length == 0.0 || !length.is_finite() || (0..3).any(differs);
         (!is_edge).then(|| mean.map(|v| self.sign * v / length))
     }
 }
 
-/// The place at which a function that falls and then rises is least, by thirds.
-fn lowest(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+/// Returns the position of the minimum of a function that decreases and then increases, by ternary search.
+fn ternary_minimum(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     for _ in 0..60 {
         let third = (high - low) / 3.0;
         if f(low + third) <= f(high - third) {

@@ -1,372 +1,409 @@
-//! The scene as a tree of shapes whose numbers are known, and its value at points.
+//! The scene as a tree of shapes with known numbers, and its value at points.
 
-use super::combine::Set;
-use super::extent::Extent;
-use super::hierarchy::Hierarchy;
-use super::number::Formula;
-use super::point::{Point, beyond, norm2};
-use super::probe::Probe;
-use super::solids::{Leaf, extruded};
-use super::space::{Grid, Ring, Wedge, before_turn, turned};
+use super::bvh::UnionBvh;
+use super::combine::SetOp;
+use super::formula::PointFormula;
+use super::influence_box::InfluenceBox;
+use super::point::{Point, norm2, point_along};
+use super::sample::OracleSample;
+use super::solids::{LeafShape, extrusion_distance};
+use super::space::{CopyGrid, CopyRing, Wedge, radius_before_turn, rotated};
 use sdfc_compiler::scene::MaterialId;
 
-/// The value of no shape at all, and in place of NaN.
-pub(super) const DEFAULT_OUTSIDE_VALUE: f64 = 1e9;
-/// The most that a formula is taken to grow steeper within the radius that is guessed.
+/// Value of an empty scene, and replacement for NaN.
+pub(super) const OUTSIDE_VALUE: f64 = 1e9;
+/// Assumed growth of a formula's slope within the estimated radius, as a factor.
 const MAX_SLOPE_GROWTH_FACTOR: f64 = 3.0;
 
-/// The longest radius that a proof is tried for, in lengths over which slopes are taken.
-const MAX_PROOF_RADIUS_REACHES: f64 = 400.0;
+/// Longest radius for which a proof is attempted, in difference steps.
+const MAX_PROOF_RADIUS_STEPS: f64 = 400.0;
 
-/// A shape by its position in the tree.
-pub(super) type NodeId = u32;
+/// Index of a shape in the tree.
+pub(super) type TreeNodeId = u32;
 
 /// A shape of the tree.
 #[derive(Clone, Debug)]
-pub(super) struct Node {
-    /// The kind of shape, and all that makes it.
-    pub(super) kind: Kind,
-    /// The box around it.
-    pub(super) extent: Extent,
-    /// The most that its value changes per unit of length, which is infinite if it is not known.
-    pub(super) steepness: f64,
-    /// The longest radius to trust a formula with.
-    pub(super) grain: f64,
-    /// Set if any of it has a paint.
-    pub(super) is_painted: bool,
+pub(super) struct TreeNode {
+    /// Kind of shape, with its data.
+    pub(super) kind: NodeKind,
+    /// Influence box.
+    pub(super) bounds: InfluenceBox,
+    /// Slope bound of its value, or infinity if there is none.
+    pub(super) slope_bound: f64,
+    /// Longest estimated radius to trust for a formula.
+    pub(super) trusted_radius: f64,
+    /// Set if a material is assigned to any part of it.
+    pub(super) has_material: bool,
 }
 
-/// A kind of shape.
+/// Kind of shape.
 #[derive(Clone, Debug)]
-pub(super) enum Kind {
-    /// A solid or a figure.
-    Leaf(Leaf),
-    /// A formula of the point.
-    Field(Formula),
-    /// A hard union.
+pub(super) enum NodeKind {
+    /// Solid or 2-D shape.
+    Leaf(LeafShape),
+    /// Formula of the point.
+    Field(PointFormula),
+    /// Hard union.
     Union {
-        /// The operands in order.
-        children: Vec<NodeId>,
-        /// The operands, and those of unions among them, by place.
-        hierarchy: Hierarchy,
+        /// Operands in order.
+        children: Vec<TreeNodeId>,
+        /// BVH over the operands, including those of nested unions.
+        bvh: UnionBvh,
     },
     /// Any other combination, from left to right.
     Combine {
-        /// The set operation.
-        set: Set,
-        /// The operands in order.
-        children: Vec<NodeId>,
+        /// Set operation.
+        set_op: SetOp,
+        /// Operands in order.
+        children: Vec<TreeNodeId>,
     },
-    /// A child in a frame of its own.
+    /// Child under an affine map.
     Frame {
-        /// The child.
-        child: NodeId,
-        /// From the outer to the inner point.
+        /// Child.
+        child: TreeNodeId,
+        /// Map from the outer to the local point.
         matrix: [f64; 12],
-        /// The length outside of a unit of the child's value.
+        /// Outer length of one unit of the child's value.
         scale: f64,
-        /// The most that the matrix stretches.
+        /// Largest stretch of the matrix.
         stretch: f64,
     },
     /// Copies along the axes.
-    Grid(NodeId, Grid),
+    CopyGrid(TreeNodeId, CopyGrid),
     /// Copies around an axis.
-    Ring(NodeId, Ring),
-    /// Both sides of planes.
-    Mirror(NodeId, [bool; 3]),
-    /// A child turned about the y axis by a rate.
-    Twist(NodeId, f64),
-    /// A child turned about the z axis by a rate along x.
-    Bend(NodeId, f64),
-    /// A child pulled apart by these half lengths.
-    Elongate(NodeId, Point),
-    /// The inside of an elongated child.
-    Elongated {
-        /// The child, pulled apart.
-        child: NodeId,
-        /// Half the lengths.
+    CopyRing(TreeNodeId, CopyRing),
+    /// Mirror images at the marked coordinate planes.
+    Mirror(TreeNodeId, [bool; 3]),
+    /// Child twisted about the y axis by a rate.
+    Twist(TreeNodeId, f64),
+    /// Child rotated about the z axis by a rate along x.
+    Bend(TreeNodeId, f64),
+    /// Child elongated by these half lengths.
+    Elongate(TreeNodeId, Point),
+    /// Correction of the distance inside an elongated child.
+    ElongateCorrect {
+        /// Elongated child.
+        child: TreeNodeId,
+        /// Half lengths.
         half: Point,
-        /// The number of axes that count, which is two for a figure.
+        /// Number of axes that count, which is 2 for 2-D shapes.
         axes: usize,
     },
-    /// A figure turned around the y axis, this far from it.
-    Revolve(NodeId, f64),
-    /// The same within a wedge.
-    RevolvePart(NodeId, f64, Wedge),
-    /// The ends of a partial revolution.
-    RevolveClose(NodeId, Wedge),
-    /// A solid's section with z = 0.
-    Slice(NodeId),
-    /// A figure's prism of this half height.
-    Extrude(NodeId, f64),
-    /// The same with rims rounded by a radius.
-    RoundedExtrude(NodeId, f64, f64),
-    /// All points outside of a child.
-    Complement(NodeId),
-    /// A child grown by a length.
-    Offset(NodeId, f64),
-    /// A child's surface as a wall of this half thickness.
-    Shell(NodeId, f64),
-    /// A child's value times a factor.
-    Scale(NodeId, f64),
-    /// A child at the point of a formula.
-    Warp(NodeId, Formula),
-    /// A child whose value a formula is added to.
-    Displace(NodeId, Formula),
-    /// A child in a material.
-    Painted(NodeId, MaterialId),
-    /// No shape.
+    /// 2-D shape revolved around the y axis at this offset from it.
+    Revolve(TreeNodeId, f64),
+    /// 2-D shape revolved within a wedge.
+    RevolvePart(TreeNodeId, f64, Wedge),
+    /// Ends of a partial revolution.
+    RevolveClose(TreeNodeId, Wedge),
+    /// Section of a solid at z = 0.
+    Slice(TreeNodeId),
+    /// Extrusion of a 2-D shape by this half height.
+    Extrude(TreeNodeId, f64),
+    /// Extrusion by a half height, with edges rounded by a radius.
+    RoundedExtrude(TreeNodeId, f64, f64),
+    /// Complement of a child.
+    Complement(TreeNodeId),
+    /// Child grown by a length.
+    Offset(TreeNodeId, f64),
+    /// Surface of a child as a wall of this half thickness.
+    Shell(TreeNodeId, f64),
+    /// Child with its value scaled by a factor.
+    Scale(TreeNodeId, f64),
+    /// Child evaluated at the point of a formula.
+    Warp(TreeNodeId, PointFormula),
+    /// Child with a formula added to its value.
+    Displace(TreeNodeId, PointFormula),
+    /// Child with a material assigned.
+    WithMaterial(TreeNodeId, MaterialId),
+    /// Empty shape.
     Nothing,
 }
 
-/// A scene's shapes, operands before what uses them.
+/// Shapes of a scene, operands before their users.
 #[derive(Debug)]
-pub(super) struct Tree {
-    /// All of them.
-    pub(super) nodes: Vec<Node>,
-    /// The whole.
-    pub(super) root: NodeId,
+pub(super) struct ShapeTree {
+    /// All shapes.
+    pub(super) nodes: Vec<TreeNode>,
+    /// Root of the tree.
+    pub(super) root: TreeNodeId,
 }
 
-/// A row of a matrix times a point, and the shift.
-fn row(matrix: &[f64; 12], at: usize, p: Point) -> f64 {
-    matrix[at] * p[0] + matrix[at + 1] * p[1] + matrix[at + 2] * p[2] + matrix[at + 3]
+/// Multiplies one row of an affine matrix by a point.
+fn row(matrix: &[f64; 12], start: usize, p: Point) -> f64 {
+    matrix[start] * p[0] + matrix[start + 1] * p[1] + matrix[start + 2] * p[2] + matrix[start + 3]
 }
 
-/// The point that an affine map leads to.
-pub(super) fn mapped(matrix: &[f64; 12], p: Point) -> Point {
+/// Applies an affine map to a point.
+pub(super) fn affine_image(matrix: &[f64; 12], p: Point) -> Point {
     [row(matrix, 0, p), row(matrix, 4, p), row(matrix, 8, p)]
 }
 
-impl Tree {
-    /// A shape of the tree.
-    pub(super) fn node(&self, id: NodeId) -> &Node {
+impl ShapeTree {
+    /// Returns a shape of the tree.
+    pub(super) fn node(&self, id: TreeNodeId) -> &TreeNode {
         &self.nodes[id as usize]
     }
 
-    /// The value of a shape at a point.
-    pub(super) fn value(&self, id: NodeId, p: Point) -> f64 {
-        self.probe(id, p, 0.0).value
+    /// Returns the value of a shape at a point.
+    pub(super) fn value(&self, id: TreeNodeId, p: Point) -> f64 {
+        self.sample(id, p, 0.0).value
     }
 
-    /// The knowledge of a shape at a point.
+    /// Samples a shape at a point.
     ///
-    /// `reach` is the length over which slopes of formulas are taken. If it is zero there is no guess.
-    pub(super) fn probe(&self, id: NodeId, p: Point, reach: f64) -> Probe {
+    /// `difference_step` is the step of differences for slopes of formulas. If it is zero, no radius is
+    /// estimated.
+    pub(super) fn sample(&self, id: TreeNodeId, p: Point, difference_step: f64) -> OracleSample {
         let node = self.node(id);
         match &node.kind {
-            Kind::Leaf(leaf) => Probe::steady((leaf.body)(&leaf.numbers, p), leaf.steepness),
-            Kind::Union { hierarchy, .. } => {
-                hierarchy.union(p, |child| self.probe(child, p, reach))
+            NodeKind::Leaf(leaf) => OracleSample::from_slope_bound(
+                (leaf.distance)(&leaf.parameters, p),
+                leaf.slope_bound,
+            ),
+            NodeKind::Union { bvh, .. } => {
+                bvh.union(p, |child| self.sample(child, p, difference_step))
             }
-            Kind::Combine { set, children } => self.combined(node, *set, children, p, reach),
-            Kind::Frame {
+            NodeKind::Combine { set_op, children } => {
+                self.combined(node, *set_op, children, p, difference_step)
+            }
+            NodeKind::Frame {
                 child,
                 matrix,
                 scale,
                 stretch,
             } => {
-                let inner = self.probe(*child, mapped(matrix, p), reach * stretch);
-                inner.before(*stretch).with_value(inner.value * scale)
+                let inner = self.sample(*child, affine_image(matrix, p), difference_step * stretch);
+                inner.pulled_back(*stretch).with_value(inner.value * scale)
             }
-            Kind::Twist(child, rate) => {
-                let inner = self.probe(*child, turned(p, 1, rate * p[1]), reach);
-                before_turned(inner, *rate, norm2(p[0], p[2]))
+            NodeKind::Twist(child, distance_ratio) => {
+                let inner = self.sample(
+                    *child,
+                    rotated(p, 1, distance_ratio * p[1]),
+                    difference_step,
+                );
+                pulled_back_from_turn(inner, *distance_ratio, norm2(p[0], p[2]))
             }
-            Kind::Bend(child, rate) => {
-                let inner = self.probe(*child, turned(p, 2, rate * p[0]), reach);
-                before_turned(inner, *rate, norm2(p[0], p[1]))
+            NodeKind::Bend(child, distance_ratio) => {
+                let inner = self.sample(
+                    *child,
+                    rotated(p, 2, distance_ratio * p[0]),
+                    difference_step,
+                );
+                pulled_back_from_turn(inner, *distance_ratio, norm2(p[0], p[1]))
             }
-            Kind::Grid(child, grid) => {
-                let extent = &self.node(*child).extent;
-                self.copies(*child, reach, |visit| grid.each(extent, p, visit))
+            NodeKind::CopyGrid(child, grid) => {
+                let bounds = &self.node(*child).bounds;
+                self.copies(*child, difference_step, |visit| {
+                    grid.for_each_copy(bounds, p, visit)
+                })
             }
-            Kind::Ring(child, ring) => {
-                let extent = &self.node(*child).extent;
-                self.copies(*child, reach, |visit| ring.each(extent, p, visit))
+            NodeKind::CopyRing(child, ring) => {
+                let bounds = &self.node(*child).bounds;
+                self.copies(*child, difference_step, |visit| {
+                    ring.for_each_copy(bounds, p, visit)
+                })
             }
-            Kind::Elongated { child, half, axes } => {
-                let inner = self.probe(*child, p, reach);
+            NodeKind::ElongateCorrect { child, half, axes } => {
+                let inner = self.sample(*child, p, difference_step);
                 let gap = (0..*axes).map(|i| p[i].abs() - half[i]);
-                let within = gap.fold(f64::NEG_INFINITY, f64::max).min(0.0);
+                let inside_excess = gap.fold(f64::NEG_INFINITY, f64::max).min(0.0);
                 match inner.is_inside() {
-                    true => inner.with_value(inner.value + within),
+                    true => inner.with_value(inner.value + inside_excess),
                     false => inner,
                 }
             }
-            Kind::RevolveClose(child, wedge) => self.closed(*child, *wedge, p, reach),
-            Kind::Extrude(child, half) => {
-                let figure = self.probe(*child, p, reach);
-                let slab = Probe::steady(p[2].abs() - half, 1.0);
-                let value = extruded(figure.value, slab.value);
-                figure.intersection(slab).with_value(value)
+            NodeKind::RevolveClose(child, wedge) => {
+                self.partial_revolution(*child, *wedge, p, difference_step)
             }
-            Kind::Complement(child) => self.probe(*child, p, reach).complement(),
-            Kind::Scale(child, factor) => {
-                let inner = self.probe(*child, p, reach);
+            NodeKind::Extrude(child, half) => {
+                let shape_2d = self.sample(*child, p, difference_step);
+                let slab = OracleSample::from_slope_bound(p[2].abs() - half, 1.0);
+                let value = extrusion_distance(shape_2d.value, slab.value);
+                shape_2d.intersection(slab).with_value(value)
+            }
+            NodeKind::Complement(child) => self.sample(*child, p, difference_step).complement(),
+            NodeKind::Scale(child, factor) => {
+                let inner = self.sample(*child, p, difference_step);
                 inner.with_value(inner.value * factor)
             }
-            Kind::Painted(child, _) => self.probe(*child, p, reach),
-            Kind::Mirror(child, _)
-            | Kind::Elongate(child, _)
-            | Kind::Revolve(child, _)
-            | Kind::RevolvePart(child, _, _)
-            | Kind::Slice(child) => self.probe(*child, self.seen(node, p), reach),
-            Kind::Nothing => Probe::steady(DEFAULT_OUTSIDE_VALUE, 1.0),
-            Kind::Field(_)
-            | Kind::Warp(..)
-            | Kind::Displace(..)
-            | Kind::Offset(..)
-            | Kind::Shell(..)
-            | Kind::RoundedExtrude(..) => self.made(node, p, reach),
+            NodeKind::WithMaterial(child, _) => self.sample(*child, p, difference_step),
+            NodeKind::Mirror(child, _)
+            | NodeKind::Elongate(child, _)
+            | NodeKind::Revolve(child, _)
+            | NodeKind::RevolvePart(child, _, _)
+            | NodeKind::Slice(child) => {
+                self.sample(*child, self.child_point(node, p), difference_step)
+            }
+            NodeKind::Nothing => OracleSample::from_slope_bound(OUTSIDE_VALUE, 1.0),
+            NodeKind::Field(_)
+            | NodeKind::Warp(..)
+            | NodeKind::Displace(..)
+            | NodeKind::Offset(..)
+            | NodeKind::Shell(..)
+            | NodeKind::RoundedExtrude(..) => self.derived_sample(node, p, difference_step),
         }
     }
 
-    /// The point that the child of a shape with a single one sees.
-    pub(super) fn seen(&self, node: &Node, p: Point) -> Point {
+    /// Returns the local point of the child of a shape with a single child.
+    pub(super) fn child_point(&self, node: &TreeNode, p: Point) -> Point {
         match &node.kind {
-            Kind::Frame { matrix, .. } => mapped(matrix, p),
-            Kind::Twist(_, rate) => turned(p, 1, rate * p[1]),
-            Kind::Bend(_, rate) => turned(p, 2, rate * p[0]),
-            Kind::Mirror(_, axes) => [0, 1, 2].map(|i| if axes[i] { p[i].abs() } else { p[i] }),
-            Kind::Elongate(_, half) => [0, 1, 2].map(|i| p[i] - p[i].clamp(-half[i], half[i])),
-            Kind::Revolve(_, offset) => [norm2(p[0], p[2]) - offset, p[1], 0.0],
-            Kind::RevolvePart(_, offset, wedge) => [wedge.radius(p) - offset, p[1], 0.0],
-            Kind::Slice(_) => [p[0], p[1], 0.0],
-            Kind::Warp(_, formula) => formula.at(p),
+            NodeKind::Frame { matrix, .. } => affine_image(matrix, p),
+            NodeKind::Twist(_, distance_ratio) => rotated(p, 1, distance_ratio * p[1]),
+            NodeKind::Bend(_, distance_ratio) => rotated(p, 2, distance_ratio * p[0]),
+            NodeKind::Mirror(_, axes) => [0, 1, 2].map(|i| if axes[i] { p[i].abs() } else { p[i] }),
+            NodeKind::Elongate(_, half) => [0, 1, 2].map(|i| p[i] - p[i].clamp(-half[i], half[i])),
+            NodeKind::Revolve(_, offset) => [norm2(p[0], p[2]) - offset, p[1], 0.0],
+            NodeKind::RevolvePart(_, offset, wedge) => [wedge.radius(p) - offset, p[1], 0.0],
+            NodeKind::Slice(_) => [p[0], p[1], 0.0],
+            NodeKind::Warp(_, formula) => formula.at(p),
             _ => p,
         }
     }
 
-    /// The union of copies that `each` visits.
+    /// Returns the union of the copies that `for_each_copy` visits.
     fn copies(
         &self,
-        child: NodeId,
-        reach: f64,
-        each: impl FnOnce(&mut dyn FnMut(Point) -> f64) -> f64,
-    ) -> Probe {
-        let mut whole: Option<Probe> = None;
-        let beside = each(&mut |q| {
-            let copy = self.probe(child, q, reach);
-            let union = whole.map_or(copy, |whole| whole.union(copy));
-            whole = Some(union);
+        child: TreeNodeId,
+        difference_step: f64,
+        for_each_copy: impl FnOnce(&mut dyn FnMut(Point) -> f64) -> f64,
+    ) -> OracleSample {
+        let mut accumulated: Option<OracleSample> = None;
+        let skipped_distance = for_each_copy(&mut |q| {
+            let copy = self.sample(child, q, difference_step);
+            let union = accumulated.map_or(copy, |accumulated| accumulated.union(copy));
+            accumulated = Some(union);
             union.value
         });
-        whole
-            .unwrap_or(Probe::steady(DEFAULT_OUTSIDE_VALUE, 1.0))
-            .beside(beside)
+        accumulated
+            .unwrap_or(OracleSample::from_slope_bound(OUTSIDE_VALUE, 1.0))
+            .limited_to(skipped_distance)
     }
 
-    /// The partial revolution of a child. Outside of the wedge, the nearer end is a figure in its
-    /// half plane.
-    fn closed(&self, child: NodeId, wedge: Wedge, p: Point, reach: f64) -> Probe {
-        let figure = self.probe(child, p, reach);
-        let ends = wedge.to_ends(p);
-        let side = if wedge.holds(p) { -ends } else { ends };
+    /// Samples the partial revolution of a child.
+    ///
+    /// Outside the wedge, the nearer end is a 2-D shape in its half plane.
+    fn partial_revolution(
+        &self,
+        child: TreeNodeId,
+        wedge: Wedge,
+        p: Point,
+        difference_step: f64,
+    ) -> OracleSample {
+        let shape_2d = self.sample(child, p, difference_step);
+        let ends = wedge.distance_to_ends(p);
+        let side = if wedge.contains(p) { -ends } else { ends };
         let value = match side > 0.0 {
-            true => norm2(figure.value.max(0.0), wedge.along_end(p)[1]),
-            false => figure.value.max(side),
+            true => norm2(shape_2d.value.max(0.0), wedge.along_end(p)[1]),
+            false => shape_2d.value.max(side),
         };
-        figure
-            .intersection(Probe::steady(side, 1.0))
+        shape_2d
+            .intersection(OracleSample::from_slope_bound(side, 1.0))
             .with_value(value)
     }
 
-    /// A combination that is no hard union.
-    fn combined(&self, node: &Node, set: Set, children: &[NodeId], p: Point, reach: f64) -> Probe {
-        use super::combine::Edge::Hard;
+    /// Samples a combination other than a hard union.
+    fn combined(
+        &self,
+        node: &TreeNode,
+        set_op: SetOp,
+        children: &[TreeNodeId],
+        p: Point,
+        difference_step: f64,
+    ) -> OracleSample {
+        use super::combine::EdgeProfile::Hard;
         let mut operands = children.iter().copied();
         let Some(first) = operands.next() else {
-            return Probe::steady(DEFAULT_OUTSIDE_VALUE, 1.0);
+            return OracleSample::from_slope_bound(OUTSIDE_VALUE, 1.0);
         };
         if !matches!(
-            set,
-            Set::Intersection(Hard) | Set::Subtraction(Hard) | Set::Xor
+            set_op,
+            SetOp::Intersection(Hard) | SetOp::Subtraction(Hard) | SetOp::Xor
         ) {
-            return self.made(node, p, reach);
+            return self.derived_sample(node, p, difference_step);
         }
-        let mut whole = self.probe(first, p, reach);
+        let mut accumulated = self.sample(first, p, difference_step);
         for child in operands {
-            let extent = &self.node(child).extent;
-            if matches!(set, Set::Subtraction(_)) {
-                // What is cut away and is farther than this surface does not matter.
-                let distance = extent.distance(p);
-                if distance > 0.0 && extent.rate * distance >= -whole.value {
-                    whole = whole.complement().beside(distance).complement();
+            let bounds = &self.node(child).bounds;
+            if matches!(set_op, SetOp::Subtraction(_)) {
+                // Cutters farther away than this surface do not matter.
+                let distance = bounds.distance(p);
+                if distance > 0.0 && bounds.distance_ratio * distance >= -accumulated.value {
+                    accumulated = accumulated.complement().limited_to(distance).complement();
                     continue;
                 }
             }
-            let other = self.probe(child, p, reach);
-            whole = match set {
-                Set::Subtraction(_) => whole.intersection(other.complement()),
-                Set::Xor => whole.xor(other),
-                _ => whole.intersection(other),
+            let other = self.sample(child, p, difference_step);
+            accumulated = match set_op {
+                SetOp::Subtraction(_) => accumulated.intersection(other.complement()),
+                SetOp::Xor => accumulated.xor(other),
+                _ => accumulated.intersection(other),
             };
         }
-        whole
+        accumulated
     }
 
-    /// The knowledge of a shape whose sign follows from the values of others, or from a formula.
-    fn made(&self, node: &Node, p: Point, reach: f64) -> Probe {
-        let value = self.made_value(node, p);
-        if node.steepness.is_finite() {
-            return Probe::steady(value, node.steepness);
+    /// Samples a shape whose sign follows from the values of others, or from a formula.
+    fn derived_sample(&self, node: &TreeNode, p: Point, difference_step: f64) -> OracleSample {
+        let value = self.derived_value(node, p);
+        if node.slope_bound.is_finite() {
+            return OracleSample::from_slope_bound(value, node.slope_bound);
         }
-        let mut probe = Probe {
+        let mut sample = OracleSample {
             value,
-            safe: 0.0,
-            guess: 0.0,
+            proven_radius: 0.0,
+            estimated_radius: 0.0,
         };
-        if reach > 0.0 {
-            let mut square = 0.0;
+        if difference_step > 0.0 {
+            let mut gradient_sq = 0.0;
             for axis in 0..3 {
                 let mut direction = [0.0; 3];
                 direction[axis] = 1.0;
-                let change = self.made_value(node, beyond(p, direction, reach)) - value;
-                square += change * change;
+                let change =
+                    self.derived_value(node, point_along(p, direction, difference_step)) - value;
+                gradient_sq += change * change;
             }
-            let root = value.abs() * reach / square.sqrt();
-            probe.guess = (root / MAX_SLOPE_GROWTH_FACTOR).min(node.grain);
-            // A proof for half the way to where the root seems to be, or for less.
-            let far = (root / 2.0).min(reach * MAX_PROOF_RADIUS_REACHES);
-            let radii = [far, far / 4.0, far / 16.0].into_iter();
-            let mut proved = radii.filter(|&radius| self.made_span(node, p, radius).is_signed());
-            probe.safe = proved.next().unwrap_or(0.0);
-            probe.guess = probe.guess.max(probe.safe);
+            let root_distance = value.abs() * difference_step / gradient_sq.sqrt();
+            sample.estimated_radius =
+                (root_distance / MAX_SLOPE_GROWTH_FACTOR).min(node.trusted_radius);
+            // Attempts a proof for half the distance to the estimated root, then for less.
+            let first_radius = (root_distance / 2.0).min(difference_step * MAX_PROOF_RADIUS_STEPS);
+            let radii = [first_radius, first_radius / 4.0, first_radius / 16.0].into_iter();
+            let mut proved =
+                radii.filter(|&radius| self.derived_span(node, p, radius).excludes_zero());
+            sample.proven_radius = proved.next().unwrap_or(0.0);
+            sample.estimated_radius = sample.estimated_radius.max(sample.proven_radius);
         }
-        probe
+        sample
     }
 
-    fn made_value(&self, node: &Node, p: Point) -> f64 {
+    fn derived_value(&self, node: &TreeNode, p: Point) -> f64 {
         let value = match &node.kind {
-            Kind::Field(formula) => formula.at(p)[0],
-            Kind::Displace(child, formula) => self.value(*child, p) + formula.at(p)[0],
-            Kind::Warp(child, formula) => self.value(*child, formula.at(p)),
-            Kind::Offset(child, by) => self.value(*child, p) - by,
-            Kind::Shell(child, half) => self.value(*child, p).abs() - half,
-            Kind::RoundedExtrude(child, half, round) => {
-                let figure = self.value(*child, p) + round;
-                extruded(figure, p[2].abs() - half + round) - round
+            NodeKind::Field(formula) => formula.at(p)[0],
+            NodeKind::Displace(child, formula) => self.value(*child, p) + formula.at(p)[0],
+            NodeKind::Warp(child, formula) => self.value(*child, formula.at(p)),
+            NodeKind::Offset(child, by) => self.value(*child, p) - by,
+            NodeKind::Shell(child, half) => self.value(*child, p).abs() - half,
+            NodeKind::RoundedExtrude(child, half, round) => {
+                let shape_2d = self.value(*child, p) + round;
+                extrusion_distance(shape_2d, p[2].abs() - half + round) - round
             }
-            Kind::Combine { set, children } => {
+            NodeKind::Combine { set_op, children } => {
                 let mut values = children.iter().map(|&child| self.value(child, p));
-                let first = values.next().unwrap_or(DEFAULT_OUTSIDE_VALUE);
-                values.fold(first, |whole, other| set.value(whole, other, p))
+                let first = values.next().unwrap_or(OUTSIDE_VALUE);
+                values.fold(first, |accumulated, other| {
+                    set_op.value(accumulated, other, p)
+                })
             }
-            _ => DEFAULT_OUTSIDE_VALUE,
+            _ => OUTSIDE_VALUE,
         };
-        if value.is_nan() {
-            DEFAULT_OUTSIDE_VALUE
-        } else {
-            value
-        }
+        if value.is_nan() { OUTSIDE_VALUE } else { value }
     }
 }
 
-fn before_turned(inner: Probe, rate: f64, radius: f64) -> Probe {
-    Probe {
-        safe: before_turn(inner.safe, rate, radius),
-        guess: before_turn(inner.guess, rate, radius),
+fn pulled_back_from_turn(inner: OracleSample, distance_ratio: f64, radius: f64) -> OracleSample {
+    OracleSample {
+        proven_radius: radius_before_turn(inner.proven_radius, distance_ratio, radius),
+        estimated_radius: radius_before_turn(inner.estimated_radius, distance_ratio, radius),
         ..inner
     }
 }

@@ -1,4 +1,4 @@
-//! Every limit of the language is hit, said with its place, and stands in `docs/limits.md`.
+//! Every limit of the language is reached, reported with its position, and listed in `docs/limits.md`.
 
 use sdfc_compiler::clauses::parse_clauses;
 use sdfc_compiler::elaborate::{Loader, Options, elaborate};
@@ -6,12 +6,12 @@ use sdfc_compiler::export::{ExportError, Target, translate};
 use sdfc_lang::{Diagnostics, Sources, Style};
 use sdfc_trials::checks::compiled_text;
 
-const PAGE: &str = include_str!("../../../docs/limits.md");
+const LIMITS_PAGE: &str = include_str!("../../../docs/limits.md");
 
-/// Files that each import the next.
-struct Endless;
+/// Loader of files that each import the next.
+struct EndlessImports;
 
-impl Loader for Endless {
+impl Loader for EndlessImports {
     fn load(&self, path: &str) -> Result<String, String> {
         let number: u32 = path.trim_end_matches(".sdf").parse().unwrap_or(0);
         Ok(format!(
@@ -21,19 +21,19 @@ impl Loader for Endless {
     }
 }
 
-/// What is said about a scene that is refused.
-fn refused(text: String) -> String {
+/// Returns the rendered messages about a refused scene.
+fn refusal_message(text: String) -> String {
     let mut sources = Sources::new();
     let file = sources.add("scene.sdf", text);
     let options = Options {
-        loader: &Endless,
+        loader: &EndlessImports,
         ..Options::default()
     };
-    let (scene, found) = elaborate(&mut sources, file, &options);
-    let found: Diagnostics = found.into_iter().collect();
-    let said = found.render(&sources, Style::Plain);
-    assert!(scene.is_none(), "{said}");
-    said
+    let (scene, diagnostics) = elaborate(&mut sources, file, &options);
+    let diagnostics: Diagnostics = diagnostics.into_iter().collect();
+    let message = diagnostics.render(&sources, Style::Plain);
+    assert!(scene.is_none(), "{message}");
+    message
 }
 
 #[test]
@@ -107,12 +107,12 @@ fn each_is_hit_and_said() {
         ),
         ("1e18", "1e18 is the most", "sphere(1.1e18)".to_owned()),
     ];
-    for (number, wanted, text) in cases {
-        let said = refused(text);
-        assert!(said.contains(wanted), "{wanted}: {said}");
-        assert!(said.contains(".sdf:"), "without a place: {said}");
+    for (number, expected, text) in cases {
+        let message = refusal_message(text);
+        assert!(message.contains(expected), "{expected}: {message}");
+        assert!(message.contains(".sdf:"), "without a place: {message}");
         assert!(
-            PAGE.contains(&format!("| {number}")),
+            LIMITS_PAGE.contains(&format!("| {number}")),
             "{number} is not on the page"
         );
     }
@@ -120,9 +120,9 @@ fn each_is_hit_and_said() {
 
 #[test]
 fn different_numbers() {
-    // Too many to build them here for each run of the tests; that they are counted is seen in
-    // `evaluate.rs`, and the page must not lag behind.
-    assert!(PAGE.contains("| 8000000 |"));
+    // Too many to build here in each test run. `evaluate.rs` tests that they are counted, and this checks
+    // the page.
+    assert!(LIMITS_PAGE.contains("| 8000000 |"));
 }
 
 #[test]
@@ -133,21 +133,21 @@ fn clauses() {
     }
     let mut sources = Sources::new();
     let file = sources.add("scene.vm", text);
-    let (scene, found) = parse_clauses(&sources, file);
-    let found: Diagnostics = found.into_iter().collect();
-    let said = found.render(&sources, Style::Plain);
+    let (scene, diagnostics) = parse_clauses(&sources, file);
+    let diagnostics: Diagnostics = diagnostics.into_iter().collect();
+    let message = diagnostics.render(&sources, Style::Plain);
     assert!(
-        scene.is_none() && said.contains("more than the 200000 clauses"),
-        "{said}"
+        scene.is_none() && message.contains("more than the 200000 clauses"),
+        "{message}"
     );
-    assert!(said.contains("scene.vm:200001:1"), "{said}");
-    assert!(PAGE.contains("| 200000 |"));
+    assert!(message.contains("scene.vm:200001:1"), "{message}");
+    assert!(LIMITS_PAGE.contains("| 200000 |"));
 }
 
 #[test]
 fn exports() {
-    let balls = "union(for i in 0..16001 { sphere(0.1 + i / 1000) })";
-    let compiled = compiled_text(balls).expect("it compiles");
+    let spheres = "union(for i in 0..16001 { sphere(0.1 + i / 1000) })";
+    let compiled = compiled_text(spheres).expect("it compiles");
     let error = translate(&compiled, Target::Wgsl).expect_err("it is too long");
     assert!(matches!(
         error,
@@ -156,7 +156,7 @@ fn exports() {
             ..
         }
     ));
-    assert!(PAGE.contains("| 16000 |"));
+    assert!(LIMITS_PAGE.contains("| 16000 |"));
 }
 
 #[test]
@@ -165,7 +165,7 @@ fn slopes() {
         sdfc_compiler::slope::MAX_OPERATIONS,
         sdfc_compiler::slope::MAX_BOXES,
     ];
-    let page = PAGE.replace('\n', " ");
+    let page = LIMITS_PAGE.replace('\n', " ");
     assert!(
         numbers
             .iter()

@@ -1,20 +1,20 @@
-//! Moving, turning, scaling, shearing and reflecting: 3×4 matrices that take a point of the world
-//! back to the shape, row by row with the shift as the fourth number. They are no rows of the
-//! table: the compiler multiplies them together and gives each shape one.
+//! Translation, rotation, scaling, shear and reflection: 3×4 matrices that map a point of the world back to
+//! the shape, row by row with the shift as the fourth number. They are not rows of the table: the compiler
+//! multiplies them together and gives each shape a single one.
 //!
-//! Generic, because the numbers may follow parameters.
+//! They are generic, because the numbers may depend on parameters.
 
 use crate::real::{Real, lit};
 
 /// A matrix: three rows of three factors and a shift.
 pub type Affine<R> = [R; 12];
 
-/// The matrix that changes nothing.
+/// Returns the identity.
 pub fn identity<R: Real>() -> Affine<R> {
     scaled_axes([lit(1.0); 3])
 }
 
-/// The shape moved by `by`.
+/// Translates the shape by `by`.
 pub fn translate<R: Real>(by: [R; 3]) -> Affine<R> {
     let mut m = identity();
     for axis in 0..3 {
@@ -23,15 +23,15 @@ pub fn translate<R: Real>(by: [R; 3]) -> Affine<R> {
     m
 }
 
-/// The shape turned about `axis` (of any length but zero) by `angle` radians, counterclockwise
-/// when looked at from the axis' tip.
+/// Rotates the shape about `axis` (of any length except zero) by `angle` radians, counterclockwise as seen
+/// from the axis' tip.
 pub fn rotate<R: Real>(axis: [R; 3], angle: R) -> Affine<R> {
     let square = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
     let scale = lit::<R>(1.0) / square.max(lit(1e-30)).sqrt();
     let [x, y, z] = axis.map(|v| v * scale);
     let (c, s) = (angle.cos(), angle.sin());
     let t = lit::<R>(1.0) - c;
-    // The inverse of a rotation is its transpose: the signs of the sines are the other ones.
+    // The inverse of a rotation is its transpose, so the sines have opposite signs.
     linear([
         [t * x * x + c, t * x * y + s * z, t * x * z - s * y],
         [t * x * y - s * z, t * y * y + c, t * y * z + s * x],
@@ -39,7 +39,7 @@ pub fn rotate<R: Real>(axis: [R; 3], angle: R) -> Affine<R> {
     ])
 }
 
-/// The shape turned about x, then about y, then about z, by three angles.
+/// Rotates the shape about x, then about y, then about z, by three angles.
 pub fn rotate_euler<R: Real>(angles: [R; 3]) -> Affine<R> {
     let (o, i) = (lit(0.0), lit(1.0));
     let x = rotate([i, o, o], angles[0]);
@@ -48,7 +48,7 @@ pub fn rotate_euler<R: Real>(angles: [R; 3]) -> Affine<R> {
     compose(&compose(&x, &y), &z)
 }
 
-/// The shape turned by a quaternion (x, y, z, w) of any length but zero.
+/// Rotates the shape by a quaternion (x, y, z, w) of any length except zero.
 pub fn rotate_quaternion<R: Real>(q: [R; 4]) -> Affine<R> {
     let square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     let scale = lit::<R>(1.0) / square.max(lit(1e-30)).sqrt();
@@ -73,27 +73,26 @@ pub fn rotate_quaternion<R: Real>(q: [R; 4]) -> Affine<R> {
     ])
 }
 
-/// The shape scaled along each axis; a factor below 1e-12 in magnitude counts as that. Distances
-/// are to be multiplied by the smallest magnitude of the factors ([`least_scale`]).
+/// Scales the shape along each axis; factors below 1e-12 in magnitude count as 1e-12. Distances must then
+/// be multiplied by the smallest magnitude of the factors ([`least_scale`]).
 pub fn scale<R: Real>(factors: [R; 3]) -> Affine<R> {
-    scaled_axes(factors.map(|f| lit::<R>(1.0) / (f.side() * f.abs().max(lit(1e-12)))))
+    scaled_axes(factors.map(|f| lit::<R>(1.0) / (f.sign_nonzero() * f.abs().max(lit(1e-12)))))
 }
 
-/// The smallest magnitude of three factors: how much a distance shrinks at most.
+/// Returns the smallest magnitude of three factors: the lowest factor by which a distance may shrink.
 pub fn least_scale<R: Real>(factors: [R; 3]) -> R {
     let [x, y, z] = factors.map(|f| f.abs().max(lit(1e-12)));
     x.min(y).min(z)
 }
 
-/// The shape sheared: x moves by `xy` per unit of y and by `xz` per unit of z, y by `yz` per unit
-/// of z.
+/// Shears the shape: x moves by `xy` per unit of y and by `xz` per unit of z, y by `yz` per unit of z.
 pub fn shear<R: Real>(xy: R, xz: R, yz: R) -> Affine<R> {
     let (o, i) = (lit(0.0), lit(1.0));
     linear([[i, -xy, xy * yz - xz], [o, i, -yz], [o, o, i]])
 }
 
-/// The shape reflected in the plane with the normal `normal` (of any length but zero), `at` along
-/// it.
+/// Reflects the shape in the plane with the normal `normal` (of any length except zero) at the signed
+/// distance `at` from the origin.
 pub fn reflect<R: Real>(normal: [R; 3], at: R) -> Affine<R> {
     let square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
     let length = square.max(lit(1e-30)).sqrt();
@@ -109,11 +108,11 @@ pub fn reflect<R: Real>(normal: [R; 3], at: R) -> Affine<R> {
     m
 }
 
-/// What takes a point through `outer` first and then through `inner`: a shape placed by `inner`,
-/// and the result by `outer`.
+/// Returns the map of a point through `outer` first and then through `inner`, for a shape placed by `inner`
+/// and then by `outer`.
 pub fn compose<R: Real>(inner: &Affine<R>, outer: &Affine<R>) -> Affine<R> {
-    std::array::from_fn(|at| {
-        let (row, column) = (at / 4, at % 4);
+    std::array::from_fn(|index| {
+        let (row, column) = (index / 4, index % 4);
         let sum = inner[4 * row] * outer[column]
             + inner[4 * row + 1] * outer[4 + column]
             + inner[4 * row + 2] * outer[8 + column];

@@ -1,55 +1,55 @@
-//! Two distances into one: hard and smooth set operations.
+//! Combinations of two distances: hard and smooth set operations.
 //!
-//! All that are a minimum at heart are one formula with a kernel, see [`crate::kernel`]; the rows
-//! here write it out for each sign. For the smooth ones a scene gives the thickness, the most that
-//! the blend adds; it is there where both operands are equal.
+//! All those based on a minimum are one formula with a kernel, see [`crate::kernel`]; the bodies here write
+//! it out for each sign. A smooth operation's argument in a scene is the thickness: the largest offset of
+//! the blend, which occurs where both operands are equal.
 
-use crate::kernel::Kernel;
+use crate::kernel::BlendKernel;
 use crate::real::{Real, Vector2, Vector3, lit};
 
-/// The union: the nearer of two.
+/// The union: the smaller distance.
 #[inline(always)]
 pub fn union<R: Real>(a: R, b: R) -> R {
     a.min(b)
 }
 
-/// The intersection: the farther of two.
+/// The intersection: the larger distance.
 #[inline(always)]
 pub fn intersection<R: Real>(a: R, b: R) -> R {
     a.max(b)
 }
 
-/// The first without the second.
+/// The first shape without the second.
 #[inline(always)]
 pub fn subtraction<R: Real>(a: R, b: R) -> R {
     a.max(-b)
 }
 
-/// What is in exactly one of both.
+/// The region inside exactly one of two shapes.
 #[inline(always)]
 pub fn xor<R: Real>(a: R, b: R) -> R {
     a.min(b).max(-a.max(b))
 }
 
-/// The three smooth operations of a kernel.
+/// Defines the three smooth operations of a kernel.
 macro_rules! smooth {
     ($kernel:ident, $union:ident, $intersection:ident, $subtraction:ident, $shape:literal) => {
         #[doc = concat!("The union with ", $shape, " blend.")]
         #[inline(always)]
         pub fn $union<R: Real>(a: R, b: R, width: R, coefficient: R) -> R {
-            a.min(b) - Kernel::$kernel.bulge((a - b).abs(), width, coefficient)
+            a.min(b) - BlendKernel::$kernel.offset_at((a - b).abs(), width, coefficient)
         }
 
         #[doc = concat!("The intersection with ", $shape, " blend.")]
         #[inline(always)]
         pub fn $intersection<R: Real>(a: R, b: R, width: R, coefficient: R) -> R {
-            a.max(b) + Kernel::$kernel.bulge((a - b).abs(), width, coefficient)
+            a.max(b) + BlendKernel::$kernel.offset_at((a - b).abs(), width, coefficient)
         }
 
         #[doc = concat!("The first without the second, with ", $shape, " blend.")]
         #[inline(always)]
         pub fn $subtraction<R: Real>(a: R, b: R, width: R, coefficient: R) -> R {
-            a.max(-b) + Kernel::$kernel.bulge((a + b).abs(), width, coefficient)
+            a.max(-b) + BlendKernel::$kernel.offset_at((a + b).abs(), width, coefficient)
         }
     };
 }
@@ -83,10 +83,10 @@ smooth!(
     "an exponential"
 );
 
-/// The union with a parabolic blend whose thickness grows with the distance from `focus` (a
-/// camera, say, so that the blend stays visible from afar): `thickness` there, `growth` more per
-/// unit of length, `most` at most. A thickness that changes makes the result steeper by as much
-/// as it changes, which the row's slope says.
+/// The union with a parabolic blend whose thickness grows with the distance from `focus`, for instance from
+/// a camera, so that the blend stays visible from afar. The thickness is `thickness` at the focus,
+/// increases by `growth` per unit of length, and is at most `most`. A varying thickness makes the result
+/// steeper by its own slope, which the row's slope rule includes.
 #[inline(always)]
 pub fn distance_union<R: Real>(
     a: R,
@@ -103,28 +103,28 @@ pub fn distance_union<R: Real>(
     a.min(b) - h * (h / width) * lit(0.25)
 }
 
-/// The union with the edge between both cut off at 45 degrees, `size` from the edge on each side.
+/// The union with the edge between both chamfered at 45 degrees, `size` from the edge on each side.
 #[inline(always)]
 pub fn chamfer_union<R: Real>(a: R, b: R, size: R) -> R {
     a.min(b)
         .min((a + b - size) * lit(std::f64::consts::FRAC_1_SQRT_2))
 }
 
-/// The intersection with its edge cut off at 45 degrees.
+/// The intersection with its edge chamfered at 45 degrees.
 #[inline(always)]
 pub fn chamfer_intersection<R: Real>(a: R, b: R, size: R) -> R {
     a.max(b)
         .max((a + b + size) * lit(std::f64::consts::FRAC_1_SQRT_2))
 }
 
-/// The first without the second, with the edge cut off at 45 degrees.
+/// The first without the second, with the edge chamfered at 45 degrees.
 #[inline(always)]
 pub fn chamfer_subtraction<R: Real>(a: R, b: R, size: R) -> R {
     chamfer_intersection(a, -b, size)
 }
 
-/// The union with the edge between both filled by a quarter circle of the radius `r`, exactly
-/// that where the two surfaces meet at right angles.
+/// The union with the edge between both filled by a quarter circle of the radius `r`; exactly that where
+/// the two surfaces meet at right angles.
 #[inline(always)]
 pub fn round_union<R: Real>(a: R, b: R, r: R) -> R {
     let corner = R::Vec2::new(r - a, r - b).max(R::Vec2::splat(lit(0.0)));
@@ -144,7 +144,7 @@ pub fn round_subtraction<R: Real>(a: R, b: R, r: R) -> R {
     round_intersection(a, -b, r)
 }
 
-/// The union with stairs between both: `size` wide in all, `step` for each.
+/// The union with stairs between both, of the total width `size`; `step` is half the period of a step.
 #[inline(always)]
 pub fn stairs_union<R: Real>(a: R, b: R, size: R, step: R) -> R {
     let u = (b - size).named("u");
@@ -164,7 +164,7 @@ pub fn stairs_subtraction<R: Real>(a: R, b: R, size: R, step: R) -> R {
     -stairs_union(-a, b, size, step)
 }
 
-/// The first at `t = 0`, the second at `t = 1`, a shape between them between.
+/// The linear interpolation from the first distance at `t = 0` to the second at `t = 1`.
 #[inline(always)]
 pub fn morph<R: Real>(a: R, b: R, t: R) -> R {
     a.mix(b, t)

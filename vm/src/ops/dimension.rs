@@ -1,37 +1,37 @@
-//! From a plane shape to a solid, and back.
+//! Conversions between 2-D shapes and solids.
 
 use crate::real::{Real, Vector2, Vector3, lit};
 
-/// The distance to what two half planes at right angles have in common, given the distance to
-/// each: outside, the length of the positive part; inside, the larger (negative) one. (Of two
-/// equals the second gives the gradient: on a face, the face's.)
+/// The distance to the intersection of two half planes at right angles, given the distance to each.
+/// Outside, it is the length of the positive part; inside, the larger (negative) one. (Of equal values, the
+/// second one gives the gradient: on a face, the face's.)
 #[inline(always)]
 pub fn corner<R: Real>(q: R::Vec2) -> R {
     let q = q.named("q");
     q.max(R::Vec2::splat(lit(0.0))).length() + lit::<R>(0.0).min(q.max_component())
 }
 
-/// The plane shape at the distance `d`, from −`half` to `half` along z.
+/// The 2-D shape with the distance `d`, from −`half` to `half` along z.
 #[inline(always)]
 pub fn extrude<R: Real>(d: R, p: R::Vec3, half: R) -> R {
     corner::<R>(R::Vec2::new(d, p.z().abs() - half))
 }
 
-/// The same with rounded rims: a smaller sharp one, grown by `round`.
+/// The extrusion with rounded rims: the offset of a smaller sharp one by `round`.
 #[inline(always)]
 pub fn rounded_extrude<R: Real>(d: R, p: R::Vec3, half: R, round: R) -> R {
     corner::<R>(R::Vec2::new(d + round, p.z().abs() - half + round)) - round
 }
 
-/// From space to the half plane that is turned about the y axis; `offset` moves the plane shape
-/// away from the axis.
+/// Maps space to the half plane that is revolved about the y axis; `offset` moves the 2-D shape away from
+/// the axis.
 #[inline(always)]
 pub fn revolve<R: Real>(p: R::Vec3, offset: R) -> R::Vec3 {
     R::Vec3::new(p.xz().length() - offset, p.y(), lit(0.0))
 }
 
-/// The same for a turn that is not whole: symmetric about the +x axis, with an end in the
-/// direction `end` of the xz plane. Beyond the ends, the plane is that of the nearer end.
+/// Maps space to the half plane of a partial revolution. It is symmetric about the +x axis, with an end in
+/// the direction `end` of the xz plane. Beyond the ends, points map to the plane of the nearer end.
 #[inline(always)]
 pub fn revolve_part<R: Real>(p: R::Vec3, offset: R, end: R::Vec2) -> R::Vec3 {
     let z = p.z().abs().named("z");
@@ -44,8 +44,8 @@ pub fn revolve_part<R: Real>(p: R::Vec3, offset: R, end: R::Vec2) -> R::Vec3 {
     )
 }
 
-/// What closes a turn that is not whole: `d` is the plane shape's distance after
-/// [`revolve_part`], `p` the point before it.
+/// Closes a partial revolution: `d` is the 2-D shape's distance after [`revolve_part`], `p` the point
+/// before it.
 #[inline(always)]
 pub fn revolve_close<R: Real>(d: R, p: R::Vec3, end: R::Vec2) -> R {
     let z = p.z().abs().named("z");
@@ -56,8 +56,7 @@ pub fn revolve_close<R: Real>(d: R, p: R::Vec3, end: R::Vec2) -> R {
     corner::<R>(R::Vec2::new(d, R::select(behind, -p.xz().length(), across)))
 }
 
-/// The plane through the origin, as a map from space: what is evaluated behind it is a plane
-/// shape.
+/// Projects space to the plane z = 0: shapes evaluated at the result are sections of solids.
 #[inline(always)]
 pub fn slice<R: Real>(p: R::Vec3) -> R::Vec3 {
     R::Vec3::new(p.x(), p.y(), lit(0.0))

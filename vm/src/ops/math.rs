@@ -1,9 +1,9 @@
-//! Arithmetic of raw fields: numbers in, a number out. All of it is defined for all numbers: a
-//! division by zero gives a very large number, the root of a negative number is zero.
-//! A value that is no number, as values beyond all numbers leave, stays none; the logarithm of it is large.
+//! Arithmetic of raw fields. All functions are defined for all numbers: a division by zero gives a very
+//! large number, the root of a negative number is zero. NaN, which may follow from an overflow, stays NaN;
+//! its logarithm is large.
 //!
-//! Truth values are numbers, 1 and 0. What jumps says so ([`Real::jumping`]), so that nobody takes
-//! the flat stretches beside a jump for a small slope.
+//! Truth values are the numbers 1 and 0. Discontinuous results are marked ([`Real::mark_discontinuity`]),
+//! so that the flat regions beside a discontinuity are not mistaken for a small slope.
 
 use crate::real::{Real, Vector3, lit};
 
@@ -55,13 +55,13 @@ pub fn mul<R: Real>(a: R, b: R) -> R {
     a * b
 }
 
-/// The product with itself, which is known not to be negative.
+/// The square, which is known to be non-negative.
 #[inline(always)]
 pub fn square<R: Real>(a: R) -> R {
     a.square()
 }
 
-/// A divisor, kept away from zero.
+/// Returns a divisor, kept away from zero.
 #[inline(always)]
 fn divisor<R: Real>(b: R) -> R {
     let tiny = b.abs().less(lit(1e-18));
@@ -80,13 +80,13 @@ pub fn modulo<R: Real>(a: R, b: R) -> R {
     a.modulo(divisor(b).named("divisor"))
 }
 
-/// With the other sign.
+/// The negated number.
 #[inline(always)]
 pub fn neg<R: Real>(a: R) -> R {
     -a
 }
 
-/// Without its sign.
+/// The magnitude.
 #[inline(always)]
 pub fn abs<R: Real>(a: R) -> R {
     a.abs()
@@ -96,7 +96,9 @@ pub fn abs<R: Real>(a: R) -> R {
 #[inline(always)]
 pub fn sign<R: Real>(a: R) -> R {
     let zero = lit::<R>(0.0);
-    a.sign().jumping(a.less(zero)).jumping(zero.less(a))
+    a.sign()
+        .mark_discontinuity(a.less(zero))
+        .mark_discontinuity(zero.less(a))
 }
 
 /// The smaller of two.
@@ -111,37 +113,37 @@ pub fn max<R: Real>(a: R, b: R) -> R {
     a.max(b)
 }
 
-/// The first, kept between the second and the third.
+/// The first, clamped to the second and the third.
 #[inline(always)]
 pub fn clamp<R: Real>(a: R, low: R, high: R) -> R {
     a.clamp(low, high)
 }
 
-/// The largest whole number that is not larger.
+/// The largest integer that is not larger.
 #[inline(always)]
 pub fn floor<R: Real>(a: R) -> R {
     a.floor()
 }
 
-/// The smallest whole number that is not smaller.
+/// The smallest integer that is not smaller.
 #[inline(always)]
 pub fn ceil<R: Real>(a: R) -> R {
     a.ceil()
 }
 
-/// The nearest whole number, halves upwards.
+/// The nearest integer, halves upwards.
 #[inline(always)]
 pub fn round<R: Real>(a: R) -> R {
     a.round()
 }
 
-/// What lies above the largest whole number that is not larger.
+/// The fractional part.
 #[inline(always)]
 pub fn fract<R: Real>(a: R) -> R {
     a.fract()
 }
 
-/// The whole part, towards zero.
+/// The integer part, rounded towards zero.
 #[inline(always)]
 pub fn trunc<R: Real>(a: R) -> R {
     a.trunc()
@@ -153,7 +155,7 @@ pub fn sqrt<R: Real>(a: R) -> R {
     a.at_least(lit(0.0)).sqrt()
 }
 
-/// One over the square root, of numbers from 1e-30 on.
+/// One over the square root; arguments below 1e-30 count as 1e-30.
 #[inline(always)]
 pub fn inverse_sqrt<R: Real>(a: R) -> R {
     lit::<R>(1.0) / a.at_least(lit(1e-30)).sqrt()
@@ -177,13 +179,13 @@ pub fn tan<R: Real>(a: R) -> R {
     a.sin() / divisor(a.cos())
 }
 
-/// The angle with this sine; the argument is kept within −1 and 1.
+/// The angle with this sine; the argument is clamped to −1 and 1.
 #[inline(always)]
 pub fn asin<R: Real>(a: R) -> R {
     a.asin()
 }
 
-/// The angle with this cosine; the argument is kept within −1 and 1.
+/// The angle with this cosine; the argument is clamped to −1 and 1.
 #[inline(always)]
 pub fn acos<R: Real>(a: R) -> R {
     a.acos()
@@ -199,7 +201,7 @@ pub fn atan<R: Real>(a: R) -> R {
 #[inline(always)]
 pub fn atan2<R: Real>(y: R, x: R) -> R {
     y.atan2(x)
-        .jumping(R::and(x.less(lit(0.0)), y.less(lit(0.0))))
+        .mark_discontinuity(R::and(x.less(lit(0.0)), y.less(lit(0.0))))
 }
 
 /// The hyperbolic sine.
@@ -232,19 +234,19 @@ pub fn exp2<R: Real>(a: R) -> R {
     a.exp2()
 }
 
-/// The natural logarithm; of zero and less, that of the smallest number.
+/// The natural logarithm; for zero and negative numbers, that of the smallest number.
 #[inline(always)]
 pub fn ln<R: Real>(a: R) -> R {
     a.ln()
 }
 
-/// The logarithm to base two; of zero and less, that of the smallest number.
+/// The logarithm to base two; for zero and negative numbers, that of the smallest number.
 #[inline(always)]
 pub fn log2<R: Real>(a: R) -> R {
     a.log2()
 }
 
-/// The first, not negative, to the power of the second.
+/// The first, which must not be negative, to the power of the second.
 #[inline(always)]
 pub fn pow<R: Real>(a: R, b: R) -> R {
     a.pow(b)
@@ -253,42 +255,42 @@ pub fn pow<R: Real>(a: R, b: R) -> R {
 /// 0 where the second is below the first, 1 elsewhere.
 #[inline(always)]
 pub fn step<R: Real>(edge: R, a: R) -> R {
-    a.step(edge).jumping(a.less(edge))
+    a.step(edge).mark_discontinuity(a.less(edge))
 }
 
-/// 0 up to the first, 1 from the second on, a smooth cubic of the third between. Where the second is less, it falls:
-/// 1 up to the second, 0 from the first on.
+/// 0 up to the first, 1 from the second on, a smooth cubic of the third between. If the second is less, it
+/// decreases: 1 up to the second, 0 from the first on.
 #[inline(always)]
 pub fn smoothstep<R: Real>(low: R, high: R, a: R) -> R {
     a.smoothstep(low, high)
 }
 
-/// The first at `t = 0`, the second at `t = 1`, straight between and beyond.
+/// The linear interpolation from the first at `t = 0` to the second at `t = 1`, and its extrapolation.
 #[inline(always)]
 pub fn mix<R: Real>(a: R, b: R, t: R) -> R {
     a.mix(b, t)
 }
 
-/// Whether the first is smaller: 1 or 0.
+/// 1 where the first is smaller, 0 elsewhere.
 #[inline(always)]
 pub fn less<R: Real>(a: R, b: R) -> R {
     let c = a.less(b);
-    R::select(c, lit(1.0), lit(0.0)).jumping(c)
+    R::select(c, lit(1.0), lit(0.0)).mark_discontinuity(c)
 }
 
-/// Whether both hold.
+/// The conjunction of two truth values.
 #[inline(always)]
 pub fn and<R: Real>(a: R, b: R) -> R {
     a.min(b)
 }
 
-/// Whether at least one holds.
+/// The disjunction of two truth values.
 #[inline(always)]
 pub fn or<R: Real>(a: R, b: R) -> R {
     a.max(b)
 }
 
-/// Whether it does not hold.
+/// The negation of a truth value.
 #[inline(always)]
 pub fn not<R: Real>(a: R) -> R {
     lit::<R>(1.0) - a
@@ -298,23 +300,23 @@ pub fn not<R: Real>(a: R) -> R {
 #[inline(always)]
 pub fn select<R: Real>(condition: R, a: R, b: R) -> R {
     let c = lit::<R>(0.5).less(condition);
-    R::select(c, a, b).jumping(c)
+    R::select(c, a, b).mark_discontinuity(c)
 }
 
-/// Gradient noise, between −1 and 1 (but for rare peaks).
+/// Gradient noise, between −1 and 1 (except for rare peaks).
 #[inline(always)]
 pub fn noise<R: Real>(p: R::Vec3, seed: R) -> R {
     R::noise(p, seed)
 }
 
-/// The slope of gradient noise along a direction.
+/// The directional derivative of gradient noise.
 #[inline(always)]
 pub fn noise_slope<R: Real>(p: R::Vec3, along: R::Vec3, seed: R) -> R {
     R::noise_slope(p, seed).dot(along)
 }
 
-/// One octave of fractal noise on top of those before. The offset keeps the octaves' lattices,
-/// where all noise is zero, apart.
+/// Adds one octave of fractal noise. The offset separates the octaves' lattices, on which all noise is
+/// zero.
 #[inline(always)]
 pub fn noise_octave<R: Real>(
     acc: R,
@@ -327,7 +329,7 @@ pub fn noise_octave<R: Real>(
     acc + R::noise(p * frequency + offset, seed) * amplitude
 }
 
-/// One octave of ridges: 1 where the noise is zero, falling off to both sides.
+/// Adds one octave of ridges: 1 where the noise is zero, decreasing to both sides.
 #[inline(always)]
 pub fn ridge_octave<R: Real>(
     acc: R,

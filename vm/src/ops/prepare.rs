@@ -1,56 +1,56 @@
-//! From what a scene says to what a body wants: done once per scene (or per change of a live
-//! `param`), never per point.
+//! Conversions from the arguments in a scene to the parameters of a body. They run once per scene (or per
+//! change of a live `param`), never per point.
 //!
-//! Generic, because live numbers are expressions that are computed later: no branches here either.
-//! Whatever a parameter becomes, the result is a shape: what does not fit is cut to what does.
+//! They are generic and branch-free, because live numbers are expressions that are computed later. Every
+//! argument results in a valid shape: numbers that do not fit are clamped.
 
 use crate::real::{Real, Vector3, lit};
 
-/// The arguments as they are.
-pub fn same<R: Real>(a: &[R]) -> Vec<R> {
+/// Returns the arguments unchanged.
+pub fn identity<R: Real>(a: &[R]) -> Vec<R> {
     a.to_vec()
 }
 
-/// Everything by half: full sizes to half sizes.
+/// Halves all arguments: full sizes to half sizes.
 pub fn half_size<R: Real>(a: &[R]) -> Vec<R> {
     a.iter().map(|&size| half(size)).collect()
 }
 
-/// A full size and the radius of its rounding, which is kept within what fits.
+/// Converts full sizes and a rounding radius; the radius is limited to the smallest half size.
 pub fn rounded_size<R: Real>(a: &[R]) -> Vec<R> {
     let size = [half(a[0]), half(a[1]), half(a[2])];
     let round = a[3].min(size[0]).min(size[1]).min(size[2]);
     vec![size[0], size[1], size[2], round]
 }
 
-/// The same in the plane.
+/// Converts full sizes and a rounding radius in the plane.
 pub fn rounded_size2<R: Real>(a: &[R]) -> Vec<R> {
     let size = [half(a[0]), half(a[1])];
     vec![size[0], size[1], a[2].min(size[0]).min(size[1])]
 }
 
-/// A full size and the thickness of its bars, which is kept within what fits.
+/// Converts full sizes and the thickness of the bars, which is limited by the size.
 pub fn frame<R: Real>(a: &[R]) -> Vec<R> {
     rounded_size(&[a[0], a[1], a[2], half(a[3])])
 }
 
-/// Length, then radius: the length by half.
-pub fn half_first<R: Real>(a: &[R]) -> Vec<R> {
+/// Halves the first argument, a length before a radius.
+pub fn halve_first<R: Real>(a: &[R]) -> Vec<R> {
     let mut v = a.to_vec();
     v[0] = half(v[0]);
     v
 }
 
-/// The last argument by half.
-pub fn half_last<R: Real>(a: &[R]) -> Vec<R> {
+/// Halves the last argument.
+pub fn halve_last<R: Real>(a: &[R]) -> Vec<R> {
     let mut v = a.to_vec();
     let last = v.len() - 1;
     v[last] = half(v[last]);
     v
 }
 
-/// Two ends and a radius, to a start, a radius, an axis, and one over its squared length.
-pub fn between<R: Real>(a: &[R]) -> Vec<R> {
+/// Converts two end points and a radius to a start, a radius, an axis, and one over its squared length.
+pub fn segment<R: Real>(a: &[R]) -> Vec<R> {
     let (from, to) = (vec3::<R>(a), vec3::<R>(&a[3..]));
     let axis = to - from;
     let mut v = from_vec3::<R>(from);
@@ -60,15 +60,16 @@ pub fn between<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// The same in the plane: start, axis, one over its squared length, radius.
-pub fn between2<R: Real>(a: &[R]) -> Vec<R> {
+/// Converts two end points and a radius in the plane to a start, an axis, one over its squared length, and
+/// the radius.
+pub fn segment2<R: Real>(a: &[R]) -> Vec<R> {
     let (x, y) = (a[2] - a[0], a[3] - a[1]);
     vec![a[0], a[1], x, y, inverse(x * x + y * y), a[4]]
 }
 
-/// Two ends and a radius, to a middle, a radius, a unit axis and a half length. Two equal ends
-/// make a disc across the y axis.
-pub fn around<R: Real>(a: &[R]) -> Vec<R> {
+/// Converts two end points and a radius to a midpoint, a radius, a unit axis and a half length. Equal end
+/// points give a disc across the y axis.
+pub fn axis_midpoint<R: Real>(a: &[R]) -> Vec<R> {
     let (from, to) = (vec3::<R>(a), vec3::<R>(&a[3..]));
     let axis = to - from;
     let length = axis.dot(axis).sqrt();
@@ -82,44 +83,45 @@ pub fn around<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// Two radii and an angle, to the radii and the direction of the arc's end. The arc stops just
-/// short of a whole turn, where its ends would be one.
+/// Converts two radii and an angle to the radii and the direction of the arc's end. The arc is limited to
+/// slightly less than a full turn, where its ends would coincide.
 pub fn arc<R: Real>(a: &[R]) -> Vec<R> {
     let angle = half(a[2]).clamp(lit(0.0), lit(std::f64::consts::PI - 1e-4));
     vec![a[0], a[1], angle.cos(), angle.sin()]
 }
 
-/// Radius, height and rounding, to radius, half height and a rounding that fits.
+/// Converts radius, height and rounding to radius, half height and a rounding that fits.
 pub fn rounded_cylinder<R: Real>(a: &[R]) -> Vec<R> {
     let h = half(a[1]);
     vec![a[0], h, a[2].min(a[0]).min(h)]
 }
 
-/// The opening of a cone from side to side, to the direction of its side.
-pub fn opening<R: Real>(a: &[R]) -> Vec<R> {
+/// Converts the full opening angle of a cone to the direction of its side.
+pub fn half_angle<R: Real>(a: &[R]) -> Vec<R> {
     let angle = half(a[0]).clamp(lit(0.0), lit(std::f64::consts::FRAC_PI_2));
     vec![angle.sin(), angle.cos()]
 }
 
-/// Radii below and above, and the height, to a side's length and normal.
+/// Converts the radii at bottom and top and the height to a cone with the length and the normal of its
+/// side.
 pub fn cone<R: Real>(a: &[R]) -> Vec<R> {
     let (bottom, top, h) = (a[0], a[1], half(a[2]));
     let (slope, across) = side(bottom, top, h);
     vec![bottom, top, h, slope, across[0], across[1]]
 }
 
-/// The same for a cone that is grown by `round` again: what remains of it when all of its planes
-/// move in by as much, or by as much as is possible.
+/// Converts a rounded cone to the sharp cone whose offset by `round` it is: all of its planes are moved in
+/// by `round`, or by the largest possible amount.
 pub fn rounded_cone<R: Real>(a: &[R]) -> Vec<R> {
     let (bottom, top, h) = (a[0], a[1], half(a[2]));
     let (slope, _) = side(bottom, top, h);
-    // How much narrower per unit of height, and how far inwards a side moves per unit of round.
+    // Narrowing per unit of height, and inward motion of the side per unit of rounding.
     let taper = (top - bottom) / (h * lit(2.0)).max(lit(1e-12));
     let shift = slope / (h * lit(2.0)).max(lit(1e-12));
     let widest = bottom.max(top) / (taper.abs() + shift).max(lit(1e-12));
     let round = a[3].min(h).min(widest);
-    // The radius at each height after the side has moved; where it is negative the cone ends
-    // sooner, at its apex.
+    // The radius at each height after the side has moved. Where it is negative, the cone ends earlier, at
+    // its apex.
     let middle = (bottom + top) * lit(0.5) - shift * round;
     let steep = R::select(taper.abs().less(lit(1e-12)), lit(1e-12), taper);
     let apex = -middle / steep;
@@ -128,8 +130,8 @@ pub fn rounded_cone<R: Real>(a: &[R]) -> Vec<R> {
     let flat = taper.abs().less(lit(1e-9));
     let high = R::select(R::or(rising, flat), reach, reach.min(apex));
     let low = R::select(R::and(rising, R::not(flat)), (-reach).max(apex), -reach);
-    let at = |y: R| (middle + taper * y).max(lit(0.0));
-    let (bottom, top) = (at(low), at(high));
+    let radius_at = |y: R| (middle + taper * y).max(lit(0.0));
+    let (bottom, top) = (radius_at(low), radius_at(high));
     let h = ((high - low) * lit(0.5)).max(lit(0.0));
     let (slope, across) = side(bottom, top, h);
     vec![
@@ -144,7 +146,8 @@ pub fn rounded_cone<R: Real>(a: &[R]) -> Vec<R> {
     ]
 }
 
-/// The length and the unit normal of a cone's side; of a side without length, straight outwards.
+/// Returns the length and the unit normal of a cone's side; for a side of length zero, the normal points
+/// outwards.
 fn side<R: Real>(bottom: R, top: R, h: R) -> (R, [R; 2]) {
     let (x, y) = (bottom - top, h * lit(2.0));
     let slope = (x * x + y * y).sqrt();
@@ -159,8 +162,8 @@ fn side<R: Real>(bottom: R, top: R, h: R) -> (R, [R; 2]) {
     )
 }
 
-/// Two radii and the distance of two balls, to the parameters of their hull. Where one ball holds
-/// the other, both become the larger one.
+/// Converts two radii and the distance of two spheres to the parameters of their hull. If one sphere
+/// contains the other, both become the larger one.
 pub fn round_cone<R: Real>(a: &[R]) -> Vec<R> {
     let (lower, upper, h) = (a[0], a[1], a[2]);
     let inside = R::not((lower - upper).abs().less(h));
@@ -179,8 +182,8 @@ pub fn round_cone<R: Real>(a: &[R]) -> Vec<R> {
     ]
 }
 
-/// The number of corners (three at least) and the radius to them, to the angle of a sector, one
-/// over it, the distance of a side, and half its length; what follows is kept.
+/// Converts the number of corners (at least three) and the circumradius to the angle of a sector, its
+/// inverse, the apothem, and half the length of a side. Further arguments are kept.
 pub fn polygon<R: Real>(a: &[R]) -> Vec<R> {
     let (sector, inverse) = sectors(a[0].max(lit(3.0)));
     let angle = half(sector);
@@ -189,12 +192,12 @@ pub fn polygon<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// A regular prism: the polygon, and the height by half.
+/// Converts a regular prism: the polygon, and the height to the half height.
 pub fn prism<R: Real>(a: &[R]) -> Vec<R> {
-    half_last(&polygon(a))
+    halve_last(&polygon(a))
 }
 
-/// The number of tips (two at least), the radius to them, and the radius to the corners between.
+/// Converts the number of tips (at least two), the radius of the tips, and the radius of the inner corners.
 pub fn star<R: Real>(a: &[R]) -> Vec<R> {
     let (sector, inverse) = sectors(a[0].max(lit(2.0)));
     let angle = half(sector);
@@ -204,7 +207,7 @@ pub fn star<R: Real>(a: &[R]) -> Vec<R> {
     vec![sector, inverse, a[1], length, y * scale, -x * scale]
 }
 
-/// The side of the base and the height.
+/// Converts the side of the base and the height.
 pub fn pyramid<R: Real>(a: &[R]) -> Vec<R> {
     let (base, h) = (half(a[0]), a[1]);
     let square = base * base + h * h;
@@ -220,13 +223,13 @@ pub fn pyramid<R: Real>(a: &[R]) -> Vec<R> {
     ]
 }
 
-/// The radius to the corners of a tetrahedron, to the distance of its faces.
+/// Converts the circumradius of a tetrahedron to the distance of its faces.
 pub fn tetrahedron<R: Real>(a: &[R]) -> Vec<R> {
     vec![a[0] * lit(1.0 / 3.0)]
 }
 
-/// The size of a cell and the thickness of a sheet, to radians per unit, the scale that makes the
-/// level function a bound, and half the thickness.
+/// Converts the size of a cell and the thickness of a sheet to radians per unit, the scale that makes the
+/// level function a lower bound of the distance, and half the thickness.
 pub fn periodic<R: Real>(a: &[R]) -> Vec<R> {
     let per_radian = a[0] * lit(1.0 / std::f64::consts::TAU);
     let steepest = 3.0_f64.sqrt();
@@ -237,80 +240,80 @@ pub fn periodic<R: Real>(a: &[R]) -> Vec<R> {
     ]
 }
 
-/// Height and rounding, to half the height and a rounding that fits.
+/// Converts height and rounding to half the height and a rounding that fits.
 pub fn rounded_extrude<R: Real>(a: &[R]) -> Vec<R> {
     let h = half(a[0]);
     vec![h, a[1].min(h)]
 }
 
-/// Offset and angle, to the offset and the direction of the end.
+/// Converts offset and angle to the offset and the direction of the end.
 pub fn revolve_part<R: Real>(a: &[R]) -> Vec<R> {
     let angle = half(a[1]).clamp(lit(0.0), lit(std::f64::consts::PI));
     vec![a[0], angle.cos(), angle.sin()]
 }
 
-/// The angle only.
+/// Converts the angle only.
 pub fn revolve_close<R: Real>(a: &[R]) -> Vec<R> {
     revolve_part(&[lit(0.0), a[0]])[1..].to_vec()
 }
 
-/// A thickness, to the width and the coefficient of the quadratic kernel.
+/// Converts a thickness to the width and the coefficient of the quadratic kernel.
 pub fn quadratic<R: Real>(a: &[R]) -> Vec<R> {
     let width = thickness(a[0]) * lit(4.0);
-    vec![width, lit::<R>(0.25) / width.max(lit(TINY))]
+    vec![width, lit::<R>(0.25) / width.max(lit(MIN_WIDTH))]
 }
 
-/// A thickness, to the width and the coefficient of the cubic kernel.
+/// Converts a thickness to the width and the coefficient of the cubic kernel.
 pub fn cubic<R: Real>(a: &[R]) -> Vec<R> {
     let width = thickness(a[0]) * lit(6.0);
-    let w = width.max(lit(TINY));
+    let w = width.max(lit(MIN_WIDTH));
     vec![width, lit::<R>(1.0 / 6.0) / (w * w)]
 }
 
-/// A thickness, to the width and the coefficient of the circular kernel.
+/// Converts a thickness to the width and the coefficient of the circular kernel.
 pub fn circular<R: Real>(a: &[R]) -> Vec<R> {
     let width = thickness(a[0]) * lit(1.0 / (1.0 - std::f64::consts::FRAC_1_SQRT_2));
-    vec![width, lit::<R>(1.0) / width.max(lit(TINY))]
+    vec![width, lit::<R>(1.0) / width.max(lit(MIN_WIDTH))]
 }
 
-/// A thickness, to the width and the coefficient of the exponential kernel.
+/// Converts a thickness to the width and the coefficient of the exponential kernel.
 pub fn exponential<R: Real>(a: &[R]) -> Vec<R> {
     let width = thickness(a[0]);
-    vec![width, lit::<R>(1.0) / width.max(lit(TINY))]
+    vec![width, lit::<R>(1.0) / width.max(lit(MIN_WIDTH))]
 }
 
-/// A width below which a blend is as good as hard; its inverse, and that inverse's square, are
-/// still numbers.
-const TINY: f64 = 1e-15;
+/// The smallest width to divide by; narrower blends are practically hard. Its inverse, and the inverse's
+/// square, are finite.
+const MIN_WIDTH: f64 = 1e-15;
 
-/// A thickness is not negative.
+/// Clamps a thickness to non-negative values.
 fn thickness<R: Real>(k: R) -> R {
     k.max(lit(0.0))
 }
 
-/// A size, not negative.
+/// Clamps a size to non-negative values.
 pub fn profile<R: Real>(a: &[R]) -> Vec<R> {
     vec![thickness(a[0])]
 }
 
-/// A size and the number of steps in it, to the size and half of what a step takes.
+/// Converts a size and the number of steps in it to the size and half the period of a step.
 pub fn stairs<R: Real>(a: &[R]) -> Vec<R> {
     let size = thickness(a[0]);
     vec![size, (size / a[1].max(lit(1.0))).max(lit(1e-9))]
 }
 
-/// A share, kept within 0 and 1.
-pub fn share<R: Real>(a: &[R]) -> Vec<R> {
+/// Clamps a fraction to 0 and 1.
+pub fn clamp01<R: Real>(a: &[R]) -> Vec<R> {
     vec![a[0].saturate()]
 }
 
-/// The axes of a mirror, as 1 and 0.
-pub fn axes<R: Real>(a: &[R]) -> Vec<R> {
+/// Converts the axes of a mirror to the flags 1 and 0.
+pub fn mirror_flags<R: Real>(a: &[R]) -> Vec<R> {
     let flag = |v: R| R::select(lit::<R>(0.0).less(v.abs()), lit(1.0), lit(0.0));
     a.iter().map(|&v| flag(v)).collect()
 }
 
-/// Spacings, to themselves and one over them, or zero where they are.
+/// Converts spacings to the spacings and their inverses; the inverse of zero is zero.
 pub fn spacing<R: Real>(a: &[R]) -> Vec<R> {
     let mut v = a[..3].to_vec();
     v.extend(a[..3].iter().map(|&s| inverse(s)));
@@ -318,7 +321,7 @@ pub fn spacing<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// Spacings and counts, to spacings, one over them, and the number of the last cell.
+/// Converts spacings and counts to spacings, their inverses, and the index of the last cell.
 pub fn limited_spacing<R: Real>(a: &[R]) -> Vec<R> {
     let mut v = spacing(a);
     for count in &mut v[6..9] {
@@ -327,15 +330,15 @@ pub fn limited_spacing<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// The lower and the upper corner of what a cell holds, the spacing and the guarded axes, to the spacing,
-/// where the copies below end and those above begin, and the axes.
+/// Converts the lower and upper corner of a cell's content, the spacing and the guarded axes. The result is
+/// the spacing, the ends of the copies below, the starts of the copies above, and the axes.
 pub fn guard<R: Real>(a: &[R]) -> Vec<R> {
     let spacing: Vec<R> = a[6..9].iter().map(|spacing| spacing.abs()).collect();
     [&spacing, &*neighbours(a), &a[9..12]].concat()
 }
 
-/// The corners, the spacing, the counts and the guarded axes: the parameters of the grid, where the
-/// neighbours end and begin, and the axes.
+/// Converts the corners, the spacing, the counts and the guarded axes. The result is the parameters of the
+/// grid, the ends and starts of the neighbours, and the axes.
 pub fn limited_guard<R: Real>(a: &[R]) -> Vec<R> {
     let mut v = limited_spacing(&a[6..12]);
     v.extend(neighbours(a));
@@ -343,7 +346,7 @@ pub fn limited_guard<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// Where the copies below end and those above begin.
+/// Returns the ends of the copies below and the starts of the copies above.
 fn neighbours<R: Real>(a: &[R]) -> Vec<R> {
     let kept = |v: R| v.clamp(lit(-1e15), lit(1e15));
     let lower = (0..3).map(|i| kept(a[3 + i]) - a[6 + i].abs());
@@ -351,41 +354,43 @@ fn neighbours<R: Real>(a: &[R]) -> Vec<R> {
     lower.chain(upper).collect()
 }
 
-/// A number of sectors and where the first of them is, to their angle and one over it.
+/// Converts a number of sectors and the direction of the first one to their angle, its inverse, and the
+/// direction.
 pub fn polar<R: Real>(a: &[R]) -> Vec<R> {
     let (sector, inverse) = sectors(a[0].max(lit(1.0)));
     vec![sector, inverse, a[1]]
 }
 
-/// The same, and how many sectors farther a copy is.
+/// Converts the parameters of [`polar`] and the offset of the copy, in sectors.
 pub fn polar_neighbour<R: Real>(a: &[R]) -> Vec<R> {
     let mut v = polar(a);
     v.push(a[2]);
     v
 }
 
-/// The length of a step as a share of the longest safe one, so that its own slope stays below one.
-const SHORTER: f64 = 0.8;
+/// Length of a step as a fraction of the longest safe one, so that its own slope stays below one.
+const STEP_FRACTION: f64 = 0.8;
 
-/// The half side of a cube, the bound of a slope in it, and the factor and the exponent of its growth beyond, to what
-/// [`super::distance::field_growth`] reads.
+/// Converts the half side of a cube, a slope bound in it, and the factor and the exponent of the growth
+/// outside, to the parameters of [`super::distance::field_growth`].
 pub fn growth<R: Real>(a: &[R]) -> Vec<R> {
     let one = lit::<R>(1.0);
     let inverse = |v: R| one / v.max(lit(1e-30));
-    // On this share of the way the slope grows by less than e to the half.
+    // Over this fraction of the distance, the slope grows by a factor below e^0.5.
     let exponent = a[3].max(lit(0.5));
-    let share = one / (exponent * lit(2.0));
-    let rise = ((one + share).ln() * exponent).exp();
+    let fraction = one / (exponent * lit(2.0));
+    let rise = ((one + fraction).ln() * exponent).exp();
     vec![
         a[0],
         exponent,
-        share,
+        fraction,
         inverse(a[1]),
-        inverse(a[2] * rise) * lit(SHORTER),
+        inverse(a[2] * rise) * lit(STEP_FRACTION),
     ]
 }
 
-/// The corners of a box, a margin and a limit, to its middle, the margin, its half sizes, and the limit.
+/// Converts the corners of a box, a margin and a limit to its centre, the margin, its half sizes, and the
+/// limit.
 pub fn corners<R: Real>(a: &[R]) -> Vec<R> {
     let (low, high) = (vec3::<R>(a), vec3::<R>(&a[3..]));
     let mut v = from_vec3::<R>((low + high) * lit::<R>(0.5));
@@ -395,12 +400,12 @@ pub fn corners<R: Real>(a: &[R]) -> Vec<R> {
     v
 }
 
-/// A bound of the slope, to one over it.
+/// Converts a slope bound to its inverse.
 pub fn inverse_slope<R: Real>(a: &[R]) -> Vec<R> {
     vec![lit::<R>(1.0) / a[0].max(lit(1e-30))]
 }
 
-/// Frequency, amplitude and seed, to an offset that differs by seed, and the three.
+/// Converts frequency, amplitude and seed to an offset that differs by seed, and the three.
 pub fn octave<R: Real>(a: &[R]) -> Vec<R> {
     // Multiples of irrational numbers fill the cell evenly.
     let offset = |step: f64| ((a[2] + lit(1.0)) * lit(step)).fract();
@@ -418,13 +423,13 @@ fn half<R: Real>(v: R) -> R {
     v * lit(0.5)
 }
 
-/// One over a number, or zero if it is as good as zero.
+/// Returns one over a number, or zero if its magnitude is below 1e-18.
 fn inverse<R: Real>(v: R) -> R {
     let none = v.abs().less(lit(1e-18));
     R::select(none, lit(0.0), lit::<R>(1.0) / R::select(none, lit(1.0), v))
 }
 
-/// The angle of one of `n` sectors, and one over it.
+/// Returns the angle of one of `n` sectors, and its inverse.
 fn sectors<R: Real>(n: R) -> (R, R) {
     let tau = std::f64::consts::TAU;
     let n = n.round();

@@ -3,11 +3,12 @@
 use crate::ops::dimension::corner;
 use crate::real::{Real, Vector2, lit};
 
-/// The point, turned about the origin into the sector whose middle lies on the first axis; the
-/// sectors are `angle` wide, `inverse` is one over that, and the first of them starts `start`
-/// sectors from the first axis.
+/// Rotates the point about the origin into the sector whose middle lies on the first axis. The sectors have
+/// the angle `angle`, and `inverse` is one over it. The first sector starts `start` sectors from the first
+/// axis.
 ///
-/// The turn is by whole sectors, so the result is as smooth as the plane itself between seams.
+/// The rotation is by whole sectors, so the result is as smooth as the plane itself between
+/// discontinuities.
 #[inline(always)]
 pub fn sector<R: Real>(q: R::Vec2, angle: R, inverse: R, start: f64) -> R::Vec2 {
     let which = (q.y().atan2(q.x()) * inverse + lit(start)).floor();
@@ -16,8 +17,8 @@ pub fn sector<R: Real>(q: R::Vec2, angle: R, inverse: R, start: f64) -> R::Vec2 
     R::Vec2::new(q.x() * c + q.y() * s, q.y() * c - q.x() * s)
 }
 
-/// A regular polygon with a corner on the first axis: in the sector of a side, the distance to
-/// that side, which is `apothem` away and reaches `side` to both sides.
+/// A regular polygon with a corner on the first axis. In the sector of a side, it is the distance to that
+/// side, which is `apothem` away and extends by `side` in both directions.
 #[inline(always)]
 pub fn polygon_sector<R: Real>(q: R::Vec2, angle: R, inverse: R, apothem: R, side: R) -> R {
     let s = sector::<R>(q, angle, inverse, 0.0).named("s");
@@ -38,7 +39,7 @@ pub fn rect<R: Real>(p: R::Vec2, half: R::Vec2) -> R {
     corner::<R>(p.abs() - half)
 }
 
-/// A rectangle with rounded corners: a smaller sharp one, grown by `round`.
+/// A rectangle with rounded corners: the offset of a smaller sharp one by `round`.
 #[inline(always)]
 pub fn rounded_rect<R: Real>(p: R::Vec2, half: R::Vec2, round: R) -> R {
     corner::<R>(p.abs() - half + R::Vec2::splat(round)) - round
@@ -58,8 +59,8 @@ pub fn ngon<R: Real>(p: R::Vec2, sector: R, inverse: R, apothem: R, side: R) -> 
     polygon_sector::<R>(R::Vec2::new(p.y(), p.x()), sector, inverse, apothem, side)
 }
 
-/// A star with a tip on the +y axis, `tip` away from the centre. Symmetry leaves one edge, from
-/// the tip to the inner corner; `length` is its length, `across` its unit normal.
+/// A star with a tip on the +y axis, at the distance `tip` from the centre. By symmetry, one edge remains,
+/// from the tip to the inner corner; `length` is its length, `across` its unit normal.
 #[inline(always)]
 pub fn star<R: Real>(p: R::Vec2, sector: R, inverse: R, tip: R, length: R, across: R::Vec2) -> R {
     let folded = self::sector::<R>(R::Vec2::new(p.y(), p.x()), sector, inverse, 0.5);
@@ -69,13 +70,13 @@ pub fn star<R: Real>(p: R::Vec2, sector: R, inverse: R, tip: R, length: R, acros
     let beside = R::and(lit::<R>(0.0).less(along), along.less(length));
     let end = along.clamp(lit(0.0), length);
     let to_end = R::Vec2::new(side, along - end).length();
-    R::select(beside, side, side.side() * to_end)
+    R::select(beside, side, side.sign_nonzero() * to_end)
 }
 
-/// One edge of a polygon. What goes along the chain of edges is the distance to the nearest edge
-/// so far, negative while the edges so far are crossed an odd number of times on the way from the
-/// point to the right; so after the last edge it is the signed distance. An edge counts from its
-/// lower end, included, to its upper one, excluded, so that a corner is never counted twice.
+/// One edge of a polygon. The value passed along the chain of edges is the distance to the nearest edge so
+/// far. It is negative while a ray from the point to the right crosses the edges so far an odd number of
+/// times. So after the last edge it is the signed distance. An edge includes its lower end and excludes its
+/// upper one, so that a corner is never counted twice.
 #[inline(always)]
 pub fn polygon_edge<R: Real>(acc: R, p: R::Vec2, a: R::Vec2, b: R::Vec2) -> R {
     let zero = lit::<R>(0.0);
@@ -87,18 +88,18 @@ pub fn polygon_edge<R: Real>(acc: R, p: R::Vec2, a: R::Vec2, b: R::Vec2) -> R {
     let across = (direction.x() * q.y() - direction.y() * q.x()).named("across");
     let beside = R::and(zero.less(along), along.less(length));
     let to_end = R::Vec2::select(zero.less(along), r, q).length();
-    // Crossed upwards: above `a`, below `b`, and to the left of the edge; or downwards: none.
+    // Crossed upwards: above `a`, below `b`, and to the left of the edge. Crossed downwards: none of these.
     let above = R::not(p.y().less(a.y()));
     let below = p.y().less(b.y());
     let left = zero.less(across);
     let upwards = R::and(above, R::and(below, left));
     let downwards = R::not(R::or(above, R::or(below, left)));
-    // So a point on the edge counts as right of it, but as above it where the edge is level, which
-    // is to the left if that runs along +x. The gradient has to be of the same opinion.
+    // A point on the edge counts as right of it. A point on a level edge counts as above it, which is to
+    // the left if the edge runs along +x. The gradient must agree with this.
     let level = R::not(R::or(e.y().less(zero), zero.less(e.y())));
     let above_level = R::and(R::and(level, zero.less(e.x())), R::not(across.less(zero)));
     let aside = R::select(R::or(left, above_level), across, -across);
-    // Never quite zero, so that the sign is not lost on the way.
+    // Never exactly zero, so that the next edges receive the sign.
     let d = (R::select(beside, aside, to_end).min(acc.abs()) + lit(1e-30)).named("d");
     let inside = R::select(R::or(upwards, downwards), -acc, acc).less(zero);
     R::select(inside, -d, d)

@@ -1,43 +1,43 @@
 //! Bounding volumes, from the parameters of the bodies (not the arguments of the scene).
 //!
-//! A plane shape's volume is infinite along z: it is a prism until it is extruded.
+//! A 2-D shape's volume is infinite along z: it is a prism until it is extruded.
 //!
-//! A shape is at least as far as its volume, along the axis where that is farthest; where it is
-//! exact, it is as far as the volume in a straight line. Blends rely on it: they add something to a
-//! shape where its distance is small, and that must be near its volume. For the same reason the maps
-//! keep empty volumes as they are (see [`Bounds`]).
+//! A shape's distance is at least that to its volume along the farthest axis; for exact shapes, it is at
+//! least the Euclidean distance. Blends rely on this: their offset is nonzero only where a shape's distance
+//! is small, and that must be near its volume. For the same reason, the maps keep empty volumes unchanged
+//! (see [`Bounds`]).
 
 use crate::bounds::Bounds;
 
-const FAR: f64 = f64::INFINITY;
+const INFINITE: f64 = f64::INFINITY;
 
-/// A box in the plane.
+/// Returns a box in the plane.
 fn plane_box(x: f64, y: f64) -> Bounds {
-    Bounds::centred([x, y, FAR])
+    Bounds::centred([x, y, INFINITE])
 }
 
-/// The box itself: half sizes.
+/// A box: half sizes.
 pub fn cuboid(a: &[f64]) -> Bounds {
     Bounds::centred([a[0], a[1], a[2]])
 }
 
-/// Half length along y, radius.
+/// A capsule: half length along y, radius.
 pub fn capsule(a: &[f64]) -> Bounds {
     Bounds::centred([a[1], a[0] + a[1], a[1]])
 }
 
-/// Start, radius, axis.
+/// A capsule between two points: start, radius, axis.
 pub fn capsule_between(a: &[f64]) -> Bounds {
     let (from, to) = ([a[0], a[1], a[2]], [a[0] + a[4], a[1] + a[5], a[2] + a[6]]);
     Bounds::EMPTY.including(from).including(to).grown(a[3])
 }
 
-/// Ring and tube.
+/// A torus: ring and tube.
 pub fn torus(a: &[f64]) -> Bounds {
     Bounds::centred([a[0] + a[1], a[1], a[0] + a[1]])
 }
 
-/// Ring, tube and the direction of the arc's end, symmetric about +x.
+/// An arc of a torus: ring, tube and the direction of its end, symmetric about +x.
 pub fn capped_torus(a: &[f64]) -> Bounds {
     let (ring, tube, cosine, sine) = (a[0], a[1], a[2], a[3]);
     let z = if cosine < 0.0 { ring } else { ring * sine };
@@ -48,12 +48,12 @@ pub fn capped_torus(a: &[f64]) -> Bounds {
     .grown(tube)
 }
 
-/// Radius, half height.
+/// A cylinder: radius, half height.
 pub fn cylinder(a: &[f64]) -> Bounds {
     Bounds::centred([a[0], a[1], a[0]])
 }
 
-/// Middle, radius, axis, half length: each cap is a disc across the axis.
+/// A cylinder between two points: midpoint, radius, axis, half length. Each cap is a disc across the axis.
 pub fn cylinder_between(a: &[f64]) -> Bounds {
     let reach = |i: usize| {
         let along = a[4 + i];
@@ -65,20 +65,20 @@ pub fn cylinder_between(a: &[f64]) -> Bounds {
     }
 }
 
-/// The direction of the side: everything below the apex, unless it is a needle.
+/// An infinite cone: the direction of the side. The volume is the half space below the apex.
 pub fn infinite_cone(_: &[f64]) -> Bounds {
     Bounds {
-        min: [-FAR; 3],
-        max: [FAR, 0.0, FAR],
+        min: [-INFINITE; 3],
+        max: [INFINITE, 0.0, INFINITE],
     }
 }
 
-/// Radii below and above, half height.
+/// A truncated cone: radii at bottom and top, half height.
 pub fn cone(a: &[f64]) -> Bounds {
     cylinder(&[a[0].max(a[1]), a[2]])
 }
 
-/// The same, grown by the rounding around its middle.
+/// A rounded cone: a truncated cone around its centre, grown by the rounding.
 pub fn rounded_cone(a: &[f64]) -> Bounds {
     let mut b = cone(a).grown(a[7]);
     b.min[1] += a[6];
@@ -86,7 +86,7 @@ pub fn rounded_cone(a: &[f64]) -> Bounds {
     b
 }
 
-/// Radii of the balls, height of the first, distance of the second.
+/// The hull of two spheres: their radii, the height of the first centre, the distance of the second.
 pub fn round_cone(a: &[f64]) -> Bounds {
     let ball = |r: f64, y: f64| Bounds {
         min: [-r, y - r, -r],
@@ -95,14 +95,14 @@ pub fn round_cone(a: &[f64]) -> Bounds {
     ball(a[0], a[2]).hull(&ball(a[1], a[2] + a[3]))
 }
 
-/// The radii.
+/// An ellipsoid: the radii.
 pub fn ellipsoid(a: &[f64]) -> Bounds {
     Bounds::centred([a[0], a[1], a[2]])
 }
 
-/// A half space; bounded along an axis if that is its normal.
+/// A half space; it is bounded along an axis if that is its normal.
 pub fn plane(a: &[f64]) -> Bounds {
-    let mut b = Bounds::EVERYTHING;
+    let mut b = Bounds::ALL_SPACE;
     for i in 0..3 {
         if a[(i + 1) % 3] == 0.0 && a[(i + 2) % 3] == 0.0 {
             if a[i] > 0.0 {
@@ -115,59 +115,61 @@ pub fn plane(a: &[f64]) -> Bounds {
     b
 }
 
-/// Normal and half thickness.
+/// A slab: normal and half thickness.
 pub fn slab(a: &[f64]) -> Bounds {
     let side = |sign: f64| plane(&[a[0] * sign, a[1] * sign, a[2] * sign, a[3]]);
-    side(1.0).common(&side(-1.0))
+    side(1.0).intersection(&side(-1.0))
 }
 
-/// Sector, its inverse, apothem and half a side: a disc through the corners.
+/// A polygon: sector, its inverse, apothem and half a side. The volume is a square around the circle
+/// through the corners.
 pub fn ngon(a: &[f64]) -> Bounds {
     let r = a[2].hypot(a[3]);
     plane_box(r, r)
 }
 
-/// The polygon and the half height.
+/// A prism: the polygon and the half height.
 pub fn prism(a: &[f64]) -> Bounds {
     cylinder(&[a[2].hypot(a[3]), a[4]])
 }
 
-/// Half length, ring and tube, in the xy plane.
+/// A link of a chain in the xy plane: half length, ring and tube.
 pub fn link(a: &[f64]) -> Bounds {
     let r = a[1] + a[2];
     Bounds::centred([r, a[0] + r, a[2]])
 }
 
-/// Half side and half height.
+/// A pyramid: half side and half height.
 pub fn pyramid(a: &[f64]) -> Bounds {
     Bounds::centred([a[0], a[1], a[0]])
 }
 
-/// The distance of the faces: the corners lie on diagonals, three times as far.
+/// A tetrahedron: the distance of the faces. The corners lie on diagonals, three times as far.
 pub fn tetrahedron(a: &[f64]) -> Bounds {
     Bounds::centred([a[0] * 3.0_f64.sqrt(); 3])
 }
 
-/// Radius.
+/// A disc: the radius.
 pub fn circle(a: &[f64]) -> Bounds {
     plane_box(a[0], a[0])
 }
 
-/// Half sizes.
+/// A rectangle: half sizes.
 pub fn rect(a: &[f64]) -> Bounds {
     plane_box(a[0], a[1])
 }
 
-/// Start, axis, one over its squared length, radius.
+/// A segment: start, axis, one over its squared length, radius.
 pub fn segment(a: &[f64]) -> Bounds {
     let b = Bounds::EMPTY
         .including([a[0], a[1], 0.0])
         .including([a[0] + a[2], a[1] + a[3], 0.0])
         .grown(a[5]);
-    along_z(&b, FAR)
+    along_z(&b, INFINITE)
 }
 
-/// Sector, its inverse, tip, length and normal of an edge: the farther of its two ends.
+/// A star: sector, its inverse, tip, length and normal of an edge. The volume contains the farther end of
+/// the edge.
 pub fn star(a: &[f64]) -> Bounds {
     let (tip, length) = (a[2], a[3]);
     let inner = (tip - length * a[5]).hypot(length * a[4]);
@@ -175,12 +177,12 @@ pub fn star(a: &[f64]) -> Bounds {
     plane_box(r, r)
 }
 
-/// What came before, and the two ends of an edge.
+/// A polygon's edge: its two ends, and the volume of the previous edges.
 pub fn polygon_edge(a: &[f64], before: &Bounds) -> Bounds {
     let edge = Bounds::EMPTY
         .including([a[0], a[1], 0.0])
         .including([a[2], a[3], 0.0]);
-    before.hull(&along_z(&edge, FAR))
+    before.hull(&along_z(&edge, INFINITE))
 }
 
 fn along_z(b: &Bounds, half: f64) -> Bounds {
@@ -191,26 +193,26 @@ fn along_z(b: &Bounds, half: f64) -> Bounds {
     b
 }
 
-/// A number: nowhere, or everywhere.
+/// A constant: empty if it is positive, otherwise all of space.
 pub fn constant(a: &[f64]) -> Bounds {
     if a[0] > 0.0 {
         Bounds::EMPTY
     } else {
-        Bounds::EVERYTHING
+        Bounds::ALL_SPACE
     }
 }
 
-/// Half height of a plane shape.
+/// An extrusion: the half height.
 pub fn extrude(a: &[f64], shape: &Bounds) -> Bounds {
     along_z(shape, a[0])
 }
 
-/// Offset from the axis: a disc around the y axis.
+/// A revolution: the offset from the axis. The volume is a disc around the y axis.
 pub fn revolve(a: &[f64], shape: &Bounds) -> Bounds {
     if shape.is_void() {
         return *shape;
     }
-    // What lies on the other side of the axis does not come along; `r` may be negative.
+    // The part beyond the axis is not revolved; `r` may be negative.
     let r = shape.max[0] + a[0];
     Bounds {
         min: [-r, shape.min[1], -r],
@@ -218,13 +220,13 @@ pub fn revolve(a: &[f64], shape: &Bounds) -> Bounds {
     }
 }
 
-/// The plane z = 0 of a solid, as a prism. (There is one even where the plane misses the solid: it
-/// may be near.)
+/// The section of a solid at z = 0, as a prism. (It is not empty even where the plane misses the solid,
+/// which may be near.)
 pub fn slice(_: &[f64], shape: &Bounds) -> Bounds {
-    along_z(shape, FAR)
+    along_z(shape, INFINITE)
 }
 
-/// Axes to mirror: what lies on their positive sides, on both.
+/// A mirrored shape: the flags of the axes. The part on the positive side appears on both sides.
 pub fn mirror(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
     for (i, axis) in a.iter().take(3).enumerate() {
@@ -235,20 +237,20 @@ pub fn mirror(a: &[f64], shape: &Bounds) -> Bounds {
     b
 }
 
-/// Spacing: without end along each axis that has one.
+/// A repetition: the spacing. The volume is infinite along each axis with a nonzero spacing.
 pub fn repeat(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
     if !b.is_void() {
         for (i, spacing) in a.iter().take(3).enumerate() {
             if *spacing != 0.0 {
-                (b.min[i], b.max[i]) = (-FAR, FAR);
+                (b.min[i], b.max[i]) = (-INFINITE, INFINITE);
             }
         }
     }
     b
 }
 
-/// Spacing, one over it, and the last cell.
+/// A limited repetition: the spacing, its inverse, and the index of the last cell.
 pub fn repeat_limited(a: &[f64], shape: &Bounds) -> Bounds {
     let mut b = *shape;
     if !b.is_void() {
@@ -261,31 +263,31 @@ pub fn repeat_limited(a: &[f64], shape: &Bounds) -> Bounds {
     b
 }
 
-/// A disc around the y axis.
+/// A polar repetition: a disc around the y axis.
 pub fn polar(_: &[f64], shape: &Bounds) -> Bounds {
     if shape.is_void() {
         return *shape;
     }
-    let r = shape.reach_from_y();
+    let r = shape.radius_about_y();
     Bounds {
         min: [-r, shape.min[1], -r],
         max: [r, shape.max[1], r],
     }
 }
 
-/// A disc around the z axis.
+/// A polar repetition in the plane: a disc around the z axis.
 pub fn polar_plane(_: &[f64], shape: &Bounds) -> Bounds {
     if shape.is_void() {
         return *shape;
     }
-    let r = reach_from_z(shape);
+    let r = radius_about_z(shape);
     Bounds {
         min: [-r, -r, shape.min[2]],
         max: [r, r, shape.max[2]],
     }
 }
 
-/// Half lengths added to both sides.
+/// An elongated shape: the half lengths, added to both sides.
 pub fn elongate(a: &[f64], shape: &Bounds) -> Bounds {
     if shape.is_void() {
         return *shape;
@@ -296,12 +298,12 @@ pub fn elongate(a: &[f64], shape: &Bounds) -> Bounds {
     }
 }
 
-/// Turned about the y axis by any angle.
+/// A twisted shape: the shape at any angle about the y axis.
 pub fn twist(a: &[f64], shape: &Bounds) -> Bounds {
     if a[0] == 0.0 { *shape } else { polar(a, shape) }
 }
 
-/// Turned about the z axis by any angle.
+/// A bent shape: the shape at any angle about the z axis.
 pub fn bend(a: &[f64], shape: &Bounds) -> Bounds {
     if a[0] == 0.0 {
         *shape
@@ -310,8 +312,8 @@ pub fn bend(a: &[f64], shape: &Bounds) -> Bounds {
     }
 }
 
-/// Middle, margin and half sizes of a box: beyond it, the distance is at least that to the box,
-/// however little the shape's own is.
+/// A shape with a box: centre, margin and half sizes. Beyond the box, the distance is at least that to the
+/// box, even if the shape's own is less.
 pub fn bounded(a: &[f64], _: &Bounds) -> Bounds {
     Bounds {
         min: std::array::from_fn(|i| a[i] - a[4 + i]),
@@ -319,20 +321,21 @@ pub fn bounded(a: &[f64], _: &Bounds) -> Bounds {
     }
 }
 
-/// How much a twist by `rate` stretches space within the reach of a shape: the largest singular
+/// Returns an upper bound of the stretch of a twist by `rate` within a shape's volume: the largest singular
 /// value of a shear by `rate` times the distance from the axis.
 pub fn twist_stretch(a: &[f64], shape: &Bounds) -> f64 {
-    shear(1.0, a[0] * shape.reach_from_y(), a[0])
+    shear(1.0, a[0] * shape.radius_about_y(), a[0])
 }
 
-/// The same for a bend. Turned by some angle, the shape may be anywhere within its reach.
+/// Returns an upper bound of the stretch of a bend. The shape may have any angle within its distance from
+/// the axis.
 pub fn bend_stretch(a: &[f64], shape: &Bounds) -> f64 {
-    let reach = reach_from_z(shape);
+    let reach = radius_about_z(shape);
     shear(1.0 + (a[0] * reach).abs(), a[0] * reach, a[0])
 }
 
-/// The largest singular value of the matrix (`along`, 0; `across`, 1); 1 without a rate, even for
-/// shapes without end.
+/// Returns the largest singular value of the matrix (`along`, 0; `across`, 1); 1 for the rate 0, even for
+/// infinite shapes.
 fn shear(along: f64, across: f64, rate: f64) -> f64 {
     if rate == 0.0 {
         return 1.0;
@@ -344,7 +347,7 @@ fn shear(along: f64, across: f64, rate: f64) -> f64 {
     ((sum + (sum * sum - 4.0 * along * along).max(0.0).sqrt()) / 2.0).sqrt()
 }
 
-fn reach_from_z(b: &Bounds) -> f64 {
+fn radius_about_z(b: &Bounds) -> f64 {
     let reach = |i: usize| b.min[i].abs().max(b.max[i].abs());
     reach(0).hypot(reach(1))
 }

@@ -1,17 +1,17 @@
-//! Recorded intervals: a body recorded on them is the WGSL that bounds it over a box.
+//! Recorded intervals: a body recorded on them becomes the WGSL that bounds it over a box.
 //!
-//! An interval is a `vec2f` of its ends; what is done with it is a function of the
-//! [prelude](crate::prelude), recorded from [`crate::outward`]. One that is a single number is known to
-//! be one, as all parameters of operations are.
+//! An interval is a `vec2f` of its ends. Its arithmetic consists of functions of the
+//! [prelude](crate::prelude), recorded from [`crate::wgsl_interval`]. Intervals of a single number are
+//! tracked as such, which includes all parameters of operations.
 
 use super::{
-    ARENA, Bool, Kind, Recorded, RecordedNode, Scalar, Type, Vec3, call, component, is_one,
+    ARENA, Bool, Kind, Recorded, RecordedNode, RecordedType, Scalar, Vec3, call, component, is_one,
     is_zero, push, set_name,
 };
 use crate::interval::NOISE_SLOPE;
-use crate::outward::{ANY, Ends, Known};
 use crate::real::{Real, Vector3, lit};
 use crate::vector::{V2, V3};
+use crate::wgsl_interval::{UNBOUNDED, WgslInterval, WgslTristate};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The WGSL declaration of a box of points: the ends of each coordinate.
@@ -19,33 +19,37 @@ pub const BOX_POINT: &str = "struct BoxPoint { x: vec2f, y: vec2f, z: vec2f }\n"
 
 /// A recorded interval.
 #[derive(Clone, Copy, Debug)]
-pub struct Range(u32);
+pub struct RecordedInterval(u32);
 
-impl Range {
-    /// The interval of one number.
+impl RecordedInterval {
+    /// Creates the interval of one number.
     pub fn point(number: Scalar) -> Self {
-        Self(call("vec2f", vec![number.0], Type::Range))
+        Self(call("vec2f", vec![number.0], RecordedType::Range))
     }
 
-    /// The points whose coordinates are these numbers.
+    /// Creates the box of a single point.
     pub fn points(p: Vec3) -> V3<Self> {
-        V3::of(Self::point(p.x()), Self::point(p.y()), Self::point(p.z()))
+        V3::new(Self::point(p.x()), Self::point(p.y()), Self::point(p.z()))
     }
 
-    /// The interval with these ends.
-    pub fn of(ends: Ends<Scalar>) -> Self {
-        Self(call("vec2f", vec![ends.low.0, ends.high.0], Type::Range))
+    /// Creates the interval with these ends.
+    pub fn from_ends(ends: WgslInterval<Scalar>) -> Self {
+        Self(call(
+            "vec2f",
+            vec![ends.low.0, ends.high.0],
+            RecordedType::Range,
+        ))
     }
 
-    /// Its ends.
-    pub fn ends(self) -> Ends<Scalar> {
-        Ends {
+    /// Returns the ends.
+    pub fn ends(self) -> WgslInterval<Scalar> {
+        WgslInterval {
             low: Scalar(component(self.0, "x", 0, "vec2f")),
             high: Scalar(component(self.0, "y", 1, "vec2f")),
         }
     }
 
-    /// Its number, if it is known to be one.
+    /// Returns the number, if the interval consists of a single one.
     fn number(self) -> Option<Scalar> {
         ARENA.with_borrow(|arena| match &arena.nodes[self.0 as usize].kind {
             Kind::Call("vec2f", parts) if parts.len() == 1 => Some(Scalar(parts[0])),
@@ -54,18 +58,18 @@ impl Range {
     }
 
     fn literals(low: f64, high: f64) -> Self {
-        Self::of(Ends {
+        Self::from_ends(WgslInterval {
             low: lit(low),
             high: lit(high),
         })
     }
 
-    fn one(self, function: &'static str) -> Self {
-        Self(call(function, vec![self.0], Type::Range))
+    fn unary(self, function: &'static str) -> Self {
+        Self(call(function, vec![self.0], RecordedType::Range))
     }
 
-    fn two(self, function: &'static str, other: Self) -> Self {
-        Self(call(function, vec![self.0, other.0], Type::Range))
+    fn binary(self, function: &'static str, other: Self) -> Self {
+        Self(call(function, vec![self.0, other.0], RecordedType::Range))
     }
 
     fn is_zero(self) -> bool {
@@ -77,29 +81,29 @@ impl Range {
     }
 }
 
-impl Add for Range {
+impl Add for RecordedInterval {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         match (self.is_zero(), other.is_zero()) {
             (true, _) => other,
             (_, true) => self,
-            _ => self.two("interval_add", other),
+            _ => self.binary("interval_add", other),
         }
     }
 }
 
-impl Sub for Range {
+impl Sub for RecordedInterval {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
         match (self.is_zero(), other.is_zero()) {
             (_, true) => self,
             (true, _) => -other,
-            _ => self.two("interval_sub", other),
+            _ => self.binary("interval_sub", other),
         }
     }
 }
 
-impl Mul for Range {
+impl Mul for RecordedInterval {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         if self.is_zero() || other.is_one() {
@@ -112,28 +116,28 @@ impl Mul for Range {
             return self.square();
         }
         let scaled = |a: Self, factor: Scalar| {
-            let scaled = call("interval_scale", vec![a.0, factor.0], Type::Range);
+            let scaled = call("interval_scale", vec![a.0, factor.0], RecordedType::Range);
             Self(scaled)
         };
         match (self.number(), other.number()) {
             (_, Some(factor)) => scaled(self, factor),
             (Some(factor), _) => scaled(other, factor),
-            _ => self.two("interval_mul", other),
+            _ => self.binary("interval_mul", other),
         }
     }
 }
 
-impl Div for Range {
+impl Div for RecordedInterval {
     type Output = Self;
     fn div(self, other: Self) -> Self {
         if self.is_zero() || other.is_one() {
             return self;
         }
-        self.two("interval_div", other)
+        self.binary("interval_div", other)
     }
 }
 
-impl Neg for Range {
+impl Neg for RecordedInterval {
     type Output = Self;
     fn neg(self) -> Self {
         if self.is_zero() {
@@ -142,13 +146,13 @@ impl Neg for Range {
         if let Some(number) = self.number() {
             return Self::point(-number);
         }
-        let swapped = push(Kind::Member(self.0, "yx"), Type::Range);
-        Self(push(Kind::Prefix("-", swapped), Type::Range))
+        let swapped = push(Kind::Member(self.0, "yx"), RecordedType::Range);
+        Self(push(Kind::Prefix("-", swapped), RecordedType::Range))
     }
 }
 
-impl Real for Range {
-    type Bool = Known<Bool>;
+impl Real for RecordedInterval {
+    type Bool = WgslTristate<Bool>;
     type Vec2 = V2<Self>;
     type Vec3 = V3<Self>;
 
@@ -156,47 +160,47 @@ impl Real for Range {
         Self::point(lit(value))
     }
     fn abs(self) -> Self {
-        self.one("interval_abs")
+        self.unary("interval_abs")
     }
     fn sqrt(self) -> Self {
-        self.one("interval_sqrt")
+        self.unary("interval_sqrt")
     }
     fn square(self) -> Self {
-        self.one("interval_square")
+        self.unary("interval_square")
     }
     fn floor(self) -> Self {
-        self.one("floor")
+        self.unary("floor")
     }
     fn fract(self) -> Self {
-        self.one("interval_fract")
+        self.unary("interval_fract")
     }
     fn min(self, other: Self) -> Self {
-        self.two("min", other)
+        self.binary("min", other)
     }
     fn max(self, other: Self) -> Self {
-        self.two("max", other)
+        self.binary("max", other)
     }
     fn length2(x: Self, y: Self) -> Self {
-        x.two("interval_length2", y)
+        x.binary("interval_length2", y)
     }
     fn length3(x: Self, y: Self, z: Self) -> Self {
         let parts = vec![x.0, y.0, z.0];
-        Self(call("interval_length3", parts, Type::Range))
+        Self(call("interval_length3", parts, RecordedType::Range))
     }
     fn sin(self) -> Self {
-        self.one("interval_sine")
+        self.unary("interval_sine")
     }
     fn cos(self) -> Self {
-        self.one("interval_cosine")
+        self.unary("interval_cosine")
     }
     fn atan2(self, x: Self) -> Self {
-        self.two("interval_arctangent", x)
+        self.binary("interval_arctangent", x)
     }
     fn exp2(self) -> Self {
-        self.one("interval_exponential")
+        self.unary("interval_exponential")
     }
     fn log2(self) -> Self {
-        self.one("interval_logarithm")
+        self.unary("interval_logarithm")
     }
     fn power_of_two(self) -> Self {
         self.exp2()
@@ -209,44 +213,44 @@ impl Real for Range {
     }
     fn lattice(_: V3<Self>, _: Self) -> V3<Self> {
         let any = Self::literals(-1.0, 1.0);
-        V3::of(any, any, any)
+        V3::new(any, any, any)
     }
-    fn lattice_edge(_: V3<Self>, _: Self) -> V3<Self> {
+    fn noise_corner_gradient(_: V3<Self>, _: Self) -> V3<Self> {
         let sign = Self::literals(-1.0, 1.0);
-        V3::of(Self::literals(1.0, 2.0), sign, sign)
+        V3::new(Self::literals(1.0, 2.0), sign, sign)
     }
     fn noise(p: V3<Self>, seed: Self) -> Self {
         match seed.number() {
             Some(seed) => {
                 let parts = vec![p.x.0, p.y.0, p.z.0, seed.0];
-                Self(call("interval_noise", parts, Type::Range))
+                Self(call("interval_noise", parts, RecordedType::Range))
             }
             None => Self::literals(-1.5, 1.5),
         }
     }
     fn noise_gradient(p: V3<Self>, seed: Self) -> (Self, V3<Self>) {
         let slope = Self::literals(-NOISE_SLOPE, NOISE_SLOPE);
-        (Self::noise(p, seed), V3::of(slope, slope, slope))
+        (Self::noise(p, seed), V3::new(slope, slope, slope))
     }
     fn ellipsoid(p: V3<Self>, r: V3<Self>) -> Self {
         match [r.x.number(), r.y.number(), r.z.number()] {
             [Some(x), Some(y), Some(z)] => {
                 let parts = vec![p.x.0, p.y.0, p.z.0, Vec3::new(x, y, z).0];
-                Self(call("interval_ellipsoid", parts, Type::Range))
+                Self(call("interval_ellipsoid", parts, RecordedType::Range))
             }
-            _ => Self::literals(-ANY, ANY),
+            _ => Self::literals(-UNBOUNDED, UNBOUNDED),
         }
     }
     fn ellipsoid_gradient(p: V3<Self>, r: V3<Self>) -> (Self, V3<Self>) {
         let any = Self::literals(-1.0, 1.0);
-        (Self::ellipsoid(p, r), V3::of(any, any, any))
+        (Self::ellipsoid(p, r), V3::new(any, any, any))
     }
     fn noise_slope(p: V3<Self>, seed: Self) -> V3<Self> {
         Self::noise_gradient(p, seed).1
     }
-    fn jump_gradient(_: V3<Self>, _: Known<Bool>) -> V3<Self> {
-        let any = Self::literals(-ANY, ANY);
-        V3::of(any, any, any)
+    fn discontinuity_gradient(_: V3<Self>, _: WgslTristate<Bool>) -> V3<Self> {
+        let any = Self::literals(-UNBOUNDED, UNBOUNDED);
+        V3::new(any, any, any)
     }
     fn unit_component(self) -> Self {
         self.clamp(lit(-1.0), lit(1.0))
@@ -255,55 +259,61 @@ impl Real for Range {
         set_name(self.0, name);
         self
     }
-    fn less(self, other: Self) -> Known<Bool> {
-        crate::outward::less(self.ends(), other.ends())
+    fn less(self, other: Self) -> WgslTristate<Bool> {
+        crate::wgsl_interval::less(self.ends(), other.ends())
     }
-    fn and(a: Known<Bool>, b: Known<Bool>) -> Known<Bool> {
-        Known {
-            may: Scalar::and(a.may, b.may),
-            may_not: Scalar::or(a.may_not, b.may_not),
+    fn and(a: WgslTristate<Bool>, b: WgslTristate<Bool>) -> WgslTristate<Bool> {
+        WgslTristate {
+            can_be_true: Scalar::and(a.can_be_true, b.can_be_true),
+            can_be_false: Scalar::or(a.can_be_false, b.can_be_false),
         }
     }
-    fn or(a: Known<Bool>, b: Known<Bool>) -> Known<Bool> {
-        Known {
-            may: Scalar::or(a.may, b.may),
-            may_not: Scalar::and(a.may_not, b.may_not),
+    fn or(a: WgslTristate<Bool>, b: WgslTristate<Bool>) -> WgslTristate<Bool> {
+        WgslTristate {
+            can_be_true: Scalar::or(a.can_be_true, b.can_be_true),
+            can_be_false: Scalar::and(a.can_be_false, b.can_be_false),
         }
     }
-    fn not(a: Known<Bool>) -> Known<Bool> {
-        Known {
-            may: a.may_not,
-            may_not: a.may,
+    fn not(a: WgslTristate<Bool>) -> WgslTristate<Bool> {
+        WgslTristate {
+            can_be_true: a.can_be_false,
+            can_be_false: a.can_be_true,
         }
     }
-    fn select(condition: Known<Bool>, then: Self, otherwise: Self) -> Self {
+    fn select(condition: WgslTristate<Bool>, then: Self, otherwise: Self) -> Self {
         if then.0 == otherwise.0 {
             return then;
         }
-        let parts = vec![condition.may.0, condition.may_not.0, then.0, otherwise.0];
-        Self(call("interval_select", parts, Type::Range))
+        let parts = vec![
+            condition.can_be_true.0,
+            condition.can_be_false.0,
+            then.0,
+            otherwise.0,
+        ];
+        Self(call("interval_select", parts, RecordedType::Range))
     }
 }
 
-impl Recorded for Range {
-    const TYPE: Type = Type::Range;
+impl Recorded for RecordedInterval {
+    const TYPE: RecordedType = RecordedType::Range;
     fn parameter(name: &str) -> Self {
-        Self(push(Kind::Parameter(name.to_owned()), Type::Range))
+        Self(push(Kind::Parameter(name.to_owned()), RecordedType::Range))
     }
     fn node(self) -> RecordedNode {
         RecordedNode(self.0)
     }
 }
 
-impl Recorded for V3<Range> {
-    const TYPE: Type = Type::BoxPoint;
+impl Recorded for V3<RecordedInterval> {
+    const TYPE: RecordedType = RecordedType::BoxPoint;
     fn parameter(name: &str) -> Self {
-        let whole = push(Kind::Parameter(name.to_owned()), Type::BoxPoint);
-        let member = |axis| Range(push(Kind::Member(whole, axis), Type::Range));
-        V3::of(member("x"), member("y"), member("z"))
+        let parameter = push(Kind::Parameter(name.to_owned()), RecordedType::BoxPoint);
+        let member =
+            |axis| RecordedInterval(push(Kind::Member(parameter, axis), RecordedType::Range));
+        V3::new(member("x"), member("y"), member("z"))
     }
     fn node(self) -> RecordedNode {
         let parts = vec![self.x.0, self.y.0, self.z.0];
-        RecordedNode(call("BoxPoint", parts, Type::BoxPoint))
+        RecordedNode(call("BoxPoint", parts, RecordedType::BoxPoint))
     }
 }

@@ -1,55 +1,55 @@
 //! Pruning: the part of a tape that matters where some of its choices are decided.
 //!
-//! One walk from the back to the front: a clause is kept if a register that it writes is read
-//! later. A decided choice becomes another name for the operand that won, so that all that only the
-//! other one needed is never reached. The same walk gives out registers anew, so a tape that has
-//! become short uses few of them, which stay in the cache. Nothing is allocated but in `kept`.
+//! One backward liveness pass: a clause is kept if a later kept clause reads the register that it writes. A
+//! decided choice makes its register another name of the chosen operand, so clauses that only the other
+//! operand needs are dropped. The same pass renames the registers, so that a short tape uses few of them
+//! and they stay in the cache. Only the output vector allocates memory.
 
-use super::build::NOWHERE;
-use super::{Clause, Form, NONE, flags};
+use super::build::UNASSIGNED;
+use super::{Clause, ClauseKind, NO_REGISTER, flags};
 
-/// What is known of a choice in a region.
+/// The decision about a choice in a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// Either operand may matter.
+    /// Undecided: either operand may matter.
     Both,
-    /// Only the first one does: what is below, or the first operand.
+    /// Only the first operand matters: the accumulator, or operand 0.
     First,
-    /// Only the second one does.
+    /// Only the second operand matters.
     Second,
 }
 
-/// How many registers a pruned tape uses.
+/// Numbers of registers that a pruned tape uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Needs {
-    /// For values.
+pub struct RegisterCounts {
+    /// Number of value registers.
     pub values: usize,
-    /// For points.
+    /// Number of point registers.
     pub points: usize,
 }
 
-/// Registers that are read later, under their old and new names.
+/// Live registers during the backward pass, and their new names.
 #[derive(Default)]
-struct Names {
-    /// By old name, the new one.
+struct RegisterMap {
+    /// The new name of each old register.
     new: Vec<u16>,
     free: Vec<u16>,
     count: u16,
 }
 
-impl Names {
-    /// Forgets everything; register 0 keeps its name.
-    fn start(&mut self) {
-        self.new.fill(NONE);
+impl RegisterMap {
+    /// Clears the map; register 0 keeps its name.
+    fn reset(&mut self) {
+        self.new.fill(NO_REGISTER);
         self.free.clear();
         self.new[0] = 0;
         self.count = 1;
     }
-    /// The new name of a register that is read, given out if it has none.
+    /// Returns the new name of a register that is read, and assigns one if it has none.
     #[inline(always)]
-    fn read(&mut self, old: usize) -> u16 {
+    fn use_register(&mut self, old: usize) -> u16 {
         let name = self.new[old];
-        if name != NONE {
+        if name != NO_REGISTER {
             return name;
         }
         let name = self.free.pop().unwrap_or_else(|| {
@@ -59,191 +59,205 @@ impl Names {
         self.new[old] = name;
         name
     }
-    /// The new name of a register that is written, which ends its life; [`NONE`] if nobody reads
-    /// it.
+    /// Returns the new name of a register that is written, and ends its life. The result is [`NO_REGISTER`]
+    /// if no later clause reads it.
     #[inline(always)]
-    fn written(&mut self, old: usize) -> u16 {
-        std::mem::replace(&mut self.new[old], NONE)
+    fn define_register(&mut self, old: usize) -> u16 {
+        std::mem::replace(&mut self.new[old], NO_REGISTER)
     }
 }
 
-/// A register's name as an index, or that there is none.
-pub trait Name: Copy {
-    /// The index.
+/// A register number that may be absent.
+pub trait RegisterIndex: Copy {
+    /// Returns the register as an index, if there is one.
     fn index(self) -> Option<usize>;
 }
-impl Name for u16 {
+impl RegisterIndex for u16 {
     #[inline(always)]
     fn index(self) -> Option<usize> {
-        (self != NONE).then_some(usize::from(self))
+        (self != NO_REGISTER).then_some(usize::from(self))
     }
 }
-impl Name for u32 {
+impl RegisterIndex for u32 {
     #[inline(always)]
     fn index(self) -> Option<usize> {
-        (self != NOWHERE).then_some(self as usize)
+        (self != UNASSIGNED).then_some(self as usize)
     }
 }
 
-/// The memory of pruning, for any number of tapes.
+/// Reusable memory for pruning.
 #[derive(Default)]
 pub struct Pruner {
-    values: Names,
-    points: Names,
+    values: RegisterMap,
+    points: RegisterMap,
 }
 
 impl Pruner {
-    /// Makes room for tapes of so many registers.
+    /// Reserves memory for tapes with these numbers of registers.
     pub fn reserve(&mut self, values: usize, points: usize) {
         if self.values.new.len() < values.max(1) {
-            self.values.new.resize(values.max(1), NONE);
+            self.values.new.resize(values.max(1), NO_REGISTER);
         }
         if self.points.new.len() < points.max(1) {
-            self.points.new.resize(points.max(1), NONE);
+            self.points.new.resize(points.max(1), NO_REGISTER);
         }
     }
 
-    /// Appends to `kept` what of the tape matters. `choice` is asked for each clause with
-    /// [`flags::CHOICE`] that is still needed, by its place in the tape.
+    /// Appends the pruned clauses of `tape` to the output. `choice` is called with the index of each live
+    /// clause that has [`flags::CHOICE`].
     #[inline]
-    pub fn prune<R: Name>(
+    pub fn prune<R: RegisterIndex>(
         &mut self,
         tape: &[Clause<R>],
         mut choice: impl FnMut(usize) -> Choice,
-        kept: &mut Vec<Clause>,
-    ) -> Needs {
-        let start = kept.len();
-        self.values.start();
-        self.points.start();
-        // Whether the clauses that set channels belong to a kept one that paints.
+        output: &mut Vec<Clause>,
+    ) -> RegisterCounts {
+        let start = output.len();
+        self.values.reset();
+        self.points.reset();
+        // Set while the clauses that set channels belong to a live material assignment.
         let mut painting = false;
-        for (place, clause) in tape.iter().enumerate().rev() {
-            const RARE: u8 = flags::GIVES_POINT | flags::CHANNEL | flags::PAINT;
-            let out = if clause.flags & RARE == 0 {
-                match clause.out.index() {
-                    Some(old) => self.values.written(old),
-                    None => NONE,
+        for (index, clause) in tape.iter().enumerate().rev() {
+            const RARE: u8 = flags::RETURNS_POINT | flags::CHANNEL | flags::PAINT;
+            let dst = if clause.flags & RARE == 0 {
+                match clause.dst.index() {
+                    Some(old) => self.values.define_register(old),
+                    None => NO_REGISTER,
                 }
             } else if clause.flags & flags::CHANNEL != 0 {
                 if painting {
-                    self.keep(clause, clause.form, NONE, kept);
+                    self.emit(clause, clause.kind, NO_REGISTER, output);
                 }
                 continue;
-            } else if clause.flags & flags::GIVES_POINT != 0 {
+            } else if clause.flags & flags::RETURNS_POINT != 0 {
                 clause
-                    .out
+                    .dst
                     .index()
-                    .map_or(NONE, |old| self.points.written(old))
+                    .map_or(NO_REGISTER, |old| self.points.define_register(old))
             } else {
-                let out = clause
-                    .out
+                let dst = clause
+                    .dst
                     .index()
-                    .map_or(NONE, |old| self.values.written(old));
-                painting = out != NONE;
-                out
+                    .map_or(NO_REGISTER, |old| self.values.define_register(old));
+                painting = dst != NO_REGISTER;
+                dst
             };
-            if out == NONE {
+            if dst == NO_REGISTER {
                 continue;
             }
             if clause.flags & flags::CHOICE != 0 {
-                match choice(place) {
+                match choice(index) {
                     Choice::Both => {}
                     Choice::First => {
-                        let winner = clause.below.index().or(clause.operands[0].index());
-                        self.hand_on(clause, winner, false, out, kept);
+                        let winner = clause.accumulator.index().or(clause.operands[0].index());
+                        self.forward(clause, winner, false, dst, output);
                         continue;
                     }
                     Choice::Second => {
                         let negates = clause.flags & flags::NEGATES != 0;
-                        if clause.below.index().is_none() {
+                        if clause.accumulator.index().is_none() {
                             let winner = clause.operands[1].index();
-                            self.hand_on(clause, winner, negates, out, kept);
-                        } else if clause.form == Form::Blend {
+                            self.forward(clause, winner, negates, dst, output);
+                        } else if clause.kind == ClauseKind::Blend {
                             let winner = clause.operands[0].index();
-                            self.hand_on(clause, winner, negates, out, kept);
+                            self.forward(clause, winner, negates, dst, output);
                         } else {
-                            let form = if negates { Form::Negated } else { Form::Alone };
-                            self.values.free.push(out);
-                            self.keep(clause, form, out, kept);
+                            let kind = if negates {
+                                ClauseKind::NegatedOp
+                            } else {
+                                ClauseKind::OpOnly
+                            };
+                            self.values.free.push(dst);
+                            self.emit(clause, kind, dst, output);
                         }
                         continue;
                     }
                 }
             }
-            if clause.flags & flags::GIVES_POINT != 0 {
-                self.points.free.push(out);
+            if clause.flags & flags::RETURNS_POINT != 0 {
+                self.points.free.push(dst);
             } else {
-                self.values.free.push(out);
+                self.values.free.push(dst);
             }
-            self.keep(clause, clause.form, out, kept);
+            self.emit(clause, clause.kind, dst, output);
         }
-        kept[start..].reverse();
-        Needs {
+        output[start..].reverse();
+        RegisterCounts {
             values: self.values.count.into(),
             points: self.points.count.into(),
         }
     }
 
-    /// Keeps a clause in this form.
+    /// Emits a clause of this kind.
     #[inline(always)]
-    fn keep<R: Name>(&mut self, clause: &Clause<R>, form: Form, out: u16, kept: &mut Vec<Clause>) {
-        let alone = matches!(form, Form::Alone | Form::Negated);
-        // What is below first: it then most often gets the register of the result.
-        let below = match clause.below.index() {
-            Some(old) if !alone => self.values.read(old),
-            _ => NONE,
+    fn emit<R: RegisterIndex>(
+        &mut self,
+        clause: &Clause<R>,
+        kind: ClauseKind,
+        dst: u16,
+        output: &mut Vec<Clause>,
+    ) {
+        let is_op_only = matches!(kind, ClauseKind::OpOnly | ClauseKind::NegatedOp);
+        // The accumulator is named first: it then usually gets the register of the result.
+        let accumulator = match clause.accumulator.index() {
+            Some(old) if !is_op_only => self.values.use_register(old),
+            _ => NO_REGISTER,
         };
-        let mut operands = [NONE; 3];
+        let mut operands = [NO_REGISTER; 3];
         for (new, old) in operands.iter_mut().zip(clause.operands) {
             if let Some(old) = old.index() {
-                *new = self.values.read(old);
+                *new = self.values.use_register(old);
             }
         }
         let point = match clause.point.index() {
-            Some(old) => self.points.read(old),
-            None => NONE,
+            Some(old) => self.points.use_register(old),
+            None => NO_REGISTER,
         };
-        kept.push(Clause {
-            at: clause.at,
-            form,
-            flags: if alone {
+        output.push(Clause {
+            instruction: clause.instruction,
+            kind,
+            flags: if is_op_only {
                 clause.flags & !flags::CHOICE
             } else {
                 clause.flags
             },
-            out,
-            below,
+            dst,
+            accumulator,
             operands,
             point,
         });
     }
 
-    /// The result is a value that is there already: its register gets the result's name if it has
-    /// none, and is copied otherwise.
+    /// Makes an existing value the result. Its register takes the name of the result if it has none yet;
+    /// otherwise the value is copied.
     #[inline(always)]
-    fn hand_on<R: Name>(
+    fn forward<R: RegisterIndex>(
         &mut self,
         clause: &Clause<R>,
         winner: Option<usize>,
         negate: bool,
-        out: u16,
-        kept: &mut Vec<Clause>,
+        dst: u16,
+        output: &mut Vec<Clause>,
     ) {
         let Some(winner) = winner else { return };
-        if !negate && self.values.new[winner] == NONE {
-            self.values.new[winner] = out;
+        if !negate && self.values.new[winner] == NO_REGISTER {
+            self.values.new[winner] = dst;
             return;
         }
-        self.values.free.push(out);
-        let from = self.values.read(winner);
-        kept.push(Clause {
-            at: clause.at,
-            form: if negate { Form::Negate } else { Form::Copy },
+        self.values.free.push(dst);
+        let from = self.values.use_register(winner);
+        output.push(Clause {
+            instruction: clause.instruction,
+            kind: if negate {
+                ClauseKind::Negate
+            } else {
+                ClauseKind::Copy
+            },
             flags: 0,
-            out,
-            below: NONE,
-            operands: [from, NONE, NONE],
-            point: NONE,
+            dst,
+            accumulator: NO_REGISTER,
+            operands: [from, NO_REGISTER, NO_REGISTER],
+            point: NO_REGISTER,
         });
     }
 }

@@ -1,4 +1,4 @@
-//! The matrices: each takes a point of the moved shape back to where it was.
+//! The matrices: each maps a point of the transformed shape back to its origin.
 
 use crate::fixture::{Point, Random, distance, dot};
 use sdfc_vm::ops::affine::{
@@ -28,7 +28,7 @@ fn each_matrix_moves_as_its_name_says() {
         [1.0, 1.0, 1.0],
         [2.0, -1.0, 1.5],
     );
-    // Right-handed turns: x to y about z, y to z about x, z to x about y.
+    // Right-handed rotations: x to y about z, y to z about x, z to x about y.
     goes(&rotate([0.0, 0.0, 2.0], FRAC_PI_2), x, y);
     goes(&rotate([3.0, 0.0, 0.0], FRAC_PI_2), y, z);
     goes(&rotate([0.0, 0.5, 0.0], FRAC_PI_2), z, x);
@@ -85,7 +85,7 @@ fn composed_matrices_are_one_after_the_other() {
     }
 }
 
-/// No zero makes anything but numbers.
+/// Zeros never produce a number that is not finite.
 #[test]
 fn nothing_degenerate_is_not_a_number() {
     let zero = [0.0_f64; 3];

@@ -1,19 +1,20 @@
-//! The blends: every row is its kernel's formula, bit for bit; and the kernels are what they say.
+//! The blends: every row equals its kernel's formula, bit for bit, and the kernels have their documented
+//! properties.
 
 use crate::fixture::{Case, Random, cases, constants};
-use sdfc_vm::apply::{Applied, apply};
+use sdfc_vm::apply::{OpResult, apply};
 use sdfc_vm::dual::{Dual, DualVec3};
-use sdfc_vm::kernel::Kernel;
+use sdfc_vm::kernel::BlendKernel;
 use sdfc_vm::row::Category;
 use sdfc_vm::table::{Op, ROWS};
 use sdfc_vm::vector::V3;
 
-const ORIGIN: V3<f32> = V3::of(0.0, 0.0, 0.0);
+const ORIGIN: V3<f32> = V3::new(0.0, 0.0, 0.0);
 
 fn run(op: Op, a: f32, b: f32, constants: &[f32]) -> f32 {
     match apply::<f32>(op, ORIGIN, [a, b, 0.0], constants) {
-        Applied::Value(v) => v,
-        Applied::Point(_) => panic!("a point"),
+        OpResult::Value(v) => v,
+        OpResult::Point(_) => panic!("a point"),
     }
 }
 
@@ -57,17 +58,17 @@ fn rows_are_their_kernels_formula_bit_for_bit() {
                 "{} of {a}, {b}, {k:?}",
                 row.name
             );
-            // Gradients too, also where both are equally near.
+            // Gradients too, also where both operands are equal.
             let [a, b] = [a, b].map(|value| {
                 let gradient = [0; 3].map(|_| random.range(-1.0, 1.0) as f32);
-                let gradient = V3::of(gradient[0], gradient[1], gradient[2]);
+                let gradient = V3::new(gradient[0], gradient[1], gradient[2]);
                 Dual { value, gradient }
             });
             let [s, sb, width, coefficient] =
                 [blend.sign, negated, width, coefficient].map(Dual::fixed);
             let fused = blend.kernel.blend(a, b, s, sb, width, coefficient);
-            let nowhere = DualVec3::fixed(V3::of(0.0, 0.0, 0.0));
-            let Applied::Value(own) = apply(row.op, nowhere, [a, b, b], &k) else {
+            let nowhere = DualVec3::fixed(V3::new(0.0, 0.0, 0.0));
+            let OpResult::Value(own) = apply(row.op, nowhere, [a, b, b], &k) else {
                 panic!("{} gives a value", row.name);
             };
             let name = row.name;
@@ -77,15 +78,15 @@ fn rows_are_their_kernels_formula_bit_for_bit() {
             );
         }
     }
-    assert_eq!(seen, 3 * Kernel::ALL.len());
+    assert_eq!(seen, 3 * BlendKernel::ALL.len());
 }
 
-/// The union of each kernel with its arguments' meaning.
-const UNIONS: [(Op, Kernel); 4] = [
-    (Op::SmoothUnion, Kernel::Quadratic),
-    (Op::CubicUnion, Kernel::Cubic),
-    (Op::CircularUnion, Kernel::Circular),
-    (Op::ExponentialUnion, Kernel::Exponential),
+/// The union of each kernel that has a thickness.
+const UNIONS: [(Op, BlendKernel); 4] = [
+    (Op::SmoothUnion, BlendKernel::Quadratic),
+    (Op::CubicUnion, BlendKernel::Cubic),
+    (Op::CircularUnion, BlendKernel::Circular),
+    (Op::ExponentialUnion, BlendKernel::Exponential),
 ];
 
 #[test]
@@ -96,14 +97,14 @@ fn the_thickness_is_what_a_blend_adds_where_both_are_equal() {
             let added = 0.125 - case.with([0.0; 3], [0.125, 0.125, 0.0]);
             assert!((added - k).abs() < 1e-6 * k, "{}: {added}", op.row().name);
             let width = case.parameters()[0];
-            assert!((kernel.thickness(width) - k).abs() < 1e-12);
-            // At the end of its support it adds nothing, not even a rounding error.
+            assert!((kernel.max_offset(width) - k).abs() < 1e-12);
+            // At the end of its support, the offset is exactly zero, without a rounding error.
             let end = kernel.support(width);
             if end.is_finite() {
                 let width = width as f32;
                 let coefficient = case.constants[1];
-                assert_eq!(kernel.bulge(width, width, coefficient), 0.0);
-                assert!(kernel.bulge(width * 0.999, width, coefficient) > 0.0);
+                assert_eq!(kernel.offset_at(width, width, coefficient), 0.0);
+                assert!(kernel.offset_at(width * 0.999, width, coefficient) > 0.0);
             }
         }
     }
@@ -134,7 +135,7 @@ fn without_thickness_a_blend_is_hard() {
     }
 }
 
-/// The share of the farther operand is the slope of the blend with respect to it.
+/// The mix weight of the farther operand is the slope of the blend with respect to it.
 #[test]
 fn the_share_is_the_slope() {
     let mut random = Random::new(22);
@@ -143,7 +144,7 @@ fn the_share_is_the_slope() {
         let [width, coefficient] = [0, 1].map(|i| f64::from(case.constants[i]));
         for _ in 0..500 {
             let (a, b) = (random.range(-1.0, 1.0), random.range(-1.0, 1.0));
-            let (o, i) = (V3::of(0.0, 0.0, 0.0), V3::of(1.0, 0.0, 0.0));
+            let (o, i) = (V3::new(0.0, 0.0, 0.0), V3::new(1.0, 0.0, 0.0));
             let (near, far) = (a.min(b), a.max(b));
             let [near, far] = [
                 Dual {
@@ -156,7 +157,7 @@ fn the_share_is_the_slope() {
                 },
             ];
             let slope = case.dual(o, [near, far, near]).gradient.x;
-            let share = kernel.share(far.value - near.value, width, coefficient);
+            let share = kernel.mix_weight(far.value - near.value, width, coefficient);
             assert!(
                 (share - slope).abs() < 1e-6,
                 "{}: {share}, {slope}",
@@ -167,8 +168,7 @@ fn the_share_is_the_slope() {
     }
 }
 
-/// Unions never exceed the hard one, intersections and subtractions never fall short of it, and
-/// all are the hard ones where the operands differ by more than the blend reaches.
+/// Unions never exceed the hard one, intersections and subtractions are never below it.
 #[test]
 fn blends_stay_on_their_side() {
     let mut random = Random::new(23);

@@ -1,8 +1,8 @@
-//! Nothing of a shape lies outside its bounding volume.
+//! No point of a shape lies outside its bounding volume.
 
 use crate::fixture::{Case, Point, Random, cases, distance, is_math, is_shape, length, tries};
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::kernel::Kernel;
+use sdfc_vm::kernel::BlendKernel;
 use sdfc_vm::row::{BoundsRule, Category, Exactness, Output};
 use sdfc_vm::table::Op;
 
@@ -16,7 +16,7 @@ fn shapes_lie_within_their_bounds() {
     for case in cases(11, 12, |op| is_shape(op) && op != Op::PolygonEdge) {
         let bounds = match case.op.row().meta.bounds {
             BoundsRule::Shape(f) => f(&case.parameters()),
-            BoundsRule::Everything => continue,
+            BoundsRule::Infinite => continue,
             _ => panic!("{} has no bounds of its own", case.name()),
         };
         let mut reached = Bounds::EMPTY;
@@ -31,7 +31,7 @@ fn shapes_lie_within_their_bounds() {
                 reached = reached.including(p);
             }
         }
-        // And they are not needlessly large.
+        // The volumes are not needlessly large.
         let flat = case.op.row().meta.category == Category::Shape2;
         let loose = matches!(
             case.op,
@@ -47,8 +47,8 @@ fn shapes_lie_within_their_bounds() {
     }
 }
 
-/// Outside its bounds a shape is at least as far as they are, which blends rely on: in a straight
-/// line if it is exact, along the farthest axis if it is not.
+/// Outside its bounds, a shape's distance is at least that to the bounds, which blends rely on: the
+/// Euclidean distance if it is exact, the one along the farthest axis otherwise.
 #[test]
 fn shapes_are_as_far_as_their_bounds_at_least() {
     let mut random = Random::new(16);
@@ -61,26 +61,26 @@ fn shapes_are_as_far_as_their_bounds_at_least() {
             let p = random.point(4.0);
             let beyond: Point =
                 std::array::from_fn(|i| (bounds.min[i] - p[i]).max(p[i] - bounds.max[i]).max(0.0));
-            let least = match case.op.row().meta.exactness {
+            let lowest = match case.op.row().meta.exactness {
                 Exactness::Exact | Exactness::ExactOutside => length(beyond),
                 Exactness::Bound | Exactness::Field => beyond.into_iter().fold(0.0, f64::max),
             };
             let d = case.at(p);
             assert!(
-                least == 0.0 || d >= least - 1e-5,
-                "{} at {p:?}: {d}, and {least} from {bounds:?}",
+                lowest == 0.0 || d >= lowest - 1e-5,
+                "{} at {p:?}: {d}, and {lowest} from {bounds:?}",
                 case.name()
             );
         }
     }
 }
 
-/// A map's bounds hold what a ball inside the shape's bounds becomes.
+/// A map's bounds contain the image of a sphere inside the shape's bounds.
 #[test]
 fn moved_shapes_lie_within_their_bounds() {
     let mut random = Random::new(12);
     for case in cases(13, 8, |op| {
-        // A partial turn's map alone goes on beyond its ends.
+        // A partial turn's map alone continues beyond its ends.
         op.row().output == Output::Point && !is_math(op) && op != Op::RevolvePart
     }) {
         let BoundsRule::Map(map) = case.op.row().meta.bounds else {
@@ -106,8 +106,8 @@ fn moved_shapes_lie_within_their_bounds() {
     }
 }
 
-/// Where a union is less than some distance, one of its operands is less than that and what the
-/// rule grows its bounds by, whatever the operands are.
+/// If a union is less than some distance, one of its operands is less than that distance plus the growth of
+/// the bounds, for any operands.
 #[test]
 fn blends_add_no_more_than_their_bounds_grow_by() {
     let mut random = Random::new(18);
@@ -129,37 +129,38 @@ fn blends_add_no_more_than_their_bounds_grow_by() {
     }
 }
 
-/// However long a chain of blends is, it adds no more than is said of it.
+/// The offset of a chain of blends of any length is within its bound.
 #[test]
 fn chains_add_no_more_than_is_said_of_them() {
     let mut random = Random::new(20);
-    for kernel in Kernel::ALL {
+    for kernel in BlendKernel::ALL {
         let width = 0.5;
         let coefficient = match kernel {
-            Kernel::Hard => 0.0,
-            Kernel::Quadratic => 0.25 / width,
-            Kernel::Cubic => 1.0 / (6.0 * width * width),
-            Kernel::Circular | Kernel::Exponential => 1.0 / width,
+            BlendKernel::Hard => 0.0,
+            BlendKernel::Quadratic => 0.25 / width,
+            BlendKernel::Cubic => 1.0 / (6.0 * width * width),
+            BlendKernel::Circular | BlendKernel::Exponential => 1.0 / width,
         };
         for _ in 0..2_000 {
             let count = random.range(2.0, 40.0) as usize;
-            // Most where all are nearly equal.
+            // The offset is largest where all operands are nearly equal.
             let spread = random.unit() * random.unit();
             let values: Vec<f64> = (0..count).map(|_| random.range(0.0, spread)).collect();
             let blend = |a, b| kernel.blend(a, b, 1.0, 1.0, width, coefficient);
-            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
             let chain = values.iter().copied().reduce(blend).unwrap_or(0.0);
-            let most = kernel.most(width, count);
+            let bound = kernel.max_chain_offset(width, count);
             assert!(
-                least - chain <= most + 1e-9,
-                "{kernel:?}: {} of {count}, not {most}",
-                least - chain
+                lowest - chain <= bound + 1e-9,
+                "{kernel:?}: {} of {count}, not {bound}",
+                lowest - chain
             );
         }
     }
 }
 
-/// Combinations of two balls: every point inside lies within what the rule makes of both bounds.
+/// Combinations of two spheres: every point inside lies within the volume that the rule derives from both
+/// bounds.
 #[test]
 fn combined_shapes_lie_within_their_bounds() {
     let mut random = Random::new(14);
@@ -170,8 +171,8 @@ fn combined_shapes_lie_within_their_bounds() {
         let volume = match case.op.row().meta.bounds {
             BoundsRule::Hull => bounds[0].hull(&bounds[1]),
             BoundsRule::HullGrown(by) => bounds[0].hull(&bounds[1]).grown(by(&a)),
-            BoundsRule::Common => bounds[0].common(&bounds[1]),
-            BoundsRule::First => bounds[0],
+            BoundsRule::Intersection => bounds[0].intersection(&bounds[1]),
+            BoundsRule::FirstOperand => bounds[0],
             _ => panic!("{} combines no bounds", case.name()),
         };
         for _ in 0..tries(20_000, 6) {

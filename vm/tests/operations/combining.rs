@@ -1,9 +1,9 @@
-//! Operations on distances against closed forms: shapes that come about in two ways.
+//! Operations on distances against closed forms: shapes that can be constructed in two ways.
 
 use crate::fixture::{Case, Random, add, distance, length};
 use sdfc_vm::table::Op;
 
-/// A case on one value.
+/// Evaluates a case for a single operand.
 fn on(case: &Case, d: f64, p: [f64; 3]) -> f64 {
     case.with(p, [d, 0.0, 0.0])
 }
@@ -43,7 +43,7 @@ fn a_revolved_disc_is_a_torus() {
     }
 }
 
-/// A partial turn: inside is what is inside the whole one and within the angle; and no distance
+/// A partial turn: a point is inside if it is inside the full turn and within the angle, and no distance
 /// exceeds that to a point inside.
 #[test]
 fn a_part_of_a_turn_is_a_wedge_of_the_whole() {
@@ -112,7 +112,8 @@ fn an_elongated_ball_is_a_capsule_and_an_elongated_box_a_box() {
         };
         let both = |by, shape| pulled(p, by, shape);
         assert!((both([0.0, 1.5, 0.0], &ball) - capsule.at(p)).abs() < 1e-12);
-        // Inside, the depth of the small box and that of the gap add up to less than the whole.
+        // Inside, the depths of the small box and of the gap add up to less than the depth of the large
+        // box.
         let (d, whole) = (both([1.0, 0.5, 1.0], &small), large.at(p));
         assert!(if whole > 0.0 {
             (d - whole).abs() < 1e-12
@@ -143,7 +144,7 @@ fn offsets_and_shells_of_a_ball_are_balls() {
     }
 }
 
-/// Two walls at right angles: what lies between them is known exactly.
+/// Two walls at right angles: the shape between them is known exactly.
 #[test]
 fn profiles_between_walls_are_what_they_are_called() {
     let mut random = Random::new(35);
@@ -162,8 +163,8 @@ fn profiles_between_walls_are_what_they_are_called() {
         assert_eq!(at(Op::RoundUnion, &[r]) <= 0.0, filled, "round at {p:?}");
         let step = r / 4.0;
         let below = a < r && b < r && {
-            // Stairs of four steps go down from b = r at a = 0 to a = r at b = 0, by diagonal
-            // corners on the line a + b = r.
+            // Four stairs descend from b = r at a = 0 to a = r at b = 0, with corners on the line a + b =
+            // r.
             let u = (a - b + r) / (2.0 * step);
             let near = ((u - 0.5).round() + 0.5) * 2.0 * step;
             let (x, y) = (near / 2.0, r - near / 2.0);
@@ -210,14 +211,14 @@ fn xor_and_morph_are_what_they_are_called() {
         let d = xor.with([0.0; 3], [a, b, 0.0]);
         assert_eq!(d < 0.0, (a < 0.0) != (b < 0.0));
         assert!(d.abs() <= a.abs().min(b.abs()));
-        for (t, wanted) in [(-1.0, a), (0.25, a + (b - a) * 0.25), (3.0, b)] {
+        for (t, expected) in [(-1.0, a), (0.25, a + (b - a) * 0.25), (3.0, b)] {
             let morph = Case::new(Op::Morph, &[t]).with([0.0; 3], [a, b, 0.0]);
-            assert!((morph - wanted).abs() < 1e-12);
+            assert!((morph - expected).abs() < 1e-12);
         }
     }
 }
 
-/// The thickness of a distance-aware blend at its focus, on the way, and at its most.
+/// The thickness of a distance-aware blend at its focus, between, and at its maximum.
 #[test]
 fn a_distance_aware_blend_grows_as_it_says() {
     let case = Case::new(Op::DistanceUnion, &[0.0, 0.0, 0.0, 0.125, 0.25, 0.5]);
@@ -227,8 +228,8 @@ fn a_distance_aware_blend_grows_as_it_says() {
     }
 }
 
-/// A bound that is wrong far from its shape's box: never more than the true distance, and no less than the bound near
-/// the box.
+/// A bound that is wrong far from its shape's box: the result never exceeds the true distance, and near the
+/// box it is at least the bound.
 #[test]
 fn a_bounded_distance_is_safe() {
     let mut random = Random::new(37);
@@ -257,7 +258,7 @@ fn a_bounded_distance_is_safe() {
     assert!(near > 50, "{near}");
 }
 
-/// Values that are no numbers are handed on, and hidden by no minimum, but where a box decides alone.
+/// NaN is propagated, and no minimum hides it, except where the box alone decides.
 #[test]
 fn steps_of_what_is_no_number_are_none() {
     let bounded = Case::new(Op::Bounded, &[-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.25, 4.0]);

@@ -1,11 +1,10 @@
-//! What each shape is, as membership: written from its definition, without distances where there
-//! is a way around them.
+//! The definition of each shape as membership, without distances wherever possible.
 
 use crate::fixture::{Point, add, distance, dot, length, sub};
 use sdfc_vm::table::Op;
 use std::f64::consts::{PI, TAU};
 
-/// Whether a point is in the shape that these arguments make.
+/// Reports whether a point is in the shape with these arguments.
 pub(crate) fn contains(op: Op, a: &[f64], p: Point) -> bool {
     let [x, y, z] = p;
     let rad = x.hypot(z);
@@ -81,11 +80,11 @@ pub(crate) fn contains(op: Op, a: &[f64], p: Point) -> bool {
                 a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
                     + a[2] * (b[0] * c[1] - b[1] * c[0])
             };
-            let whole = volume(v);
+            let total = volume(v);
             (0..4).all(|i| {
                 let mut w = v;
                 w[i] = p;
-                volume(w) / whole >= 0.0
+                volume(w) / total >= 0.0
             })
         }
         Op::Pyramid => {
@@ -93,7 +92,7 @@ pub(crate) fn contains(op: Op, a: &[f64], p: Point) -> bool {
             (0.0..=1.0).contains(&up) && x.abs().max(z.abs()) <= a[0] / 2.0 * (1.0 - up)
         }
         Op::Link => {
-            // Around the middle line: two half circles and two straight pieces.
+            // Around the centre line: two half circles and two straight parts.
             let half = a[0] / 2.0;
             let arc = |t: f64| {
                 let angle = t * PI;
@@ -138,7 +137,7 @@ pub(crate) fn contains(op: Op, a: &[f64], p: Point) -> bool {
     }
 }
 
-/// The corners of a star.
+/// Returns the corners of a star.
 fn star(a: &[f64]) -> Vec<[f64; 2]> {
     (0..2 * a[0] as usize)
         .map(|i| {
@@ -148,7 +147,7 @@ fn star(a: &[f64]) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Whether a polygon winds around a point: by the angles its corners are seen under.
+/// Reports whether a polygon winds around a point, by the angles that its edges subtend.
 pub(crate) fn winds(polygon: &[[f64; 2]], p: [f64; 2]) -> bool {
     let turn: f64 = (0..polygon.len())
         .map(|i| {
@@ -160,14 +159,15 @@ pub(crate) fn winds(polygon: &[[f64; 2]], p: [f64; 2]) -> bool {
     ((turn / TAU).round() as i64) % 2 != 0
 }
 
-/// Whether a point is within `r` of the box of these half sizes.
+/// Reports whether a point is within `r` of the box of these half sizes.
 fn near_box(p: Point, half: Point, r: f64) -> bool {
     length(std::array::from_fn(|i| {
         p[i] - p[i].clamp(-half[i], half[i])
     })) <= r + 1e-12
 }
 
-/// Whether (u, v) is in the polygon of `n` corners, the first one `r` along u: by its half planes.
+/// Reports whether (u, v) is in the polygon of `n` corners, the first one at the distance `r` along u, by
+/// its half planes.
 fn in_ngon(n: f64, r: f64, u: f64, v: f64) -> bool {
     (0..n as usize).all(|i| {
         let angle = (i as f64 + 0.5) * TAU / n;
@@ -175,7 +175,8 @@ fn in_ngon(n: f64, r: f64, u: f64, v: f64) -> bool {
     })
 }
 
-/// The smallest value over [0, 1] of a function that has few minima: a scan, then a narrowing.
+/// Returns the smallest value over [0, 1] of a function with few minima: a scan, then a golden-section
+/// search.
 fn least(f: impl Fn(f64) -> f64) -> f64 {
     let n = 64;
     let best = (0..=n)
@@ -193,8 +194,8 @@ fn least(f: impl Fn(f64) -> f64) -> f64 {
     f((low + high) / 2.0)
 }
 
-/// The profile of a cone whose planes have all moved inwards by the rounding: a large square, cut
-/// by one plane after the other.
+/// Returns the profile of a cone whose planes are all moved inwards by the rounding, and the rounding that
+/// fits. It is a large square, clipped by one plane after another.
 fn inset_cone(a: &[f64]) -> (Vec<[f64; 2]>, f64) {
     let (bottom, top, h) = (a[0], a[1], a[2]);
     let slope = (bottom - top).hypot(h);
@@ -226,7 +227,7 @@ fn inset_cone(a: &[f64]) -> (Vec<[f64; 2]>, f64) {
         }
         polygon
     };
-    // What fits, by halving.
+    // Finds the largest rounding that fits, by bisection.
     let mut round = a[3];
     if cut(round).is_empty() {
         let (mut low, mut high) = (0.0, round);
@@ -243,7 +244,7 @@ fn inset_cone(a: &[f64]) -> (Vec<[f64; 2]>, f64) {
     (cut(round), round)
 }
 
-/// The distance to a convex polygon; zero inside.
+/// Returns the distance to a convex polygon; zero inside.
 fn to_polygon(polygon: &[[f64; 2]], p: [f64; 2]) -> f64 {
     if polygon.len() > 2 && winds(polygon, p) {
         return 0.0;

@@ -1,9 +1,9 @@
 //! Every shape against its definition. A distance is right if
 //! 1. its sign is that of the definition;
-//! 2. it exceeds the way to no point of the surface (points found by bisecting the definition);
-//! 3. where it claims to be exact, going that far along its gradient ends on the surface.
+//! 2. it does not exceed the distance to any point of the surface (points found by bisecting the definition);
+//! 3. where it is exact by its row, a step of that length along its gradient ends on the surface.
 //!
-//! 2 and 3 together leave only the true distance.
+//! Only the true distance satisfies both 2 and 3.
 
 use crate::definitions::{contains, winds};
 use crate::fixture::{
@@ -16,14 +16,14 @@ use sdfc_vm::vector::V3;
 
 const REACH: f64 = 2.5;
 
-/// Points of a definition's surface.
+/// Returns points of a definition's surface.
 fn surface(inside: impl Fn(Point) -> bool, random: &mut Random, wanted: usize) -> Vec<Point> {
     let mut points = Vec::new();
     for _ in 0..wanted * 400 {
         let reach = if random.unit() < 0.5 { REACH } else { 0.6 };
         let (mut a, mut b) = (random.point(reach), random.point(reach));
         if inside(a) == inside(b) {
-            // A short way catches thin shapes.
+            // Short segments catch thin shapes.
             b = add(a, random.direction(), 0.3);
             if inside(a) == inside(b) {
                 continue;
@@ -46,7 +46,7 @@ fn surface(inside: impl Fn(Point) -> bool, random: &mut Random, wanted: usize) -
     points
 }
 
-/// Whether the surface passes within `r` of a point.
+/// Reports whether the surface passes within `r` of a point.
 fn on_surface(inside: &impl Fn(Point) -> bool, p: Point, random: &mut Random, r: f64) -> bool {
     let centre = inside(p);
     (0..8000).any(|_| inside(add(p, random.direction(), r)) != centre)
@@ -88,8 +88,8 @@ fn check(case: &Case, inside: impl Fn(Point) -> bool, exactness: Exactness, rand
             Exactness::ExactOutside => d > 0.0,
             Exactness::Bound | Exactness::Field => false,
         };
-        // On a ridge of the distance the gradient is that of one side, which is as good; only at
-        // a point of its own (an axis, a centre) there may be none.
+        // On a ridge of the distance, the gradient is that of one side, which is equally valid. Only at
+        // isolated points (an axis, a centre) there may be none.
         if exact && length(slope) > 0.5 {
             let foot = add(p, slope, -d);
             assert!(
@@ -142,8 +142,8 @@ fn what_does_not_fit_is_cut_to_what_does() {
     }
 }
 
-/// Polygons as chains of edges, some of which cross themselves; their corners are on a grid, so
-/// that rays to the right pass exactly through corners.
+/// Polygons as chains of edges, some of which are self-intersecting. Their corners are on a grid, so that
+/// rays to the right pass exactly through corners.
 #[test]
 fn polygons_are_the_winding_of_their_edges() {
     let mut random = Random::new(4);
@@ -199,7 +199,7 @@ fn polygons_are_the_winding_of_their_edges() {
     }
 }
 
-/// On every side of a square, however it runs, the gradient is the side's normal.
+/// On every side of a square of either orientation, the gradient is the side's normal.
 #[test]
 fn on_a_polygon_the_gradient_is_the_normal() {
     let square = [[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]];
@@ -209,7 +209,7 @@ fn on_a_polygon_the_gradient_is_the_normal() {
             corners.reverse();
         }
         for normal in [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]] {
-            let p = V3::of(
+            let p = V3::new(
                 normal[0] + normal[1] * 0.25,
                 normal[1] + normal[0] * 0.25,
                 0.0,
@@ -226,23 +226,23 @@ fn on_a_polygon_the_gradient_is_the_normal() {
     }
 }
 
-/// A point of an ellipsoid and the normal there, `height` apart: outside at any height, and inside up to half of
-/// the smallest radius of curvature, the height is the distance.
+/// A point at a height above a point of an ellipsoid, along the normal there. Outside at any height, and
+/// inside up to half of the smallest radius of curvature, the height is the distance.
 #[test]
 fn the_ellipsoid_is_as_far_as_it_is() {
     let mut random = Random::new(7);
     for ratio in [1.0, 3.0, 30.0, 100.0, 1000.0] {
         for _ in 0..2000 {
             let radii = [0; 3].map(|_| 2.0 / random.range(1.0, ratio));
-            // Many lie beside planes of symmetry.
+            // Many lie near planes of symmetry.
             let direction = [0; 3].map(|_| random.range(-1.0, 1.0) * random.unit().powi(4) + 1e-9);
             let direction = direction.map(|v| v / length(direction));
             let surface = [0, 1, 2].map(|i| direction[i] * radii[i]);
             let steep = [0, 1, 2].map(|i| direction[i] / radii[i]);
             let normal = steep.map(|v| v / length(steep));
-            let least = radii.into_iter().fold(f64::INFINITY, f64::min);
-            let most = radii.into_iter().fold(0.0, f64::max);
-            let deepest = 0.5 * least * least / most;
+            let smallest = radii.into_iter().fold(f64::INFINITY, f64::min);
+            let largest = radii.into_iter().fold(0.0, f64::max);
+            let deepest = 0.5 * smallest * smallest / largest;
             let height = match random.unit() < 0.5 {
                 true => random.range(-deepest, deepest),
                 false => random.range(-6.0, 4.0).exp(),
@@ -250,11 +250,11 @@ fn the_ellipsoid_is_as_far_as_it_is() {
             let p = [0, 1, 2].map(|i| surface[i] + normal[i] * height);
             let case = Case::new(Op::Ellipsoid, &radii);
             // Parameters are rounded to `f32`.
-            let rounded = 3e-7 * (most + height.abs());
-            let found = case.at(p);
+            let rounded = 3e-7 * (largest + height.abs());
+            let value = case.at(p);
             assert!(
-                (found - height).abs() < rounded,
-                "{radii:?}: {found} for {height} at {p:?}"
+                (value - height).abs() < rounded,
+                "{radii:?}: {value} for {height} at {p:?}"
             );
             let still = [Dual::fixed(0.0); 3];
             let slope = case.dual(point::<f64>(p), still).gradient;
@@ -264,35 +264,35 @@ fn the_ellipsoid_is_as_far_as_it_is() {
                 "{radii:?}: {slope:?} for {normal:?}"
             );
             let single: f32 = case.on(point::<f32>(p));
-            assert!((f64::from(single) - height).abs() < 1e-6 * (length(p) + most));
+            assert!((f64::from(single) - height).abs() < 1e-6 * (length(p) + largest));
         }
     }
 }
 
-/// On the long axis of a prolate spheroid, where a ring of points is nearest, the depth is
-/// `b √(1 − x² / (a² − b²))` for the radii `a` and twice `b`.
+/// On the long axis of a prolate spheroid, where a ring of points is nearest, the depth is `b √(1 − x² /
+/// (a² − b²))` for the radii `a` and twice `b`.
 #[test]
 fn the_axis_of_a_spheroid_is_as_far_from_its_ring_as_it_is() {
     let (a, b) = (1.0_f64, 0.5_f64);
     for radii in [[a, b, b], [b, a, b], [b, b, a]] {
         let case = Case::new(Op::Ellipsoid, &radii);
         let long = radii.iter().position(|&r| r == a).expect("is one of them");
-        for share in [0.1, 0.5, 0.9] {
-            let x = share * (a * a - b * b) / a;
+        for fraction in [0.1, 0.5, 0.9] {
+            let x = fraction * (a * a - b * b) / a;
             let mut p = [0.0; 3];
             p[long] = x;
             let depth = b * (1.0 - x * x / (a * a - b * b)).sqrt();
-            let found = case.at(p);
+            let value = case.at(p);
             assert!(
-                (found + depth).abs() < 3e-4,
-                "{radii:?} at {x}: {found}, not {depth}"
+                (value + depth).abs() < 3e-4,
+                "{radii:?} at {x}: {value}, not {depth}"
             );
         }
     }
 }
 
-/// The nearest point lies in the direction of the point among the axes of the smallest radius, if that occurs more
-/// than once.
+/// If the smallest radius occurs more than once, the nearest point is in the direction of the point among
+/// the axes of that radius.
 #[test]
 fn ellipsoids_with_equal_radii_have_the_depth_of_balls_beside_their_centre() {
     for (radii, axes) in [
@@ -307,16 +307,16 @@ fn ellipsoids_with_equal_radii_have_the_depth_of_balls_beside_their_centre() {
         for _ in 0..300 {
             let reach = 10_f64.powf(random.range(-6.0, -1.0)) * radius;
             let p = axes.map(|axis| axis * random.range(-reach, reach));
-            let (found, depth) = (ellipsoid.at(p), length(p) - radius);
+            let (value, depth) = (ellipsoid.at(p), length(p) - radius);
             assert!(
-                (found - depth).abs() <= 1e-9 * radius,
-                "{radii:?}: {found} for {depth} at {p:?}"
+                (value - depth).abs() <= 1e-9 * radius,
+                "{radii:?}: {value} for {depth} at {p:?}"
             );
         }
     }
 }
 
-/// In the middle the nearest points are across the smallest radius.
+/// At the centre, the nearest points are across the smallest radius.
 #[test]
 fn the_middle_of_an_ellipsoid_is_as_deep_as_its_smallest_radius() {
     for radii in [
@@ -326,8 +326,8 @@ fn the_middle_of_an_ellipsoid_is_as_deep_as_its_smallest_radius() {
         [3.0, 0.125, 0.125],
     ] {
         let case = Case::new(Op::Ellipsoid, &radii);
-        let least = radii.into_iter().fold(f64::INFINITY, f64::min);
-        assert!((case.at([0.0; 3]) + least).abs() < 1e-6, "{radii:?}");
+        let smallest = radii.into_iter().fold(f64::INFINITY, f64::min);
+        assert!((case.at([0.0; 3]) + smallest).abs() < 1e-6, "{radii:?}");
         let slope = case
             .dual(point::<f64>([0.0; 3]), [Dual::fixed(0.0); 3])
             .gradient;

@@ -1,5 +1,5 @@
-//! Our own elementary functions in `f32` against the standard library's in `f64`, with the errors
-//! that their documentation states.
+//! Our own elementary functions in `f32` against the standard library's in `f64`, with the errors that
+//! their documentation states.
 
 use crate::fixture::Random;
 use sdfc_vm::elementary::{arctangent, cosine, exponential, logarithm, sine};
@@ -7,7 +7,7 @@ use sdfc_vm::prelude;
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
 
-/// The largest error over random arguments.
+/// Returns the largest error over random arguments.
 fn worst(seed: u64, mut error: impl FnMut(&mut Random) -> f64) -> f64 {
     let mut random = Random::new(seed);
     (0..400_000).map(|_| error(&mut random)).fold(0.0, f64::max)
@@ -39,8 +39,8 @@ fn errors_are_as_documented() {
     assert!(near_one < 6e-7, "logarithm near one: {near_one}");
     let logarithms = worst(84, |r| {
         let x = f(r.range(-125.9, 127.0).exp2());
-        let wanted = exact(x).log2();
-        (exact(logarithm(x)) - wanted).abs() / wanted.abs().max(1.0)
+        let expected = exact(x).log2();
+        (exact(logarithm(x)) - expected).abs() / expected.abs().max(1.0)
     });
     assert!(logarithms < 4e-7, "logarithm: {logarithms}");
     let angles = worst(85, |r| {
@@ -51,7 +51,7 @@ fn errors_are_as_documented() {
     assert!(angles < 4e-7, "arctangent: {angles}");
 }
 
-/// Overflow counts as large, and what is no number does not turn into a small number.
+/// Overflow counts as large, and NaN does not become a small number.
 #[test]
 fn what_is_no_number_is_not_small() {
     use sdfc_vm::ops::math;
@@ -84,15 +84,15 @@ fn the_ends_of_their_ranges_are_numbers() {
     }
 }
 
-/// Noise: zero at the lattice, within its bounds, its gradient that of differences, the same in
-/// both precisions, and different by seed.
+/// Noise: zero at the lattice, within its bounds, with the gradient of its differences, equal in both
+/// precisions, and different by seed.
 #[test]
 fn noise_is_what_it_says() {
     let mut random = Random::new(86);
     let mut different = 0;
     for _ in 0..20_000 {
         let p = random.point(50.0);
-        let at = |x: f64, y: f64, z: f64| f64::noise_gradient(V3::of(x, y, z), 3.0);
+        let at = |x: f64, y: f64, z: f64| f64::noise_gradient(V3::new(x, y, z), 3.0);
         let (v, g) = at(p[0], p[1], p[2]);
         assert!(v.abs() < 1.5);
         assert!(g.x.abs().max(g.y.abs()).max(g.z.abs()) < sdfc_vm::interval::NOISE_SLOPE);
@@ -101,14 +101,14 @@ fn noise_is_what_it_says() {
         let h = 1e-6;
         let along = (at(p[0] + h, p[1], p[2]).0 - at(p[0] - h, p[1], p[2]).0) / (2.0 * h);
         assert!((along - g.x).abs() < 1e-5, "{along}, {}", g.x);
-        let single = f32::noise(V3::of(p[0] as f32, p[1] as f32, p[2] as f32), 3.0);
+        let single = f32::noise(V3::new(p[0] as f32, p[1] as f32, p[2] as f32), 3.0);
         assert!((f64::from(single) - v).abs() < 3e-5, "{single}, {v}");
-        different += usize::from((f64::noise(V3::of(p[0], p[1], p[2]), 4.0) - v).abs() > 1e-3);
+        different += usize::from((f64::noise(V3::new(p[0], p[1], p[2]), 4.0) - v).abs() > 1e-3);
         assert_eq!(at(p[0].floor(), p[1].floor(), p[2].floor()).0, 0.0);
-        let curvature = f64::noise_curvature(V3::of(p[0], p[1], p[2]), 3.0);
+        let curvature = f64::noise_curvature(V3::new(p[0], p[1], p[2]), 3.0);
         for row in curvature {
-            let most = row.x.abs().max(row.y.abs()).max(row.z.abs());
-            assert!(most < sdfc_vm::interval::NOISE_CURVATURE, "{most}");
+            let largest = row.x.abs().max(row.y.abs()).max(row.z.abs());
+            assert!(largest < sdfc_vm::interval::NOISE_CURVATURE, "{largest}");
         }
         let beside = at(p[0] + h, p[1], p[2]).1;
         let bent = (beside.y - at(p[0] - h, p[1], p[2]).1.y) / (2.0 * h);

@@ -1,8 +1,8 @@
-//! No input makes a NaN: every operation at special points, with degenerate parameters, on values
-//! and gradients in `f32`.
+//! No input produces a NaN: every operation at special points, with degenerate parameters, for values and
+//! gradients in `f32`.
 
 use crate::fixture::{Case, Random, is_math, tries};
-use sdfc_vm::apply::{Applied, apply};
+use sdfc_vm::apply::{OpResult, apply};
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::row::ArgumentKind;
 use sdfc_vm::table::{Op, ROWS};
@@ -14,18 +14,18 @@ fn is_nan(v: f32) -> bool {
 
 fn check(case: &Case, p: [f32; 3], values: [f32; 3]) {
     let [x, y, z] = p;
-    let seed = DualVec3::seed(V3::of(x, y, z));
+    let seed = DualVec3::seed(V3::new(x, y, z));
     let duals = [0, 1, 2].map(|i| Dual {
         value: values[i],
-        gradient: V3::of([1.0, 0.0, 0.5][i], 0.0, 1.0),
+        gradient: V3::new([1.0, 0.0, 0.5][i], 0.0, 1.0),
     });
     let mut numbers = Vec::new();
     let mut gradient = |d: Dual<f32>| {
         numbers.extend([d.value, d.gradient.x, d.gradient.y, d.gradient.z]);
     };
     match apply::<Dual<f32>>(case.op, seed, duals, &case.constants) {
-        Applied::Value(d) => gradient(d),
-        Applied::Point(q) => {
+        OpResult::Value(d) => gradient(d),
+        OpResult::Point(q) => {
             for (value, i) in q.value.to_array().into_iter().zip(0..) {
                 gradient(Dual {
                     value,
@@ -34,9 +34,9 @@ fn check(case: &Case, p: [f32; 3], values: [f32; 3]) {
             }
         }
     }
-    match apply::<f32>(case.op, V3::of(x, y, z), values, &case.constants) {
-        Applied::Value(v) => numbers.push(v),
-        Applied::Point(q) => numbers.extend(q.to_array()),
+    match apply::<f32>(case.op, V3::new(x, y, z), values, &case.constants) {
+        OpResult::Value(v) => numbers.push(v),
+        OpResult::Point(q) => numbers.extend(q.to_array()),
     }
     assert!(
         !numbers.iter().any(|&v| is_nan(v)),
@@ -45,7 +45,7 @@ fn check(case: &Case, p: [f32; 3], values: [f32; 3]) {
     );
 }
 
-/// Arguments that no scene should give, but a live parameter may become.
+/// Arguments that no scene should give, but that a live parameter may have.
 fn degenerate(op: Op, random: &mut Random) -> Vec<Vec<f64>> {
     let usual = random.arguments(op);
     let n = usual.len();
@@ -63,7 +63,7 @@ fn degenerate(op: Op, random: &mut Random) -> Vec<Vec<f64>> {
             all.push(a);
         }
     }
-    // A direction is a unit vector: the compiler sees to it.
+    // A direction is a unit vector, which the compiler guarantees.
     if let Some(language) = op.row().meta.language {
         let mut at = 0;
         for argument in language.arguments {
@@ -81,8 +81,8 @@ fn degenerate(op: Op, random: &mut Random) -> Vec<Vec<f64>> {
 #[test]
 fn nothing_is_ever_not_a_number() {
     let mut random = Random::new(70);
-    // Zeros, tiny and huge numbers, and, in the long form, those below the normal ones, the largest
-    // of which a square is a number, and neighbours of whole ones.
+    // Zeros, tiny and huge numbers. The long form adds denormal numbers, the largest one whose square is
+    // finite, and neighbours of integers.
     let denormal = f32::from_bits(1);
     let special = [
         0.0_f32,
@@ -113,7 +113,7 @@ fn nothing_is_ever_not_a_number() {
             for i in 0..special.len().pow(3) {
                 let n = special.len();
                 let p = [special[i % n], special[i / n % n], special[i / n / n]];
-                // Arithmetic gets the special numbers as operands, shapes' operations distances.
+                // Arithmetic gets the special numbers as operands, operations on shapes get distances.
                 let values = if is_math(row.op) {
                     p
                 } else {
@@ -128,7 +128,7 @@ fn nothing_is_ever_not_a_number() {
     }
 }
 
-/// On a face the gradient is the face's: a picture's normals are asked for just there.
+/// On a face, the gradient is the face's normal: renderers evaluate normals exactly there.
 #[test]
 fn on_a_surface_the_gradient_is_the_normal() {
     let up = [0.0, 1.0, 0.0];
@@ -151,7 +151,7 @@ fn on_a_surface_the_gradient_is_the_normal() {
     ];
     for (op, arguments, p) in all {
         let case = Case::new(op, arguments);
-        let d = case.dual(V3::of(p[0], p[1], p[2]), [Dual::fixed(0.0); 3]);
+        let d = case.dual(V3::new(p[0], p[1], p[2]), [Dual::fixed(0.0); 3]);
         assert_eq!(d.value, 0.0, "{}", case.name());
         let normal = [d.gradient.x, d.gradient.y, d.gradient.z];
         assert_eq!(normal, up, "{}", case.name());

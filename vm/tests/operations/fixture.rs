@@ -1,6 +1,6 @@
-//! What the suites share: random numbers, arguments for every row, and evaluation.
+//! Shared helpers of the tests: random numbers, arguments for every row, and evaluation.
 
-use sdfc_vm::apply::{Applied, Apply, apply, laid_out};
+use sdfc_vm::apply::{Apply, OpResult, apply, pack_parameters};
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::real::{Real, Vector3};
 use sdfc_vm::row::{Argument, ArgumentKind, Output};
@@ -9,14 +9,14 @@ use sdfc_vm::vector::V3;
 
 pub(crate) type Point = [f64; 3];
 
-/// A small reproducible generator (xorshift).
+/// A small reproducible random generator (xorshift).
 pub(crate) struct Random(u64);
 
 impl Random {
     pub(crate) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
-    /// In [0, 1), on a grid that `f32` holds exactly.
+    /// Returns a number in [0, 1), on a grid that `f32` represents exactly.
     pub(crate) fn unit(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -26,7 +26,7 @@ impl Random {
     pub(crate) fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
-    /// In a range, on a coarse grid: such arguments survive the rounding to `f32`.
+    /// Returns a number in a range, on a coarse grid: such arguments are exact in `f32`.
     fn coarse(&mut self, low: f64, high: f64) -> f64 {
         (self.range(low, high) * 64.0).round() / 64.0
     }
@@ -49,7 +49,7 @@ impl Random {
         match argument.kind {
             A::Radius if argument.name == "r1" => vec![self.coarse(0.55, 0.9)],
             A::Radius => vec![self.coarse(0.15, 0.5)],
-            // A cone comes to a point at one end at most.
+            // A cone has an apex at one end at most.
             A::RadiusOrZero | A::LengthOrZero if zero && argument.name != "r1" => vec![0.0],
             A::RadiusOrZero => vec![self.coarse(0.1, 0.9)],
             A::Length if argument.name == "thickness" => vec![self.coarse(0.125, 0.25)],
@@ -68,7 +68,7 @@ impl Random {
             A::Count => vec![self.range(3.0, 8.999).floor()],
         }
     }
-    /// Arguments for an operation: those of its built-in, or of what the compiler gives it.
+    /// Returns arguments for an operation: those of its built-in, or those that the compiler generates.
     pub(crate) fn arguments(&mut self, op: Op) -> Vec<f64> {
         let row = op.row();
         if let Some(language) = row.meta.language {
@@ -135,12 +135,12 @@ impl Random {
     }
 }
 
-/// The constants of an operation, from its arguments.
+/// Returns the constants of an operation, from its arguments.
 pub(crate) fn constants(op: Op, arguments: &[f64]) -> Vec<f32> {
-    laid_out(op, &prepare::<f64>(op, arguments))
+    pack_parameters(op, &prepare::<f64>(op, arguments))
 }
 
-/// An operation with its constants, ready to run.
+/// An operation with its constants, ready to be evaluated.
 pub(crate) struct Case {
     pub(crate) op: Op,
     pub(crate) arguments: Vec<f64>,
@@ -155,40 +155,40 @@ impl Case {
             constants: constants(op, arguments),
         }
     }
-    /// The value at a point, for operands that are values already.
+    /// Returns the value at a point, for given values of the operands.
     pub(crate) fn with(&self, p: Point, values: [f64; 3]) -> f64 {
         match apply::<f64>(self.op, point::<f64>(p), values, &self.constants) {
-            Applied::Value(v) => v,
-            Applied::Point(_) => panic!("{} gives a point", self.op.row().name),
+            OpResult::Value(v) => v,
+            OpResult::Point(_) => panic!("{} gives a point", self.op.row().name),
         }
     }
-    /// The distance at a point, of a shape.
+    /// Returns the distance at a point, for a shape.
     pub(crate) fn at(&self, p: Point) -> f64 {
         self.with(p, [0.0; 3])
     }
-    /// The value and its gradient at a point, for operands that are values with gradients.
+    /// Returns the value and its gradient at a point, for operands with gradients.
     pub(crate) fn dual(&self, p: V3<f64>, values: [Dual<f64>; 3]) -> Dual<f64> {
         match apply::<Dual<f64>>(self.op, DualVec3::seed(p), values, &self.constants) {
-            Applied::Value(v) => v,
-            Applied::Point(_) => panic!("{} gives a point", self.op.row().name),
+            OpResult::Value(v) => v,
+            OpResult::Point(_) => panic!("{} gives a point", self.op.row().name),
         }
     }
-    /// Where a point comes from.
+    /// Returns the result of a map of the point.
     pub(crate) fn map(&self, p: Point) -> Point {
         match apply::<f64>(self.op, point::<f64>(p), [0.0; 3], &self.constants) {
-            Applied::Point(q) => [q.x, q.y, q.z],
-            Applied::Value(_) => panic!("{} gives a value", self.op.row().name),
+            OpResult::Point(q) => [q.x, q.y, q.z],
+            OpResult::Value(_) => panic!("{} gives a value", self.op.row().name),
         }
     }
-    /// The value at a point where the operands are those of [`operands`]; of a new point, the sum
-    /// of its coordinates with different weights.
+    /// Returns the value at a point, for the operands of [`operands`]. For a map of the point, it is the
+    /// sum of the result's coordinates with different weights.
     pub(crate) fn on<R: Apply>(&self, p: R::Vec3) -> R {
         match apply::<R>(self.op, p, operands::<R>(self.op, p), &self.constants) {
-            Applied::Value(v) => v,
-            Applied::Point(q) => q.x() + q.y() * R::constant(0.75) + q.z() * R::constant(0.5),
+            OpResult::Value(v) => v,
+            OpResult::Point(q) => q.x() + q.y() * R::constant(0.75) + q.z() * R::constant(0.5),
         }
     }
-    /// The parameters, without gaps.
+    /// Returns the parameters, without gaps.
     pub(crate) fn parameters(&self) -> Vec<f64> {
         prepare::<f64>(self.op, &self.arguments)
     }
@@ -197,14 +197,14 @@ impl Case {
     }
 }
 
-/// Operands as a scene has them: three balls; numbers of a field for arithmetic.
+/// Returns operands as in a scene: three spheres; for arithmetic, numbers of a field.
 pub(crate) fn operands<R: Real>(op: Op, p: R::Vec3) -> [R; 3] {
     let ball = |x: f64, y: f64, r: f64| {
         let c = R::Vec3::new(R::constant(x), R::constant(y), R::constant(0.125));
         (p - c).length() - R::constant(r)
     };
     match op {
-        // An angle's cosine, a truth value, …: within what they are meant for.
+        // A cosine, a truth value, …: within the valid range.
         Op::Asin | Op::Acos => [ball(0.0, 0.0, 1.0) * R::constant(0.25); 3],
         Op::Extrude | Op::RoundedExtrude => {
             let q = R::Vec3::new(p.x(), p.y(), R::constant(0.0));
@@ -222,8 +222,7 @@ pub(crate) fn point<R: Real>([x, y, z]: Point) -> R::Vec3 {
     R::Vec3::new(R::constant(x), R::constant(y), R::constant(z))
 }
 
-/// How often something is tried: so often where all tests run, and a million times for each operation
-/// with `SDFC_LONG=1`.
+/// Returns the number of tries: `few` by default, and a million for each operation with `SDFC_LONG=1`.
 pub(crate) fn tries(few: usize, cases: usize) -> usize {
     match std::env::var_os("SDFC_LONG") {
         Some(_) => few.max(1_000_000 / cases.max(1)),
@@ -231,7 +230,7 @@ pub(crate) fn tries(few: usize, cases: usize) -> usize {
     }
 }
 
-/// Some random cases of every operation that `wanted` wants.
+/// Returns random cases of every operation that satisfies a predicate.
 pub(crate) fn cases(seed: u64, each: usize, wanted: impl Fn(Op) -> bool) -> Vec<Case> {
     let mut random = Random::new(seed);
     let ops = ROWS.iter().map(|row| row.op).filter(|&op| wanted(op));
@@ -273,8 +272,8 @@ pub(crate) fn distance(a: Point, b: Point) -> f64 {
     length(sub(a, b))
 }
 
-/// The gradient at a point, by dual numbers.
+/// Returns the value and the gradient at a point, by dual numbers.
 pub(crate) fn gradient(case: &Case, p: Point) -> (f64, Point) {
-    let d = case.on::<Dual<f64>>(DualVec3::seed(V3::of(p[0], p[1], p[2])));
+    let d = case.on::<Dual<f64>>(DualVec3::seed(V3::new(p[0], p[1], p[2])));
     (d.value, [d.gradient.x, d.gradient.y, d.gradient.z])
 }

@@ -1,4 +1,4 @@
-//! Changes of the point against the union of all the copies they stand for.
+//! Maps of the point against the union of all the copies that they represent.
 
 use crate::fixture::{Case, Point, Random, add, distance, sub};
 use sdfc_vm::table::Op;
@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 const CENTRE: Point = [0.1875, -0.125, 0.0625];
 const R: f64 = 0.1875;
 
-/// A ball that does not lie in the middle.
+/// A sphere off the centre.
 fn ball(p: Point) -> f64 {
     distance(p, CENTRE) - R
 }
@@ -16,7 +16,7 @@ fn corners() -> Vec<f64> {
     [CENTRE.map(|v| v - R), CENTRE.map(|v| v + R)].concat()
 }
 
-/// All ways to choose 0 or 1 along the axes.
+/// All choices of 0 or 1 for each axis.
 fn choices() -> impl Iterator<Item = [f64; 3]> {
     (0..8).map(|i: i32| [0, 1, 2].map(|axis| f64::from(i >> axis & 1)))
 }
@@ -100,7 +100,7 @@ fn sectors_are_all_their_copies() {
     ] {
         for n in [1.0, 2.0, 3.0, 7.0] {
             let phase = 1.25;
-            // A ball off the middle of its sector.
+            // A sphere off the centre of its sector.
             let mut centre = [0.0625; 3];
             centre[axes[0]] = 0.75 * (phase + 0.1_f64).cos();
             centre[axes[1]] = 0.75 * (phase + 0.1_f64).sin();
@@ -150,7 +150,7 @@ fn twist_and_bend_turn_by_their_rate() {
     near(twist.map([0.5, 1.0, 0.0]), [0.0, 1.0, 0.5]);
     near(bend.map([0.0, 0.5, 0.25]), [0.0, 0.5, 0.25]);
     near(bend.map([1.0, 0.5, 0.25]), [0.5, -1.0, 0.25]);
-    // And on every level a twist is a rotation: it moves nothing closer.
+    // At every height, a twist is a rotation: it preserves distances.
     let mut random = Random::new(44);
     for _ in 0..200 {
         let p = random.point(1.0);

@@ -1,17 +1,17 @@
-//! How steep and how high noise can be: a proof, whatever gradients the hash gives to the corners
+//! The largest slope and the largest value of noise: a proof for any assignment of gradients to the corners
 //! of a cell.
 //!
-//! Along a direction u, the slope of the noise at the place p in its cell is the sum over the
-//! corners c of g · M u, where g is the corner's gradient and M = w·1 + (p − c) ∇wᵀ, with the
-//! corner's weight w. The gradients are the twelve directions to the edges of a cube, so g · v is at
-//! most the sum of the two largest components of v, over √2. Call the sum of these over the corners
-//! F(p, u); the largest F for any place and any direction of length one bounds the slope.
+//! Along a direction u, the slope of the noise at the position p in its cell is the sum over the corners c
+//! of g · M u. Here g is the corner's gradient and M = w·1 + (p − c) ∇wᵀ, with the corner's weight w. The
+//! gradients are the twelve directions to the edges of a cube, so g · v is at most the sum of the two
+//! largest components of v, over √2. Let F(p, u) be the sum of these bounds over the corners. The largest F
+//! over all positions and unit directions bounds the slope.
 //!
-//! A cell is symmetric: it is enough to look at p in an eighth of it and at directions along
-//! (1, s, t) with s and t in [-1, 1]. All places are cut into boxes until the bound holds on each.
-//! On a box of places the entries of M, which are products of functions of one coordinate each, are
-//! ranges; on a box of directions F is largest at a corner, since it is convex in u. (Rounding, at
-//! 1e-15, is nothing against the margin of a hundredth.)
+//! A cell is symmetric: it suffices to consider p in an eighth of it and directions along (1, s, t) with s
+//! and t in [-1, 1]. The positions are subdivided into boxes until the bound holds on each. On a box of
+//! positions, the entries of M, which are products of functions of one coordinate each, are ranges. On a
+//! box of directions, F is largest at a corner, since it is convex in u. (Rounding, at 1e-15, is negligible
+//! against the margin of a hundredth.)
 
 use crate::fixture::Random;
 use sdfc_vm::elementary::perlin;
@@ -19,10 +19,10 @@ use sdfc_vm::interval::{NOISE_SLOPE, NOISE_STEEPNESS};
 use sdfc_vm::vector::V3;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// The smallest and the largest value of something.
+/// The smallest and the largest value of a quantity.
 type Range = [f64; 2];
 
-/// How the weight of a high corner grows, its derivative, and the derivative's own.
+/// The weight of a high corner; below, its first and its second derivative.
 fn fade(t: f64) -> f64 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
@@ -41,14 +41,14 @@ fn times(a: Range, b: Range) -> Range {
     ]
 }
 
-/// The range of a function from its value in the middle and a bound of its derivative.
+/// Returns the range of a function from its value at the centre and a bound of its derivative.
 fn around(f: impl Fn(f64) -> f64, [low, high]: Range, derivative: f64) -> Range {
-    let (middle, way) = (f((low + high) / 2.0), derivative * (high - low) / 2.0);
-    [middle - way, middle + way]
+    let (middle, radius) = (f((low + high) / 2.0), derivative * (high - low) / 2.0);
+    [middle - radius, middle + radius]
 }
 
-/// What the entries of M are made of, along one axis, for the low and the high corner: the weight,
-/// its derivative, the weight times p − c, and the derivative of that.
+/// The factors of the entries of M along one axis, for the low and the high corner: the weight, its
+/// derivative, the weight times p − c, and the derivative of that.
 struct Axis {
     weight: [Range; 2],
     change: [Range; 2],
@@ -57,7 +57,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// For p in a range within [0, 0.5], where `fade` and `slope` grow.
+    /// Returns the factors for p in a range within [0, 0.5], where `fade` and `slope` increase.
     fn over(p: Range) -> Self {
         let [low, high] = p;
         let weight = |t: f64, c: f64| if c == 1.0 { fade(t) } else { 1.0 - fade(t) };
@@ -75,10 +75,10 @@ impl Axis {
         let arm_change = [0.0, 1.0].map(|c| {
             // Its derivative is ±(2 · slope + bend · (p − c)).
             let second = times(bends, [low - c, high - c]);
-            let most = (2.0 * d[0] + second[0])
+            let bound = (2.0 * d[0] + second[0])
                 .abs()
                 .max((2.0 * d[1] + second[1]).abs());
-            around(|t| weight(t, c) + sign(c) * slope(t) * (t - c), p, most)
+            around(|t| weight(t, c) + sign(c) * slope(t) * (t - c), p, bound)
         });
         let arm = [0.0, 1.0].map(|c| {
             let [a, b] = arm_change[c as usize];
@@ -115,12 +115,12 @@ fn matrices(places: [Range; 3]) -> Matrices {
     })
 }
 
-/// g · v at most, given the magnitudes of the components of v.
+/// Returns an upper bound of g · v, given the magnitudes of the components of v.
 fn along_gradient([x, y, z]: [f64; 3]) -> f64 {
     (x + y).max((y + z).max(z + x)) * FRAC_1_SQRT_2
 }
 
-/// F(p, u) at most.
+/// Returns an upper bound of F(p, u).
 fn steepest(corners: &Matrices, u: [f64; 3]) -> f64 {
     let mut sum = 0.0;
     for rows in corners {
@@ -142,8 +142,8 @@ fn halves([low, high]: Range) -> [Range; 2] {
     [[low, middle], [middle, high]]
 }
 
-/// Whether F(p, u) is at most so much for all directions of a box, cut at most `depth` times.
-fn holds(corners: &Matrices, s: Range, t: Range, most: f64, depth: u32) -> bool {
+/// Reports whether F(p, u) is at most `bound` for all directions of a box, subdivided at most `depth` times.
+fn holds(corners: &Matrices, s: Range, t: Range, bound: f64, depth: u32) -> bool {
     let at = |s: f64, t: f64| steepest(corners, [1.0, s, t]);
     let nearest = |r: Range| {
         if r[0] * r[1] <= 0.0 {
@@ -155,19 +155,19 @@ fn holds(corners: &Matrices, s: Range, t: Range, most: f64, depth: u32) -> bool 
     let length = |s: f64, t: f64| (1.0 + s * s + t * t).sqrt();
     let shortest = length(nearest(s), nearest(t));
     if s.into_iter()
-        .all(|s| t.into_iter().all(|t| at(s, t) <= most * shortest))
+        .all(|s| t.into_iter().all(|t| at(s, t) <= bound * shortest))
     {
         return true;
     }
     let middle = |r: Range| (r[0] + r[1]) / 2.0;
     let (m, n) = (middle(s), middle(t));
-    // Where a single direction fails, cutting them does not help.
+    // Where a single direction fails, subdivision does not help.
     depth > 0
-        && at(m, n) <= most * length(m, n)
+        && at(m, n) <= bound * length(m, n)
         && halves(s).into_iter().all(|s| {
             halves(t)
                 .into_iter()
-                .all(|t| holds(corners, s, t, most, depth - 1))
+                .all(|t| holds(corners, s, t, bound, depth - 1))
         })
 }
 
@@ -196,11 +196,11 @@ fn noise_is_no_steeper_than_is_said() {
             pending.push(part);
         }
     }
-    // Along an axis it is no steeper than in any direction.
+    // The slope along an axis is at most that in any direction.
     const { assert!(NOISE_SLOPE >= NOISE_STEEPNESS) };
 }
 
-/// The height is the sum over the corners of the weight times g · (p − c).
+/// The value is the sum over the corners of the weight times g · (p − c).
 #[test]
 fn noise_is_never_higher_than_one() {
     let mut pending = vec![[[0.0, 0.5]; 3]];
@@ -210,11 +210,14 @@ fn noise_is_never_higher_than_one() {
             .map(|corner: usize| {
                 let side = |i: usize| corner >> i & 1;
                 let weight = |i: usize| axes[i].weight[side(i)][1];
-                let off = |i: usize| match side(i) {
+                let deviation = |i: usize| match side(i) {
                     0 => places[i][1],
                     _ => 1.0 - places[i][0],
                 };
-                weight(0) * weight(1) * weight(2) * along_gradient([off(0), off(1), off(2)])
+                weight(0)
+                    * weight(1)
+                    * weight(2)
+                    * along_gradient([deviation(0), deviation(1), deviation(2)])
             })
             .sum();
         if height > 1.0 {
@@ -226,16 +229,16 @@ fn noise_is_never_higher_than_one() {
     }
 }
 
-/// What is proved is of the noise that there is, and not far from what it reaches.
+/// The proved bounds hold for the actual noise, and are close to its extremes.
 #[test]
 fn noise_comes_near_to_what_is_said() {
     let mut random = Random::new(50);
     let (mut steepest, mut highest) = (0.0_f64, 0.0_f64);
     for _ in 0..200_000 {
-        // The steepest places are in the middle of cells.
+        // The steepest positions are in the middle of cells.
         let (cell, inner) = (random.point(5000.0), random.point(0.15));
         let [x, y, z] = [0, 1, 2].map(|i| cell[i].floor() + 0.5 + inner[i]);
-        let (value, slope) = perlin::<f64>(V3::of(x, y, z), 3.0);
+        let (value, slope) = perlin::<f64>(V3::new(x, y, z), 3.0);
         steepest = steepest.max(slope.x.hypot(slope.y).hypot(slope.z));
         highest = highest.max(value.abs());
     }
@@ -244,16 +247,16 @@ fn noise_comes_near_to_what_is_said() {
     assert!(highest < 1.0, "{highest}");
 }
 
-/// The number of an edge's direction, of twelve.
+/// Returns the index of an edge's direction, of twelve.
 fn direction(cell: [i32; 3], seed: i32) -> usize {
     let [x, y, z] = sdfc_vm::elementary::edge(cell.map(|c| c as f32), seed as f32);
     let axis = ((x - 1.0) * 3.0) as usize;
     axis * 4 + usize::from(y < 0.0) * 2 + usize::from(z < 0.0)
 }
 
-/// Directions of corners are independent of those of the corners around and of other seeds: the
-/// pairs of directions are spread evenly, by Pearson's test with 143 degrees of freedom. Of 200 tests
-/// of numbers that are random, one in a million or so has a largest value above 260.
+/// Directions of corners are independent of those of neighbouring corners and of other seeds. The pairs of
+/// directions are distributed evenly, by Pearson's test with 143 degrees of freedom. For 200 tests of
+/// random numbers, the probability of a largest value above 260 is about one in a million.
 #[test]
 fn directions_of_corners_are_independent_of_each_other() {
     const SIDE: i32 = 48;
@@ -271,16 +274,16 @@ fn directions_of_corners_are_independent_of_each_other() {
     for start in [[-24; 3], [1000, -7, 90_000]] {
         for shift in &shifts {
             let mut pairs = [[0_u32; 12]; 12];
-            for place in 0..SIDE.pow(3) {
-                let step = [place % SIDE, place / SIDE % SIDE, place / SIDE / SIDE];
+            for index in 0..SIDE.pow(3) {
+                let step = [index % SIDE, index / SIDE % SIDE, index / SIDE / SIDE];
                 let cell = [0, 1, 2].map(|i| start[i] + step[i]);
                 let other = [0, 1, 2].map(|i| cell[i] + shift[i]);
                 pairs[direction(cell, 5)][direction(other, 5 + shift[3])] += 1;
             }
             let expected = f64::from(SIDE.pow(3)) / 144.0;
-            let off = |count: &u32| (f64::from(*count) - expected).powi(2) / expected;
-            let spread: f64 = pairs.iter().flatten().map(off).sum();
-            assert!(spread < 260.0, "{start:?}, {shift:?}: {spread}");
+            let deviation = |count: &u32| (f64::from(*count) - expected).powi(2) / expected;
+            let statistic: f64 = pairs.iter().flatten().map(deviation).sum();
+            assert!(statistic < 260.0, "{start:?}, {shift:?}: {statistic}");
         }
     }
 }

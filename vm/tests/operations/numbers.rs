@@ -1,8 +1,8 @@
-//! The number types agree: gradients with differences, intervals with what they hold, `f32` with
+//! The number types agree: gradients with differences, intervals with the values in their boxes, `f32` with
 //! `f64`.
 
 use crate::fixture::{Point, Random, cases, constants, gradient, is_math, length, operands, point};
-use sdfc_vm::apply::{Applied, apply};
+use sdfc_vm::apply::{OpResult, apply};
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::interval::{FloatInterval, Interval};
 use sdfc_vm::real::Real;
@@ -26,7 +26,7 @@ fn gradients_are_the_limit_of_differences() {
             };
             let (fine, coarse) = (differences(1e-6), differences(1e-5));
             let scale = 1.0 + length(fine);
-            // Across a kink the two differ, and there is nothing to compare with.
+            // Across a kink, the two differences disagree, and there is nothing to compare with.
             if (0..3).any(|i| (fine[i] - coarse[i]).abs() > 1e-4 * scale) {
                 continue;
             }
@@ -61,16 +61,16 @@ fn intervals_hold_every_value_of_their_box() {
     for case in cases(63, 4, |_| true) {
         for _ in 0..150 {
             let [x, y, z] = random_box(&mut random);
-            let all = case.on::<Interval>(V3::of(x, y, z));
-            assert!(all.lo <= all.hi, "{}: {all:?}", case.name());
+            let hull = case.on::<Interval>(V3::new(x, y, z));
+            assert!(hull.lo <= hull.hi, "{}: {hull:?}", case.name());
             for _ in 0..6 {
                 let p = [x, y, z].map(|i| within(&mut random, i));
                 let v = case.on::<f64>(point::<f64>(p));
                 // The elementary functions of the intervals are the standard library's.
                 let slack = 1e-9 * (1.0 + v.abs());
                 assert!(
-                    all.lo - slack <= v && v <= all.hi + slack,
-                    "{} at {p:?}: {v} outside {all:?} of {x:?}, {y:?}, {z:?}",
+                    hull.lo - slack <= v && v <= hull.hi + slack,
+                    "{} at {p:?}: {v} outside {hull:?} of {x:?}, {y:?}, {z:?}",
                     case.name()
                 );
             }
@@ -78,25 +78,25 @@ fn intervals_hold_every_value_of_their_box() {
     }
 }
 
-/// Boxes across the negative x axis hold angles on both sides of the jump there.
+/// Boxes across the negative x axis contain angles on both sides of the discontinuity there.
 #[test]
 fn intervals_of_angles_hold_every_value_around_the_cut() {
     let mut random = Random::new(71);
     for _ in 0..2000 {
         let [y, x, _] = random_box(&mut random);
-        let all = Real::atan2(y, x);
+        let hull = Real::atan2(y, x);
         for _ in 0..6 {
             let (b, a) = (within(&mut random, y), within(&mut random, x));
             let v = b.atan2(a);
             assert!(
-                all.lo - 1e-12 <= v && v <= all.hi + 1e-12,
-                "{v} at {b}, {a} outside {all:?} of {y:?}, {x:?}"
+                hull.lo - 1e-12 <= v && v <= hull.hi + 1e-12,
+                "{v} at {b}, {a} outside {hull:?} of {y:?}, {x:?}"
             );
         }
     }
 }
 
-/// The intervals of `f32` hold what `f32` gives, to the last bit where nothing but arithmetic is used.
+/// The intervals of `f32` contain the `f32` values, to the last bit where only arithmetic is used.
 #[test]
 fn float_intervals_hold_what_f32_gives() {
     let mut random = Random::new(68);
@@ -106,16 +106,16 @@ fn float_intervals_hold_what_f32_gives() {
                 lo: i.lo as f32,
                 hi: (i.hi as f32).max(i.lo as f32),
             });
-            let all = case.on::<FloatInterval>(V3::of(x, y, z));
+            let hull = case.on::<FloatInterval>(V3::new(x, y, z));
             for _ in 0..6 {
                 let [a, b, c] = [x, y, z].map(|i| {
                     let at = within(&mut random, Interval::between(i.lo.into(), i.hi.into()));
                     (at as f32).clamp(i.lo, i.hi)
                 });
-                let v = case.on::<f32>(V3::of(a, b, c));
+                let v = case.on::<f32>(V3::new(a, b, c));
                 assert!(
-                    all.lo <= v && v <= all.hi,
-                    "{} at {a}, {b}, {c}: {v} outside {all:?} of {x:?}, {y:?}, {z:?}",
+                    hull.lo <= v && v <= hull.hi,
+                    "{} at {a}, {b}, {c}: {v} outside {hull:?} of {x:?}, {y:?}, {z:?}",
                     case.name()
                 );
             }
@@ -123,9 +123,9 @@ fn float_intervals_hold_what_f32_gives() {
     }
 }
 
-/// The slopes of intervals bound what jumps and what does not alike: the difference of any two
-/// points of a box is at most the slope times the way. (Bodies of shapes fold space by jumps that
-/// cancel; their rows say what their slope is.)
+/// The slopes of intervals bound discontinuous and continuous functions alike: the difference between any
+/// two points of a box is at most the slope times their distance. (Bodies of shapes fold space by
+/// discontinuities that cancel; their rows state their slope.)
 #[test]
 fn slopes_of_intervals_bound_all_differences() {
     let mut random = Random::new(64);
@@ -138,7 +138,7 @@ fn slopes_of_intervals_bound_all_differences() {
                 hi: v + size,
             });
             let d = case
-                .on::<Dual<Interval>>(DualVec3::seed(V3::of(x, y, z)))
+                .on::<Dual<Interval>>(DualVec3::seed(V3::new(x, y, z)))
                 .gradient;
             let [p, q] = [0; 2].map(|_| [x, y, z].map(|i| within(&mut random, i)));
             let change = case.on::<f64>(point::<f64>(q)) - case.on::<f64>(point::<f64>(p));
@@ -146,11 +146,11 @@ fn slopes_of_intervals_bound_all_differences() {
                 .iter()
                 .zip(0..3)
                 .map(|(slope, i)| {
-                    let way = (q[i] - p[i]).abs();
-                    if way == 0.0 {
+                    let step = (q[i] - p[i]).abs();
+                    if step == 0.0 {
                         0.0
                     } else {
-                        slope.magnitude() * way
+                        slope.magnitude() * step
                     }
                 })
                 .sum();
@@ -163,8 +163,8 @@ fn slopes_of_intervals_bound_all_differences() {
     }
 }
 
-/// The default tier's tolerance: 16 · 2⁻²⁴ of the largest coordinate, more where a sine or an
-/// angle goes into a length.
+/// The default tier's tolerance: 16 · 2⁻²⁴ of the largest coordinate, more where a sine or an angle
+/// contributes to a length.
 #[test]
 fn single_precision_is_close_to_double() {
     let mut random = Random::new(66);
@@ -189,13 +189,13 @@ fn single_precision_is_close_to_double() {
         for _ in 0..500 {
             let p = random.point(4.0);
             let [single, double] = [
-                f64::from(case.on::<f32>(V3::of(p[0] as f32, p[1] as f32, p[2] as f32))),
+                f64::from(case.on::<f32>(V3::new(p[0] as f32, p[1] as f32, p[2] as f32))),
                 case.on::<f64>(point::<f64>(p)),
             ];
             let tolerance = if folds { 64.0 } else { 16.0 } * ulp * 4.0;
             outside += usize::from((single - double).abs() > tolerance);
         }
-        // Where space is cut into cells, a point may fall to either side of a seam.
+        // Where space is divided into cells, a point may be on either side of a cell boundary.
         let seams = if case.op.row().output == sdfc_vm::row::Output::Point {
             2
         } else {
@@ -212,26 +212,26 @@ fn single_precision_arithmetic_is_close_to_double() {
     for case in cases(69, 2, |op| {
         is_math(op) && op.row().output == sdfc_vm::row::Output::Value
     }) {
-        // What jumps, or is steep without end, is compared elsewhere.
+        // Functions with discontinuities or unbounded slopes are compared elsewhere.
         if matches!(case.op, Op::Noise | Op::NoiseOctave | Op::RidgeOctave) {
             continue;
         }
         let mut outside = 0;
         for _ in 0..500 {
             let p = random.point(2.0);
-            let q = V3::of(p[0], p[1], p[2]);
+            let q = V3::new(p[0], p[1], p[2]);
             let values = operands::<f64>(case.op, q).map(|v| f64::from(v as f32));
             let narrow = values.map(|v| v as f32);
             let constants = constants(case.op, &case.arguments);
-            let single = V3::of(p[0] as f32, p[1] as f32, p[2] as f32);
+            let single = V3::new(p[0] as f32, p[1] as f32, p[2] as f32);
             let [a, b] = [
                 match apply::<f32>(case.op, single, narrow, &constants) {
-                    Applied::Value(v) => f64::from(v),
-                    Applied::Point(_) => panic!("a point"),
+                    OpResult::Value(v) => f64::from(v),
+                    OpResult::Point(_) => panic!("a point"),
                 },
                 match apply::<f64>(case.op, q, values, &constants) {
-                    Applied::Value(v) => v,
-                    Applied::Point(_) => panic!("a point"),
+                    OpResult::Value(v) => v,
+                    OpResult::Point(_) => panic!("a point"),
                 },
             ];
             outside += usize::from((a - b).abs() > 2e-6 * (1.0 + b.abs()));

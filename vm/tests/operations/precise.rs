@@ -1,8 +1,8 @@
 //! Intervals and their duals against values that were computed to 60 digits: `precise.csv`, which
-//! `precise.py` writes from what the shapes are.
+//! `precise.py` generates from the definitions of the shapes.
 
-use sdfc_vm::apply::{Applied, apply, laid_out};
-use sdfc_vm::branching::{Branching, hulled};
+use sdfc_vm::apply::{OpResult, apply, pack_parameters};
+use sdfc_vm::branching::{BranchInterval, eval_hull};
 use sdfc_vm::dual::{Dual, DualVec3};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::table::Op;
@@ -30,7 +30,7 @@ fn lines() -> Vec<Line> {
         Line {
             text,
             op,
-            constants: laid_out(op, &numbers(fields[1])),
+            constants: pack_parameters(op, &numbers(fields[1])),
             inputs: numbers(fields[2]),
             value: numbers(fields[3])[0],
             derivatives: numbers(fields[4]),
@@ -39,22 +39,23 @@ fn lines() -> Vec<Line> {
     table.lines().skip(1).map(line).collect()
 }
 
-/// Whether an interval holds the number that `v` is the nearest `f64` of.
+/// Reports whether an interval contains the number whose nearest `f64` is `v`.
 fn holds(i: Interval, v: f64) -> bool {
     i.lo <= v.next_up() && v.next_down() <= i.hi
 }
 
-/// What an operation gives for exact inputs: the value and the derivative by each of them.
+/// Returns the result of an operation for exact inputs: the value and its derivative with respect to each
+/// of them.
 fn dual(line: &Line) -> Dual<Interval> {
     let input = |i: usize| Interval::point(line.inputs.get(i).copied().unwrap_or(0.0));
-    let p = V3::of(input(0), input(1), input(2));
+    let p = V3::new(input(0), input(1), input(2));
     let values = [0, 1, 2].map(|i| Dual {
         value: input(i),
         gradient: DualVec3::<Interval>::seed(p).gradients[i],
     });
     match apply::<Dual<Interval>>(line.op, DualVec3::seed(p), values, &line.constants) {
-        Applied::Value(v) => v,
-        Applied::Point(_) => panic!("{}: gives a point", line.text),
+        OpResult::Value(v) => v,
+        OpResult::Point(_) => panic!("{}: gives a point", line.text),
     }
 }
 
@@ -63,21 +64,21 @@ fn intervals_hold_values_of_many_digits() {
     let lines = lines();
     assert!(lines.len() > 150);
     for line in &lines {
-        let found = dual(line);
-        let told = format!("{}\n  {found:?}", line.text);
-        assert!(holds(found.value, line.value), "{told}");
-        let gradient = [found.gradient.x, found.gradient.y, found.gradient.z];
+        let result = dual(line);
+        let message = format!("{}\n  {result:?}", line.text);
+        assert!(holds(result.value, line.value), "{message}");
+        let gradient = [result.gradient.x, result.gradient.y, result.gradient.z];
         for (bounds, &derivative) in gradient.into_iter().zip(&line.derivatives) {
-            assert!(holds(bounds, derivative), "{told}");
+            assert!(holds(bounds, derivative), "{message}");
         }
-        // And are no wider than so many roundings make them.
+        // The intervals are no wider than their roundings require.
         let size = line
             .inputs
             .iter()
             .fold(1.0_f64, |most, v| most.max(v.abs()));
         if line.value.abs() < 1e7 {
-            let width = found.value.hi - found.value.lo;
-            assert!(width <= 1e-12 * size.max(line.value.abs()), "{told}");
+            let width = result.value.hi - result.value.lo;
+            assert!(width <= 1e-12 * size.max(line.value.abs()), "{message}");
         }
     }
 }
@@ -86,17 +87,17 @@ fn intervals_hold_values_of_many_digits() {
 fn branching_intervals_are_the_same_where_nothing_is_open() {
     for line in &lines() {
         let input = |i: usize| Interval::point(line.inputs.get(i).copied().unwrap_or(0.0));
-        let p = Branching::point([0, 1, 2].map(input));
+        let p = BranchInterval::point([0, 1, 2].map(input));
         let values = [p.x, p.y, p.z];
-        let (range, whole) =
-            hulled(
-                || match apply::<Branching>(line.op, p, values, &line.constants) {
-                    Applied::Value(v) => v,
-                    Applied::Point(_) => panic!("{}: gives a point", line.text),
+        let (range, is_decided) =
+            eval_hull(
+                || match apply::<BranchInterval>(line.op, p, values, &line.constants) {
+                    OpResult::Value(v) => v,
+                    OpResult::Point(_) => panic!("{}: gives a point", line.text),
                 },
             );
         let Dual { value, .. } = dual(line);
-        if whole {
+        if is_decided {
             assert_eq!((range.lo, range.hi), (value.lo, value.hi), "{}", line.text);
         } else {
             assert!(holds(range, line.value), "{}", line.text);

@@ -1,8 +1,8 @@
-//! Formulas that are in wide use and wrong, or unsafe to march on: each is written out here, seen to
-//! fail where it is said to, and our operation is right at that place.
+//! Formulas in wide use that are wrong, or unsafe to march on. Each is written out here and shown to fail
+//! at a stated place, where our operation is right.
 //!
-//! They are those of the usual collections (I. Quilez, *Distance Functions*; hg_sdf; older texts) as
-//! they are most often copied.
+//! They are from the usual collections (I. Quilez, *Distance Functions*; hg_sdf; older texts), in the form
+//! in which they are most often copied.
 
 use crate::fixture::{Case, Point, Random, distance, length, sub};
 use sdfc_vm::bounds::Bounds;
@@ -13,7 +13,7 @@ fn dot(a: Point, b: Point) -> f64 {
     (0..3).map(|i| a[i] * b[i]).sum()
 }
 
-/// How far an ellipsoid's surface is from a point inside it, by walking over the surface.
+/// Returns the distance from a point inside an ellipsoid to its surface, by sampling the surface.
 fn depth_of_ellipsoid(radii: Point, p: Point) -> f64 {
     let mut nearest = f64::INFINITY;
     for i in 0..400 {
@@ -30,8 +30,8 @@ fn depth_of_ellipsoid(radii: Point, p: Point) -> f64 {
     nearest
 }
 
-/// `k0 (k0 − 1) / k1` is many times too deep inside, which makes holes cut by it wrong, and 0/0 at the
-/// centre.
+/// `k0 (k0 − 1) / k1` is several times too deep inside, which makes holes cut by it wrong, and it is 0/0 at
+/// the centre.
 #[test]
 fn an_ellipsoid_is_no_deeper_than_it_is() {
     let radii = [1.0, 0.5, 0.25];
@@ -49,7 +49,8 @@ fn an_ellipsoid_is_no_deeper_than_it_is() {
     assert!(-ours.at(p) <= depth + 1e-3, "{} of {depth}", ours.at(p));
 }
 
-/// `length(max(q, 0))` is zero everywhere inside: no normals there, and nothing can be cut with it.
+/// `length(max(q, 0))` is zero everywhere inside: there are no normals there, and nothing can be cut with
+/// it.
 #[test]
 fn a_box_has_a_depth() {
     let half = [0.5, 0.75, 1.0];
@@ -60,7 +61,7 @@ fn a_box_has_a_depth() {
     assert!((ours.at(p) + 0.4).abs() < 1e-12);
 }
 
-/// The segment's share is 0/0 where both ends are one point.
+/// The segment's parameter is 0/0 where both ends coincide.
 #[test]
 fn a_capsule_of_one_point_is_a_ball() {
     let end = [0.25, -0.5, 1.0];
@@ -81,7 +82,7 @@ fn a_capsule_of_one_point_is_a_ball() {
     }
 }
 
-/// The slant of a round cone is the root of a negative number where one ball holds the other.
+/// The slant of a round cone is the root of a negative number if one sphere contains the other.
 #[test]
 fn a_round_cone_within_its_larger_ball_is_that_ball() {
     for (r1, r2, h) in [(1.0, 0.25, 0.5), (0.25, 1.0, 0.5), (0.75, 0.25, 0.5)] {
@@ -100,7 +101,7 @@ fn a_round_cone_within_its_larger_ball_is_that_ball() {
     }
 }
 
-/// `tan` of half the opening has a pole at 90°: there the cone is a half space.
+/// `tan` of half the opening has a pole at 90°, where the cone is a half space.
 #[test]
 fn a_cone_of_half_a_turn_is_a_half_space() {
     let tangent = (std::f64::consts::FRAC_PI_2).tan();
@@ -113,11 +114,11 @@ fn a_cone_of_half_a_turn_is_a_half_space() {
     }
 }
 
-/// The two bound forms `max(dot(q, side), −h − y)` of a cone and of a three-sided prism are half of the
-/// distance past their rims; ours are the distance.
+/// The two bound forms `max(dot(q, side), −h − y)` of a cone and of a three-sided prism give half of the
+/// distance beyond their rims; ours give the distance.
 #[test]
 fn cones_and_prisms_are_as_far_as_they_are() {
-    // A cone of height 1 and radius 1 below, its tip at the origin; a point below its rim.
+    // A cone of height 1 and bottom radius 1, with its tip at the origin; a point below its rim.
     let p = [1.5_f64, -1.5, 0.0];
     let side = std::f64::consts::FRAC_1_SQRT_2;
     let published = (side * p[0] + side * p[1]).max(-1.0 - p[1]);
@@ -137,7 +138,7 @@ fn cones_and_prisms_are_as_far_as_they_are() {
     assert!(published(p) < 0.55 * ours.at(p));
 }
 
-/// `max(−d1, d2)` takes the first from the second.
+/// `max(−d1, d2)` subtracts the first from the second.
 #[test]
 fn a_difference_takes_the_second_from_the_first() {
     let case = Case::new(Op::Subtraction, &[]);
@@ -150,8 +151,8 @@ fn a_difference_takes_the_second_from_the_first() {
     assert_eq!(difference(second, first), 0.5);
 }
 
-/// Copies that are not in the middle of their cells: the point's own cell alone overestimates nearly
-/// three times, and jumps.
+/// Copies off the centre of their cells: the point's own cell alone overestimates the distance by a factor
+/// of nearly three, and is discontinuous.
 #[test]
 fn copies_off_the_middle_are_never_overestimated() {
     let (centre, r) = ([0.4, 0.0, 0.0], 0.05);
@@ -187,8 +188,8 @@ fn copies_off_the_middle_are_never_overestimated() {
     assert!(jump.abs() > 0.5, "{jump}");
 }
 
-/// The remainder of the language of shaders has the sign of the dividend, so cells left of the origin
-/// come out shifted.
+/// In the shading language, the remainder has the sign of the dividend, so cells left of the origin are
+/// shifted.
 #[test]
 fn cells_left_of_the_origin_are_like_all_others() {
     let published = |x: f64| (x + 0.5) % 1.0 - 0.5;
@@ -202,56 +203,56 @@ fn cells_left_of_the_origin_are_like_all_others() {
     assert_eq!(modulo.with([0.0; 3], [-1.0, 3.0, 0.0]), 2.0);
 }
 
-/// A twist and a bend stretch space: distances in it are too large unless they are divided. That of a
-/// twist is not √(1 + k²r²) either, which is often read.
+/// A twist and a bend stretch space: distances are too large unless they are divided. The stretch of a
+/// twist is not √(1 + k²r²) either, as is often stated.
 #[test]
 fn a_twist_and_a_bend_know_how_much_they_stretch() {
     let twist = Case::new(Op::Twist, &[1.0]);
-    let Slope::Stretch(stretch) = Op::Twist.row().meta.slope else {
+    let Slope::PointMap(stretch) = Op::Twist.row().meta.slope else {
         panic!("a twist stretches");
     };
     // A radius of one in all directions.
     let side = std::f64::consts::FRAC_1_SQRT_2;
     let region = Bounds::centred([side, 1.0, side]);
-    let said = stretch(&twist.parameters(), &region);
+    let bound = stretch(&twist.parameters(), &region);
     let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
-    assert!((said - golden).abs() < 1e-9, "{said}");
-    // And it is that much at the rim.
+    assert!((bound - golden).abs() < 1e-9, "{bound}");
+    // The bound is attained at the rim.
     let p = [1.0, 0.0, 0.0];
-    let mut most = 0.0_f64;
+    let mut largest = 0.0_f64;
     for i in 0..400 {
         let angle = f64::from(i) * 0.007_85;
         let step = [0.0, angle.cos() * 1e-6, angle.sin() * 1e-6];
         let q = [0, 1, 2].map(|axis| p[axis] + step[axis]);
-        most = most.max(distance(twist.map(p), twist.map(q)) / 1e-6);
+        largest = largest.max(distance(twist.map(p), twist.map(q)) / 1e-6);
     }
     assert!(
-        most > std::f64::consts::SQRT_2 + 0.1 && most <= golden + 1e-6,
-        "{most}"
+        largest > std::f64::consts::SQRT_2 + 0.1 && largest <= golden + 1e-6,
+        "{largest}"
     );
-    let Slope::Stretch(stretch) = Op::Bend.row().meta.slope else {
+    let Slope::PointMap(stretch) = Op::Bend.row().meta.slope else {
         panic!("a bend stretches");
     };
     let bend = Case::new(Op::Bend, &[1.0]);
     assert!(stretch(&bend.parameters(), &Bounds::centred([1.0, 0.5, 1.0])) >= 1.5);
 }
 
-/// `h / k` is 0/0 without thickness; the exponential form loses everything where 2^(−d/k) vanishes; the
-/// form with `mix` loses what a sentinel of 1e9 rounds away; and a blend of a shape with itself is not
-/// that shape.
+/// `h / k` is 0/0 for zero thickness. The exponential form overflows where 2^(−d/k) vanishes. The form with
+/// `mix` loses the digits that a sentinel of 1e9 rounds away. A blend of a shape with itself is not that
+/// shape.
 #[test]
 fn blends_keep_their_digits() {
     let single = |op: Op, k: f64, a: f32, b: f32| {
         let case = Case::new(op, &[k]);
         let value = sdfc_vm::apply::apply::<f32>(
             op,
-            sdfc_vm::vector::V3::of(0.0, 0.0, 0.0),
+            sdfc_vm::vector::V3::new(0.0, 0.0, 0.0),
             [a, b, 0.0],
             &case.constants,
         );
         match value {
-            sdfc_vm::apply::Applied::Value(v) => v,
-            sdfc_vm::apply::Applied::Point(_) => panic!("a blend gives a value"),
+            sdfc_vm::apply::OpResult::Value(v) => v,
+            sdfc_vm::apply::OpResult::Point(_) => panic!("a blend gives a value"),
         }
     };
     let unions = [
@@ -261,14 +262,14 @@ fn blends_keep_their_digits() {
         Op::ExponentialUnion,
     ];
     for op in unions {
-        // Without thickness, of equal operands.
+        // Zero thickness and equal operands.
         assert_eq!(single(op, 0.0, 0.5, 0.5), 0.5, "{op:?}");
         // Far from both.
         let far = single(op, 0.01, 40.0, 41.0);
         assert!((far - 40.0).abs() < 1e-3, "{op:?}: {far}");
-        // Beside what stands for nothing.
+        // Next to a sentinel for the empty shape.
         assert_eq!(single(op, 0.25, 1e9, 0.125), 0.125, "{op:?}");
-        // Of a shape with itself.
+        // A shape with itself.
         let same = single(op, 0.25, 0.125, 0.125);
         assert!((same - (0.125 - 0.25)).abs() < 1e-6, "{op:?}: {same}");
     }
@@ -278,18 +279,18 @@ fn blends_keep_their_digits() {
     assert_ne!(mixed(0.125, 1e9, 1.0), 0.125);
 }
 
-/// The rounded union of hg_sdf is steeper than one, and its row says so.
+/// The slope of the rounded union of hg_sdf exceeds one, as its row states.
 #[test]
 fn a_rounded_union_says_that_it_is_steeper() {
     assert!(matches!(Op::RoundUnion.row().meta.slope, Slope::Norm));
-    // Two operands that grow together, as those of two planes at a small angle.
+    // Two operands that increase together, as those of two planes at a small angle.
     let case = Case::new(Op::RoundUnion, &[0.5]);
     let at = |d: f64| case.with([0.0; 3], [d, d, 0.0]);
     let slope = (at(0.21) - at(0.2)) / 0.01;
     assert!(slope > 1.3, "{slope}");
 }
 
-/// A frame whose bars are thicker than the box, a rounding larger than it, a torus thicker than wide:
+/// A frame whose bars are thicker than the box, a rounding larger than it, a torus thicker than wide: valid
 /// shapes, not inside-out ones.
 #[test]
 fn what_is_too_large_is_cut_to_what_fits() {
@@ -310,7 +311,7 @@ fn what_is_too_large_is_cut_to_what_fits() {
     }
 }
 
-/// An elongated shape is flat in its gap by the short form: no normals there. The one that follows is
+/// By the short form, an elongated shape is flat in its gap, and has no normals there. The correction is
 /// the depth.
 #[test]
 fn an_elongated_shape_has_a_depth_in_its_gap() {

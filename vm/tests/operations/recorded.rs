@@ -1,11 +1,11 @@
-//! The recorded WGSL of every operation: valid, and as it reads in the snapshot.
+//! The recorded WGSL of every operation: valid, and equal to the snapshot.
 
 use sdfc_vm::apply::{record_gradient, record_interval, record_value};
 use sdfc_vm::prelude;
-use sdfc_vm::record::{BOX_POINT, DUAL_POINT, Function};
+use sdfc_vm::record::{BOX_POINT, DUAL_POINT, RecordedFunction};
 use sdfc_vm::table::ROWS;
 
-/// Validates a text by naga.
+/// Validates a WGSL text with naga.
 fn validate(text: &str) -> Result<(), String> {
     let module = naga::front::wgsl::parse_str(text).map_err(|e| e.emit_to_string(text))?;
     let flags = naga::valid::ValidationFlags::all();
@@ -16,7 +16,7 @@ fn validate(text: &str) -> Result<(), String> {
     Ok(())
 }
 
-fn text(functions: &[Function]) -> String {
+fn text(functions: &[RecordedFunction]) -> String {
     functions
         .iter()
         .map(|f| f.text.as_str())
@@ -46,18 +46,18 @@ fn prelude() {
 
 #[test]
 fn values() {
-    let functions: Vec<Function> = ROWS.iter().map(|row| record_value(row.op)).collect();
+    let functions: Vec<RecordedFunction> = ROWS.iter().map(|row| record_value(row.op)).collect();
     insta::assert_snapshot!(text(&functions));
 }
 
 #[test]
 fn gradients() {
-    let functions: Vec<Function> = ROWS.iter().map(|row| record_gradient(row.op)).collect();
+    let functions: Vec<RecordedFunction> = ROWS.iter().map(|row| record_gradient(row.op)).collect();
     insta::assert_snapshot!(text(&functions));
 }
 
 #[test]
 fn intervals() {
-    let functions: Vec<Function> = ROWS.iter().map(|row| record_interval(row.op)).collect();
+    let functions: Vec<RecordedFunction> = ROWS.iter().map(|row| record_interval(row.op)).collect();
     insta::assert_snapshot!(text(&functions));
 }

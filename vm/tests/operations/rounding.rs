@@ -1,30 +1,30 @@
-//! Running error bounds: what `f32` gives is no farther from what `f64` gives than they say, for
-//! every operation; over boxes too; and they are of the size of what is seen.
+//! Running error bounds: the difference between `f32` and `f64` is within them, for every operation, at
+//! points and over boxes. They are also of the size of the observed errors.
 
 use crate::fixture::{Case, Random, cases};
 use sdfc_vm::interval::Interval;
 use sdfc_vm::real::Real;
-use sdfc_vm::rounding::Rounded;
+use sdfc_vm::rounding::RunningError;
 use sdfc_vm::vector::V3;
 
-/// What an `f64` may be off itself.
+/// The rounding error of `f64` itself.
 fn slack(value: f64) -> f64 {
     1e-13 * (1.0 + value.abs())
 }
 
-/// The value in `f32`, and in `f64`.
+/// Returns the value in `f32`, and in `f64`.
 fn values(case: &Case, p: [f32; 3]) -> (f64, f64) {
     let [x, y, z] = p.map(f64::from);
-    let single = case.on::<f32>(V3::of(p[0], p[1], p[2]));
-    (f64::from(single), case.on::<f64>(V3::of(x, y, z)))
+    let single = case.on::<f32>(V3::new(p[0], p[1], p[2]));
+    (f64::from(single), case.on::<f64>(V3::new(x, y, z)))
 }
 
-fn exact(p: [f32; 3]) -> V3<Rounded> {
-    let [x, y, z] = p.map(|v| Rounded::exact(f64::from(v)));
-    V3::of(x, y, z)
+fn exact(p: [f32; 3]) -> V3<RunningError> {
+    let [x, y, z] = p.map(|v| RunningError::exact(f64::from(v)));
+    V3::new(x, y, z)
 }
 
-/// A point as `f32` has it; now and then one on an axis, on a face or far away.
+/// Returns a random point of `f32` numbers; sometimes on an axis, on a face or far away.
 fn point(random: &mut Random) -> [f32; 3] {
     let reach = [2.0, 2.0, 2.0, 50.0, 1e4][(random.unit() * 5.0) as usize];
     let coarse = random.unit() < 0.1;
@@ -37,20 +37,20 @@ fn point(random: &mut Random) -> [f32; 3] {
     })
 }
 
-/// A million points, some for each operation.
+/// Checks a million points, divided among the operations.
 #[test]
 fn no_operation_is_off_by_more_than_its_bound() {
     let mut random = Random::new(600);
     let cases = cases(601, 12, |_| true);
     let each = 1_000_000 / cases.len();
-    let (mut torn, mut unknown, mut all) = (0, 0, 0);
+    let (mut uncertain, mut unknown, mut all) = (0, 0, 0);
     let mut slackest: Vec<(f64, f64, String)> = Vec::new();
     for case in &cases {
-        let (mut worst, mut most) = (0.0_f64, 0.0_f64);
+        let (mut worst, mut largest_bound) = (0.0_f64, 0.0_f64);
         for _ in 0..each {
             let p = point(&mut random);
             let (single, double) = values(case, p);
-            let bound = case.on::<Rounded>(exact(p));
+            let bound = case.on::<RunningError>(exact(p));
             all += 1;
             assert!(
                 bound.value.lo - slack(double) <= double
@@ -59,43 +59,46 @@ fn no_operation_is_off_by_more_than_its_bound() {
                 case.name(),
                 bound.value
             );
-            torn += usize::from(bound.torn);
+            uncertain += usize::from(bound.branch_uncertain);
             unknown += usize::from(bound.error == f64::INFINITY);
-            let off = (single - double).abs();
+            let difference = (single - double).abs();
             assert!(
-                off <= bound.whatever_is_decided() + slack(double),
-                "{} at {p:?}: {single} instead of {double}, {off} off, the bound is {}",
+                difference <= bound.worst_case_error() + slack(double),
+                "{} at {p:?}: {single} instead of {double}, {difference} off, the bound is {}",
                 case.name(),
                 bound.error
             );
             let near = p.iter().all(|v| v.abs() <= 2.0);
-            if near && bound.whatever_is_decided().is_finite() {
-                worst = worst.max(off);
-                most = most.max(bound.error);
+            if near && bound.worst_case_error().is_finite() {
+                worst = worst.max(difference);
+                largest_bound = largest_bound.max(bound.error);
             }
         }
-        slackest.push((most / worst.max(1e-9), most, case.name()));
+        slackest.push((largest_bound / worst.max(1e-9), largest_bound, case.name()));
     }
     slackest.sort_by(|a, b| b.0.total_cmp(&a.0));
-    for (ratio, most, name) in slackest.iter().take(5) {
-        eprintln!("{ratio:8.1} times what was seen, at most {most:.2e}: {name}");
+    for (ratio, largest_bound, name) in slackest.iter().take(5) {
+        eprintln!("{ratio:8.1} times what was seen, at most {largest_bound:.2e}: {name}");
     }
-    eprintln!("{torn} torn and {unknown} unknown of {all}");
-    let tightest = slackest.iter().rev().filter(|(_, most, _)| *most > 0.0);
-    for (ratio, most, name) in tightest.take(5) {
-        eprintln!("{ratio:8.1} times what was seen, at most {most:.2e}: {name}");
+    eprintln!("{uncertain} torn and {unknown} unknown of {all}");
+    let tightest = slackest
+        .iter()
+        .rev()
+        .filter(|(_, largest_bound, _)| *largest_bound > 0.0);
+    for (ratio, largest_bound, name) in tightest.take(5) {
+        eprintln!("{ratio:8.1} times what was seen, at most {largest_bound:.2e}: {name}");
     }
-    // Some are exact at all of these points, which the rules do not know.
+    // Some operations are exact at all of these points, which the rules do not cover.
     let silly = slackest
         .iter()
-        .filter(|(ratio, most, _)| *ratio > 400.0 && *most > 1e-5);
+        .filter(|(ratio, largest_bound, _)| *ratio > 400.0 && *largest_bound > 1e-5);
     let silly: Vec<_> = silly.collect();
     assert!(silly.is_empty(), "{silly:?}");
-    assert!(torn * 50 < all, "{torn} of {all} are torn");
+    assert!(uncertain * 50 < all, "{uncertain} of {all} are torn");
     assert!(unknown * 50 < all, "of {unknown} in {all} nothing is known");
 }
 
-/// The bound for a box holds at every point of it, and its interval holds the values.
+/// The bound for a box holds at every point of it, and its interval contains the values.
 #[test]
 fn the_bound_of_a_box_holds_at_its_points() {
     let mut random = Random::new(602);
@@ -106,13 +109,13 @@ fn the_bound_of_a_box_holds_at_its_points() {
             let centre = point(&mut random);
             let half = random.range(-12.0, 0.0).exp2() as f32;
             let sides = centre.map(|c| Interval::between(f64::from(c - half), f64::from(c + half)));
-            let [x, y, z] = sides.map(|value| Rounded {
+            let [x, y, z] = sides.map(|value| RunningError {
                 value,
                 error: 0.0,
-                torn: false,
-                whole: false,
+                branch_uncertain: false,
+                is_integer: false,
             });
-            let bound = case.on::<Rounded>(V3::of(x, y, z));
+            let bound = case.on::<RunningError>(V3::new(x, y, z));
             finite += usize::from(bound.error < 1e-3);
             for _ in 0..20 {
                 let p: [f32; 3] = std::array::from_fn(|axis| {
@@ -120,14 +123,15 @@ fn the_bound_of_a_box_holds_at_its_points() {
                     (random.range(side.lo, side.hi) as f32).clamp(side.lo as f32, side.hi as f32)
                 });
                 let (single, double) = values(case, p);
-                let off = (single - double).abs();
+                let difference = (single - double).abs();
                 assert!(
-                    off <= bound.whatever_is_decided() + slack(double),
-                    "{} at {p:?}, ±{half}: {single} instead of {double}, {off} off, the bound is {}",
+                    difference <= bound.worst_case_error() + slack(double),
+                    "{} at {p:?}, ±{half}: {single} instead of {double}, {difference} off, the bound is {}",
                     case.name(),
                     bound.error
                 );
-                // A torn value of f32 may lie elsewhere, but that of real numbers does not.
+                // The `f32` value of an uncertain branch may lie outside, but the value for real numbers
+                // does not.
                 assert!(
                     bound.value.lo - slack(double) <= double
                         && double <= bound.value.hi + slack(double),
@@ -145,30 +149,31 @@ fn the_bound_of_a_box_holds_at_its_points() {
     );
 }
 
-/// What the coordinates are off already is passed on: a ball's distance by as much, noise by as much
-/// as it is steep, and what lies in another cell of a repetition not at all.
+/// Errors of coordinates are propagated: unchanged into a sphere's distance, times its slope into noise,
+/// and unchanged into another cell of a repetition.
 #[test]
 fn what_coordinates_are_off_is_passed_on() {
-    let at = |v: f64, error: f64| Rounded {
+    let at = |v: f64, error: f64| RunningError {
         error,
-        ..Rounded::exact(v)
+        ..RunningError::exact(v)
     };
     let mut random = Random::new(604);
     for case in &cases(605, 4, |op| op.row().reads_point()) {
         for _ in 0..2000 {
             let p = point(&mut random);
-            let off = random.range(-20.0, -8.0).exp2() * (1.0 + f64::from(p[0].abs()));
-            let [x, y, z] = p.map(|v| at(f64::from(v), off));
-            let bound = case.on::<Rounded>(V3::of(x, y, z));
-            let moved = p.map(|v| (f64::from(v) + off * random.range(-0.99, 0.99)) as f32);
-            let double = case.on::<f64>(V3::of(p[0].into(), p[1].into(), p[2].into()));
-            let single = f64::from(case.on::<f32>(V3::of(moved[0], moved[1], moved[2])));
-            // Rounding to f32 may move a coordinate farther than asked for.
-            let apart = (0..3).all(|i| (f64::from(moved[i]) - f64::from(p[i])).abs() <= off);
+            let input_error = random.range(-20.0, -8.0).exp2() * (1.0 + f64::from(p[0].abs()));
+            let [x, y, z] = p.map(|v| at(f64::from(v), input_error));
+            let bound = case.on::<RunningError>(V3::new(x, y, z));
+            let moved = p.map(|v| (f64::from(v) + input_error * random.range(-0.99, 0.99)) as f32);
+            let double = case.on::<f64>(V3::new(p[0].into(), p[1].into(), p[2].into()));
+            let single = f64::from(case.on::<f32>(V3::new(moved[0], moved[1], moved[2])));
+            // Rounding to `f32` may move a coordinate by more than `input_error`.
+            let within =
+                (0..3).all(|i| (f64::from(moved[i]) - f64::from(p[i])).abs() <= input_error);
             let distance = (single - double).abs();
             assert!(
-                !apart || distance <= bound.whatever_is_decided() + slack(double),
-                "{} at {p:?}, {off} off: {single} instead of {double}, the bound is {}",
+                !within || distance <= bound.worst_case_error() + slack(double),
+                "{} at {p:?}, {input_error} off: {single} instead of {double}, the bound is {}",
                 case.name(),
                 bound.error
             );
@@ -176,7 +181,7 @@ fn what_coordinates_are_off_is_passed_on() {
     }
 }
 
-/// The errors of elementary functions that the rules use.
+/// The errors of elementary functions are within those that the rules assume.
 #[test]
 fn elementary_functions_are_no_more_off_than_the_rules_say() {
     let mut random = Random::new(606);
@@ -186,21 +191,21 @@ fn elementary_functions_are_no_more_off_than_the_rules_say() {
         let x = (random.range(-1.0, 1.0) * scale) as f32;
         let wide = f64::from(x);
         for (single, double, bound) in [
-            (Real::sin(x), wide.sin(), Rounded::exact(wide).sin()),
-            (Real::cos(x), wide.cos(), Rounded::exact(wide).cos()),
+            (Real::sin(x), wide.sin(), RunningError::exact(wide).sin()),
+            (Real::cos(x), wide.cos(), RunningError::exact(wide).cos()),
         ] {
-            let off = (f64::from(single) - double).abs();
+            let difference = (f64::from(single) - double).abs();
             assert!(
-                off <= bound.error,
-                "{x}: {off}, the bound is {}",
+                difference <= bound.error,
+                "{x}: {difference}, the bound is {}",
                 bound.error
             );
         }
         let p = point(&mut random);
-        let single = f32::noise(V3::of(p[0], p[1], p[2]), 3.0);
-        let double = f64::noise(V3::of(p[0].into(), p[1].into(), p[2].into()), 3.0);
+        let single = f32::noise(V3::new(p[0], p[1], p[2]), 3.0);
+        let double = f64::noise(V3::new(p[0].into(), p[1].into(), p[2].into()), 3.0);
         noise = noise.max((f64::from(single) - double).abs());
-        let bound = Rounded::noise(exact(p), Rounded::exact(3.0));
+        let bound = RunningError::noise(exact(p), RunningError::exact(3.0));
         assert!(bound.value.contains(double));
         assert!(
             (f64::from(single) - double).abs() <= bound.error,

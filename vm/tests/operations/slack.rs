@@ -1,16 +1,17 @@
-//! The errors that intervals of `f32` allow elementary functions: the smallest intervals that need it.
+//! The errors that intervals of `f32` allow elementary functions: the smallest intervals that require them.
 
 use crate::fixture::Random;
 use sdfc_vm::elementary::{arctangent, cosine, exponential, logarithm, perlin, sine};
 use sdfc_vm::interval::{FloatInterval, NOISE_STEEPNESS};
-use sdfc_vm::outward::{self, Ends};
 use sdfc_vm::real::{Real, Vector3};
 use sdfc_vm::vector::V3;
+use sdfc_vm::wgsl_interval::{self, WgslInterval};
 
-/// The most neighbours from a number on.
+/// Maximum length of a run of neighbouring numbers.
 const RUN: usize = 12;
 
-/// Demands that intervals of a few neighbours hold the function of each, and that for some its ends alone would not.
+/// Asserts that intervals of a few neighbours contain the function's values, and that the ends' values
+/// alone would not do so in every case.
 fn check(
     name: &str,
     arguments: impl Fn(&mut Random) -> f32,
@@ -21,7 +22,8 @@ fn check(
     assert!(needed > 0, "{name}: no interval needs its slack");
 }
 
-/// Demands that intervals hold the function; gives the number of values that their ends alone would not.
+/// Asserts that intervals contain the function's values; returns the number of values beyond those of the
+/// ends.
 fn check_held(
     name: &str,
     arguments: impl Fn(&mut Random) -> f32,
@@ -55,10 +57,11 @@ fn check_held(
     needed
 }
 
-/// A number behind which the power of two falls by a step.
+/// A number after which the computed power of two decreases by a step.
 const FALLING_POWER: f64 = -0.360_671_07;
 
-/// One of two numbers, the second at or a little below a place where a function goes over into another piece.
+/// Returns one of two numbers; the second one is shifted to at or slightly below the boundary of a
+/// function's piece.
 fn one_of(random: &mut Random, any: f64, seam: f64) -> f32 {
     match random.unit() < 0.5 {
         true => any as f32,
@@ -76,13 +79,13 @@ fn elementary_functions_leave_the_ends_of_their_intervals_by_rounding() {
         one_of(r, x, FALLING_POWER)
     };
     check("exp2", power, exponential, Real::exp2);
-    let logarithm_of = |r: &mut Random| {
+    let logarithm_argument = |r: &mut Random| {
         let x = r.range(-8.0, 8.0);
         one_of(r, x.exp2(), ((x * 2.0).round() / 2.0).exp2())
     };
-    // It rises everywhere, so that its ends hold all; the power and it share their slack.
-    check_held("log2", logarithm_of, logarithm, Real::log2);
-    // Nor do sines and angles fall where they should rise, wherever it was tried.
+    // It increases everywhere, so its ends bound all values; the power shares its slack.
+    check_held("log2", logarithm_argument, logarithm, Real::log2);
+    // No decrease was observed for sines and angles either.
     let angle = |r: &mut Random| {
         let x = r.range(-30.0, 30.0);
         let quarter = std::f64::consts::FRAC_PI_4;
@@ -102,7 +105,8 @@ fn elementary_functions_leave_the_ends_of_their_intervals_by_rounding() {
     );
 }
 
-/// Crests beside the end of an interval are in it. They rise above its ends the more, the farther away they are.
+/// Maxima next to the end of an interval are included. They exceed the ends' values more, the farther they
+/// are from zero.
 #[test]
 fn crests_beside_the_ends_of_an_interval_are_seen() {
     let mut random = Random::new(92);
@@ -131,7 +135,7 @@ fn crests_beside_the_ends_of_an_interval_are_seen() {
     }
 }
 
-/// The number so many steps of `f32` above another.
+/// Returns the number at this distance from another, in steps of `f32`.
 fn neighbour(v: f32, steps: i32) -> f32 {
     let step = if steps < 0 {
         f32::next_down
@@ -141,7 +145,7 @@ fn neighbour(v: f32, steps: i32) -> f32 {
     (0..steps.abs()).fold(v, |v, _| step(v))
 }
 
-/// Of noise, a box of no size has its value, and small boxes hold that of their corners.
+/// For noise, a box of size zero contains its value, and small boxes contain the values at their corners.
 #[test]
 fn noise_leaves_its_middle_by_rounding() {
     let mut random = Random::new(93);
@@ -155,7 +159,7 @@ fn noise_leaves_its_middle_by_rounding() {
                 hi: end[axis],
             };
             let seed = FloatInterval::point(3.0);
-            let hull = FloatInterval::noise(V3::of(side(0), side(1), side(2)), seed);
+            let hull = FloatInterval::noise(V3::new(side(0), side(1), side(2)), seed);
             for number in 0..8 {
                 let p = [0, 1, 2].map(|axis| {
                     if number >> axis & 1 == 0 {
@@ -164,42 +168,45 @@ fn noise_leaves_its_middle_by_rounding() {
                         end[axis]
                     }
                 });
-                let v = f32::noise(V3::of(p[0], p[1], p[2]), 3.0);
+                let v = f32::noise(V3::new(p[0], p[1], p[2]), 3.0);
                 assert!(hull.contains(v), "noise at {p:?}: {v} outside {hull:?}");
             }
         }
     }
 }
 
-/// Boxes around the steepest places that are found, as long as they are wide along the gradient.
+/// Tests boxes around the steepest points found, elongated along the gradient.
 #[test]
 fn noise_leaves_its_middle_as_steeply_as_it_can() {
     let mut random = Random::new(94);
-    let mut steepest = ([0.0; 3], V3::of(0.0, 0.0, 0.0), 0.0);
+    let mut steepest = ([0.0; 3], V3::new(0.0, 0.0, 0.0), 0.0);
     for _ in 0..100_000 {
         let (cell, inner) = (random.point(500.0), random.point(0.15));
         let p = [0, 1, 2].map(|i| cell[i].floor() + 0.5 + inner[i]);
-        let (_, slope) = perlin::<f64>(V3::of(p[0], p[1], p[2]), 3.0);
+        let (_, slope) = perlin::<f64>(V3::new(p[0], p[1], p[2]), 3.0);
         if slope.length() > steepest.2 {
             steepest = (p, slope, slope.length());
         }
     }
     let (p, slope, length) = steepest;
     assert!(length > 0.78 * NOISE_STEEPNESS, "{length}");
-    let way = 0.02 / length;
-    let [a, b] = [-way, way]
-        .map(|way| [0, 1, 2].map(|i| (p[i] + [slope.x, slope.y, slope.z][i] * way) as f32));
+    let offset = 0.02 / length;
+    let [a, b] = [-offset, offset]
+        .map(|offset| [0, 1, 2].map(|i| (p[i] + [slope.x, slope.y, slope.z][i] * offset) as f32));
     let side = |axis: usize| FloatInterval::between(a[axis], b[axis]);
-    let hull = FloatInterval::noise(V3::of(side(0), side(1), side(2)), FloatInterval::point(3.0));
-    let sides = [0, 1, 2].map(|axis| Ends {
+    let hull = FloatInterval::noise(
+        V3::new(side(0), side(1), side(2)),
+        FloatInterval::point(3.0),
+    );
+    let sides = [0, 1, 2].map(|axis| WgslInterval {
         low: a[axis].min(b[axis]),
         high: a[axis].max(b[axis]),
     });
-    let of_devices = outward::noise(sides, 3.0);
+    let wgsl_bounds = wgsl_interval::noise(sides, 3.0);
     for p in [a, b] {
-        let v = f32::noise(V3::of(p[0], p[1], p[2]), 3.0);
+        let v = f32::noise(V3::new(p[0], p[1], p[2]), 3.0);
         assert!(hull.contains(v), "noise at {p:?}: {v} outside {hull:?}");
-        let Ends { low, high } = of_devices;
+        let WgslInterval { low, high } = wgsl_bounds;
         assert!(
             low <= v && v <= high,
             "noise at {p:?}: {v} outside {low} to {high}"

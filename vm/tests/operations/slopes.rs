@@ -1,4 +1,4 @@
-//! No result is steeper than its row says: pairs of points, near and far.
+//! No result exceeds its row's slope bound: pairs of points, near and far.
 
 use crate::fixture::{Case, Random, add, cases, distance, is_math, operands, point, tries};
 use sdfc_vm::bounds::Bounds;
@@ -6,28 +6,28 @@ use sdfc_vm::row::{Output, Slope};
 use sdfc_vm::table::Op;
 use sdfc_vm::vector::V3;
 
-/// The bound for operands of slope one.
+/// Returns the bound for operands of slope one.
 fn bound(case: &Case) -> Option<f64> {
     let a = case.parameters();
     Some(match case.op.row().meta.slope {
         Slope::Constant(s) => s,
-        Slope::Of(f) => f(&a),
-        Slope::Largest(factor) => factor,
-        Slope::LargestOrOne => 1.0,
+        Slope::FromParams(f) => f(&a),
+        Slope::MaxOfOperands(factor) => factor,
+        Slope::MaxOfOperandsOrOne => 1.0,
         Slope::Sum => case.op.row().arity() as f64,
         Slope::Norm => (case.op.row().arity() as f64).sqrt(),
-        Slope::Plus(f) => 1.0 + f(&a),
-        Slope::Times(f) => f(&a),
-        Slope::Stretch(_) | Slope::Step | Slope::Unknown => return None,
+        Slope::PlusParams(f) => 1.0 + f(&a),
+        Slope::ScaledBy(f) => f(&a),
+        Slope::PointMap(_) | Slope::Step | Slope::Unbounded => return None,
     })
 }
 
 #[test]
 fn no_value_is_steeper_than_its_row_says() {
     let mut random = Random::new(5);
-    // Guards of a repetition belong to a folded point; their jumps are the repetition's.
-    // The ends of a partial turn and the inside of an elongation belong to a point that was moved;
-    // an edge of a polygon belongs to the others.
+    // Guards of a repetition apply to a folded point; their discontinuities are those of the repetition.
+    // The ends of a partial turn and the inside of an elongation apply to a transformed point. An edge of a
+    // polygon depends on the others.
     let elsewhere = |op| {
         use Op::{ElongateCorrect, PolygonEdge, RepeatGuard, RepeatLimitedGuard, RevolveClose};
         matches!(
@@ -60,24 +60,24 @@ fn no_value_is_steeper_than_its_row_says() {
 fn no_map_stretches_more_than_its_row_says() {
     let mut random = Random::new(7);
     for case in cases(8, 5, |op| op.row().output == Output::Point && !is_math(op)) {
-        let Slope::Stretch(stretch) = case.op.row().meta.slope else {
+        let Slope::PointMap(stretch) = case.op.row().meta.slope else {
             panic!("{} has no stretch", case.name());
         };
-        // Long enough that what elementary functions are off by, some 2e-7, is less than the margin below.
+        // Long enough that the errors of elementary functions, about 2e-7, stay below the margin.
         let (reach, step) = (1.5, 1e-3);
         let limit = stretch(&case.parameters(), &Bounds::centred([reach + step; 3]));
         let mut largest: f64 = 0.0;
         for _ in 0..tries(4000, 5) {
             let p = random.point(reach);
             let q = add(p, random.direction(), step);
-            let places: [_; 9] = std::array::from_fn(|part| {
-                let share = part as f64 / 8.0;
-                case.map(std::array::from_fn(|i| p[i] + (q[i] - p[i]) * share))
+            let images: [_; 9] = std::array::from_fn(|part| {
+                let fraction = part as f64 / 8.0;
+                case.map(std::array::from_fn(|i| p[i] + (q[i] - p[i]) * fraction))
             });
-            let parts = places.windows(2).map(|ends| distance(ends[0], ends[1]));
+            let parts = images.windows(2).map(|ends| distance(ends[0], ends[1]));
             let longest = parts.fold(0.0, f64::max);
-            let moved = distance(places[0], places[8]);
-            // Between two cells the map jumps, and one part goes all the way.
+            let moved = distance(images[0], images[8]);
+            // Between two cells the map is discontinuous, and a single part covers the full distance.
             if longest < moved * 0.2 {
                 largest = largest.max(moved / step);
             }
@@ -96,13 +96,13 @@ fn no_map_stretches_more_than_its_row_says() {
     }
 }
 
-/// The slope of arithmetic that says nothing follows from intervals; what it says must hold.
+/// The slope of arithmetic without a rule follows from intervals; its stated bounds must hold.
 #[test]
 fn operands_have_slope_one() {
     let mut random = Random::new(9);
     for _ in 0..1000 {
         let (p, q) = (random.point(2.0), random.point(2.0));
-        let at = |[x, y, z]: [f64; 3]| operands::<f64>(Op::Add, V3::of(x, y, z));
+        let at = |[x, y, z]: [f64; 3]| operands::<f64>(Op::Add, V3::new(x, y, z));
         for (a, b) in at(p).iter().zip(at(q)) {
             assert!((a - b).abs() <= distance(p, q) * (1.0 + 1e-12));
         }

@@ -1,4 +1,4 @@
-//! Rules that every row keeps.
+//! Invariants of every row.
 
 use crate::fixture::{Random, is_math};
 use sdfc_vm::row::{ArgumentKind, BoundsRule, Category, Output, SetOperation, Slope, align};
@@ -29,7 +29,7 @@ fn names_are_unique_and_found_again() {
     assert_eq!(table_hash(), table_hash());
 }
 
-/// The document of a row names every argument of its built-in, by its name in a call.
+/// The documentation of a row mentions every argument of its built-in, by its name in a call.
 #[test]
 fn every_argument_is_explained() {
     for row in ROWS {
@@ -38,7 +38,7 @@ fn every_argument_is_explained() {
         };
         for argument in language.arguments {
             let implied = match argument.kind {
-                // Said in words where there is nothing else it could be.
+                // Described in words where it is unambiguous.
                 ArgumentKind::Vec3 | ArgumentKind::Vec2 => false,
                 _ => {
                     row.parameters.iter().any(|p| p.name == argument.name)
@@ -106,16 +106,16 @@ fn parameters_lie_where_a_kernel_reads_them() {
     }
 }
 
-/// What is prepared is what the body reads: as many numbers, all finite.
+/// The prepared numbers are those that the body reads: equally many, all finite.
 #[test]
 fn arguments_become_parameters() {
     let mut random = Random::new(90);
     for row in ROWS {
-        let wanted: usize = row.parameters.iter().map(|p| p.ty.width()).sum();
+        let expected: usize = row.parameters.iter().map(|p| p.ty.width()).sum();
         for _ in 0..20 {
             let arguments = random.arguments(row.op);
             let parameters = prepare::<f64>(row.op, &arguments);
-            assert_eq!(parameters.len(), wanted, "{} of {arguments:?}", row.name);
+            assert_eq!(parameters.len(), expected, "{} of {arguments:?}", row.name);
             assert!(parameters.iter().all(|v| v.is_finite()), "{}", row.name);
         }
     }
@@ -131,14 +131,14 @@ fn facts_fit_the_kind_of_row() {
             Category::Shape3 | Category::Shape2 => {
                 assert!(meta.language.is_some(), "{name}: no word");
                 assert!(
-                    matches!(meta.slope, Slope::Constant(_) | Slope::Of(_)),
+                    matches!(meta.slope, Slope::Constant(_) | Slope::FromParams(_)),
                     "{name}: slope"
                 );
                 assert_eq!((row.output, row.arity()), (Output::Value, 0), "{name}");
             }
             Category::Combine => assert_eq!(row.arity(), 2, "{name}"),
             Category::Domain => {
-                assert!(matches!(meta.slope, Slope::Stretch(_)), "{name}: stretch");
+                assert!(matches!(meta.slope, Slope::PointMap(_)), "{name}: stretch");
                 assert!(matches!(meta.bounds, BoundsRule::Map(_)), "{name}: bounds");
                 assert_eq!(row.output, Output::Point, "{name}");
             }

@@ -1,8 +1,8 @@
 //! Fidget's evaluators on the CPU: the interpreter and the just-in-time compiler.
 
 use super::{Contestant, not_drawn};
-use crate::model::{Model, Source};
-use crate::picture::{Picture, Seen};
+use crate::model::{Model, ModelSource};
+use crate::picture::{ComparedImage, SurfacePixel};
 use fidget::context::{Context, Node};
 use fidget::eval::{Function, MathFunction};
 use fidget::raster::{pixel, voxel};
@@ -10,24 +10,25 @@ use fidget::render::{RenderHints, ThreadPool};
 use fidget::shape::{BoundShape, Shape};
 
 /// A model with one of the evaluators.
-struct Evaluated<'a, F> {
+struct FidgetCpu<'a, F> {
     model: &'a Model,
     size: u32,
     threads: Option<ThreadPool>,
     shape: Option<Shape<F>>,
-    image: Option<Image>,
+    image: Option<FidgetImage>,
 }
 
-/// A picture as Fidget draws it.
-pub(super) enum Image {
-    /// Of a figure in the plane.
+/// A picture in Fidget's format.
+pub(super) enum FidgetImage {
+    /// Picture of a 2-D shape.
     Plane(pixel::Image),
-    /// Of a solid.
+    /// Picture of a solid.
     Solid(voxel::Image),
 }
 
-/// A model with the evaluator `F`. Several threads are those of the pool that it is called from;
-/// one thread is the calling one, without a pool.
+/// Opens a model with the evaluator `F`.
+///
+/// Several threads are those of the current pool. One thread is the calling one, without a pool.
 pub(super) fn open<'a, F>(
     model: &'a Model,
     size: u32,
@@ -36,7 +37,7 @@ pub(super) fn open<'a, F>(
 where
     F: Function + MathFunction + RenderHints + 'a,
 {
-    Ok(Box::new(Evaluated::<F> {
+    Ok(Box::new(FidgetCpu::<F> {
         model,
         size,
         threads: (threads > 1).then_some(ThreadPool::Global),
@@ -45,13 +46,13 @@ where
     }))
 }
 
-/// The expression of a model.
+/// Returns the expression of a model.
 pub(super) fn expression(model: &Model) -> Result<(Context, Node), String> {
     match &model.source {
-        Source::Clauses(text) => {
+        ModelSource::Clauses(text) => {
             Context::from_text(text.as_bytes()).map_err(|error| error.to_string())
         }
-        Source::Boxes(boxes) => {
+        ModelSource::Boxes(boxes) => {
             let mut context = Context::new();
             let node = context.import(&boxes.tree());
             Ok((context, node))
@@ -59,7 +60,7 @@ pub(super) fn expression(model: &Model) -> Result<(Context, Node), String> {
     }
 }
 
-/// The settings of a plane picture.
+/// Returns the settings of a 2-D picture.
 pub(super) fn plane_config(model: &Model, size: u32) -> pixel::RenderConfig {
     pixel::RenderConfig {
         world_to_model: model.view.plane_matrix(size),
@@ -67,7 +68,7 @@ pub(super) fn plane_config(model: &Model, size: u32) -> pixel::RenderConfig {
     }
 }
 
-/// The settings of a solid's picture.
+/// Returns the settings of a solid's picture.
 pub(super) fn solid_config(model: &Model, size: u32) -> voxel::RenderConfig {
     voxel::RenderConfig {
         world_to_model: model.view.matrix(size),
@@ -75,16 +76,16 @@ pub(super) fn solid_config(model: &Model, size: u32) -> voxel::RenderConfig {
     }
 }
 
-impl Image {
-    /// It, to be compared.
-    pub(super) fn picture(&self) -> Picture {
+impl FidgetImage {
+    /// Converts the picture for comparison.
+    pub(super) fn picture(&self) -> ComparedImage {
         match self {
-            Self::Plane(image) => Picture::Plane(image.iter().map(|p| p.inside()).collect()),
-            // Gradients are by pixels, whose rows go down.
-            Self::Solid(image) => Picture::Solid(
+            Self::Plane(image) => ComparedImage::Plane(image.iter().map(|p| p.inside()).collect()),
+            // Gradients are in pixels, whose rows go down.
+            Self::Solid(image) => ComparedImage::Solid(
                 image
                     .iter()
-                    .map(|pixel| Seen {
+                    .map(|pixel| SurfacePixel {
                         voxel: pixel.depth,
                         normal: [pixel.normal[0], -pixel.normal[1], pixel.normal[2]],
                     })
@@ -94,7 +95,7 @@ impl Image {
     }
 }
 
-impl<F: Function + MathFunction + RenderHints> Contestant for Evaluated<'_, F> {
+impl<F: Function + MathFunction + RenderHints> Contestant for FidgetCpu<'_, F> {
     fn device(&self) -> String {
         match &self.threads {
             None => "1 thread".to_owned(),
@@ -111,27 +112,27 @@ impl<F: Function + MathFunction + RenderHints> Contestant for Evaluated<'_, F> {
     fn frame(&mut self) -> Result<(), String> {
         let shape = self.shape.clone().ok_or_else(not_drawn)?;
         let bound = BoundShape::try_from(shape).map_err(|error| error.to_string())?;
-        let image = if self.model.plane {
+        let image = if self.model.is_2d {
             let eval = pixel::EvalConfig {
                 threads: self.threads.as_ref(),
                 ..pixel::EvalConfig::default()
             };
-            pixel::render(bound, &plane_config(self.model, self.size), &eval).map(Image::Plane)
+            pixel::render(bound, &plane_config(self.model, self.size), &eval).map(FidgetImage::Plane)
         } else {
             let eval = voxel::EvalConfig {
                 threads: self.threads.as_ref(),
                 ..voxel::EvalConfig::default()
             };
-            voxel::render(bound, &solid_config(self.model, self.size), &eval).map(Image::Solid)
+            voxel::render(bound, &solid_config(self.model, self.size), &eval).map(FidgetImage::Solid)
         };
         self.image = Some(image.ok_or("the picture was cancelled")?);
         Ok(())
     }
 
-    fn picture(&self) -> Result<Picture, String> {
+    fn picture(&self) -> Result<ComparedImage, String> {
         self.image
             .as_ref()
-            .map(Image::picture)
+            .map(FidgetImage::picture)
             .ok_or_else(not_drawn)
     }
 }

@@ -1,24 +1,24 @@
-//! Fidget on a GPU, on the adapter that it chooses itself.
+//! Fidget on a GPU, on the adapter of its own choice.
 
-use super::fidget_cpu::{Image, expression, plane_config, solid_config};
+use super::fidget_cpu::{FidgetImage, expression, plane_config, solid_config};
 use super::{Contestant, not_drawn};
 use crate::model::Model;
-use crate::picture::Picture;
+use crate::picture::ComparedImage;
 use fidget::vm::VmShape;
 use fidget::wgpu::{Gpu, RenderShape, pixel, voxel};
 
-/// A model with the pipelines and buffers that its pictures are drawn with.
-struct Device<'a> {
+/// A model with the pipelines and buffers that draw its pictures.
+struct FidgetGpu<'a> {
     model: &'a Model,
     size: u32,
     adapter: String,
-    kernels: Kernels,
+    kernels: FidgetKernels,
     shape: Option<RenderShape>,
-    image: Option<Image>,
+    image: Option<FidgetImage>,
 }
 
-/// Pipelines, buffers, and the buffer that pictures are read from.
-enum Kernels {
+/// Pipelines, buffers, and the buffer from which pictures are read.
+enum FidgetKernels {
     Plane {
         context: Box<pixel::Context>,
         workspace: Box<pixel::Workspace>,
@@ -31,27 +31,27 @@ enum Kernels {
     },
 }
 
-/// A model on the GPU.
+/// Opens a model on the GPU.
 pub(super) fn open(model: &Model, size: u32) -> Result<Box<dyn Contestant + '_>, String> {
     let gpu = pollster::block_on(Gpu::init())
         .or_else(|_| pollster::block_on(Gpu::init_basic()))
         .map_err(|error| format!("fidget-wgpu: {error}"))?;
-    let kernels = if model.plane {
+    let kernels = if model.is_2d {
         let context = Box::new(pixel::Context::new(&gpu));
-        Kernels::Plane {
+        FidgetKernels::Plane {
             workspace: Box::new(context.workspace()),
             context,
             out: gpu.read_buffer("picture"),
         }
     } else {
         let context = Box::new(voxel::Context::new(&gpu));
-        Kernels::Solid {
+        FidgetKernels::Solid {
             workspace: Box::new(context.workspace()),
             context,
             out: gpu.read_buffer("picture"),
         }
     };
-    Ok(Box::new(Device {
+    Ok(Box::new(FidgetGpu {
         model,
         size,
         adapter: gpu.device.adapter_info().name,
@@ -61,7 +61,7 @@ pub(super) fn open(model: &Model, size: u32) -> Result<Box<dyn Contestant + '_>,
     }))
 }
 
-impl Contestant for Device<'_> {
+impl Contestant for FidgetGpu<'_> {
     fn device(&self) -> String {
         self.adapter.clone()
     }
@@ -76,7 +76,7 @@ impl Contestant for Device<'_> {
     fn frame(&mut self) -> Result<(), String> {
         let shape = self.shape.as_ref().ok_or_else(not_drawn)?;
         let image = match &mut self.kernels {
-            Kernels::Plane {
+            FidgetKernels::Plane {
                 context,
                 workspace,
                 out,
@@ -84,10 +84,10 @@ impl Contestant for Device<'_> {
                 let config = plane_config(self.model, self.size);
                 context
                     .run(shape, workspace, out, config)
-                    .map(Image::Plane)
+                    .map(FidgetImage::Plane)
                     .map_err(|error| error.to_string())
             }
-            Kernels::Solid {
+            FidgetKernels::Solid {
                 context,
                 workspace,
                 out,
@@ -95,7 +95,7 @@ impl Contestant for Device<'_> {
                 let config = solid_config(self.model, self.size);
                 context
                     .run(shape, workspace, out, config)
-                    .map(Image::Solid)
+                    .map(FidgetImage::Solid)
                     .map_err(|error| error.to_string())
             }
         };
@@ -103,10 +103,10 @@ impl Contestant for Device<'_> {
         Ok(())
     }
 
-    fn picture(&self) -> Result<Picture, String> {
+    fn picture(&self) -> Result<ComparedImage, String> {
         self.image
             .as_ref()
-            .map(Image::picture)
+            .map(FidgetImage::picture)
             .ok_or_else(not_drawn)
     }
 }

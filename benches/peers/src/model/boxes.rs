@@ -1,50 +1,50 @@
-//! A smooth union of rounded, rotated boxes in a ball, written for both sides: in sdfc's language,
-//! and as arithmetic for Fidget.
+//! A smooth union of rounded, rotated boxes in a sphere, in two forms: in sdfc's language, and as
+//! arithmetic for Fidget.
 //!
-//! Fidget has no such operations; the arithmetic is that of the same formulas: I. Quilez's distance
-//! of a box and the quadratic polynomial minimum.
+//! Fidget has no such operations. The arithmetic follows the same formulas: I. Quilez's distance of a box
+//! and the quadratic polynomial minimum.
 
 use fidget::context::Tree;
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use std::fmt::Write;
 
-/// The boxes, in the order in which they are united.
-pub(crate) struct Boxes {
+/// The boxes, in the order of their union.
+pub(crate) struct BoxUnion {
     list: Vec<RoundedBox>,
-    /// The most that the union adds, where two distances are equal.
+    /// Largest amount that the union adds, where two distances are equal.
     thickness: f64,
 }
 
-/// A box; all numbers are those that are written.
+/// A box. All numbers are rounded to the digits that are written.
 struct RoundedBox {
-    centre: Vector3<f64>,
+    center: Vector3<f64>,
     sides: Vector3<f64>,
     round: f64,
-    /// In whole degrees.
+    /// Angle in integer degrees.
     turn: f64,
     axis: Vector3<f64>,
 }
 
-/// The radius of the ball that they fill.
-const RADIUS: f64 = 0.8;
+/// Radius of the sphere that they fill.
+const SPHERE_RADIUS: f64 = 0.8;
 
-impl Boxes {
-    /// So many boxes; the more there are, the smaller they are.
+impl BoxUnion {
+    /// Creates `count` boxes, whose size decreases with their number.
     pub(crate) fn new(count: u32) -> Self {
-        let spacing = RADIUS * (4.19 / f64::from(count)).cbrt();
-        let mut random = Random(1);
+        let spacing = SPHERE_RADIUS * (4.19 / f64::from(count)).cbrt();
+        let mut random = Lcg(1);
         let list = (0..count).map(|index| {
-            let at = even(index);
-            let (height, turn) = (2.0 * at[0] - 1.0, std::f64::consts::TAU * at[1]);
-            let across = (1.0 - height * height).sqrt();
-            let direction = Vector3::new(across * turn.cos(), height, across * turn.sin());
+            let unit_point = low_discrepancy_point(index);
+            let (height, turn) = (2.0 * unit_point[0] - 1.0, std::f64::consts::TAU * unit_point[1]);
+            let ring_radius = (1.0 - height * height).sqrt();
+            let direction = Vector3::new(ring_radius * turn.cos(), height, ring_radius * turn.sin());
             let sides = Vector3::from_fn(|_, _| spacing * random.between(0.5, 1.1));
             RoundedBox {
-                centre: rounded(direction * (RADIUS * at[2].cbrt())),
-                sides: rounded(sides),
-                round: rounded(Vector3::repeat(0.2 * sides.min())).x,
+                center: round_decimals(direction * (SPHERE_RADIUS * unit_point[2].cbrt())),
+                sides: round_decimals(sides),
+                round: round_decimals(Vector3::repeat(0.2 * sides.min())).x,
                 turn: random.between(0.0, 360.0).floor(),
-                axis: rounded(Vector3::from_fn(|i, _| match i {
+                axis: round_decimals(Vector3::from_fn(|i, _| match i {
                     1 => random.between(0.2, 1.0),
                     _ => random.between(-1.0, 1.0),
                 })),
@@ -52,23 +52,23 @@ impl Boxes {
         });
         Self {
             list: list.collect(),
-            thickness: rounded(Vector3::repeat(0.05 * spacing)).x,
+            thickness: round_decimals(Vector3::repeat(0.05 * spacing)).x,
         }
     }
 
-    /// How many there are.
+    /// Returns the number of boxes.
     pub(crate) fn len(&self) -> usize {
         self.list.len()
     }
 
-    /// Moves a box a little, as somebody does who edits the scene.
+    /// Moves a box slightly, as an edit of the scene does.
     pub(crate) fn nudge(&mut self, index: usize) {
         if let Some(nudged) = self.list.get_mut(index) {
-            nudged.centre = rounded(nudged.centre + Vector3::new(0.01, 0.0, 0.0));
+            nudged.center = round_decimals(nudged.center + Vector3::new(0.01, 0.0, 0.0));
         }
     }
 
-    /// The union in sdfc's language.
+    /// Returns the union in sdfc's language.
     pub(crate) fn text(&self) -> String {
         let mut text = String::from("union(\n    [\n");
         for b in &self.list {
@@ -80,31 +80,31 @@ impl Boxes {
                 b.round,
                 b.turn,
                 list(&b.axis),
-                list(&b.centre)
+                list(&b.center)
             );
         }
         let _ = writeln!(text, "    ],\n    smooth: {},\n)", self.thickness);
         text
     }
 
-    /// The union as arithmetic.
+    /// Returns the union as arithmetic.
     pub(crate) fn tree(&self) -> Tree {
         let (x, y, z) = Tree::axes();
-        // The difference of the distances from which on nothing is added.
+        // Difference of the distances from which on nothing is added.
         let width = (4.0 * self.thickness) as f32;
-        let mut all: Option<Tree> = None;
+        let mut union: Option<Tree> = None;
         for b in &self.list {
-            let next = b.tree([&x, &y, &z]);
-            all = Some(match all {
-                None => next,
-                Some(all) => {
-                    let apart = (all.clone() - next.clone()).abs();
-                    let near = (Tree::constant(width) - apart).max(0.0);
-                    all.min(next) - near.square() * (1.0 / (4.0 * width))
+            let box_distance = b.tree([&x, &y, &z]);
+            union = Some(match union {
+                None => box_distance,
+                Some(union) => {
+                    let difference = (union.clone() - box_distance.clone()).abs();
+                    let overlap = (Tree::constant(width) - difference).max(0.0);
+                    union.min(box_distance) - overlap.square() * (1.0 / (4.0 * width))
                 }
             });
         }
-        all.unwrap_or_else(|| Tree::constant(1.0))
+        union.unwrap_or_else(|| Tree::constant(1.0))
     }
 }
 
@@ -113,12 +113,12 @@ impl RoundedBox {
         let axis = Unit::new_normalize(self.axis);
         let turn = Rotation3::from_axis_angle(&axis, self.turn.to_radians());
         let back: Matrix3<f64> = turn.inverse().into_inner();
-        let away: Vec<Tree> = (0..3)
-            .map(|i| point[i].clone() - self.centre[i] as f32)
+        let offset: Vec<Tree> = (0..3)
+            .map(|i| point[i].clone() - self.center[i] as f32)
             .collect();
         let q: Vec<Tree> = (0..3)
             .map(|row| {
-                let along = (0..3).map(|i| away[i].clone() * back[(row, i)] as f32);
+                let along = (0..3).map(|i| offset[i].clone() * back[(row, i)] as f32);
                 let along = along.reduce(|a, b| a + b).unwrap_or_else(|| 0.0.into());
                 along.abs() - (self.sides[row] / 2.0 - self.round) as f32
             })
@@ -130,21 +130,21 @@ impl RoundedBox {
     }
 }
 
-/// What is left of numbers once they are written.
-fn rounded(v: Vector3<f64>) -> Vector3<f64> {
+/// Rounds numbers to the digits that are written.
+fn round_decimals(v: Vector3<f64>) -> Vector3<f64> {
     v.map(|n| (n * 1e5).round() / 1e5)
 }
 
-/// Points that fill the unit cube evenly (M. Roberts' recurrence).
-fn even(index: u32) -> [f64; 3] {
-    const ROOT: f64 = 1.220_744_084_605_759_5;
-    std::array::from_fn(|axis| (0.5 + f64::from(index + 1) * ROOT.powi(-1 - axis as i32)).fract())
+/// Returns a point of a sequence that fills the unit cube evenly (M. Roberts' recurrence).
+fn low_discrepancy_point(index: u32) -> [f64; 3] {
+    const PHI_3: f64 = 1.220_744_084_605_759_5;
+    std::array::from_fn(|axis| (0.5 + f64::from(index + 1) * PHI_3.powi(-1 - axis as i32)).fract())
 }
 
-/// A linear congruential generator.
-struct Random(u32);
+/// Linear congruential generator.
+struct Lcg(u32);
 
-impl Random {
+impl Lcg {
     fn between(&mut self, low: f64, high: f64) -> f64 {
         self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         low + (high - low) * f64::from(self.0 >> 8) / f64::from(1_u32 << 24)
@@ -154,29 +154,29 @@ impl Random {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contestant::ours::Compiled;
+    use crate::contestant::sdfc::EngineScene;
     use fidget::context::Context;
     use sdfc_compiler::passes::PassOptions;
     use sdfc_runtime::engine::{EngineKind, open};
 
-    /// The two ways of writing are one field.
+    /// Both forms are the same field.
     #[test]
     fn both_sides_mean_the_same() {
-        let boxes = Boxes::new(30);
+        let boxes = BoxUnion::new(30);
         let compiled =
-            Compiled::scene(&boxes.text(), &PassOptions::default(), EngineKind::Cpu).unwrap();
+            EngineScene::from_text(&boxes.text(), &PassOptions::default(), EngineKind::Cpu).unwrap();
         let mut engine = open(EngineKind::Cpu).unwrap();
-        engine.load(&compiled.loaded()).unwrap();
+        engine.load(&compiled.scene_input()).unwrap();
         let mut context = Context::new();
         let node = context.import(&boxes.tree());
-        let mut random = Random(3);
+        let mut random = Lcg(3);
         let points: Vec<[f32; 3]> = (0..200)
             .map(|_| [0; 3].map(|_| random.between(-1.0, 1.0) as f32))
             .collect();
         for (point, sample) in points.iter().zip(engine.query(&points).unwrap()) {
             let [x, y, z] = *point;
-            let theirs = context.eval_xyz(node, x, y, z).unwrap();
-            assert!((sample.distance - theirs).abs() < 1e-5, "{point:?}");
+            let fidget_value = context.eval_xyz(node, x, y, z).unwrap();
+            assert!((sample.distance - fidget_value).abs() < 1e-5, "{point:?}");
         }
     }
 }

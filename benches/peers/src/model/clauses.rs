@@ -1,8 +1,8 @@
-//! Models of Fidget and libfive: `.vm` files, which lie in a folder that the user names.
+//! Models of Fidget and libfive: `.vm` files in a folder named by the user.
 
 use std::path::Path;
 
-/// The text of a model's file.
+/// Reads the text of a model's file.
 pub(super) fn read(name: &str, folder: Option<&Path>) -> Result<String, String> {
     let Some(folder) = folder else {
         return Err(format!(
@@ -14,7 +14,7 @@ pub(super) fn read(name: &str, folder: Option<&Path>) -> Result<String, String> 
         .map_err(|error| format!("{} cannot be read: {error}", path.display()))
 }
 
-/// The clauses, cut at |z| = `half` if they do not read z.
+/// Returns the clauses, cut at |z| = `half` if they do not read z.
 pub(super) fn bounded(text: &str, half: f64) -> String {
     let clauses = || {
         let lines = text

@@ -1,30 +1,32 @@
-//! The time from an edit to a frame: one primitive of many is moved in the text, or a live param is
+//! Time from an edit to a frame: one primitive of many is moved in the text, or a live parameter is
 //! changed.
 
-use super::{Options, ms, patient, present, scene};
+use super::{SoloOptions, ms, check_patience, available_engines, scene};
 use crate::clock::{median, timed};
-use crate::contestant::ours::Compiled;
-use crate::model::Boxes;
-use crate::report::{Column, Form, Table, note};
+use crate::contestant::sdfc::EngineScene;
+use crate::model::BoxUnion;
+use crate::report::{TableColumn, OutputFormat, BenchTable, note};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{Engine, EngineKind};
 use sdfc_runtime::settings::Overrides;
 use serde::Serialize;
 
-/// How many primitives the scene has, at most. Of generated source it is fewer: each edit of it is
-/// compiled again, and software drivers need minutes and gigabytes for a thousand.
-fn primitives(kind: EngineKind) -> u32 {
+/// Returns the maximum number of primitives of the scene.
+///
+/// It is lower for generated source. Each edit compiles it again, and software drivers need minutes and
+/// gigabytes for 1,000 primitives.
+fn max_primitives(kind: EngineKind) -> u32 {
     match kind {
         EngineKind::Cpu | EngineKind::Interp | EngineKind::Reference => 1000,
         EngineKind::Wgsl => 100,
     }
 }
 
-/// The size of the picture.
-const SIZE: [u32; 2] = [320, 180];
+/// Size of the picture in pixels.
+const PICTURE_SIZE: [u32; 2] = [320, 180];
 
 #[derive(Serialize)]
-struct Row {
+struct EditRow {
     measured: &'static str,
     edit: &'static str,
     engine: &'static str,
@@ -37,24 +39,24 @@ struct Row {
     pipelines: u64,
 }
 
-pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
-    let table = Table::new(
+pub(super) fn run(options: &SoloOptions, format: OutputFormat) -> Result<(), String> {
+    let table = BenchTable::new(
         "From an edit to a frame: 320×180, one light with a shadow",
         &[
-            Column::left("edit"),
-            Column::right("primitives"),
-            Column::left("engine"),
-            Column::right("compile, ms"),
-            Column::right("load, ms"),
-            Column::right("frame, ms"),
-            Column::right("pipelines made"),
+            TableColumn::left("edit"),
+            TableColumn::right("primitives"),
+            TableColumn::left("engine"),
+            TableColumn::right("compile, ms"),
+            TableColumn::right("load, ms"),
+            TableColumn::right("frame, ms"),
+            TableColumn::right("pipelines made"),
         ],
-        form,
+        format,
     );
     table.begin()?;
-    for mut engine in present(&EngineKind::FAST) {
-        let primitives = primitives(engine.kind()).min(options.most);
-        for edit in [moved, changed] {
+    for mut engine in available_engines(&EngineKind::FAST) {
+        let primitives = max_primitives(engine.kind()).min(options.most);
+        for edit in [measure_moved_box, measure_changed_param] {
             match edit(primitives, &mut *engine, options) {
                 Ok(row) => {
                     let cells = [
@@ -75,15 +77,15 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
     table.end()
 }
 
-/// The times of one edit after another.
+/// Times of successive edits, in milliseconds.
 #[derive(Default)]
-struct Laps {
+struct EditTimes {
     compile: Vec<f64>,
     load: Vec<f64>,
     frame: Vec<f64>,
 }
 
-impl Laps {
+impl EditTimes {
     /// Adds the times of an edit.
     fn add(&mut self, compile: f64, load: f64, frame: f64) {
         self.compile.push(compile);
@@ -91,81 +93,81 @@ impl Laps {
         self.frame.push(frame);
     }
 
-    /// Whether there are enough.
-    fn are_enough(&self, options: &Options) -> bool {
-        let all = [&self.compile, &self.load, &self.frame];
-        let spent: f64 = all.into_iter().flatten().sum();
-        self.frame.len() >= options.rounds.max(1) || spent > options.patience * 1e3
+    /// Reports whether enough edits were measured.
+    fn is_complete(&self, options: &SoloOptions) -> bool {
+        let all_times = [&self.compile, &self.load, &self.frame];
+        let spent_ms: f64 = all_times.into_iter().flatten().sum();
+        self.frame.len() >= options.rounds.max(1) || spent_ms > options.patience * 1e3
     }
 
-    fn row(&self, edit: &'static str, primitives: u32, engine: &dyn Engine, before: u64) -> Row {
-        Row {
+    fn row(&self, edit: &'static str, primitives: u32, engine: &dyn Engine, pipelines_before: u64) -> EditRow {
+        EditRow {
             measured: "edit",
             edit,
             engine: engine.kind().name(),
             device: engine.device(),
             primitives,
-            size: SIZE,
+            size: PICTURE_SIZE,
             compile_ms: median(&self.compile),
             load_ms: median(&self.load),
             frame_ms: median(&self.frame),
-            pipelines: engine.pipelines_created() - before,
+            pipelines: engine.pipelines_created() - pipelines_before,
         }
     }
 }
 
-/// Draws the scene that is loaded.
-fn draw(engine: &mut dyn Engine, compiled: &Compiled) -> Result<(), String> {
+/// Draws the loaded scene.
+fn draw(engine: &mut dyn Engine, compiled: &EngineScene) -> Result<(), String> {
     let settings = compiled.settings(&Overrides {
-        size: Some(SIZE),
+        size: Some(PICTURE_SIZE),
         ..Overrides::default()
     })?;
     let frame = engine.render(&settings, &|_| {});
     frame.map(drop).map_err(|error| error.to_string())
 }
 
-/// A box is moved: the text is compiled again.
-fn moved(primitives: u32, engine: &mut dyn Engine, options: &Options) -> Result<Row, String> {
-    let mut boxes = Boxes::new(primitives);
+/// Measures edits that move a box: the text is compiled again.
+fn measure_moved_box(primitives: u32, engine: &mut dyn Engine, options: &SoloOptions) -> Result<EditRow, String> {
+    let mut boxes = BoxUnion::new(primitives);
     let kind = engine.kind();
-    let compile = |text: &str| Compiled::scene(text, &PassOptions::default(), kind);
+    let compile = |text: &str| EngineScene::from_text(text, &PassOptions::default(), kind);
     let first = compile(&scene::text(&boxes))?;
     engine
-        .load(&first.loaded())
+        .load(&first.scene_input())
         .map_err(|error| error.to_string())?;
     let (drawn, first_ms) = timed(|| draw(engine, &first));
     drawn?;
-    patient(first_ms, options)?;
-    let before = engine.pipelines_created();
-    let mut laps = Laps::default();
-    while !laps.are_enough(options) {
-        boxes.nudge(laps.frame.len() % boxes.len());
+    check_patience(first_ms, options)?;
+    let pipelines_before = engine.pipelines_created();
+    let mut times = EditTimes::default();
+    while !times.is_complete(options) {
+        boxes.nudge(times.frame.len() % boxes.len());
         let text = scene::text(&boxes);
         let (compiled, compile_ms) = timed(|| compile(&text));
         let compiled = compiled?;
-        let (loaded, load_ms) = timed(|| engine.load(&compiled.loaded()));
+        let (loaded, load_ms) = timed(|| engine.load(&compiled.scene_input()));
         loaded.map_err(|error| error.to_string())?;
         let (drawn, frame_ms) = timed(|| draw(engine, &compiled));
         drawn?;
-        laps.add(compile_ms, load_ms, frame_ms);
+        times.add(compile_ms, load_ms, frame_ms);
     }
-    Ok(laps.row("a box is moved", primitives, engine, before))
+    Ok(times.row("a box is moved", primitives, engine, pipelines_before))
 }
 
-/// A live param is changed: numbers are computed again and written.
-fn changed(primitives: u32, engine: &mut dyn Engine, options: &Options) -> Result<Row, String> {
-    let text = scene::with_param(&Boxes::new(primitives));
-    let mut compiled = Compiled::scene(&text, &PassOptions::default(), engine.kind())?;
+/// Measures edits that change a live parameter: numbers are computed again and written.
+fn measure_changed_param(primitives: u32, engine: &mut dyn Engine, options: &SoloOptions) -> Result<EditRow, String> {
+    let text = scene::with_param(&BoxUnion::new(primitives));
+    let mut compiled = EngineScene::from_text(&text, &PassOptions::default(), engine.kind())?;
     engine
-        .load(&compiled.loaded())
+        .load(&compiled.scene_input())
         .map_err(|error| error.to_string())?;
     let (drawn, first_ms) = timed(|| draw(engine, &compiled));
     drawn?;
-    patient(first_ms, options)?;
-    let before = engine.pipelines_created();
-    let mut laps = Laps::default();
-    while !laps.are_enough(options) {
-        let value = 0.1 + 0.01 * (laps.frame.len() + 1) as f64;
+    check_patience(first_ms, options)?;
+    let pipelines_before = engine.pipelines_created();
+    let mut times = EditTimes::default();
+    while !times.is_complete(options) {
+        let value = 0.1 + 0.01 * (times.frame.len() + 1) as f64;
         let (updated, load_ms) = timed(|| {
             compiled.set_params(value);
             engine.update(compiled.module(), &compiled.outputs)
@@ -173,7 +175,7 @@ fn changed(primitives: u32, engine: &mut dyn Engine, options: &Options) -> Resul
         updated.map_err(|error| error.to_string())?;
         let (drawn, frame_ms) = timed(|| draw(engine, &compiled));
         drawn?;
-        laps.add(0.0, load_ms, frame_ms);
+        times.add(0.0, load_ms, frame_ms);
     }
-    Ok(laps.row("a param is changed", primitives, engine, before))
+    Ok(times.row("a param is changed", primitives, engine, pipelines_before))
 }

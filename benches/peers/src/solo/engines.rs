@@ -1,22 +1,23 @@
-//! The engines against each other, on scenes of more and more primitives. On a GPU the first frame
-//! has the making of kernels in it.
+//! The engines against each other, on scenes with increasing numbers of primitives.
+//!
+//! On a GPU the first frame includes the compilation of kernels.
 
-use super::{Options, ms, patient, present, scene, times};
+use super::{SoloOptions, ms, check_patience, available_engines, scene, measure_times};
 use crate::clock::timed;
-use crate::contestant::ours::Compiled;
-use crate::model::Boxes;
-use crate::report::{Column, Form, Table, note};
+use crate::contestant::sdfc::EngineScene;
+use crate::model::BoxUnion;
+use crate::report::{TableColumn, OutputFormat, BenchTable, note};
 use sdfc_compiler::passes::PassOptions;
 use sdfc_runtime::engine::{Engine, EngineKind};
 use sdfc_runtime::settings::Overrides;
 use serde::Serialize;
 
-/// Small enough for software Vulkan.
-const SIZE: [u32; 2] = [320, 180];
-const COUNTS: [u32; 3] = [50, 300, 1000];
+/// Size of the picture in pixels, small enough for software Vulkan.
+const PICTURE_SIZE: [u32; 2] = [320, 180];
+const PRIMITIVE_COUNTS: [u32; 3] = [50, 300, 1000];
 
 #[derive(Serialize)]
-struct Row {
+struct EngineRow {
     measured: &'static str,
     engine: &'static str,
     device: String,
@@ -27,26 +28,26 @@ struct Row {
     frame_ms: f64,
 }
 
-pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
-    let table = Table::new(
+pub(super) fn run(options: &SoloOptions, format: OutputFormat) -> Result<(), String> {
+    let table = BenchTable::new(
         "Engines: 320×180, one light with a shadow",
         &[
-            Column::right("primitives"),
-            Column::left("engine"),
-            Column::right("first, ms"),
-            Column::right("load, ms"),
-            Column::right("frame, ms"),
-            Column::left("device"),
+            TableColumn::right("primitives"),
+            TableColumn::left("engine"),
+            TableColumn::right("first, ms"),
+            TableColumn::right("load, ms"),
+            TableColumn::right("frame, ms"),
+            TableColumn::left("device"),
         ],
-        form,
+        format,
     );
     table.begin()?;
-    let counts = COUNTS.into_iter().filter(|&count| count <= options.most);
+    let counts = PRIMITIVE_COUNTS.into_iter().filter(|&count| count <= options.most);
     let counts: Vec<u32> = counts.collect();
-    for mut engine in present(&EngineKind::FAST) {
+    for mut engine in available_engines(&EngineKind::FAST) {
         for &primitives in &counts {
-            let text = scene::text(&Boxes::new(primitives));
-            let done = measured(&text, primitives, &mut *engine, options).and_then(|row| {
+            let text = scene::text(&BoxUnion::new(primitives));
+            let result = measure_engine(&text, primitives, &mut *engine, options).and_then(|row| {
                 let cells = [
                     primitives.to_string(),
                     row.engine.to_owned(),
@@ -56,9 +57,9 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
                     row.device.clone(),
                 ];
                 table.row(&row, &cells)?;
-                patient(row.frame_ms, options)
+                check_patience(row.frame_ms, options)
             });
-            if let Err(problem) = done {
+            if let Err(problem) = result {
                 let kind = engine.kind();
                 note(&format!("{primitives} primitives on {kind}: {problem}"));
                 break;
@@ -68,29 +69,29 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
     table.end()
 }
 
-fn measured(
+fn measure_engine(
     text: &str,
     primitives: u32,
     engine: &mut dyn Engine,
-    options: &Options,
-) -> Result<Row, String> {
-    let compiled = Compiled::scene(text, &PassOptions::default(), engine.kind())?;
+    options: &SoloOptions,
+) -> Result<EngineRow, String> {
+    let compiled = EngineScene::from_text(text, &PassOptions::default(), engine.kind())?;
     let settings = compiled.settings(&Overrides {
-        size: Some(SIZE),
+        size: Some(PICTURE_SIZE),
         ..Overrides::default()
     })?;
-    let (first, first_ms) = timed(|| {
-        engine.load(&compiled.loaded())?;
+    let (drawn, first_ms) = timed(|| {
+        engine.load(&compiled.scene_input())?;
         engine.render(&settings, &|_| {})
     });
-    first.map_err(|error| error.to_string())?;
-    let times = times(engine, &compiled, SIZE, options)?;
-    Ok(Row {
+    drawn.map_err(|error| error.to_string())?;
+    let times = measure_times(engine, &compiled, PICTURE_SIZE, options)?;
+    Ok(EngineRow {
         measured: "engines",
         engine: engine.kind().name(),
         device: engine.device(),
         primitives,
-        size: SIZE,
+        size: PICTURE_SIZE,
         first_ms,
         load_ms: times.load,
         frame_ms: times.frame,

@@ -1,20 +1,20 @@
-//! The share of each optimizing pass: the same scene without it.
+//! Effect of each optimizing pass: the same scene without it.
 
-use super::{Options, ms, present, scene, times};
+use super::{SoloOptions, ms, available_engines, scene, measure_times};
 use crate::clock::repeated;
-use crate::contestant::ours::Compiled;
-use crate::model::Boxes;
-use crate::report::{Column, Form, Table};
+use crate::contestant::sdfc::EngineScene;
+use crate::model::BoxUnion;
+use crate::report::{TableColumn, OutputFormat, BenchTable};
 use sdfc_compiler::passes::{PASSES, PassOptions};
 use serde::Serialize;
 
-/// How many primitives the scene has, at most.
-const PRIMITIVES: u32 = 300;
-/// The size of the picture.
-const SIZE: [u32; 2] = [320, 180];
+/// Maximum number of primitives of the scene.
+const MAX_PRIMITIVES: u32 = 300;
+/// Size of the picture in pixels.
+const PICTURE_SIZE: [u32; 2] = [320, 180];
 
 #[derive(Serialize)]
-struct Row {
+struct PassRow {
     measured: &'static str,
     without: &'static str,
     engine: &'static str,
@@ -26,44 +26,44 @@ struct Row {
     frame_ms: f64,
 }
 
-pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
-    let table = Table::new(
+pub(super) fn run(options: &SoloOptions, format: OutputFormat) -> Result<(), String> {
+    let table = BenchTable::new(
         "Passes: 320×180, the same scene with a pass left out",
         &[
-            Column::left("without"),
-            Column::left("engine"),
-            Column::right("instructions"),
-            Column::right("compile, ms"),
-            Column::right("load, ms"),
-            Column::right("frame, ms"),
+            TableColumn::left("without"),
+            TableColumn::left("engine"),
+            TableColumn::right("instructions"),
+            TableColumn::right("compile, ms"),
+            TableColumn::right("load, ms"),
+            TableColumn::right("frame, ms"),
         ],
-        form,
+        format,
     );
     table.begin()?;
-    let primitives = PRIMITIVES.min(options.most);
-    let text = scene::text(&Boxes::new(primitives));
-    for mut engine in present(&options.engines) {
+    let primitives = MAX_PRIMITIVES.min(options.most);
+    let text = scene::text(&BoxUnion::new(primitives));
+    for mut engine in available_engines(&options.engines) {
         let each = PASSES.iter().map(|pass| (pass.name, false));
-        let all = std::iter::once(("none", false))
+        let variants = std::iter::once(("none", false))
             .chain(each)
             .chain([("all", true)]);
-        for (name, none) in all {
+        for (name, none) in variants {
             let passes = PassOptions {
-                none,
-                without: vec![name.to_owned()],
+                disable_all: none,
+                disabled: vec![name.to_owned()],
             };
-            let compile = || Compiled::scene(&text, &passes, engine.kind());
+            let compile = || EngineScene::from_text(&text, &passes, engine.kind());
             let compiled = compile()?;
             let compile_ms = repeated(options.rounds, options.patience / 4.0, || {
                 compile().map(drop)
             })?;
-            let times = times(&mut *engine, &compiled, SIZE, options)?;
-            let row = Row {
+            let times = measure_times(&mut *engine, &compiled, PICTURE_SIZE, options)?;
+            let row = PassRow {
                 measured: "passes",
                 without: name,
                 engine: engine.kind().name(),
                 primitives,
-                size: SIZE,
+                size: PICTURE_SIZE,
                 instructions: compiled.module().distance.code.len(),
                 compile_ms,
                 load_ms: times.load,

@@ -1,19 +1,19 @@
-//! Cost against the number of primitives, which cover the same part of the picture.
+//! Cost against the number of primitives, which cover a constant part of the picture.
 
-use super::{Options, ms, patient, present, scene, times};
-use crate::chart::{Chart, Series};
+use super::{SoloOptions, ms, check_patience, available_engines, scene, measure_times};
+use crate::chart::{LogLogChart, ChartSeries};
 use crate::clock::repeated;
-use crate::contestant::ours::Compiled;
-use crate::model::Boxes;
-use crate::report::{Column, Form, Table, note};
+use crate::contestant::sdfc::EngineScene;
+use crate::model::BoxUnion;
+use crate::report::{TableColumn, OutputFormat, BenchTable, note};
 use sdfc_compiler::passes::PassOptions;
 use serde::Serialize;
 
-/// The size of the picture.
-const SIZE: [u32; 2] = [640, 360];
+/// Size of the picture in pixels.
+const PICTURE_SIZE: [u32; 2] = [640, 360];
 
 #[derive(Serialize)]
-struct Row {
+struct PrimitivesRow {
     measured: &'static str,
     engine: &'static str,
     device: String,
@@ -25,25 +25,25 @@ struct Row {
     frame_ms: f64,
 }
 
-pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
-    let table = Table::new(
+pub(super) fn run(options: &SoloOptions, format: OutputFormat) -> Result<(), String> {
+    let table = BenchTable::new(
         "Cost against primitives: 640×360, one light with a shadow",
         &[
-            Column::right("primitives"),
-            Column::left("engine"),
-            Column::right("text to program, ms"),
-            Column::right("load, ms"),
-            Column::right("frame, ms"),
+            TableColumn::right("primitives"),
+            TableColumn::left("engine"),
+            TableColumn::right("text to program, ms"),
+            TableColumn::right("load, ms"),
+            TableColumn::right("frame, ms"),
         ],
-        form,
+        format,
     );
     table.begin()?;
     let mut rows = Vec::new();
-    for mut engine in present(&options.engines) {
+    for mut engine in available_engines(&options.engines) {
         let counts = (1..).map(|power| 10_u32.pow(power));
         for primitives in counts.take_while(|&count| count <= options.most) {
-            let text = scene::text(&Boxes::new(primitives));
-            let compile = || Compiled::scene(&text, &PassOptions::default(), engine.kind());
+            let text = scene::text(&BoxUnion::new(primitives));
+            let compile = || EngineScene::from_text(&text, &PassOptions::default(), engine.kind());
             let compiled = match compile() {
                 Ok(compiled) => compiled,
                 Err(problem) => {
@@ -54,7 +54,7 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
             let compile_ms = repeated(options.rounds, options.patience / 4.0, || {
                 compile().map(drop)
             })?;
-            let times = match times(&mut *engine, &compiled, SIZE, options) {
+            let times = match measure_times(&mut *engine, &compiled, PICTURE_SIZE, options) {
                 Ok(times) => times,
                 Err(problem) => {
                     note(&format!(
@@ -64,12 +64,12 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
                     break;
                 }
             };
-            let row = Row {
+            let row = PrimitivesRow {
                 measured: "primitives",
                 engine: engine.kind().name(),
                 device: engine.device(),
                 primitives,
-                size: SIZE,
+                size: PICTURE_SIZE,
                 instructions: compiled.module().distance.code.len(),
                 compile_ms,
                 load_ms: times.load,
@@ -84,7 +84,7 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
             ];
             table.row(&row, &cells)?;
             rows.push(row);
-            if let Err(problem) = patient(times.frame, options) {
+            if let Err(problem) = check_patience(times.frame, options) {
                 note(&format!(
                     "{primitives} primitives on {}: {problem}",
                     engine.kind()
@@ -94,29 +94,29 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
         }
     }
     table.end()?;
-    let series = |name: String, engine: &str, of: fn(&Row) -> f64| Series {
+    let series = |name: String, engine: &str, value: fn(&PrimitivesRow) -> f64| ChartSeries {
         name,
         points: rows
             .iter()
             .filter(|row| row.engine == engine)
-            .map(|row| (f64::from(row.primitives), of(row)))
+            .map(|row| (f64::from(row.primitives), value(row)))
             .collect(),
     };
-    let mut all = Vec::new();
+    let mut all_series = Vec::new();
     for kind in &options.engines {
         let name = kind.name();
-        all.push(series(format!("{name}: frame"), name, |row| row.frame_ms));
-        all.push(series(format!("{name}: load"), name, |row| row.load_ms));
+        all_series.push(series(format!("{name}: frame"), name, |row| row.frame_ms));
+        all_series.push(series(format!("{name}: load"), name, |row| row.load_ms));
     }
     if let Some(first) = options.engines.first() {
-        let compile = |row: &Row| row.compile_ms;
-        all.push(series("text to program".to_owned(), first.name(), compile));
+        let compile = |row: &PrimitivesRow| row.compile_ms;
+        all_series.push(series("text to program".to_owned(), first.name(), compile));
     }
-    Chart {
+    LogLogChart {
         title: "Cost against primitives, 640×360 with a shadow",
-        across: "primitives",
-        up: "ms",
-        series: all,
+        x_axis: "primitives",
+        y_axis: "ms",
+        series: all_series,
     }
-    .write(options.charts.as_deref(), "primitives.svg", form)
+    .write(options.charts.as_deref(), "primitives.svg", format)
 }

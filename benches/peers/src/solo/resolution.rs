@@ -1,20 +1,20 @@
 //! Cost against the number of pixels.
 
-use super::{Options, ms, patient, present, scene, times};
-use crate::chart::{Chart, Series};
-use crate::contestant::ours::Compiled;
-use crate::model::Boxes;
-use crate::report::{Column, Form, Table, note};
+use super::{SoloOptions, ms, check_patience, available_engines, scene, measure_times};
+use crate::chart::{LogLogChart, ChartSeries};
+use crate::contestant::sdfc::EngineScene;
+use crate::model::BoxUnion;
+use crate::report::{TableColumn, OutputFormat, BenchTable, note};
 use sdfc_compiler::passes::PassOptions;
 use serde::Serialize;
 
-/// How many primitives the scene has, at most.
-const PRIMITIVES: u32 = 1000;
-/// The sizes of the picture.
-const SIZES: [[u32; 2]; 5] = [[160, 90], [320, 180], [640, 360], [960, 540], [1280, 720]];
+/// Maximum number of primitives of the scene.
+const MAX_PRIMITIVES: u32 = 1000;
+/// Sizes of the picture in pixels.
+const PICTURE_SIZES: [[u32; 2]; 5] = [[160, 90], [320, 180], [640, 360], [960, 540], [1280, 720]];
 
 #[derive(Serialize)]
-struct Row {
+struct ResolutionRow {
     measured: &'static str,
     engine: &'static str,
     device: String,
@@ -24,26 +24,26 @@ struct Row {
     nanoseconds_per_pixel: f64,
 }
 
-pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
-    let table = Table::new(
+pub(super) fn run(options: &SoloOptions, format: OutputFormat) -> Result<(), String> {
+    let table = BenchTable::new(
         "Cost against resolution: smoothly united boxes, one light with a shadow",
         &[
-            Column::left("size"),
-            Column::right("primitives"),
-            Column::left("engine"),
-            Column::right("frame, ms"),
-            Column::right("ns per pixel"),
+            TableColumn::left("size"),
+            TableColumn::right("primitives"),
+            TableColumn::left("engine"),
+            TableColumn::right("frame, ms"),
+            TableColumn::right("ns per pixel"),
         ],
-        form,
+        format,
     );
     table.begin()?;
-    let primitives = PRIMITIVES.min(options.most);
-    let text = scene::text(&Boxes::new(primitives));
+    let primitives = MAX_PRIMITIVES.min(options.most);
+    let text = scene::text(&BoxUnion::new(primitives));
     let mut rows = Vec::new();
-    for mut engine in present(&options.engines) {
-        let compiled = Compiled::scene(&text, &PassOptions::default(), engine.kind())?;
-        for size in SIZES {
-            let times = match times(&mut *engine, &compiled, size, options) {
+    for mut engine in available_engines(&options.engines) {
+        let compiled = EngineScene::from_text(&text, &PassOptions::default(), engine.kind())?;
+        for size in PICTURE_SIZES {
+            let times = match measure_times(&mut *engine, &compiled, size, options) {
                 Ok(times) => times,
                 Err(problem) => {
                     note(&format!("{size:?} on {}: {problem}", engine.kind()));
@@ -51,7 +51,7 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
                 }
             };
             let pixels = f64::from(size[0]) * f64::from(size[1]);
-            let row = Row {
+            let row = ResolutionRow {
                 measured: "resolution",
                 engine: engine.kind().name(),
                 device: engine.device(),
@@ -69,14 +69,14 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
             ];
             table.row(&row, &cells)?;
             rows.push(row);
-            if let Err(problem) = patient(times.frame, options) {
+            if let Err(problem) = check_patience(times.frame, options) {
                 note(&format!("{size:?} on {}: {problem}", engine.kind()));
                 break;
             }
         }
     }
     table.end()?;
-    let series = options.engines.iter().map(|kind| Series {
+    let series = options.engines.iter().map(|kind| ChartSeries {
         name: kind.name().to_owned(),
         points: rows
             .iter()
@@ -89,11 +89,11 @@ pub(super) fn run(options: &Options, form: Form) -> Result<(), String> {
             })
             .collect(),
     });
-    Chart {
+    LogLogChart {
         title: "Cost against resolution",
-        across: "pixels",
-        up: "ms a frame",
+        x_axis: "pixels",
+        y_axis: "ms a frame",
         series: series.collect(),
     }
-    .write(options.charts.as_deref(), "resolution.svg", form)
+    .write(options.charts.as_deref(), "resolution.svg", format)
 }

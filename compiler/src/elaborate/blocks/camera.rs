@@ -1,16 +1,16 @@
 //! `camera { from: …, look: …, fov: … }`
 
 use crate::elaborate::Elaborator;
-use crate::elaborate::bound::short;
-use crate::elaborate::evaluate::{Halt, Here};
+use crate::elaborate::bound_args::format_short;
+use crate::elaborate::evaluate::{Abort, Env};
 use crate::expression::Stage;
-use crate::scene::{Camera, Lens, Triple};
+use crate::scene::{ExprTriple, SceneCamera, SceneLens};
 use sdfc_lang::ast::Block;
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::settings;
 
 impl<'a> Elaborator<'a> {
-    pub(super) fn camera(&mut self, here: &Here<'a>, block: &'a Block) -> Result<(), Halt> {
+    pub(super) fn camera(&mut self, env: &Env<'a>, block: &'a Block) -> Result<(), Abort> {
         let name = self.block_name(block);
         if !name.is_empty() && self.cameras.iter().any(|camera| camera.name == name) {
             let message = format!("there are two cameras `{name}`");
@@ -21,43 +21,45 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0214, span, message));
             return Ok(());
         }
-        let from = self.vector_field(here, block, "from")?;
-        let look = self.vector_field(here, block, "look")?;
-        let up = self.vector_field(here, block, "up")?;
-        let fov = self.angle_field(here, block, "fov")?;
-        let height = self.number_field(here, block, "height", Stage::Uniform, f64::INFINITY)?;
+        let from = self.vector_field(env, block, "from")?;
+        let look = self.vector_field(env, block, "look")?;
+        let up = self.vector_field(env, block, "up")?;
+        let fov = self.angle_field(env, block, "fov")?;
+        let height = self.number_field(env, block, "height", Stage::Uniform, f64::INFINITY)?;
         let mut camera = self.automatic_camera();
         camera.name = name;
-        camera.automatic = from.is_none();
+        camera.auto_framed = from.is_none();
         camera.from = from.unwrap_or(camera.from);
         camera.look = look.unwrap_or(camera.look);
-        let (lens, place) = match (fov, height) {
+        let (lens, lens_field) = match (fov, height) {
             (Some(_), Some(_)) => {
                 let message = "a camera has `fov` (perspective) or `height` (parallel), not both";
                 self.report(Diagnostic::error(codes::E0208, block.kind.span, message));
                 return Ok(());
             }
-            (None, Some(height)) => (Lens::Orthographic(height), "height"),
-            (Some(fov), None) => (Lens::Perspective(fov), "fov"),
+            (None, Some(height)) => (SceneLens::Orthographic(height), "height"),
+            (Some(fov), None) => (SceneLens::Perspective(fov), "fov"),
             (None, None) => (camera.lens, ""),
         };
         camera.lens = lens;
-        if let Some(field) = self.given(block, place) {
-            let (id, most) = match lens {
-                Lens::Perspective(fov) => (fov, std::f64::consts::PI),
-                Lens::Orthographic(height) => (height, f64::INFINITY),
+        if let Some(field) = self.find_field(block, lens_field) {
+            let (id, upper_limit) = match lens {
+                SceneLens::Perspective(fov) => (fov, std::f64::consts::PI),
+                SceneLens::Orthographic(height) => (height, f64::INFINITY),
             };
-            let now = self.present(id);
-            if !(now > 0.0 && now < most) {
+            let value = self.current_value(id);
+            if !(value > 0.0 && value < upper_limit) {
                 let message = match lens {
-                    Lens::Perspective(_) => {
-                        let now = short(now.to_degrees());
-                        format!("a field of view lies between 0 and 180 degrees, and this is {now}")
+                    SceneLens::Perspective(_) => {
+                        let value = format_short(value.to_degrees());
+                        format!(
+                            "a field of view lies between 0 and 180 degrees, and this is {value}"
+                        )
                     }
-                    Lens::Orthographic(_) => {
+                    SceneLens::Orthographic(_) => {
                         format!(
                             "the height of a view is larger than 0, and this is {}",
-                            short(now)
+                            format_short(value)
                         )
                     }
                 };
@@ -69,33 +71,34 @@ impl<'a> Elaborator<'a> {
         Ok(())
     }
 
-    /// Checks that a camera looks somewhere, and chooses what is up if it looks straight down.
-    fn aim(&mut self, camera: &mut Camera, up: Option<Triple>, block: &Block) {
-        let at = |e: &mut Self, v: Triple| v.map(|id| e.present(id));
-        let (from, look) = (at(self, camera.from), at(self, camera.look));
-        let way: [f64; 3] = std::array::from_fn(|i| look[i] - from[i]);
+    /// Checks that the camera has a direction, and chooses an up vector if it points straight down
+    /// or up.
+    fn aim(&mut self, camera: &mut SceneCamera, up: Option<ExprTriple>, block: &Block) {
+        let current = |e: &mut Self, v: ExprTriple| v.map(|id| e.current_value(id));
+        let (from, look) = (current(self, camera.from), current(self, camera.look));
+        let direction: [f64; 3] = std::array::from_fn(|i| look[i] - from[i]);
         let length = |v: [f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if !camera.automatic && length(way) == 0.0 {
+        if !camera.auto_framed && length(direction) == 0.0 {
             let message = "the camera is at the very point that it looks at";
             self.report(Diagnostic::error(codes::E0405, block.kind.span, message));
             return;
         }
-        let upright = up.unwrap_or(camera.up);
-        let upwards = at(self, upright);
-        let across = [
-            way[1] * upwards[2] - way[2] * upwards[1],
-            way[2] * upwards[0] - way[0] * upwards[2],
-            way[0] * upwards[1] - way[1] * upwards[0],
+        let chosen_up = up.unwrap_or(camera.up);
+        let up_direction = current(self, chosen_up);
+        let right = [
+            direction[1] * up_direction[2] - direction[2] * up_direction[1],
+            direction[2] * up_direction[0] - direction[0] * up_direction[2],
+            direction[0] * up_direction[1] - direction[1] * up_direction[0],
         ];
-        let is_along = length(across) <= 1e-6 * length(way) * length(upwards);
-        camera.up = upright;
-        if !camera.automatic && is_along {
+        let is_parallel = length(right) <= 1e-6 * length(direction) * length(up_direction);
+        camera.up = chosen_up;
+        if !camera.auto_framed && is_parallel {
             if up.is_some() {
                 let message = "the camera looks along its own `up`";
                 self.report(Diagnostic::error(codes::E0405, block.kind.span, message));
                 return;
             }
-            // Seen from above, as on a map.
+            // A view from above has north at the top, as on a map.
             let north = if self.z_up {
                 [0.0, 1.0, 0.0]
             } else {
@@ -105,8 +108,8 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// The camera of a scene without one.
-    pub(crate) fn automatic_camera(&mut self) -> Camera {
+    /// Camera of a scene without a `camera` block.
+    pub(crate) fn automatic_camera(&mut self) -> SceneCamera {
         settings::Camera::open(self.z_up).map(|v| self.graph.constant(v))
     }
 }

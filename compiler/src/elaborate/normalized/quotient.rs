@@ -9,78 +9,79 @@ use sdfc_vm::table::Op;
 use std::collections::{HashMap, HashSet};
 
 /// A number with its gradient.
-type Sloped = Dual<Symbolic>;
+type SymbolicDual = Dual<Symbolic>;
 
-/// The factor on value and gradient that keeps the squares of steep gradients far away, as of polynomials, within
-/// `f32`.
-const SMALL: f64 = 1e-8;
+/// Factor on value and gradient. Squares of steep gradients, such as those of polynomials far from
+/// the origin, stay within `f32`.
+const GRADIENT_SCALE: f64 = 1e-8;
 
-/// The point itself, with the gradients of its coordinates.
-pub(super) fn here() -> DualVec3<Symbolic> {
-    DualVec3::seed(Symbolic::place())
+/// The point, with the gradients of its coordinates.
+pub(super) fn point_with_gradient() -> DualVec3<Symbolic> {
+    DualVec3::seed(Symbolic::point())
 }
 
-/// The largest distances that are meant, outside and inside.
+/// Maximum distances outside and inside.
 #[derive(Clone, Copy)]
-pub(super) struct Limits {
+pub(super) struct DistanceLimits {
     pub(super) outside: Option<Symbolic>,
     pub(super) inside: Option<Symbolic>,
 }
 
-/// A value divided by the length of its gradient, within limits.
-pub(super) fn quotient(value: Sloped, limits: Limits) -> Symbolic {
-    let small = Symbolic::constant(SMALL);
-    let distance = value.value * small / (value.gradient * small).length();
+/// Divides a value by the length of its gradient, and clamps it to the limits.
+pub(super) fn quotient(value: SymbolicDual, limits: DistanceLimits) -> Symbolic {
+    let scale = Symbolic::constant(GRADIENT_SCALE);
+    let distance = value.value * scale / (value.gradient * scale).length();
     let distance = match limits.outside {
-        Some(most) => distance.min(most),
+        Some(limit) => distance.min(limit),
         None => distance,
     };
     match limits.inside {
-        Some(most) => distance.max(-most),
+        Some(limit) => distance.max(-limit),
         None => distance,
     }
 }
 
-/// A number as a distance: what it chooses from is normalized, and then chosen from.
-pub(super) fn normalized(
+/// Normalizes a number: the operands of choices are normalized, and then the choice is made.
+pub(super) fn normalize(
     formula: &Formula,
     id: ExprId,
-    limits: Limits,
+    limits: DistanceLimits,
 ) -> Result<Symbolic, &'static str> {
     let steps = formula.steps_of(id);
-    let mut chosen = HashSet::from([id]);
-    let mut needed = HashSet::new();
+    let mut choice_nodes = HashSet::from([id]);
+    let mut gradient_nodes = HashSet::new();
     for (id, step) in steps.iter().rev() {
-        let choices = if chosen.contains(id) {
-            choices(step)
+        let choices = if choice_nodes.contains(id) {
+            choice_operands(step)
         } else {
             &[]
         };
-        chosen.extend(choices);
-        if choices.is_empty() && chosen.contains(id) {
-            needed.insert(*id);
+        choice_nodes.extend(choices);
+        if choices.is_empty() && choice_nodes.contains(id) {
+            gradient_nodes.insert(*id);
         }
-        if needed.contains(id) || !choices.is_empty() {
+        if gradient_nodes.contains(id) || !choices.is_empty() {
             let operands = operands(step).filter(|operand| !choices.contains(operand));
-            needed.extend(operands);
+            gradient_nodes.extend(operands);
         }
     }
-    let sloped: HashMap<ExprId, Sloped> = formula.steps(id, here(), |id| needed.contains(&id))?;
+    let duals: HashMap<ExprId, SymbolicDual> =
+        formula.steps(id, point_with_gradient(), |id| gradient_nodes.contains(&id))?;
     let mut distances: HashMap<ExprId, Symbolic> = HashMap::new();
-    for (id, step) in steps.iter().filter(|(id, _)| chosen.contains(id)) {
-        let of = |id: &ExprId| {
+    for (id, step) in steps.iter().filter(|(id, _)| choice_nodes.contains(id)) {
+        let distance_of = |id: &ExprId| {
             let uniform = || quotient(Dual::fixed(Symbolic(*id)), limits);
             distances.get(id).copied().unwrap_or_else(uniform)
         };
         let distance = match step {
-            Expression::Apply { op, values, .. } if !choices(step).is_empty() => {
+            Expression::Apply { op, values, .. } if !choice_operands(step).is_empty() => {
                 let operands = values.iter().map(|value| match op {
                     Op::Select if value == &values[0] => Symbolic(*value),
-                    _ => of(value),
+                    _ => distance_of(value),
                 });
-                Symbolic::applied(*op, Symbolic::place(), &operands.collect::<Vec<_>>(), &[])
+                Symbolic::apply_op(*op, Symbolic::point(), &operands.collect::<Vec<_>>(), &[])
             }
-            _ => quotient(sloped[id], limits),
+            _ => quotient(duals[id], limits),
         };
         distances.insert(*id, distance);
     }
@@ -90,8 +91,8 @@ pub(super) fn normalized(
         .unwrap_or_else(|| quotient(Dual::fixed(Symbolic(id)), limits)))
 }
 
-/// The operands that a number is one of, in magnitude.
-fn choices(step: &Expression) -> &[ExprId] {
+/// The operands of a choice: the result is one of them, up to its sign.
+fn choice_operands(step: &Expression) -> &[ExprId] {
     match step {
         Expression::Apply { op, values, .. } => match op {
             Op::Min | Op::Max | Op::Neg | Op::Abs => values,
@@ -102,7 +103,7 @@ fn choices(step: &Expression) -> &[ExprId] {
     }
 }
 
-/// All that a number is computed from.
+/// All operands of a step.
 fn operands(step: &Expression) -> impl Iterator<Item = ExprId> {
     let (point, values) = match step {
         Expression::Apply { point, values, .. } => (point.as_ref(), &values[..]),

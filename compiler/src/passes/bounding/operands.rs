@@ -1,55 +1,55 @@
-//! Chains of unions and subtractions, and what belongs to an operand alone.
+//! Chains of unions and subtractions, and the nodes that belong to one operand only.
 
-use super::volumes::constants;
-use crate::graph::{Graph, Node, NodeId, Number};
+use super::influence::constants;
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use sdfc_vm::kernel::Blend;
 use sdfc_vm::row::Category;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
-/// The most nodes that an operand may have to be guarded.
-const LARGEST: usize = 4096;
+/// Maximum number of nodes of an operand with a guard.
+const MAX_OPERAND_NODES: usize = 4096;
 
 /// Values that are blended one after the other by the same operation.
 #[derive(Clone, Debug)]
-pub(in crate::passes) struct Chain {
-    /// The last blend.
+pub(in crate::passes) struct OperandChain {
+    /// Last blend.
     pub(in crate::passes) root: NodeId,
     pub(in crate::passes) op: Op,
-    pub(in crate::passes) parameters: Vec<Number>,
+    pub(in crate::passes) parameters: Vec<GraphNumber>,
     /// 1 for unions, −1 for subtractions.
     pub(in crate::passes) sign: f64,
-    /// The difference of two values from which on only the nearer one counts.
+    /// Difference of two values from which on only the nearer one counts.
     pub(in crate::passes) support: f64,
-    /// What the operands are blended into; none where any of them may be that.
+    /// Value that the operands are blended into; `None` if it may be any of them.
     pub(in crate::passes) first: Option<NodeId>,
-    /// The operands, in order.
+    /// Operands, in order.
     pub(in crate::passes) operands: Vec<NodeId>,
-    /// Whether another order gives the same value.
-    pub(in crate::passes) is_free: bool,
+    /// Set if any order gives the same value.
+    pub(in crate::passes) is_reorderable: bool,
 }
 
-/// What is known of an operand.
+/// Facts about an operand.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::passes) struct Found {
-    /// Whether it can be left out: nothing but cheap numbers and points is also read from elsewhere,
-    /// and all points are made from that of its box.
+pub(in crate::passes) struct OperandInfo {
+    /// Set if it can be skipped: only cheap numbers and points are also used elsewhere, and all points
+    /// derive from the point of its box.
     pub(in crate::passes) is_closed: bool,
-    /// What running it takes, in instructions.
+    /// Cost of running it, in instructions.
     pub(in crate::passes) work: f64,
-    /// How deep the guards lie in it.
+    /// Nesting of guards in it.
     pub(in crate::passes) depth: usize,
 }
 
-/// What operands of a graph are made of.
-pub(in crate::passes) struct Operands<'g> {
+/// Analysis of the operands of a graph.
+pub(in crate::passes) struct ChainOperands<'g> {
     graph: &'g Graph,
     uses: Vec<u32>,
     depths: HashMap<NodeId, usize>,
 }
 
-impl<'g> Operands<'g> {
-    pub(in crate::passes) fn of(graph: &'g Graph) -> Self {
+impl<'g> ChainOperands<'g> {
+    pub(in crate::passes) fn new(graph: &'g Graph) -> Self {
         Self {
             graph,
             uses: graph.uses(),
@@ -57,22 +57,22 @@ impl<'g> Operands<'g> {
         }
     }
 
-    /// How deep guards lie in a chain that has been planned.
+    /// Records the nesting of guards in a planned chain.
     pub(in crate::passes) fn set_depth(&mut self, chain: NodeId, depth: usize) {
         self.depths.insert(chain, depth);
     }
 
-    /// All chains, those within others first. `reorder` tells whether the order of hard ones may
-    /// change.
-    pub(in crate::passes) fn chains(&self, reorder: bool) -> Vec<Chain> {
-        let mut is_part = vec![false; self.graph.len()];
+    /// Returns all chains, nested ones first. `reorder` allows another order of the operands of hard
+    /// ones.
+    pub(in crate::passes) fn chains(&self, reorder: bool) -> Vec<OperandChain> {
+        let mut is_member = vec![false; self.graph.len()];
         let mut chains = Vec::new();
-        let nodes: Vec<(NodeId, &Node)> = self.graph.nodes().collect();
+        let nodes: Vec<(NodeId, &GraphNode)> = self.graph.nodes().collect();
         for (id, node) in nodes.into_iter().rev() {
-            if self.uses[id.0 as usize] == 0 || is_part[id.0 as usize] {
+            if self.uses[id.0 as usize] == 0 || is_member[id.0 as usize] {
                 continue;
             }
-            let Some((op, blend, parameters)) = blended(node) else {
+            let Some((op, blend, parameters)) = union_blend(node) else {
                 continue;
             };
             let width = constants(parameters).map(|n| n.first().copied().unwrap_or(0.0));
@@ -81,34 +81,35 @@ impl<'g> Operands<'g> {
                 continue;
             }
             let is_union = !blend.negate_second;
-            // The difference between hard and smooth is the support.
-            let is_free = reorder && support == 0.0;
+            // Hard blends are those without support.
+            let is_reorderable = reorder && support == 0.0;
             let mut operands = Vec::new();
             let mut pending = vec![id];
             let mut first = None;
-            while let Some(at) = pending.pop() {
-                let inner = &self.graph.get(at);
-                let same = blended(inner).is_some_and(|(o, _, p)| o == op && p == parameters);
-                if let Node::Apply { values, .. } = inner
-                    && (at == id || (same && self.uses[at.0 as usize] == 1))
+            while let Some(inner_id) = pending.pop() {
+                let inner = &self.graph.get(inner_id);
+                let is_same =
+                    union_blend(inner).is_some_and(|(o, _, p)| o == op && p == parameters);
+                if let GraphNode::Apply { values, .. } = inner
+                    && (inner_id == id || (is_same && self.uses[inner_id.0 as usize] == 1))
                 {
-                    is_part[at.0 as usize] = true;
-                    if is_union && is_free {
+                    is_member[inner_id.0 as usize] = true;
+                    if is_union && is_reorderable {
                         pending.extend([values[1], values[0]]);
                     } else {
                         operands.push(values[1]);
                         pending.push(values[0]);
                     }
-                } else if is_union && is_free {
-                    operands.push(at);
+                } else if is_union && is_reorderable {
+                    operands.push(inner_id);
                 } else {
-                    first = Some(at);
+                    first = Some(inner_id);
                 }
             }
             if first.is_some() {
                 operands.reverse();
             }
-            chains.push(Chain {
+            chains.push(OperandChain {
                 root: id,
                 op,
                 parameters: parameters.to_vec(),
@@ -116,23 +117,23 @@ impl<'g> Operands<'g> {
                 support,
                 first,
                 operands,
-                is_free,
+                is_reorderable,
             });
         }
         chains.reverse();
         chains
     }
 
-    /// What belongs to an operand, and whether all of that can be left out with it. Its box lies in
-    /// the space of a point.
-    pub(in crate::passes) fn closed(&self, operand: NodeId, space: Option<NodeId>) -> Found {
-        let mut found = Found {
+    /// Returns the work of an operand, and whether it can be skipped with all its nodes. Its box is in
+    /// the space of the given point.
+    pub(in crate::passes) fn analyze(&self, operand: NodeId, space: Option<NodeId>) -> OperandInfo {
+        let mut info = OperandInfo {
             is_closed: true,
             work: 0.0,
             depth: 0,
         };
         let base = space.map(|space| self.base(space));
-        // How often each node is read within.
+        // Number of uses of each node within the operand.
         let mut reads: HashMap<NodeId, u32> = HashMap::from([(operand, 1)]);
         let mut pending = vec![operand];
         while let Some(id) = pending.pop() {
@@ -140,9 +141,9 @@ impl<'g> Operands<'g> {
                 continue;
             }
             let node = self.graph.get(id);
-            found.work += work(node);
-            found.depth = found.depth.max(self.depths.get(&id).copied().unwrap_or(0));
-            found.is_closed &= *node != Node::World;
+            info.work += node_work(node);
+            info.depth = info.depth.max(self.depths.get(&id).copied().unwrap_or(0));
+            info.is_closed &= *node != GraphNode::World;
             for input in node.inputs() {
                 let count = reads.entry(input).or_insert(0);
                 *count += 1;
@@ -150,55 +151,58 @@ impl<'g> Operands<'g> {
                     pending.push(input);
                 }
             }
-            if reads.len() > LARGEST {
-                found.is_closed = false;
+            if reads.len() > MAX_OPERAND_NODES {
+                info.is_closed = false;
                 break;
             }
         }
-        found.is_closed &= reads
+        info.is_closed &= reads
             .iter()
-            .all(|(&id, &count)| count == self.uses[id.0 as usize] || self.is_made_again(id));
-        found
+            .all(|(&id, &count)| count == self.uses[id.0 as usize] || self.is_recomputed(id));
+        info
     }
 
-    /// The point that a frame looks at.
+    /// Returns the point that a frame maps.
     fn base(&self, point: NodeId) -> NodeId {
         match self.graph.get(point) {
-            Node::Moved { point, .. } | Node::Mapped { point, .. } => *point,
+            GraphNode::Moved { point, .. } | GraphNode::Mapped { point, .. } => *point,
             _ => point,
         }
     }
 
-    /// Whether a node is computed anew wherever it is needed.
-    fn is_made_again(&self, id: NodeId) -> bool {
+    /// Reports whether a node is recomputed wherever it is used.
+    fn is_recomputed(&self, id: NodeId) -> bool {
         match self.graph.get(id) {
-            Node::World | Node::Moved { .. } | Node::Mapped { .. } | Node::Constant(_) => true,
-            Node::Apply {
+            GraphNode::World
+            | GraphNode::Moved { .. }
+            | GraphNode::Mapped { .. }
+            | GraphNode::Constant(_) => true,
+            GraphNode::Apply {
                 op: Op::X | Op::Y | Op::Z,
                 ..
             } => true,
-            node @ Node::Apply { values, .. } => node.is_point() && values.is_empty(),
-            Node::Chain { .. } | Node::Normal { .. } | Node::Paint { .. } => false,
+            node @ GraphNode::Apply { values, .. } => node.is_point() && values.is_empty(),
+            GraphNode::Chain { .. } | GraphNode::Normal { .. } | GraphNode::Paint { .. } => false,
         }
     }
 }
 
-/// A union or a subtraction that is a blend, and its parameters.
-fn blended(node: &Node) -> Option<(Op, Blend, &[Number])> {
-    let Node::Apply { op, parameters, .. } = node else {
+/// Returns a union or subtraction that is a blend, and its parameters.
+fn union_blend(node: &GraphNode) -> Option<(Op, Blend, &[GraphNumber])> {
+    let GraphNode::Apply { op, parameters, .. } = node else {
         return None;
     };
     let blend = op.row().meta.blend?;
     (blend.sign > 0.0 || blend.negate_second).then_some((*op, blend, parameters))
 }
 
-/// What running a node takes, in instructions of common size.
-fn work(node: &Node) -> f64 {
+/// Returns the cost of running a node, in instructions of average size.
+fn node_work(node: &GraphNode) -> f64 {
     match node {
-        Node::World | Node::Constant(_) => 0.0,
-        Node::Moved { .. } => 0.1,
-        Node::Mapped { .. } => 0.3,
-        Node::Apply { op, .. } => match op.row().meta.category {
+        GraphNode::World | GraphNode::Constant(_) => 0.0,
+        GraphNode::Moved { .. } => 0.1,
+        GraphNode::Mapped { .. } => 0.3,
+        GraphNode::Apply { op, .. } => match op.row().meta.category {
             Category::Combine => 0.3,
             Category::Math => match op {
                 Op::Noise | Op::NoiseOctave | Op::RidgeOctave => 6.0,
@@ -214,7 +218,7 @@ fn work(node: &Node) -> f64 {
             | Category::Distance
             | Category::Internal => 1.0,
         },
-        Node::Chain { .. } => 0.3,
-        Node::Normal { .. } | Node::Paint { .. } => 1.0,
+        GraphNode::Chain { .. } => 0.3,
+        GraphNode::Normal { .. } | GraphNode::Paint { .. } => 1.0,
     }
 }

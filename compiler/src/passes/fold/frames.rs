@@ -1,24 +1,25 @@
-//! Frames: maps of points by constant numbers, composed, and found where coordinates spell one out.
+//! Frames: affine maps of points by constant numbers, composed, and recognized in coordinate
+//! expressions.
 
-use crate::graph::{Graph, Node, NodeId, Number};
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use sdfc_vm::table::Op;
 
 /// A 3×4 matrix by rows, with shifts in the last column.
-type Rows = [[f64; 4]; 3];
+type MapRows = [[f64; 4]; 3];
 
-const IDENTITY: Rows = [
+const IDENTITY: MapRows = [
     [1.0, 0.0, 0.0, 0.0],
     [0.0, 1.0, 0.0, 0.0],
     [0.0, 0.0, 1.0, 0.0],
 ];
 
-/// Points that are computed from coordinates, and may become frames: nothing looks at them through a
-/// frame whose numbers follow the parameters, which could not be composed with them.
+/// Reports for each point whether it may become a frame. A point under a frame with parameter-dependent
+/// numbers may not, since the two could not be composed.
 pub(super) fn composable(graph: &Graph) -> Vec<bool> {
     let mut composable = vec![true; graph.len()];
     for (_, node) in graph.nodes() {
-        if let Node::Moved { point, .. } | Node::Mapped { point, .. } = node
-            && own(node).is_none()
+        if let GraphNode::Moved { point, .. } | GraphNode::Mapped { point, .. } = node
+            && constant_matrix(node).is_none()
         {
             composable[point.0 as usize] = false;
         }
@@ -26,37 +27,39 @@ pub(super) fn composable(graph: &Graph) -> Vec<bool> {
     composable
 }
 
-/// The simplest node that maps points as this one does: one frame for two, a shift for a map that
-/// only shifts, the point itself for one that does nothing. `None` where it is as simple as it gets.
+/// Returns the simplest node that maps points as this one does: one frame for two, a shift for a map
+/// that only shifts. `None` if the node is already the simplest.
 ///
-/// Composed numbers are rounded once instead of twice; all else gives the same bits.
-pub(super) fn simpler(graph: &Graph, node: &Node, may_be_frame: bool) -> Option<Node> {
+/// Composed numbers are rounded once instead of twice; all other changes keep every bit.
+pub(super) fn simplified(graph: &Graph, node: &GraphNode, may_be_frame: bool) -> Option<GraphNode> {
     let (point, rows) = match node {
-        Node::Moved { point, .. } | Node::Mapped { point, .. } => (*point, own(node)?),
-        Node::Apply {
+        GraphNode::Moved { point, .. } | GraphNode::Mapped { point, .. } => {
+            (*point, constant_matrix(node)?)
+        }
+        GraphNode::Apply {
             op: Op::MakePoint,
             values,
             ..
-        } if may_be_frame => spelled(graph, values)?,
+        } if may_be_frame => matrix_from_coordinates(graph, values)?,
         _ => return None,
     };
-    let (point, rows) = match (graph.get(point), own(graph.get(point))) {
-        (Node::Moved { point, .. } | Node::Mapped { point, .. }, Some(outer)) => {
-            (*point, composed(&rows, &outer))
+    let (point, rows) = match (graph.get(point), constant_matrix(graph.get(point))) {
+        (GraphNode::Moved { point, .. } | GraphNode::Mapped { point, .. }, Some(outer)) => {
+            (*point, compose(&rows, &outer))
         }
-        // Frames stand on points that are no frames.
-        (Node::Moved { .. } | Node::Mapped { .. }, None) => return None,
+        // The base point of a frame is no frame.
+        (GraphNode::Moved { .. } | GraphNode::Mapped { .. }, None) => return None,
         _ => (point, rows),
     };
-    let number = |v: f64| Number::Constant(v as f32);
+    let number = |v: f64| GraphNumber::Constant(v as f32);
     let is_shift = (0..3).all(|i| rows[i][..3] == IDENTITY[i][..3]);
     let simple = if is_shift {
-        Node::Moved {
+        GraphNode::Moved {
             point,
             by: std::array::from_fn(|i| number(rows[i][3])),
         }
     } else {
-        Node::Mapped {
+        GraphNode::Mapped {
             point,
             rows: std::array::from_fn(|i| number(rows[i / 4][i % 4])),
         }
@@ -64,20 +67,20 @@ pub(super) fn simpler(graph: &Graph, node: &Node, may_be_frame: bool) -> Option<
     (simple != *node).then_some(simple)
 }
 
-/// The matrix of a frame with constant numbers.
-fn own(node: &Node) -> Option<Rows> {
-    let constant = |n: Number| match n {
-        Number::Constant(v) => Some(f64::from(v)),
-        Number::Uniform(_) => None,
+/// Returns the matrix of a frame with constant numbers.
+fn constant_matrix(node: &GraphNode) -> Option<MapRows> {
+    let constant = |n: GraphNumber| match n {
+        GraphNumber::Constant(v) => Some(f64::from(v)),
+        GraphNumber::Uniform(_) => None,
     };
     let mut rows = IDENTITY;
     match node {
-        Node::Moved { by, .. } => {
+        GraphNode::Moved { by, .. } => {
             for (row, by) in rows.iter_mut().zip(by) {
                 row[3] = constant(*by)?;
             }
         }
-        Node::Mapped { rows: numbers, .. } => {
+        GraphNode::Mapped { rows: numbers, .. } => {
             for (i, number) in numbers.iter().enumerate() {
                 rows[i / 4][i % 4] = constant(*number)?;
             }
@@ -87,8 +90,8 @@ fn own(node: &Node) -> Option<Rows> {
     Some(rows)
 }
 
-/// `inner` after `outer`.
-fn composed(inner: &Rows, outer: &Rows) -> Rows {
+/// Returns `inner` after `outer`.
+fn compose(inner: &MapRows, outer: &MapRows) -> MapRows {
     std::array::from_fn(|r| {
         std::array::from_fn(|c| {
             let sum: f64 = (0..3).map(|k| inner[r][k] * outer[k][c]).sum();
@@ -97,15 +100,15 @@ fn composed(inner: &Rows, outer: &Rows) -> Rows {
     })
 }
 
-/// The matrix that three coordinates spell out, each as one coordinate of the same point, perhaps
-/// with a factor, perhaps with a shift: forms that round as a frame does.
-fn spelled(graph: &Graph, values: &[NodeId]) -> Option<(NodeId, Rows)> {
+/// Returns the matrix of three coordinate expressions. Each is a coordinate of the same point, with an
+/// optional factor and shift: forms that round as a frame does.
+fn matrix_from_coordinates(graph: &Graph, values: &[NodeId]) -> Option<(NodeId, MapRows)> {
     let mut rows = [[0.0; 4]; 3];
     let mut from = None;
     for (row, &value) in rows.iter_mut().zip(values) {
-        let term = shifted(graph, value)?;
+        let term = shifted_term(graph, value)?;
         row[3] = term.shift;
-        if let Some((point, axis)) = term.of {
+        if let Some((point, axis)) = term.coordinate {
             if *from.get_or_insert(point) != point {
                 return None;
             }
@@ -115,25 +118,25 @@ fn spelled(graph: &Graph, values: &[NodeId]) -> Option<(NodeId, Rows)> {
     Some((from?, rows))
 }
 
-/// A coordinate times a factor plus a shift, or the shift alone.
+/// A coordinate times a factor plus a shift, or the shift only.
 struct Term {
-    of: Option<(NodeId, usize)>,
+    coordinate: Option<(NodeId, usize)>,
     factor: f64,
     shift: f64,
 }
 
-fn shifted(graph: &Graph, id: NodeId) -> Option<Term> {
+fn shifted_term(graph: &Graph, id: NodeId) -> Option<Term> {
     if let Some(shift) = constant(graph, id) {
         return Some(Term {
-            of: None,
+            coordinate: None,
             factor: 0.0,
             shift,
         });
     }
-    let Node::Apply { op, values, .. } = graph.get(id) else {
+    let GraphNode::Apply { op, values, .. } = graph.get(id) else {
         return None;
     };
-    let (rest, shift) = match (op, values.as_slice()) {
+    let (scaled, shift) = match (op, values.as_slice()) {
         (Op::Add, [a, b]) => match (constant(graph, *a), constant(graph, *b)) {
             (None, Some(shift)) => (*a, shift),
             (Some(shift), None) => (*b, shift),
@@ -142,24 +145,24 @@ fn shifted(graph: &Graph, id: NodeId) -> Option<Term> {
         (Op::Sub, [a, b]) => (*a, -constant(graph, *b)?),
         _ => (id, 0.0),
     };
-    let (of, factor) = scaled(graph, rest)?;
+    let (coordinate, factor) = scaled_coordinate(graph, scaled)?;
     Some(Term {
-        of: Some(of),
+        coordinate: Some(coordinate),
         factor,
         shift,
     })
 }
 
-/// A coordinate times a factor.
-fn scaled(graph: &Graph, id: NodeId) -> Option<((NodeId, usize), f64)> {
-    let Node::Apply {
+/// Returns a coordinate times a factor.
+fn scaled_coordinate(graph: &Graph, id: NodeId) -> Option<((NodeId, usize), f64)> {
+    let GraphNode::Apply {
         op, point, values, ..
     } = graph.get(id)
     else {
         return None;
     };
     let axis = |op| [Op::X, Op::Y, Op::Z].into_iter().position(|x| x == op);
-    let (rest, factor) = match (op, values.as_slice()) {
+    let (inner, factor) = match (op, values.as_slice()) {
         (op, []) => return Some((((*point)?, axis(*op)?), 1.0)),
         (Op::Neg, [a]) => (*a, -1.0),
         (Op::Mul, [a, b]) => match (constant(graph, *a), constant(graph, *b)) {
@@ -169,9 +172,9 @@ fn scaled(graph: &Graph, id: NodeId) -> Option<((NodeId, usize), f64)> {
         },
         _ => return None,
     };
-    let Node::Apply {
+    let GraphNode::Apply {
         op, point, values, ..
-    } = graph.get(rest)
+    } = graph.get(inner)
     else {
         return None;
     };
@@ -181,7 +184,7 @@ fn scaled(graph: &Graph, id: NodeId) -> Option<((NodeId, usize), f64)> {
 
 fn constant(graph: &Graph, id: NodeId) -> Option<f64> {
     match graph.get(id) {
-        Node::Constant(Number::Constant(v)) => Some(f64::from(*v)),
+        GraphNode::Constant(GraphNumber::Constant(v)) => Some(f64::from(*v)),
         _ => None,
     }
 }

@@ -1,20 +1,20 @@
-//! How steep a graph's values are in the world, by the rows' rules: bounds that hold everywhere, and
-//! infinity where the rules know none.
+//! Slopes of a graph's values in world space, by the operations' rules: bounds that hold everywhere,
+//! and infinity where there is no rule.
 
-use crate::graph::{Graph, Node, NodeId, Number};
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
 use sdfc_vm::row::{Category, Slope};
 use sdfc_vm::table::Op;
 
-/// The slopes of the nodes looked at so far: of values, and of points how much they stretch.
+/// Slopes of the nodes so far. For points, their stretch.
 #[derive(Default)]
-pub(super) struct Slopes(Vec<f64>);
+pub(super) struct GraphSlopes(Vec<f64>);
 
-impl Slopes {
-    /// The slope of a value of a graph that has grown since.
+impl GraphSlopes {
+    /// Returns the slope of a value of a graph that may have grown since the last call.
     pub(super) fn value(&mut self, graph: &Graph, id: NodeId) -> f64 {
         for (_, node) in graph.nodes().skip(self.0.len()) {
-            let slope = self.of(graph, node);
-            // What is no number is no bound.
+            let slope = self.node_slope(graph, node);
+            // NaN is no bound.
             self.0
                 .push(if slope >= 0.0 { slope } else { f64::INFINITY });
         }
@@ -25,83 +25,96 @@ impl Slopes {
         self.0[id.0 as usize]
     }
 
-    fn of(&self, graph: &Graph, node: &Node) -> f64 {
+    fn node_slope(&self, graph: &Graph, node: &GraphNode) -> f64 {
         match node {
-            Node::World => 1.0,
-            Node::Constant(_) => 0.0,
-            Node::Moved { point, .. } => self.get(*point),
-            Node::Mapped { point, rows } => match constants(rows) {
-                Some(rows) => self.get(*point) * stretch(&rows),
+            GraphNode::World => 1.0,
+            GraphNode::Constant(_) => 0.0,
+            GraphNode::Moved { point, .. } => self.get(*point),
+            GraphNode::Mapped { point, rows } => match constants(rows) {
+                Some(rows) => self.get(*point) * max_stretch(&rows),
                 None => f64::INFINITY,
             },
-            Node::Paint { value, .. } => self.get(*value),
-            Node::Normal { .. } | Node::Chain { .. } => f64::INFINITY,
-            Node::Apply {
+            GraphNode::Paint { value, .. } => self.get(*value),
+            GraphNode::Normal { .. } | GraphNode::Chain { .. } => f64::INFINITY,
+            GraphNode::Apply {
                 op,
                 point,
                 values,
                 parameters,
             } => {
-                let at = point.map_or(0.0, |point| self.get(point));
-                let each = || values.iter().map(|&value| self.get(value));
+                let point_stretch = point.map_or(0.0, |point| self.get(point));
+                let value_slopes = || values.iter().map(|&value| self.get(value));
                 if *op == Op::MakePoint {
-                    return each().map(|slope| slope * slope).sum::<f64>().sqrt();
+                    return value_slopes()
+                        .map(|slope| slope * slope)
+                        .sum::<f64>()
+                        .sqrt();
                 }
                 let Some(numbers) = constants(parameters) else {
                     return f64::INFINITY;
                 };
-                self.by_rule(graph, *op, at, values, &numbers)
+                self.by_rule(graph, *op, point_stretch, values, &numbers)
             }
         }
     }
 
-    /// The slope of an operation at a point that stretches so much.
-    fn by_rule(&self, graph: &Graph, op: Op, at: f64, values: &[NodeId], numbers: &[f64]) -> f64 {
-        let each = || values.iter().map(|&value| self.get(value));
-        let largest = each().fold(0.0, f64::max);
+    /// Returns the slope of an operation at a point with this stretch.
+    fn by_rule(
+        &self,
+        graph: &Graph,
+        op: Op,
+        point_stretch: f64,
+        values: &[NodeId],
+        numbers: &[f64],
+    ) -> f64 {
+        let value_slopes = || values.iter().map(|&value| self.get(value));
+        let largest = value_slopes().fold(0.0, f64::max);
         let meta = &op.row().meta;
         let constant = |id: NodeId| match graph.get(id) {
-            Node::Constant(Number::Constant(v)) => Some(f64::from(*v)),
+            GraphNode::Constant(GraphNumber::Constant(v)) => Some(f64::from(*v)),
             _ => None,
         };
         match meta.slope {
-            Slope::Constant(slope) => slope * at,
-            Slope::Of(slope) => slope(numbers) * at,
-            Slope::Largest(factor) => largest * factor,
-            Slope::LargestOrOne | Slope::Step => largest.max(at),
-            Slope::Sum => each().sum(),
-            Slope::Norm => each().map(|v| v * v).sum::<f64>().sqrt(),
-            Slope::Plus(more) => largest + more(numbers) * at,
-            Slope::Times(factor) => largest * factor(numbers),
-            // Folds move space; what turns it by another angle at each point is not known here.
-            Slope::Stretch(_) => match op {
+            Slope::Constant(slope) => slope * point_stretch,
+            Slope::FromParams(slope) => slope(numbers) * point_stretch,
+            Slope::MaxOfOperands(factor) => largest * factor,
+            Slope::MaxOfOperandsOrOne | Slope::Step => largest.max(point_stretch),
+            Slope::Sum => value_slopes().sum(),
+            Slope::Norm => value_slopes().map(|v| v * v).sum::<f64>().sqrt(),
+            Slope::PlusParams(addend) => largest + addend(numbers) * point_stretch,
+            Slope::ScaledBy(factor) => largest * factor(numbers),
+            // Folds are motions of space; a rotation whose angle depends on the point has no bound
+            // here.
+            Slope::PointMap(_) => match op {
                 Op::Twist | Op::Bend => f64::INFINITY,
-                _ => at,
+                _ => point_stretch,
             },
-            Slope::Unknown => match (op, values) {
+            Slope::Unbounded => match (op, values) {
                 (Op::Mul, &[a, b]) => match (constant(a), constant(b)) {
                     (Some(factor), _) => factor.abs() * self.get(b),
                     (_, Some(factor)) => factor.abs() * self.get(a),
                     _ => f64::INFINITY,
                 },
-                _ if meta.category == Category::Math && largest == 0.0 && at == 0.0 => 0.0,
+                _ if meta.category == Category::Math && largest == 0.0 && point_stretch == 0.0 => {
+                    0.0
+                }
                 _ => f64::INFINITY,
             },
         }
     }
 }
 
-fn constants(numbers: &[Number]) -> Option<Vec<f64>> {
-    let constant = |n: &Number| match n {
-        Number::Constant(v) => Some(f64::from(*v)),
-        Number::Uniform(_) => None,
+fn constants(numbers: &[GraphNumber]) -> Option<Vec<f64>> {
+    let constant = |n: &GraphNumber| match n {
+        GraphNumber::Constant(v) => Some(f64::from(*v)),
+        GraphNumber::Uniform(_) => None,
     };
     numbers.iter().map(constant).collect()
 }
 
-/// How much a map of three rows of four stretches at most: its norm is at most the root of the largest
-/// sum of a row of its square, which is what it is for turns and for scales by axes.
-fn stretch(rows: &[f64]) -> f64 {
+/// Returns a bound on the stretch of a map of three rows of four. Its squared norm is at most the
+/// largest row sum of its square, with equality for rotations and for scales along axes.
+fn max_stretch(rows: &[f64]) -> f64 {
     let square = |a: usize, b: usize| {
         let product = |r: usize| rows[4 * r + a] * rows[4 * r + b];
         (0..3).map(product).sum::<f64>()

@@ -1,107 +1,110 @@
-//! What adds less than can be seen is dropped: the bulges of smooth blends, offsets, displacements.
+//! Drops amounts that are too small to be visible: the bulges of smooth blends, offsets, displacements.
 
-use super::reach::{Reach, Runs, magnitude, reaches, width};
-use super::{Sight, in_world};
-use crate::graph::{Graph, Node, NodeId, Number};
-use crate::passes::bounding::volumes::Volumes;
-use sdfc_vm::kernel::Kernel;
+use super::sensitivity::{BlendRuns, Sensitivity, blend_width, magnitude, sensitivities};
+use super::{LodTarget, in_world};
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
+use crate::passes::bounding::influence::InfluenceBoxes;
+use sdfc_vm::kernel::BlendKernel;
 use sdfc_vm::table::Op;
 
-/// The share of the tolerance that may be used here.
-const SHARE: f64 = 0.5;
+/// Fraction of the tolerance that this part may use.
+const TOLERANCE_FRACTION: f64 = 0.5;
 
-/// A graph with less in it.
-pub(super) struct Dropped {
+/// Simplified graph.
+pub(super) struct DropResult {
     pub(super) graph: Graph,
-    /// How many smooth blends became hard.
+    /// Number of smooth blends that became hard.
     pub(super) blends: usize,
     pub(super) offsets: usize,
     pub(super) displacements: usize,
-    /// The largest error in pixels.
+    /// Maximum error, in pixels.
     pub(super) pixels: f64,
 }
 
-/// What a node becomes.
+/// Replacement of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Simpler {
+enum Replacement {
     /// The hard blend of the same sign.
     Hard(Op),
-    /// Its operand of this place.
+    /// Its operand at this index.
     Operand(usize),
 }
 
-/// The graph without what adds too little.
-pub(super) fn drop(graph: &Graph, sight: &Sight) -> Dropped {
-    let volumes = Volumes::of(graph);
-    let runs = Runs::of(graph);
-    let reaches = reaches(graph, &volumes, &runs);
-    let mut choice = Choice {
+/// Returns the graph without amounts that are too small.
+pub(super) fn drop(graph: &Graph, target: &LodTarget) -> DropResult {
+    let volumes = InfluenceBoxes::new(graph);
+    let runs = BlendRuns::new(graph);
+    let sensitivities = sensitivities(graph, &volumes, &runs);
+    let mut selector = DropSelector {
         graph,
-        sight,
+        target,
         volumes,
         runs,
-        reaches,
-        simpler: vec![None; graph.len()],
-        pixels: vec![0.0; graph.len()],
-        limit: sight.tolerance * SHARE,
+        sensitivities,
+        replacements: vec![None; graph.len()],
+        errors: vec![0.0; graph.len()],
+        limit: target.tolerance * TOLERANCE_FRACTION,
     };
     for (id, node) in graph.nodes() {
-        choice.consider(id, node);
+        selector.consider(id, node);
     }
     let (mut blends, mut offsets, mut displacements) = (0, 0, 0);
-    let simple = super::super::rebuilt(graph, |to, id, node| {
-        let Node::Apply { op, values, .. } = &node else {
+    let simplified = super::super::rewrite_graph(graph, |to, id, node| {
+        let GraphNode::Apply { op, values, .. } = &node else {
             return to.add(node);
         };
-        match choice.simpler[id.0 as usize] {
+        match selector.replacements[id.0 as usize] {
             None => to.add(node),
-            Some(Simpler::Hard(hard)) => {
+            Some(Replacement::Hard(hard)) => {
                 blends += 1;
-                to.add(Node::Apply {
+                to.add(GraphNode::Apply {
                     op: hard,
                     point: None,
                     values: values.clone(),
                     parameters: Vec::new(),
                 })
             }
-            Some(Simpler::Operand(at)) => {
+            Some(Replacement::Operand(index)) => {
                 match op {
                     Op::Offset => offsets += 1,
                     _ => displacements += 1,
                 }
-                values[at]
+                values[index]
             }
         }
     });
-    Dropped {
-        graph: simple,
+    DropResult {
+        graph: simplified,
         blends,
         offsets,
         displacements,
-        pixels: choice.pixels[graph.root.0 as usize],
+        pixels: selector.errors[graph.root.0 as usize],
     }
 }
 
-/// What is to be dropped, found from the operands to the root.
-struct Choice<'g> {
+/// Selection of the nodes to simplify, from the operands to the root.
+struct DropSelector<'g> {
     graph: &'g Graph,
-    sight: &'g Sight,
-    volumes: Volumes<'g>,
-    runs: Runs,
-    reaches: Vec<Reach>,
-    simpler: Vec<Option<Simpler>>,
-    /// The errors of the nodes so far, in pixels.
-    pixels: Vec<f64>,
+    target: &'g LodTarget,
+    volumes: InfluenceBoxes<'g>,
+    runs: BlendRuns,
+    sensitivities: Vec<Sensitivity>,
+    replacements: Vec<Option<Replacement>>,
+    /// Errors of the nodes so far, in pixels.
+    errors: Vec<f64>,
     limit: f64,
 }
 
-impl Choice<'_> {
-    fn consider(&mut self, id: NodeId, node: &Node) {
-        self.pixels[id.0 as usize] = self.beneath(node);
-        if self.reaches[id.0 as usize].band.is_infinite() {
+impl DropSelector<'_> {
+    fn consider(&mut self, id: NodeId, node: &GraphNode) {
+        self.errors[id.0 as usize] = self.input_error(node);
+        if self.sensitivities[id.0 as usize]
+            .influence_band
+            .is_infinite()
+        {
             return;
         }
-        let Node::Apply {
+        let GraphNode::Apply {
             op,
             values,
             parameters,
@@ -112,17 +115,17 @@ impl Choice<'_> {
         };
         match op {
             Op::Offset => {
-                if let [Number::Constant(by)] = parameters[..] {
-                    self.consider_change(id, 0, values[0], f64::from(by).abs());
+                if let [GraphNumber::Constant(amount)] = parameters[..] {
+                    self.consider_change(id, 0, values[0], f64::from(amount).abs());
                 }
             }
             Op::Add | Op::Sub => {
-                let by = magnitude(self.volumes.range(values[1]));
-                if by.is_finite() {
-                    self.consider_change(id, 0, values[0], by);
+                let amount = magnitude(self.volumes.range(values[1]));
+                if amount.is_finite() {
+                    self.consider_change(id, 0, values[0], amount);
                 } else if *op == Op::Add {
-                    let by = magnitude(self.volumes.range(values[0]));
-                    self.consider_change(id, 1, values[1], by);
+                    let amount = magnitude(self.volumes.range(values[0]));
+                    self.consider_change(id, 1, values[1], amount);
                 }
             }
             _ if op.row().meta.blend.is_some() && !self.runs.is_interior(id) => {
@@ -132,13 +135,13 @@ impl Choice<'_> {
         }
     }
 
-    /// The error that a node's inputs bring.
-    fn beneath(&self, node: &Node) -> f64 {
+    /// Returns the error that a node inherits from its inputs.
+    fn input_error(&self, node: &GraphNode) -> f64 {
         let inputs = node.inputs().into_iter();
-        let errors = inputs.map(|input| self.pixels[input.0 as usize]);
+        let errors = inputs.map(|input| self.errors[input.0 as usize]);
         match node {
-            // The errors of two that are added may be so too.
-            Node::Apply {
+            // The errors of two summands add up.
+            GraphNode::Apply {
                 op: Op::Add | Op::Sub,
                 ..
             } => errors.sum(),
@@ -146,33 +149,38 @@ impl Choice<'_> {
         }
     }
 
-    /// Drops a change of a value by this much, if it can. The value has to be a distance, or a known
-    /// share of one.
-    fn consider_change(&mut self, id: NodeId, at: usize, operand: NodeId, by: f64) {
+    /// Drops a change of a value by this amount, if allowed. The value must be a distance, or have a
+    /// known distance ratio.
+    fn consider_change(&mut self, id: NodeId, index: usize, operand: NodeId, amount: f64) {
         if in_world(self.graph, &self.volumes, operand).is_none() {
             return;
         }
-        let pixels = self.pixels_of(id, &[operand], by, by);
+        let pixels = self.change_in_pixels(id, &[operand], amount, amount);
         if let Some(pixels) = pixels
-            && by > 0.0
-            && self.pixels[operand.0 as usize] + pixels <= self.limit
+            && amount > 0.0
+            && self.errors[operand.0 as usize] + pixels <= self.limit
         {
-            self.pixels[id.0 as usize] = self.pixels[operand.0 as usize] + pixels;
-            self.simpler[id.0 as usize] = Some(Simpler::Operand(at));
+            self.errors[id.0 as usize] = self.errors[operand.0 as usize] + pixels;
+            self.replacements[id.0 as usize] = Some(Replacement::Operand(index));
         }
     }
 
-    /// Makes the blends of a run hard where they may be. However many of them are, what they add
-    /// together is no more than [`Kernel::most`].
+    /// Makes the blends of a run hard where allowed. However many there are, together they add at most
+    /// [`Kernel::most`].
     fn consider_run(&mut self, root: NodeId) {
         let members = self.runs.members(self.graph, root);
-        let Node::Apply { op, parameters, .. } = self.graph.get(root) else {
+        let GraphNode::Apply { op, parameters, .. } = self.graph.get(root) else {
             return;
         };
-        let Some(blend) = op.row().meta.blend.filter(|b| b.kernel != Kernel::Hard) else {
+        let Some(blend) = op
+            .row()
+            .meta
+            .blend
+            .filter(|b| b.kernel != BlendKernel::Hard)
+        else {
             return;
         };
-        let Some((support, thickness)) = width(*op, parameters) else {
+        let Some((support, thickness)) = blend_width(*op, parameters) else {
             return;
         };
         let hard = match (blend.sign > 0.0, blend.negate_second) {
@@ -180,35 +188,42 @@ impl Choice<'_> {
             (false, true) => Op::Subtraction,
             (false, false) => Op::Intersection,
         };
-        let all = (thickness * members.len() as f64).min(support);
-        let beneath = self.pixels[root.0 as usize];
-        let mut added: f64 = 0.0;
+        let total_thickness = (thickness * members.len() as f64).min(support);
+        let input_error = self.errors[root.0 as usize];
+        let mut added_error: f64 = 0.0;
         for id in members {
-            let Node::Apply { values, .. } = self.graph.get(id) else {
+            let GraphNode::Apply { values, .. } = self.graph.get(id) else {
                 continue;
             };
-            let pixels = self.pixels_of(id, values, all, support + thickness);
-            if let Some(pixels) = pixels.filter(|pixels| beneath + pixels <= self.limit) {
-                self.simpler[id.0 as usize] = Some(Simpler::Hard(hard));
-                added = added.max(pixels);
+            let pixels = self.change_in_pixels(id, values, total_thickness, support + thickness);
+            if let Some(pixels) = pixels.filter(|pixels| input_error + pixels <= self.limit) {
+                self.replacements[id.0 as usize] = Some(Replacement::Hard(hard));
+                added_error = added_error.max(pixels);
             }
         }
-        self.pixels[root.0 as usize] = beneath + added;
+        self.errors[root.0 as usize] = input_error + added_error;
     }
 
-    /// How many pixels a change of a node's value by `change` is, where all of these operands are no
-    /// larger than what matters of the node and `margin`.
-    fn pixels_of(&self, id: NodeId, operands: &[NodeId], change: f64, margin: f64) -> Option<f64> {
-        let reach = self.reaches[id.0 as usize];
-        let (mut distance, mut gain) = (0.0_f64, reach.gain);
+    /// Returns the size in pixels of a change of a node's value by `change`, where all of these
+    /// operands are at most the node's influence band plus `margin`.
+    fn change_in_pixels(
+        &self,
+        id: NodeId,
+        operands: &[NodeId],
+        change: f64,
+        margin: f64,
+    ) -> Option<f64> {
+        let sensitivity = self.sensitivities[id.0 as usize];
+        let (mut distance, mut gain) = (0.0_f64, sensitivity.gain);
         for &operand in operands {
-            if let Some((bounds, rate)) = in_world(self.graph, &self.volumes, operand) {
-                let near = bounds.grown((reach.band + margin) / rate);
-                distance = distance.max(self.sight.distance(&near));
-                gain = gain.max(1.0 / rate);
+            if let Some((bounds, distance_ratio)) = in_world(self.graph, &self.volumes, operand) {
+                let influence_box =
+                    bounds.grown((sensitivity.influence_band + margin) / distance_ratio);
+                distance = distance.max(self.target.distance(&influence_box));
+                gain = gain.max(1.0 / distance_ratio);
             }
         }
-        let footprint = self.sight.footprint(distance);
+        let footprint = self.target.footprint(distance);
         (footprint > 0.0).then(|| change * gain / footprint)
     }
 }

@@ -1,101 +1,100 @@
-//! What looks like a box becomes one: operands of a union that together differ from the box around
-//! them by less than a pixel or so.
+//! Replaces operands of a union by a box, where together they differ from the box around them by about
+//! a pixel at most.
 //!
-//! Each point of the box is within the error of what it replaces, so outside of it their values differ
-//! by no more, where they change no faster than the point moves; inside the box is deeper than what
-//! it replaces, which is why nothing is replaced that something is taken away with. Operands of a hard
-//! union are merged wherever they stand in it, by cutting the whole along its longest side until what
-//! is left differs little enough.
+//! Each point of the box is within the error of what it replaces. So outside of it their values differ
+//! by at most that, where they change no faster than the point moves. Inside, the box is deeper than
+//! what it replaces, so subtracted operands are never replaced. Operands of a hard union are merged
+//! wherever they are in it: the set is cut along its longest side until the parts fit a box.
 
-use super::probe::slack;
-use super::reach::{Reach, Runs, reaches};
-use super::{Sight, in_world};
-use crate::graph::{Graph, Node, NodeId, Number};
-use crate::passes::bounding::operands::{Chain, Operands};
-use crate::passes::bounding::volumes::Volumes;
+use super::probe::box_slack;
+use super::sensitivity::{BlendRuns, Sensitivity, sensitivities};
+use super::{LodTarget, in_world};
+use crate::graph::{Graph, GraphNode, GraphNumber, NodeId};
+use crate::passes::bounding::influence::InfluenceBoxes;
+use crate::passes::bounding::operands::{ChainOperands, OperandChain};
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
-/// A box takes about this much, in instructions; less is not replaced by one.
-const BOX: f64 = 1.5;
-/// Values within this share of distances are some.
-const EXACT: f64 = 1e-3;
-/// What is longer than so many times the limit is no box of its own.
-const LONGEST: f64 = 1000.0;
+/// Cost of a box, in instructions; operands that cost less are not replaced by one.
+const BOX_COST: f64 = 1.5;
+/// Maximum relative difference of a value from a distance for it to count as one.
+const DISTANCE_TOLERANCE: f64 = 1e-3;
+/// Maximum half diagonal of a candidate for a box, in multiples of the limit.
+const MAX_CANDIDATE_RATIO: f64 = 1000.0;
 
-/// A graph with boxes in it.
-pub(super) struct Merged {
+/// Graph with boxes.
+pub(super) struct MergeResult {
     pub(super) graph: Graph,
-    /// How many operands were replaced, and by how many boxes.
+    /// Number of replaced operands, and of the boxes that replace them.
     pub(super) shapes: usize,
     pub(super) boxes: usize,
-    /// The largest error in pixels.
+    /// Maximum error, in pixels.
     pub(super) pixels: f64,
 }
 
-/// A paint: its constants, and the channels that are computed.
-type Paint = ([Number; 12], Vec<(u8, NodeId)>);
+/// A material assignment: its constants, and the channels that are computed.
+type Paint = ([GraphNumber; 12], Vec<(u8, NodeId)>);
 
 /// An operand that may be replaced.
 #[derive(Clone)]
-struct Leaf {
-    /// Its place among the operands.
-    at: usize,
+struct MergeCandidate {
+    /// Index among the operands.
+    index: usize,
     bounds: Bounds,
-    /// How far the points of its box are from it at most.
+    /// Maximum distance of the points of its box from it.
     slack: f64,
-    band: f64,
+    influence_band: f64,
     work: f64,
 }
 
-/// An operand of a union as it is to be.
-enum Piece {
+/// An operand of the new union.
+enum UnionOperand {
     Kept(NodeId),
     Boxed(Bounds, Option<Paint>),
 }
 
-/// The graph with boxes for what is smaller than so many pixels.
-pub(super) fn merge(graph: &Graph, sight: &Sight, limit: f64) -> Merged {
-    let volumes = Volumes::of(graph);
-    let reaches = reaches(graph, &volumes, &Runs::of(graph));
+/// Returns the graph with boxes in place of shapes that differ from them by at most `limit` pixels.
+pub(super) fn merge(graph: &Graph, target: &LodTarget, limit: f64) -> MergeResult {
+    let volumes = InfluenceBoxes::new(graph);
+    let sensitivities = sensitivities(graph, &volumes, &BlendRuns::new(graph));
     let mut merger = Merger {
         graph,
-        sight,
+        target,
         limit,
-        operands: Operands::of(graph),
-        paints: paints(graph),
+        operands: ChainOperands::new(graph),
+        paints: uniform_paints(graph),
         uses: graph.uses(),
         volumes,
-        reaches,
+        sensitivities,
         covered: vec![false; graph.len()],
         shapes: 0,
         boxes: 0,
         pixels: 0.0,
     };
-    let mut unions: HashMap<NodeId, Vec<Piece>> = HashMap::new();
-    let mut single: HashMap<NodeId, Piece> = HashMap::new();
-    // Outer ones first: what is replaced as a whole needs nothing within.
+    let mut unions: HashMap<NodeId, Vec<UnionOperand>> = HashMap::new();
+    let mut replacements: HashMap<NodeId, UnionOperand> = HashMap::new();
+    // Outer chains first: inside of a replaced operand nothing is to be done.
     for chain in merger.operands.chains(true).into_iter().rev() {
         if merger.covered[chain.root.0 as usize] || chain.sign < 0.0 {
             continue;
         }
-        if chain.is_free {
-            if let Some(pieces) = merger.union(&chain) {
+        if chain.is_reorderable {
+            if let Some(pieces) = merger.merge_union(&chain) {
                 unions.insert(chain.root, pieces);
             }
         } else {
-            single.extend(merger.blended(&chain));
+            replacements.extend(merger.merge_blend(&chain));
         }
     }
-    let mut moved = vec![NodeId::default(); graph.len()];
-    let merged = super::super::rebuilt(graph, |to, id, node| {
-        let new = match (unions.get(&id), single.get(&id)) {
+    let mut new_ids = vec![NodeId::default(); graph.len()];
+    let merged = super::super::rewrite_graph(graph, |to, id, node| {
+        let new = match (unions.get(&id), replacements.get(&id)) {
             (Some(pieces), _) => {
-                let parts = pieces.iter().map(|piece| added(to, piece, &moved));
-                let parts: Vec<NodeId> = parts.collect();
-                let joined = parts.into_iter().reduce(|a, b| {
-                    to.add(Node::Apply {
+                let operands = pieces.iter().map(|piece| add_operand(to, piece, &new_ids));
+                let operands: Vec<NodeId> = operands.collect();
+                let joined = operands.into_iter().reduce(|a, b| {
+                    to.add(GraphNode::Apply {
                         op: Op::Union,
                         point: None,
                         values: vec![a, b],
@@ -104,46 +103,46 @@ pub(super) fn merge(graph: &Graph, sight: &Sight, limit: f64) -> Merged {
                 });
                 joined.unwrap_or_else(|| to.add(node))
             }
-            (None, Some(piece)) => added(to, piece, &moved),
+            (None, Some(piece)) => add_operand(to, piece, &new_ids),
             (None, None) => to.add(node),
         };
-        moved[id.0 as usize] = new;
+        new_ids[id.0 as usize] = new;
         new
     });
-    Merged {
-        // Without what is now unread.
-        graph: super::super::rebuilt(&merged, |to, _, node| to.add(node)),
+    MergeResult {
+        // Without the nodes that are now unused.
+        graph: super::super::rewrite_graph(&merged, |to, _, node| to.add(node)),
         shapes: merger.shapes,
         boxes: merger.boxes,
         pixels: merger.pixels,
     }
 }
 
-/// The node of a piece.
-fn added(to: &mut Graph, piece: &Piece, moved: &[NodeId]) -> NodeId {
+/// Adds the node of an operand.
+fn add_operand(to: &mut Graph, piece: &UnionOperand, new_ids: &[NodeId]) -> NodeId {
     let (bounds, paint) = match piece {
-        Piece::Kept(id) => return moved[id.0 as usize],
-        Piece::Boxed(bounds, paint) => (bounds, paint),
+        UnionOperand::Kept(id) => return new_ids[id.0 as usize],
+        UnionOperand::Boxed(bounds, paint) => (bounds, paint),
     };
-    let constant = |v: f64| Number::Constant(v as f32);
-    let world = to.add(Node::World);
-    let point = to.add(Node::Moved {
+    let constant = |v: f64| GraphNumber::Constant(v as f32);
+    let world = to.add(GraphNode::World);
+    let point = to.add(GraphNode::Moved {
         point: world,
         by: bounds.centre().map(|v| constant(-v)),
     });
-    let half = |i: usize| constant((bounds.max[i] - bounds.min[i]) / 2.0);
-    let value = to.add(Node::Apply {
+    let half_size = |i: usize| constant((bounds.max[i] - bounds.min[i]) / 2.0);
+    let value = to.add(GraphNode::Apply {
         op: Op::Cuboid,
         point: Some(point),
         values: Vec::new(),
-        parameters: (0..3).map(half).collect(),
+        parameters: (0..3).map(half_size).collect(),
     });
     let Some((constants, channels)) = paint else {
         return value;
     };
-    let channels = channels.iter().map(|&(c, id)| (c, moved[id.0 as usize]));
+    let channels = channels.iter().map(|&(c, id)| (c, new_ids[id.0 as usize]));
     let channels = channels.collect();
-    to.add(Node::Paint {
+    to.add(GraphNode::Paint {
         value,
         constants: *constants,
         channels,
@@ -152,14 +151,14 @@ fn added(to: &mut Graph, piece: &Piece, moved: &[NodeId]) -> NodeId {
 
 struct Merger<'g> {
     graph: &'g Graph,
-    sight: &'g Sight,
+    target: &'g LodTarget,
     limit: f64,
-    operands: Operands<'g>,
-    volumes: Volumes<'g>,
-    reaches: Vec<Reach>,
+    operands: ChainOperands<'g>,
+    volumes: InfluenceBoxes<'g>,
+    sensitivities: Vec<Sensitivity>,
     paints: Vec<Option<Option<Paint>>>,
     uses: Vec<u32>,
-    /// What belongs to something that is replaced.
+    /// Nodes that belong to a replaced operand.
     covered: Vec<bool>,
     shapes: usize,
     boxes: usize,
@@ -167,135 +166,154 @@ struct Merger<'g> {
 }
 
 impl Merger<'_> {
-    /// The operands of a hard union with what is small in boxes; nothing if none is.
-    fn union(&mut self, chain: &Chain) -> Option<Vec<Piece>> {
-        // Only what has the same paint is merged.
-        let mut painted: Vec<(Option<Paint>, Vec<Leaf>)> = Vec::new();
-        for at in 0..chain.operands.len() {
-            let Some((leaf, paint)) = self.leaf(&chain.operands, at) else {
+    /// Replaces small operands of a hard union by boxes; `None` if there are none.
+    fn merge_union(&mut self, chain: &OperandChain) -> Option<Vec<UnionOperand>> {
+        // Only operands with the same paint are merged.
+        let mut painted: Vec<(Option<Paint>, Vec<MergeCandidate>)> = Vec::new();
+        for index in 0..chain.operands.len() {
+            let Some((candidate, paint)) = self.candidate(&chain.operands, index) else {
                 continue;
             };
-            match painted.iter_mut().find(|(known, _)| *known == paint) {
-                Some((_, leaves)) => leaves.push(leaf),
-                None => painted.push((paint, vec![leaf])),
+            match painted
+                .iter_mut()
+                .find(|(known_paint, _)| *known_paint == paint)
+            {
+                Some((_, candidates)) => candidates.push(candidate),
+                None => painted.push((paint, vec![candidate])),
             }
         }
-        let mut pieces: Vec<Option<Piece>> = Vec::new();
-        pieces.extend(chain.operands.iter().map(|&id| Some(Piece::Kept(id))));
-        let mut boxed = false;
-        for (paint, leaves) in painted {
-            let mut pending = vec![leaves];
-            while let Some(mut leaves) = pending.pop() {
-                let Some(hull) = self.whole(&leaves) else {
-                    if leaves.len() > 1 {
-                        let half = leaves.len() / 2;
-                        sort_along_longest_side(&mut leaves);
-                        pending.push(leaves.split_off(half));
-                        pending.push(leaves);
+        let mut operands: Vec<Option<UnionOperand>> = Vec::new();
+        operands.extend(
+            chain
+                .operands
+                .iter()
+                .map(|&id| Some(UnionOperand::Kept(id))),
+        );
+        let mut has_boxes = false;
+        for (paint, candidates) in painted {
+            let mut pending = vec![candidates];
+            while let Some(mut candidates) = pending.pop() {
+                let Some(hull) = self.merged_box(&candidates) else {
+                    if candidates.len() > 1 {
+                        let half = candidates.len() / 2;
+                        sort_along_longest_side(&mut candidates);
+                        pending.push(candidates.split_off(half));
+                        pending.push(candidates);
                     }
                     continue;
                 };
-                boxed = true;
-                // The box stands where the first of them stood.
-                let first = leaves.iter().map(|leaf| leaf.at).min();
-                for leaf in &leaves {
-                    let is_first = Some(leaf.at) == first;
-                    let piece = is_first.then(|| Piece::Boxed(hull, paint.clone()));
-                    pieces[leaf.at] = piece;
-                    self.cover(chain.operands[leaf.at]);
+                has_boxes = true;
+                // The box takes the index of the first of them.
+                let first = candidates.iter().map(|candidate| candidate.index).min();
+                for candidate in &candidates {
+                    let is_first = Some(candidate.index) == first;
+                    let operand = is_first.then(|| UnionOperand::Boxed(hull, paint.clone()));
+                    operands[candidate.index] = operand;
+                    self.mark_covered(chain.operands[candidate.index]);
                 }
-                self.count(&leaves, &hull);
+                self.record_merge(&candidates, &hull);
             }
         }
-        boxed.then(|| pieces.into_iter().flatten().collect())
+        has_boxes.then(|| operands.into_iter().flatten().collect())
     }
 
-    /// Operands of a smooth union that are replaced one by one.
-    fn blended(&mut self, chain: &Chain) -> Vec<(NodeId, Piece)> {
-        let all: Vec<NodeId> = chain.first.iter().chain(&chain.operands).copied().collect();
+    /// Replaces operands of a smooth union one by one.
+    fn merge_blend(&mut self, chain: &OperandChain) -> Vec<(NodeId, UnionOperand)> {
+        let operands: Vec<NodeId> = chain.first.iter().chain(&chain.operands).copied().collect();
         let mut replaced = Vec::new();
-        for (at, &id) in all.iter().enumerate() {
+        for (index, &id) in operands.iter().enumerate() {
             if self.uses[id.0 as usize] != 1 {
                 continue;
             }
-            let Some((leaf, paint)) = self.leaf(&all, at) else {
+            let Some((candidate, paint)) = self.candidate(&operands, index) else {
                 continue;
             };
-            let leaves = [leaf];
-            if let Some(hull) = self.whole(&leaves) {
-                replaced.push((id, Piece::Boxed(hull, paint)));
-                self.cover(id);
-                self.count(&leaves, &hull);
+            let candidates = [candidate];
+            if let Some(hull) = self.merged_box(&candidates) {
+                replaced.push((id, UnionOperand::Boxed(hull, paint)));
+                self.mark_covered(id);
+                self.record_merge(&candidates, &hull);
             }
         }
         replaced
     }
 
-    /// An operand that may be replaced, and its paint.
-    fn leaf(&self, operands: &[NodeId], at: usize) -> Option<(Leaf, Option<Paint>)> {
-        let id = operands[at];
+    /// Returns an operand that may be replaced, and its paint.
+    fn candidate(
+        &self,
+        operands: &[NodeId],
+        index: usize,
+    ) -> Option<(MergeCandidate, Option<Paint>)> {
+        let id = operands[index];
         let paint = self.paints[id.0 as usize].clone()?;
-        let (bounds, rate) = in_world(self.graph, &self.volumes, id)?;
-        let Reach {
+        let (bounds, distance_ratio) = in_world(self.graph, &self.volumes, id)?;
+        let Sensitivity {
             gain,
-            band,
-            is_turned,
-        } = self.reaches[id.0 as usize];
-        let is_distance = (rate - 1.0).abs() < EXACT && (gain - 1.0).abs() < EXACT;
-        if !is_distance || is_turned || !bounds.is_finite() || !band.is_finite() {
+            influence_band,
+            sign_sensitive,
+        } = self.sensitivities[id.0 as usize];
+        let is_distance = (distance_ratio - 1.0).abs() < DISTANCE_TOLERANCE
+            && (gain - 1.0).abs() < DISTANCE_TOLERANCE;
+        if !is_distance || sign_sensitive || !bounds.is_finite() || !influence_band.is_finite() {
             return None;
         }
-        // What is far too long to be a box needs no look at its inside.
-        let least = self.in_pixels(bounds.half_diagonal(), &bounds, band);
-        if least > LONGEST * self.limit {
+        // An operand that is far too long for a box need not be sampled.
+        let min_error = self.in_pixels(bounds.half_diagonal(), &bounds, influence_band);
+        if min_error > MAX_CANDIDATE_RATIO * self.limit {
             return None;
         }
-        let leaf = Leaf {
-            at,
+        let operand = MergeCandidate {
+            index,
             bounds,
-            slack: slack(self.graph, id, &bounds)?,
-            band,
-            work: self.operands.closed(id, None).work,
+            slack: box_slack(self.graph, id, &bounds)?,
+            influence_band,
+            work: self.operands.analyze(id, None).work,
         };
-        (self.error(std::slice::from_ref(&leaf), &bounds) <= self.limit).then_some((leaf, paint))
+        (self.error(std::slice::from_ref(&operand), &bounds) <= self.limit)
+            .then_some((operand, paint))
     }
 
-    /// The box for these, if they are to have one.
-    fn whole(&self, leaves: &[Leaf]) -> Option<Bounds> {
-        let hull = leaves
+    /// Returns the box for these operands, if they may be replaced.
+    fn merged_box(&self, candidates: &[MergeCandidate]) -> Option<Bounds> {
+        let hull = candidates.iter().fold(Bounds::EMPTY, |hull, candidate| {
+            hull.hull(&candidate.bounds)
+        });
+        let work: f64 = candidates.iter().map(|candidate| candidate.work).sum();
+        let is_profitable = candidates.len() > 1 || work > BOX_COST;
+        (is_profitable && self.error(candidates, &hull) <= self.limit).then_some(hull)
+    }
+
+    /// Returns the maximum distance, in pixels, of the points of a box from its content: of the
+    /// farthest corner from the nearest operand.
+    fn error(&self, candidates: &[MergeCandidate], hull: &Bounds) -> f64 {
+        let distances = candidates
             .iter()
-            .fold(Bounds::EMPTY, |hull, leaf| hull.hull(&leaf.bounds));
-        let work: f64 = leaves.iter().map(|leaf| leaf.work).sum();
-        let pays = leaves.len() > 1 || work > BOX;
-        (pays && self.error(leaves, &hull) <= self.limit).then_some(hull)
+            .map(|candidate| farthest_distance(hull, &candidate.bounds) + candidate.slack);
+        self.in_pixels(
+            distances.fold(f64::INFINITY, f64::min),
+            hull,
+            max_band(candidates),
+        )
     }
 
-    /// How many pixels the points of a box are from what it holds at most: from that of it which is
-    /// nearest to the farthest corner.
-    fn error(&self, leaves: &[Leaf], hull: &Bounds) -> f64 {
-        let ways = leaves
-            .iter()
-            .map(|leaf| farthest(hull, &leaf.bounds) + leaf.slack);
-        self.in_pixels(ways.fold(f64::INFINITY, f64::min), hull, widest(leaves))
-    }
-
-    /// How many pixels a length is at a box, or as near to it as it matters.
-    fn in_pixels(&self, length: f64, bounds: &Bounds, band: f64) -> f64 {
-        let footprint = (self.sight).footprint(self.sight.distance(&bounds.grown(band)));
+    /// Returns a length in pixels at a box, or at the nearest point to the camera within its band.
+    fn in_pixels(&self, length: f64, bounds: &Bounds, influence_band: f64) -> f64 {
+        let footprint =
+            (self.target).footprint(self.target.distance(&bounds.grown(influence_band)));
         match footprint > 0.0 {
             true => length / footprint,
             false => f64::INFINITY,
         }
     }
 
-    fn count(&mut self, leaves: &[Leaf], hull: &Bounds) {
-        self.shapes += leaves.len();
+    fn record_merge(&mut self, candidates: &[MergeCandidate], hull: &Bounds) {
+        self.shapes += candidates.len();
         self.boxes += 1;
-        self.pixels = self.pixels.max(self.error(leaves, hull));
+        self.pixels = self.pixels.max(self.error(candidates, hull));
     }
 
-    /// Marks all that is within a node.
-    fn cover(&mut self, id: NodeId) {
+    /// Marks all nodes below a node.
+    fn mark_covered(&mut self, id: NodeId) {
         let mut pending = vec![id];
         while let Some(id) = pending.pop() {
             if !std::mem::replace(&mut self.covered[id.0 as usize], true) {
@@ -305,46 +323,49 @@ impl Merger<'_> {
     }
 }
 
-/// The distance of a box's farthest point from another one: that of a corner, since distances from
-/// something convex have no maximum between.
-fn farthest(hull: &Bounds, from: &Bounds) -> f64 {
+/// Returns the distance of a box's farthest point from another box. It is that of a corner, since the
+/// distance from a convex set has no maximum elsewhere.
+fn farthest_distance(hull: &Bounds, from: &Bounds) -> f64 {
     let gap = |i: usize| (from.min[i] - hull.min[i]).max(hull.max[i] - from.max[i]);
     (0..3).map(|i| gap(i).max(0.0).powi(2)).sum::<f64>().sqrt()
 }
 
-fn widest(leaves: &[Leaf]) -> f64 {
-    leaves.iter().map(|leaf| leaf.band).fold(0.0, f64::max)
+fn max_band(candidates: &[MergeCandidate]) -> f64 {
+    candidates
+        .iter()
+        .map(|candidate| candidate.influence_band)
+        .fold(0.0, f64::max)
 }
 
-/// Puts leaves in the order of their middles along the longest side of the box around all middles.
-fn sort_along_longest_side(leaves: &mut [Leaf]) {
-    let middles = leaves.iter().fold(Bounds::EMPTY, |all, leaf| {
-        all.including(leaf.bounds.centre())
+/// Sorts leaves by their centres along the longest side of the box around all centres.
+fn sort_along_longest_side(candidates: &mut [MergeCandidate]) {
+    let centres = candidates.iter().fold(Bounds::EMPTY, |hull, candidate| {
+        hull.including(candidate.bounds.centre())
     });
-    let side = |axis: usize| middles.max[axis] - middles.min[axis];
+    let side = |axis: usize| centres.max[axis] - centres.min[axis];
     let axis = (1..3).fold(
         0,
         |best, axis| {
             if side(axis) > side(best) { axis } else { best }
         },
     );
-    leaves.sort_by(|a, b| a.bounds.centre()[axis].total_cmp(&b.bounds.centre()[axis]));
+    candidates.sort_by(|a, b| a.bounds.centre()[axis].total_cmp(&b.bounds.centre()[axis]));
 }
 
-/// The paint of each value, if it is the same all over; within, none for what is unpainted.
-fn paints(graph: &Graph) -> Vec<Option<Option<Paint>>> {
+/// Returns the paint of each value if it is uniform, and within that `None` if it is unpainted.
+fn uniform_paints(graph: &Graph) -> Vec<Option<Option<Paint>>> {
     let mut paints: Vec<Option<Option<Paint>>> = Vec::with_capacity(graph.len());
     for (_, node) in graph.nodes() {
         let paint = match node {
-            Node::Paint {
+            GraphNode::Paint {
                 constants,
                 channels,
                 ..
             } => Some(Some((*constants, channels.clone()))),
-            Node::Apply { values, .. } => {
-                let mut all = values.iter().map(|value| &paints[value.0 as usize]);
-                let first = all.next().cloned().unwrap_or(Some(None));
-                first.filter(|first| all.all(|other| other.as_ref() == Some(first)))
+            GraphNode::Apply { values, .. } => {
+                let mut operand_paints = values.iter().map(|value| &paints[value.0 as usize]);
+                let first = operand_paints.next().cloned().unwrap_or(Some(None));
+                first.filter(|first| operand_paints.all(|other| other.as_ref() == Some(first)))
             }
             _ => Some(None),
         };

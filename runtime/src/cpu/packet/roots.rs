@@ -1,26 +1,26 @@
-//! Rays that hit in a leaf, on their way to the root.
+//! Secant refinement of the hits in a leaf.
 
 use super::{Roots, whole_chunks};
 use crate::cpu::lanes::is_nan;
-use crate::cpu::{Column, Points};
+use crate::cpu::{F32x64, Points};
 use sdfc_shaders::camera;
-use sdfc_shaders::layout::Frame;
+use sdfc_shaders::layout::FrameUniforms;
 use sdfc_shaders::marching;
+use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
-use sdfc_vm::widest;
 
-widest! {
-    /// Where the roots are estimated to be; whether any of them is still to be found.
-    pub(super) fn place_roots(frame: &Frame, roots: &Roots, count: usize, points: &mut Points) -> bool =
-        place_roots_body;
+multiversion! {
+    /// Computes the points of the estimated roots. Reports whether any root is not yet settled.
+    pub(super) fn estimate_roots(frame: &FrameUniforms, roots: &Roots, count: usize, points: &mut Points) -> bool =
+        estimate_roots_body;
 }
 
-/// The estimate of a root, kept within its leaf.
+/// Returns the estimate of a root, clamped to its leaf.
 #[inline(always)]
-fn guess(f: &Frame, b: &Roots, i: usize) -> f32 {
+fn root_estimate(f: &FrameUniforms, b: &Roots, i: usize) -> f32 {
     let rounding = marching::rounding_at(b.t.0[i], f.rounding);
-    let guess = marching::next_guess(
+    let estimate = marching::next_estimate(
         b.t.0[i],
         b.field.0[i],
         b.t_other.0[i],
@@ -28,14 +28,14 @@ fn guess(f: &Frame, b: &Roots, i: usize) -> f32 {
         rounding,
         f.raw,
     );
-    Real::max(Real::min(guess, b.high.0[i]), b.low.0[i])
+    Real::max(Real::min(estimate, b.high.0[i]), b.low.0[i])
 }
 
-/// Tells if a root is known as well as it can be.
+/// Reports whether a root is as accurate as rounding allows.
 #[inline(always)]
-fn settled(f: &Frame, b: &Roots, i: usize) -> bool {
+fn is_settled(f: &FrameUniforms, b: &Roots, i: usize) -> bool {
     let rounding = marching::rounding_at(b.t.0[i], f.rounding);
-    marching::settled(
+    marching::is_settled(
         b.t.0[i],
         b.field.0[i],
         b.t_other.0[i],
@@ -46,29 +46,29 @@ fn settled(f: &Frame, b: &Roots, i: usize) -> bool {
 }
 
 #[inline(always)]
-fn place_roots_body(f: &Frame, b: &Roots, count: usize, points: &mut Points) -> bool {
-    let mut open = 0;
+fn estimate_roots_body(f: &FrameUniforms, b: &Roots, count: usize, points: &mut Points) -> bool {
+    let mut has_open = 0;
     for i in 0..whole_chunks(count) {
-        let settled = settled(f, b, i);
-        open |= u32::from(!settled & (i < count));
-        let origin = V3::of(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
-        let direction = V3::of(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
-        let p = camera::along::<f32>(origin, direction, guess(f, b, i));
+        let is_settled = is_settled(f, b, i);
+        has_open |= u32::from(!is_settled & (i < count));
+        let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+        let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+        let p = camera::point_along::<f32>(origin, direction, root_estimate(f, b, i));
         points[0].0[i] = p.x;
         points[1].0[i] = p.y;
         points[2].0[i] = p.z;
     }
-    open != 0
+    has_open != 0
 }
 
-widest! {
-    /// Takes the field at the guesses into account.
-    pub(super) fn step_roots(frame: &Frame, values: &Column, count: usize, roots: &mut Roots) =
-        step_roots_body;
+multiversion! {
+    /// Applies the field's values at the estimates.
+    pub(super) fn refine_roots(frame: &FrameUniforms, values: &F32x64, count: usize, roots: &mut Roots) =
+        refine_roots_body;
 }
 
 #[inline(always)]
-fn step_roots_body(f: &Frame, values: &Column, count: usize, b: &mut Roots) {
+fn refine_roots_body(f: &FrameUniforms, values: &F32x64, count: usize, b: &mut Roots) {
     for i in 0..whole_chunks(count) {
         let factor = 1.0 / b.slope.0[i];
         let field = values.0[i] * b.side.0[i] * factor;
@@ -77,18 +77,22 @@ fn step_roots_body(f: &Frame, values: &Column, count: usize, b: &mut Roots) {
             b.field.0[i],
             b.t_other.0[i],
             b.field_other.0[i],
-            guess(f, b, i),
+            root_estimate(f, b, i),
             field,
         );
-        // What is settled stays, and an estimate without a value is not taken.
-        let keep = settled(f, b, i) | is_nan(field);
-        b.t_other.0[i] = if keep { b.t_other.0[i] } else { best.t_other };
-        b.field_other.0[i] = if keep {
+        // Settled roots stay, and an estimate without a value is not used.
+        let keeps_old = is_settled(f, b, i) | is_nan(field);
+        b.t_other.0[i] = if keeps_old {
+            b.t_other.0[i]
+        } else {
+            best.t_other
+        };
+        b.field_other.0[i] = if keeps_old {
             b.field_other.0[i]
         } else {
             best.field_other
         };
-        b.t.0[i] = if keep { b.t.0[i] } else { best.t };
-        b.field.0[i] = if keep { b.field.0[i] } else { best.field };
+        b.t.0[i] = if keeps_old { b.t.0[i] } else { best.t };
+        b.field.0[i] = if keeps_old { b.field.0[i] } else { best.field };
     }
 }

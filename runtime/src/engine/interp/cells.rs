@@ -1,108 +1,105 @@
-//! The cells of a picture as the interpreter takes them: made on the processor, all of them or the
-//! first for a device to go on with, and as words. What an edit does not reach is kept from the
-//! picture before ([`crate::cells::again`]).
+//! The cells of an image for the interpreter, encoded as words. They are built on the CPU: all of them, or
+//! the first levels if a device continues. Cells that an edit does not affect are kept from the image before
+//! ([`crate::cells`]).
 
-use crate::cells::{self, CHILDREN, Cells, Cut, Left, Packed};
-use crate::engine::cut::{First, Space};
-use crate::engine::cutter::Filled;
-use crate::frame::Picture;
-use sdfc_shaders::interpreter::cut::Way;
-use sdfc_shaders::interpreter::tape::{Registers, constant};
+use crate::cells::{self, CHILDREN, CellSpec, Cells, DeferredCell, GpuCells};
+use crate::engine::cell_policy::{CellRegion, CpuLevels};
+use crate::engine::gpu_cells::BufferFill;
+use crate::render::RenderJob;
+use sdfc_shaders::interpreter::cut::CutMethod;
+use sdfc_shaders::interpreter::tape::{KernelRegisters, constant_word};
 use sdfc_shaders::layout;
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::Tape;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// All of a picture that its cells depend on.
+/// All properties of a render that its cells depend on.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct MadeFor {
-    space: Space,
+pub(super) struct CacheKey {
+    region: CellRegion,
     materials: bool,
     on_device: bool,
 }
 
-impl MadeFor {
-    /// `None` where there is nothing to be seen.
-    pub(super) fn of(picture: &Picture, on_device: bool) -> Option<Self> {
+impl CacheKey {
+    /// The key of a render; `None` if nothing is visible.
+    pub(super) fn for_job(job: &RenderJob, on_device: bool) -> Option<Self> {
         Some(Self {
-            space: Space::of(picture)?,
-            materials: picture.features.materials,
+            region: CellRegion::for_job(job)?,
+            materials: job.features.materials,
             on_device,
         })
     }
 }
 
-/// What of a program's cells is left to be cut on the device.
-pub(super) struct Part {
-    /// Whether it is the program of surfaces.
-    pub(super) surface: bool,
-    pub(super) way: Way,
-    pub(super) cut: layout::Cut,
-    left: Vec<Left>,
+/// The cells of one program that are left to be cut on the device.
+pub(super) struct DeferredCut {
+    /// Set if this is the surface program.
+    pub(super) is_surface: bool,
+    pub(super) method: CutMethod,
+    pub(super) cut: layout::CutParams,
+    deferred: Vec<DeferredCell>,
 }
 
-/// The cells of the last picture, and what they were made for.
+/// The cells of the last image, with the key that they were built for.
 #[derive(Default)]
-pub(super) struct Kept {
-    last: Option<Last>,
+pub(super) struct CellCache {
+    last: Option<CachedFrame>,
 }
 
-/// What is kept of a picture.
-struct Last {
-    made_for: MadeFor,
-    made: [Option<Made>; 2],
-    registers: Registers,
-    /// The entries of what was left to be cut of both programs.
+/// The cached data of an image.
+struct CachedFrame {
+    key: CacheKey,
+    programs: [Option<ProgramCells>; 2],
+    registers: KernelRegisters,
+    /// The entries of the deferred cells of both programs.
     entries: [Entries; 2],
 }
 
-/// Entries of nodes, and the numbers of their cells, by a level and a place among the cells of that level.
+/// Node entries and cell numbers, by level and coordinates within the level.
 type Entries = HashMap<(u32, [u32; 3]), (u32, u32)>;
 
 /// The cells of a program.
-struct Made {
+struct ProgramCells {
     program: Arc<Program>,
     tape: Arc<Tape>,
     cells: Arc<Cells>,
-    /// How many of them are not those of the picture before.
+    /// Number of cells built for this image, not kept from the one before.
     fresh: usize,
-    /// Which instructions an edit changed, if that is all it did.
+    /// The instructions that an edit changed; `None` unless only constants changed.
     changed: Option<Vec<bool>>,
 }
 
-/// Cells as words, and what a device goes on with.
-pub(super) struct Work {
-    pub(super) packed: Packed,
-    pub(super) parts: Vec<Part>,
-    /// Which instructions of both programs an edit changed, where what the device cut before is looked at
-    /// again; without, all is cut anew.
+/// Encoded cells, and the deferred ones that a device continues with.
+pub(super) struct CellUpload {
+    pub(super) packed: GpuCells,
+    pub(super) parts: Vec<DeferredCut>,
+    /// The instructions of both programs that an edit changed, if the device revisits the cells it cut
+    /// before. `None` if all cells are cut anew.
     pub(super) changed: Option<Vec<bool>>,
 }
 
-impl Kept {
-    /// The cells of a picture, as words, and what of each program is left to be cut on the device; behind
-    /// what `filled` says is there already, if an edit left that of use.
-    pub(super) fn packed(
+impl CellCache {
+    /// Returns the encoded cells of an image and the cells of each program that the device has to cut. After
+    /// an edit they are appended to the existing ones (`fill`) if these are still of use.
+    pub(super) fn upload_for(
         &mut self,
         programs: &[Option<Arc<Program>>; 2],
         tapes: &[Option<Arc<Tape>>; 2],
-        made_for: &MadeFor,
-        registers: Registers,
-        mut filled: Option<Filled>,
-    ) -> Option<Work> {
-        let last = self
-            .last
-            .take()
-            .filter(|last| last.made_for.does_for(made_for));
-        let (made_for, [last_distance, last_surface], entries) = match last {
+        key: &CacheKey,
+        registers: KernelRegisters,
+        mut fill: Option<BufferFill>,
+    ) -> Option<CellUpload> {
+        let last = self.last.take().filter(|last| last.key.covers(key));
+        let (key, [last_distance, last_surface], entries) = match last {
             Some(last) => {
-                filled = filled.filter(|_| last.registers == registers);
-                (last.made_for, last.made, last.entries)
+                fill = fill.filter(|_| last.registers == registers);
+                (last.key, last.programs, last.entries)
             }
-            None => (made_for.clone(), [None, None], Default::default()),
+            None => (key.clone(), [None, None], Default::default()),
         };
-        let space = &made_for.space;
+        let region = &key.region;
         let [Some(program), surface] = programs else {
             return None;
         };
@@ -110,95 +107,107 @@ impl Kept {
             return None;
         };
         let surface_pair = surface.as_ref().zip(surface_tape.as_ref());
-        let made = [
-            Some(made_for.make(program, tape, space.distance(), last_distance)),
+        let program_cells = [
+            Some(key.build_cells(program, tape, region.distance(), last_distance)),
             surface_pair
-                .filter(|_| made_for.materials)
-                .map(|(program, tape)| made_for.make(program, tape, space.surface(), last_surface)),
+                .filter(|_| key.materials)
+                .map(|(program, tape)| {
+                    key.build_cells(program, tape, region.surface(), last_surface)
+                }),
         ];
-        let pack = |behind, changed| {
-            let mut work = Work {
-                packed: Packed::new(&space.distance(), registers, behind),
+        let pack = |base_offsets, changed| {
+            let mut upload = CellUpload {
+                packed: GpuCells::new(&region.distance(), registers, base_offsets),
                 parts: Vec::new(),
                 changed,
             };
-            for cells in made.iter().flatten() {
-                work.add(cells, space, program);
+            for cells in program_cells.iter().flatten() {
+                upload.add(cells, region, program);
             }
-            if made[1].is_none() {
+            if program_cells[1].is_none() {
                 let base = program.code.len() as u32;
-                work.packed.add_whole_surface(surface_tape.as_deref(), base);
+                upload
+                    .packed
+                    .add_single_surface_tape(surface_tape.as_deref(), base);
             }
-            work
+            upload
         };
-        let edit = filled.zip(all_changed(programs, &made));
-        let behind = edit.and_then(|(filled, changed)| {
-            let work = pack(filled.used, Some(changed));
-            filled.holds(&work.packed).then_some(work)
+        let edit = fill.zip(changed_instructions(programs, &program_cells));
+        let incremental = edit.and_then(|(fill, changed)| {
+            let upload = pack(fill.used, Some(changed));
+            fill.has_room_for(&upload.packed).then_some(upload)
         });
-        let mut work = behind.unwrap_or_else(|| pack([0; 2], None));
-        let entries = work.connect(&entries);
-        self.last = Some(Last {
-            made_for,
-            made,
+        let mut upload = incremental.unwrap_or_else(|| pack([0; 2], None));
+        let entries = upload.link_previous_entries(&entries);
+        self.last = Some(CachedFrame {
+            key,
+            programs: program_cells,
             registers,
             entries,
         });
-        Some(work)
+        Some(upload)
     }
 }
 
-impl Part {
-    /// What there is to be done.
-    pub(super) fn jobs(&self) -> Vec<layout::Job> {
-        self.left.iter().map(|left| left.job).collect()
+impl DeferredCut {
+    /// The jobs for the device.
+    pub(super) fn jobs(&self) -> Vec<layout::CellJob> {
+        self.deferred.iter().map(|deferred| deferred.job).collect()
     }
 }
 
-impl Work {
-    /// Adds the cells of a program: of the distance first, which this one is, then of surfaces.
-    fn add(&mut self, made: &Made, space: &Space, distance: &Arc<Program>) {
-        let tape = &made.tape;
-        let surface = !Arc::ptr_eq(&made.program, distance);
-        let (left, band, [empty, full]) = if surface {
-            // Instructions of surfaces lie behind those of the distance.
+impl CellUpload {
+    /// Adds the cells of a program; the distance program must come first.
+    fn add(&mut self, program_cells: &ProgramCells, region: &CellRegion, distance: &Arc<Program>) {
+        let tape = &program_cells.tape;
+        let is_surface = !Arc::ptr_eq(&program_cells.program, distance);
+        let (deferred, band, [empty, full]) = if is_surface {
+            // Surface instructions follow those of the distance.
             let base = distance.code.len() as u32;
-            let left = self.packed.add_surface(tape, &made.cells, base, made.fresh);
-            let whole = self.packed.grid.surface_whole;
-            (left, space.surface().band, [whole; 2])
+            let deferred =
+                self.packed
+                    .add_surface(tape, &program_cells.cells, base, program_cells.fresh);
+            let full_tape = self.packed.grid.surface_full_tape;
+            (deferred, region.surface().band, [full_tape; 2])
         } else {
-            let left = self.packed.add_distance(tape, &made.cells, made.fresh);
-            (left, space.distance().band, [false, true].map(constant))
+            let deferred =
+                self.packed
+                    .add_distance(tape, &program_cells.cells, program_cells.fresh);
+            (
+                deferred,
+                region.distance().band,
+                [false, true].map(constant_word),
+            )
         };
-        if left.is_empty() {
+        if deferred.is_empty() {
             return;
         }
-        self.parts.push(Part {
-            surface,
-            way: Way::of(tape),
-            cut: layout::Cut {
-                empty,
-                full,
-                ..space.on_device(tape, band)
+        self.parts.push(DeferredCut {
+            is_surface,
+            method: CutMethod::for_tape(tape),
+            cut: layout::CutParams {
+                empty_word: empty,
+                full_word: full,
+                ..region.gpu_cut(tape, band)
             },
-            left,
+            deferred,
         });
     }
 
-    /// Lets what is left to be cut know where it was before an edit, if this is one; gives where it is now.
-    fn connect(&mut self, before: &[Entries; 2]) -> [Entries; 2] {
+    /// Links deferred cells to their entries from before an edit, if this is one. Returns their new entries.
+    fn link_previous_entries(&mut self, previous: &[Entries; 2]) -> [Entries; 2] {
         let mut entries = [Entries::new(), Entries::new()];
         for part in &mut self.parts {
-            let number = usize::from(part.surface);
-            for Left { cell, job } in &mut part.left {
-                let place = (job.level, [job.x, job.y, job.z]);
-                entries[number].insert(place, (job.entry, *cell));
-                let Some(&(entry, cell_before)) = before[number].get(&place) else {
+            let number = usize::from(part.is_surface);
+            for DeferredCell { cell, job } in &mut part.deferred {
+                let position = (job.level, [job.x, job.y, job.z]);
+                entries[number].insert(position, (job.node_entry, *cell));
+                let Some(&(entry, previous_cell)) = previous[number].get(&position) else {
                     continue;
                 };
                 if self.changed.is_some() {
-                    job.before = entry;
-                    if cell_before == *cell {
+                    job.old_entry = entry;
+                    if previous_cell == *cell {
                         job.length = 0;
                     }
                 }
@@ -208,66 +217,75 @@ impl Work {
     }
 }
 
-/// Which instructions of both programs an edit changed; `None` where it did more, or there are no cells
-/// from before it.
-fn all_changed(
+/// The instructions of both programs that an edit changed. `None` if more than constants changed, or if there
+/// are no earlier cells.
+fn changed_instructions(
     programs: &[Option<Arc<Program>>; 2],
-    made: &[Option<Made>; 2],
+    program_cells: &[Option<ProgramCells>; 2],
 ) -> Option<Vec<bool>> {
-    let mut all = Vec::new();
-    for (program, made) in programs.iter().zip(made) {
-        match (program, made) {
-            (_, Some(made)) => all.extend(made.changed.as_ref()?),
-            (Some(program), None) => all.resize(all.len() + program.code.len(), false),
+    let mut changed = Vec::new();
+    for (program, program_cells) in programs.iter().zip(program_cells) {
+        match (program, program_cells) {
+            (_, Some(program_cells)) => changed.extend(program_cells.changed.as_ref()?),
+            (Some(program), None) => changed.resize(changed.len() + program.code.len(), false),
             (None, None) => {}
         }
     }
-    Some(all)
+    Some(changed)
 }
 
-impl Filled {
-    /// Whether there is room for what was packed to go behind, and as much again for what a device makes
-    /// of it.
-    fn holds(&self, packed: &Packed) -> bool {
-        let more = [packed.nodes.len() / CHILDREN, packed.tapes.len()];
-        let pairs = self.used.iter().zip(more).zip(self.room);
-        let mut ends = pairs.map(|((used, more), room)| (*used as usize + 2 * more, room as usize));
-        ends.all(|(end, room)| end <= room)
+impl BufferFill {
+    /// Reports whether these cells can be appended and as much memory again remains for the cells that a
+    /// device makes of them.
+    fn has_room_for(&self, packed: &GpuCells) -> bool {
+        let added = [packed.nodes.len() / CHILDREN, packed.tapes.len()];
+        let pairs = self.used.iter().zip(added).zip(self.capacity);
+        let mut ends =
+            pairs.map(|((used, added), capacity)| (*used as usize + 2 * added, capacity as usize));
+        ends.all(|(end, capacity)| end <= capacity)
     }
 }
 
-impl MadeFor {
-    /// Whether cells made for it do for another.
-    fn does_for(&self, other: &Self) -> bool {
+impl CacheKey {
+    /// Reports whether cells with this key can be used for another key.
+    fn covers(&self, other: &Self) -> bool {
         self.materials == other.materials
             && self.on_device == other.on_device
-            && self.space.does_for(&other.space)
+            && self.region.covers(&other.region)
     }
 
-    /// The cells of a program.
-    fn make(
+    /// Builds or updates the cells of a program.
+    fn build_cells(
         &self,
         program: &Arc<Program>,
         tape: &Arc<Tape>,
-        cut: Cut<'_>,
-        last: Option<Made>,
-    ) -> Made {
-        let first = First(&self.space);
-        let refine = if self.on_device { &first } else { cut.refine };
-        let cut = Cut { refine, ..cut };
-        let again = last.and_then(|last| {
-            let old = (&*last.program, &*last.tape);
-            let cells = cells::again(&last.cells, old, (program, tape), &cut)?;
-            let same = Arc::ptr_eq(&cells, &last.cells);
-            let fresh = if same { 0 } else { cells.made() };
-            Some((cells, fresh, cells::changed(&last.program, program)))
+        cut: CellSpec<'_>,
+        last: Option<ProgramCells>,
+    ) -> ProgramCells {
+        let cpu_levels = CpuLevels(&self.region);
+        let refine = if self.on_device {
+            &cpu_levels
+        } else {
+            cut.refine
+        };
+        let cut = CellSpec { refine, ..cut };
+        let rebuilt = last.and_then(|last| {
+            let old_program = (&*last.program, &*last.tape);
+            let cells = cells::rebuild_after_edit(&last.cells, old_program, (program, tape), &cut)?;
+            let is_same = Arc::ptr_eq(&cells, &last.cells);
+            let fresh = if is_same { 0 } else { cells.rebuilt_count() };
+            Some((
+                cells,
+                fresh,
+                cells::changed_instructions(&last.program, program),
+            ))
         });
-        let (cells, fresh, changed) = again.unwrap_or_else(|| {
+        let (cells, fresh, changed) = rebuilt.unwrap_or_else(|| {
             let cells = Arc::new(cells::build(program, tape, &cut));
-            let fresh = cells.made();
+            let fresh = cells.rebuilt_count();
             (cells, fresh, None)
         });
-        Made {
+        ProgramCells {
             program: program.clone(),
             tape: tape.clone(),
             cells,

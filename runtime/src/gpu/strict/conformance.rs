@@ -1,21 +1,23 @@
-//! Whether a device rounds as strict kernels promise: sums, products, quotients and square roots to
-//! the nearest float, ties to even, and nothing fused, reordered or simplified. Vulkan asks for that
-//! of the first two only (a quotient may be 2.5 units in the last place off), so it is tried on
-//! [`COUNT`] triples of numbers before a device is used. That is evidence, not proof: what a driver
-//! does to another kernel is compared by `sdfc verify --strict`.
+//! Test that a device rounds as strict kernels require: sums, products, quotients and square roots to the
+//! nearest float, ties to even, and nothing fused, reordered or simplified. Vulkan requires that of the first
+//! two only (a quotient may be 2.5 units in the last place off). Therefore [`TRIPLE_COUNT`] triples of
+//! numbers are tested before a device is used. That is evidence, not proof; `sdfc verify --strict` compares
+//! other kernels.
 //!
-//! All numbers and results are normal: a device may flush denormal ones to zero, and SwiftShader does.
+//! All numbers and results are normal: a device may flush denormal numbers to zero, and SwiftShader does.
 
 use std::fmt::Write;
 
-use super::super::{Access, Binding, Extent, Gpu, GpuError, KernelSource, Usage};
+use super::super::{
+    BindingAccess, BufferBinding, BufferUsage, Extent, Gpu, GpuError, KernelSource,
+};
 
-/// How many triples are tried.
-const COUNT: usize = 4096;
+/// Number of tested triples.
+const TRIPLE_COUNT: usize = 4096;
 
 const TEXT: &str = include_str!("conformance.wgsl");
 
-/// What the kernel computes, in the order of its answers.
+/// The expressions of the kernel, in the order of its results.
 const EXPRESSIONS: [&str; 16] = [
     "a + b",
     "a - b",
@@ -35,8 +37,8 @@ const EXPRESSIONS: [&str; 16] = [
     "1 / sqrt(|a|)",
 ];
 
-/// The same in Rust.
-fn answers([a, b, c]: [f32; 3]) -> [f32; 16] {
+/// The results in Rust.
+fn expected_results([a, b, c]: [f32; 3]) -> [f32; 16] {
     let sum = a + b;
     let part = sum - a;
     let root = a.abs().sqrt();
@@ -60,8 +62,8 @@ fn answers([a, b, c]: [f32; 3]) -> [f32; 16] {
     ]
 }
 
-/// Numbers of all signs and of magnitudes from 2⁻²⁰ to 2²⁰, always the same ones.
-fn questions() -> Vec<[f32; 4]> {
+/// Numbers of both signs and of magnitudes from 2⁻²⁰ to 2²⁰; always the same ones.
+fn test_triples() -> Vec<[f32; 4]> {
     let mut state = 1_u32;
     let mut number = || {
         // A linear congruence (D. E. Knuth, *Seminumerical Algorithms*, 3.3.4, table 1, line 16).
@@ -74,17 +76,17 @@ fn questions() -> Vec<[f32; 4]> {
         let sign = if random() % 2 == 0 { 1.0 } else { -1.0 };
         sign * mantissa * (power as f32).exp2()
     };
-    (0..COUNT)
+    (0..TRIPLE_COUNT)
         .map(|_| [number(), number(), number(), 0.0])
         .collect()
 }
 
-/// Fails with [`GpuError::Inexact`] if the device rounds otherwise.
+/// Fails with [`GpuError::Inexact`] if the device rounds differently.
 pub(in super::super) fn check(gpu: &Gpu) -> Result<(), GpuError> {
-    let slots = [Access::StorageRead, Access::StorageReadWrite];
-    let bindings: Vec<Binding> = (0..)
+    let slots = [BindingAccess::StorageRead, BindingAccess::StorageReadWrite];
+    let bindings: Vec<BufferBinding> = (0..)
         .zip(slots)
-        .map(|(slot, access)| Binding { slot, access })
+        .map(|(slot, access)| BufferBinding { slot, access })
         .collect();
     let kernel = gpu.kernel(&KernelSource {
         label: "conformance",
@@ -92,45 +94,45 @@ pub(in super::super) fn check(gpu: &Gpu) -> Result<(), GpuError> {
         entry: "main",
         bindings: &bindings,
     })?;
-    let questions = questions();
-    let asked = gpu.buffer_with("asked", Usage::Storage, &questions)?;
-    let size = size_of::<[f32; 16]>() * COUNT;
-    let answered = gpu.buffer("answered", Usage::Storage, size as u64)?;
-    let call = gpu.bind(&kernel, &[(0, &asked), (1, &answered)])?;
+    let triples = test_triples();
+    let input_buffer = gpu.buffer_with("asked", BufferUsage::Storage, &triples)?;
+    let size = size_of::<[f32; 16]>() * TRIPLE_COUNT;
+    let output_buffer = gpu.buffer("answered", BufferUsage::Storage, size as u64)?;
+    let call = gpu.bind(&kernel, &[(0, &input_buffer), (1, &output_buffer)])?;
     let mut batch = gpu.batch();
-    batch.dispatch(&call, Extent::Line(COUNT as u64))?;
+    batch.dispatch(&call, Extent::Line(TRIPLE_COUNT as u64))?;
     batch.submit_and_wait()?;
-    let answered: Vec<[f32; 16]> = gpu.read(&answered)?;
-    match verdict(&questions, &answered) {
+    let results: Vec<[f32; 16]> = gpu.read(&output_buffer)?;
+    match find_mismatches(&triples, &results) {
         None => Ok(()),
-        Some(found) => Err(GpuError::Inexact {
+        Some(mismatches) => Err(GpuError::Inexact {
             name: gpu.info().name.clone(),
-            found,
+            found: mismatches,
         }),
     }
 }
 
-/// What is not as it is in Rust: each such expression with its first example.
-fn verdict(questions: &[[f32; 4]], answered: &[[f32; 16]]) -> Option<String> {
-    let mut found = String::new();
-    for (at, expression) in EXPRESSIONS.iter().enumerate() {
-        let differs = |(&[a, b, c, _], got): (&[f32; 4], &[f32; 16])| {
-            let right = answers([a, b, c])[at];
-            // Both zeros are zero.
-            (got[at] != right).then_some(([a, b, c], got[at], right))
+/// Describes each expression that differs from Rust, with its first example.
+fn find_mismatches(triples: &[[f32; 4]], results: &[[f32; 16]]) -> Option<String> {
+    let mut mismatches = String::new();
+    for (index, expression) in EXPRESSIONS.iter().enumerate() {
+        let differs = |(&[a, b, c, _], actual): (&[f32; 4], &[f32; 16])| {
+            let expected = expected_results([a, b, c])[index];
+            // A zero equals a negative zero.
+            (actual[index] != expected).then_some(([a, b, c], actual[index], expected))
         };
-        let pairs = || questions.iter().zip(answered);
-        if let Some(([a, b, c], got, right)) = pairs().find_map(differs) {
+        let pairs = || triples.iter().zip(results);
+        if let Some(([a, b, c], actual, expected)) = pairs().find_map(differs) {
             let count = pairs().filter_map(differs).count();
-            let between = if found.is_empty() { "" } else { "; " };
+            let separator = if mismatches.is_empty() { "" } else { "; " };
             let _ = write!(
-                found,
-                "{between}{expression} is {got:?} instead of {right:?} for a = {a:?}, b = {b:?}, \
-                 c = {c:?}, and wrong {count} times of {COUNT}"
+                mismatches,
+                "{separator}{expression} is {actual:?} instead of {expected:?} for a = {a:?}, b = {b:?}, \
+                 c = {c:?}, and wrong {count} times of {TRIPLE_COUNT}"
             );
         }
     }
-    (!found.is_empty()).then_some(found)
+    (!mismatches.is_empty()).then_some(mismatches)
 }
 
 #[cfg(test)]
@@ -139,45 +141,46 @@ mod tests {
 
     #[test]
     fn no_question_has_a_denormal_answer() {
-        for [a, b, c, _] in questions() {
-            for (expression, answer) in EXPRESSIONS.iter().zip(answers([a, b, c])) {
+        for [a, b, c, _] in test_triples() {
+            for (expression, result) in EXPRESSIONS.iter().zip(expected_results([a, b, c])) {
                 assert!(
-                    answer == 0.0 || answer.is_normal(),
-                    "{expression} of {a}, {b}, {c} is {answer:e}"
+                    result == 0.0 || result.is_normal(),
+                    "{expression} of {a}, {b}, {c} is {result:e}"
                 );
             }
         }
     }
 
-    /// What devices do to such expressions must show in the answers.
+    /// Typical rewritings by devices must change the results.
     #[test]
     fn the_usual_rewritings_are_seen() {
-        let questions = questions();
-        let seen = |at: usize, rewritten: fn([f32; 3]) -> f32| {
-            let given: Vec<[f32; 16]> = questions
+        let triples = test_triples();
+        let is_detected = |index: usize, rewritten: fn([f32; 3]) -> f32| {
+            let results: Vec<[f32; 16]> = triples
                 .iter()
                 .map(|&[a, b, c, _]| {
-                    let mut answers = answers([a, b, c]);
-                    answers[at] = rewritten([a, b, c]);
-                    answers
+                    let mut expected = expected_results([a, b, c]);
+                    expected[index] = rewritten([a, b, c]);
+                    expected
                 })
                 .collect();
-            verdict(&questions, &given).is_some_and(|found| found.starts_with(EXPRESSIONS[at]))
+            find_mismatches(&triples, &results)
+                .is_some_and(|mismatches| mismatches.starts_with(EXPRESSIONS[index]))
         };
-        assert!(seen(3, |[a, b, _]| a * (1.0 / b)));
-        assert!(seen(4, |[a, ..]| a.abs() * (1.0 / a.abs().sqrt())));
-        assert!(seen(7, |[a, b, c]| a.mul_add(b, c)));
-        assert!(seen(8, |_| 0.0));
-        assert!(seen(9, |[_, _, c]| c * (0.1 * 0.3) + (c + (0.1 + 0.2))));
-        assert!(seen(10, |[a, ..]| a * (1.0 / 3.0)));
-        assert!(seen(11, |[a, ..]| a.abs()));
-        assert!(seen(12, |[a, b, c]| (a + b) * c));
-        assert!(seen(14, |[a, ..]| (1.0 / a).next_up()));
-        assert!(seen(15, |[a, ..]| (1.0 / f64::from(a.abs()).sqrt()) as f32));
-        let exact: Vec<[f32; 16]> = questions
+        assert!(is_detected(3, |[a, b, _]| a * (1.0 / b)));
+        assert!(is_detected(4, |[a, ..]| a.abs() * (1.0 / a.abs().sqrt())));
+        assert!(is_detected(7, |[a, b, c]| a.mul_add(b, c)));
+        assert!(is_detected(8, |_| 0.0));
+        assert!(is_detected(9, |[_, _, c]| c * (0.1 * 0.3) + (c + (0.1 + 0.2))));
+        assert!(is_detected(10, |[a, ..]| a * (1.0 / 3.0)));
+        assert!(is_detected(11, |[a, ..]| a.abs()));
+        assert!(is_detected(12, |[a, b, c]| (a + b) * c));
+        assert!(is_detected(14, |[a, ..]| (1.0 / a).next_up()));
+        assert!(is_detected(15, |[a, ..]| (1.0 / f64::from(a.abs()).sqrt()) as f32));
+        let exact: Vec<[f32; 16]> = triples
             .iter()
-            .map(|&[a, b, c, _]| answers([a, b, c]))
+            .map(|&[a, b, c, _]| expected_results([a, b, c]))
             .collect();
-        assert_eq!(verdict(&questions, &exact), None);
+        assert_eq!(find_mismatches(&triples, &exact), None);
     }
 }

@@ -1,4 +1,4 @@
-// conformance: single operations on floats, and the expressions that a driver would like to rewrite.
+// conformance: single operations on floats, and expressions that drivers tend to rewrite.
 
 @group(0) @binding(0) var<storage, read> asked: array<vec4f>;
 @group(0) @binding(1) var<storage, read_write> answered: array<f32>;

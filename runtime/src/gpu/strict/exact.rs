@@ -1,15 +1,15 @@
-//! What a strict kernel may do with floats: only that which has one right answer. The sine of a number
-//! or a remainder may be anything near the truth, and so may functions that are several operations in
-//! one, whose order and fusing a device chooses (`dot`, `mix`, `length`): they are refused, whatever
-//! form the kernel takes.
+//! The float operations that a strict kernel may use: those with one correct result. The sine of a number or
+//! a remainder may have any value near the truth. So may functions that combine several operations, whose
+//! order and fusing a device chooses (`dot`, `mix`, `length`). They are refused in both forms of strict
+//! kernels.
 
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{
     BinaryOperator, Expression, Function, Handle, MathFunction, Module, ScalarKind, TypeInner,
 };
 
-/// Functions with one right answer.
-const EXACT: [MathFunction; 6] = [
+/// Functions with one correct result.
+const EXACT_FUNCTIONS: [MathFunction; 6] = [
     MathFunction::Abs,
     MathFunction::Min,
     MathFunction::Max,
@@ -18,25 +18,25 @@ const EXACT: [MathFunction; 6] = [
     MathFunction::Transpose,
 ];
 
-/// Fails with what has other bits on another device.
+/// Fails for operations whose bits differ between devices.
 pub(in super::super) fn check(module: &Module, info: &ModuleInfo) -> Result<(), String> {
     let functions = module.functions.iter();
     let functions = functions.map(|(handle, function)| (function, &info[handle]));
     let entries = module.entry_points.iter().enumerate();
-    let entries = entries.map(|(at, entry)| (&entry.function, info.get_entry_point(at)));
-    let found = functions
+    let entries = entries.map(|(index, entry)| (&entry.function, info.get_entry_point(index)));
+    let inexact = functions
         .chain(entries)
-        .find_map(|(function, info)| inexact(module, function, info));
-    match found {
+        .find_map(|(function, info)| find_inexact(module, function, info));
+    match inexact {
         None => Ok(()),
-        Some(what) => Err(format!(
-            "{what} of floats may have other bits on every device, so strict kernels do without"
+        Some(operation) => Err(format!(
+            "{operation} of floats may have other bits on every device, so strict kernels do without"
         )),
     }
 }
 
-/// The first such operation of a function.
-fn inexact(module: &Module, function: &Function, info: &FunctionInfo) -> Option<String> {
+/// The first inexact operation of a function.
+fn find_inexact(module: &Module, function: &Function, info: &FunctionInfo) -> Option<String> {
     let inner = |handle: Handle<Expression>| info[handle].ty.inner_with(&module.types);
     let is_float = |handle| {
         let scalar = inner(handle).scalar();
@@ -48,7 +48,7 @@ fn inexact(module: &Module, function: &Function, info: &FunctionInfo) -> Option<
         .find_map(|(handle, expression)| match expression {
             Expression::Math { fun, arg, .. } => {
                 let floats = is_float(handle) || is_float(*arg);
-                (floats && !EXACT.contains(fun)).then(|| format!("`{fun:?}`"))
+                (floats && !EXACT_FUNCTIONS.contains(fun)).then(|| format!("`{fun:?}`"))
             }
             Expression::Binary { op, left, right } => {
                 let is_matrix = |&&handle: &&Handle<Expression>| {

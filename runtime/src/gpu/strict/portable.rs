@@ -1,22 +1,20 @@
-//! The portable form of strict kernels, for interfaces that take no decorations: what a driver could
-//! fuse, reorder or simplify is hidden from it, in the module itself, so every language that naga
-//! writes says it.
+//! The portable form of strict kernels, for backends without decorations. Whatever a driver could fuse,
+//! reorder or simplify is hidden from it in the module itself, and thus in every language that naga writes.
 //!
-//! A barrier stands behind each operation that rounds and before each use of a number that is written
-//! down:
+//! A barrier follows each operation that rounds, and hides each constant before its use:
 //!
 //! ```wgsl
 //! let e_5 = select(0u, 1u, arrayLength(&made) == 0u);           // once in a function
 //! let sum = bitcast<f32>(bitcast<u32>(a * b) ^ e_5) + …
 //! ```
 //!
-//! No buffer that is bound has an array without an element, which WebGPU promises and no driver
-//! relies on: the mask is zero, the bits stay as they are, and nothing is known of the number. With
-//! all results and all constants unknown there are no two operations left that could be made one, and
-//! no constant to divide by. What picks one of its operands or turns a sign (`min`, `select`, `abs`,
-//! negation) needs no barrier, nor does a zero: whatever is made of them, the bits are the same.
+//! No bound buffer has an array without elements, which WebGPU guarantees and no driver relies on. The mask
+//! is therefore zero and the bits stay unchanged, but the driver cannot know the number. With all results and
+//! constants unknown there are no two operations left that could be merged, and no constant to divide by.
+//! Operations that select an operand or change a sign (`min`, `select`, `abs`, negation) need no barrier, nor
+//! does a zero: however they are rewritten, the bits are the same.
 //!
-//! What is left to the device is, as for decorations, the rounding of single operations.
+//! As with decorations, the rounding of single operations is left to the device.
 
 use naga::valid::{FunctionInfo, GlobalUse, ModuleInfo};
 use naga::{
@@ -25,9 +23,9 @@ use naga::{
     VectorSize,
 };
 
-/// The module with barriers, for its entry point of this name; the error says what of it has no
+/// Returns the module with barriers, for the entry point of this name. The error names the part that has no
 /// portable form.
-pub(in super::super) fn rewritten(
+pub(in super::super) fn with_barriers(
     module: &Module,
     info: &ModuleInfo,
     entry: &str,
@@ -36,15 +34,16 @@ pub(in super::super) fn rewritten(
     if variables.any(|(_, variable)| variable.init.is_some()) {
         return Err("a variable outside all functions begins with a value".to_owned());
     }
-    let unknown = unknown_length(module, info, entry);
-    let with_barriers = |function, info| Rewriting::of(module, function, info, unknown);
+    let runtime_array = find_runtime_array(module, info, entry);
+    let rewrite =
+        |function, info| BarrierInserter::insert_barriers(module, function, info, runtime_array);
     let functions = module.functions.iter();
     let functions: Vec<Option<Function>> = functions
-        .map(|(handle, function)| with_barriers(function, &info[handle]))
+        .map(|(handle, function)| rewrite(function, &info[handle]))
         .collect::<Result<_, _>>()?;
     let entries = module.entry_points.iter().enumerate();
     let entries: Vec<Option<Function>> = entries
-        .map(|(at, entry)| with_barriers(&entry.function, info.get_entry_point(at)))
+        .map(|(index, entry)| rewrite(&entry.function, info.get_entry_point(index)))
         .collect::<Result<_, _>>()?;
 
     let mut module = module.clone();
@@ -59,15 +58,14 @@ pub(in super::super) fn rewritten(
     Ok(module)
 }
 
-/// An array whose length is known when the kernel runs: the buffer, and the member of it if it is a
-/// structure.
-type Length = (Handle<GlobalVariable>, Option<u32>);
+/// A runtime-sized array: its buffer, and its member index if the buffer is a structure.
+type RuntimeArray = (Handle<GlobalVariable>, Option<u32>);
 
-/// The first such array of those that the entry point uses, since these are bound.
-fn unknown_length(module: &Module, info: &ModuleInfo, entry: &str) -> Option<Length> {
-    let at = module.entry_points.iter().position(|e| e.name == entry)?;
-    let uses = info.get_entry_point(at);
-    let is_unknown = |ty: Handle<naga::Type>| {
+/// The first runtime-sized array among the buffers that the entry point uses, since these are bound.
+fn find_runtime_array(module: &Module, info: &ModuleInfo, entry: &str) -> Option<RuntimeArray> {
+    let index = module.entry_points.iter().position(|e| e.name == entry)?;
+    let uses = info.get_entry_point(index);
+    let is_runtime_sized = |ty: Handle<naga::Type>| {
         let inner = &module.types[ty].inner;
         matches!(
             inner,
@@ -88,59 +86,59 @@ fn unknown_length(module: &Module, info: &ModuleInfo, entry: &str) -> Option<Len
         .filter_map(
             |(handle, variable)| match &module.types[variable.ty].inner {
                 TypeInner::Struct { members, .. } => {
-                    let last = members.last().filter(|member| is_unknown(member.ty));
+                    let last = members.last().filter(|member| is_runtime_sized(member.ty));
                     last.map(|_| (handle, Some(members.len() as u32 - 1)))
                 }
-                _ => is_unknown(variable.ty).then_some((handle, None)),
+                _ => is_runtime_sized(variable.ty).then_some((handle, None)),
             },
         )
         .next()
 }
 
-/// A function that is made anew, since operands stand before what uses them.
-struct Rewriting<'a> {
+/// Rebuilds a function, since operands must precede the expressions that use them.
+struct BarrierInserter<'a> {
     module: &'a Module,
     old: &'a Function,
     info: &'a FunctionInfo,
-    made: Arena<Expression>,
-    /// The new expression for each old one that was met.
+    expressions: Arena<Expression>,
+    /// The new expression for each old one visited so far.
     new: Vec<Option<Handle<Expression>>>,
-    /// The mask for numbers of one to four components.
+    /// The masks for numbers of one to four components.
     masks: Vec<Handle<Expression>>,
     barriers: usize,
 }
 
-impl Rewriting<'_> {
-    /// The function with its barriers; `None` if it needs none.
-    fn of(
+impl BarrierInserter<'_> {
+    /// Returns the function with its barriers; `None` if it needs none.
+    fn insert_barriers(
         module: &Module,
         old: &Function,
         info: &FunctionInfo,
-        unknown: Option<Length>,
+        runtime_array: Option<RuntimeArray>,
     ) -> Result<Option<Function>, String> {
-        let mut this = Rewriting {
+        let mut this = BarrierInserter {
             module,
             old,
             info,
-            made: Arena::new(),
+            expressions: Arena::new(),
             new: vec![None; old.expressions.len()],
             masks: Vec::new(),
             barriers: 0,
         };
-        // These belong to no statement.
+        // These expressions belong to no statement.
         for (handle, expression) in old.expressions.iter() {
             if expression.needs_pre_emit() {
                 this.copy(handle);
             }
         }
         let mut body = Block::new();
-        this.begin(unknown, &mut body);
+        this.create_masks(runtime_array, &mut body);
         let local_variables = this.locals(&mut body)?;
         body.extend_block(this.block(&old.body)?);
         if this.barriers == 0 {
             return Ok(None);
         }
-        if unknown.is_none() {
+        if runtime_array.is_none() {
             return Err("there is no storage buffer with an array of any length".to_owned());
         }
         let names = old.named_expressions.iter();
@@ -152,23 +150,23 @@ impl Rewriting<'_> {
             arguments: old.arguments.clone(),
             result: old.result.clone(),
             local_variables,
-            expressions: this.made,
+            expressions: this.expressions,
             named_expressions,
             body,
             diagnostic_filter_leaf: old.diagnostic_filter_leaf,
         }))
     }
 
-    /// The masks.
-    fn begin(&mut self, unknown: Option<Length>, body: &mut Block) {
+    /// Creates the masks.
+    fn create_masks(&mut self, runtime_array: Option<RuntimeArray>, body: &mut Block) {
         let [zero, one] = [0, 1].map(|n| self.append(Expression::Literal(Literal::U32(n))));
-        let Some((buffer, member)) = unknown else {
-            // Without barriers they are not used.
+        let Some((buffer, member)) = runtime_array else {
+            // Without barriers the masks are not used.
             self.masks = vec![zero; 4];
             return;
         };
         let buffer = self.append(Expression::GlobalVariable(buffer));
-        let start = self.made.len();
+        let start = self.expressions.len();
         let array = match member {
             Some(index) => self.append(Expression::AccessIndex {
                 base: buffer,
@@ -193,8 +191,8 @@ impl Rewriting<'_> {
         self.emit(start, body);
     }
 
-    /// The local variables. What they begin with is stored into them: a beginning in place is a
-    /// constant that every driver sees.
+    /// Copies the local variables. Initial values are stored into them instead: an initializer is a constant
+    /// that every driver sees.
     fn locals(&mut self, body: &mut Block) -> Result<Arena<naga::LocalVariable>, String> {
         let mut locals = self.old.local_variables.clone();
         for (handle, local) in locals.iter_mut() {
@@ -208,27 +206,29 @@ impl Rewriting<'_> {
     }
 
     fn append(&mut self, expression: Expression) -> Handle<Expression> {
-        self.made.append(expression, Span::UNDEFINED)
+        self.expressions.append(expression, Span::UNDEFINED)
     }
 
-    /// An expression that has no operands, as it is.
+    /// Copies an expression without operands.
     fn copy(&mut self, old: Handle<Expression>) -> Handle<Expression> {
         let span = self.old.expressions.get_span(old);
-        let made = self.made.append(self.old.expressions[old].clone(), span);
-        self.new[old.index()] = Some(made);
-        made
+        let copied = self
+            .expressions
+            .append(self.old.expressions[old].clone(), span);
+        self.new[old.index()] = Some(copied);
+        copied
     }
 
-    /// Emits what was made since there were `start` expressions.
+    /// Emits the expressions appended since there were `start` of them.
     fn emit(&mut self, start: usize, block: &mut Block) {
-        if self.made.len() > start {
-            let range = self.made.range_from(start);
+        if self.expressions.len() > start {
+            let range = self.expressions.range_from(start);
             block.push(Statement::Emit(range), Span::UNDEFINED);
         }
     }
 
-    /// How many components an expression has, if it is made of floats.
-    fn floats(&self, old: Handle<Expression>) -> Option<usize> {
+    /// Number of components of a float expression; `None` for other types.
+    fn float_components(&self, old: Handle<Expression>) -> Option<usize> {
         let (scalar, components) = match *self.info[old].ty.inner_with(&self.module.types) {
             TypeInner::Scalar(scalar) => (scalar, 1),
             TypeInner::Vector { size, scalar } => (scalar, size as usize),
@@ -237,7 +237,7 @@ impl Rewriting<'_> {
         (scalar.kind == ScalarKind::Float).then_some(components)
     }
 
-    /// The same numbers, of which nothing is known.
+    /// Hides a number from the driver without changing its bits.
     fn barrier(&mut self, number: Handle<Expression>, components: usize) -> Handle<Expression> {
         self.barriers += 1;
         let cast = |expr, kind| Expression::As {
@@ -254,38 +254,38 @@ impl Rewriting<'_> {
         self.append(cast(mixed, ScalarKind::Float))
     }
 
-    /// An expression where another one uses it: of what is written down nothing is known there.
+    /// Returns an expression for use by another one; constants are hidden.
     fn used(&mut self, old: Handle<Expression>) -> Result<Handle<Expression>, String> {
         let new = match self.new[old.index()] {
             Some(new) => new,
-            // What no statement emits is a constant.
-            None => self.made_anew(old)?,
+            // Expressions that no statement emits are constants.
+            None => self.rebuild(old)?,
         };
-        let is_written = match self.old.expressions[old] {
+        let is_constant = match self.old.expressions[old] {
             Expression::Literal(Literal::F32(number)) => number != 0.0,
             Expression::Constant(_) | Expression::Override(_) => true,
             _ => false,
         };
-        Ok(match self.floats(old) {
-            Some(components) if is_written => self.barrier(new, components),
+        Ok(match self.float_components(old) {
+            Some(components) if is_constant => self.barrier(new, components),
             _ => new,
         })
     }
 
-    /// The same where a statement uses it.
+    /// Returns an expression for use by a statement.
     fn operand(
         &mut self,
         old: Handle<Expression>,
         block: &mut Block,
     ) -> Result<Handle<Expression>, String> {
-        let start = self.made.len();
+        let start = self.expressions.len();
         let new = self.used(old)?;
         self.emit(start, block);
         Ok(new)
     }
 
-    /// Whether an expression is part of a table that is written down.
-    fn is_of_table(&self, mut old: Handle<Expression>) -> bool {
+    /// Reports whether an expression is an element of a constant table.
+    fn is_table_element(&self, mut old: Handle<Expression>) -> bool {
         loop {
             match self.old.expressions[old] {
                 Expression::Access { base, .. } | Expression::AccessIndex { base, .. } => {
@@ -297,8 +297,8 @@ impl Rewriting<'_> {
         }
     }
 
-    /// An expression over what was made of its operands, with a barrier behind it if it rounds.
-    fn made_anew(&mut self, old: Handle<Expression>) -> Result<Handle<Expression>, String> {
+    /// Rebuilds an expression from its new operands, followed by a barrier if it rounds.
+    fn rebuild(&mut self, old: Handle<Expression>) -> Result<Handle<Expression>, String> {
         let mut expression = self.old.expressions[old].clone();
         let rounds = match &mut expression {
             Expression::Compose { components, .. } => {
@@ -309,11 +309,11 @@ impl Rewriting<'_> {
             }
             Expression::Access { base, index } => {
                 [*base, *index] = [self.used(*base)?, self.used(*index)?];
-                self.is_of_table(old)
+                self.is_table_element(old)
             }
             Expression::AccessIndex { base, .. } => {
                 *base = self.used(*base)?;
-                self.is_of_table(old)
+                self.is_table_element(old)
             }
             Expression::Splat { value: operand, .. }
             | Expression::Swizzle {
@@ -365,8 +365,8 @@ impl Rewriting<'_> {
             other => return Err(format!("{other:?} is not known to it")),
         };
         let span = self.old.expressions.get_span(old);
-        let new = self.made.append(expression, span);
-        Ok(match self.floats(old) {
+        let new = self.expressions.append(expression, span);
+        Ok(match self.float_components(old) {
             Some(components) if rounds => self.barrier(new, components),
             _ => new,
         })
@@ -377,9 +377,9 @@ impl Rewriting<'_> {
         for (statement, span) in old.span_iter() {
             let statement = match statement {
                 Statement::Emit(range) => {
-                    let start = self.made.len();
+                    let start = self.expressions.len();
                     for handle in range.clone() {
-                        self.new[handle.index()] = Some(self.made_anew(handle)?);
+                        self.new[handle.index()] = Some(self.rebuild(handle)?);
                     }
                     self.emit(start, &mut new);
                     continue;

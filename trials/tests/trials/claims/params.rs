@@ -1,13 +1,13 @@
-//! Claims for all values of live parameters, and at all times: one compiled scene, other moments.
+//! Claims for all values of live parameters and at all times: one compiled scene in several states.
 
-use super::subject::{Moment, Subject, scene_of};
+use super::test_shape::{ParamState, TestShape, parse_scene};
 use super::{boxes, slopes, steps};
-use crate::oracle::unit;
-use sdfc_trials::campaign::count;
+use crate::oracle::unit_number;
+use sdfc_trials::campaign::input_count;
 use sdfc_trials::random::Random;
 
-/// Scenes whose parameters and time decide where shapes are and how steep they are.
-const LIVE: &[&str] = &[
+/// Scenes with shapes and slopes that depend on parameters and time.
+const LIVE_PARAM_SCENES: &[&str] = &[
     "param r = 0.3 in 0.1..=0.9;\nsphere(r) | box(r, 0.5, 0.25).translate(2 * r, 0, 0)",
     "param r = 0.3 in 0.1..=0.9;\nfield(fn(p) => r * sin(p.x / r) + p.y, within: 3)",
     "param a = 0.5 in 0..=2;\nfield(fn(p) => dot(p, p) * a - 1, within: 4)",
@@ -32,34 +32,35 @@ const LIVE: &[&str] = &[
 
 #[test]
 fn claims_hold_for_all_values_of_parameters() {
-    let mut wrong = Vec::new();
-    for text in LIVE {
-        let scene = scene_of(text).unwrap_or_else(|| panic!("{text} is refused"));
+    let mut all_violations = Vec::new();
+    for text in LIVE_PARAM_SCENES {
+        let scene = parse_scene(text).unwrap_or_else(|| panic!("{text} is refused"));
         let root = scene.root.expect("the scene has a shape");
         let mut r = Random::new(10);
-        for at in 0..count(3, 20_000) {
-            let value = |(least, most): (f64, f64)| match at {
-                0 => most,
-                1 => least,
-                _ => least + (most - least) * unit(&mut r),
+        for index in 0..input_count(3, 20_000) {
+            let value = |(min, max): (f64, f64)| match index {
+                0 => max,
+                1 => min,
+                _ => min + (max - min) * unit_number(&mut r),
             };
             let mut value = value;
             let ranges = scene.params.iter().filter_map(|param| param.range);
             let values: Vec<Vec<f64>> = ranges.map(|range| vec![value(range)]).collect();
-            let moment = Moment {
+            let state = ParamState {
                 values,
-                time: 0.7 * at as f64,
+                time: 0.7 * index as f64,
             };
-            let subject = Subject::at(&scene, root, text, &moment);
-            let subject = subject.unwrap_or_else(|| panic!("{text} is refused"));
-            let found = [
-                slopes::refutation(&subject, at),
-                steps::refutation(&subject, at),
-                boxes::refutation(&subject, at),
+            let tested = TestShape::new_at(&scene, root, text, &state);
+            let tested = tested.unwrap_or_else(|| panic!("{text} is refused"));
+            let violations = [
+                slopes::find_violation(&tested, index),
+                steps::find_violation(&tested, index),
+                boxes::find_violation(&tested, index),
             ];
-            let found = found.into_iter().flatten();
-            wrong.extend(found.map(|found| format!("{found}, {moment:?}\n{text}")));
+            let violations = violations.into_iter().flatten();
+            all_violations
+                .extend(violations.map(|violations| format!("{violations}, {state:?}\n{text}")));
         }
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(all_violations.is_empty(), "{}", all_violations.join("\n"));
 }

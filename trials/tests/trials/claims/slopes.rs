@@ -1,9 +1,9 @@
-//! Stated slopes against gradients, and against the differences of values at two points.
+//! Stated slope bounds against gradients, and against differences of values at two points.
 
-use super::subject::{Subject, right, scene_of, solids, subject_of};
-use super::{MAX_ROUNDING_PER_SIZE, Places, corpus, size_at};
-use crate::oracle::{beyond, direction, norm, read, unit};
-use sdfc_trials::campaign::{Verdict, count, run};
+use super::test_shape::{TestShape, parse_scene, parse_shape, solids, valid_shape};
+use super::{MAX_ROUNDING_PER_SIZE, TrialPoints, corpus, size_at};
+use crate::oracle::{norm, point_along, random_direction, read_scene, unit_number};
+use sdfc_trials::campaign::{CheckOutcome, input_count, run};
 use sdfc_trials::random::Random;
 use sdfc_trials::shapes::solid;
 use sdfc_vm::bounds::Bounds;
@@ -12,57 +12,58 @@ use sdfc_vm::program::{Code, Program};
 use sdfc_vm::table::Op;
 use sdfc_vm::tape::Tape;
 
-/// The number of points at which each bound is tried.
+/// Number of points per bound.
 const POINTS_PER_BOUND: usize = 100;
-/// The number of shapes below the root that are tried as scenes of their own.
+/// Number of shapes below the root that are tested as separate scenes.
 const SHAPES_PER_SCENE: u64 = 1;
-/// The most shapes of a scene whose shapes are compiled one by one.
+/// Largest number of shapes in a scene whose shapes are compiled separately.
 const MAX_SCENE_SHAPES: usize = 150;
-/// The excess over a bound that rounding explains.
+/// Factor by which rounding may exceed a bound.
 const MAX_EXCESS_FACTOR: f64 = 1.0 + 1e-5;
 
-fn holds(region: &Bounds, p: [f64; 3]) -> bool {
+fn contains(region: &Bounds, p: [f64; 3]) -> bool {
     (0..3).all(|i| region.min[i] <= p[i] && p[i] <= region.max[i])
 }
 
-/// A point moved to the nearest one of a region.
+/// Returns the nearest point of a region.
 fn clamped(region: &Bounds, p: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| p[i].max(region.min[i]).min(region.max[i]))
 }
 
-/// The first point at which a written value is steeper than stated.
-pub(super) fn refutation(subject: &Subject, seed: u64) -> Option<String> {
-    if subject.is_guessed {
+/// Returns the first point at which the written value exceeds a stated slope bound.
+pub(super) fn find_violation(tested: &TestShape, seed: u64) -> Option<String> {
+    if tested.has_estimated_bound {
         return None;
     }
-    let mut places = Places::new(subject, seed);
-    let knows_values = subject.has_known_values;
-    for stated in &subject.slopes {
+    let mut points = TrialPoints::new(tested, seed);
+    let compares_oracle = tested.has_known_values;
+    for stated in &tested.slopes {
         if stated.region.is_empty() {
             continue;
         }
         for _ in 0..POINTS_PER_BOUND {
-            let mut p = places.anywhere(subject);
-            if !holds(&stated.region, p) {
+            let mut p = points.anywhere(tested);
+            if !contains(&stated.region, p) {
                 p = clamped(&stated.region, p);
             }
-            let found = subject.gradient(p);
-            let steepness = norm(found.gradient);
-            if steepness > stated.slope * MAX_EXCESS_FACTOR + 1e-9 {
-                return Some(format!("slope {steepness} at {p:?}, stated {stated:?}"));
+            let slope = tested.gradient(p);
+            let slope_length = norm(slope.gradient);
+            if slope_length > stated.slope * MAX_EXCESS_FACTOR + 1e-9 {
+                return Some(format!("slope {slope_length} at {p:?}, stated {stated:?}"));
             }
-            let away = subject.size * 10.0_f64.powf(-4.0 + 4.0 * unit(&mut places.random));
-            let q = beyond(p, direction(&mut places.random), away);
+            let offset = tested.size * 10.0_f64.powf(-4.0 + 4.0 * unit_number(&mut points.random));
+            let q = point_along(p, random_direction(&mut points.random), offset);
             let q = clamped(&stated.region, q);
-            let apart = norm([0, 1, 2].map(|i| p[i] - q[i]));
-            let noise = MAX_ROUNDING_PER_SIZE * stated.slope.max(1.0);
-            let limit = stated.slope * apart * MAX_EXCESS_FACTOR + noise * size_at(p, 0.0).max(1.0);
-            let change = (found.value - subject.value(q)).abs();
+            let distance = norm([0, 1, 2].map(|i| p[i] - q[i]));
+            let rounding = MAX_ROUNDING_PER_SIZE * stated.slope.max(1.0);
+            let limit =
+                stated.slope * distance * MAX_EXCESS_FACTOR + rounding * size_at(p, 0.0).max(1.0);
+            let change = (slope.value - tested.value(q)).abs();
             if change > limit {
                 return Some(format!("{change} from {p:?} to {q:?}, stated {stated:?}"));
             }
-            if knows_values {
-                let change = (subject.oracle.value(p) - subject.oracle.value(q)).abs();
+            if compares_oracle {
+                let change = (tested.oracle.value(p) - tested.oracle.value(q)).abs();
                 if change > limit {
                     return Some(format!(
                         "{change} by the oracle from {p:?} to {q:?}, stated {stated:?}"
@@ -74,37 +75,39 @@ pub(super) fn refutation(subject: &Subject, seed: u64) -> Option<String> {
     None
 }
 
-/// The first instruction whose value, with all before it, is steeper than its tape says.
-fn refuted_tape(subject: &Subject, seed: u64) -> Option<String> {
-    let mut places = Places::new(subject, seed);
-    let program = &subject.step;
+/// Returns the first instruction whose value is steeper than the Lipschitz bound of the tape that ends
+/// there.
+fn find_tape_violation(tested: &TestShape, seed: u64) -> Option<String> {
+    let mut points = TrialPoints::new(tested, seed);
+    let program = &tested.step;
     for length in 1..=program.code.len() {
-        let begin = Program {
+        let prefix = Program {
             code: program.code[..length].to_vec(),
             ..program.clone()
         };
-        // A beginning that ends with a point has no value, and half a polygon has no sides.
-        let is_edge = |at: usize| {
-            let code = program.code.get(at).map(|i| i.code);
+        // A prefix that ends with a point has no value, and a partial polygon has no sides.
+        let is_edge = |index: usize| {
+            let code = program.code.get(index).map(|i| i.code);
             code == Some(Code::Op(Op::PolygonEdge))
         };
-        if begin.code[length - 1].gives_none() || is_edge(length - 1) && is_edge(length) {
+        if prefix.code[length - 1].has_no_value() || is_edge(length - 1) && is_edge(length) {
             continue;
         }
-        let slope = f64::from(Tape::of(&begin).slopes.whole);
+        let slope = f64::from(Tape::new(&prefix).lipschitz.result);
         if !slope.is_finite() {
             continue;
         }
         for _ in 0..12 {
-            let p = places.within(2.0);
-            let found = norm(super::subject::slope_of(&begin, p).gradient);
-            let q = beyond(p, direction(&mut places.random), 0.1 * subject.size);
-            let change = (evaluate_f64(&begin, p) - evaluate_f64(&begin, q)).abs();
+            let p = points.in_box(2.0);
+            let slope_length = norm(super::test_shape::value_and_gradient(&prefix, p).gradient);
+            let q = point_along(p, random_direction(&mut points.random), 0.1 * tested.size);
+            let change = (evaluate_f64(&prefix, p) - evaluate_f64(&prefix, q)).abs();
             let limit = slope * MAX_EXCESS_FACTOR;
-            if found > limit + 1e-6 || change > limit * 0.1 * subject.size + 1e-6 * size_at(p, 1.0)
+            if slope_length > limit + 1e-6
+                || change > limit * 0.1 * tested.size + 1e-6 * size_at(p, 1.0)
             {
                 return Some(format!(
-                    "instruction {length}: slope {found} at {p:?}, {slope} by its tape"
+                    "instruction {length}: slope {slope_length} at {p:?}, {slope} by its tape"
                 ));
             }
         }
@@ -112,12 +115,12 @@ fn refuted_tape(subject: &Subject, seed: u64) -> Option<String> {
     None
 }
 
-fn demand(subject: &Subject, seed: u64) {
-    if let Some(found) = refutation(subject, seed) {
-        panic!("{found}\n{}", subject.name);
+fn assert_slopes(tested: &TestShape, seed: u64) {
+    if let Some(violation) = find_violation(tested, seed) {
+        panic!("{violation}\n{}", tested.name);
     }
-    if let Some(found) = refuted_tape(subject, seed) {
-        panic!("{found}\n{}", subject.name);
+    if let Some(violation) = find_tape_violation(tested, seed) {
+        panic!("{violation}\n{}", tested.name);
     }
 }
 
@@ -125,24 +128,24 @@ fn demand(subject: &Subject, seed: u64) {
 fn random_shapes_are_no_steeper_than_stated() {
     let check = |&seed: &u64| {
         let text = solid(&mut Random::new(seed), 3);
-        let Some(subject) = subject_of(&text) else {
-            return Verdict::Refused;
+        let Some(tested) = parse_shape(&text) else {
+            return CheckOutcome::Refused;
         };
-        demand(&subject, seed);
-        let scene = scene_of(&text).expect("it was right before");
+        assert_slopes(&tested, seed);
+        let scene = parse_scene(&text).expect("it was right before");
         let mut r = Random::new(seed);
-        let below = solids(&scene);
+        let shape_ids = solids(&scene);
         for _ in 0..2 {
-            let id = r.pick(&below);
-            if let Some(subject) = Subject::new(&scene, id, &format!("{id:?} of {text}")) {
-                demand(&subject, seed);
+            let id = r.pick(&shape_ids);
+            if let Some(tested) = TestShape::new(&scene, id, &format!("{id:?} of {text}")) {
+                assert_slopes(&tested, seed);
             }
         }
-        Verdict::Accepted
+        CheckOutcome::Accepted
     };
     let tally = run(
         "slopes of random shapes",
-        count(30, 200),
+        input_count(30, 200),
         |seed| seed,
         check,
     );
@@ -151,34 +154,34 @@ fn random_shapes_are_no_steeper_than_stated() {
 
 #[test]
 fn shapes_of_files_are_no_steeper_than_stated() {
-    let mut wrong = Vec::new();
+    let mut violations = Vec::new();
     for path in corpus(2) {
-        let (scene, name) = read(&path);
-        let all = solids(&scene);
-        if all.is_empty() {
+        let (scene, name) = read_scene(&path);
+        let shape_ids = solids(&scene);
+        if shape_ids.is_empty() {
             continue;
         }
         let mut r = Random::new(3);
-        let root = all.first().copied();
-        let more = match all.len() <= MAX_SCENE_SHAPES {
-            true => count(SHAPES_PER_SCENE, 2000),
+        let root = shape_ids.first().copied();
+        let random_count = match shape_ids.len() <= MAX_SCENE_SHAPES {
+            true => input_count(SHAPES_PER_SCENE, 2000),
             false => 0,
         };
-        let some = (0..more).map(|_| r.pick(&all));
-        for id in root.into_iter().chain(some) {
-            let Some(subject) = Subject::new(&scene, id, &name) else {
+        let random_ids = (0..random_count).map(|_| r.pick(&shape_ids));
+        for id in root.into_iter().chain(random_ids) {
+            let Some(tested) = TestShape::new(&scene, id, &name) else {
                 continue;
             };
-            if let Some(found) = refutation(&subject, 3) {
-                wrong.push(format!("{name}, {id:?}: {found}"));
+            if let Some(violation) = find_violation(&tested, 3) {
+                violations.push(format!("{name}, {id:?}: {violation}"));
             }
         }
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(violations.is_empty(), "{}", violations.join("\n"));
 }
 
 #[test]
 fn a_field_without_a_bound_is_said_to_have_none() {
-    assert!(right("field(fn(p) => 1 / p.x, within: 2)").is_guessed);
-    assert!(!right("field(fn(p) => 2 * p.x, within: 2)").is_guessed);
+    assert!(valid_shape("field(fn(p) => 1 / p.x, within: 2)").has_estimated_bound);
+    assert!(!valid_shape("field(fn(p) => 2 * p.x, within: 2)").has_estimated_bound);
 }

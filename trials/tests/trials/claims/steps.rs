@@ -1,31 +1,31 @@
-//! Steps that engines march by: within the ball of a step's length the sign stays.
+//! Marching steps: the sign is constant within the sphere of a step's length.
 
-use super::subject::{Subject, right, subject_of};
-use super::{HASHING, MAX_ROUNDING_PER_SIZE, Places, corpus, size_at};
-use crate::oracle::{beyond, direction, norm, read, unit};
-use sdfc_trials::campaign::{Verdict, count, run};
+use super::test_shape::{TestShape, parse_shape, valid_shape};
+use super::{MAX_ROUNDING_PER_SIZE, ROUNDING_AMPLIFIERS, TrialPoints, corpus, size_at};
+use crate::oracle::{norm, point_along, random_direction, read_scene, unit_number};
+use sdfc_trials::campaign::{CheckOutcome, input_count, run};
 use sdfc_trials::random::Random;
 use sdfc_trials::shapes::solid;
 
-/// The number of points from which a step is tried.
+/// Number of points from which steps are tested.
 const STEPS_PER_SHAPE: usize = 150;
-/// The number of random directions that a step is tried in.
+/// Number of random directions per step.
 const DIRECTIONS_PER_STEP: usize = 4;
 
-/// The first step that leads past a surface.
-pub(super) fn refutation(subject: &Subject, seed: u64) -> Option<String> {
-    if subject.is_guessed {
+/// Returns the first step that passes a surface.
+pub(super) fn find_violation(tested: &TestShape, seed: u64) -> Option<String> {
+    if tested.has_estimated_bound {
         return None;
     }
-    let mut places = Places::new(subject, seed);
+    let mut points = TrialPoints::new(tested, seed);
     for _ in 0..STEPS_PER_SHAPE {
-        let p = places.anywhere(subject);
-        let step = subject.step(p);
-        let found = subject.gradient(p);
+        let p = points.anywhere(tested);
+        let step = tested.step(p);
+        let slope = tested.gradient(p);
         let slack = MAX_ROUNDING_PER_SIZE * size_at(p, 1.0);
         let length = step.abs() * (1.0 - 1e-5) - slack;
-        // Where what is written overflows, no step is claimed.
-        if subject.value(p).is_infinite() {
+        // No step is claimed where the written value overflows.
+        if tested.value(p).is_infinite() {
             continue;
         }
         if !step.is_finite() {
@@ -34,19 +34,19 @@ pub(super) fn refutation(subject: &Subject, seed: u64) -> Option<String> {
         if length <= 0.0 {
             continue;
         }
-        let steepness = norm(found.gradient).max(1e-30);
-        let ahead = found
+        let slope_length = norm(slope.gradient).max(1e-30);
+        let descent = slope
             .gradient
-            .map(|v| -v * found.value.signum() / steepness);
-        let random = (0..DIRECTIONS_PER_STEP).map(|_| direction(&mut places.random));
-        let ways: Vec<_> = [ahead].into_iter().chain(random).collect();
-        for way in ways {
-            for share in [1.0, unit(&mut places.random)] {
-                let q = beyond(p, way, length * share);
-                let (written, truth) = (subject.value(q), subject.oracle.value(q));
-                // Where the surface is flat, values near it are as good as zero.
+            .map(|v| -v * slope.value.signum() / slope_length);
+        let random = (0..DIRECTIONS_PER_STEP).map(|_| random_direction(&mut points.random));
+        let directions: Vec<_> = [descent].into_iter().chain(random).collect();
+        for direction in directions {
+            for fraction in [1.0, unit_number(&mut points.random)] {
+                let q = point_along(p, direction, length * fraction);
+                let (written, truth) = (tested.value(q), tested.oracle.value(q));
+                // Near a surface with small slopes, small values count as zero.
                 let is_zero =
-                    |v: f64| v.abs() <= slack * norm(subject.gradient(q).gradient).max(1.0);
+                    |v: f64| v.abs() <= slack * norm(tested.gradient(q).gradient).max(1.0);
                 if (written < 0.0) != (step < 0.0) && !is_zero(written) {
                     return Some(format!("{step} at {p:?}, but {written} at {q:?}"));
                 }
@@ -65,40 +65,45 @@ pub(super) fn refutation(subject: &Subject, seed: u64) -> Option<String> {
 fn steps_of_random_shapes_pass_no_surface() {
     let check = |&seed: &u64| {
         let text = solid(&mut Random::new(seed), 3);
-        let Some(subject) = subject_of(&text) else {
-            return Verdict::Refused;
+        let Some(tested) = parse_shape(&text) else {
+            return CheckOutcome::Refused;
         };
-        if let Some(found) = refutation(&subject, seed) {
-            panic!("{found}\n{text}");
+        if let Some(violation) = find_violation(&tested, seed) {
+            panic!("{violation}\n{text}");
         }
-        Verdict::Accepted
+        CheckOutcome::Accepted
     };
-    let tally = run("steps of random shapes", count(35, 200), |seed| seed, check);
+    let tally = run(
+        "steps of random shapes",
+        input_count(35, 200),
+        |seed| seed,
+        check,
+    );
     assert!(tally.accepted * 2 > tally.refused, "{tally:?}");
 }
 
 #[test]
 fn steps_of_files_pass_no_surface() {
-    let mut wrong = Vec::new();
+    let mut violations = Vec::new();
     for path in corpus(3) {
-        let (scene, name) = read(&path);
+        let (scene, name) = read_scene(&path);
         let Some(root) = scene.root.filter(|_| !scene.plane) else {
             continue;
         };
-        let Some(subject) = Subject::new(&scene, root, &name) else {
+        let Some(tested) = TestShape::new(&scene, root, &name) else {
             continue;
         };
-        if HASHING.contains(&name.as_str()) {
+        if ROUNDING_AMPLIFIERS.contains(&name.as_str()) {
             continue;
         }
-        if let Some(found) = refutation(&subject, 4) {
-            wrong.push(format!("{name}: {found}"));
+        if let Some(violation) = find_violation(&tested, 4) {
+            violations.push(format!("{name}: {violation}"));
         }
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(violations.is_empty(), "{}", violations.join("\n"));
 }
 
-/// A bound that is stated guides steps where it holds, and is not used where it does not.
+/// A stated bound determines steps where it holds, and is not used where it does not.
 #[test]
 fn steps_of_fields_with_stated_bounds_pass_no_surface() {
     let fields = [
@@ -108,13 +113,14 @@ fn steps_of_fields_with_stated_bounds_pass_no_surface() {
         ("p.y - 0.25 * sin(4 * p.x) * cos(3 * p.z)", ", within: 5"),
         ("p.x * p.x * p.y + p.z * p.z - 0.25", ", within: 2"),
     ];
-    for (formula, ends) in fields {
+    for (formula, arguments) in fields {
         for bound in [0.125, 0.5, 1.0, 5.0, 50.0] {
             for change in ["", ".offset(0.125)", ".scale(2).rotate(30deg, Z)"] {
-                let text = format!("field(fn(p) => {formula}{ends}, lipschitz: {bound}){change}");
-                let subject = right(&text);
-                if let Some(found) = refutation(&subject, 9) {
-                    panic!("{found}\n{text}");
+                let text =
+                    format!("field(fn(p) => {formula}{arguments}, lipschitz: {bound}){change}");
+                let tested = valid_shape(&text);
+                if let Some(violation) = find_violation(&tested, 9) {
+                    panic!("{violation}\n{text}");
                 }
             }
         }

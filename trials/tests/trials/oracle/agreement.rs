@@ -1,17 +1,20 @@
 //! Signs of the engines' values, evaluated in `f64`, against the oracle's.
 
-use super::{Point, compiled, elaborated, files, near_surface, oracle, point, read, unit};
+use super::{
+    Point, compile_scene, elaborate_in, near_surface, oracle, random_point, read_scene,
+    scene_files, unit_number,
+};
 use sdfc_compiler::scene::Scene;
-use sdfc_trials::campaign::{Verdict, count, run};
+use sdfc_trials::campaign::{CheckOutcome, input_count, run};
 use sdfc_trials::oracle::Oracle;
 use sdfc_trials::random::Random;
-use sdfc_trials::scenes::{Style, scene as random_scene};
+use sdfc_trials::scenes::{SceneStyle, scene as random_scene};
 use sdfc_vm::evaluate::evaluate_f64;
 use sdfc_vm::row::Category;
 use sdfc_vm::table::ROWS;
 use std::path::Path;
 
-/// The largest value that is as good as zero, since constants of programs are `f32`.
+/// Largest value that counts as zero, since constants of programs are `f32`.
 const MAX_ROUNDING_PER_SIZE: f64 = 1e-6;
 
 #[test]
@@ -28,26 +31,26 @@ fn every_row_of_shapes_has_a_meaning() {
         )
     };
     for row in ROWS.iter().filter(|row| is_shape(row.meta.category)) {
-        assert!(Oracle::knows(row.op), "{}", row.name);
+        assert!(Oracle::supports(row.op), "{}", row.name);
     }
     let arithmetic = ROWS
         .iter()
         .filter(|row| row.meta.category == Category::Math);
     for row in arithmetic {
-        assert!(!Oracle::knows(row.op), "{}", row.name);
+        assert!(!Oracle::supports(row.op), "{}", row.name);
     }
 }
 
-/// The generated points at which signs differ.
+/// Returns messages for the generated points at which signs differ.
 fn differences(
     scene: Scene,
     points: &mut dyn FnMut(&Oracle) -> Point,
     count: usize,
 ) -> Vec<String> {
     let oracle = oracle(&scene);
-    let compiled = compiled(scene);
+    let compiled = compile_scene(scene);
     let program = &compiled.module.distance;
-    let mut found = Vec::new();
+    let mut messages = Vec::new();
     for _ in 0..count {
         let p = points(&oracle);
         let (truth, value) = (oracle.value(p), evaluate_f64(program, p));
@@ -55,53 +58,62 @@ fn differences(
         let size = p.iter().fold(1.0_f64, |size, v| size.max(v.abs()));
         let is_near = truth.abs().min(value.abs()) <= MAX_ROUNDING_PER_SIZE * size;
         if (truth < 0.0) != (value < 0.0) && !is_near {
-            found.push(format!("{value} and not {truth} at {p:?}"));
+            messages.push(format!("{value} and not {truth} at {p:?}"));
         }
     }
-    found
+    messages
 }
 
-/// Points of a cube, half of them near the surface.
-fn anywhere(mut r: Random, half: f64) -> impl FnMut(&Oracle) -> Point {
+/// Returns a generator of points of a cube, half of them near the surface.
+fn near_or_in_cube(mut r: Random, half: f64) -> impl FnMut(&Oracle) -> Point {
     move |oracle| {
-        let p = point(&mut r, half);
-        if unit(&mut r) < 0.5 {
+        let p = random_point(&mut r, half);
+        if unit_number(&mut r) < 0.5 {
             return p;
         }
-        let close = near_surface(oracle, p, half);
-        let by = point(&mut r, 0.01 * half);
-        [0, 1, 2].map(|i| close[i] + by[i])
+        let near = near_surface(oracle, p, half);
+        let offset = random_point(&mut r, 0.01 * half);
+        [0, 1, 2].map(|i| near[i] + offset[i])
     }
 }
 
 #[test]
 fn values_of_all_scenes_have_the_right_sign() {
-    let mut wrong = Vec::new();
-    for path in files() {
-        let (scene, name) = read(&path);
+    let mut failures = Vec::new();
+    for path in scene_files() {
+        let (scene, name) = read_scene(&path);
         for half in [1.5, 6.0] {
-            let found = differences(scene.clone(), &mut anywhere(Random::new(5), half), 1000);
-            if let Some(first) = found.first() {
-                wrong.push(format!("{name}: {} points, as {first}", found.len()));
+            let messages = differences(
+                scene.clone(),
+                &mut near_or_in_cube(Random::new(5), half),
+                1000,
+            );
+            if let Some(first) = messages.first() {
+                failures.push(format!("{name}: {} points, as {first}", messages.len()));
             }
         }
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 #[test]
 fn values_of_random_scenes_have_the_right_sign() {
     let check = |seed: &u64| {
-        let text = random_scene(*seed).text(Style::default());
-        let scene = elaborated(Path::new("."), &text).0;
-        let found = differences(scene, &mut anywhere(Random::new(*seed), 3.0), 200);
-        if let Some(first) = found.first() {
-            panic!("{} points, as {first}\n{text}", found.len());
+        let text = random_scene(*seed).text(SceneStyle::default());
+        let scene = elaborate_in(Path::new("."), &text).0;
+        let messages = differences(scene, &mut near_or_in_cube(Random::new(*seed), 3.0), 200);
+        if let Some(first) = messages.first() {
+            panic!("{} points, as {first}\n{text}", messages.len());
         }
-        Verdict::Accepted
+        CheckOutcome::Accepted
     };
-    let tally = run("signs of random scenes", count(60, 100), |seed| seed, check);
-    assert!(tally.says_something(), "{tally:?}");
+    let tally = run(
+        "signs of random scenes",
+        input_count(60, 100),
+        |seed| seed,
+        check,
+    );
+    assert!(tally.is_balanced(), "{tally:?}");
 }
 
 /// Shapes of all kinds, about as large as a unit.
@@ -144,8 +156,8 @@ const SHAPES: &[&str] = &[
     "(box(0.8) &[stairs, 0.2, n: 3] cylinder(r: 0.4, h: 2))",
     "(box(0.8, 0.2, 0.8) |[distance, 0.05] sphere(0.3))",
 ];
-/// Changes of shapes, of all kinds.
-const CHANGES: &[&str] = &[
+/// Transforms of shapes, of all kinds.
+const TRANSFORMS: &[&str] = &[
     ".scale([1.6, 0.8, 1])",
     ".shear(xy: 0.4, xz: -0.2)",
     ".reflect([1, 1, 0], at: 0.1)",
@@ -173,20 +185,20 @@ const CHANGES: &[&str] = &[
 
 #[test]
 fn values_of_all_changes_of_all_shapes_have_the_right_sign() {
-    let mut wrong = Vec::new();
+    let mut failures = Vec::new();
     for shape in SHAPES {
-        for change in CHANGES {
-            let text = format!("{shape}{change}");
-            let (scene, messages) = elaborated(Path::new("."), &text);
+        for transform in TRANSFORMS {
+            let text = format!("{shape}{transform}");
+            let (scene, messages) = elaborate_in(Path::new("."), &text);
             let is_cut = messages.iter().any(|message| message.contains("cut"));
             if is_cut {
                 continue;
             }
-            let found = differences(scene, &mut anywhere(Random::new(6), 1.5), 100);
-            if let Some(first) = found.first() {
-                wrong.push(format!("{text}: {} points, as {first}", found.len()));
+            let messages = differences(scene, &mut near_or_in_cube(Random::new(6), 1.5), 100);
+            if let Some(first) = messages.first() {
+                failures.push(format!("{text}: {} points, as {first}", messages.len()));
             }
         }
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

@@ -1,11 +1,11 @@
-//! Distances of all solids and figures by brute force: one point of the surface is as near as the
-//! value says, and none is nearer.
+//! Distances of all solids and 2-D shapes by brute force: a surface point is as near as the value says, and
+//! none is nearer.
 
-use super::{Point, beyond, norm, oracle_of, point, unit};
+use super::{Point, norm, oracle_for_text, point_along, random_point, unit_number};
 use sdfc_trials::oracle::Oracle;
 use sdfc_trials::random::Random;
 
-/// Solids whose values are distances everywhere.
+/// Solids with exact distances everywhere.
 const EXACT: &[&str] = &[
     "sphere(0.6)",
     "box(0.9, 0.5, 0.7)",
@@ -36,22 +36,22 @@ const EXACT: &[&str] = &[
     "circle(0.5).extrude(0.6)",
     "rect(0.6, 0.4).revolve(offset: 0.5)",
 ];
-/// Solids whose values are distances outside.
+/// Solids with exact distances outside.
 const EXACT_OUTSIDE: &[&str] = &[
     "box_frame([0.9, 1.1, 0.7], 0.2)",
     "torus(r1: 0.3, r2: 0.5)",
     "rect(0.3, 0.4).revolve(offset: 0.5, angle: 100deg)",
     "rect(0.3, 0.4).revolve(offset: 0.5, angle: 250deg)",
 ];
-/// Solids without an end, of which a ball is looked at.
-const ENDLESS: &[&str] = &[
+/// Unbounded solids, tested within a sphere.
+const UNBOUNDED: &[&str] = &[
     "plane([1, 2, 3], at: 0.2)",
     "slab([1, -1, 0.5], 0.4)",
     "infinite_cone(50deg)",
     "infinite_cone(140deg)",
 ];
-/// Figures whose values are distances everywhere.
-const FIGURES: &[&str] = &[
+/// 2-D shapes with exact distances everywhere.
+const SHAPES_2D: &[&str] = &[
     "circle(0.6)",
     "rect(0.9, 0.5)",
     "rect([0.9, 0.5], round: 0.1)",
@@ -65,119 +65,122 @@ const FIGURES: &[&str] = &[
     "polygon([[-0.6, -0.6], [0.6, 0.6], [0.6, -0.6], [-0.6, 0.6]])",
 ];
 
-/// Half the size of the cube that is looked at.
-const DEFAULT_CUBE_HALF_LENGTH: f64 = 1.2;
+/// Half the size of the tested cube.
+const CUBE_HALF_LENGTH: f64 = 1.2;
 
-/// Points of the surface, at which lines through the cube go in or out.
-fn surface(oracle: &Oracle, axes: usize, count: usize) -> Vec<Point> {
+/// Returns surface points, at which segments in the cube enter or leave the solid.
+fn surface_points(oracle: &Oracle, axes: usize, count: usize) -> Vec<Point> {
     let mut r = Random::new(1);
-    let mut found = Vec::new();
+    let mut points = Vec::new();
     let side = |p: Point| oracle.value(p) < 0.0;
-    while found.len() < count {
-        let mut from = point(&mut r, DEFAULT_CUBE_HALF_LENGTH);
-        let mut to = point(&mut r, DEFAULT_CUBE_HALF_LENGTH);
+    while points.len() < count {
+        let mut from = random_point(&mut r, CUBE_HALF_LENGTH);
+        let mut to = random_point(&mut r, CUBE_HALF_LENGTH);
         if axes == 2 {
             (from[2], to[2]) = (0.0, 0.0);
         }
-        let at = |t: f64| beyond(from, [0, 1, 2].map(|i| to[i] - from[i]), t);
+        let line_point = |t: f64| point_along(from, [0, 1, 2].map(|i| to[i] - from[i]), t);
         for step in 0..64 {
             let (mut low, mut high) = (f64::from(step) / 64.0, f64::from(step + 1) / 64.0);
-            let start = side(at(low));
-            if start == side(at(high)) {
+            let start = side(line_point(low));
+            if start == side(line_point(high)) {
                 continue;
             }
             for _ in 0..50 {
                 let middle = 0.5 * (low + high);
-                if side(at(middle)) == start {
+                if side(line_point(middle)) == start {
                     low = middle;
                 } else {
                     high = middle;
                 }
             }
-            found.push(at(low));
+            points.push(line_point(low));
         }
     }
-    found
+    points
 }
 
-/// The largest distance of a point of the surface from the next one that was found.
+/// Largest distance from a surface point to the nearest sampled one.
 const MAX_GAP_LENGTH: f64 = 0.15;
 
-/// Tells if the value and its slope lead to the surface.
+/// Reports whether the value times the gradient leads to the surface.
 fn leads_to_surface(oracle: &Oracle, p: Point, value: f64) -> bool {
-    let foot = beyond(p, oracle.gradient(p), -value);
+    let foot = point_along(p, oracle.gradient(p), -value);
     oracle.value(foot).abs() < 1e-6
 }
 
-/// Demands distances of random points with wanted values.
-fn demand(text: &str, axes: usize, is_wanted: impl Fn(f64) -> bool) {
-    let oracle = oracle_of(text);
-    let points = surface(&oracle, axes, 4000);
+/// Asserts distances at random points whose value satisfies the predicate.
+fn assert_distances(text: &str, axes: usize, is_tested: impl Fn(f64) -> bool) {
+    let oracle = oracle_for_text(text);
+    let points = surface_points(&oracle, axes, 4000);
     let mut r = Random::new(2);
-    let (mut looked_at, mut astray) = (0, 0);
+    let (mut tested_count, mut missed_count) = (0, 0);
     for _ in 0..300 {
-        let mut p = point(&mut r, DEFAULT_CUBE_HALF_LENGTH);
-        if unit(&mut r) < 0.2 {
-            // Symmetries are where formulas go wrong.
+        let mut p = random_point(&mut r, CUBE_HALF_LENGTH);
+        if unit_number(&mut r) < 0.2 {
+            // Formulas tend to fail on planes of symmetry.
             p[r.below(3)] = 0.0;
         }
         if axes == 2 {
             p[2] = 0.0;
         }
         let value = oracle.value(p);
-        if !is_wanted(value) || value.abs() < 1e-3 {
+        if !is_tested(value) || value.abs() < 1e-3 {
             continue;
         }
-        let away = |q: &Point| norm([0, 1, 2].map(|i| q[i] - p[i]));
-        let nearest = points.iter().map(away).fold(f64::INFINITY, f64::min);
+        let distance_to = |q: &Point| norm([0, 1, 2].map(|i| q[i] - p[i]));
+        let nearest = points.iter().map(distance_to).fold(f64::INFINITY, f64::min);
         let distances = value.abs() - 1e-9..value.abs() + MAX_GAP_LENGTH;
         assert!(
             distances.contains(&nearest),
             "{text}: {p:?} is {nearest} away, not {value}"
         );
-        looked_at += 1;
-        astray += usize::from(!leads_to_surface(&oracle, p, value));
+        tested_count += 1;
+        missed_count += usize::from(!leads_to_surface(&oracle, p, value));
     }
-    // On ridges, where two places of the surface are equally near, there is no slope to follow.
-    assert!(looked_at > 60, "{text}: {looked_at} values are looked at");
+    // On ridges, at equal distance to two surface points, no gradient leads to the surface.
     assert!(
-        astray * 8 < looked_at,
-        "{text}: {astray} of {looked_at} values lead astray"
+        tested_count > 60,
+        "{text}: {tested_count} values are looked at"
+    );
+    assert!(
+        missed_count * 8 < tested_count,
+        "{text}: {missed_count} of {tested_count} values lead astray"
     );
 }
 
 #[test]
 fn values_of_solids_are_distances() {
     for text in EXACT {
-        demand(text, 3, |_| true);
+        assert_distances(text, 3, |_| true);
     }
 }
 
 #[test]
 fn values_of_some_solids_are_distances_outside() {
     for text in EXACT_OUTSIDE {
-        demand(text, 3, |value| value > 0.0);
+        assert_distances(text, 3, |value| value > 0.0);
     }
 }
 
 #[test]
 fn values_of_endless_solids_are_distances() {
-    for text in ENDLESS {
-        demand(text, 3, |value| value.abs() < 0.4);
+    for text in UNBOUNDED {
+        assert_distances(text, 3, |value| value.abs() < 0.4);
     }
 }
 
 #[test]
 fn values_of_figures_are_distances() {
-    for text in FIGURES {
-        demand(text, 2, |_| true);
+    for text in SHAPES_2D {
+        assert_distances(text, 2, |_| true);
     }
 }
 
 /// Values of sheets follow from their level functions.
 #[test]
 fn periodic_surfaces_are_where_their_formulas_say() {
-    let turn = std::f64::consts::TAU / 0.8;
+    let frequency = std::f64::consts::TAU / 0.8;
     type Level = fn(Point) -> f64;
     let levels: [(&str, Level); 3] = [
         ("gyroid", |p| {
@@ -191,10 +194,11 @@ fn periodic_surfaces_are_where_their_formulas_say() {
     ];
     let mut r = Random::new(3);
     for (name, level) in levels {
-        let oracle = oracle_of(&format!("{name}(0.8, 0.05)"));
+        let oracle = oracle_for_text(&format!("{name}(0.8, 0.05)"));
         for _ in 0..200 {
-            let p = point(&mut r, 1.0);
-            let value = level(p.map(|v| v * turn)).abs() / (turn * 3.0_f64.sqrt()) - 0.025;
+            let p = random_point(&mut r, 1.0);
+            let value =
+                level(p.map(|v| v * frequency)).abs() / (frequency * 3.0_f64.sqrt()) - 0.025;
             assert!((oracle.value(p) - value).abs() < 1e-12, "{name} at {p:?}");
         }
     }

@@ -1,10 +1,10 @@
-//! Triply periodic surfaces, as sheets. The gradient of each level function is at most √3 long
-//! (sampled, and attained on the surface), so dividing by √3 makes the result a bound: a sheet is
-//! at least as thick as asked for, and up to √2 times where the function is flatter.
+//! Triply periodic surfaces, as sheets. The gradient of each level function is at most √3 long (sampled,
+//! and attained on the surface), so dividing by √3 makes the result a lower bound of the distance. A sheet
+//! has at least the requested thickness, and up to √2 times that where the function is flatter.
 
 use crate::real::{Real, Vector3};
 
-/// Sines and cosines of the coordinates, as angles.
+/// Returns sines and cosines of the coordinates, as angles.
 #[inline(always)]
 fn waves<R: Real>(p: R::Vec3, frequency: R) -> (R::Vec3, R::Vec3) {
     let q = (p * frequency).named("q");

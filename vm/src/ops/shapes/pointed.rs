@@ -1,19 +1,19 @@
-//! Solids with a point: cones, pyramids and the octahedron.
+//! Solids with an apex or corners: cones, pyramids, the octahedron and the tetrahedron.
 
 use crate::real::{Real, Vector2, Vector3, lit};
 
-/// A cone without end, its apex at the origin, opening towards −y; `side` is the unit vector along
-/// its side in the half plane of (distance from the axis, depth below the apex).
+/// An infinite cone with its apex at the origin, opening towards −y. `side` is the unit vector along its
+/// side in the half plane of (distance from the axis, depth below the apex).
 #[inline(always)]
 pub fn infinite_cone<R: Real>(p: R::Vec3, side: R::Vec2) -> R {
     let q = R::Vec2::new(p.xz().length(), -p.y()).named("q");
-    // Beside the line of the side the distance is to that line, behind the apex to the apex.
+    // Beside the side's line, the distance is to that line; behind the apex, to the apex.
     let beside = q.x() * side.y() - q.y() * side.x();
     R::select(q.dot(side).less(lit(0.0)), q.length(), beside)
 }
 
-/// A cone cut off at both ends, `bottom` and `top` in radius. `across` is the unit normal of its
-/// side, in the half plane of (distance from the axis, height), and `slope` the side's length.
+/// A truncated cone with the radii `bottom` and `top`. `across` is the unit normal of its side, in the half
+/// plane of (distance from the axis, height), and `slope` the side's length.
 #[inline(always)]
 pub fn cone<R: Real>(p: R::Vec3, bottom: R, top: R, half: R, slope: R, across: R::Vec2) -> R {
     let q = R::Vec2::new(p.xz().length(), p.y()).named("q");
@@ -22,7 +22,7 @@ pub fn cone<R: Real>(p: R::Vec3, bottom: R, top: R, half: R, slope: R, across: R
     let end = R::select(q.y().less(zero), bottom, top);
     let disc = (q.y().abs() - half).named("disc");
     let over_disc = R::and(zero.less(disc), q.x().less(end));
-    // Beyond the side, and along it from the bottom's rim.
+    // Signed distance from the side, and position along it from the bottom's rim.
     let rim = R::Vec2::new(q.x() - bottom, q.y() + half).named("rim");
     let side = rim.dot(across).named("side");
     let along = (rim.y() * across.x() - rim.x() * across.y()).named("along");
@@ -38,8 +38,8 @@ pub fn cone<R: Real>(p: R::Vec3, bottom: R, top: R, half: R, slope: R, across: R
     R::select(zero.less(depth), outside, depth)
 }
 
-/// A cone with rounded rims: a smaller sharp one with its middle at `middle` along y, grown by
-/// `round`.
+/// A cone with rounded rims: the offset by `round` of a smaller sharp one with its centre at `middle` along
+/// y.
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
@@ -59,13 +59,13 @@ pub fn rounded_cone<R: Real>(
     cone::<R>(q, bottom, top, half, slope, across) - round
 }
 
-/// The hull of two balls on the y axis, of the radii `lower` and `upper`. The first one's centre
-/// is at `low`, the second one's `height` above it; `slant` is the unit vector across the side,
-/// in the half plane of (distance from the axis, height).
+/// The hull of two spheres on the y axis, of the radii `lower` and `upper`. The first one's centre is at
+/// `low`, the second one's is `height` above it. `slant` is the unit vector across the side, in the half
+/// plane of (distance from the axis, height).
 #[inline(always)]
 pub fn round_cone<R: Real>(p: R::Vec3, lower: R, upper: R, low: R, height: R, slant: R::Vec2) -> R {
     let q = R::Vec2::new(p.xz().length(), p.y() - low).named("q");
-    // How far along the side the point lies, which decides between the balls and the side.
+    // The position along the side, which selects one of the spheres or the side.
     let k = (q.y() * slant.x() - q.x() * slant.y()).named("k");
     let beyond = R::Vec2::new(q.x(), q.y() - height).length() - upper;
     let side = q.dot(slant) - lower;
@@ -73,8 +73,8 @@ pub fn round_cone<R: Real>(p: R::Vec3, lower: R, upper: R, low: R, height: R, sl
     R::select(k.less(lit(0.0)), q.length() - lower, rest)
 }
 
-/// An octahedron with its corners on the axes, `r` away. In the octant of the point there is one
-/// face; where the point lies beyond one of its edges, the distance is to that edge.
+/// An octahedron with its corners on the axes, at the distance `r`. The octant of the point contains one
+/// face. For a point beyond one of its edges, the distance is to that edge.
 #[inline(always)]
 pub fn octahedron<R: Real>(p: R::Vec3, r: R) -> R {
     let q = p.abs().named("q");
@@ -83,7 +83,7 @@ pub fn octahedron<R: Real>(p: R::Vec3, r: R) -> R {
     let beyond_x = (q.x() * three).less(m);
     let beyond_y = (q.y() * three).less(m);
     let beyond_z = (q.z() * three).less(m);
-    // The coordinates turned so that the edge lies in the plane where the first one is zero.
+    // The coordinates permuted so that the edge lies in the plane where the first one is zero.
     let yz = R::Vec3::select(beyond_y, R::Vec3::new(q.y(), q.z(), q.x()), {
         R::Vec3::new(q.z(), q.x(), q.y())
     });
@@ -96,20 +96,20 @@ pub fn octahedron<R: Real>(p: R::Vec3, r: R) -> R {
     R::select(any, edge, m * lit(0.577_350_269_189_625_8))
 }
 
-/// A tetrahedron whose faces are `inner` away from the centre. By symmetry a point is looked at where its
-/// coordinates are in order of their magnitudes, and only the last one may be negative: there the nearest
-/// edge has its middle on the x axis, and runs along y and z.
+/// A tetrahedron whose faces are at the distance `inner` from the centre. By symmetry, the coordinates are
+/// sorted by magnitude, and only the last one may be negative. The nearest edge then has its middle on the
+/// x axis, and is parallel to the diagonal of y and z.
 #[inline(always)]
 pub fn tetrahedron<R: Real>(p: R::Vec3, inner: R) -> R {
     let q = p.abs().named("q");
-    // Of two equals each takes its second operand, so that no coordinate is taken twice.
+    // Of equal values, each takes its second operand, so that no coordinate is used twice.
     let (low, high) = (q.x().min(q.y()), q.y().max(q.x()));
     let between = high.min(q.z()).named("between");
     let x = q.z().max(high).named("x");
     let y = between.max(low).named("y");
-    let side = p.x().side() * p.y().side() * p.z().side();
+    let side = p.x().sign_nonzero() * p.y().sign_nonzero() * p.z().sign_nonzero();
     let z = (low.min(between) * side).named("z");
-    // Half of the edge of the cube whose corners are those of the tetrahedron.
+    // Half of the edge of the cube that shares the corners of the tetrahedron.
     let half = (inner * lit(1.732_050_807_568_877_2)).named("half");
     let plane = (x + y - z) * lit(0.577_350_269_189_625_8) - inner;
     let across = ((y - z) * lit(std::f64::consts::FRAC_1_SQRT_2)).named("across");
@@ -117,20 +117,20 @@ pub fn tetrahedron<R: Real>(p: R::Vec3, inner: R) -> R {
     let beyond = (along - half * lit(std::f64::consts::SQRT_2)).max(lit(0.0));
     let outward = (x - half).named("outward");
     let edge = R::Vec3::new(outward, across, beyond).length();
-    // In the plane of the face, on which side of the edge.
+    // The side of the edge in the plane of the face.
     let is_edge = across.less(outward * lit(std::f64::consts::SQRT_2));
     R::select(is_edge, edge, plane)
 }
 
-/// A pyramid on a square of the half side `base`, from −`half` to `half` along y. `across` is the
-/// unit normal of the +x side in the xy plane, `slope` the length of a side from the middle of its
-/// lower edge to the apex, and `inverse` one over the squared length of an edge up to the apex.
+/// A pyramid on a square of the half side `base`, from −`half` to `half` along y. `across` is the unit
+/// normal of the +x side in the xy plane. `slope` is the length of a side from the middle of its lower edge
+/// to the apex. `inverse` is one over the squared length of an edge up to the apex.
 #[inline(always)]
 pub fn pyramid<R: Real>(p: R::Vec3, base: R, half: R, across: R::Vec2, slope: R, inverse: R) -> R {
     let zero = lit::<R>(0.0);
     let (ax, az) = (p.x().abs(), p.z().abs());
-    // Symmetry leaves half of one side: the one towards +x, seen from 0 ≤ z ≤ x. `x` and `z` are
-    // counted from the corner of the base, `y` from its plane. Of two equals each takes its second operand.
+    // By symmetry, half of one side remains: the one towards +x, for 0 ≤ z ≤ x. `x` and `z` are relative to
+    // the corner of the base, `y` to its plane. Of equal values, each takes its second operand.
     let x = (ax.max(az) - base).named("x");
     let z = (az.min(ax) - base).named("z");
     let y = (p.y() + half).named("y");

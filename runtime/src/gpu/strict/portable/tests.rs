@@ -1,4 +1,4 @@
-//! Barriers where they are needed, in the module and in the languages that naga writes.
+//! Tests of barriers in the module and in the languages that naga writes.
 
 use super::*;
 use naga::back::wgsl::{WriterFlags, write_string};
@@ -26,7 +26,7 @@ fn products_and_numbers_are_behind_barriers() {
                  v[1] = product + v[2];
              }",
     );
-    let module = rewritten(&module, &info, "main").expect("it has a portable form");
+    let module = with_barriers(&module, &info, "main").expect("it has a portable form");
     let text = write_string(&module, &valid(&module), WriterFlags::empty());
     let text = text.expect("it is written");
     let (_, body) = text.split_once("fn main() {\n").expect("it has an entry");
@@ -95,12 +95,12 @@ fn main(@builtin(local_invocation_index) i: u32) {
     listed.all[i % arrayLength(&listed.all)] = vec4f(way, f32(all) * shared_numbers[i]);
 }";
 
-/// How often an operation that rounds can see another one, or a number that is written down.
-fn seen(module: &Module, info: &ModuleInfo) -> usize {
+/// Number of visible operands, constants or results, of operations that round.
+fn count_visible(module: &Module, info: &ModuleInfo) -> usize {
     let functions = module.functions.iter();
     let functions = functions.map(|(handle, function)| (function, &info[handle]));
     let entry = (&module.entry_points[0].function, info.get_entry_point(0));
-    let mut seen = 0;
+    let mut count = 0;
     for (function, info) in functions.chain([entry]) {
         let is_float = |handle: Handle<Expression>| {
             let inner = info[handle].ty.inner_with(&module.types);
@@ -115,7 +115,7 @@ fn seen(module: &Module, info: &ModuleInfo) -> usize {
             } => vec![*arg],
             _ => vec![],
         };
-        // What only picks is looked through.
+        // Operations that only select an operand are transparent.
         let picked = |handle: Handle<Expression>| match &function.expressions[handle] {
             Expression::Select { accept, reject, .. } => vec![*accept, *reject],
             Expression::Unary { expr, .. } => vec![*expr],
@@ -141,30 +141,30 @@ fn seen(module: &Module, info: &ModuleInfo) -> usize {
                     Expression::Constant(_) => true,
                     _ => false,
                 };
-                seen += usize::from(is_number || !operands(operand).is_empty());
+                count += usize::from(is_number || !operands(operand).is_empty());
                 pending.extend(picked(operand));
             }
         }
     }
-    seen
+    count
 }
 
 #[test]
 fn no_operation_sees_another_or_a_number() {
     let (module, info) = parsed(TEXT);
-    assert!(seen(&module, &info) > 10);
-    let new = rewritten(&module, &info, "main").expect("it has a portable form");
+    assert!(count_visible(&module, &info) > 10);
+    let new = with_barriers(&module, &info, "main").expect("it has a portable form");
     let info = valid(&new);
-    assert_eq!(seen(&new, &info), 0);
+    assert_eq!(count_visible(&new, &info), 0);
     let locals = |module: &Module| {
         let functions = module.functions.iter().map(|(_, function)| function);
         let entry = &module.entry_points[0].function;
-        let all = functions.chain([entry]);
-        let all = all.flat_map(|function| function.local_variables.iter());
-        all.filter(|(_, local)| local.init.is_some()).count()
+        let functions = functions.chain([entry]);
+        let functions = functions.flat_map(|function| function.local_variables.iter());
+        functions.filter(|(_, local)| local.init.is_some()).count()
     };
     assert_eq!(locals(&new), 0);
-    // Functions without floats are as they were.
+    // Functions without floats are unchanged.
     let lengths = |module: &Module| -> Vec<usize> {
         let functions = module.functions.iter();
         functions.map(|(_, f)| f.expressions.len()).collect()
@@ -172,12 +172,12 @@ fn no_operation_sees_another_or_a_number() {
     assert_eq!(lengths(&new)[0], lengths(&module)[0]);
 }
 
-/// Metal's and DirectX's languages say it too.
+/// Metal's and DirectX's languages have the barriers too.
 #[test]
 fn other_languages_have_the_barriers() {
     use naga::back::{hlsl, msl};
     let (module, info) = parsed(TEXT);
-    let new = rewritten(&module, &info, "main").expect("it has a portable form");
+    let new = with_barriers(&module, &info, "main").expect("it has a portable form");
     let info = valid(&new);
     let options = msl::Options {
         lang_version: (2, 4),
@@ -206,13 +206,13 @@ fn without_an_array_of_any_length_nothing_is_unknown() {
              @compute @workgroup_size(1)
              fn main() { v = v * 2.0; }";
     let (module, info) = parsed(floats);
-    let error = rewritten(&module, &info, "main").expect_err("it has none");
+    let error = with_barriers(&module, &info, "main").expect_err("it has none");
     assert_eq!(
         error,
         "there is no storage buffer with an array of any length"
     );
     let (module, info) = parsed(&floats.replace("vec4f", "vec4u").replace("2.0", "2u"));
-    assert!(rewritten(&module, &info, "main").is_ok());
+    assert!(with_barriers(&module, &info, "main").is_ok());
     let (module, info) = parsed(&format!("var<private> x: f32 = 0.7; {floats}"));
-    assert!(rewritten(&module, &info, "main").is_err());
+    assert!(with_barriers(&module, &info, "main").is_err());
 }

@@ -1,0 +1,285 @@
+//! Proofs that an extension of a cutter removes nothing from the body.
+//!
+//! Bounding boxes are compared first. The region that they leave undecided is bisected. For each half,
+//! intervals show whether it lies outside the extended part, outside the body, or in another cutter. Values
+//! that are zero up to rounding count as outside: faces may touch. Spans that other cutters contain entirely
+//! are removed first (`cover`).
+
+use super::mapped::{MappedRange, PointSet, frame_rows};
+use super::regions::{FrameMap, Region};
+use super::section::Section;
+use super::{
+    AffineRows, CutContext, CutterExtension, F32_TOLERANCE, PathStep, TOUCH_TOLERANCE, compose,
+};
+use crate::bounds::inverse;
+use crate::scene::{ShapeId, ShapeKind};
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::interval::Interval;
+use sdfc_vm::table::Op;
+
+/// Maximum number of boxes in one proof by bisection.
+const MAX_BISECTIONS: usize = 400;
+/// Size of the smallest boxes, as a fraction of the region.
+const MIN_BOX_FRACTION: f64 = 1.0 / 64.0;
+
+/// A part of a cutter that is extended at one of its faces.
+pub(super) struct GrowingPart {
+    /// The extended part, or the original part if it is straight.
+    pub(super) id: ShapeId,
+    /// True if its profile beyond the flat faces is that in its middle.
+    pub(super) is_straight: bool,
+    /// Width of the blend with the body, in the part's frame.
+    pub(super) blend_radius: f64,
+    /// The axis of the region's frame along which the face moves.
+    pub(super) axis: usize,
+    /// The map from the region's frame to that of the part.
+    pub(super) frame: AffineRows,
+    /// Cross sections at the old and the farthest new position of the face. Their hull contains the
+    /// extension.
+    pub(super) sections: Option<[Section; 2]>,
+}
+
+impl CutterExtension<'_> {
+    /// Reports whether extending a part by a box removes nothing from the solid.
+    pub(super) fn is_free(
+        &mut self,
+        part: &GrowingPart,
+        added_box: &Bounds,
+        path: &[PathStep],
+        cut: &CutContext,
+    ) -> bool {
+        let Some(regions) = Region::images_of_box(added_box, &part.frame, path) else {
+            return false;
+        };
+        let is_plane = self.scene.shapes[cut.body.unwrap_or(part.id).0 as usize].plane;
+        regions.into_iter().all(|mut region| {
+            if is_plane {
+                (region.bounds.min[2], region.bounds.max[2]) = (0.0, 0.0);
+            }
+            self.is_free_within(part, &region, cut)
+        })
+    }
+
+    fn is_free_within(&mut self, part: &GrowingPart, region: &Region, cut: &CutContext) -> bool {
+        if region.bounds.is_empty() {
+            return true;
+        }
+        let Some(inverse_rows) = inverse(region.rows.as_flattened()) else {
+            return false;
+        };
+        let bounds_of = |region: &Region| region.point_set(region.bounds).bounds();
+        let is_clear_by_boxes = |this: &mut Self, region: &Region| {
+            cut.body
+                .is_some_and(|body| this.is_clear_by_boxes(body, &inverse_rows, &bounds_of(region)))
+        };
+        if is_clear_by_boxes(self, region) {
+            return true;
+        }
+        let outer_bounds = bounds_of(region).mapped(&region.rows);
+        if part.blend_radius > 0.0 {
+            // Other cutters may contain the part, but not its blend zone.
+            return self.is_outside_by_intervals(part, region, cut.body, &[]);
+        }
+        let nearby: Vec<(ShapeId, FrameMap)> = cut
+            .other_cutters
+            .iter()
+            .filter(|other| !other.is_extended && !are_disjoint(&other.bounds, &outer_bounds))
+            .filter_map(|other| Some((other.id, region.frame_map(other.depth)?.clone())))
+            .collect();
+        let mut remaining = region.clone();
+        for (other, level) in &nearby {
+            for (axis, span) in self.covered_spans(part, region, (*other, level)) {
+                remaining.subtract_span(axis, span);
+            }
+        }
+        if remaining.bounds.is_empty() {
+            return true;
+        }
+        remaining.bounds != region.bounds && is_clear_by_boxes(self, &remaining)
+            || self.is_outside_by_intervals(part, &remaining, cut.body, &nearby)
+    }
+
+    /// Reports whether boxes prove a box free of a shape; `rows` map from the shape's frame to that of the
+    /// box.
+    fn is_clear_by_boxes(&mut self, id: ShapeId, rows: &AffineRows, region: &Bounds) -> bool {
+        let Some(remaining) = self.remaining_box_tests.checked_sub(1) else {
+            return false;
+        };
+        self.remaining_box_tests = remaining;
+        let bounds = self.bounds(id);
+        if bounds.is_empty() || are_disjoint(&bounds.mapped(rows), region) {
+            return true;
+        }
+        match self.kind(id).clone() {
+            ShapeKind::Painted { child, .. } => self.is_clear_by_boxes(child, rows, region),
+            ShapeKind::Frame { child, matrix, .. } => {
+                let rows_of_child = frame_rows(self.scene, &matrix);
+                rows_of_child
+                    .and_then(|rows| inverse(rows.as_flattened()))
+                    .is_some_and(|inner| {
+                        self.is_clear_by_boxes(child, &compose(rows, &inner), region)
+                    })
+            }
+            ShapeKind::Combine { op, children, .. } => {
+                let mut is_child_clear =
+                    |child: ShapeId| self.is_clear_by_boxes(child, rows, region);
+                match op {
+                    Op::Union => children.into_iter().all(is_child_clear),
+                    Op::Intersection => children.into_iter().any(is_child_clear),
+                    Op::Subtraction => is_child_clear(children[0]),
+                    _ => false,
+                }
+            }
+            _ => false,
+        }
+    }
+
+    /// Reports whether intervals prove that the part lies outside the body or in other cutters, within a
+    /// region.
+    fn is_outside_by_intervals(
+        &mut self,
+        part: &GrowingPart,
+        region: &Region,
+        body: Option<ShapeId>,
+        cutters: &[(ShapeId, FrameMap)],
+    ) -> bool {
+        let (ShapeKind::Primitive { op, .. } | ShapeKind::Distance { op, .. }) = self.kind(part.id)
+        else {
+            return self.bisect_intervals(part, None, region, body, cutters);
+        };
+        let flats = op.row().meta.flats.iter().map(|flat| flat.axis).collect();
+        let centre = part.is_straight.then(|| self.bounds(part.id).centre());
+        let centre = centre.map(|centre| (centre, flats));
+        self.bisect_intervals(part, centre, region, body, cutters)
+    }
+
+    /// Bisects the region; `middle` holds the centre of a straight part and the axes of its flat faces.
+    fn bisect_intervals(
+        &mut self,
+        part: &GrowingPart,
+        centre: Option<([f64; 3], Vec<usize>)>,
+        region: &Region,
+        body: Option<ShapeId>,
+        cutters: &[(ShapeId, FrameMap)],
+    ) -> bool {
+        let scene = &*self.scene;
+        let mut uniform = |id| {
+            let constant = scene.expressions.as_constant(id);
+            constant.map_or(Interval::ALL, Interval::point)
+        };
+        let mut range = MappedRange::new(scene, &mut uniform);
+        let point_set_in = |level: &FrameMap, bounds: &Bounds| match level.is_half_plane {
+            true => PointSet::Box(PointSet::half_plane(bounds)),
+            false => region.point_set(*bounds),
+        };
+        // A margin at the faces is excluded.
+        let bounding_box = region.point_set(region.bounds).bounds();
+        let margin = TOUCH_TOLERANCE
+            * max_coordinate(&bounding_box.mapped(&region.rows)).max(max_coordinate(&bounding_box));
+        let mut inner = region.bounds.grown(-margin);
+        if region.is_ring {
+            (inner.min[2], inner.max[2]) = (region.bounds.min[2], region.bounds.max[2]);
+        }
+        for axis in 0..3 {
+            if inner.min[axis] > inner.max[axis] {
+                (inner.min[axis], inner.max[axis]) =
+                    (region.bounds.min[axis], region.bounds.max[axis]);
+            }
+        }
+        let full_size = longest_side(region, &inner).1;
+        let mut pending = vec![inner];
+        let mut is_proved = true;
+        for _ in 0..MAX_BISECTIONS {
+            let Some(bounds) = pending.pop() else { break };
+            let (axis, side) = longest_side(region, &bounds);
+            let points = region.point_set(bounds);
+            let tolerance = F32_TOLERANCE
+                * max_coordinate(&points.bounds().mapped(&region.rows))
+                    .max(max_coordinate(&bounds));
+            let value = body.map_or(Interval::point(f64::NEG_INFINITY), |body| {
+                range.over(body, &region.rows, &points)
+            });
+            if value.lo >= -tolerance {
+                continue;
+            }
+            let mut own_value = Interval::point(-1.0);
+            if let Some(level) = region.to_part() {
+                own_value = match (&centre, point_set_in(level, &bounds)) {
+                    (Some((centre, flats)), PointSet::Box(inner)) => {
+                        let mut profile = inner.mapped(&level.rows);
+                        for &axis in flats {
+                            (profile.min[axis], profile.max[axis]) = (centre[axis], centre[axis]);
+                        }
+                        range.range.range_in_box(part.id, &profile)
+                    }
+                    (_, points) => range.over(part.id, &level.rows, &points),
+                };
+                if own_value.lo >= part.blend_radius - tolerance {
+                    continue;
+                }
+            }
+            let mut may_be_cut = false;
+            let is_cut = cutters.iter().any(|(other, level)| {
+                let value = range.over(*other, &level.rows, &point_set_in(level, &bounds));
+                may_be_cut |= value.lo < 0.0;
+                value.hi <= tolerance
+            });
+            if is_cut {
+                continue;
+            }
+            let is_solid = value.hi < 0.0 && own_value.hi < 0.0 && !may_be_cut;
+            if is_solid
+                || side <= full_size * MIN_BOX_FRACTION
+                || range.range.operations >= self.remaining_interval_operations
+            {
+                is_proved = false;
+                break;
+            }
+            let centre = (bounds.min[axis] + bounds.max[axis]) / 2.0;
+            let (mut low, mut high) = (bounds, bounds);
+            (low.max[axis], high.min[axis]) = (centre, centre);
+            pending.extend([low, high]);
+        }
+        self.remaining_interval_operations = self
+            .remaining_interval_operations
+            .saturating_sub(range.range.operations);
+        is_proved && pending.is_empty()
+    }
+}
+
+/// The longest side of a region, and its length; for a full turn the diameter.
+fn longest_side(region: &Region, bounds: &Bounds) -> (usize, f64) {
+    let length = |axis: usize| {
+        let side = bounds.max[axis] - bounds.min[axis];
+        match region.is_ring && axis == 2 {
+            true => side * bounds.max[0] / std::f64::consts::PI,
+            false => side,
+        }
+    };
+    let sides = (0..3).map(|axis| (axis, length(axis)));
+    sides.fold((0, f64::NEG_INFINITY), |best, next| {
+        if next.1 > best.1 { next } else { best }
+    })
+}
+
+/// The largest finite coordinate of a box, in magnitude.
+pub(super) fn max_coordinate(bounds: &Bounds) -> f64 {
+    let ends = bounds.min.into_iter().chain(bounds.max);
+    let finite = ends.filter(|end| end.is_finite());
+    finite.fold(0.0, |max: f64, end| max.max(end.abs()))
+}
+
+/// Overlap of two boxes along an axis that counts as none.
+fn overlap_tolerance(a: &Bounds, b: &Bounds, axis: usize) -> f64 {
+    let ends = [a.min[axis], a.max[axis], b.min[axis], b.max[axis]];
+    let finite = ends.into_iter().filter(|end| end.is_finite());
+    TOUCH_TOLERANCE * finite.fold(0.0, |max: f64, end| max.max(end.abs()))
+}
+
+/// Reports whether two boxes have at most faces in common.
+fn are_disjoint(a: &Bounds, b: &Bounds) -> bool {
+    (0..3).any(|axis| {
+        let tolerance = overlap_tolerance(a, b, axis);
+        a.min[axis] + tolerance >= b.max[axis] || a.max[axis] - tolerance <= b.min[axis]
+    })
+}

@@ -1,0 +1,327 @@
+//! Polygons whose edges are moved outwards while the adjacent edges are prolonged.
+//!
+//! The extension of an edge is a triangle or a trapezoid. It may meet no other edge, so the polygon stays
+//! simple, and the new polygon is the union of the old one and the extension.
+
+use super::free_space::GrowingPart;
+use super::section::{Section, corners};
+use super::{AffineRows, CutContext, CutterExtension, IDENTITY, PathStep, TOUCH_TOLERANCE, scale};
+use crate::scene::{ShapeId, ShapeKind};
+use sdfc_vm::bounds::Bounds;
+
+/// Maximum number of corners of a polygon whose edges are moved.
+const MAX_CORNERS: usize = 200;
+/// Maximum number of edges of a polygon that are tried, the longest first.
+const MAX_EDGES: usize = 24;
+
+type PolygonPoint = [f64; 2];
+
+/// An edge that can be moved outwards.
+struct Edge {
+    ends: [PolygonPoint; 2],
+    /// Outward unit normal.
+    normal: PolygonPoint,
+    /// Displacement of each end per unit outwards.
+    end_directions: [PolygonPoint; 2],
+    /// Distance at which both ends meet; infinite if they do not.
+    tip_distance: f64,
+}
+
+impl Edge {
+    /// An edge of a simple counterclockwise polygon whose adjacent edges lead outwards.
+    fn new(points: &[PolygonPoint], index: usize) -> Option<Self> {
+        let count = points.len();
+        let [previous, a, b, following] =
+            [count - 1, 0, 1, 2].map(|step| points[(index + step) % count]);
+        let edge = difference(b, a);
+        let length = edge[0].hypot(edge[1]);
+        let normal = [edge[1] / length, -edge[0] / length];
+        let direction = |from: PolygonPoint, to: PolygonPoint| {
+            let delta = difference(to, from);
+            let rise = dot(delta, normal);
+            let is_outward = rise > 1e-3 * delta[0].hypot(delta[1]);
+            is_outward.then(|| delta.map(|v| v / rise))
+        };
+        let directions = [direction(previous, a)?, direction(following, b)?];
+        let narrowing = dot(difference(directions[0], directions[1]), edge) / length;
+        let tip = if narrowing > 1e-12 {
+            length / narrowing
+        } else {
+            f64::INFINITY
+        };
+        Some(Self {
+            ends: [a, b],
+            normal,
+            end_directions: directions,
+            tip_distance: tip,
+        })
+    }
+
+    /// Both ends, moved outwards by a distance.
+    fn moved_ends(&self, distance: f64) -> [PolygonPoint; 2] {
+        let moved = |end: PolygonPoint, direction: PolygonPoint| {
+            [
+                end[0] + direction[0] * distance,
+                end[1] + direction[1] * distance,
+            ]
+        };
+        let [a, b] = [0, 1].map(|i| moved(self.ends[i], self.end_directions[i]));
+        // At the tip, both ends are equal regardless of rounding.
+        if distance >= self.tip_distance {
+            [a, a]
+        } else {
+            [a, b]
+        }
+    }
+
+    /// The map from the frame of the edge, with x outwards and y along it, to that of the polygon.
+    fn frame(&self) -> AffineRows {
+        let (n, origin) = (self.normal, self.ends[0]);
+        let mut rows = IDENTITY;
+        rows[0] = [n[0], -n[1], 0.0, origin[0]];
+        rows[1] = [n[1], n[0], 0.0, origin[1]];
+        rows
+    }
+
+    /// Coordinate of a point along the edge.
+    fn coordinate_along(&self, p: PolygonPoint) -> f64 {
+        let p = difference(p, self.ends[0]);
+        p[1] * self.normal[0] - p[0] * self.normal[1]
+    }
+
+    /// Bounding box of points in the frame of the edge, between two distances outwards.
+    fn bounds(&self, points: &[PolygonPoint], [from, to]: [f64; 2]) -> Bounds {
+        let positions = points.iter().map(|&p| self.coordinate_along(p));
+        Bounds {
+            min: [
+                from,
+                positions.clone().fold(f64::INFINITY, f64::min),
+                f64::NEG_INFINITY,
+            ],
+            max: [
+                to,
+                positions.fold(f64::NEG_INFINITY, f64::max),
+                f64::INFINITY,
+            ],
+        }
+    }
+}
+
+impl CutterExtension<'_> {
+    /// Moves edges of a polygon outwards where possible.
+    pub(super) fn extend_polygon_edges(
+        &mut self,
+        id: ShapeId,
+        path: &[PathStep],
+        cut: &CutContext,
+    ) -> ShapeId {
+        let max_step = cut.size / scale(path);
+        let points = corners(self.scene, id).filter(|points| points.len() <= MAX_CORNERS);
+        let Some(mut points) = points.and_then(|points| simplified_corners(&points)) else {
+            return id;
+        };
+        if !max_step.is_finite() || max_step <= 0.0 {
+            return id;
+        }
+        let mut current = id;
+        for ends in longest_edges(&points) {
+            let Some(index) = (0..points.len()).find(|&index| contains_edge(&points, index, ends))
+            else {
+                continue;
+            };
+            let Some(edge) = Edge::new(&points, index) else {
+                continue;
+            };
+            if self.edge_protrudes(current, &points, &edge, max_step, (path, cut)) {
+                continue;
+            }
+            let mut accepted = None;
+            self.largest_fraction(|this, fraction| {
+                let distance = (max_step * fraction).min(edge.tip_distance);
+                let Some(new) = with_moved_edge(&points, index, edge.moved_ends(distance)) else {
+                    return false;
+                };
+                let shapes = this.scene.shapes.len();
+                let candidate = this.add_polygon(id, &new);
+                let moved = edge.moved_ends(distance);
+                let section = |points: [PolygonPoint; 2]| Section {
+                    points: points.map(|[x, y]| [x, y, 0.0]).to_vec(),
+                    is_round: false,
+                    is_plane: true,
+                };
+                let part = GrowingPart {
+                    id: candidate,
+                    is_straight: false,
+                    blend_radius: 0.0,
+                    axis: 0,
+                    frame: edge.frame(),
+                    sections: Some([section(edge.ends), section(moved)]),
+                };
+                let added = edge.bounds(&[edge.ends, moved].concat(), [0.0, distance]);
+                let is_free = this.is_free(&part, &added, path, cut);
+                match is_free {
+                    true => accepted = Some((new, candidate)),
+                    false => this.scene.shapes.truncate(shapes),
+                }
+                is_free
+            });
+            if let Some(new) = accepted {
+                (points, current) = new;
+            }
+        }
+        current
+    }
+
+    /// Reports whether an edge already protrudes by the full distance.
+    fn edge_protrudes(
+        &mut self,
+        id: ShapeId,
+        points: &[PolygonPoint],
+        edge: &Edge,
+        max_step: f64,
+        (path, cut): (&[PathStep], &CutContext),
+    ) -> bool {
+        let depth = |&p: &PolygonPoint| -dot(difference(p, edge.ends[0]), edge.normal);
+        if points.iter().map(depth).fold(0.0, f64::max) <= max_step {
+            return false;
+        }
+        let part = GrowingPart {
+            id,
+            is_straight: false,
+            blend_radius: 0.0,
+            axis: 0,
+            frame: edge.frame(),
+            sections: None,
+        };
+        self.is_free(&part, &edge.bounds(points, [-max_step, 0.0]), path, cut)
+    }
+
+    /// Adds a polygon, with the name and the span of another shape.
+    fn add_polygon(&mut self, like: ShapeId, points: &[PolygonPoint]) -> ShapeId {
+        let expressions = &mut self.scene.expressions;
+        let corner = |p: &PolygonPoint| p.map(|v| expressions.constant(v));
+        let points = points.iter().map(corner).collect();
+        self.scene.derived(like, ShapeKind::Polygon { points })
+    }
+}
+
+fn difference(a: PolygonPoint, b: PolygonPoint) -> PolygonPoint {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: PolygonPoint, b: PolygonPoint) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// Twice the signed area of a triangle, positive if counterclockwise.
+fn signed_double_area(a: PolygonPoint, b: PolygonPoint, c: PolygonPoint) -> f64 {
+    let (u, v) = (difference(b, a), difference(c, a));
+    u[0] * v[1] - u[1] * v[0]
+}
+
+/// The longest edges of a polygon, in descending order.
+fn longest_edges(points: &[PolygonPoint]) -> Vec<[PolygonPoint; 2]> {
+    let count = points.len();
+    let mut edges: Vec<[PolygonPoint; 2]> = (0..count)
+        .map(|index| [points[index], points[(index + 1) % count]])
+        .collect();
+    let length = |[a, b]: &[PolygonPoint; 2]| dot(difference(*b, *a), difference(*b, *a));
+    edges.sort_by(|a, b| length(b).total_cmp(&length(a)));
+    edges.truncate(MAX_EDGES);
+    edges
+}
+
+/// Reports whether an edge of a polygon contains another one, along which it may have been prolonged.
+fn contains_edge(points: &[PolygonPoint], index: usize, [a, b]: [PolygonPoint; 2]) -> bool {
+    let (c, d) = (points[index], points[(index + 1) % points.len()]);
+    let size = max_coordinate(&[a, b, c, d]);
+    let tolerance = TOUCH_TOLERANCE * size * size;
+    let is_line = signed_double_area(a, b, c).abs() <= tolerance
+        && signed_double_area(a, b, d).abs() <= tolerance;
+    // An edge is only prolonged before it is moved itself.
+    let ends = [a, b].map(|p| dot(difference(p, a), difference(d, c)));
+    let own_ends = [c, d].map(|p| dot(difference(p, a), difference(d, c)));
+    is_line
+        && own_ends[0] <= ends[0].min(ends[1]) + tolerance
+        && own_ends[1] >= ends[0].max(ends[1]) - tolerance
+}
+
+/// The largest coordinate, in magnitude.
+fn max_coordinate(points: &[PolygonPoint]) -> f64 {
+    points
+        .iter()
+        .flatten()
+        .fold(0.0, |max: f64, v| max.max(v.abs()))
+}
+
+/// The corners of a simple polygon in counterclockwise order, without corners in the middle of a straight
+/// side.
+fn simplified_corners(points: &[PolygonPoint]) -> Option<Vec<PolygonPoint>> {
+    let tolerance = TOUCH_TOLERANCE * max_coordinate(points).powi(2);
+    let mut kept: Vec<PolygonPoint> = Vec::with_capacity(points.len());
+    for (index, &p) in points.iter().enumerate() {
+        let previous = kept.last().copied().unwrap_or(points[points.len() - 1]);
+        let next = points[(index + 1) % points.len()];
+        let is_corner = signed_double_area(previous, p, next).abs() > tolerance
+            || dot(difference(p, previous), difference(next, p)) < 0.0;
+        if is_corner {
+            kept.push(p);
+        }
+    }
+    let fan =
+        (2..kept.len()).map(|index| signed_double_area(kept[0], kept[index - 1], kept[index]));
+    let area: f64 = fan.sum();
+    if kept.len() < 3 || area.abs() <= tolerance {
+        return None;
+    }
+    if area < 0.0 {
+        kept.reverse();
+    }
+    is_simple(&kept).then_some(kept)
+}
+
+/// Moves an edge of a polygon, if it stays simple; an edge of length 0 becomes one corner.
+fn with_moved_edge(
+    points: &[PolygonPoint],
+    index: usize,
+    [a, b]: [PolygonPoint; 2],
+) -> Option<Vec<PolygonPoint>> {
+    let count = points.len();
+    let mut new = points.to_vec();
+    (new[index], new[(index + 1) % count]) = (a, b);
+    if a == b {
+        new.remove(index);
+    }
+    is_simple(&new).then_some(new)
+}
+
+/// Reports whether no two edges of a polygon meet except at common corners.
+fn is_simple(points: &[PolygonPoint]) -> bool {
+    let count = points.len();
+    let end = |index: usize| points[(index + 1) % count];
+    let is_apart = |i: usize, j: usize| {
+        let is_next = j == i + 1 || i == 0 && j + 1 == count;
+        is_next || !segments_meet([points[i], end(i)], [points[j], end(j)])
+    };
+    let is_turning = |index: usize| {
+        let (a, b, c) = (points[index], end(index), end((index + 1) % count));
+        signed_double_area(a, b, c) != 0.0 || dot(difference(b, a), difference(c, b)) > 0.0
+    };
+    count >= 3
+        && (0..count).all(is_turning)
+        && (0..count).all(|i| (i + 1..count).all(|j| is_apart(i, j)))
+}
+
+/// Reports whether two segments meet or nearly touch.
+fn segments_meet([a, b]: [PolygonPoint; 2], [c, d]: [PolygonPoint; 2]) -> bool {
+    let tolerance = TOUCH_TOLERANCE * max_coordinate(&[a, b, c, d]).powi(2);
+    let is_on_one_side = |[a, b]: [PolygonPoint; 2], [c, d]: [PolygonPoint; 2]| {
+        let (first, second) = (signed_double_area(a, b, c), signed_double_area(a, b, d));
+        first.min(second) > tolerance || first.max(second) < -tolerance
+    };
+    let are_boxes_disjoint = (0..2).any(|i| {
+        let tolerance = TOUCH_TOLERANCE * max_coordinate(&[a, b, c, d]);
+        a[i].max(b[i]) < c[i].min(d[i]) - tolerance || c[i].max(d[i]) < a[i].min(b[i]) - tolerance
+    });
+    !(are_boxes_disjoint || is_on_one_side([a, b], [c, d]) || is_on_one_side([c, d], [a, b]))
+}

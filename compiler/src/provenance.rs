@@ -1,0 +1,150 @@
+//! Provenance: the source text that made the surface at a point.
+//!
+//! A scene is compiled once more, with a material per leaf in place of its material assignments. A
+//! blend of materials has the number of the operand with the larger weight. So the material that an
+//! engine reports at a point ([`sdfc_vm::surface`]) is the leaf to which that point of the surface
+//! belongs. In a hard union that is the nearer one, in a smooth one the one with the larger weight, and
+//! on the face of a cut the tool. The distance is that of the scene, in every bit. It has the same
+//! parameters, so an engine can be updated to their current values as for the scene itself.
+//!
+//! A leaf is one *occurrence* of a primitive, a raw field or a polygon: copies that a loop makes, or a
+//! shape that is used twice, are separate leaves with the same span. Copies that space itself makes
+//! (`repeat`, `polar`, `mirror`) are one leaf.
+//!
+//! Leaf numbers are `f32` values, which are exact up to 2²⁴. A program has at most
+//! [`MAX_INSTRUCTIONS`](sdfc_vm::program::MAX_INSTRUCTIONS), at least two per leaf, so a scene with
+//! more leaves is refused earlier.
+
+use crate::compile::{Compiled, Options, compile_with};
+use crate::scene::{Scene, Shape, ShapeKind};
+use sdfc_lang::{Diagnostic, Span};
+
+/// Scene whose materials are its leaves.
+#[derive(Clone, Debug)]
+pub struct Provenance {
+    /// Module for the engines. The number of a material is that of a leaf, counted from one in the
+    /// order of the text; 0 stands for no leaf.
+    pub compiled: Compiled,
+    /// Leaves; the first has the number 1.
+    pub leaves: Vec<Leaf>,
+    /// Enclosing shapes of leaves, one per occurrence.
+    enclosing: Vec<Leaf>,
+}
+
+/// One occurrence of a shape.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Leaf {
+    /// Name in the text; empty if none.
+    pub name: String,
+    /// Text that made it.
+    pub span: Span,
+    /// Index of the enclosing shape.
+    parent: Option<u32>,
+}
+
+/// Compiles a scene for its leaves. There is no result if a diagnostic is an error. The warnings are
+/// those of [`compile`](crate::compile::compile).
+pub fn compile_provenance(
+    scene: Scene,
+    options: &Options,
+) -> (Option<Provenance>, Vec<Diagnostic>) {
+    let mut leaf_tracker = LeafTracker::default();
+    let (compiled, diagnostics) = compile_with(scene, options, Some(&mut leaf_tracker));
+    let LeafTracker {
+        leaves, enclosing, ..
+    } = leaf_tracker;
+    let provenance = compiled.map(|mut compiled| {
+        let names = leaves.iter().map(|leaf| leaf.name.clone());
+        compiled.module.settings.materials = std::iter::once(String::new()).chain(names).collect();
+        Provenance {
+            compiled,
+            leaves,
+            enclosing,
+        }
+    });
+    (provenance, diagnostics)
+}
+
+impl Provenance {
+    /// Returns the leaf with this number, as in pictures and at points; `None` for 0.
+    pub fn leaf(&self, number: u32) -> Option<&Leaf> {
+        self.leaves.get((number as usize).checked_sub(1)?)
+    }
+
+    /// Returns a leaf and its enclosing shapes, from the inside out, each with its text. A shape with
+    /// the same text as the one before is left out, unless it has a name.
+    pub fn chain<'o>(&'o self, leaf: &'o Leaf) -> impl Iterator<Item = &'o Leaf> {
+        let outer = |leaf: &&'o Leaf| self.enclosing.get(leaf.parent? as usize);
+        let mut last = None;
+        std::iter::successors(Some(leaf), outer).filter(move |leaf| {
+            let is_new = last != Some(leaf.span) || !leaf.name.is_empty();
+            last = Some(leaf.span);
+            is_new
+        })
+    }
+
+    /// Returns the name of a leaf for display: its own, or that of the nearest enclosing shape with
+    /// one; empty if there is none.
+    pub fn name<'o>(&'o self, leaf: &'o Leaf) -> &'o str {
+        let mut names = self.chain(leaf).map(|leaf| leaf.name.as_str());
+        names.find(|name| !name.is_empty()).unwrap_or("")
+    }
+}
+
+/// Leaves found while traversing a scene's shapes, and the current position.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LeafTracker {
+    leaves: Vec<Leaf>,
+    enclosing: Vec<Leaf>,
+    current: Option<u32>,
+}
+
+impl LeafTracker {
+    /// Enters a shape; returns the enclosing one, for [`LeafTracker::leave`].
+    pub(crate) fn enter(&mut self, shape: &Shape) -> Option<u32> {
+        let outer = self.current;
+        if !is_leaf(shape) {
+            self.enclosing.push(self.new_leaf(shape));
+            self.current = Some(self.enclosing.len() as u32 - 1);
+        }
+        outer
+    }
+
+    /// Leaves a shape, to the enclosing one.
+    pub(crate) fn leave(&mut self, outer: Option<u32>) {
+        self.current = outer;
+    }
+
+    /// Returns the next leaf number for a shape that is a leaf.
+    pub(crate) fn number(&mut self, shape: &Shape) -> Option<u32> {
+        is_leaf(shape).then(|| {
+            self.leaves.push(self.new_leaf(shape));
+            self.leaves.len() as u32
+        })
+    }
+
+    fn new_leaf(&self, shape: &Shape) -> Leaf {
+        Leaf {
+            name: shape.name.clone(),
+            span: shape.span,
+            parent: self.current,
+        }
+    }
+}
+
+/// Reports whether a shape has no operands.
+fn is_leaf(shape: &Shape) -> bool {
+    match shape.kind {
+        ShapeKind::Primitive { .. } | ShapeKind::Field { .. } | ShapeKind::Polygon { .. } => true,
+        ShapeKind::Combine { .. }
+        | ShapeKind::Frame { .. }
+        | ShapeKind::Repeat { .. }
+        | ShapeKind::Polar { .. }
+        | ShapeKind::Domain { .. }
+        | ShapeKind::Warp { .. }
+        | ShapeKind::Distance { .. }
+        | ShapeKind::Displace { .. }
+        | ShapeKind::Painted { .. }
+        | ShapeKind::Nothing => false,
+    }
+}

@@ -1,0 +1,50 @@
+//! Difference between two engines: pictures of the same view, compared as `sdfc verify` does.
+
+use sdfc_runtime::render::Image;
+use sdfc_runtime::verify::{PictureDifferences, compare, difference_image};
+use std::fmt;
+
+/// Comparison of two pictures.
+#[derive(Clone, Debug)]
+pub struct EngineDifference {
+    /// The first picture in dark grey, overlaid with each channel's difference times 16. Red marks pixels
+    /// that only one engine hits, amber those of them at a silhouette.
+    pub picture: Vec<u8>,
+    /// Numeric differences.
+    pub numbers: PictureDifferences,
+    /// Differences that exceed the tolerances; empty if the engines agree.
+    pub failures: Vec<String>,
+}
+
+/// Compares two pictures of the same settings; the first one is the reference. Returns `None` if their
+/// sizes differ.
+pub fn difference(reference: &Image, frame: &Image) -> Option<EngineDifference> {
+    if (reference.width, reference.height) != (frame.width, frame.height) {
+        return None;
+    }
+    let (numbers, failures) = compare(reference, frame);
+    Some(EngineDifference {
+        picture: difference_image(reference, frame),
+        numbers,
+        failures,
+    })
+}
+
+impl fmt::Display for EngineDifference {
+    /// Formats the numbers in one line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let n = &self.numbers;
+        write!(
+            f,
+            "{} of {} pixels differ by more than 1/255 ({} away from edges), worst {}/255; {} rays hit \
+             in one picture only ({} away from silhouettes); depths differ by {:.1e} of the depth at most",
+            n.differing,
+            n.pixels,
+            n.differing_inside,
+            n.worst,
+            n.hit_mismatches,
+            n.hit_mismatches_inside,
+            n.depth.max,
+        )
+    }
+}

@@ -1,0 +1,94 @@
+//! Rays through pixels, computed in `f64` with the axes that engines use.
+
+use sdfc_runtime::render::{Axes, RenderSettings};
+use sdfc_vm::real::Vector3;
+use sdfc_vm::vector::V3;
+
+/// Rays of a picture: those of the first sample of each pixel, to which the channels of its image belong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PictureRays {
+    axes: Axes,
+    size: [u32; 2],
+    /// Offset of the first sample from the pixel centre, in pixels.
+    offset: f64,
+}
+
+/// A ray with origin and direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InspectedRay {
+    /// Origin: the camera, or a point of the plane that parallel rays start on.
+    pub origin: V3<f64>,
+    /// Unit direction.
+    pub direction: V3<f64>,
+}
+
+impl InspectedRay {
+    /// Returns the point at distance `t`.
+    pub fn at(&self, t: f64) -> V3<f64> {
+        self.origin + self.direction * t
+    }
+}
+
+impl PictureRays {
+    /// Creates the rays of a picture with these settings.
+    pub fn new(settings: &RenderSettings) -> Self {
+        let size = settings.size.map(|n| n.max(1));
+        Self {
+            axes: Axes::from_settings(settings),
+            size,
+            offset: 0.5 / f64::from(settings.aa.max(1)) - 0.5,
+        }
+    }
+
+    /// Returns the number of pixels of the picture.
+    pub fn pixels(&self) -> usize {
+        self.size[0] as usize * self.size[1] as usize
+    }
+
+    /// Returns the number of pixels of a row.
+    pub fn width(&self) -> usize {
+        self.size[0] as usize
+    }
+
+    /// Returns the ray of a pixel, given its index.
+    pub fn for_pixel(&self, pixel: usize) -> InspectedRay {
+        let [column, row] = [pixel % self.width(), pixel / self.width()];
+        self.through([column as f64, row as f64])
+    }
+
+    /// Returns the ray through a position in the picture, in pixels from the upper left one. The first
+    /// samples of pixels have integer positions.
+    pub fn through(&self, [column, row]: [f64; 2]) -> InspectedRay {
+        let [width, height] = self.size.map(f64::from);
+        let x = (column + 0.5 + self.offset) / width * 2.0 - 1.0;
+        let y = 1.0 - (row + 0.5 + self.offset) / height * 2.0;
+        let interpolate = |centre, right, up| vector(centre) + vector(right) * x + vector(up) * y;
+        let axes = &self.axes;
+        let direction: V3<f64> = interpolate(axes.forward, axes.forward_right, axes.forward_up);
+        InspectedRay {
+            origin: interpolate(axes.origin, axes.origin_right, axes.origin_up),
+            direction: direction * (1.0 / direction.length()),
+        }
+    }
+}
+
+/// Returns the distance along a ray to the plane z = 0 of a 2-D shape, if it is ahead.
+pub(super) fn distance_to_figure_plane(ray: &InspectedRay) -> Option<f64> {
+    let t = -ray.origin.z / ray.direction.z;
+    (t > 0.0 && t.is_finite()).then_some(t)
+}
+
+/// Converts an array to a vector.
+pub(super) fn vector([x, y, z]: [f64; 3]) -> V3<f64> {
+    V3::new(x, y, z)
+}
+
+/// Converts a point to the precision of engines.
+pub(super) fn to_f32(p: V3<f64>) -> [f32; 3] {
+    [p.x as f32, p.y as f32, p.z as f32]
+}
+
+/// Converts an engine's vector to `f64`.
+pub(super) fn to_f64(p: [f32; 3]) -> V3<f64> {
+    vector(p.map(f64::from))
+}

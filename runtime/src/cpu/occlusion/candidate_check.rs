@@ -1,0 +1,232 @@
+//! Checks of occluder candidates at taps: whether a surface is as near as the field says, by the phases of
+//! [`candidate`].
+
+use super::super::lanes::{RayTask, is_nan, lanes, run_streamed};
+use super::super::normal::bounding_box;
+use super::super::{Evaluator, F32x64, LANES, Points, Query};
+use super::OcclusionTap;
+use crate::cells::Aabb;
+use sdfc_shaders::{candidate, occlusion};
+use sdfc_vm::real::Vector3;
+use sdfc_vm::vector::V3;
+
+/// Largest distance from a tap at which its candidate is probed, in candidate limits: two steps, and the taps
+/// beside them.
+const MAX_PROBE_LIMITS: f32 = 2.1;
+/// Least distance of the same, as a fraction of the coordinates: the taps that measure gradients.
+const MIN_PROBE_FRACTION: f32 = 4e-5;
+
+/// A tap whose value makes a nearby surface possible.
+pub(super) struct OccluderCandidate {
+    item: u32,
+    tap: OcclusionTap,
+    value: f32,
+    side: f32,
+    rounding: f32,
+}
+
+impl OccluderCandidate {
+    /// Creates a candidate. `value` is positive outside the solid; where `side` is −1, it is the negated
+    /// field.
+    pub(super) fn new(item: u32, tap: OcclusionTap, value: f32, side: f32, rounding: f32) -> Self {
+        Self {
+            item,
+            tap,
+            value,
+            side,
+            rounding,
+        }
+    }
+
+    /// Returns the largest distance at which a surface hides anything.
+    fn limit(&self) -> f32 {
+        occlusion::candidate_limit(self.tap.height)
+    }
+}
+
+lanes! {
+    /// Candidates under check.
+    CheckLanes {
+        x, y, z, limit, side, value, phase, round, gradient_x, gradient_y, gradient_z,
+        offset_x, offset_y, offset_z, distance,
+    }
+}
+
+/// Adds the occlusion by candidates to the pixels' sums; returns the number of evaluations.
+pub(super) fn check_candidates(
+    candidates: &[OccluderCandidate],
+    hidden: &mut [f32],
+    evaluator: &mut dyn Evaluator,
+) -> u64 {
+    let items: Vec<u32> = (0..candidates.len() as u32).collect();
+    let mut checks = CandidateChecks { candidates, hidden };
+    if evaluator.preferred_blocks(Query::Distances) > 1 {
+        return run_streamed(&mut checks, evaluator, &items);
+    }
+    let regions: Vec<Aabb> = candidates.chunks(LANES).map(probe_region).collect();
+    evaluator.prune_for_regions(Query::Distances, &regions);
+    let check_chunk = |(probe_region, items): (usize, &[u32])| {
+        evaluator.select_region(Some(probe_region));
+        run_streamed(&mut checks, evaluator, items)
+    };
+    let evaluations = items.chunks(LANES).enumerate().map(check_chunk).sum();
+    evaluator.select_region(None);
+    evaluations
+}
+
+/// Returns the box in which candidates are probed.
+fn probe_region(candidates: &[OccluderCandidate]) -> Aabb {
+    let limit = candidates
+        .iter()
+        .map(OccluderCandidate::limit)
+        .fold(0.0, f32::max);
+    let Aabb { low, high } = bounding_box(candidates.iter().map(|candidate| candidate.tap.point));
+    let coordinate_size = low
+        .iter()
+        .chain(&high)
+        .fold(0.0, |coordinate_size, v| v.abs().max(coordinate_size));
+    let margin = limit * MAX_PROBE_LIMITS + coordinate_size * MIN_PROBE_FRACTION;
+    Aabb {
+        low: low.map(|v| v - margin),
+        high: high.map(|v| v + margin),
+    }
+}
+
+/// Checks of candidates; items are indices in their list.
+struct CandidateChecks<'a> {
+    candidates: &'a [OccluderCandidate],
+    hidden: &'a mut [f32],
+}
+
+impl RayTask for CandidateChecks<'_> {
+    type Block = CheckLanes;
+
+    fn begin(&mut self, item: u32, b: &mut CheckLanes, lane: usize) -> bool {
+        let candidate = &self.candidates[item as usize];
+        b.x.0[lane] = candidate.tap.point.x;
+        b.y.0[lane] = candidate.tap.point.y;
+        b.z.0[lane] = candidate.tap.point.z;
+        b.limit.0[lane] = candidate.limit();
+        b.side.0[lane] = candidate.side;
+        b.value.0[lane] = candidate.value;
+        b.phase.0[lane] = 1.0;
+        b.round.0[lane] = 0.0;
+        b.gradient_x.0[lane] = 0.0;
+        b.gradient_y.0[lane] = 0.0;
+        b.gradient_z.0[lane] = 0.0;
+        b.offset_x.0[lane] = 0.0;
+        b.offset_y.0[lane] = 0.0;
+        b.offset_z.0[lane] = 0.0;
+        true
+    }
+
+    #[inline(always)]
+    fn points(&self, b: &CheckLanes, points: &mut Points) {
+        for i in 0..LANES {
+            let (point, offset, gradient) =
+                (round_point(b, i), lane_offset(b, i), lane_gradient(b, i));
+            let (phase, value, limit) = (b.phase.0[i], b.value.0[i], b.limit.0[i]);
+            let p = candidate::sample_point::<f32>(point, offset, phase, value, gradient, limit);
+            points[0].0[i] = p.x;
+            points[1].0[i] = p.y;
+            points[2].0[i] = p.z;
+        }
+    }
+
+    #[inline(always)]
+    fn advance(&self, b: &mut CheckLanes, values: &F32x64, ended: &mut [bool; LANES]) {
+        for (i, ended) in ended.iter_mut().enumerate() {
+            let field = values.0[i] * b.side.0[i];
+            let (phase, value, limit) = (b.phase.0[i], b.value.0[i], b.limit.0[i]);
+            let (point, offset, gradient) =
+                (round_point(b, i), lane_offset(b, i), lane_gradient(b, i));
+            let is_tap = phase < 3.5;
+            let tap_distance = candidate::tap_distance::<f32>(value, point, limit);
+            let new_gradient =
+                candidate::add_tap::<f32>(gradient, phase, field - value, tap_distance);
+            let next = candidate::next_offset::<f32>(point, offset, phase, value, gradient, limit);
+            let round = b.round.0[i];
+            let outcome = candidate::probe_outcome::<f32>(
+                point, gradient, round, phase, value, field, offset, next, limit,
+            );
+            let is_repeat = !is_tap & (outcome == 0.0);
+            let is_overshot = !is_tap & (outcome == candidate::OVERSHOT);
+            let surface_offset = candidate::surface_offset::<f32>(offset, next, value, field);
+            let distance = if outcome > 0.0 {
+                surface_offset.length()
+            } else {
+                candidate::NO_SURFACE
+            };
+            let restart_value = candidate::restart_value::<f32>(field);
+            let is_nan_value = is_nan(field);
+            // NaN hides nothing.
+            b.distance.0[i] = if is_nan_value {
+                candidate::NO_SURFACE
+            } else {
+                distance
+            };
+            let kept_gradient = if is_overshot {
+                gradient
+            } else {
+                V3::splat(0.0)
+            };
+            b.gradient_x.0[i] = if is_tap {
+                new_gradient.x
+            } else {
+                kept_gradient.x
+            };
+            b.gradient_y.0[i] = if is_tap {
+                new_gradient.y
+            } else {
+                kept_gradient.y
+            };
+            b.gradient_z.0[i] = if is_tap {
+                new_gradient.z
+            } else {
+                kept_gradient.z
+            };
+            b.offset_x.0[i] = if is_repeat { next.x } else { offset.x };
+            b.offset_y.0[i] = if is_repeat { next.y } else { offset.y };
+            b.offset_z.0[i] = if is_repeat { next.z } else { offset.z };
+            b.value.0[i] = if is_repeat { restart_value } else { value };
+            b.round.0[i] += if is_repeat { 1.0 } else { 0.0 };
+            b.phase.0[i] = if is_tap | is_overshot {
+                phase + 1.0
+            } else {
+                1.0
+            };
+            *ended = is_nan_value | (!is_tap & !is_repeat & !is_overshot);
+        }
+    }
+
+    fn end(&mut self, item: u32, b: &CheckLanes, lane: usize) {
+        let candidate = &self.candidates[item as usize];
+        let OcclusionTap {
+            distance,
+            height,
+            weight,
+            ..
+        } = candidate.tap;
+        let field = b.distance.0[lane] + candidate.rounding;
+        self.hidden[candidate.item as usize] +=
+            occlusion::hidden_weight(field, height, distance, weight);
+    }
+}
+
+/// Returns the point of the candidate's round in a lane.
+#[inline(always)]
+fn round_point(b: &CheckLanes, i: usize) -> V3<f32> {
+    V3::new(b.x.0[i], b.y.0[i], b.z.0[i]) + lane_offset(b, i)
+}
+
+/// Returns the part of the gradient in a lane that is measured so far.
+#[inline(always)]
+fn lane_gradient(b: &CheckLanes, i: usize) -> V3<f32> {
+    V3::new(b.gradient_x.0[i], b.gradient_y.0[i], b.gradient_z.0[i])
+}
+
+/// Returns the offset from the tap in a lane to the point of the candidate's round.
+#[inline(always)]
+fn lane_offset(b: &CheckLanes, i: usize) -> V3<f32> {
+    V3::new(b.offset_x.0[i], b.offset_y.0[i], b.offset_z.0[i])
+}

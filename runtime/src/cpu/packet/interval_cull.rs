@@ -1,0 +1,55 @@
+//! Culling of the remaining ray segments in a leaf by interval bounds of the field.
+
+use super::{LeafRays, whole_chunks};
+use crate::cpu::march::outcome;
+use crate::cpu::{AabbLanes, RangeLanes};
+use sdfc_shaders::camera;
+use sdfc_vm::multiversion;
+use sdfc_vm::real::Real;
+use sdfc_vm::vector::V3;
+
+multiversion! {
+    /// Computes the bounding boxes of the remaining segments in the leaf.
+    pub(super) fn remaining_boxes(leaf_rays: &LeafRays, count: usize, boxes: &mut AabbLanes) = remaining_boxes_body;
+}
+
+#[inline(always)]
+fn remaining_boxes_body(b: &LeafRays, count: usize, boxes: &mut AabbLanes) {
+    for i in 0..whole_chunks(count) {
+        let origin = V3::new(b.origin_x.0[i], b.origin_y.0[i], b.origin_z.0[i]);
+        let direction = V3::new(b.direction_x.0[i], b.direction_y.0[i], b.direction_z.0[i]);
+        // Rounding keeps the order of points along a ray, so the box of its ends contains all points between
+        // them.
+        let from = camera::point_along::<f32>(origin, direction, b.t.0[i]).to_array();
+        let to = camera::point_along::<f32>(origin, direction, b.exit_t.0[i]).to_array();
+        for axis in 0..3 {
+            boxes[axis].0[i] = Real::min(from[axis], to[axis]);
+            boxes[axis + 3].0[i] = Real::max(from[axis], to[axis]);
+        }
+    }
+}
+
+multiversion! {
+    /// Culls the rays along which the field cannot change its sign.
+    pub(super) fn cull_clear(range: &RangeLanes, count: usize, leaf_rays: &mut LeafRays) = cull_clear_body;
+}
+
+#[inline(always)]
+fn cull_clear_body([low, high]: &RangeLanes, count: usize, b: &mut LeafRays) {
+    for i in 0..whole_chunks(count) {
+        let slope = b.slope.0[i];
+        let outside = b.side.0[i] > 0.0;
+        let nearest = if outside { low.0[i] } else { -high.0[i] };
+        let is_clear = nearest > 0.0;
+        b.outcome.0[i] = if is_clear {
+            outcome::EXITED
+        } else {
+            outcome::UNDER_WAY
+        };
+        // The empty sphere must not extend beyond the leaf, so it is centred on the remaining segment.
+        let (from, to) = (b.t.0[i], b.exit_t.0[i]);
+        let (center, half) = ((from + to) * 0.5, (to - from) * 0.5 / slope);
+        b.t.0[i] = if is_clear { center } else { from };
+        b.radius.0[i] = if is_clear { half } else { b.radius.0[i] };
+    }
+}

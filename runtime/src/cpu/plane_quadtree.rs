@@ -1,0 +1,335 @@
+//! 2-D shapes: the field at every pixel of a plane, by a quadtree over the picture.
+//!
+//! The picture is divided into blocks of 1,024² pixels, those into 8 × 8 squares of 128², and those again
+//! into squares of 16². Each time 64 squares are evaluated at once on intervals. Where the field has one sign
+//! and is far enough from zero, the square is filled; elsewhere the tape is pruned for it. (M. Keeter,
+//! *Massively Parallel Rendering of Complex Closed-Form Implicit Surfaces*, 2020.)
+
+use super::{F32x64, LANES, Points};
+use crate::cells::Aabb;
+use crate::work_stealing::parallel_map_with;
+use sdfc_vm::program::Program;
+use sdfc_vm::tape::evaluator::TapeEvaluator;
+use sdfc_vm::tape::prune::Pruner;
+use sdfc_vm::tape::trace::{Trace, Tracer};
+use sdfc_vm::tape::{Clause, Tape};
+use std::sync::{Mutex, PoisonError};
+
+/// Number of squares along a side of a subdivided square.
+const SQUARES_PER_SIDE: usize = 8;
+/// Side of the smallest squares, in pixels.
+const SMALL_SIDE: usize = 16;
+/// Side of the squares that are divided into the smallest, in pixels.
+const MIDDLE_SIDE: usize = SMALL_SIDE * SQUARES_PER_SIDE;
+/// Side of a block, in pixels.
+const BLOCK_SIDE: usize = MIDDLE_SIDE * SQUARES_PER_SIDE;
+
+/// The plane of a picture, with the positions of its pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelPlane {
+    /// Centre of the upper left pixel.
+    pub first: [f32; 3],
+    /// Offset from a pixel to the one on its right.
+    pub right: [f32; 3],
+    /// Offset from a pixel to the one below.
+    pub down: [f32; 3],
+    /// Number of pixels along each side.
+    pub size: [usize; 2],
+}
+
+impl PixelPlane {
+    #[inline(always)]
+    fn coordinate(&self, axis: usize, x: f32, y: f32) -> f32 {
+        self.first[axis] + self.right[axis] * x + self.down[axis] * y
+    }
+
+    /// Returns the centres of all pixels, row after row.
+    pub fn points(&self) -> Vec<[f32; 3]> {
+        let [width, height] = self.size;
+        let rows = (0..height).flat_map(|y| (0..width).map(move |x| (x as f32, y as f32)));
+        rows.map(|(x, y)| std::array::from_fn(|axis| self.coordinate(axis, x, y)))
+            .collect()
+    }
+
+    /// Returns the bounding box of a square of pixels.
+    fn region(&self, [left, upper]: [usize; 2], side: usize) -> Aabb {
+        let (x0, y0) = (left as f32, upper as f32);
+        let (x1, y1) = ((left + side - 1) as f32, (upper + side - 1) as f32);
+        let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)];
+        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for (x, y) in corners {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(self.coordinate(axis, x, y));
+                high[axis] = high[axis].max(self.coordinate(axis, x, y));
+            }
+        }
+        // The slack covers the rounding of the corners; pixels between them are rounded no worse.
+        let slack =
+            |axis: usize| (self.first[axis].abs() + low[axis].abs().max(high[axis].abs())) * 3e-7;
+        Aabb {
+            low: std::array::from_fn(|axis| low[axis] - slack(axis)),
+            high: std::array::from_fn(|axis| high[axis] + slack(axis)),
+        }
+    }
+}
+
+/// Samples the field at all pixels, row after row. In squares where it is at least `band` from zero, the
+/// values may be any numbers at least that far from zero with the same sign.
+pub fn sample(program: &Program, tape: &Tape, plane: &PixelPlane, band: f32) -> Vec<f32> {
+    let [width, height] = plane.size;
+    let job = SamplingJob {
+        program,
+        plane,
+        band,
+    };
+    let blocks = |length: usize| (0..length).step_by(BLOCK_SIDE);
+    let corners: Vec<[usize; 2]> = blocks(height)
+        .flat_map(|y| blocks(width).map(move |x| [x, y]))
+        .collect();
+    let mut values = vec![0.0; width * height];
+    for corner in corners {
+        let mut tracer = Tracer::new(tape);
+        let ranges = job.trace_squares(&mut tracer, &tape.clauses, corner, MIDDLE_SIDE);
+        let mut quarter_tapes: [QuarterTape; QUARTERS] = Default::default();
+        let mut pruner = Pruner::default();
+        pruner.reserve(tape.values, tape.points);
+        for (quarter, quarter_tape) in quarter_tapes.iter_mut().enumerate() {
+            let unfilled_mask = quarter_mask(quarter) & job.unfilled(&ranges, corner, MIDDLE_SIDE);
+            quarter_tape.prune(tracer.trace(), unfilled_mask, &tape.clauses, &mut pruner);
+        }
+        let squares = rows_of_squares(&mut values[corner[1] * width..], width, corner[0]);
+        parallel_map_with(
+            LANES,
+            || Worker::new(tape),
+            |worker, lane| {
+                // Each square is taken once, so no thread waits here.
+                let mut rows = squares[lane].lock().unwrap_or_else(PoisonError::into_inner);
+                if rows.is_empty() {
+                    return;
+                }
+                if let Some(value) = job.filled(&ranges, lane) {
+                    rows.iter_mut().for_each(|row| row.fill(value));
+                    return;
+                }
+                let mut clauses = std::mem::take(&mut worker.middle_tape);
+                let quarter_tape = &quarter_tapes[quarter_containing(lane)];
+                quarter_tape.prune_for_square(lane, &mut worker.pruner, &mut clauses);
+                worker.middle_square(
+                    &job,
+                    &clauses,
+                    square_corner(corner, MIDDLE_SIDE, lane),
+                    &mut rows,
+                );
+                worker.middle_tape = clauses;
+            },
+        );
+    }
+    values
+}
+
+/// Returns the rows of pixels in each of the 64 squares of a block, from the block's first row on. Squares
+/// outside the picture have no rows.
+fn rows_of_squares(values: &mut [f32], width: usize, left: usize) -> Vec<Mutex<Vec<&mut [f32]>>> {
+    let mut squares: Vec<Vec<&mut [f32]>> = (0..LANES).map(|_| Vec::new()).collect();
+    for (y, row) in values.chunks_mut(width).take(BLOCK_SIDE).enumerate() {
+        let pieces = row[left..].chunks_mut(MIDDLE_SIDE).take(SQUARES_PER_SIDE);
+        for (x, piece) in pieces.enumerate() {
+            squares[y / MIDDLE_SIDE * SQUARES_PER_SIDE + x].push(piece);
+        }
+    }
+    squares.into_iter().map(Mutex::new).collect()
+}
+
+/// Returns the upper left pixel of a square of a subdivided square.
+fn square_corner([left, upper]: [usize; 2], side: usize, lane: usize) -> [usize; 2] {
+    [
+        left + lane % SQUARES_PER_SIDE * side,
+        upper + lane / SQUARES_PER_SIDE * side,
+    ]
+}
+
+/// Inputs of a sampling run.
+struct SamplingJob<'a> {
+    program: &'a Program,
+    plane: &'a PixelPlane,
+    band: f32,
+}
+
+impl SamplingJob<'_> {
+    /// Reports whether any pixel of a square with this corner is in the picture.
+    fn contains_pixel(&self, [left, upper]: [usize; 2]) -> bool {
+        left < self.plane.size[0] && upper < self.plane.size[1]
+    }
+
+    /// Runs a tape on the 64 squares of a subdivided square; returns the range of the field in each.
+    fn trace_squares(
+        &self,
+        tracer: &mut Tracer,
+        tape: &[Clause],
+        corner: [usize; 2],
+        side: usize,
+    ) -> [F32x64; 2] {
+        let boxes = tracer.boxes();
+        for lane in 0..LANES {
+            self.plane
+                .region(square_corner(corner, side, lane), side)
+                .write_lane(boxes, lane);
+        }
+        *tracer.run(self.program, tape, LANES)
+    }
+
+    /// Mask of the squares in the picture that are not filled.
+    fn unfilled(&self, ranges: &[F32x64; 2], corner: [usize; 2], side: usize) -> u64 {
+        let lanes = (0..LANES).filter(|&lane| {
+            self.contains_pixel(square_corner(corner, side, lane))
+                && self.filled(ranges, lane).is_none()
+        });
+        lanes.fold(0, |bits, lane| bits | 1 << lane)
+    }
+
+    /// Returns the value to fill a square with, if the field is far enough from zero everywhere in it.
+    fn filled(&self, [low, high]: &[F32x64; 2], lane: usize) -> Option<f32> {
+        let (low, high) = (low.0[lane], high.0[lane]);
+        if low > 0.0 && low >= self.band {
+            Some(low)
+        } else if high < 0.0 && high <= -self.band {
+            Some(high)
+        } else {
+            None
+        }
+    }
+}
+
+/// Number of groups of squares; each group's tape is pruned before those of its squares.
+const QUARTERS: usize = 4;
+
+/// Returns the quarter that contains a square.
+fn quarter_containing(lane: usize) -> usize {
+    let half = SQUARES_PER_SIDE / 2;
+    lane / SQUARES_PER_SIDE / half * 2 + lane % SQUARES_PER_SIDE / half
+}
+
+/// Mask of the squares of a quarter.
+fn quarter_mask(quarter: usize) -> u64 {
+    let lanes = (0..LANES).filter(|&lane| quarter_containing(lane) == quarter);
+    lanes.fold(0, |bits, lane| bits | 1 << lane)
+}
+
+/// A tape pruned for a quarter, and the choices that each of its squares decides in it.
+#[derive(Default)]
+struct QuarterTape {
+    clauses: Vec<Clause>,
+    trace: Trace,
+}
+
+impl QuarterTape {
+    /// Prunes a tape for those squares of a quarter that are to be sampled.
+    fn prune(&mut self, trace: &Trace, mask: u64, tape: &[Clause], pruner: &mut Pruner) {
+        self.clauses.clear();
+        if mask != 0 {
+            trace.prune_for(mask, tape, pruner, &mut self.clauses, &mut self.trace);
+        }
+    }
+
+    /// Prunes the quarter's tape for a square.
+    fn prune_for_square(&self, lane: usize, pruner: &mut Pruner, pruned: &mut Vec<Clause>) {
+        pruned.clear();
+        let choice = |index| self.trace.choice(index, lane);
+        pruner.prune(&self.clauses, choice, pruned);
+    }
+}
+
+/// Evaluators and buffers of one thread.
+struct Worker {
+    tracer: Tracer,
+    pruner: Pruner,
+    evaluator: TapeEvaluator<f32>,
+    middle_tape: Vec<Clause>,
+    quarter_tape: QuarterTape,
+    small_tape: Vec<Clause>,
+}
+
+impl Worker {
+    fn new(tape: &Tape) -> Self {
+        let mut worker = Self {
+            tracer: Tracer::new(tape),
+            pruner: Pruner::default(),
+            evaluator: TapeEvaluator::new(tape.values, tape.points),
+            middle_tape: Vec::new(),
+            quarter_tape: QuarterTape::default(),
+            small_tape: Vec::new(),
+        };
+        worker.pruner.reserve(tape.values, tape.points);
+        worker
+    }
+
+    /// Samples a square of [`MIDDLE_SIDE`] pixels; `rows` are its rows in the picture.
+    fn middle_square(
+        &mut self,
+        job: &SamplingJob<'_>,
+        tape: &[Clause],
+        corner: [usize; 2],
+        rows: &mut [&mut [f32]],
+    ) {
+        let ranges = job.trace_squares(&mut self.tracer, tape, corner, SMALL_SIDE);
+        let unfilled = job.unfilled(&ranges, corner, SMALL_SIDE);
+        let mut quarter_tape = std::mem::take(&mut self.quarter_tape);
+        for quarter in 0..QUARTERS {
+            let mask = quarter_mask(quarter) & unfilled;
+            let pruner = &mut self.pruner;
+            quarter_tape.prune(self.tracer.trace(), mask, tape, pruner);
+            let lanes = (0..LANES).filter(|&lane| quarter_containing(lane) == quarter);
+            for lane in lanes {
+                let [left, upper] = square_corner([0, 0], SMALL_SIDE, lane);
+                let square_rows = rows.iter_mut().skip(upper).take(SMALL_SIDE);
+                let square_rows = square_rows.filter_map(|row| {
+                    let end = row.len().min(left + SMALL_SIDE);
+                    row.get_mut(left..end)
+                });
+                if let Some(value) = job.filled(&ranges, lane) {
+                    square_rows.for_each(|row| row.fill(value));
+                } else if mask >> lane & 1 == 1 {
+                    quarter_tape.prune_for_square(lane, &mut self.pruner, &mut self.small_tape);
+                    self.small_square(job, [corner[0] + left, corner[1] + upper], square_rows);
+                }
+            }
+        }
+        self.quarter_tape = quarter_tape;
+    }
+
+    /// Samples a square of [`SMALL_SIDE`] pixels, four rows at a time.
+    fn small_square<'v>(
+        &mut self,
+        job: &SamplingJob<'_>,
+        [left, upper]: [usize; 2],
+        rows: impl Iterator<Item = &'v mut [f32]>,
+    ) {
+        const ROWS: usize = LANES / SMALL_SIDE;
+        let mut values = F32x64::default();
+        // Parts of the coordinates that are the same in all rows.
+        let mut row_points = Points::default();
+        let mut row_numbers = F32x64::default();
+        for lane in 0..LANES {
+            let x = (left + lane % SMALL_SIDE) as f32;
+            for (axis, column) in row_points.iter_mut().enumerate() {
+                column.0[lane] = job.plane.first[axis] + job.plane.right[axis] * x;
+            }
+            row_numbers.0[lane] = (upper + lane / SMALL_SIDE) as f32;
+        }
+        for (y, row) in rows.enumerate() {
+            if y % ROWS == 0 {
+                let points: &mut Points = self.evaluator.inputs_mut();
+                for (axis, column) in points.iter_mut().enumerate() {
+                    let down_step = job.plane.down[axis];
+                    for lane in 0..LANES {
+                        let row = row_numbers.0[lane] + y as f32;
+                        column.0[lane] = row_points[axis].0[lane] + down_step * row;
+                    }
+                }
+                values = *self.evaluator.run(job.program, &self.small_tape, LANES);
+            }
+            let sampled = &values.0[y % ROWS * SMALL_SIDE..][..SMALL_SIDE];
+            row.copy_from_slice(&sampled[..row.len()]);
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! The check of an occluder candidate of a shadow ray, a surface beside the ray, by the phases of
+//! [`candidate`].
+
+use super::{
+    LightParams, SIZED, ShadowLanes, lane_axis, lane_direction, lane_gradient, lane_offset,
+    lane_size, round_point,
+};
+use sdfc_shaders::{candidate, shadow};
+use sdfc_vm::real::Vector3;
+use sdfc_vm::vector::V3;
+
+impl<const FORM: u32> LightParams<FORM> {
+    /// Advances the check of a candidate by an evaluation. Reports whether the ray gives up, out of steps,
+    /// and whether it is done after the check.
+    #[inline(always)]
+    pub(super) fn step_check(self, b: &mut ShadowLanes, i: usize, field: f32) -> (bool, bool) {
+        let (phase, value) = (b.phase.0[i], b.value.0[i]);
+        let out_of_steps = b.steps.0[i] >= self.max_steps;
+        let size = lane_size::<FORM>(b, i, self.size);
+        let (point, offset, gradient) = (round_point(b, i), lane_offset(b, i), lane_gradient(b, i));
+        let limit = shadow::candidate_limit(b.candidate_t.0[i], size);
+        let is_start = phase < 0.75;
+        let is_probe = phase > 3.5;
+        let is_tap = !is_probe & (phase > 0.75);
+
+        let tap_distance = candidate::tap_distance::<f32>(value, point, limit);
+        let new_gradient = candidate::add_tap::<f32>(gradient, phase, field - value, tap_distance);
+        let next = candidate::next_offset::<f32>(point, offset, phase, value, gradient, limit);
+        let outcome = candidate::probe_outcome::<f32>(
+            point,
+            gradient,
+            b.round.0[i],
+            phase,
+            value,
+            field,
+            offset,
+            next,
+            limit,
+        );
+        let is_repeat = is_probe & (outcome == 0.0);
+        let is_overshot = is_probe & (outcome == candidate::OVERSHOT);
+        let is_found = is_probe & (outcome == 1.0);
+        let is_misled = is_found & (b.round.0[i] > 0.0);
+
+        let surface_offset = candidate::surface_offset::<f32>(offset, next, value, field);
+        let (t, v) = (b.candidate_t.0[i], b.visibility.0[i]);
+        let direction = lane_direction(b, i);
+        // At the light, not at the exit from the bounds: light does not depend on these.
+        let light_t = b.light_t.0[i];
+        let visibility =
+            shadow::visibility_beside::<f32>(v, surface_offset, direction, t, size, value, light_t);
+        let (visibility, light_t) = if FORM == SIZED && b.number.0[i] > 0.0 {
+            let axis = lane_axis(b, i);
+            let light_t = shadow::light_plane_t::<f32>(direction, axis, light_t);
+            let rim_visibility = shadow::rim_visibility_beside::<f32>(
+                v,
+                surface_offset,
+                direction,
+                axis,
+                t,
+                size,
+                light_t,
+            );
+            (rim_visibility, light_t)
+        } else {
+            (visibility, light_t)
+        };
+        b.visibility.0[i] = if is_found { visibility } else { v };
+        let (round, moves) = (b.round.0[i], b.moves.0[i]);
+        let moved_t = shadow::moved_candidate_t::<f32>(
+            surface_offset,
+            gradient,
+            direction,
+            t,
+            light_t,
+            value,
+            round,
+            moves,
+        );
+        let plane_offset = shadow::plane_offset::<f32>(surface_offset, gradient, direction);
+        let is_dark = self.is_dark(b, i);
+        let is_moving = is_found & (moved_t > 0.0) & !is_dark;
+        // After a detour the next move counts as a detour, too.
+        let is_moving_aside = is_moving & is_misled;
+        let is_aside = offset.dot(offset) > 0.0;
+        let bound = shadow::candidate_bound(v, b.number.0[i]);
+        let cannot_darken =
+            is_start & !is_aside & (shadow::cannot_darken::<f32>(field, t, size, bound) > 0.0);
+        let is_done = is_probe & !is_repeat & !is_overshot & !is_moving;
+        let earlier_t = shadow::earlier_candidate_t(t, size, moves);
+        let is_returning = is_done & !is_found & (earlier_t > 0.0);
+        let is_finished = cannot_darken | (is_done & !is_returning);
+        let is_restart = is_finished | is_returning;
+
+        let restart_value = candidate::restart_value::<f32>(field);
+        let kept_value = if is_repeat { restart_value } else { value };
+        let start_value = if is_aside { restart_value } else { field };
+        b.value.0[i] = if is_start { start_value } else { kept_value };
+        let zero = V3::splat(0.0);
+        let kept_gradient = if is_repeat | is_moving | is_restart {
+            zero
+        } else {
+            gradient
+        };
+        b.gradient_x.0[i] = if is_tap {
+            new_gradient.x
+        } else {
+            kept_gradient.x
+        };
+        b.gradient_y.0[i] = if is_tap {
+            new_gradient.y
+        } else {
+            kept_gradient.y
+        };
+        b.gradient_z.0[i] = if is_tap {
+            new_gradient.z
+        } else {
+            kept_gradient.z
+        };
+        let kept_offset = if is_moving | is_restart { zero } else { offset };
+        let kept_offset = if is_moving_aside {
+            plane_offset
+        } else {
+            kept_offset
+        };
+        b.offset_x.0[i] = if is_repeat { next.x } else { kept_offset.x };
+        b.offset_y.0[i] = if is_repeat { next.y } else { kept_offset.y };
+        b.offset_z.0[i] = if is_repeat { next.z } else { kept_offset.z };
+        let next_phase = if is_tap | is_overshot {
+            phase + 1.0
+        } else {
+            phase
+        };
+        let next_phase = if is_start | is_repeat {
+            1.0
+        } else {
+            next_phase
+        };
+        let next_phase = if is_moving | is_returning {
+            candidate::MOVED_PHASE
+        } else {
+            next_phase
+        };
+        b.phase.0[i] = if is_finished { 0.0 } else { next_phase };
+        let round = b.round.0[i] + if is_repeat { 1.0 } else { 0.0 };
+        let round = if is_restart { 0.0 } else { round };
+        b.round.0[i] = if is_moving_aside { 1.0 } else { round };
+        let kept_moves = if is_moving | is_returning {
+            moves + 1.0
+        } else {
+            moves
+        };
+        b.moves.0[i] = if is_finished { 0.0 } else { kept_moves };
+        let kept_t = if is_returning { earlier_t } else { t };
+        let kept_t = if is_moving { moved_t } else { kept_t };
+        b.candidate_t.0[i] = if is_finished {
+            shadow::NO_CANDIDATE
+        } else {
+            kept_t
+        };
+        // Where the field led nowhere, or by a detour, the next point may be a candidate that is farther
+        // away.
+        let lost_track = is_done & (!is_found | is_misled);
+        b.last_visibility.0[i] = if lost_track {
+            shadow::NO_LAST_VISIBILITY
+        } else {
+            b.last_visibility.0[i]
+        };
+        let is_last = is_finished & ((b.ends_after_check.0[i] > 0.0) | is_dark | out_of_steps);
+        (!is_finished & out_of_steps, is_last)
+    }
+
+    /// Reports whether the current ray sees nothing more of the light. The ray to the centre of a light with
+    /// a size is followed by others.
+    #[inline(always)]
+    fn is_dark(self, b: &ShadowLanes, i: usize) -> bool {
+        let dark = match FORM {
+            SIZED if b.number.0[i] == 0.0 => shadow::MAX_HIDDEN_VISIBILITY,
+            SIZED => -1.0,
+            _ => 0.0,
+        };
+        b.visibility.0[i] <= dark
+    }
+}

@@ -1,0 +1,381 @@
+//! Policy of cells: which part of space is cut, how small cells get, and when cells are profitable.
+
+use crate::cells::{Aabb, CellSpec, Refine, Subdivision};
+use crate::cpu::face_on_plane_and_band;
+use crate::cpu::plane_quadtree::PixelPlane;
+use crate::render::{CellMode, RenderJob};
+use sdfc_shaders::interpreter::cut::MAX_TAPE_CLAUSES;
+use sdfc_shaders::layout::{self, FrameUniforms};
+use sdfc_vm::program::{Code, Program};
+use sdfc_vm::row::Category;
+use sdfc_vm::table::Op;
+use sdfc_vm::tape::Tape;
+
+/// Minimum number of clauses of a program with bounded slopes for which cells are used.
+const MIN_CLAUSES: usize = 32;
+/// Maximum side of a leaf, in pixels.
+const MAX_LEAF_PIXELS: f32 = 16.0;
+/// Maximum side of a leaf of a field written with coordinates, as a fraction of the cube's side. In larger
+/// leaves the gradient bounds are too loose, however few pixels they cover.
+const RAW_MAX_LEAF_FRACTION: f32 = 0.125;
+/// Maximum side in pixels of a leaf whose tape has at most [`TRIVIAL_TAPE_CLAUSES`] clauses.
+const MAX_TRIVIAL_LEAF_PIXELS: f32 = 256.0;
+/// Maximum number of clauses of a tape that further cuts can hardly shorten.
+const TRIVIAL_TAPE_CLAUSES: usize = 2;
+
+/// Reports whether cells are profitable for an engine that looks up the cell of every point. Measured:
+/// programs with bounded slopes are pruned well and cheaply, and so are fields written with coordinates.
+/// In repeated or rough space, intervals are loose, and rays spread over many cells cost more than the cells
+/// save.
+pub(super) fn pays_off_for_lookups(program: &Program, tape: &Tape) -> bool {
+    if tape.lipschitz.is_bounded() {
+        return tape.clauses.len() >= MIN_CLAUSES;
+    }
+    has_op(program, |op| matches!(op, Op::X | Op::Y | Op::Z)) && !is_rough(program)
+}
+
+/// Reports whether a program folds space with discontinuities, or contains noise.
+pub(super) fn is_rough(program: &Program) -> bool {
+    has_op(program, |op| {
+        let row = op.row();
+        row.meta.category == Category::Domain
+            || row.name.contains("noise")
+            || row.name.contains("octave")
+    })
+}
+
+/// Reports whether a program contains an operation for which `test` holds.
+fn has_op(program: &Program, test: fn(Op) -> bool) -> bool {
+    let mut codes = program.code.iter().map(|i| i.code);
+    codes.any(|code| matches!(code, Code::Op(op) if test(op)))
+}
+
+/// The cube that is cut: it encloses the scene's bounds within the length of rays. `None` if that is empty.
+pub(super) fn scene_cube(frame: &FrameUniforms) -> Option<Aabb> {
+    scene_extent(frame).map(|extent| enclosing_cube(&extent, ROUNDING_MARGIN))
+}
+
+/// The scene's bounds, clipped to the length of rays.
+fn scene_extent(frame: &FrameUniforms) -> Option<Aabb> {
+    let camera = frame.origin;
+    // Rays of an orthographic view start away from its centre.
+    let view_extent: f32 = [frame.origin_right, frame.origin_up]
+        .iter()
+        .map(|v| v.iter().map(|x| x * x).sum::<f32>().sqrt())
+        .sum();
+    let far = (frame.far + view_extent).min(1e9);
+    let low: [f32; 3] = std::array::from_fn(|i| frame.bounds_min[i].max(camera[i] - far));
+    let high: [f32; 3] = std::array::from_fn(|i| frame.bounds_max[i].min(camera[i] + far));
+    let extent = Aabb { low, high };
+    let is_empty = (0..3).any(|i| low[i] > high[i]) || extent.longest_side() <= 0.0;
+    (!is_empty).then_some(extent)
+}
+
+/// Relative enlargement of a cube over the box it encloses, so that rounding leaves no point outside.
+const ROUNDING_MARGIN: f32 = 1e-5;
+/// Relative enlargement of a cube whose cells are kept when an edit moves a bound a little.
+const EDIT_MARGIN: f32 = 1.0 / 16.0;
+
+/// The cube around a box, enlarged by the relative margin.
+fn enclosing_cube(Aabb { low, high }: &Aabb, margin: f32) -> Aabb {
+    let side = (0..3).fold(0.0, |side, i| f32::max(side, high[i] - low[i]));
+    let half = side / 2.0 * (1.0 + margin);
+    let middle: [f32; 3] = std::array::from_fn(|i| low[i] + (high[i] - low[i]) / 2.0);
+    Aabb {
+        low: middle.map(|m| m - half),
+        high: middle.map(|m| m + half),
+    }
+}
+
+/// Maximum number of clauses of a tape that is not pruned further, for engines that look up each point.
+const MAX_LEAF_CLAUSES: usize = 6;
+
+/// Maximum ratio of the side of cached cells to the side that an edited scene requires. Leaves of the cached
+/// cells are as small, but there are more of them around the scene.
+const MAX_REUSE_SIZE_RATIO: f32 = 2.0;
+
+/// Reports whether an engine that looks up the cell of every point uses cells.
+pub(super) fn uses_cells(job: &RenderJob, program: &Program, tape: &Tape) -> bool {
+    match job.cells {
+        CellMode::Never => false,
+        CellMode::Auto => pays_off_for_lookups(program, tape),
+        CellMode::Always | CellMode::Cpu | CellMode::Gpu => true,
+    }
+}
+
+/// Minimum number of rays times clauses for which cells are tried where slopes are not bounded. Measured: at
+/// a width of 64 pixels, examples and hard cases with such fields took 0.07 to 0.35 of the time without
+/// cells.
+const MIN_RAW_WORK: f32 = 1.2e6;
+
+/// Use of cells in an engine whose rays go from cell to cell in packets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum PacketCells {
+    Never,
+    /// If a trial finds them profitable ([`super::cell_trial`]).
+    Trial,
+    Always,
+}
+
+impl PacketCells {
+    /// The use of cells for rendering a tape.
+    pub(super) fn for_job(job: &RenderJob, tape: &Tape) -> Self {
+        let frame = &job.uniforms;
+        let rays = frame.size[0] * frame.size[1] * frame.samples as f32;
+        let clauses = tape.clauses.len();
+        match job.cells {
+            CellMode::Never => Self::Never,
+            CellMode::Always | CellMode::Cpu | CellMode::Gpu => Self::Always,
+            CellMode::Auto if tape.lipschitz.is_bounded() && clauses >= MIN_CLAUSES => Self::Always,
+            CellMode::Auto if tape.lipschitz.is_bounded() => Self::Never,
+            CellMode::Auto if rays * clauses as f32 >= MIN_RAW_WORK => Self::Trial,
+            CellMode::Auto => Self::Never,
+        }
+    }
+}
+
+/// The region that an engine cuts if it looks up the cell of every point: the part of space that rays of all
+/// kinds pass through, or the plane of a 2-D shape.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct CellRegion {
+    /// The part that must be cut.
+    extent: Aabb,
+    /// The part that is cut.
+    region: Aabb,
+    split: Subdivision,
+    band: f32,
+    pixels: PixelSize,
+}
+
+impl CellRegion {
+    /// The region for a render; `None` if nothing is visible.
+    pub(super) fn for_job(job: &RenderJob) -> Option<Self> {
+        let frame = &job.uniforms;
+        if job.shows_plane() {
+            let (plane, band) = face_on_plane_and_band(job)?;
+            let (region, split) = plane_region(&plane);
+            return Some(Self {
+                extent: region,
+                region,
+                split,
+                band,
+                pixels: PixelSize::from_uniforms(frame),
+            });
+        }
+        // Samples for occlusion and for normals lie outside the bounds.
+        let margin = frame.occlusion_reach.max(0.0);
+        let expanded = FrameUniforms {
+            bounds_min: frame.bounds_min.map(|v| v - margin),
+            bounds_max: frame.bounds_max.map(|v| v + margin),
+            ..*frame
+        };
+        let extent = scene_extent(&expanded)?;
+        Some(Self {
+            extent,
+            region: enclosing_cube(&extent, EDIT_MARGIN),
+            split: Subdivision::Volume,
+            band: f32::INFINITY,
+            pixels: PixelSize::from_uniforms(frame),
+        })
+    }
+
+    /// Reports whether the cells of this region can be used for another one: one with the same view, that
+    /// lies within this one after an edit and is not much smaller.
+    pub(super) fn covers(&self, other: &Self) -> bool {
+        let same_view = Self {
+            extent: self.extent,
+            region: self.region,
+            ..other.clone()
+        };
+        let Aabb { low, high } = other.extent;
+        *self == same_view
+            && self.region.contains(low)
+            && self.region.contains(high)
+            && self.region.longest_side() <= MAX_REUSE_SIZE_RATIO * other.region.longest_side()
+    }
+
+    /// The subdivision for the distance program.
+    pub(super) fn distance(&self) -> CellSpec<'_> {
+        CellSpec {
+            region: self.region,
+            subdivision: self.split,
+            band: self.band,
+            refine: self,
+        }
+    }
+
+    /// The subdivision for the surface program. A 2-D shape shows its colours everywhere, other scenes only
+    /// where rays end.
+    pub(super) fn surface(&self) -> CellSpec<'_> {
+        CellSpec {
+            band: match self.split {
+                Subdivision::Plane => f32::INFINITY,
+                Subdivision::Volume => 0.0,
+            },
+            ..self.distance()
+        }
+    }
+
+    /// The parameters with which a device cuts cells further, for the program of `tape` with this band.
+    /// Buffer capacities and the words for culled cells are filled in by [`super::gpu_cells`] and its caller.
+    pub(super) fn gpu_cut(&self, tape: &Tape, band: f32) -> layout::CutParams {
+        let Aabb { low, high } = self.region;
+        let size: [f32; 3] = std::array::from_fn(|axis| high[axis] - low[axis]);
+        let farthest = low.iter().chain(&high).fold(0.0, |far, v| v.abs().max(far));
+        layout::CutParams {
+            low,
+            max_levels: self.split.max_levels(),
+            size,
+            digit_bits: self.split.digit_bits(),
+            camera: self.pixels.camera,
+            footprint: self.pixels.footprint,
+            footprint_growth: self.pixels.growth,
+            max_leaf_pixels: self.pixels.max_leaf_pixels,
+            // Devices need not support infinity.
+            band: band.min(f32::MAX),
+            slope: tape.lipschitz.result.min(f32::MAX),
+            // Exceeds the rounding error of looking up a point's cell and of that cell's corners.
+            rounding: (farthest + self.region.longest_side()) * 5e-7,
+            max_uncut_clauses: MAX_LEAF_CLAUSES as u32,
+            full_tape_length: tape.clauses.len() as u32,
+            ..layout::CutParams::default()
+        }
+    }
+}
+
+/// Refinement on the CPU before a device continues: down to tapes that an invocation may walk through.
+pub(super) struct CpuLevels<'a>(pub(super) &'a CellRegion);
+
+impl Refine for CpuLevels<'_> {
+    fn should_split(&self, region: &Aabb, clauses: usize, surface_distance: f32) -> bool {
+        self.0.should_split(region, clauses, surface_distance)
+    }
+    fn defers(&self, clauses: usize) -> bool {
+        clauses <= MAX_TAPE_CLAUSES
+    }
+}
+
+impl Refine for CellRegion {
+    fn should_split(&self, region: &Aabb, clauses: usize, surface_distance: f32) -> bool {
+        // A ray's step is about as long as the distance to the surface, so rays take few samples in a cell
+        // that is smaller than that.
+        clauses > MAX_LEAF_CLAUSES
+            && surface_distance < 2.0 * region.longest_side()
+            && self.pixels.should_split(region, clauses, surface_distance)
+    }
+}
+
+/// The box around the pixels of a 2-D shape, and its subdivision.
+fn plane_region(plane: &PixelPlane) -> (Aabb, Subdivision) {
+    let [right, down] = plane.size.map(|n| n as f32);
+    let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
+    for axis in 0..3 {
+        let (x, y) = (plane.right[axis] * right, plane.down[axis] * down);
+        let first = plane.first[axis];
+        // Rays hit the plane with some rounding error, and subpixels lie beyond the pixel centres.
+        let slack = plane.right[axis].abs() + plane.down[axis].abs() + first.abs() * 1e-5;
+        low[axis] = first + x.min(0.0) + y.min(0.0) - slack;
+        high[axis] = first + x.max(0.0) + y.max(0.0) + slack;
+    }
+    let min_thickness = 1e-5 * (high[0] - low[0]).max(high[1] - low[1]);
+    if high[2] - low[2] <= min_thickness {
+        low[2] -= min_thickness;
+        high[2] += min_thickness;
+        return (Aabb { low, high }, Subdivision::Plane);
+    }
+    let side = (0..3).fold(0.0, |side, axis| f32::max(side, high[axis] - low[axis]));
+    let middle: [f32; 3] = std::array::from_fn(|axis| (low[axis] + high[axis]) / 2.0);
+    let cube = Aabb {
+        low: middle.map(|m| m - side / 2.0),
+        high: middle.map(|m| m + side / 2.0),
+    };
+    (cube, Subdivision::Volume)
+}
+
+/// Limits the size of cells by the number of pixels they cover.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PixelSize {
+    camera: [f32; 3],
+    footprint: f32,
+    growth: f32,
+    /// Maximum side of a leaf, in pixels.
+    max_leaf_pixels: f32,
+    /// Maximum side of a leaf, in scene units.
+    max_side: f32,
+}
+
+impl PixelSize {
+    pub(super) fn from_uniforms(frame: &FrameUniforms) -> Self {
+        // A pixel of a pass over subpixels is smaller than a pixel of the image by this factor.
+        let passes = (frame.samples.max(1) as f32).sqrt();
+        Self {
+            camera: frame.origin,
+            footprint: 2.0 * frame.footprint * passes,
+            growth: 2.0 * frame.footprint_growth * passes,
+            max_leaf_pixels: MAX_LEAF_PIXELS,
+            max_side: f32::INFINITY,
+        }
+    }
+}
+
+impl PixelSize {
+    /// These limits, multiplied by `times`.
+    pub(super) fn coarsened(&self, times: f32) -> Self {
+        Self {
+            max_leaf_pixels: self.max_leaf_pixels * times,
+            max_side: self.max_side * times,
+            ..*self
+        }
+    }
+}
+
+impl Refine for PixelSize {
+    fn should_split(&self, region: &Aabb, clauses: usize, _: f32) -> bool {
+        let side = region.longest_side();
+        let axis_distance = |axis: usize| {
+            (region.low[axis] - self.camera[axis])
+                .max(self.camera[axis] - region.high[axis])
+                .max(0.0)
+        };
+        let [x, y, z] = [0, 1, 2].map(axis_distance);
+        // Measured from inside a cell, its far parts count.
+        let distance = (x * x + y * y + z * z).sqrt().max(side * 0.25);
+        let pixel = self.footprint + self.growth * distance;
+        let max_pixels = if clauses <= TRIVIAL_TAPE_CLAUSES {
+            MAX_TRIVIAL_LEAF_PIXELS
+        } else {
+            self.max_leaf_pixels
+        };
+        side > max_pixels * pixel || side > self.max_side
+    }
+}
+
+/// The cube and the cell size for a field written with coordinates. Small cells have tight gradient bounds,
+/// so that rays take few steps in them; large cells are few. The best leaf size had as many leaves along the
+/// cube as pixels along a leaf: for tanglecube at 256², 512² and 1024², leaves of 12, 16 and 24 pixels. Each
+/// cut divides a side by four, so the cube is enlarged until a number of cuts reaches that size.
+pub(super) fn raw_field_cells(frame: &FrameUniforms) -> Option<(Aabb, PixelSize)> {
+    let extent = scene_extent(frame)?;
+    let side = enclosing_cube(&extent, ROUNDING_MARGIN).longest_side();
+    let pixels = PixelSize::from_uniforms(frame);
+    let middle: [f32; 3] = std::array::from_fn(|i| (extent.low[i] + extent.high[i]) / 2.0);
+    let offsets_sq =
+        (0..3).map(|i| (middle[i] - pixels.camera[i]) * (middle[i] - pixels.camera[i]));
+    let pixel = pixels.footprint + pixels.growth * offsets_sq.sum::<f32>().sqrt();
+    let leaf = (side * pixel)
+        .sqrt()
+        .clamp(side * 1e-5, side * RAW_MAX_LEAF_FRACTION);
+    let levels = ((side / leaf).ln() / 4_f32.ln()).ceil();
+    let size_ratio = leaf * 4_f32.powf(levels) / side;
+    Some((
+        enclosing_cube(&extent, size_ratio * (1.0 + ROUNDING_MARGIN) - 1.0),
+        PixelSize {
+            max_leaf_pixels: leaf * ROUNDING_FACTOR / pixel,
+            max_side: side * RAW_MAX_LEAF_FRACTION * ROUNDING_FACTOR,
+            ..pixels
+        },
+    ))
+}
+
+/// Tolerance for rounding when the size of a cell is compared with its target.
+const ROUNDING_FACTOR: f32 = 1.01;

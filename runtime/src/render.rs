@@ -1,0 +1,396 @@
+//! Inputs and results of a render.
+//!
+//! This module depends neither on the language nor on an engine. [`RenderSettings`] are converted to the
+//! uniform data that CPU and GPU share ([`prepare`]); the result is an [`Image`].
+
+mod prepare;
+
+pub use prepare::{Axes, RenderJob, prepare};
+pub use sdfc_shaders::features::{Features, Mode, Normals, Occlusion};
+pub use sdfc_shaders::layout::Surface;
+pub use sdfc_shaders::marching::Status;
+pub use sdfc_vm::settings::Tonemap;
+
+use sdfc_shaders::tone;
+use sdfc_vm::vector::V3;
+use std::ops::{ControlFlow, Range};
+
+/// Receives the progress of a render. Any function of the completed fraction implements it and never stops
+/// the render.
+pub trait RenderProgress: Sync {
+    /// Called now and then, from any thread, with the completed fraction. Returns whether to continue. A
+    /// render that is stopped returns no image.
+    fn report(&self, fraction: f32) -> ControlFlow<()>;
+}
+
+impl<F: Fn(f32) + Sync> RenderProgress for F {
+    fn report(&self, fraction: f32) -> ControlFlow<()> {
+        self(fraction);
+        ControlFlow::Continue(())
+    }
+}
+
+/// The samples of an image to be rendered. An image rendered in two parts, the first samples and then the
+/// others, equals one that is rendered at once, to the last bit.
+#[derive(Clone, Copy, Debug)]
+pub enum Samples<'f> {
+    /// All samples.
+    All,
+    /// The first sample of each pixel.
+    First,
+    /// All other samples, added to this image of the first ones, which must be of the same engine, scene and
+    /// settings. If its size differs, all samples are rendered.
+    Remaining(&'f Image),
+}
+
+impl Samples<'_> {
+    /// The passes over subpixels, and the image that they are added to. Its colours are the sums of the
+    /// passes before.
+    pub(crate) fn passes(self, job: &RenderJob) -> (Range<u32>, Image) {
+        let pass_count = job.pass_count();
+        match self {
+            Self::All => (0..pass_count, job.blank_image()),
+            Self::First => (0..1, job.blank_image()),
+            Self::Remaining(first) => {
+                let [width, height] = job.size.map(|side| side as usize);
+                if [first.width, first.height] == [width, height] {
+                    (1..pass_count, first.clone())
+                } else {
+                    (0..pass_count, job.blank_image())
+                }
+            }
+        }
+    }
+}
+
+/// A camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Position of the camera.
+    pub from: [f64; 3],
+    /// The point at the centre of the image.
+    pub look: [f64; 3],
+    /// The up direction; it need not be perpendicular to the direction of view.
+    pub up: [f64; 3],
+    /// The projection.
+    pub lens: ResolvedLens,
+}
+
+/// The projection of a camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ResolvedLens {
+    /// Perspective, with this vertical field of view in radians.
+    Perspective(f64),
+    /// Parallel rays, with this visible height in scene units.
+    Orthographic(f64),
+}
+
+impl View {
+    /// The xy plane, seen face on: `height` of it, around `centre`.
+    pub fn plane(centre: [f64; 2], height: f64) -> Self {
+        let [x, y] = centre;
+        Self {
+            from: [x, y, height],
+            look: [x, y, 0.0],
+            up: [0.0, 1.0, 0.0],
+            lens: ResolvedLens::Orthographic(height),
+        }
+    }
+}
+
+/// All light sources.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lighting {
+    /// The lights.
+    pub lights: Vec<ResolvedLight>,
+    /// The colour straight up; linear, like all colours here.
+    pub sky_top: [f64; 3],
+    /// The colour at the horizon.
+    pub sky_horizon: [f64; 3],
+    /// The colour straight down.
+    pub sky_ground: [f64; 3],
+    /// The up direction.
+    pub up: [f64; 3],
+    /// Factor on the light from the sky.
+    pub ambient: f64,
+    /// Fraction of a surface hidden by fog per unit of distance; `None` without fog.
+    pub fog: Option<f64>,
+}
+
+/// A light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResolvedLight {
+    /// Direction or position.
+    pub source: LightEmitter,
+    /// Colour times intensity.
+    pub color: [f64; 3],
+    /// The kind of shadow.
+    pub shadow: ResolvedShadow,
+}
+
+/// Direction or position of a light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightEmitter {
+    /// A light at infinity: the direction to the light, of any length except zero.
+    Directional([f64; 3]),
+    /// A light at a position; its colour is the one that arrives at a distance of one unit.
+    Point([f64; 3]),
+}
+
+/// The kind of a light's shadow. The number is the tangent of the light's angular radius.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ResolvedShadow {
+    /// No shadow.
+    None,
+    /// A sharp edge.
+    Hard,
+    /// A penumbra from the nearest of the ray's steps.
+    Plain(f64),
+    /// A penumbra from the nearest point of the ray, estimated between steps.
+    Improved(f64),
+    /// A penumbra that also darkens from inside the shape.
+    Sized(f64),
+}
+
+/// The settings of a render.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel along each side.
+    pub aa: u32,
+    /// Maximum number of steps of a ray.
+    pub steps: u32,
+    /// Maximum length of a ray, in scene units.
+    pub far: f64,
+    /// Distance from a surface at which a march starts the search for the root, as a fraction of half a
+    /// pixel; a few times as far where the field decreases steadily. The depth is refined afterwards. A
+    /// larger fraction takes fewer steps, and misses more details thinner than a pixel.
+    pub cone: f64,
+    /// Over-relaxation of steps beyond the distance of the nearest surface, where the field allows it: the
+    /// weight, from 0 to 1, of the newest slope along a ray in a running mean. 0 is plain sphere tracing. See
+    /// [`sdfc_shaders::marching`].
+    pub relaxation: f64,
+    /// The kind of image.
+    pub mode: Mode,
+    /// The method for normals.
+    pub normals: Normals,
+    /// Ambient occlusion.
+    pub occlusion: Occlusion,
+    /// Radius of occlusion, in scene units.
+    pub occlusion_reach: f64,
+    /// The tone curve.
+    pub tonemap: Tonemap,
+    /// Factor on all light, before tone mapping.
+    pub exposure: f64,
+    /// The camera.
+    pub view: View,
+    /// The lights and the sky.
+    pub lighting: Lighting,
+    /// Set if the scene is a 2-D shape.
+    pub is_2d: bool,
+    /// Use of cells. It does not change the image.
+    pub cells: CellMode,
+}
+
+/// Use of cells ([`crate::cells`]) in engines that support them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CellMode {
+    /// If they are expected to make the render faster.
+    #[default]
+    Auto,
+    /// Never: the whole program is evaluated everywhere.
+    Never,
+    /// Always.
+    Always,
+    /// Always, and cut on the CPU even if a device renders.
+    Cpu,
+    /// Always, and cut on the device that renders, if it can ([`crate::engine`]). By default, software
+    /// devices leave cutting to the faster code on the CPU.
+    Gpu,
+}
+
+impl RenderSettings {
+    /// The default of [`RenderSettings::cone`].
+    pub const CONE: f64 = 0.05;
+    /// The default of [`RenderSettings::relaxation`].
+    pub const RELAXATION: f64 = sdfc_shaders::marching::DEFAULT_RELAXATION;
+}
+
+/// Facts about a field besides its values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldFacts {
+    /// Set if the slope of the field may differ from about one, because it contains raw fields.
+    pub is_raw: bool,
+    /// The bounding box of the solid.
+    pub bounds: sdfc_vm::bounds::Bounds,
+    /// The material, if there is only one and it is the same everywhere.
+    pub material: Option<Surface>,
+}
+
+/// The conversion of colours to bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Display {
+    /// Factor on all light.
+    pub exposure: f32,
+    /// The tone curve.
+    pub tonemap: Tonemap,
+    /// Set if the colours are light; otherwise (normals, depths, …) they are shown as they are.
+    pub is_light: bool,
+    /// Set if that is the light of a lit scene, which is exposed and tone mapped.
+    pub is_lit_scene: bool,
+}
+
+impl Display {
+    /// The bytes of a colour.
+    #[inline]
+    pub fn bytes(&self, [r, g, b, _]: [f32; 4]) -> [u8; 4] {
+        let mut color = V3::new(r, g, b);
+        if self.is_lit_scene {
+            color = color * self.exposure;
+            color = match self.tonemap {
+                Tonemap::None => color,
+                Tonemap::Reinhard => tone::reinhard::<f32>(color),
+                Tonemap::Aces => tone::filmic::<f32>(color),
+            };
+        }
+        if self.is_light {
+            color = tone::encode::<f32>(color);
+        }
+        let byte = |channel: f32| tone::to_byte(channel) as u8;
+        [byte(color.x), byte(color.y), byte(color.z), 255]
+    }
+}
+
+/// A rendered image with its data per pixel. All lists are by rows from the upper left.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// Number of pixels in a row.
+    pub width: usize,
+    /// Number of rows.
+    pub height: usize,
+    /// The mean of the samples: linear light and coverage, or a finished colour in modes that do not show
+    /// light.
+    pub color: Vec<[f32; 4]>,
+    /// Length of the first sample's ray; infinite if it hit nothing.
+    pub depth: Vec<f32>,
+    /// The unit normal of the surface there; zero if there is none.
+    pub normal: Vec<[f32; 3]>,
+    /// The identifier of the material there; 0 if there is none.
+    pub id: Vec<u32>,
+    /// Number of evaluations of the field along that ray.
+    pub steps: Vec<u32>,
+    /// The end of that ray.
+    pub status: Vec<Status>,
+    /// The conversion of the colours to bytes.
+    pub display: Display,
+    /// Counts of the render.
+    pub stats: Stats,
+}
+
+/// Counts of a render.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Rays that hit a surface from outside.
+    pub hits: u64,
+    /// Rays that started inside a solid and reached its surface.
+    pub inside: u64,
+    /// Rays that left the scene or reached their maximum length.
+    pub misses: u64,
+    /// Those of the misses that reached their maximum length (`far`) before the scene ends.
+    pub at_far: u64,
+    /// Rays that ran out of steps.
+    pub step_caps: u64,
+    /// Rays that met a NaN.
+    pub nans: u64,
+    /// Rays for which the engine `reference` could not prove whether and where they hit; they are also
+    /// counted above as the most likely outcome. Other engines prove nothing and count none.
+    pub undecided: u64,
+    /// Evaluations of the field, including gradients.
+    pub evaluations: u64,
+    /// The cells of the render.
+    pub cells: CellStats,
+}
+
+/// Counts of cells ([`crate::cells`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CellStats {
+    /// Number of cells. Cells of a device include those replaced by edits, as long as they stay in memory.
+    pub count: u64,
+    /// Number of clauses of their programs; shared ones count once.
+    pub clauses: u64,
+    /// Number of cells that kept the program of their parent, or were not cut further, because memory ran
+    /// out.
+    pub out_of_memory: u64,
+    /// Number of cells built for this image, not kept from the one before an edit.
+    pub fresh: u64,
+}
+
+impl CellStats {
+    /// Adds the cells built after an edit.
+    pub(crate) fn with_fresh(self, fresh: u64) -> Self {
+        Self {
+            count: self.count + fresh,
+            fresh,
+            ..self
+        }
+    }
+    /// The sum of the counts of two programs.
+    pub(crate) fn sum(self, other: Self) -> Self {
+        Self {
+            count: self.count + other.count,
+            clauses: self.clauses + other.clauses,
+            out_of_memory: self.out_of_memory + other.out_of_memory,
+            fresh: self.fresh + other.fresh,
+        }
+    }
+}
+
+impl Image {
+    /// Number of pixels whose colour contains a NaN.
+    pub fn nan_pixels(&self) -> usize {
+        let is_colorless = |color: &&[f32; 4]| color.iter().any(|v| v.is_nan());
+        self.color.iter().filter(is_colorless).count()
+    }
+
+    /// The image as red, green, blue and alpha bytes, encoded for a screen (sRGB) where it shows light.
+    pub fn rgba8(&self) -> Vec<u8> {
+        self.color
+            .iter()
+            .flat_map(|&color| self.display.bytes(color))
+            .collect()
+    }
+}
+
+impl Stats {
+    /// Counts one ray. `at_far` is called for a miss, and reports whether it ended at `far`.
+    pub(crate) fn count(&mut self, status: Status, at_far: impl FnOnce() -> bool) {
+        match status {
+            Status::Active | Status::StepCap => self.step_caps += 1,
+            Status::Hit => self.hits += 1,
+            Status::Miss => {
+                self.misses += 1;
+                self.at_far += u64::from(at_far());
+            }
+            Status::NotANumber => self.nans += 1,
+            Status::Inside => self.inside += 1,
+        }
+    }
+    /// Number of rays.
+    pub fn rays(&self) -> u64 {
+        self.hits + self.inside + self.misses + self.step_caps + self.nans
+    }
+}
+
+impl std::ops::AddAssign for Stats {
+    fn add_assign(&mut self, other: Self) {
+        self.hits += other.hits;
+        self.inside += other.inside;
+        self.misses += other.misses;
+        self.at_far += other.at_far;
+        self.step_caps += other.step_caps;
+        self.nans += other.nans;
+        self.undecided += other.undecided;
+        self.evaluations += other.evaluations;
+    }
+}

@@ -1,0 +1,395 @@
+//! Conversion of render settings to the numbers that CPU and GPU use.
+
+use super::{
+    CellMode, Display, FieldFacts, Image, LightEmitter, RenderSettings, ResolvedLens,
+    ResolvedLight, ResolvedShadow, Stats, Status, View,
+};
+use sdfc_shaders::assemble::shows_light;
+use sdfc_shaders::features::{self, Features, Mode, Occlusion};
+use sdfc_shaders::{layout, marching, normals, occlusion, shadow};
+
+/// A render with all inputs prepared.
+#[derive(Clone, Debug)]
+pub struct RenderJob {
+    /// The features that its kernels contain.
+    pub features: Features,
+    /// Its uniforms, for the whole image as one tile and the first pass over subpixels.
+    pub uniforms: layout::FrameUniforms,
+    /// Its lights.
+    pub lights: Vec<layout::LightRecord>,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// The conversion of its colours to bytes.
+    pub display: Display,
+    /// Use of cells.
+    pub cells: CellMode,
+    /// Absolute value from which a 2-D shape's field only needs a correct sign; `None` for the default of the
+    /// mode.
+    pub exact_band: Option<f32>,
+}
+
+impl RenderJob {
+    /// Number of passes over subpixels.
+    pub fn pass_count(&self) -> u32 {
+        self.uniforms.samples
+    }
+
+    /// The uniforms of a pass over subpixels, with the position of the ray in its pixel.
+    pub fn pass_uniforms(&self, sample: u32) -> layout::FrameUniforms {
+        let side = f64::from(self.uniforms.samples).sqrt().round() as u32;
+        let subpixel = |i: u32| (i as f32 + 0.5) / side as f32 - 0.5;
+        layout::FrameUniforms {
+            sample,
+            offset: [subpixel(sample % side), subpixel(sample / side)],
+            ..self.uniforms
+        }
+    }
+
+    /// Reports whether the image shows the field on a plane instead of surfaces in space.
+    pub fn shows_plane(&self) -> bool {
+        self.features.plane || self.features.mode == Mode::Distance
+    }
+
+    /// An image of this size in which nothing was hit.
+    pub fn blank_image(&self) -> Image {
+        let [width, height] = self.size.map(|n| n as usize);
+        let count = width * height;
+        Image {
+            width,
+            height,
+            color: vec![[0.0; 4]; count],
+            depth: vec![f32::INFINITY; count],
+            normal: vec![[0.0; 3]; count],
+            id: vec![0; count],
+            steps: vec![0; count],
+            status: vec![Status::Miss; count],
+            display: self.display,
+            stats: Stats::default(),
+        }
+    }
+}
+
+/// Origins and directions of the rays of an image, in full precision. The pixel at (x, y) in the view, from
+/// (-1, -1) to (1, 1), has a ray that starts at `origin + x origin_right + y origin_up` with the direction
+/// `forward + x forward_right + y forward_up`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axes {
+    /// Origin of the central ray.
+    pub origin: [f64; 3],
+    /// Offset from there to the origin of the ray at the middle of the right edge.
+    pub origin_right: [f64; 3],
+    /// Offset for the upper edge.
+    pub origin_up: [f64; 3],
+    /// Unit direction of the central ray.
+    pub forward: [f64; 3],
+    /// Change of the direction towards the right edge.
+    pub forward_right: [f64; 3],
+    /// Change towards the upper edge.
+    pub forward_up: [f64; 3],
+}
+
+impl Axes {
+    /// The axes for an image with these settings.
+    pub fn from_settings(settings: &RenderSettings) -> Self {
+        let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
+        Self::from_view(&settings.view, width / height)
+    }
+
+    /// The axes for a view, with `aspect` = width / height.
+    pub fn from_view(view: &View, aspect: f64) -> Self {
+        let forward = unit(sub(view.look, view.from), [0.0, 0.0, -1.0]);
+        // An `up` parallel to the view is undefined; any perpendicular direction is then valid.
+        let across = cross(forward, view.up);
+        let right = if length(across) > 1e-9 * length(view.up) {
+            unit(across, [1.0, 0.0, 0.0])
+        } else {
+            let fallback = if forward[1].abs() < 0.9 {
+                [0.0, 1.0, 0.0]
+            } else {
+                [0.0, 0.0, -1.0]
+            };
+            unit(cross(forward, fallback), [1.0, 0.0, 0.0])
+        };
+        let up = cross(right, forward);
+        let (start, growth) = spans(view.lens);
+        Self {
+            origin: view.from,
+            origin_right: scaled(right, start * aspect),
+            origin_up: scaled(up, start),
+            forward,
+            forward_right: scaled(right, growth * aspect),
+            forward_up: scaled(up, growth),
+        }
+    }
+
+    /// These rays, starting on the plane at this distance ahead.
+    fn ahead(self, distance: f64) -> Self {
+        let moved = |point: [f64; 3], direction: [f64; 3]| {
+            std::array::from_fn(|axis| point[axis] + direction[axis] * distance)
+        };
+        Self {
+            origin: moved(self.origin, self.forward),
+            origin_right: moved(self.origin_right, self.forward_right),
+            origin_up: moved(self.origin_up, self.forward_up),
+            ..self
+        }
+    }
+}
+
+/// Half the height of the view: at the start of the rays, and its growth per unit of distance.
+fn spans(lens: ResolvedLens) -> (f64, f64) {
+    match lens {
+        ResolvedLens::Perspective(fov) => (0.0, (fov.clamp(1e-6, 3.1) / 2.0).tan()),
+        ResolvedLens::Orthographic(height) => (height / 2.0, 0.0),
+    }
+}
+
+/// Stand-in for an infinite bound: far outside of any scene, with a square that is finite in `f32`.
+const INFINITE_BOUND: f64 = 1e18;
+
+/// Converts settings and field facts to a render job.
+pub fn prepare(settings: &RenderSettings, facts: &FieldFacts) -> RenderJob {
+    let view = &settings.view;
+    let axes = Axes::from_settings(settings);
+    let [width, height] = settings.size.map(|n| f64::from(n.max(1)));
+    let aa = settings.aa.max(1);
+    let distance = length(sub(view.look, view.from));
+    let (start, growth) = spans(view.lens);
+    let approach = approach(settings, facts, axes.forward);
+    let axes = axes.ahead(approach);
+    let start = start + growth * approach;
+    let lighting = &settings.lighting;
+    let largest = axes.origin.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
+    let bounds = facts.bounds.grown(1e-3 * finite_size(facts));
+    let corner = |v: [f64; 3]| v.map(|x| x.clamp(-INFINITE_BOUND, INFINITE_BOUND) as f32);
+    let material = facts.material.unwrap_or_default();
+    let count = lighting.lights.len() as u32;
+    let lights: Vec<layout::LightRecord> = lighting
+        .lights
+        .iter()
+        .map(|scene_light| layout::LightRecord {
+            light_count: count,
+            ..light(scene_light)
+        })
+        .collect();
+    let foggy = lighting.fog.is_some_and(|density| density > 0.0);
+    let hemisphere = matches!(settings.occlusion, Occlusion::Multi(_));
+    let flag = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
+    let pixels = settings.size[0] * settings.size[1];
+    let uniforms = layout::FrameUniforms {
+        origin: single(axes.origin),
+        far: (settings.far - approach) as f32,
+        origin_right: single(axes.origin_right),
+        raw: if facts.is_raw { 1.0 } else { 0.0 },
+        origin_up: single(axes.origin_up),
+        rounding: (marching::ROUNDING_PER_UNIT * (largest + start)) as f32,
+        forward: single(axes.forward),
+        footprint: (start / height / f64::from(aa)) as f32,
+        forward_right: single(axes.forward_right),
+        footprint_growth: (growth / height / f64::from(aa)) as f32,
+        forward_up: single(axes.forward_up),
+        cone: settings.cone as f32,
+        bounds_min: corner(bounds.min),
+        occlusion_reach: settings.occlusion_reach as f32,
+        bounds_max: corner(bounds.max),
+        occlusion_weight: occlusion_weight(settings.occlusion),
+        sky_top: single(lighting.sky_top),
+        ambient: lighting.ambient as f32,
+        sky_horizon: single(lighting.sky_horizon),
+        fog: lighting.fog.unwrap_or(0.0) as f32,
+        sky_ground: single(lighting.sky_ground),
+        exposure: settings.exposure as f32,
+        sky_up: single(unit(lighting.up, [0.0, 1.0, 0.0])),
+        id: material.id,
+        albedo: material.albedo,
+        roughness: material.roughness,
+        emission: material.emission,
+        metallic: material.metallic,
+        centre: single(view.look),
+        spacing: spacing(start + growth * (distance - approach)) as f32,
+        size: [width as f32, height as f32],
+        offset: [0.0, 0.0],
+        tile: [0, 0, settings.size[0], settings.size[1]],
+        depth_range: depth_range(settings, facts, axes.forward)
+            .map(|depth| (depth - approach) as f32),
+        sample: 0,
+        samples: aa * aa,
+        max_steps: settings.steps.max(1),
+        max_shadow_steps: shadow::MAX_STEPS,
+        queue_capacity: pixels.saturating_mul(count.max(1)),
+        light_count: count,
+        approach: approach as f32,
+        relaxation: settings.relaxation as f32,
+        occlusion_taps: settings.occlusion.taps() as f32,
+        normal_spread: normals::tap_spread(settings.normals),
+        normal_taps: normals::first_tap(settings.normals) as u32,
+        flags: flag(foggy, layout::FOG_FLAG) | flag(hemisphere, layout::HEMISPHERE_FLAG),
+        ..layout::FrameUniforms::default()
+    };
+    let features = Features {
+        mode: settings.mode,
+        lights: lighting
+            .lights
+            .iter()
+            .map(|light| shadow_form(light.shadow).0)
+            .collect(),
+        occlusion: settings.occlusion,
+        normals: settings.normals,
+        materials: facts.material.is_none(),
+        fog: foggy,
+        plane: settings.is_2d,
+        generic: false,
+    };
+    let display = Display {
+        exposure: settings.exposure as f32,
+        tonemap: settings.tonemap,
+        is_light: shows_light(settings.mode),
+        is_lit_scene: settings.mode == Mode::Shaded && !settings.is_2d,
+    };
+    let job = RenderJob {
+        features,
+        uniforms,
+        lights,
+        size: settings.size,
+        display,
+        cells: settings.cells,
+        exact_band: None,
+    };
+    RenderJob {
+        uniforms: job.pass_uniforms(0),
+        ..job
+    }
+}
+
+/// Minimum ratio of distance to size from which a camera counts as far away from a scene.
+const FAR_DISTANCE_IN_SIZES: f64 = 32.0;
+
+/// The distance from the camera at which rays start. For a far camera (a telescope, a camera at 1e6) they
+/// start on a plane near the scene, so that `f32` keeps its full precision there. Otherwise they start at the
+/// camera.
+fn approach(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> f64 {
+    let is_flat = settings.is_2d || settings.mode == Mode::Distance;
+    if is_flat || !facts.bounds.is_finite() {
+        return 0.0;
+    }
+    let radius = facts.bounds.half_diagonal() * 1.01;
+    let to = sub(facts.bounds.centre(), settings.view.from);
+    let distance = dot(to, forward) - 2.0 * radius;
+    // If rays end inside the scene, so do shadows; then the start is not moved.
+    let reaches_past_scene = settings.far > distance + 4.0 * radius;
+    if radius > 0.0 && distance > FAR_DISTANCE_IN_SIZES * radius && reaches_past_scene {
+        distance
+    } else {
+        0.0
+    }
+}
+
+/// The largest finite side of the bounds, else the largest finite coordinate, else 1.
+fn finite_size(facts: &FieldFacts) -> f64 {
+    let [min, max] = [facts.bounds.min, facts.bounds.max];
+    let largest = |lengths: &mut dyn Iterator<Item = f64>| {
+        let finite = lengths.filter(|length| length.is_finite() && *length > 0.0);
+        finite.reduce(f64::max)
+    };
+    largest(&mut (0..3).map(|i| max[i] - min[i]))
+        .or_else(|| largest(&mut min.into_iter().chain(max).map(f64::abs)))
+        .unwrap_or(1.0)
+}
+
+/// The nearest and farthest depth of the scene, for greys.
+fn depth_range(settings: &RenderSettings, facts: &FieldFacts, forward: [f64; 3]) -> [f64; 2] {
+    let distance = length(sub(settings.view.look, settings.view.from));
+    if !facts.bounds.is_finite() {
+        return [0.0, (2.0 * distance).min(settings.far)];
+    }
+    let to = sub(facts.bounds.centre(), settings.view.from);
+    let (middle, radius) = (dot(to, forward), facts.bounds.half_diagonal());
+    [
+        (middle - radius).max(0.0),
+        (middle + radius).min(settings.far),
+    ]
+}
+
+/// A round number near a tenth of half the view's height: 1, 2 or 5 times a power of ten.
+fn spacing(half_height: f64) -> f64 {
+    let target = (half_height / 10.0).max(1e-30);
+    let power = 10_f64.powf(target.log10().floor());
+    let digit = [5.0, 2.0, 1.0]
+        .into_iter()
+        .find(|digit| target >= digit * power);
+    digit.unwrap_or(1.0) * power
+}
+
+/// The sum of the weights of all taps.
+fn occlusion_weight(kind: Occlusion) -> f32 {
+    let taps = 0..kind.taps();
+    match kind {
+        Occlusion::Off => 0.0,
+        Occlusion::FiveTap => {
+            taps.map(|i| occlusion::five_tap_weight(i as f32))
+                .sum::<f32>()
+                / occlusion::MAX_FIVE_TAP_OCCLUSION
+        }
+        Occlusion::Multi(n) => taps
+            .map(|i| occlusion::hemisphere_cosine(i as f32, n as f32))
+            .sum(),
+    }
+}
+
+fn shadow_form(shadow: ResolvedShadow) -> (features::ShadowForm, f64) {
+    match shadow {
+        ResolvedShadow::None => (features::ShadowForm::None, 0.0),
+        ResolvedShadow::Hard => (features::ShadowForm::Hard, 0.0),
+        ResolvedShadow::Plain(size) => (features::ShadowForm::Plain, size),
+        ResolvedShadow::Improved(size) => (features::ShadowForm::Improved, size),
+        ResolvedShadow::Sized(size) => (features::ShadowForm::Sized, size),
+    }
+}
+
+fn light(light: &ResolvedLight) -> layout::LightRecord {
+    let (kind, size) = shadow_form(light.shadow);
+    let (position, is_point) = match light.source {
+        LightEmitter::Directional(direction) => (unit(direction, [0.0, 1.0, 0.0]), 0.0),
+        LightEmitter::Point(position) => (position, 1.0),
+    };
+    layout::LightRecord {
+        position: single(position),
+        is_positional: is_point,
+        color: single(light.color),
+        size: size.max(1e-5) as f32,
+        shadow_form: kind as u32,
+        ..layout::LightRecord::default()
+    }
+}
+
+fn single(v: [f64; 3]) -> [f32; 3] {
+    v.map(|x| x as f32)
+}
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+fn scaled(a: [f64; 3], by: f64) -> [f64; 3] {
+    a.map(|x| x * by)
+}
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+fn length(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+/// The unit vector, or `otherwise` for a vector without a direction.
+fn unit(a: [f64; 3], otherwise: [f64; 3]) -> [f64; 3] {
+    let size = length(a);
+    if size > 0.0 && size.is_finite() {
+        scaled(a, 1.0 / size)
+    } else {
+        otherwise
+    }
+}

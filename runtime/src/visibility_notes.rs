@@ -1,0 +1,225 @@
+//! Notes on pictures that show less than their scene: nothing in view, a camera or a light inside a solid, a
+//! light that is too faint.
+
+use crate::render::{
+    LightEmitter, Mode, RenderSettings, ResolvedLens, ResolvedLight, ResolvedShadow, Stats,
+};
+use crate::settings::finite_bounds;
+use sdfc_shaders::marching;
+use sdfc_vm::bounds::Bounds;
+use sdfc_vm::evaluate::evaluate;
+use sdfc_vm::program::Module;
+use sdfc_vm::vector::V3;
+
+/// Number of sample points of a scene.
+const SAMPLE_POINTS: u32 = 8192;
+
+/// Brightness that gives less than the first step of grey on a white surface.
+const MIN_VISIBLE_LIGHT: f64 = 1.5e-4;
+
+/// Returns notes on what a rendered picture does not show, and why; none for most pictures.
+pub fn notes(module: &Module, settings: &RenderSettings, stats: &Stats) -> Vec<String> {
+    if settings.mode == Mode::Distance {
+        return Vec::new();
+    }
+    let mut notes = Vec::new();
+    let from = settings.view.from;
+    let camera_field = field_at(module, from);
+    let is_inside = !settings.is_2d
+        && match settings.view.lens {
+            ResolvedLens::Perspective(_) => camera_field < 0.0,
+            ResolvedLens::Orthographic(_) => stats.inside > 0 && stats.hits == 0,
+        };
+    if is_inside {
+        notes.push(format!(
+            "the camera is inside a solid: at {} the field is {}. Move it out; of a solid without an end, \
+             such as `!shape`, cut a piece with `& box(…)`",
+            format_point(from),
+            format_number(f64::from(camera_field))
+        ));
+    }
+    let drawn_pixels = stats.hits + stats.inside + stats.step_caps + stats.nans;
+    if drawn_pixels == 0 && !is_inside && stats.misses > 0 {
+        notes.push(format!(
+            "nothing is seen: {}",
+            nothing_visible_reason(module, settings)
+        ));
+    }
+    if !settings.is_2d {
+        let lights = settings.lighting.lights.iter();
+        notes.extend(lights.filter_map(|light| dark_light_note(module, settings, light)));
+    }
+    notes
+}
+
+/// Explains why a light has no visible effect, if it has none.
+fn dark_light_note(
+    module: &Module,
+    settings: &RenderSettings,
+    light: &ResolvedLight,
+) -> Option<String> {
+    let LightEmitter::Point(position) = light.source else {
+        return None;
+    };
+    let surface_distance = f64::from(field_at(module, position));
+    if surface_distance < 0.0 {
+        return (light.shadow != ResolvedShadow::None).then(|| {
+            format!(
+                "the light at {} is inside a solid, which keeps all of its light: move it out, or give it \
+                 `shadow: none`",
+                format_point(position)
+            )
+        });
+    }
+    let max_component = light.color.into_iter().fold(0.0, f64::max);
+    let arriving = max_component * settings.exposure / (surface_distance * surface_distance);
+    let is_faint =
+        settings.mode == Mode::Shaded && max_component > 0.0 && arriving < MIN_VISIBLE_LIGHT;
+    is_faint.then(|| {
+        format!(
+            "the light at {} is too faint to be seen: it falls off with the square of the distance, and the nearest \
+             surface is {} away. {} times its `intensity` is there what this is one unit away",
+            format_point(position),
+            format_number(surface_distance),
+            format_number((surface_distance * surface_distance).round())
+        )
+    })
+}
+
+/// Returns the field at a point in `f32`, as engines evaluate it.
+fn field_at(module: &Module, p: [f64; 3]) -> f32 {
+    let [x, y, z] = p.map(|v| v as f32);
+    evaluate::<f32>(&module.distance, V3 { x, y, z })
+}
+
+fn nothing_visible_reason(module: &Module, settings: &RenderSettings) -> String {
+    let bounds = &module.settings.bounds;
+    if bounds.is_empty() {
+        return "the scene has no solid, its field is nowhere below zero. Perhaps all of it is cut away, or \
+                a list is empty"
+            .to_owned();
+    }
+    let (min_value, min_point) = min_sample(module, bounds, settings.is_2d);
+    if min_value >= 0.0 {
+        return format!(
+            "the field is nowhere below zero at {SAMPLE_POINTS} points that were tried, and {} at least, near {}. \
+             Perhaps all of it is cut away; or the field has no sign, and a surface is where the sign changes: \
+             give it a thickness, such as `.offset(0.01)`",
+            format_number(f64::from(min_value)),
+            format_point(min_point)
+        );
+    }
+    let view = &settings.view;
+    let depth = min_visible_depth(min_point, view.from);
+    if !settings.is_2d && f64::from(min_value) > -depth {
+        return format!(
+            "the deepest of {SAMPLE_POINTS} points that were tried is {} inside of a surface, and coordinates as large as \
+             these are rounded by more: at least {} are wanted. Draw the scene nearer to the origin and to the \
+             camera, or make what is thin thicker",
+            format_number(f64::from(-min_value)),
+            format_number(depth)
+        );
+    }
+    if settings.is_2d || !bounds.is_finite() {
+        return format!(
+            "no ray from {} towards {} meets a surface, and the field is below zero near {}",
+            format_point(view.from),
+            format_point(view.look),
+            format_point(min_point)
+        );
+    }
+    let extent_text = format!(
+        "the scene lies between {} and {}",
+        format_point(bounds.min),
+        format_point(bounds.max)
+    );
+    let view_direction: [f64; 3] = std::array::from_fn(|i| view.look[i] - view.from[i]);
+    let is_ahead = |p: &[f64; 3]| {
+        (0..3)
+            .map(|i| (p[i] - view.from[i]) * view_direction[i])
+            .sum::<f64>()
+            > 0.0
+    };
+    if !bounds.corners().iter().any(is_ahead) {
+        return format!(
+            "the camera at {} looks away, towards {}, and {extent_text}",
+            format_point(view.from),
+            format_point(view.look)
+        );
+    }
+    let size = bounds.half_diagonal();
+    let centre = bounds.centre();
+    let squared = (0..3).map(|i| (centre[i] - view.from[i]).powi(2));
+    let distance = squared.sum::<f64>().sqrt();
+    if distance - size > settings.far {
+        return format!(
+            "{extent_text}, and rays go no farther than {} (`far`)",
+            format_number(settings.far)
+        );
+    }
+    let half = match view.lens {
+        ResolvedLens::Perspective(fov) => distance * (fov / 2.0).tan(),
+        ResolvedLens::Orthographic(height) => height / 2.0,
+    };
+    let pixels = size / half * f64::from(settings.size[1]);
+    if pixels < 2.0 {
+        return format!(
+            "the scene is {} pixels high from {}, and {extent_text}",
+            format_number(pixels),
+            format_point(view.from)
+        );
+    }
+    format!(
+        "the camera at {} looks past it, towards {}, and {extent_text}: `look: {}` shows it",
+        format_point(view.from),
+        format_point(view.look),
+        format_point(centre)
+    )
+}
+
+/// Returns the depth that a solid at a point needs to exceed rounding, seen from another point.
+fn min_visible_depth(point: [f64; 3], camera: [f64; 3]) -> f64 {
+    let max_coordinate = point.into_iter().chain(camera);
+    let max_coordinate = max_coordinate.map(f64::abs).fold(0.0, f64::max);
+    let squared_distance: f64 = (0..3).map(|i| (point[i] - camera[i]).powi(2)).sum();
+    let rounding = marching::rounding_at(
+        squared_distance.sqrt(),
+        marching::ROUNDING_PER_UNIT * max_coordinate,
+    );
+    marching::sign_margin(rounding, 1.0, 0.0)
+}
+
+/// Returns the least value of the field at points spread over the shown region, and its point.
+fn min_sample(module: &Module, bounds: &Bounds, plane: bool) -> (f32, [f64; 3]) {
+    let shown = finite_bounds(bounds);
+    let points = (1..=SAMPLE_POINTS).map(|number| {
+        let [x, y, z] = shown.quasi_random_point(number);
+        [x, y, if plane { 0.0 } else { z }]
+    });
+    let values = points.map(|p| (field_at(module, p), p));
+    values
+        .filter(|(value, _)| !value.is_nan())
+        .min_by(|(a, _), (b, _)| a.total_cmp(b))
+        .unwrap_or((f32::INFINITY, shown.centre()))
+}
+
+/// Formats a point with three digits per coordinate.
+fn format_point(p: [f64; 3]) -> String {
+    let [x, y, z] = p.map(format_number);
+    format!("[{x}, {y}, {z}]")
+}
+
+/// Formats a number with three digits.
+fn format_number(v: f64) -> String {
+    if v == 0.0 || !v.is_finite() {
+        return v.to_string();
+    }
+    let digits = 2 - v.abs().log10().floor() as i32;
+    match digits {
+        -4..=6 => {
+            let unit = 10.0_f64.powi(digits);
+            ((v * unit).round() / unit).to_string()
+        }
+        _ => format!("{v:.2e}"),
+    }
+}

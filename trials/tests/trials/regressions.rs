@@ -1,0 +1,40 @@
+//! Regressions found by campaigns, each reduced as far as possible.
+
+use sdfc_trials::campaign::CheckOutcome;
+use sdfc_trials::checks;
+use sdfc_trials::seeds::FILES;
+use sdfc_vm::file::{FileError, decode_file, with_header};
+
+/// Files with unused words were once accepted, and were encoded differently.
+#[test]
+fn a_file_says_nothing_twice() {
+    let words: Vec<u32> = FILES[0].as_chunks::<4>().0[5..]
+        .iter()
+        .map(|&bytes| u32::from_le_bytes(bytes))
+        .collect();
+    assert!(decode_file(&with_header(&words)).is_ok());
+    // The settings are the last section. Its length follows its kind.
+    let mut longer = words.clone();
+    let index = longer
+        .windows(2)
+        .rposition(|pair| pair[0] == 9)
+        .expect("there are settings");
+    longer[index + 1] += 1;
+    longer.push(7);
+    let refused = decode_file(&with_header(&longer)).map(drop);
+    assert!(
+        matches!(refused, Err(FileError::Form | FileError::Section(9))),
+        "{refused:?}"
+    );
+}
+
+/// Slope searches of many fields once shared no budget: each was searched as if it were the only one.
+#[test]
+fn many_fields_share_what_searching_for_slopes_may_take() {
+    let field = |i: usize| {
+        format!("field(fn(p) => sin(p.x * p.y + {i}) * exp(p.z / (2 + p.x * p.x)), within: 3)")
+    };
+    let fields: Vec<String> = (0..300).map(field).collect();
+    let verdict = checks::text(&format!("union([{}])", fields.join(", ")));
+    assert_eq!(verdict, CheckOutcome::Accepted);
+}
