@@ -19,6 +19,7 @@ mod status;
 mod theme;
 mod timebar;
 mod view_picker;
+mod widgets;
 
 use crate::build::SceneOrigin;
 use crate::files::Files;

@@ -14,6 +14,8 @@ mod normal;
 mod occlusion;
 mod packet;
 pub mod plane_quadtree;
+mod ray;
+mod sample;
 mod shade;
 mod shadow;
 mod tile;
@@ -21,11 +23,11 @@ mod tile;
 use crate::cells::{Aabb, Cells};
 pub use crate::render::FieldFacts;
 use crate::render::{Image, RenderJob, RenderProgress, Samples};
+pub(crate) use ray::{distance_from_camera, ends_at_far};
 use sdfc_shaders::layout;
 pub use sdfc_vm::lanes::{F32x64, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
 use std::sync::Arc;
-pub(crate) use tile::{distance_from_camera, ends_at_far};
 
 /// A field that can be rendered.
 pub trait RenderField: Sync {
@@ -176,12 +178,12 @@ pub fn face_on_plane(picture: &RenderJob) -> Option<plane_quadtree::PixelPlane> 
 pub(crate) fn face_on_plane_and_band(
     picture: &RenderJob,
 ) -> Option<(plane_quadtree::PixelPlane, f32)> {
-    tile::face_on(&picture.uniforms, picture)
+    sample::face_on(&picture.uniforms, picture)
 }
 
 /// Computes the surface at each pixel of a picture's first sample, without light and colours.
 pub fn geometry(field: &dyn RenderField, picture: &RenderJob) -> Geometry {
-    tile::geometry(field, picture)
+    sample::geometry(field, picture)
 }
 
 /// Renders a picture. Returns `None` if `progress`, which is called after each tile, stops it.
@@ -201,5 +203,5 @@ pub fn render_samples(
     samples: Samples<'_>,
     progress: &dyn RenderProgress,
 ) -> Option<Image> {
-    tile::render(field, picture, samples, progress)
+    sample::render(field, picture, samples, progress)
 }

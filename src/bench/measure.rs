@@ -1,5 +1,6 @@
 //! One setting on one engine: the time of a picture, and its error.
 
+use super::variants::RenderSettingsVariant;
 use sdfc_runtime::engine::{Engine, EngineError};
 use sdfc_runtime::perceptual::{PerceptualDifference, pixel_differences};
 use sdfc_runtime::reference::{
@@ -138,5 +139,33 @@ mod tests {
         assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
         assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
         assert_eq!(median(vec![]), 0.0);
+    }
+}
+
+/// A setting on an engine.
+#[derive(Debug, Serialize)]
+pub(crate) struct SettingRow {
+    /// Name of the engine.
+    pub(crate) engine: &'static str,
+    /// Differences of the setting from the default.
+    pub(crate) setting: String,
+    /// True for the default of the scene.
+    pub(crate) default: bool,
+    /// The complete setting.
+    pub(crate) knobs: RenderSettingsVariant,
+    /// True if nothing on this engine is both faster and nearer to the truth.
+    pub(crate) front_of_time: bool,
+    /// True if nothing on this engine takes fewer evaluations and is nearer to the truth.
+    pub(crate) front_of_evaluations: bool,
+    /// The measurements.
+    #[serde(flatten)]
+    pub(crate) measured: Measurement,
+}
+
+impl SettingRow {
+    /// Returns the error of the fronts: the 99th percentile of depth errors, as a fraction of the depth,
+    /// silhouettes included.
+    pub(crate) fn error(&self) -> f64 {
+        self.measured.errors.depth.p99
     }
 }

@@ -1,7 +1,7 @@
 //! Measurements of a scene: all settings on all engines, against one truth.
 
 use super::EngineDevice;
-use super::measure::{Baseline, Measurement, timed};
+use super::measure::{Baseline, Measurement, SettingRow, timed};
 use super::pareto::pareto_front;
 use super::tolerance::{ChosenSetting, choose};
 use super::variants::{RenderSettingsVariant, sweep};
@@ -55,34 +55,6 @@ pub(crate) struct TruthSummary {
     pub(crate) evaluations: f64,
     /// Its duration.
     pub(crate) milliseconds: f64,
-}
-
-/// A setting on an engine.
-#[derive(Debug, Serialize)]
-pub(crate) struct SettingRow {
-    /// Name of the engine.
-    pub(crate) engine: &'static str,
-    /// Differences of the setting from the default.
-    pub(crate) setting: String,
-    /// True for the default of the scene.
-    pub(crate) default: bool,
-    /// The complete setting.
-    pub(crate) knobs: RenderSettingsVariant,
-    /// True if nothing on this engine is both faster and nearer to the truth.
-    pub(crate) front_of_time: bool,
-    /// True if nothing on this engine takes fewer evaluations and is nearer to the truth.
-    pub(crate) front_of_evaluations: bool,
-    /// The measurements.
-    #[serde(flatten)]
-    pub(crate) measured: Measurement,
-}
-
-impl SettingRow {
-    /// Returns the error of the fronts: the 99th percentile of depth errors, as a fraction of the depth,
-    /// silhouettes included.
-    pub(crate) fn error(&self) -> f64 {
-        self.measured.errors.depth.p99
-    }
 }
 
 /// Measures a scene. `report_progress` receives the finished fraction of the work.

@@ -1,8 +1,9 @@
 //! Each setting over all scenes.
 
+use super::measure::SettingRow;
 use super::measure::median;
 use super::pareto::pareto_front;
-use super::scene_report::{SceneReport, SettingRow};
+use super::scene_report::SceneReport;
 use serde::Serialize;
 
 /// Measurements of all scenes together.

@@ -1,6 +1,6 @@
 //! Tables of measurements, in Markdown and in HTML.
 
-use super::scene_report::SettingRow;
+use super::measure::SettingRow;
 use super::suite::{StepRule, SuiteRow};
 use super::tolerance::ChosenSetting;
 use std::fmt::Write;

@@ -4,7 +4,7 @@
 //! smooth pixels is at most n sides of a pixel. Silhouettes move by at most n pixels, by the bounds of the
 //! threshold and the detail. No ray wrongly hits or misses away from silhouettes, or meets NaN.
 
-use super::scene_report::SettingRow;
+use super::measure::SettingRow;
 use serde::Serialize;
 
 /// The chosen setting on an engine.

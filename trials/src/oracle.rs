@@ -4,12 +4,14 @@
 //! distances, slopes and hits are implemented here independently, from the meaning of the table's rows.
 //! Only the lattice of gradient noise comes from the crate `vm`.
 
+mod arithmetic;
 mod build;
 mod bvh;
 mod combine;
 mod facts;
 mod formula;
 mod influence_box;
+mod leaf_shape;
 mod material;
 mod point;
 mod range;

@@ -2,10 +2,11 @@
 
 use super::action::{Action, key_of};
 use super::state::WindowState;
+use super::widgets::{choice_button, grid};
 use super::{theme, view_picker};
 use crate::camera::ViewSide;
 use crate::session::{CameraEvent, EngineChoice, Event, Session};
-use eframe::egui::{self, Button, RichText, Ui, vec2};
+use eframe::egui::{self, RichText, Ui};
 use sdfc_runtime::engine::EngineKind;
 use std::time::Duration;
 
@@ -34,37 +35,6 @@ fn gap(ui: &mut Ui) {
     ui.add_space(6.0);
     ui.separator();
     ui.add_space(2.0);
-}
-
-/// Shows items in a grid of `columns` columns, as wide as the panel.
-pub(super) fn grid<T>(
-    ui: &mut Ui,
-    columns: usize,
-    cells: &[T],
-    mut add: impl FnMut(&mut Ui, &T, f32),
-) {
-    ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
-    ui.spacing_mut().button_padding.x = 3.0;
-    let gaps = 4.0 * (columns - 1) as f32;
-    let width = ((ui.available_width() - gaps) / columns as f32).floor();
-    for row in cells.chunks(columns) {
-        ui.horizontal(|ui| {
-            for cell in row {
-                add(ui, cell, width);
-            }
-        });
-    }
-}
-
-/// Shows a button that selects one of several options.
-pub(super) fn choice_button(
-    ui: &mut Ui,
-    text: &str,
-    is_chosen: bool,
-    width: f32,
-) -> egui::Response {
-    let button = Button::new(RichText::new(text).size(12.5)).selected(is_chosen);
-    ui.add(button.min_size(vec2(width, 22.0)).truncate())
 }
 
 fn cameras(ui: &mut Ui, session: &Session, events: &mut Vec<Event>, actions: &mut Vec<Action>) {

@@ -1,8 +1,8 @@
 //! The selector of view modes, with the controls of the slice plane and of the compared engine.
 
-use super::side_panel::{choice_button, grid};
 use super::state::WindowState;
 use super::theme;
+use super::widgets::{choice_button, grid};
 use crate::inspect::slice::FrontSurfaces;
 use crate::renderer::{SlicePlane, ViewMode};
 use crate::session::{Event, Session};

@@ -1,8 +1,7 @@
 //! The stage `beam`: distance that the rays of each block of pixels can advance together.
 
 use super::lanes::{RayTask, lanes};
-use super::march::vector;
-use super::tile::camera_ray;
+use super::ray::{camera_ray, vector};
 use super::{F32x64, LANES, Points};
 use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_shaders::{beam, camera, marching};

@@ -1,10 +1,10 @@
 //! The stages `view`, `edges` and `plane`: pictures of something other than light.
 
 use super::lanes::{is_nan, repeat_first};
-use super::march::vector;
-use super::normal::{bounding_box, set_lane, surface_in_lane};
+use super::normal::{set_lane, surface_in_lane};
+use super::ray::{PixelRay, bounding_box, camera_ray, vector};
 use super::shade::{add_sample, uniform_surface};
-use super::tile::{PixelRay, Tile, camera_ray};
+use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points, Query};
 use sdfc_shaders::features::{Features, Mode};
 use sdfc_shaders::layout::{FrameUniforms, RayState, Surface};

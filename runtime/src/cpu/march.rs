@@ -1,7 +1,7 @@
 //! The stages `march` and `polish`: the points at which rays end.
 
 use super::lanes::{RayTask, is_nan, lanes};
-use super::tile::{PixelRay, camera_ray};
+use super::ray::{PixelRay, camera_ray, vector};
 use super::{F32x64, LANES, Points};
 use sdfc_shaders::layout::{Beam, FrameUniforms, RayState};
 use sdfc_shaders::marching::{self, FROM_INSIDE, MAX_SECANT_STEPS, Status};
@@ -326,9 +326,4 @@ impl RayTask for Polish<'_> {
         ray.t = b.estimate.0[lane];
         ray.steps += b.steps.0[lane] as u32;
     }
-}
-
-/// Converts three numbers to a vector.
-pub(super) fn vector([x, y, z]: [f32; 3]) -> V3<f32> {
-    V3::new(x, y, z)
 }

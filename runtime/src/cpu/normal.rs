@@ -3,11 +3,9 @@
 mod doubtful;
 
 use super::lanes::repeat_first;
-use super::march::vector;
-use super::packet::NO_LEAF;
-use super::tile::{Tile, camera_ray};
+use super::ray::{NO_LEAF, camera_ray, vector};
+use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points, Query};
-use crate::cells::Aabb;
 use doubtful::DoubtfulNormal;
 use sdfc_shaders::features::Normals;
 use sdfc_shaders::layout::{FrameUniforms, Surface};
@@ -238,21 +236,6 @@ pub(super) fn find_surfaces(
     }
     evaluator.select_region(None);
     tile.shown.len() as u64
-}
-
-/// Returns the bounding box of points.
-pub(super) fn bounding_box(points: impl Iterator<Item = V3<f32>>) -> Aabb {
-    let empty = Aabb {
-        low: [f32::INFINITY; 3],
-        high: [f32::NEG_INFINITY; 3],
-    };
-    points.fold(empty, |mut region, p| {
-        for (axis, coordinate) in p.to_array().into_iter().enumerate() {
-            region.low[axis] = region.low[axis].min(coordinate);
-            region.high[axis] = region.high[axis].max(coordinate);
-        }
-        region
-    })
 }
 
 /// Returns the surface in a lane.

@@ -7,7 +7,7 @@
 mod candidate_check;
 
 use super::lanes::{any_nonzero, is_nan, lanes, repeat_first};
-use super::march::vector;
+use super::ray::vector;
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points, Query};
 use candidate_check::OccluderCandidate;

@@ -23,6 +23,7 @@ mod roots;
 use super::lanes::{Lanes, is_nan, lanes};
 use super::leaf_bins::BinnedLeaf;
 use super::march::{outcome, step_lane};
+use super::ray::NO_LEAF;
 use super::{AabbLanes, Evaluator, F32x64, LANES, Points, RangeLanes};
 use crate::cells::{Cell, Cells, Occupancy};
 use entry::{
@@ -78,9 +79,6 @@ pub(super) struct Marcher {
     boxes: AabbLanes,
     range: RangeLanes,
 }
-
-/// Marks a ray that ended in no leaf.
-pub(super) const NO_LEAF: u32 = u32::MAX;
 
 /// Reports whether all rays are parallel to an axis.
 fn is_axis_aligned(frame: &FrameUniforms) -> bool {

@@ -4,7 +4,7 @@ mod candidate_check;
 mod sized;
 
 use super::lanes::{RayTask, any_nonzero, is_nan, lanes, run_streamed};
-use super::march::vector;
+use super::ray::vector;
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points};
 use sdfc_shaders::features::ShadowForm;

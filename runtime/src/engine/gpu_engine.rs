@@ -4,7 +4,7 @@
 //! No invocation runs loops for longer than a device allows ([`GpuEngine::max_iterations`]). Stages that need
 //! more are resumed. A scene whose single evaluation is too long is refused before anything runs.
 
-use super::kernels::Kernels;
+use super::kernels::{Kernels, SceneWgsl};
 use super::tiles::{TileBuffers, TileQueue};
 use super::work_budget::WorkBudget;
 use super::{Engine, EngineError, EngineKind, FieldSample, SceneInput, query, warm_up};
@@ -30,16 +30,6 @@ const MAX_ITERATIONS_HARDWARE: usize = 1 << 24;
 const SOFTWARE_TIMEOUT: Duration = Duration::from_secs(60);
 /// Allowance for compiling one kilobyte of source.
 const COMPILE_TIME_PER_KILOBYTE: Duration = Duration::from_millis(500);
-
-/// WGSL that declares the scene functions.
-#[derive(Clone, Debug, Default)]
-pub(super) struct SceneWgsl {
-    /// The functions and all declarations they need, including the buffers they read, but neither the prelude
-    /// nor the struct `Surface`.
-    pub(super) text: String,
-    /// The functions of the prelude that it calls.
-    pub(super) calls: Vec<&'static str>,
-}
 
 /// The range of scenes that the kernels of an engine support.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,7 +13,8 @@
 mod cells;
 
 use super::gpu_cells::{self, GpuCellBuilder};
-use super::gpu_engine::{GpuScene, KernelMode, SceneWgsl, default_material_wgsl};
+use super::gpu_engine::{GpuScene, KernelMode, default_material_wgsl};
+use super::kernels::SceneWgsl;
 use super::{EngineError, EngineKind, SceneInput, cell_policy, kernels};
 use crate::cells::{GpuCells, required_registers};
 use crate::gpu::{BindingAccess, Buffer, BufferBinding, BufferUsage, Gpu};

@@ -1,7 +1,6 @@
 //! Kernels, compiled on first use and cached by their text: the same text is one pipeline, whatever image or
 //! scene needs it.
 
-use super::gpu_engine::SceneWgsl;
 use crate::gpu::{
     BindingAccess, BoundKernel, Buffer, BufferBinding, Gpu, GpuError, Kernel, KernelSource,
 };
@@ -11,6 +10,16 @@ use std::collections::HashMap;
 
 /// Maximum number of kernels kept when a scene is replaced.
 const MAX_KERNELS: usize = 96;
+
+/// WGSL that declares the scene functions.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SceneWgsl {
+    /// The functions and all declarations they need, including the buffers they read, but neither the prelude
+    /// nor the struct `Surface`.
+    pub(super) text: String,
+    /// The functions of the prelude that it calls.
+    pub(super) calls: Vec<&'static str>,
+}
 
 /// All kernels of an engine.
 #[derive(Default)]

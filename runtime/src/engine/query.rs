@@ -1,8 +1,8 @@
 //! Evaluation of a scene at points, on a GPU. Three kernels share a text, one for each of the scene's
 //! functions: a single kernel would take as long to compile as all three together.
 
-use super::gpu_engine::{GpuEngine, GpuScene, SceneWgsl};
-use super::kernels::KernelId;
+use super::gpu_engine::{GpuEngine, GpuScene};
+use super::kernels::{KernelId, SceneWgsl};
 use super::{EngineError, FieldSample};
 use crate::gpu::{BindingAccess, Buffer, BufferBinding, BufferUsage, Extent};
 use sdfc_shaders::assemble::{BufferSlot, SceneFunction};
@@ -162,7 +162,7 @@ fn kernel_text(scene: &SceneWgsl, function: SceneFunction) -> String {
         SceneFunction::Surface => ("surface", Surface::WGSL),
     };
     let mut text = format!("{}\n{structs}\n", FrameUniforms::WGSL);
-    text.push_str("@group(0) @binding(0) var<uniform> frame: Frame;\n\n");
+    text.push_str("@group(0) @binding(0) var<uniform> frame: FrameUniforms;\n\n");
     for function in prelude::functions(scene.calls.iter().copied()) {
         let _ = writeln!(text, "{}", function.text);
     }

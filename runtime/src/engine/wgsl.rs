@@ -1,7 +1,8 @@
 //! Generated source on a GPU: the scene as straight-line WGSL, with the results of the uniform program in a
 //! buffer.
 
-use super::gpu_engine::{GpuScene, KernelMode, SceneWgsl, default_material_wgsl};
+use super::gpu_engine::{GpuScene, KernelMode, default_material_wgsl};
+use super::kernels::SceneWgsl;
 use super::{EngineError, EngineKind, SceneInput};
 use crate::gpu::{BindingAccess, Buffer, BufferBinding, BufferUsage, Gpu};
 use sdfc_shaders::assemble::{FIRST_SCENE_SLOT, SceneFunction};

@@ -2,7 +2,7 @@
 //!
 //! Ranges only limit the step length of rays. The range of an unknown number is unbounded.
 
-use super::formula;
+use super::arithmetic;
 use sdfc_vm::table::Op;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -220,7 +220,7 @@ pub(super) fn arithmetic(op: Op, [a, b, c]: [ValueRange; 3]) -> ValueRange {
         Op::Step => truth_range(b.low >= a.high, b.high < a.low),
         Op::Less => truth_range(a.high < b.low, a.low >= b.high),
         Op::Smoothstep if a.low == a.high && b.low == b.high && a.low < b.low => {
-            c.map_increasing(|v| formula::arithmetic(op, [a.low, b.low, v]))
+            c.map_increasing(|v| arithmetic::arithmetic(op, [a.low, b.low, v]))
         }
         Op::Smoothstep => ValueRange::new(0.0, 1.0),
         Op::Mix => a.plus(b.plus(a.negated()).times(c)),

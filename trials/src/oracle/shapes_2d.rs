@@ -1,8 +1,8 @@
 //! 2-D shapes: signed distances by the nearest point of the outline.
 
 use super::influence_box::InfluenceBox;
+use super::leaf_shape::{DistanceFn, LeafShape};
 use super::point::{Point, Point2, norm2, segment_distance_2d};
-use super::solids::{DistanceFn, LeafShape};
 use sdfc_vm::table::Op;
 
 /// Returns the 2-D shape of a row, or `None` for other rows.

@@ -1,28 +1,13 @@
 //! Solids: signed distances by the nearest point of the surface that each row describes.
 
 use super::influence_box::InfluenceBox;
+use super::leaf_shape::{DistanceFn, LeafShape};
 use super::point::{
     Point, Point2, dot, norm, norm2, point_along, segment_distance, segment_distance_2d, subtract,
     triangle_distance,
 };
 use super::shapes_2d::{rectangle_distance, regular_polygon};
 use sdfc_vm::table::Op;
-
-/// Distance of a shape as a function of its parameters and the point.
-pub(super) type DistanceFn = fn(&[f64], Point) -> f64;
-
-/// A solid or a 2-D shape, given by a distance function and parameters.
-#[derive(Clone, Debug)]
-pub(super) struct LeafShape {
-    /// Signed distance.
-    pub(super) distance: DistanceFn,
-    /// Values of its parameters.
-    pub(super) parameters: Vec<f64>,
-    /// Influence box.
-    pub(super) bounds: InfluenceBox,
-    /// Bound of the slope of its value.
-    pub(super) slope_bound: f64,
-}
 
 /// Slope bound of the diamond surface's value.
 ///

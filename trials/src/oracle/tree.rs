@@ -4,9 +4,10 @@ use super::bvh::UnionBvh;
 use super::combine::SetOp;
 use super::formula::PointFormula;
 use super::influence_box::InfluenceBox;
+use super::leaf_shape::LeafShape;
 use super::point::{Point, norm2, point_along};
 use super::sample::OracleSample;
-use super::solids::{LeafShape, extrusion_distance};
+use super::solids::extrusion_distance;
 use super::space::{CopyGrid, CopyRing, Wedge, radius_before_turn, rotated};
 use sdfc_compiler::scene::MaterialId;
 

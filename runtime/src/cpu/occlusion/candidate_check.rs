@@ -2,7 +2,7 @@
 //! [`candidate`].
 
 use super::super::lanes::{RayTask, is_nan, lanes, run_streamed};
-use super::super::normal::bounding_box;
+use super::super::ray::bounding_box;
 use super::super::{Evaluator, F32x64, LANES, Points, Query};
 use super::OcclusionTap;
 use crate::cells::Aabb;

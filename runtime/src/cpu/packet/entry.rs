@@ -3,8 +3,8 @@
 
 use super::{LeafRays, Packet};
 use crate::cells::{Aabb, Cell};
-use crate::cpu::march::{initial_side, vector};
-use crate::cpu::tile::camera_ray;
+use crate::cpu::march::initial_side;
+use crate::cpu::ray::{camera_ray, vector};
 use crate::cpu::{F32x64, LANES, Points};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::FrameUniforms;

@@ -1,0 +1,74 @@
+//! Rays of pixels, and the points on them.
+
+use crate::cells::Aabb;
+use sdfc_shaders::camera;
+use sdfc_shaders::layout::FrameUniforms;
+use sdfc_vm::vector::{V2, V3};
+
+/// Marks a ray that ended in no leaf.
+pub(super) const NO_LEAF: u32 = u32::MAX;
+
+/// The ray of a pixel.
+pub(super) struct PixelRay {
+    pub(super) origin: V3<f32>,
+    pub(super) direction: V3<f32>,
+    /// Difference of the start's distance from the camera to that of the central ray.
+    pub(super) start_offset: f32,
+}
+
+/// Returns the distance from the camera that a pixel's ray has reached.
+pub(crate) fn distance_from_camera(f: &FrameUniforms, pixel: [f32; 2], t: f32) -> f32 {
+    // Nearly always rays start at the camera.
+    if f.approach == 0.0 {
+        return t;
+    }
+    t + camera_ray(f, pixel).start_offset + f.approach
+}
+
+/// Reports whether a pixel's ray, if it misses, ends because of the limit `far`, and not at the end of the
+/// scene's bounds.
+pub(crate) fn ends_at_far(f: &FrameUniforms, pixel: [f32; 2]) -> bool {
+    let camera = camera_ray(f, pixel);
+    let (low, high) = (vector(f.bounds_min), vector(f.bounds_max));
+    let segment =
+        camera::intersect_box::<f32>(camera.origin, camera.direction, low, high, f32::MAX);
+    segment.x <= f.far && f.far < segment.y
+}
+
+/// Returns the ray of a pixel.
+#[inline(always)]
+pub(super) fn camera_ray(f: &FrameUniforms, [x, y]: [f32; 2]) -> PixelRay {
+    let pair = |[x, y]: [f32; 2]| V2 { x, y };
+    let view_position = camera::view_position::<f32>(V2 { x, y }, pair(f.offset), pair(f.size));
+    let (right, up) = (vector(f.origin_right), vector(f.origin_up));
+    let origin = camera::interpolate_view::<f32>(view_position, vector(f.origin), right, up);
+    let (right, up) = (vector(f.forward_right), vector(f.forward_up));
+    let offset_in_view =
+        camera::interpolate_view::<f32>(view_position, V3::new(0.0, 0.0, 0.0), right, up);
+    let forward = camera::interpolate_view::<f32>(view_position, vector(f.forward), right, up);
+    PixelRay {
+        origin,
+        direction: camera::unit::<f32>(forward),
+        start_offset: camera::start_excess::<f32>(offset_in_view, f.approach),
+    }
+}
+
+/// Converts three numbers to a vector.
+pub(super) fn vector([x, y, z]: [f32; 3]) -> V3<f32> {
+    V3::new(x, y, z)
+}
+
+/// Returns the bounding box of points.
+pub(super) fn bounding_box(points: impl Iterator<Item = V3<f32>>) -> Aabb {
+    let empty = Aabb {
+        low: [f32::INFINITY; 3],
+        high: [f32::NEG_INFINITY; 3],
+    };
+    points.fold(empty, |mut region, p| {
+        for (axis, coordinate) in p.to_array().into_iter().enumerate() {
+            region.low[axis] = region.low[axis].min(coordinate);
+            region.high[axis] = region.high[axis].max(coordinate);
+        }
+        region
+    })
+}
