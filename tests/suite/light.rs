@@ -128,7 +128,6 @@ fn wide_lights_see_no_fields() {
         "field(fn(p) => exp(10 * length(p)) - exp(5))",
         "field(fn(p) => 2 - 1 / length(p))",
         "field(fn(p) => 4 - 1 / dot(p, p))",
-        "field(fn(p) => ln(2 * length(p)))",
     ]
     .map(|field| [field.to_owned(), ball.to_owned()])
     .to_vec();

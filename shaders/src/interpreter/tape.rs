@@ -114,7 +114,7 @@ pub fn bindings(memory: super::ProgramStorage) -> String {
     format!(
         "{}{}@group(0) @binding({NODES_SLOT}) var<storage, read> nodes: array<u32>;
 @group(0) @binding({TAPES_SLOT}) var<storage, read> tapes: array<vec2u>;
-@group(0) @binding({GRID_SLOT}) var<uniform> grid: Grid;
+@group(0) @binding({GRID_SLOT}) var<uniform> grid: GridUniforms;
 
 // Returns the word of the cell that contains a point, from the root on.
 fn cell_at(p: vec3f, root: u32, full_tape: u32) -> u32 {{
