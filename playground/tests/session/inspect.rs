@@ -19,7 +19,7 @@ const RIGHT: [f64; 2] = [0.4, 0.0];
 fn slice_at(coordinate: f64) -> SlicePlane {
     SlicePlane {
         axis: 2,
-        coordinate: coordinate,
+        coordinate,
         front: FrontSurfaces::Ghost,
     }
 }
