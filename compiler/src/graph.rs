@@ -2,7 +2,7 @@
 //!
 //! Invariants of every graph: equal nodes are one node; a node's inputs have smaller indices; every
 //! operand has the kind that its operation requires. A node is a point or a value, see
-//! [`Node::is_point`].
+//! [`GraphNode::is_point`].
 
 use sdfc_lang::Span;
 use sdfc_vm::program::CHANNELS;
@@ -49,7 +49,7 @@ impl std::hash::Hash for GraphNumber {
     }
 }
 
-/// A step of a [`Node::Chain`].
+/// A step of a [`GraphNode::Chain`].
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum GraphChainStep {
     /// Blends a value in.

@@ -10,7 +10,7 @@
 //! | the field on a plane | [`slice::Slice::visible_part`] | `query` | [`slice::VisibleSlice::draw`] |
 //! | slope classes | [`QueryPoints::on_surface`] or a slice | `query` | [`slopes::classify_slopes`], [`slopes::PointSlopes::draw`] |
 //! | cells | the same | `cells_at` | [`cells::draw`] |
-//! | objects | — | a picture of [`Origins`](sdfc_compiler::origins::Origins) | [`objects::draw`] |
+//! | objects | — | a picture of [`Provenance`](sdfc_compiler::provenance::Provenance) | [`objects::draw`] |
 //! | one pixel | [`pick::PixelHit::from_image`] | `query` | [`pick::describe`] |
 //! | steps of rays | — | a picture | [`steps::draw`] |
 //! | two engines | — | a picture of each | [`difference::difference`] |

@@ -118,7 +118,7 @@ impl Watcher {
     }
 }
 
-/// Reports whether one of the files changed since a time, minus [`MAX_TIME_ROUNDING`]. Callers that
+/// Reports whether one of the files changed since a time, minus `MAX_TIME_ROUNDING`. Callers that
 /// discover files by reading them use it once the files are watched.
 pub fn changed_since(files: &[PathBuf], time: SystemTime) -> bool {
     files.iter().any(|file| {

@@ -294,7 +294,7 @@ pub fn threshold<R: Real>(t: R, half_pixel: R, cone: R, rounding: R) -> R {
 }
 
 /// Returns the field value below which roots are estimated where the field falls strictly linearly:
-/// [`SECANT_FROM_THRESHOLDS`], but at most half a pixel, and at least the threshold.
+/// `SECANT_FROM_THRESHOLDS`, but at most half a pixel, and at least the threshold.
 #[inline(always)]
 pub fn secant_start<R: Real>(threshold: R, half_pixel: R) -> R {
     (threshold * lit(SECANT_FROM_THRESHOLDS))

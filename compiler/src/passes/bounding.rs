@@ -1,5 +1,5 @@
 //! Guards: operands that are too far from a point to matter there are skipped. Before: any graph.
-//! After: long unions and subtractions are [`Node::Chain`]s with guards among their steps; hard ones
+//! After: long unions and subtractions are [`GraphNode::Chain`]s with guards among their steps; hard ones
 //! are in another order. The value is the same in every bit, but for the sign of zeros.
 //!
 //! A union requires an operand where it is at most as far as the value so far; with a kernel, at most

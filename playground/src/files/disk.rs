@@ -57,7 +57,7 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 ///
-/// Errors of the system; [`ErrorKind::FileTooLarge`] for streams longer than [`MAX_FILE_BYTES`].
+/// Errors of the system; [`ErrorKind::FileTooLarge`] for streams longer than `MAX_FILE_BYTES`.
 pub fn read_all(from: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     from.take(MAX_FILE_BYTES as u64 + 1)

@@ -1,6 +1,6 @@
 //! Object overlay: one colour per leaf of the scene, with the picked leaf highlighted.
 //!
-//! The image comes from an engine that has [`Origins`](sdfc_compiler::origins::Origins) loaded. The `id`
+//! The image comes from an engine that has [`Provenance`](sdfc_compiler::provenance::Provenance) loaded. The `id`
 //! channel of the image then holds the leaf number of each pixel, in any mode. Colours are softened
 //! versions of those of the mode `id` ([`views::id_color`]). A leaf keeps its colour in all pictures, and
 //! leaves adjacent in the text differ strongly in hue.

@@ -22,7 +22,7 @@
 //!
 //! Choices are decided as in [`sdfc_vm::tape::trace`], by slopes or by intervals ([`CutMethod`]). Tapes are
 //! pruned as in [`sdfc_vm::tape::prune`]. A device may round more than the CPU does: slopes have twice the
-//! slack; intervals are those of [`sdfc_vm::outward`].
+//! slack; intervals are those of [`sdfc_vm::wgsl_interval`].
 
 use super::operation::NumberKind;
 use super::tape::{KernelRegisters, NODES_SLOT, TAPES_SLOT, constant_word, emit_clause, node_word};
