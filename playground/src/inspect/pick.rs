@@ -1,7 +1,7 @@
 //! Picking: the surface point at one pixel and the source text that produced it.
 //!
 //! [`PixelHit::from_image`] finds the end of a pixel's ray. The caller then samples that point with the
-//! scene's engine and with the engine that has the scene's [`Provenance`](sdfc_compiler::provenance::Provenance) loaded. [`describe`] combines the
+//! scene's engine and with the engine that has the scene's [`Provenance`] loaded. [`describe`] combines the
 //! results.
 
 use super::rays::{InspectedRay, PictureRays, distance_to_figure_plane, to_f32};
