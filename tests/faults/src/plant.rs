@@ -7,6 +7,7 @@
 use crate::entries::{Edit, Fault};
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{fs, io};
@@ -104,7 +105,12 @@ fn apply(
             let new = format!("{before}{broken}{after}");
             let _ = writeln!(texts, "    ({number}, {old:?}, {new:?}),");
         }
-        return find(files, file, &old).map(|_| ());
+        // Kernels are changed when they are compiled, by the exact text.
+        let (whole, range) = find(files, file, &old)?;
+        return match whole[range] == old {
+            true => Ok(()),
+            false => Err(format!("{}: white space differs: {old}", file.display())),
+        };
     }
     let module = if file.starts_with("vm") {
         "crate"
@@ -118,24 +124,33 @@ fn apply(
     replace(files, file, &old, &format!("{before}({choice}){after}"))
 }
 
-/// The text of a file in which another is found once.
-fn find(files: &Files, file: &Path, text: &str) -> Result<String, String> {
+/// Returns the text of a file, and the range in it that equals another text up to white space.
+fn find(files: &Files, file: &Path, text: &str) -> Result<(String, Range<usize>), String> {
     let bytes = files
         .get(file)
         .ok_or(format!("{} is missing", file.display()))?;
     let whole = String::from_utf8_lossy(bytes).into_owned();
-    match whole.matches(text).count() {
-        1 => Ok(whole),
-        count => Err(format!("{}: found {count} times: {text}", file.display())),
+    let dense: Vec<(usize, char)> = whole
+        .char_indices()
+        .filter(|(_, c)| !c.is_whitespace())
+        .collect();
+    let wanted: Vec<char> = text.chars().filter(|c| !c.is_whitespace()).collect();
+    let is_equal = |window: &&[(usize, char)]| window.iter().map(|(_, c)| c).eq(&wanted);
+    let matches: Vec<&[(usize, char)]> = dense.windows(wanted.len()).filter(is_equal).collect();
+    match matches.as_slice() {
+        [[(start, _), .., (last, end)]] => Ok((whole, *start..last + end.len_utf8())),
+        _ => Err(format!(
+            "{}: found {} times: {text}",
+            file.display(),
+            matches.len()
+        )),
     }
 }
 
 fn replace(files: &mut Files, file: impl AsRef<Path>, old: &str, new: &str) -> Result<(), String> {
-    let whole = find(files, file.as_ref(), old)?;
-    files.insert(
-        file.as_ref().into(),
-        whole.replacen(old, new, 1).into_bytes(),
-    );
+    let (mut whole, range) = find(files, file.as_ref(), old)?;
+    whole.replace_range(range, new);
+    files.insert(file.as_ref().into(), whole.into_bytes());
     Ok(())
 }
 
