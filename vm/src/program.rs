@@ -16,7 +16,7 @@
 //! The only jumps are those of guards ([`crate::guard`]), and they lead forward: a program of n
 //! instructions runs at most n steps. The block of instructions that a guard may skip leaves the height of
 //! both stacks unchanged and stores no value that is loaded after it. It only blends into the value on top.
-//! Where the guard skips it, the block would return that value with the same bits.
+//! A guard skips it only if the block would leave that value with the same bits.
 //!
 //! # Words
 //! ```text

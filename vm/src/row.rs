@@ -257,6 +257,9 @@ pub struct OpFacts {
     /// Set if operands are compared by sign and order alone: dividing each by its own slope bound leaves
     /// the surface unchanged.
     pub only_signs: bool,
+    /// Set if it reads a lattice of hashed values, as noise does: it varies at the lattice's scale, so bounds over
+    /// larger boxes are loose.
+    pub reads_lattice: bool,
     /// The flat faces that it has for all parameters.
     pub flats: &'static [Flat],
     /// The author and the publication of the formula.

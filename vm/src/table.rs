@@ -831,26 +831,26 @@ macro_rules! for_each_operation {
             Noise "noise" = math::noise(p: Point; seed: Scalar) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Constant(NOISE_STEEPNESS),
                 source: "K. Perlin, Improving Noise, 2002",
-                ..MATH
+                ..LATTICE
             };
             /// The operand plus `amplitude` times noise at `frequency` times the point; its parameters are made of frequency, amplitude and seed.
             NoiseOctave "noise_octave" = math::noise_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, OpFacts {
                 slope: Slope::PlusParams(|a| (a[3] * a[4]).abs() * NOISE_STEEPNESS),
                 source: "K. Perlin, Improving Noise, 2002",
-                ..MATH
+                ..LATTICE
             };
             /// The operand plus `amplitude` times ridges, 1 − 2·|noise|, at `frequency` times the point; its parameters are made of frequency, amplitude and seed.
             RidgeOctave "ridge_octave" = math::ridge_octave(acc: Value, p: Point; offset: Vec3, frequency: Scalar, amplitude: Scalar, seed: Scalar) -> Value, prepare::octave, OpFacts {
                 slope: Slope::PlusParams(|a| 2.0 * (a[3] * a[4]).abs() * NOISE_STEEPNESS),
                 source: "F. K. Musgrave, in Texturing and Modeling, 1994",
-                ..MATH
+                ..LATTICE
             };
             /// The product of a number with itself.
             Square "square" = math::square(a: Value;) -> Value, prepare::identity, MATH;
             /// The slope of gradient noise along a direction: what a field that reads noise is normalized by.
             NoiseSlope "noise_slope" = math::noise_slope(p: Point; along: Vec3, seed: Scalar) -> Value, prepare::identity, OpFacts {
                 source: "K. Perlin, Improving Noise, 2002",
-                ..MATH
+                ..LATTICE
             };
         }
     };
@@ -867,6 +867,7 @@ const SOLID: OpFacts = OpFacts {
     set: None,
     blend: None,
     only_signs: false,
+    reads_lattice: false,
     flats: &[],
     source: "",
 };
@@ -928,6 +929,11 @@ const MATH: OpFacts = OpFacts {
     exactness: Exactness::Field,
     slope: Slope::Unbounded,
     ..SOLID
+};
+/// Facts common to noise.
+const LATTICE: OpFacts = OpFacts {
+    reads_lattice: true,
+    ..MATH
 };
 
 macro_rules! input_kind {

@@ -37,10 +37,8 @@ pub(super) fn pays_off_for_lookups(program: &Program, tape: &Tape) -> bool {
 /// Reports whether a program folds space with discontinuities, or contains noise.
 pub(super) fn is_rough(program: &Program) -> bool {
     has_op(program, |op| {
-        let row = op.row();
-        row.meta.category == Category::Domain
-            || row.name.contains("noise")
-            || row.name.contains("octave")
+        let facts = &op.row().meta;
+        facts.category == Category::Domain || facts.reads_lattice
     })
 }
 

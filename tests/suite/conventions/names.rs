@@ -8,7 +8,7 @@ const KEYWORDS: [&str; 5] = ["struct", "enum", "trait", "union", "type"];
 
 /// The name of the type that a line at the top level of a file defines.
 fn defined(line: &str) -> Option<&str> {
-    // What is indented belongs to a trait, a function or a macro.
+    // Indented definitions belong to a trait, a function or a macro.
     if line.starts_with(char::is_whitespace) {
         return None;
     }
