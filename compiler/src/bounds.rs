@@ -483,7 +483,7 @@ impl ShapeBounds {
         }
     }
 
-    /// Searches a box, inside `within`, outside of which intervals prove a shape's value to exceed
+    /// Searches a box, inside `outer_box`, outside of which intervals prove a shape's value to exceed
     /// `level`.
     fn searched_sublevel(
         &mut self,

@@ -134,7 +134,7 @@ struct OtherCutter {
     id: ShapeId,
     /// Number of steps from the body to its frame.
     depth: usize,
-    /// Its box in the body's frame; all of space if several maps lead there.
+    /// Its box in the body's frame; all of space if the path there is not purely affine.
     bounds: Bounds,
     /// True if the part that is extended belongs to it.
     is_extended: bool,
@@ -439,7 +439,7 @@ impl CutterExtension<'_> {
     }
 }
 
-/// The map from the frame at the start of a path to that at its end, if the path is a single map.
+/// The map from the frame at the start of a path to that at its end. `None` if a step is not an affine map.
 fn path_rows(path: &[PathStep]) -> Option<AffineRows> {
     path.iter()
         .rev()
@@ -460,8 +460,8 @@ fn compose(outer: &AffineRows, inner: &AffineRows) -> AffineRows {
     })
 }
 
-/// The size of a body. If the body is unbounded, the size of its largest cutter, which follow the body in
-/// `shapes`.
+/// The size of a body. If the body has no finite side, the size of its largest cutter. Cutters follow the body
+/// in `shapes`.
 fn size_of(shapes: &[ShapeId], mut bounds: impl FnMut(ShapeId) -> Bounds) -> f64 {
     let mut sizes = shapes.iter().map(|&id| size(&bounds(id)));
     match sizes.next() {

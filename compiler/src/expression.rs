@@ -194,7 +194,7 @@ impl Expressions {
         self.insert(key, node, stage)
     }
 
-    /// Reports whether `id` is the floor of `of`.
+    /// Reports whether `id` is the floor of `operand`.
     fn is_floor_of(&self, id: ExprId, operand: ExprId) -> bool {
         let Expression::Apply { op, values, .. } = self.get(id) else {
             return false;

@@ -241,7 +241,7 @@ impl ExtentSearch<'_> {
     }
 
     /// Halves these boxes and keeps those that may hold a value of at most zero. Stops at the finest
-    /// size, at a limit, or once a solid is found far out on all `open` sides, if there are any.
+    /// size, at a limit, or once a solid is found far out on all `open_sides`, if there are any.
     fn subdivided(&mut self, mut boxes: Vec<Bounds>, open_sides: &[(usize, bool)]) -> Vec<Bounds> {
         let mut is_infinite = vec![false; open_sides.len()];
         loop {

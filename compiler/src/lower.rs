@@ -203,7 +203,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// Returns `at` with one more affine map.
+    /// Returns `local_point` with one more affine map.
     fn in_frame(&mut self, local_point: LocalPoint, matrix: [ExprId; 12]) -> LocalPoint {
         let frame = match local_point.frame {
             Some(outer) => compose(&mut self.scene.expressions, &matrix, &outer),

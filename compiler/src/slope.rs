@@ -44,7 +44,7 @@ const MAX_BOXES_WHILE_INFINITE: usize = 512;
 pub const MAX_SLOPE: f64 = 1e15;
 
 /// Ratio of a bound to the steepest sampled slope above which the bound is useless for marching. At the
-/// default of 2,048 steps, a ray advances no farther than by two steps with the sampled slope.
+/// default of 3,072 steps, a ray advances no farther than by about three steps with the sampled slope.
 const LOOSE_FACTOR: f64 = 1e3;
 
 /// Number of operations that remain for the bounds of a scene.
@@ -180,7 +180,7 @@ const CAP_DEPTHS: [f64; 2] = [0.5, 0.015625];
 
 /// Returns the values by which rays march on a number whose slope has no bound in a region, as at a
 /// pole. Values outside of the range are clamped to it, so that the bound holds for all of the region.
-/// `None` if the number is nowhere above zero.
+/// `None` if no sample is above zero, or if their median is out of the range of `f32`.
 pub(crate) fn capped_field(
     expressions: &Expressions,
     number: ExprId,

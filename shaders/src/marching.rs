@@ -16,7 +16,7 @@
 //! If the field is near zero and falls almost linearly, as towards a plane, the root is estimated by a line
 //! through the last two points. The ray then goes slightly beyond the estimate, to where the sign should have
 //! changed. Estimates begin at 10 thresholds (20 where the field falls strictly linearly, as it does above a
-//! plane at grazing angles), capped at half a pixel. A ray that all but touches a surface would creep past it
+//! plane at grazing angles), capped at a quarter of a pixel (half a pixel where strictly linear). A ray that all but touches a surface would creep past it
 //! in tiny steps. So steps are at least a 32nd of a pixel long where the field is below that, or end at the
 //! estimated root. Thinner sheets along the ray are passed. After 1,024 steps this minimum grows, up to half
 //! a pixel. Where a field was divided by a large bound, rays need many steps without a surface nearby. After
@@ -405,7 +405,7 @@ pub fn secant_estimate<R: Real>(t: R, field: R, t_other: R, field_other: R) -> R
     let change = (field_other - field).named("change");
     let has_line = lit::<R>(1e-37).less(change.abs());
     let fraction = (field / R::select(has_line, change, lit(-1.0))).named("fraction");
-    // A value that is not a number selects `t`.
+    // A fraction that is not a number selects `t_other`.
     t + (t - t_other) * fraction.max(lit(-1.0)).min(lit(0.0))
 }
 

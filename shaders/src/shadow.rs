@@ -25,7 +25,7 @@ pub const MAX_STEPS: u32 = 4096;
 const CAPPED_SPEEDUP_STEPS: f64 = 192.0;
 /// Number of evaluations after which it grows without limit, so that the ray ends.
 const UNCAPPED_SPEEDUP_STEPS: f64 = 1024.0;
-/// Maximum factor on the minimum step before that: about a pixel.
+/// Maximum factor on the minimum step before that: an eighth of a pixel, unless rounding lengthens the step.
 const MAX_CAPPED_SPEEDUP: f64 = 4.0;
 
 /// Returns the factor on the minimum step of a ray after `count` evaluations. Where a field was divided by a
@@ -66,8 +66,8 @@ pub const NO_LAST_VISIBILITY: f32 = 1e30;
 /// Placeholder for the distance along the ray of a missing candidate.
 pub const NO_CANDIDATE: f32 = -1e30;
 
-/// Returns the visibility by a sample at `t` alone, with its `field` taken for a distance: at least −1, where
-/// the whole light is covered.
+/// Returns the visibility by a sample at `t` alone, with its `field` taken for a distance. It is −1 and
+/// below where the whole light is covered; it is not clamped.
 #[inline(always)]
 pub fn visibility_at<R: Real>(field: R, t: R, size: R) -> R {
     field / (size * t).max(lit(1e-20))

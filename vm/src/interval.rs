@@ -134,7 +134,8 @@ impl End for f32 {
     }
 }
 
-/// A number near the overflow limit of `f32`; larger results of increasing functions are clamped to it.
+/// A number near the overflow limit of `f32`. The lower end of an increasing function is at most this, and the
+/// upper end at least its negative, so that no end becomes ∞ − ∞.
 const LARGE: f64 = 3e38;
 
 /// Reports whether a number is not NaN.

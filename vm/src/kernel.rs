@@ -108,31 +108,6 @@ impl BlendKernel {
         }
     }
 
-    /// Returns the weight of the farther operand in the result where the operands differ by `x ≥ 0`; one
-    /// half where they are equal. It is the derivative of the result with respect to that operand, and its
-    /// weight in a blend of two materials.
-    #[inline(always)]
-    pub fn mix_weight<R: Real>(self, x: R, width: R, coefficient: R) -> R {
-        let h = (width - x).max(lit(0.0));
-        match self {
-            Self::Hard => lit(0.0),
-            Self::Quadratic => h * coefficient * lit(2.0),
-            Self::Cubic => h * h * coefficient * lit(3.0),
-            Self::Circular => {
-                let t = h * coefficient;
-                let arc = (lit::<R>(1.0) + t * (lit::<R>(2.0) - t))
-                    .max(lit(1e-12))
-                    .sqrt();
-                // (1 − (1 − t) / arc) / 2, without the cancellation.
-                t * (lit::<R>(2.0) - t) / (arc * (arc + lit(1.0) - t))
-            }
-            Self::Exponential => {
-                let t = (-(x * coefficient)).exp2();
-                t / (lit::<R>(1.0) + t)
-            }
-        }
-    }
-
     /// Returns the blend of `a` and `b` with sign `s`, after `b` is multiplied by `sb`.
     #[inline(always)]
     pub fn blend<R: Real>(self, a: R, b: R, s: R, sb: R, width: R, coefficient: R) -> R {

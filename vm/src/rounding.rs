@@ -106,7 +106,7 @@ impl RunningError {
         self.value.lo <= self.error && self.value.hi >= -self.error
     }
 
-    /// Creates the rounded result of an operation whose operands propagate the error `passed`.
+    /// Creates the rounded result of an operation whose operands propagate the error `propagated`.
     #[inline(always)]
     fn rounded(value: Interval, propagated: f64, uncertain: bool) -> Self {
         let largest = value.magnitude() + propagated;

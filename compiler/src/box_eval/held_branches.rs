@@ -69,7 +69,7 @@ fn grown_by(range: Interval, extra: f64) -> Interval {
     }
 }
 
-/// Returns the range of remainders of divisions by numbers in a range, extended by `more` divisors.
+/// Returns the range of remainders of divisions by numbers in a range, extended by `extra_divisors` divisors.
 fn remainder(divisor: Interval, extra_divisors: f64) -> Interval {
     let extra = divisor.magnitude() * extra_divisors;
     Interval {

@@ -153,7 +153,7 @@ impl CutterExtension<'_> {
         self.bisect_intervals(part, centre, region, body, cutters)
     }
 
-    /// Bisects the region; `middle` holds the centre of a straight part and the axes of its flat faces.
+    /// Bisects the region; `centre` holds the centre of a straight part and the axes of its flat faces.
     fn bisect_intervals(
         &mut self,
         part: &GrowingPart,

@@ -298,7 +298,7 @@ pub(crate) fn choose_variant<'v>(
     Err(nearest.unwrap_or((0, ArgError::TooMany { arg: 0 })))
 }
 
-/// Diagnostic for a call that fits no variant of a function; the variant at `at` is the closest.
+/// Diagnostic for a call that fits no variant of a function; the variant at `best_variant` is the closest.
 pub(crate) fn mismatch_diagnostic(
     call: &Invocation<'_>,
     lists: &[&[ParamSpec]],

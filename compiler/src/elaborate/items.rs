@@ -23,7 +23,7 @@ impl<'a> Globals<'a> {
         self.order.push(name);
         self.names.entry(name).or_default().push((position, value));
     }
-    /// Value of a name at a point that `visible_items` definitions precede.
+    /// Value of a name at a point that `horizon` definitions precede.
     pub(crate) fn get(&self, name: &str, horizon: u32) -> Option<&Value<'a>> {
         let definitions = self.names.get(name)?;
         let visible = definitions

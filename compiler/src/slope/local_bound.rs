@@ -40,7 +40,7 @@ impl LocalBound {
 }
 
 /// Returns a bound of a number's changes around each point, or a constant bound if that is not much
-/// worse. Discontinuous operations and choices are held. `None` for operations without a rule.
+/// worse. Discontinuous operations and choices are held. `None` if there is neither a rule nor a constant bound.
 pub(super) fn local_bound(
     expressions: &mut Expressions,
     number: ExprId,

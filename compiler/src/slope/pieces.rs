@@ -535,8 +535,8 @@ impl StepBuilder<'_> {
         Some(self.call(Op::Select, &[is_below, full_turn, negative_turn]))
     }
 
-    /// Returns a safe distance into a piece: at least `near`, and `way` if that piece has the same
-    /// sign.
+    /// Returns a safe distance into a piece: at least `distance`, and at least `distance_in_piece` if that
+    /// piece has the same sign.
     fn distance_beyond(
         &mut self,
         piece: ExprId,

@@ -166,7 +166,7 @@ impl ShapeSlopes {
     }
 
     /// Returns a written number with discontinuities, as a step that is safe in a region; see
-    /// [`pieces`]. `None` for a number with a slope bound, which is continuous.
+    /// [`pieces`]. `None` for a continuous number with a slope bound, and where no step is found.
     pub(crate) fn discontinuous_step(
         &mut self,
         expressions: &mut Expressions,

@@ -120,7 +120,7 @@ impl GpuCells {
     }
 
     /// Adds cells. Returns the entries of the root and of the full tape, and the deferred cells. Where cells
-    /// store only a sign, the entry is a constant distance if `constants` is set, or else the full tape.
+    /// store only a sign, the entry is a constant distance if `store_constants` is set, or else the full tape.
     fn add_cells(
         &mut self,
         tape: &Tape,

@@ -108,7 +108,8 @@ multiversion! {
     ) = sample::<false>;
 }
 
-/// Samples all taps of pixels. Certain occlusion is summed in `open`, and candidates are listed.
+/// Samples all taps of pixels. The sum of certain occlusion is left in the tile's `sky_visibility`, and
+/// candidates are listed.
 #[inline(always)]
 fn sample<const IS_HEMISPHERE: bool>(
     taps: &Taps<'_>,

@@ -9,7 +9,7 @@ const MIN_SAME_DIRECTION_COSINE: f64 = 0.999_998_4;
 const MIN_SMOOTH_COSINE: f64 = 0.996_194_7;
 
 /// Returns the direction of the gradient at a hit at `p`, turned to the side of the ray. Returns `None` where
-/// the gradient is zero or not finite, or has several directions within `near`.
+/// the gradient is zero or not finite, or has several directions within `radius`.
 pub(super) fn normal(
     field: &ReferenceField,
     p: [f64; 3],

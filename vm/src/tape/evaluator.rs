@@ -16,7 +16,7 @@ pub trait EvalHook<L: Lane> {
     /// Reserves memory for this many value registers.
     fn reserve(&mut self, values: usize);
     /// Called for an operation at the point `q`. `values` are the first two operands and `registers` are
-    /// their registers, which are [`super::NO_REGISTER`] for operands that do not exist.
+    /// their registers, which are [`super::NO_REGISTER`] for constant or missing operands.
     fn operate(
         &mut self,
         op: Op,

@@ -96,7 +96,7 @@ impl<'a> BvhBuilder<'a> {
         }
     }
 
-    /// Emits all operands; `is_free` allows any order.
+    /// Emits all operands; `is_reorderable` allows any order.
     pub(super) fn emit_all(&mut self, is_reorderable: bool) {
         self.emit_except(None, is_reorderable);
     }
@@ -258,7 +258,7 @@ impl<'a> BvhBuilder<'a> {
         })
     }
 
-    /// Returns the index at which to cut, and sorts the operands for it if `is_free`.
+    /// Returns the index at which to cut, and sorts the operands for it if `is_reorderable`.
     fn best_cut(&self, trees: &mut [BvhNode], is_reorderable: bool) -> usize {
         if !is_reorderable {
             return self.cheapest_cut(trees).1;
@@ -310,7 +310,8 @@ impl<'a> BvhBuilder<'a> {
         best
     }
 
-    /// Emits the steps of a node; `around` is the area of the innermost guard around it.
+    /// Emits the steps of a node. `parent_area` is the area of the innermost guard around it, or at the top
+    /// level the total area over [`TOP_LEVEL_PROBABILITY`].
     fn emit(&mut self, tree: &BvhNode, parent_area: f64, level: usize) {
         let skipped = 1.0 - (tree.area / parent_area).min(1.0);
         let is_profitable = skipped * tree.work > GUARD_COST + MIN_GUARD_GAIN;
@@ -355,7 +356,7 @@ fn clamped(v: f64) -> f64 {
     v.clamp(-MAX_COORDINATE, MAX_COORDINATE)
 }
 
-/// Returns half the surface area of a box that is grown by `by`.
+/// Returns half the surface area of a box that is grown by `margin`.
 fn half_area(bounds: &Bounds, margin: f64) -> f64 {
     let [x, y, z] =
         [0, 1, 2].map(|i| clamped(bounds.max[i]) - clamped(bounds.min[i]) + 2.0 * margin);

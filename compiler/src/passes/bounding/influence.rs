@@ -68,7 +68,7 @@ impl NodeInfluenceBox {
         }
     }
 
-    /// Returns the influence box of the value less `by`.
+    /// Returns the influence box of the value less `amount`.
     fn less_by(self, amount: f64) -> Option<Self> {
         let (bounds, distance_ratio) = (
             self.bounds.grown(amount.max(0.0) / self.distance_ratio),
@@ -269,7 +269,7 @@ impl<'g> InfluenceBoxes<'g> {
         }
     }
 
-    /// Returns the box of a value that is less by `by`.
+    /// Returns the box of a value that is less by `amount`.
     fn volume_less_by(&self, id: NodeId, amount: f64) -> Option<NodeInfluenceBox> {
         let volume = self.get(id).filter(|_| amount.is_finite())?;
         volume.clone().less_by(amount)

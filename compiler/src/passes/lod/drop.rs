@@ -165,8 +165,8 @@ impl DropSelector<'_> {
         }
     }
 
-    /// Makes the blends of a run hard where allowed. However many there are, together they add at most
-    /// [`Kernel::most`].
+    /// Makes the blends of a run hard where allowed. Together they add at most their number times
+    /// `BlendKernel::max_offset`, and never more than the support.
     fn consider_run(&mut self, root: NodeId) {
         let members = self.runs.members(self.graph, root);
         let GraphNode::Apply { op, parameters, .. } = self.graph.get(root) else {

@@ -16,7 +16,7 @@ use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;
 use std::collections::HashMap;
 
-/// Cost of a box, in instructions; operands that cost less are not replaced by one.
+/// Cost of a box, in instructions; a single operand that costs no more is not replaced by one.
 const BOX_COST: f64 = 1.5;
 /// Maximum relative difference of a value from a distance for it to count as one.
 const DISTANCE_TOLERANCE: f64 = 1e-3;
@@ -337,7 +337,7 @@ fn max_band(candidates: &[MergeCandidate]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Sorts leaves by their centres along the longest side of the box around all centres.
+/// Sorts candidates by their centres along the longest side of the box around all centres.
 fn sort_along_longest_side(candidates: &mut [MergeCandidate]) {
     let centres = candidates.iter().fold(Bounds::EMPTY, |hull, candidate| {
         hull.including(candidate.bounds.centre())
