@@ -9,8 +9,7 @@ use crate::scene::{
     SceneLightSource, SceneParam, SceneShadow, Shape, ShapeId, ShapeKind,
 };
 use sdfc_vm::bounds::Bounds;
-use sdfc_vm::row::Row;
-use sdfc_vm::table::Op;
+use sdfc_vm::table::{Op, Row};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 

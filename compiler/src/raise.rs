@@ -8,8 +8,7 @@ use crate::compile::Compiled;
 use crate::graph::{Graph, GraphChainStep, GraphNode, GraphNumber, Guard, NodeId};
 use sdfc_vm::kernel::{Blend, BlendKernel};
 use sdfc_vm::program::{Code, Destination, Instruction, Module, Operands, PointTransform, Program};
-use sdfc_vm::row::Row;
-use sdfc_vm::table::{Op, ROWS};
+use sdfc_vm::table::{Op, ROWS, Row};
 use std::collections::HashMap;
 
 /// Rebuilds the compiled scene of a verified module, as far as the module contains it.

@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::output;
-use sdfc_vm::row::{Argument, ArgumentKind, BoundsRule, Category, Exactness, Row, Slope};
-use sdfc_vm::table::ROWS;
+use sdfc_vm::row::{Argument, ArgumentKind, BoundsRule, Category, Exactness, Slope};
+use sdfc_vm::table::{ROWS, Row};
 use serde_json::json;
 use std::fmt::Write;
 

@@ -23,7 +23,7 @@ pub enum OpResult<R: Real> {
 }
 
 /// Runs one operation on one point. `values` are its operands, as many as the row's arity. `constants` are
-/// its parameters in the layout of [`crate::row::Row::offsets`].
+/// its parameters in the layout of [`crate::table::Row::offsets`].
 pub fn apply<R: Apply>(op: Op, p: R::Vec3, values: [R; 3], constants: &[f32]) -> OpResult<R> {
     R::apply(op, p, values, constants)
 }
@@ -324,7 +324,7 @@ pub fn record_interval(op: Op) -> RecordedFunction {
     record_on::<RecordedInterval>(op, &format!("{}_interval", wgsl_name(op)))
 }
 
-/// Packs numbers without gaps into the aligned layout of [`crate::row::Row::offsets`].
+/// Packs numbers without gaps into the aligned layout of [`crate::table::Row::offsets`].
 pub fn pack_parameters(op: Op, numbers: &[f64]) -> Vec<f32> {
     let row = op.row();
     let mut laid = vec![0.0; row.parameter_width()];

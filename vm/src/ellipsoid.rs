@@ -16,11 +16,10 @@
 //! near, it may be too small by 0.2 % of the smallest radius. For larger ratios it may be far too small near
 //! a rim, by half of the distance at 10,000 to 1.
 
-use crate::dual::Dual;
-use crate::interval::{End, FloatInterval, GenericInterval};
-use crate::lanes::{F32x64, Lane, Points, for_each_lane};
+pub(crate) mod interval;
+pub(crate) mod lanes;
+
 use crate::real::{Real, Vector3, lit};
-use crate::vector::V3;
 
 /// Maximum number of Halley steps.
 const MAX_STEPS: usize = 6;
@@ -77,86 +76,6 @@ fn facing<R: Real>(p: R::Vec3, normal: R::Vec3) -> R::Vec3 {
         facing(p.y(), normal.y()),
         facing(p.z(), normal.z()),
     )
-}
-
-/// Computes the distance in the first `count` lanes, with the same values as [`ellipsoid`].
-#[inline(always)]
-pub(crate) fn in_lanes(p: &Points, r: V3<f32>, count: usize, out: &mut F32x64) {
-    let r = lengths::<f32>(r);
-    let ellipsoid = NormalizedEllipsoid::<f32>::new(V3::splat(0.0), r);
-    let point = |lane| f32::load_point(p, lane).abs();
-    let mut t = F32x64::default();
-    ellipsoid.multipliers(point, count, &mut t);
-    let mut v = Points::default();
-    let mut lack = F32x64::default();
-    let mut lacks = 0;
-    for_each_lane!(count, lane => {
-        let short = ellipsoid.with_point(point(lane)).normal_vector(t.0[lane]);
-        v[0].0[lane] = short.v.x;
-        v[1].0[lane] = short.v.y;
-        v[2].0[lane] = short.v.z;
-        lack.0[lane] = short.deficit;
-        lacks |= u32::from(short.deficit > 0.0);
-    });
-    let short = |lane: usize| NormalVector {
-        v: V3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]),
-        deficit: lack.0[lane],
-    };
-    // Only points deep inside have a lack, and completing their vectors takes two more roots.
-    if lacks == 0 {
-        for_each_lane!(count, lane => {
-            let nearest = ellipsoid.nearest_along(short(lane));
-            out.0[lane] = point(lane).dot(nearest.normal) - nearest.support;
-        });
-    } else {
-        for_each_lane!(count, lane => {
-            let nearest = ellipsoid.completed(short(lane));
-            out.0[lane] = point(lane).dot(nearest.normal) - nearest.support;
-        });
-    }
-}
-
-/// Computes the distance and its gradient in the first `count` lanes, with the same values as
-/// [`ellipsoid`].
-#[inline(always)]
-pub(crate) fn gradients_in_lanes(
-    p: &<Dual<f32> as Lane>::PointBlock,
-    r: V3<f32>,
-    count: usize,
-    out: &mut <Dual<f32> as Lane>::Block,
-) {
-    let r = lengths::<f32>(r);
-    let ellipsoid = NormalizedEllipsoid::<f32>::new(V3::splat(0.0), r);
-    let point = |lane| Dual::<f32>::load_point(p, lane);
-    let mut t = F32x64::default();
-    ellipsoid.multipliers(|lane| point(lane).value.abs(), count, &mut t);
-    for_each_lane!(count, lane => {
-        let p = point(lane);
-        let q = p.value.abs();
-        let nearest = ellipsoid.with_point(q).nearest(t.0[lane]);
-        let value = q.dot(nearest.normal) - nearest.support;
-        let gradient = p.along(facing::<f32>(p.value, nearest.normal));
-        Dual { value, gradient }.store(out, lane);
-    });
-}
-
-/// Computes bounds of the distance in the first `count` lanes.
-#[inline(always)]
-pub(crate) fn bounds_in_lanes(
-    p: &<FloatInterval as Lane>::PointBlock,
-    r: V3<FloatInterval>,
-    count: usize,
-    out: &mut <FloatInterval as Lane>::Block,
-) {
-    let radii = lengths::<f32>(V3::new(r.x.lo, r.y.lo, r.z.lo));
-    let ellipsoid = NormalizedEllipsoid::<f32>::new(V3::splat(0.0), radii);
-    let point = |lane| FloatInterval::load_point(p, lane);
-    let [mut first, mut last] = [F32x64::default(); 2];
-    ellipsoid.multipliers(|lane| corners(point(lane))[0], count, &mut first);
-    ellipsoid.multipliers(|lane| corners(point(lane))[1], count, &mut last);
-    for_each_lane!(count, lane => {
-        over_by(point(lane), r, [first.0[lane], last.0[lane]]).0.store(out, lane);
-    });
 }
 
 /// Returns the magnitudes of the radii, none of them zero.
@@ -223,47 +142,6 @@ struct Search<R: Real> {
     a: R::Vec3,
     low: R,
     high: R,
-}
-
-impl NormalizedEllipsoid<f32> {
-    /// Computes the `t` of the nearest points in the first `count` lanes, with one step of all lanes at a
-    /// time. A step depends on the previous one, so several lanes at once take no longer than one. Ends
-    /// after the last lane's last step.
-    #[inline(always)]
-    fn multipliers(&self, q: impl Fn(usize) -> V3<f32>, count: usize, t: &mut F32x64) {
-        let mut a = Points::default();
-        let [mut low, mut high, mut goes_on] = [F32x64::default(); 3];
-        for_each_lane!(count, lane => {
-            let (search, first) = self.with_point(q(lane)).search();
-            a[0].0[lane] = search.a.x;
-            a[1].0[lane] = search.a.y;
-            a[2].0[lane] = search.a.z;
-            low.0[lane] = search.low;
-            high.0[lane] = search.high;
-            t.0[lane] = first;
-            goes_on.0[lane] = 1.0;
-        });
-        for _ in 0..MAX_STEPS {
-            let mut open = 0;
-            for_each_lane!(count, lane => {
-                let search = Search {
-                    a: V3::new(a[0].0[lane], a[1].0[lane], a[2].0[lane]),
-                    low: low.0[lane],
-                    high: high.0[lane],
-                };
-                let last = t.0[lane];
-                let next = self.step(&search, last);
-                let is_open = goes_on.0[lane] > 0.0;
-                t.0[lane] = if is_open { next } else { last };
-                let still = is_open & self.needs_step(last, next);
-                goes_on.0[lane] = if still { 1.0 } else { 0.0 };
-                open |= u32::from(still);
-            });
-            if open == 0 {
-                break;
-            }
-        }
-    }
 }
 
 impl<R: Real> NormalizedEllipsoid<R> {
@@ -466,16 +344,6 @@ fn value<R: Real>(q: R::Vec3, r: R::Vec3, t: R) -> R {
     q.dot(normal) - support
 }
 
-/// Returns the points of a box nearest to the centre and farthest from it, by magnitudes of coordinates.
-#[inline(always)]
-fn corners<E: End>(p: V3<GenericInterval<E>>) -> [V3<E>; 2] {
-    let q = p.abs();
-    [
-        V3::new(q.x.lo, q.y.lo, q.z.lo),
-        V3::new(q.x.hi, q.y.hi, q.z.hi),
-    ]
-}
-
 /// Widens the values at the nearest and the farthest corner by the largest shortfall and the rounding
 /// error.
 #[inline(always)]
@@ -484,82 +352,4 @@ fn widened<R: Real>(low: R, high: R, r: R::Vec3, error: R) -> [R; 2] {
         low - shortfall::<R>(low, r) - error,
         high + shortfall::<R>(high, r) + error,
     ]
-}
-
-/// Returns the value and its gradient over a box, for radii that are single numbers.
-#[inline(always)]
-pub(crate) fn over<E: End>(
-    p: V3<GenericInterval<E>>,
-    r: V3<GenericInterval<E>>,
-) -> (GenericInterval<E>, V3<GenericInterval<E>>) {
-    let radii = lengths::<E>(V3::new(r.x.lo, r.y.lo, r.z.lo));
-    let multiplier = |q: V3<E>| NormalizedEllipsoid::<E>::new(q, radii).multiplier();
-    over_by(p, r, corners(p).map(multiplier))
-}
-
-/// Returns the value and its gradient over a box, given the `t` of the nearest points to the box's corners.
-/// It is branch-free, so that loops over lanes are vectorized.
-#[inline(always)]
-fn over_by<E: End>(
-    p: V3<GenericInterval<E>>,
-    r: V3<GenericInterval<E>>,
-    [first, last]: [E; 2],
-) -> (GenericInterval<E>, V3<GenericInterval<E>>) {
-    let [near, far] = corners(p);
-    let size = far.max_component();
-    let same = |r: GenericInterval<E>| r.lo == r.hi;
-    let is_known = same(r.x) & same(r.y) & same(r.z) & size.less(E::INFINITY);
-    let r = lengths::<E>(V3::new(r.x.lo, r.y.lo, r.z.lo));
-    let (low, high) = (value::<E>(near, r, first), value::<E>(far, r, last));
-    let [low, high] = widened(low, high, r, E::distance_error(size + r.max_component()));
-    let value = GenericInterval {
-        lo: E::select(is_known, low, -E::INFINITY),
-        hi: E::select(is_known, high, E::INFINITY),
-    };
-    let moved = |t: E, error: f64| t + (lit::<E>(1.0) + t.abs()) * lit(error);
-    let first = moved(first, -MULTIPLIER_ERROR);
-    let last = moved(last, MULTIPLIER_ERROR);
-    // Near the plane across the axis of the smallest radius, the normal may have any direction.
-    let NormalizedEllipsoid { squares, least, .. } = NormalizedEllipsoid::<E>::new(near, r);
-    let is_told = is_known
-        & (least * lit(-0.75)).less(first)
-        & lit::<E>(1.0).less(least * lit(MAX_EXACT_RATIO * MAX_EXACT_RATIO));
-    let zero = lit::<E>(0.0);
-    // Rounding of the quotients is far below the slack of the directions.
-    let part = |p: GenericInterval<E>, square: E| {
-        let (least, most) = (first + square, last + square);
-        GenericInterval {
-            lo: p.lo / E::select(p.lo.less(zero), least, most),
-            hi: p.hi / E::select(p.hi.less(zero), most, least),
-        }
-    };
-    let v = V3::new(
-        part(p.x, squares.x),
-        part(p.y, squares.y),
-        part(p.z, squares.z),
-    );
-    let squared = |a: GenericInterval<E>| {
-        let a = a.abs();
-        (a.lo * a.lo, a.hi * a.hi)
-    };
-    let (x, y, z) = (squared(v.x), squared(v.y), squared(v.z));
-    let component = |a: GenericInterval<E>, b: (E, E), c: (E, E)| {
-        let rest = (b.0 + c.0, b.1 + c.1);
-        // A component of a unit vector increases with that of the vector, and decreases with the others'
-        // magnitudes.
-        let component_of_unit = |a: E, rest: E| a / (a * a + rest).sqrt().max(lit(1e-30));
-        let low = component_of_unit(a.lo, E::select(a.lo.less(zero), rest.0, rest.1));
-        let high = component_of_unit(a.hi, E::select(a.hi.less(zero), rest.1, rest.0));
-        let (slack, one) = (lit::<E>(1e-5), lit::<E>(1.0));
-        GenericInterval {
-            lo: E::select(is_told, (low - slack).max(-one), -one),
-            hi: E::select(is_told, (high + slack).min(one), one),
-        }
-    };
-    let gradient = V3::new(
-        component(v.x, y, z),
-        component(v.y, z, x),
-        component(v.z, x, y),
-    );
-    (value, gradient)
 }

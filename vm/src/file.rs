@@ -15,9 +15,8 @@
 //! A file of another version or table is refused, since opcodes are positions in the table.
 
 use crate::encode::{DecodeError, decode, encode};
-use crate::program::{Module, Patch, Program};
+use crate::program::{Module, Patch, Program, table_hash};
 use crate::settings::{Camera, Lens, Light, LightSource, SettingValue, Settings, Shadow};
-use crate::table::table_hash;
 use crate::uniform::{UniformError, UniformProgram};
 use crate::verify::{VerifyError, verify};
 

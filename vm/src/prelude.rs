@@ -2,6 +2,10 @@
 //! [`crate::elementary`], the arithmetic of intervals, recorded from [`crate::wgsl_interval`], and the few
 //! intrinsics that require integers.
 
+pub(crate) mod names;
+
+pub use names::{NAMES, is_prelude};
+
 use crate::dual::Dual;
 use crate::elementary;
 use crate::ellipsoid::ellipsoid;
@@ -11,50 +15,6 @@ use crate::record::{
 };
 use crate::wgsl_interval::{self, WgslInterval, WgslTristate};
 use std::collections::BTreeSet;
-
-/// The functions of the prelude, each after those that it calls.
-pub const NAMES: [&str; 35] = [
-    "length2",
-    "length3",
-    "power_of_two",
-    "exponent_of",
-    "mantissa_of",
-    "exponential",
-    "logarithm",
-    "sine",
-    "cosine",
-    "arctangent",
-    "lattice",
-    "lattice_edge",
-    "noise",
-    "noise_gradient",
-    "ellipsoid",
-    "ellipsoid_gradient",
-    "interval_add",
-    "interval_sub",
-    "interval_mul",
-    "interval_scale",
-    "interval_div",
-    "interval_abs",
-    "interval_square",
-    "interval_sqrt",
-    "interval_length2",
-    "interval_length3",
-    "interval_fract",
-    "interval_sine",
-    "interval_cosine",
-    "interval_arctangent",
-    "interval_exponential",
-    "interval_logarithm",
-    "interval_noise",
-    "interval_ellipsoid",
-    "interval_select",
-];
-
-/// Reports whether `name` is a function of the prelude rather than a WGSL builtin.
-pub fn is_prelude(name: &str) -> bool {
-    NAMES.contains(&name)
-}
 
 /// Returns the texts of these functions and of all that they call, in the order of [`NAMES`].
 pub fn functions(names: impl IntoIterator<Item = &'static str>) -> Vec<RecordedFunction> {

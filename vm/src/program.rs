@@ -34,7 +34,6 @@ use crate::kernel::BlendKernel;
 use crate::row::Output;
 use crate::settings::Settings;
 use crate::table::{Op, ROWS};
-use crate::tape::lipschitz::is_raw_distance;
 use crate::uniform::UniformProgram;
 
 /// Maximum number of values on the stack.
@@ -289,7 +288,7 @@ impl Program {
     /// Reports whether the program contains raw fields, whose gradients may have any length: divided fields
     /// or coordinates.
     pub fn has_raw_fields(&self) -> bool {
-        let is_raw = |op| is_raw_distance(op) || matches!(op, Op::X | Op::Y | Op::Z);
+        let is_raw = |op: Op| op.is_raw_distance() || matches!(op, Op::X | Op::Y | Op::Z);
         self.code
             .iter()
             .any(|i| matches!(i.code, Code::Op(op) if is_raw(op)))
@@ -435,6 +434,28 @@ impl Module {
         }
         outputs
     }
+}
+
+/// Returns a number that depends on every row's name, inputs and parameters, and on the machine's own
+/// codes. A program is only readable with the table that wrote it.
+pub fn table_hash() -> u32 {
+    let mut hash: u32 = 0x811c_9dc5;
+    let mut feed = |text: &str| {
+        for byte in text.bytes().chain([0]) {
+            hash = (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+        }
+    };
+    for row in ROWS {
+        feed(row.name);
+        feed(&format!(
+            "{:?}{:?}{:?}",
+            row.inputs, row.output, row.parameters
+        ));
+    }
+    for code in MACHINE_CODES {
+        feed(code.name());
+    }
+    hash
 }
 
 /// The rows must leave room for the machine's own codes.

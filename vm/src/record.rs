@@ -675,7 +675,7 @@ impl<'a> Writer<'a> {
                 (format!("{left} {op} {right}"), false)
             }
             Kind::Call(name, parts) => {
-                if crate::prelude::is_prelude(name) {
+                if crate::prelude::names::is_prelude(name) {
                     self.calls.push(name);
                 }
                 let parts: Vec<String> = parts

@@ -18,9 +18,11 @@
 //! `f32` may have the value from the other side. If both sides differ by at most rounding, as at an edge of
 //! a shape, the mark is not set. Minima and maxima never set it.
 
-use crate::evaluate::evaluate;
+mod error_bound;
+
+pub use error_bound::error_bound;
+
 use crate::interval::{Interval, NOISE_CURVATURE, NOISE_SLOPE, NOISE_STEEPNESS};
-use crate::program::Program;
 use crate::real::Real;
 use crate::vector::{V2, V3};
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -69,18 +71,6 @@ pub struct RoundedComparison {
     pub may_differ: bool,
     /// Set if the branch decisions of an operand are uncertain.
     pub branch_uncertain: bool,
-}
-
-/// Bounds the error of a program for the points of a box; `error` is the error of each coordinate. The
-/// program must be verified ([`crate::verify`]).
-pub fn error_bound(program: &Program, region: [Interval; 3], error: [f64; 3]) -> RunningError {
-    let [x, y, z] = std::array::from_fn(|axis| RunningError {
-        value: region[axis],
-        error: error[axis],
-        branch_uncertain: false,
-        is_integer: false,
-    });
-    evaluate::<RunningError>(program, V3::new(x, y, z))
 }
 
 impl RunningError {

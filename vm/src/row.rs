@@ -2,7 +2,6 @@
 
 use crate::bounds::Bounds;
 use crate::kernel::Blend;
-use crate::table::Op;
 
 /// The type of an operation's parameter: a constant of the program, possibly dependent on `param`s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -273,56 +272,6 @@ pub struct Flat {
     pub axis: usize,
     /// Index of the parameter that is their distance from the origin; nothing else depends on it.
     pub half: usize,
-}
-
-/// A row of the table.
-#[derive(Clone, Copy, Debug)]
-pub struct Row {
-    /// The operation.
-    pub op: Op,
-    /// Its name in Rust, WGSL and listings.
-    pub name: &'static str,
-    /// Its description.
-    pub doc: &'static str,
-    /// Its inputs.
-    pub inputs: &'static [Input],
-    /// Its parameters.
-    pub parameters: &'static [Parameter],
-    /// Its result.
-    pub output: Output,
-    /// Further facts.
-    pub meta: OpFacts,
-}
-
-impl Row {
-    /// Reports whether it reads the current point.
-    pub fn reads_point(&self) -> bool {
-        self.inputs.contains(&Input::Point)
-    }
-    /// Returns the number of operands.
-    pub fn arity(&self) -> usize {
-        self.inputs
-            .iter()
-            .filter(|&&input| input == Input::Value)
-            .count()
-    }
-    /// Returns the offset of each parameter, counted in numbers; see [`align`].
-    pub fn offsets(&self) -> Vec<usize> {
-        let mut next = 0;
-        let offset = |p: &Parameter| {
-            let start = align(next, p.ty.width());
-            next = start + p.ty.width();
-            start
-        };
-        self.parameters.iter().map(offset).collect()
-    }
-    /// Returns the number of numbers of the parameters, gaps included.
-    pub fn parameter_width(&self) -> usize {
-        match (self.offsets().last(), self.parameters.last()) {
-            (Some(start), Some(last)) => start + last.ty.width(),
-            _ => 0,
-        }
-    }
 }
 
 /// Returns the first position from `at` on where `width` numbers lie within one vec4 of the pool, so that a

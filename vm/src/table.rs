@@ -10,11 +10,10 @@ use crate::bounds::Bounds;
 use crate::interval::NOISE_STEEPNESS;
 use crate::kernel::{Blend, BlendKernel};
 use crate::ops::{prepare, volumes};
-use crate::program::MACHINE_CODES;
 use crate::real::Real;
 use crate::row::{
     ArgumentKind as A, BoundsRule, Category, Exactness, Flat, Input, Language, OpFacts, Output,
-    Parameter, ParameterType, Row, SetOperation, Slope, optional, required,
+    Parameter, ParameterType, SetOperation, Slope, align, optional, required,
 };
 
 /// Passes the rows to a macro: `callback! { rows… }`.
@@ -936,6 +935,56 @@ const LATTICE: OpFacts = OpFacts {
     ..MATH
 };
 
+/// A row of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The operation.
+    pub op: Op,
+    /// Its name in Rust, WGSL and listings.
+    pub name: &'static str,
+    /// Its description.
+    pub doc: &'static str,
+    /// Its inputs.
+    pub inputs: &'static [Input],
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+    /// Its result.
+    pub output: Output,
+    /// Further facts.
+    pub meta: OpFacts,
+}
+
+impl Row {
+    /// Reports whether it reads the current point.
+    pub fn reads_point(&self) -> bool {
+        self.inputs.contains(&Input::Point)
+    }
+    /// Returns the number of operands.
+    pub fn arity(&self) -> usize {
+        self.inputs
+            .iter()
+            .filter(|&&input| input == Input::Value)
+            .count()
+    }
+    /// Returns the offset of each parameter, counted in numbers; see [`align`].
+    pub fn offsets(&self) -> Vec<usize> {
+        let mut next = 0;
+        let offset = |p: &Parameter| {
+            let start = align(next, p.ty.width());
+            next = start + p.ty.width();
+            start
+        };
+        self.parameters.iter().map(offset).collect()
+    }
+    /// Returns the number of numbers of the parameters, gaps included.
+    pub fn parameter_width(&self) -> usize {
+        match (self.offsets().last(), self.parameters.last()) {
+            (Some(start), Some(last)) => start + last.ty.width(),
+            _ => 0,
+        }
+    }
+}
+
 macro_rules! input_kind {
     (Point) => {
         Input::Point
@@ -1002,26 +1051,11 @@ impl Op {
     pub fn from_name(name: &str) -> Option<Self> {
         ROWS.iter().find(|row| row.name == name).map(|row| row.op)
     }
-}
-
-/// Returns a number that depends on every row's name, inputs and parameters, and on the machine's own
-/// codes. A program is only readable with the table that wrote it.
-pub fn table_hash() -> u32 {
-    let mut hash: u32 = 0x811c_9dc5;
-    let mut feed = |text: &str| {
-        for byte in text.bytes().chain([0]) {
-            hash = (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193);
-        }
-    };
-    for row in ROWS {
-        feed(row.name);
-        feed(&format!(
-            "{:?}{:?}{:?}",
-            row.inputs, row.output, row.parameters
-        ));
+    /// Reports whether the operation turns a raw field into a distance.
+    pub fn is_raw_distance(self) -> bool {
+        matches!(
+            self,
+            Self::FieldDistance | Self::FieldGrowth | Self::Piecewise
+        )
     }
-    for code in MACHINE_CODES {
-        feed(code.name());
-    }
-    hash
 }

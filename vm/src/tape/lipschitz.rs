@@ -119,7 +119,7 @@ fn op_bound(program: &Program, i: &Instruction, op: Op, operands: [f64; 3], stre
             _ => f64::INFINITY,
         },
         // Repeated and raw fields: see the module documentation.
-        _ if is_raw_distance(op) || row.meta.category == Category::Math && !is_coordinate(op) => {
+        _ if op.is_raw_distance() || row.meta.category == Category::Math && !is_coordinate(op) => {
             f64::INFINITY
         }
         Slope::Constant(slope) => slope * stretch,
@@ -134,14 +134,9 @@ fn op_bound(program: &Program, i: &Instruction, op: Op, operands: [f64; 3], stre
     }
 }
 
-/// Reports whether an operation turns a raw field into a distance.
-pub fn is_raw_distance(op: Op) -> bool {
-    matches!(op, Op::FieldDistance | Op::FieldGrowth | Op::Piecewise)
-}
-
 /// Reports whether an instruction divides a raw field by a bound of its slope.
 pub fn divides_raw(i: &Instruction) -> bool {
-    matches!(i.code, Code::Op(op) if is_raw_distance(op))
+    matches!(i.code, Code::Op(op) if op.is_raw_distance())
 }
 
 /// Reports whether an instruction's value may be discontinuous.
