@@ -232,7 +232,9 @@ fn slope(slope: &Slope) -> String {
         Slope::Norm => "the root of the sum of the operands' squares".to_owned(),
         Slope::PlusParams(_) => "the operand's, plus what follows from the arguments".to_owned(),
         Slope::ScaledBy(_) => "the operand's, times what follows from the arguments".to_owned(),
-        Slope::PointMap(_) => "the shape's, times how much space is stretched".to_owned(),
+        Slope::Fold | Slope::PointMap(_) => {
+            "the shape's, times how much space is stretched".to_owned()
+        }
         Slope::Unbounded => "found by interval arithmetic".to_owned(),
     }
 }

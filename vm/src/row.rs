@@ -107,11 +107,54 @@ pub enum Slope {
     PlusParams(fn(&[f64]) -> f64),
     /// The operand's, times a function of the parameters.
     ScaledBy(fn(&[f64]) -> f64),
-    /// For maps of the point: the largest stretch of the map, given the parameters and the bounds of the
+    /// For motions, folds and projections of the point: nothing is stretched.
+    Fold,
+    /// For other maps of the point: the largest stretch of the map, given the parameters and the bounds of the
     /// shape that is evaluated at its result.
     PointMap(fn(&[f64], &Bounds) -> f64),
     /// No bound follows from the row; the compiler derives one by interval arithmetic.
     Unbounded,
+}
+
+impl Slope {
+    /// Returns the bound of a value, given those of its operands and the largest stretch of the point;
+    /// for a fold, returns the stretch of its result.
+    ///
+    /// `at_parameters` evaluates a function of the parameters: at their values, or at its largest over
+    /// all their values. The bound is infinite for maps that stretch, and where no rule is known.
+    pub fn bound(
+        self,
+        operands: &[f64],
+        stretch: f64,
+        at_parameters: impl FnOnce(fn(&[f64]) -> f64) -> f64,
+    ) -> f64 {
+        let largest = operands.iter().copied().fold(0.0, f64::max);
+        match self {
+            Self::Constant(slope) => slope * stretch,
+            Self::FromParams(slope) => at_parameters(slope) * stretch,
+            Self::MaxOfOperands(factor) => largest * factor,
+            Self::MaxOfOperandsOrOne | Self::Step => largest.max(stretch),
+            Self::Sum => operands.iter().sum(),
+            Self::Norm => operands.iter().map(|v| v * v).sum::<f64>().sqrt(),
+            Self::PlusParams(addend) => largest + at_parameters(addend) * stretch,
+            Self::ScaledBy(factor) => largest * at_parameters(factor),
+            Self::Fold => stretch,
+            Self::PointMap(_) | Self::Unbounded => f64::INFINITY,
+        }
+    }
+}
+
+/// The continuity of a result as a function of its operands, or of the point that it maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Continuity {
+    /// Continuous, at any slope.
+    Continuous,
+    /// Jumps at certain operands or points: a floor, a comparison, an angle, the border of two cells.
+    Jumps,
+    /// Equal to one of two operands: it jumps with the condition where these differ.
+    Selects,
+    /// Unbounded on both sides of a pole: a quotient, a tangent.
+    HasPoles,
 }
 
 /// The rule for the bounding volume of a result, given those of its operands.
@@ -247,6 +290,8 @@ pub struct OpFacts {
     pub exactness: Exactness,
     /// The rule for its slope bound.
     pub slope: Slope,
+    /// Its continuity.
+    pub continuity: Continuity,
     /// The rule for its bounding volume.
     pub bounds: BoundsRule,
     /// The set operation that it performs, with a blend or without.

@@ -12,8 +12,8 @@ use crate::kernel::{Blend, BlendKernel};
 use crate::ops::{prepare, volumes};
 use crate::real::Real;
 use crate::row::{
-    ArgumentKind as A, BoundsRule, Category, Exactness, Flat, Input, Language, OpFacts, Output,
-    Parameter, ParameterType, SetOperation, Slope, align, optional, required,
+    ArgumentKind as A, BoundsRule, Category, Continuity, Exactness, Flat, Input, Language, OpFacts,
+    Output, Parameter, ParameterType, SetOperation, Slope, align, optional, required,
 };
 
 /// Passes the rows to a macro: `callback! { rows… }`.
@@ -282,7 +282,7 @@ macro_rules! for_each_operation {
             /// The plane shape, moved by `offset` along x, turned once around the y axis. Of a shape that crosses the axis, the distance may be too small.
             Revolve "revolve" = dimension::revolve(p: Point; offset: Scalar) -> Point, prepare::identity, OpFacts {
                 language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0])] }),
-                slope: Slope::PointMap(|_, _| 1.0),
+                slope: Slope::Fold,
                 bounds: BoundsRule::Map(volumes::revolve),
                 source: "I. Quilez, Distance Functions: revolution",
                 ..DIMENSION
@@ -290,7 +290,8 @@ macro_rules! for_each_operation {
             /// The plane shape, moved by `offset` along x, turned around the y axis by `angle` only, symmetric about the +x axis. [`Op::RevolveClose`] has to follow. Of a shape that crosses the axis, the distance may be too small.
             RevolvePart "revolve_part" = dimension::revolve_part(p: Point; offset: Scalar, end: Vec2) -> Point, prepare::revolve_part, OpFacts {
                 language: Some(Language { name: "revolve", arguments: &[optional("offset", A::Offset, &[0.0]), required("angle", A::Angle)] }),
-                slope: Slope::PointMap(|_, _| 1.0),
+                slope: Slope::Fold,
+                continuity: Continuity::Jumps,
                 bounds: BoundsRule::Map(volumes::revolve),
                 source: "the half plane of the point, or that of the nearer end",
                 ..DIMENSION
@@ -306,7 +307,7 @@ macro_rules! for_each_operation {
             /// The plane shape that a solid shows in the plane z = 0.
             Slice "slice" = dimension::slice(p: Point;) -> Point, prepare::identity, OpFacts {
                 exactness: Exactness::Bound,
-                slope: Slope::PointMap(|_, _| 1.0),
+                slope: Slope::Fold,
                 bounds: BoundsRule::Map(volumes::slice),
                 source: "the solid's distance bounds that to its section",
                 ..DIMENSION
@@ -509,6 +510,7 @@ macro_rules! for_each_operation {
             Repeat "repeat" = domain::repeat(p: Point; spacing: Vec3, inverse: Vec3) -> Point, prepare::spacing, OpFacts {
                 language: Some(Language { name: "repeat", arguments: &[required("spacing", A::Lengths3)] }),
                 exactness: Exactness::ExactOutside,
+                continuity: Continuity::Jumps,
                 bounds: BoundsRule::Map(volumes::repeat),
                 source: "I. Quilez, Distance Functions: repetition",
                 ..DOMAIN
@@ -516,6 +518,7 @@ macro_rules! for_each_operation {
             /// A copy of an endless repetition, `which` cells farther along each axis on the side that the point is nearer to.
             RepeatNeighbour "repeat_neighbour" = domain::repeat_neighbour(p: Point; spacing: Vec3, inverse: Vec3, which: Vec3) -> Point, prepare::spacing, OpFacts {
                 category: Category::Internal,
+                continuity: Continuity::Jumps,
                 bounds: BoundsRule::Map(volumes::repeat),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
@@ -524,6 +527,7 @@ macro_rules! for_each_operation {
             RepeatLimited "repeat_limited" = domain::repeat_limited(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3) -> Point, prepare::limited_spacing, OpFacts {
                 language: Some(Language { name: "repeat", arguments: &[required("spacing", A::Lengths3), required("count", A::Counts3)] }),
                 exactness: Exactness::ExactOutside,
+                continuity: Continuity::Jumps,
                 bounds: BoundsRule::Map(volumes::repeat_limited),
                 source: "I. Quilez, Distance Functions: limited repetition",
                 ..DOMAIN
@@ -531,6 +535,7 @@ macro_rules! for_each_operation {
             /// A copy of a limited repetition, `which` cells farther along each axis on the side that the point is nearer to; beyond the last cell, that of the last cell.
             RepeatLimitedNeighbour "repeat_limited_neighbour" = domain::repeat_limited_neighbour(p: Point; spacing: Vec3, inverse: Vec3, last: Vec3, which: Vec3) -> Point, prepare::limited_spacing, OpFacts {
                 category: Category::Internal,
+                continuity: Continuity::Jumps,
                 bounds: BoundsRule::Map(volumes::repeat_limited),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
@@ -539,6 +544,7 @@ macro_rules! for_each_operation {
             Polar "polar" = domain::polar(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, OpFacts {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 exactness: Exactness::ExactOutside,
+                continuity: Continuity::Jumps,
                 bounds: BoundsRule::Map(volumes::polar),
                 source: "hg_sdf by Mercury, 2015: modulo polar",
                 ..DOMAIN
@@ -546,6 +552,7 @@ macro_rules! for_each_operation {
             /// A copy around the y axis, `which` sectors farther on the side that the point is nearer to.
             PolarNeighbour "polar_neighbour" = domain::polar_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, OpFacts {
                 category: Category::Internal,
+                continuity: Continuity::Jumps,
                 bounds: BoundsRule::Map(volumes::polar),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
@@ -554,6 +561,7 @@ macro_rules! for_each_operation {
             PolarPlane "polar_plane" = domain::polar_plane(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar) -> Point, prepare::polar, OpFacts {
                 language: Some(Language { name: "polar", arguments: &[required("n", A::Count), optional("phase", A::Angle, &[0.0])] }),
                 exactness: Exactness::ExactOutside,
+                continuity: Continuity::Jumps,
                 bounds: BoundsRule::Map(volumes::polar_plane),
                 source: "hg_sdf by Mercury, 2015: modulo polar",
                 ..DOMAIN
@@ -561,6 +569,7 @@ macro_rules! for_each_operation {
             /// A copy around the z axis, `which` sectors farther on the side that the point is nearer to.
             PolarPlaneNeighbour "polar_plane_neighbour" = domain::polar_plane_neighbour(p: Point; sector: Scalar, inverse: Scalar, phase: Scalar, which: Scalar) -> Point, prepare::polar_neighbour, OpFacts {
                 category: Category::Internal,
+                continuity: Continuity::Jumps,
                 bounds: BoundsRule::Map(volumes::polar_plane),
                 source: "I. Quilez, Domain Repetition",
                 ..DOMAIN
@@ -724,9 +733,9 @@ macro_rules! for_each_operation {
             /// The product of two numbers.
             Mul "mul" = math::mul(a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// The quotient of two numbers; a divisor below 1e-18 in magnitude counts as 1e-18.
-            Div "div" = math::div(a: Value, b: Value;) -> Value, prepare::identity, MATH;
+            Div "div" = math::div(a: Value, b: Value;) -> Value, prepare::identity, POLE;
             /// The remainder of a floored division: it has the divisor's sign.
-            Modulo "modulo" = math::modulo(a: Value, b: Value;) -> Value, prepare::identity, MATH;
+            Modulo "modulo" = math::modulo(a: Value, b: Value;) -> Value, prepare::identity, JUMP;
             /// The number with the other sign.
             Neg "neg" = math::neg(a: Value;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::MaxOfOperands(1.0),
@@ -738,7 +747,7 @@ macro_rules! for_each_operation {
                 ..MATH
             };
             /// −1, 0 or 1.
-            Sign "sign" = math::sign(a: Value;) -> Value, prepare::identity, MATH;
+            Sign "sign" = math::sign(a: Value;) -> Value, prepare::identity, JUMP;
             /// The smaller of two numbers.
             Min "min" = math::min(a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
                 slope: Slope::MaxOfOperands(1.0),
@@ -755,15 +764,15 @@ macro_rules! for_each_operation {
                 ..MATH
             };
             /// The largest whole number that is not larger.
-            Floor "floor" = math::floor(a: Value;) -> Value, prepare::identity, MATH;
+            Floor "floor" = math::floor(a: Value;) -> Value, prepare::identity, JUMP;
             /// The smallest whole number that is not smaller.
-            Ceil "ceil" = math::ceil(a: Value;) -> Value, prepare::identity, MATH;
+            Ceil "ceil" = math::ceil(a: Value;) -> Value, prepare::identity, JUMP;
             /// The nearest whole number, halves upwards.
-            Round "round" = math::round(a: Value;) -> Value, prepare::identity, MATH;
+            Round "round" = math::round(a: Value;) -> Value, prepare::identity, JUMP;
             /// The fraction above the largest integer that is not larger.
-            Fract "fract" = math::fract(a: Value;) -> Value, prepare::identity, MATH;
+            Fract "fract" = math::fract(a: Value;) -> Value, prepare::identity, JUMP;
             /// The whole part, towards zero.
-            Trunc "trunc" = math::trunc(a: Value;) -> Value, prepare::identity, MATH;
+            Trunc "trunc" = math::trunc(a: Value;) -> Value, prepare::identity, JUMP;
             /// The square root; zero for negative numbers.
             Sqrt "sqrt" = math::sqrt(a: Value;) -> Value, prepare::identity, MATH;
             /// One over the square root, of numbers from 1e-30 on.
@@ -779,7 +788,7 @@ macro_rules! for_each_operation {
                 ..MATH
             };
             /// The tangent of an angle in radians.
-            Tan "tan" = math::tan(a: Value;) -> Value, prepare::identity, MATH;
+            Tan "tan" = math::tan(a: Value;) -> Value, prepare::identity, POLE;
             /// The angle with this sine; the number is kept within −1 and 1.
             Asin "asin" = math::asin(a: Value;) -> Value, prepare::identity, MATH;
             /// The angle with this cosine; the number is kept within −1 and 1.
@@ -790,7 +799,7 @@ macro_rules! for_each_operation {
                 ..MATH
             };
             /// The angle of the vector (`x`, `y`) in [−π, π]; 0 at the origin.
-            Atan2 "atan2" = math::atan2(y: Value, x: Value;) -> Value, prepare::identity, MATH;
+            Atan2 "atan2" = math::atan2(y: Value, x: Value;) -> Value, prepare::identity, JUMP;
             /// The hyperbolic sine.
             Sinh "sinh" = math::sinh(a: Value;) -> Value, prepare::identity, MATH;
             /// The hyperbolic cosine.
@@ -811,13 +820,13 @@ macro_rules! for_each_operation {
             /// The first number, not negative, to the power of the second.
             Pow "pow" = math::pow(a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// 0 where the second number is below the first, 1 elsewhere.
-            Step "step" = math::step(edge: Value, a: Value;) -> Value, prepare::identity, MATH;
+            Step "step" = math::step(edge: Value, a: Value;) -> Value, prepare::identity, JUMP;
             /// 0 up to the first number, 1 from the second on, a smooth cubic of the third between.
             Smoothstep "smoothstep" = math::smoothstep(low: Value, high: Value, a: Value;) -> Value, prepare::identity, MATH;
             /// The first number at `t` = 0, the second at `t` = 1, straight between and beyond.
             Mix "mix" = math::mix(a: Value, b: Value, t: Value;) -> Value, prepare::identity, MATH;
             /// 1 where the first number is smaller, 0 elsewhere.
-            Less "less" = math::less(a: Value, b: Value;) -> Value, prepare::identity, MATH;
+            Less "less" = math::less(a: Value, b: Value;) -> Value, prepare::identity, JUMP;
             /// 1 where both truth values are 1, 0 elsewhere.
             And "and" = math::and(a: Value, b: Value;) -> Value, prepare::identity, MATH;
             /// 1 where at least one truth value is 1, 0 elsewhere.
@@ -825,7 +834,10 @@ macro_rules! for_each_operation {
             /// 1 for the truth value 0, 0 for 1.
             Not "not" = math::not(a: Value;) -> Value, prepare::identity, MATH;
             /// The second number where the first is above a half, the third elsewhere.
-            Select "select" = math::select(condition: Value, a: Value, b: Value;) -> Value, prepare::identity, MATH;
+            Select "select" = math::select(condition: Value, a: Value, b: Value;) -> Value, prepare::identity, OpFacts {
+                continuity: Continuity::Selects,
+                ..MATH
+            };
             /// Gradient noise: smooth, about 1 per unit of length, zero at whole coordinates, between −1 and 1 and mostly between −0.5 and 0.5.
             Noise "noise" = math::noise(p: Point; seed: Scalar) -> Value, prepare::identity, OpFacts {
                 slope: Slope::Constant(NOISE_STEEPNESS),
@@ -862,6 +874,7 @@ const SOLID: OpFacts = OpFacts {
     language: None,
     exactness: Exactness::Exact,
     slope: Slope::Constant(1.0),
+    continuity: Continuity::Continuous,
     bounds: BoundsRule::Infinite,
     set: None,
     blend: None,
@@ -912,7 +925,7 @@ const SUBTRACTION: OpFacts = OpFacts {
 /// Facts common to the maps of the point, most of which only fold or move space.
 const DOMAIN: OpFacts = OpFacts {
     category: Category::Domain,
-    slope: Slope::PointMap(|_, _| 1.0),
+    slope: Slope::Fold,
     ..SOLID
 };
 /// Facts common to the changes of the distance.
@@ -928,6 +941,16 @@ const MATH: OpFacts = OpFacts {
     exactness: Exactness::Field,
     slope: Slope::Unbounded,
     ..SOLID
+};
+/// Facts common to arithmetic that jumps.
+const JUMP: OpFacts = OpFacts {
+    continuity: Continuity::Jumps,
+    ..MATH
+};
+/// Facts common to arithmetic with poles.
+const POLE: OpFacts = OpFacts {
+    continuity: Continuity::HasPoles,
+    ..MATH
 };
 /// Facts common to noise.
 const LATTICE: OpFacts = OpFacts {

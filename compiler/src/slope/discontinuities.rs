@@ -5,6 +5,7 @@ use super::region_bounds::RegionBounds;
 use crate::box_eval::HeldBranches;
 use crate::expression::{ExprId, Expression, Expressions, Stage};
 use crate::uniforms::{operands_first, rewrite_number};
+use sdfc_vm::row::Continuity;
 use sdfc_vm::table::Op;
 
 /// Surface on which operations of a field are discontinuous.
@@ -50,20 +51,7 @@ fn is_discontinuous(expressions: &Expressions, id: ExprId) -> bool {
     let Expression::Apply { op, .. } = expressions.get(id) else {
         return false;
     };
-    let is_discontinuous_op = matches!(
-        op,
-        Op::Floor
-            | Op::Ceil
-            | Op::Round
-            | Op::Trunc
-            | Op::Fract
-            | Op::Modulo
-            | Op::Less
-            | Op::Step
-            | Op::Sign
-            | Op::Atan2
-    );
-    is_discontinuous_op && expressions.stage(id) > Stage::Uniform
+    op.row().meta.continuity == Continuity::Jumps && expressions.stage(id) > Stage::Uniform
 }
 
 /// Rewrites a number so that floors, fractions, remainders, comparisons and angles are its only

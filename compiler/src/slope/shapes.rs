@@ -382,19 +382,9 @@ impl ShapeSlopes {
         parameters: &[ExprId],
         operands: [f64; N],
     ) -> f64 {
-        let largest = operands.iter().copied().fold(0.0, f64::max);
-        let ends = || self.parameter_ends(scene, parameters);
-        match op.row().meta.slope {
-            Slope::Constant(slope) => slope,
-            Slope::FromParams(slope) => larger_at_ends(&ends(), slope),
-            Slope::MaxOfOperands(factor) => largest * factor,
-            Slope::MaxOfOperandsOrOne | Slope::Step => largest.max(1.0),
-            Slope::Sum => operands.iter().sum(),
-            Slope::Norm => operands.iter().map(|v| v * v).sum::<f64>().sqrt(),
-            Slope::PlusParams(addend) => largest + larger_at_ends(&ends(), addend),
-            Slope::ScaledBy(factor) => largest * larger_at_ends(&ends(), factor),
-            Slope::PointMap(_) | Slope::Unbounded => f64::INFINITY,
-        }
+        op.row().meta.slope.bound(&operands, 1.0, |rule| {
+            larger_at_ends(&self.parameter_ends(scene, parameters), rule)
+        })
     }
 
     /// Returns the stretch of a point map on a region, and a box around the image of the region.
@@ -405,12 +395,14 @@ impl ShapeSlopes {
         parameters: &[ExprId],
         region: &Bounds,
     ) -> (f64, Bounds) {
-        let Slope::PointMap(stretch) = op.row().meta.slope else {
-            return (f64::INFINITY, Bounds::ALL_SPACE);
+        let max_stretch = match op.row().meta.slope {
+            Slope::Fold => 1.0,
+            Slope::PointMap(stretch) => {
+                let ends = self.parameter_ends(scene, parameters);
+                larger_at_ends(&ends, |numbers| stretch(numbers, region))
+            }
+            _ => return (f64::INFINITY, Bounds::ALL_SPACE),
         };
-        let max_stretch = larger_at_ends(&self.parameter_ends(scene, parameters), |numbers| {
-            stretch(numbers, region)
-        });
         let inner = match op {
             Op::Twist => volumes::polar(&[], region),
             Op::Bend => volumes::polar_plane(&[], region),

@@ -8,7 +8,7 @@
 use super::Clause;
 use super::build::UNASSIGNED;
 use crate::program::{Code, Destination, Instruction, Operands, PointTransform, Program};
-use crate::row::{Category, Slope};
+use crate::row::{Category, Continuity, Slope};
 use crate::table::Op;
 
 /// Lipschitz bounds of the operands of each choice, by instruction, and of the result; infinite where
@@ -110,27 +110,17 @@ fn op_bound(program: &Program, i: &Instruction, op: Op, operands: [f64; 3], stre
             .map(|&v| f64::from(v))
             .collect()
     };
-    let largest = operands.into_iter().fold(0.0, f64::max);
     // A constant operand has the bound 0 and counts as one of the two.
     debug_assert!(i.operands == Operands::Stack || row.arity() == 2);
     match row.meta.slope {
-        _ if i.code.returns_point() => match op {
-            Op::Mirror | Op::Elongate | Op::Revolve | Op::Slice => stretch,
-            _ => f64::INFINITY,
-        },
         // Repeated and raw fields: see the module documentation.
+        Slope::Fold if row.meta.continuity == Continuity::Jumps => f64::INFINITY,
         _ if op.is_raw_distance() || row.meta.category == Category::Math && !is_coordinate(op) => {
             f64::INFINITY
         }
-        Slope::Constant(slope) => slope * stretch,
-        Slope::FromParams(slope) => slope(&numbers()) * stretch,
-        Slope::MaxOfOperands(factor) => largest * factor,
-        Slope::MaxOfOperandsOrOne => largest.max(stretch),
-        Slope::Sum => operands.into_iter().sum(),
-        Slope::Norm => operands.into_iter().map(|v| v * v).sum::<f64>().sqrt(),
-        Slope::PlusParams(more) => largest + more(&numbers()) * stretch.max(1.0),
-        Slope::ScaledBy(factor) => largest * factor(&numbers()),
-        Slope::PointMap(_) | Slope::Step | Slope::Unbounded => f64::INFINITY,
+        // The value jumps, although steps by it are safe.
+        Slope::Step => f64::INFINITY,
+        rule => rule.bound(&operands, stretch, |rule| rule(&numbers())),
     }
 }
 
@@ -141,25 +131,16 @@ pub fn divides_raw(i: &Instruction) -> bool {
 
 /// Reports whether an instruction's value may be discontinuous.
 ///
-/// All others, such as polynomials and roots, are continuous at any slope.
+/// A repetition jumps from one copy's frame to the next. The minimum over neighbouring copies that
+/// follows it does not.
 pub fn may_be_discontinuous(i: &Instruction) -> bool {
     let Code::Op(op) = i.code else { return false };
-    match op {
-        Op::Sign
-        | Op::Floor
-        | Op::Ceil
-        | Op::Round
-        | Op::Fract
-        | Op::Trunc
-        | Op::Modulo
-        | Op::Step
-        | Op::Less
-        | Op::Select
-        | Op::Tan
-        | Op::Atan2 => true,
+    match op.row().meta.continuity {
+        _ if i.code.returns_point() => false,
+        Continuity::Continuous => false,
         // A division by a constant has no pole.
-        Op::Div => !matches!(i.operands, Operands::Right(_)),
-        _ => false,
+        Continuity::HasPoles => !matches!(i.operands, Operands::Right(_)),
+        Continuity::Jumps | Continuity::Selects => true,
     }
 }
 

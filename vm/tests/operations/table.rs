@@ -137,7 +137,8 @@ fn facts_fit_the_kind_of_row() {
             }
             Category::Combine => assert_eq!(row.arity(), 2, "{name}"),
             Category::Domain => {
-                assert!(matches!(meta.slope, Slope::PointMap(_)), "{name}: stretch");
+                let is_map = matches!(meta.slope, Slope::Fold | Slope::PointMap(_));
+                assert!(is_map, "{name}: stretch");
                 assert!(matches!(meta.bounds, BoundsRule::Map(_)), "{name}: bounds");
                 assert_eq!(row.output, Output::Point, "{name}");
             }

@@ -67,39 +67,29 @@ impl GraphSlopes {
         values: &[NodeId],
         numbers: &[f64],
     ) -> f64 {
-        let value_slopes = || values.iter().map(|&value| self.get(value));
-        let largest = value_slopes().fold(0.0, f64::max);
+        let slopes: Vec<f64> = values.iter().map(|&value| self.get(value)).collect();
         let meta = &op.row().meta;
         let constant = |id: NodeId| match graph.get(id) {
             GraphNode::Constant(GraphNumber::Constant(v)) => Some(f64::from(*v)),
             _ => None,
         };
         match meta.slope {
-            Slope::Constant(slope) => slope * point_stretch,
-            Slope::FromParams(slope) => slope(numbers) * point_stretch,
-            Slope::MaxOfOperands(factor) => largest * factor,
-            Slope::MaxOfOperandsOrOne | Slope::Step => largest.max(point_stretch),
-            Slope::Sum => value_slopes().sum(),
-            Slope::Norm => value_slopes().map(|v| v * v).sum::<f64>().sqrt(),
-            Slope::PlusParams(addend) => largest + addend(numbers) * point_stretch,
-            Slope::ScaledBy(factor) => largest * factor(numbers),
-            // Folds are motions of space; a rotation whose angle depends on the point has no bound
-            // here.
-            Slope::PointMap(_) => match op {
-                Op::Twist | Op::Bend => f64::INFINITY,
-                _ => point_stretch,
-            },
             Slope::Unbounded => match (op, values) {
                 (Op::Mul, &[a, b]) => match (constant(a), constant(b)) {
                     (Some(factor), _) => factor.abs() * self.get(b),
                     (_, Some(factor)) => factor.abs() * self.get(a),
                     _ => f64::INFINITY,
                 },
-                _ if meta.category == Category::Math && largest == 0.0 && point_stretch == 0.0 => {
+                // Arithmetic of constants.
+                _ if meta.category == Category::Math
+                    && point_stretch == 0.0
+                    && slopes.iter().all(|&slope| slope == 0.0) =>
+                {
                     0.0
                 }
                 _ => f64::INFINITY,
             },
+            rule => rule.bound(&slopes, point_stretch, |rule| rule(numbers)),
         }
     }
 }
