@@ -2,7 +2,7 @@
 //! machine around it. (2, a wrong command line, is from clap.)
 
 use crate::terminal::Terminal;
-use sdfc_playground::files::disk::reason;
+use sdfc_io::files::disk::reason;
 use std::fmt;
 use std::io;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Input from files.
 
 use crate::failure::Failure;
-use sdfc_playground::files::disk;
+use sdfc_io::files::disk;
 use std::io;
 use std::path::Path;
 

@@ -15,7 +15,7 @@ mod terminal;
 
 use clap::Parser;
 use command::Command;
-use sdfc_playground::files::disk::reason;
+use sdfc_io::files::disk::reason;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
 use terminal::{ColorChoice, Terminal};

@@ -1,7 +1,7 @@
 //! Output of results: standard output, or a file that is written completely or not at all.
 
 use crate::failure::Failure;
-use sdfc_playground::files::disk;
+use sdfc_io::files::disk;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::Path;
 

@@ -16,7 +16,7 @@ use sdfc_compiler::open::{self, OpenResult, Request, SceneFile};
 use sdfc_compiler::passes::lod::LodTarget;
 use sdfc_compiler::passes::{PASSES, PassOptions};
 use sdfc_compiler::scene::Scene;
-use sdfc_playground::files::{Disk, Folder};
+use sdfc_io::files::{Disk, Folder};
 use sdfc_runtime::engine::{Engine, SceneInput};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;

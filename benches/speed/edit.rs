@@ -5,8 +5,8 @@
 
 use crate::scenes;
 use criterion::Criterion;
+use sdfc_io::files::Disk;
 use sdfc_playground::build::{BuildTask, SceneOrigin, build};
-use sdfc_playground::files::Disk;
 use sdfc_playground::renderer::{
     CancelToken, DrawTask, Renderer, SampleSet, SceneInputs, ViewMode,
 };

@@ -8,8 +8,8 @@
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion};
+use sdfc_io::files::Disk;
 use sdfc_playground::build::{SceneOrigin, build};
-use sdfc_playground::files::Disk;
 use sdfc_playground::renderer::Renderer;
 use sdfc_playground::session::{
     CameraEvent, Devices, Event, RefinementStage, Session, Task, TaskResult,

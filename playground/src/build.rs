@@ -1,11 +1,11 @@
 //! Builds a scene from its source, with all diagnostics and timings.
 
-use crate::files::{Files, Folder};
 use crate::param_source::{ParamSource, param_sources};
 use sdfc_compiler::compile::GeneratedSource;
 use sdfc_compiler::elaborate::NoFiles;
 use sdfc_compiler::open::{CompiledScene, Request, SceneFile, open};
 use sdfc_compiler::passes::PassOptions;
+use sdfc_io::files::{Files, Folder};
 use sdfc_lang::{Sources, Style};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};

@@ -4,18 +4,15 @@
 //! changed, a slider moved, the mouse turned the camera) and emits tasks (build, draw). Task results are
 //! fed back into it. It reads no files, starts no threads and has no clock, so tests can replay any
 //! sequence of events. The tasks are executed by [`mod@build`] and [`renderer`] on the threads of
-//! [`session_host`]; [`watcher`] reports changed files. The window is one front-end of this core.
+//! [`session_host`]; [`sdfc_io::watcher`] reports changed files. The window is one front-end of this core.
 
 pub mod build;
 pub mod camera;
-pub mod files;
 pub mod inspect;
 pub mod param_source;
-pub mod png_file;
 pub mod renderer;
 pub mod session;
 pub mod session_host;
 pub mod timeline;
-pub mod watcher;
 #[cfg(feature = "window")]
 pub mod window;

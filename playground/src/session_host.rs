@@ -2,12 +2,12 @@
 //! are queued until the session takes them.
 
 use crate::build::{BuildTask, build};
-use crate::files::Files;
-use crate::png_file::png;
 use crate::renderer::{DrawTask, EngineOpener, PickTask, Renderer};
 use crate::session::{Event, OneOffTask, Session, Task, TaskResult};
-use crate::watcher::{Watcher, changed_since};
 use sdfc_compiler::export::translate;
+use sdfc_io::files::Files;
+use sdfc_io::png_file::png;
+use sdfc_io::watcher::{Watcher, changed_since};
 use sdfc_runtime::engine::EngineKind;
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -22,11 +22,11 @@ mod view_picker;
 mod widgets;
 
 use crate::build::SceneOrigin;
-use crate::files::Files;
 use crate::renderer::EngineOpener;
 use crate::session::{Event, Session};
 use crate::session_host::SessionHost;
 use eframe::egui::{self, Context, Frame, Margin, Panel, Ui, ViewportBuilder, ViewportCommand};
+use sdfc_io::files::Files;
 use state::{Dialog, WindowState};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;

@@ -3,8 +3,8 @@
 use crate::engine;
 use crate::failure::Failure;
 use crate::terminal::Terminal;
+use sdfc_io::files::Disk;
 use sdfc_playground::build::SceneOrigin;
-use sdfc_playground::files::Disk;
 use sdfc_playground::renderer::editing_engines;
 use sdfc_playground::session::{Devices, EngineChoice, Event, Session};
 use sdfc_playground::window::{Example, WindowServices, open};

@@ -8,7 +8,7 @@ use crate::rounding;
 use crate::scene::{BuildArgs, LodArgs};
 use crate::terminal::Terminal;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use sdfc_playground::png_file::png;
+use sdfc_io::png_file::png;
 use sdfc_runtime::engine::Engine;
 use sdfc_runtime::render::{CellMode, Image, Mode, Normals, Occlusion, Tonemap};
 use sdfc_runtime::settings::{MAX_SIDE_PIXELS, Overrides, resolve};

@@ -5,7 +5,7 @@ use crate::failure::{Failure, INPUT, on_each};
 use crate::output;
 use crate::scene::{self, BuildArgs};
 use crate::terminal::Terminal;
-use sdfc_playground::png_file::png;
+use sdfc_io::png_file::png;
 use sdfc_runtime::engine::{Engine, EngineKind};
 use sdfc_runtime::render::RenderSettings;
 use sdfc_runtime::settings::{Overrides, resolve};

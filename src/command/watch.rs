@@ -4,7 +4,7 @@ use super::render::{self, destination, draw};
 use crate::engine;
 use crate::failure::Failure;
 use crate::terminal::Terminal;
-use sdfc_playground::watcher::{SETTLE_DELAY, Watcher, changed_since};
+use sdfc_io::watcher::{SETTLE_DELAY, Watcher, changed_since};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::SystemTime;
 

@@ -10,13 +10,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders of the crates' sources, relative to the root of the repository.
-const CRATES: [(&str, &str); 8] = [
+const CRATES: [(&str, &str); 9] = [
     ("sdfc-lang", "lang/src"),
     ("sdfc-vm", "vm/src"),
     ("sdfc-compiler", "compiler/src"),
     ("sdfc-shaders", "shaders/src"),
     ("sdfc-trials", "trials/src"),
     ("sdfc-runtime", "runtime/src"),
+    ("sdfc-io", "io/src"),
     ("sdfc-playground", "playground/src"),
     ("sdfc", "src"),
 ];

@@ -1,7 +1,7 @@
 //! A session whose tasks are performed synchronously.
 
+use sdfc_io::files::Files;
 use sdfc_playground::build::{SceneOrigin, build};
-use sdfc_playground::files::Files;
 use sdfc_playground::renderer::{DrawResult, DrawTask, Renderer, SampleSet};
 use sdfc_playground::session::{Devices, Event, OneOffTask, Session, Task, TaskResult};
 use sdfc_runtime::engine::{self, EngineKind};

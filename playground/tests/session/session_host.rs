@@ -1,7 +1,7 @@
 //! Tests of the session host, with threads, files and a watcher.
 
+use sdfc_io::files::Disk;
 use sdfc_playground::build::SceneOrigin;
-use sdfc_playground::files::Disk;
 use sdfc_playground::session::{Devices, Event, Session};
 use sdfc_playground::session_host::SessionHost;
 use sdfc_runtime::engine;

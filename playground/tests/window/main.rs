@@ -11,8 +11,8 @@ mod screen;
 
 use desktop::{Desktop, SIZE, Window};
 use screen::{Color, Screen, ScreenRect};
+use sdfc_io::files::Disk;
 use sdfc_playground::build::SceneOrigin;
-use sdfc_playground::files::Disk;
 use sdfc_playground::renderer::EngineOpener;
 use sdfc_playground::session::{Devices, Session};
 use sdfc_playground::window::{WindowServices, open};
