@@ -184,8 +184,8 @@ fn the_share_is_the_slope() {
 /// Unions never exceed the hard one, intersections and subtractions are never below it.
 #[test]
 fn blends_stay_on_their_side() {
-    let mut random = Random::new(23);
     for case in cases(24, 4, |op| op.row().meta.category == Category::Combine) {
+        let mut random = Random::for_case(23, &case.name());
         let name = case.op.row().name;
         for _ in 0..500 {
             let [a, b] = [0; 2].map(|_| random.range(-1.0, 1.0));

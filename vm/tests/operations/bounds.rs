@@ -12,8 +12,8 @@ fn holds(b: &Bounds, p: Point) -> bool {
 
 #[test]
 fn shapes_lie_within_their_bounds() {
-    let mut random = Random::new(10);
     for case in cases(11, 12, |op| is_shape(op) && op != Op::PolygonEdge) {
+        let mut random = Random::for_case(10, &case.name());
         let bounds = match case.op.row().meta.bounds {
             BoundsRule::Shape(f) => f(&case.parameters()),
             BoundsRule::Infinite => continue,
@@ -51,8 +51,8 @@ fn shapes_lie_within_their_bounds() {
 /// Euclidean distance if it is exact, the one along the farthest axis otherwise.
 #[test]
 fn shapes_are_as_far_as_their_bounds_at_least() {
-    let mut random = Random::new(16);
     for case in cases(17, 12, |op| is_shape(op) && op != Op::PolygonEdge) {
+        let mut random = Random::for_case(16, &case.name());
         let BoundsRule::Shape(bounds) = case.op.row().meta.bounds else {
             continue;
         };
@@ -78,11 +78,11 @@ fn shapes_are_as_far_as_their_bounds_at_least() {
 /// A map's bounds contain the image of a sphere inside the shape's bounds.
 #[test]
 fn moved_shapes_lie_within_their_bounds() {
-    let mut random = Random::new(12);
     for case in cases(13, 8, |op| {
         // A partial turn's map alone continues beyond its ends.
         op.row().output == Output::Point && !is_math(op) && op != Op::RevolvePart
     }) {
+        let mut random = Random::for_case(12, &case.name());
         let BoundsRule::Map(map) = case.op.row().meta.bounds else {
             panic!("{} maps no bounds", case.name());
         };
@@ -110,8 +110,8 @@ fn moved_shapes_lie_within_their_bounds() {
 /// the bounds, for any operands.
 #[test]
 fn blends_add_no_more_than_their_bounds_grow_by() {
-    let mut random = Random::new(18);
     for case in cases(19, 8, |op| op.row().meta.category == Category::Combine) {
+        let mut random = Random::for_case(18, &case.name());
         let by = match case.op.row().meta.bounds {
             BoundsRule::Hull => 0.0,
             BoundsRule::HullGrown(by) => by(&case.parameters()),
@@ -163,10 +163,10 @@ fn chains_add_no_more_than_is_said_of_them() {
 /// bounds.
 #[test]
 fn combined_shapes_lie_within_their_bounds() {
-    let mut random = Random::new(14);
     let balls = [([-0.375, 0.0, 0.25], 0.5), ([0.5, 0.25, 0.0], 0.625)];
     let bounds = balls.map(|(c, r)| Bounds::EMPTY.including(c).grown(r));
     for case in cases(15, 6, |op| op.row().meta.category == Category::Combine) {
+        let mut random = Random::for_case(14, &case.name());
         let a = case.parameters();
         let volume = match case.op.row().meta.bounds {
             BoundsRule::Hull => bounds[0].hull(&bounds[1]),

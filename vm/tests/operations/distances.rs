@@ -106,8 +106,8 @@ fn check(case: &Case, inside: impl Fn(Point) -> bool, exactness: Exactness, rand
 
 #[test]
 fn shapes_keep_their_definitions() {
-    let mut random = Random::new(1);
     for case in cases(2, 6, |op| is_shape(op) && op != Op::PolygonEdge) {
+        let mut random = Random::for_case(1, &case.name());
         let exactness = case.op.row().meta.exactness;
         check(
             &case,

@@ -16,6 +16,13 @@ impl Random {
     pub(crate) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
+    /// Creates the generator of a named case, so that no case changes the numbers of another one.
+    pub(crate) fn for_case(seed: u64, name: &str) -> Self {
+        let hash = name.bytes().fold(seed, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+        Self::new(hash ^ hash >> 32)
+    }
     /// Returns a number in [0, 1), on a grid that `f32` represents exactly.
     pub(crate) fn unit(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
@@ -232,7 +239,6 @@ pub(crate) fn tries(few: usize, cases: usize) -> usize {
 
 /// Returns random cases of every operation that satisfies a predicate.
 pub(crate) fn cases(seed: u64, each: usize, wanted: impl Fn(Op) -> bool) -> Vec<Case> {
-    let mut random = Random::new(seed);
     let ops = ROWS.iter().map(|row| row.op).filter(|&op| wanted(op));
     ops.flat_map(|op| {
         let each = if op.row().parameters.is_empty() {
@@ -240,6 +246,7 @@ pub(crate) fn cases(seed: u64, each: usize, wanted: impl Fn(Op) -> bool) -> Vec<
         } else {
             each
         };
+        let mut random = Random::for_case(seed, op.row().name);
         (0..each)
             .map(|_| Case::new(op, &random.arguments(op)))
             .collect::<Vec<_>>()

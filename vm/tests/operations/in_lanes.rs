@@ -13,8 +13,8 @@ use sdfc_vm::vector::V3;
 
 #[test]
 fn lanes_have_the_bits_of_single_points() {
-    let mut random = Random::new(12);
     for case in cases(12, 20, is_shape) {
+        let mut random = Random::for_case(12, &case.name());
         let text = format!("0000  {} {:?}\n", case.op.row().name, case.parameters());
         let program = listing::parse(&text).unwrap_or_else(|error| panic!("{error:?}\n{text}"));
         let tape = Tape::new(&program);

@@ -11,8 +11,8 @@ use sdfc_vm::vector::V3;
 
 #[test]
 fn gradients_are_the_limit_of_differences() {
-    let mut random = Random::new(60);
     for case in cases(61, 3, |_| true) {
+        let mut random = Random::for_case(60, &case.name());
         let (mut tried, mut agreed) = (0, 0);
         for _ in 0..120 {
             let p = random.point(1.5);
@@ -57,8 +57,8 @@ fn within(random: &mut Random, i: Interval) -> f64 {
 
 #[test]
 fn intervals_hold_every_value_of_their_box() {
-    let mut random = Random::new(62);
     for case in cases(63, 4, |_| true) {
+        let mut random = Random::for_case(62, &case.name());
         for _ in 0..150 {
             let [x, y, z] = random_box(&mut random);
             let hull = case.on::<Interval>(V3::new(x, y, z));
@@ -99,8 +99,8 @@ fn intervals_of_angles_hold_every_value_around_the_cut() {
 /// The intervals of `f32` contain the `f32` values, to the last bit where only arithmetic is used.
 #[test]
 fn float_intervals_hold_what_f32_gives() {
-    let mut random = Random::new(68);
     for case in cases(69, 4, |_| true) {
+        let mut random = Random::for_case(68, &case.name());
         for _ in 0..150 {
             let [x, y, z] = random_box(&mut random).map(|i| FloatInterval {
                 lo: i.lo as f32,
@@ -128,8 +128,8 @@ fn float_intervals_hold_what_f32_gives() {
 /// discontinuities that cancel; their rows state their slope.)
 #[test]
 fn slopes_of_intervals_bound_all_differences() {
-    let mut random = Random::new(64);
     for case in cases(65, 3, |op| is_math(op) && op != Op::Constant) {
+        let mut random = Random::for_case(64, &case.name());
         for _ in 0..200 {
             let corner = random.point(1.5);
             let size = 0.5 * random.unit();
@@ -167,9 +167,9 @@ fn slopes_of_intervals_bound_all_differences() {
 /// contributes to a length.
 #[test]
 fn single_precision_is_close_to_double() {
-    let mut random = Random::new(66);
     let ulp = 1.0 / f64::from(1 << 24);
     for case in cases(67, 5, |op| !is_math(op)) {
+        let mut random = Random::for_case(66, &case.name());
         let folds = matches!(
             case.op,
             Op::Prism
@@ -208,10 +208,10 @@ fn single_precision_is_close_to_double() {
 /// Arithmetic in `f32` is as accurate as its operands allow.
 #[test]
 fn single_precision_arithmetic_is_close_to_double() {
-    let mut random = Random::new(68);
     for case in cases(69, 2, |op| {
         is_math(op) && op.row().output == sdfc_vm::row::Output::Value
     }) {
+        let mut random = Random::for_case(68, &case.name());
         // Functions with discontinuities or unbounded slopes are compared elsewhere.
         if matches!(case.op, Op::Noise | Op::NoiseOctave | Op::RidgeOctave) {
             continue;

@@ -157,8 +157,8 @@ fn what_coordinates_are_off_is_passed_on() {
         error,
         ..RunningError::exact(v)
     };
-    let mut random = Random::new(604);
     for case in &cases(605, 4, |op| op.row().reads_point()) {
+        let mut random = Random::for_case(604, &case.name());
         for _ in 0..2000 {
             let p = point(&mut random);
             let input_error = random.range(-20.0, -8.0).exp2() * (1.0 + f64::from(p[0].abs()));

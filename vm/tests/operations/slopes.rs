@@ -24,7 +24,6 @@ fn bound(case: &Case) -> Option<f64> {
 
 #[test]
 fn no_value_is_steeper_than_its_row_says() {
-    let mut random = Random::new(5);
     // Guards of a repetition apply to a folded point; their discontinuities are those of the repetition.
     // The ends of a partial turn and the inside of an elongation apply to a transformed point. An edge of a
     // polygon depends on the others.
@@ -38,6 +37,7 @@ fn no_value_is_steeper_than_its_row_says() {
     for case in cases(6, 4, |op| {
         op.row().output == Output::Value && !elsewhere(op)
     }) {
+        let mut random = Random::for_case(5, &case.name());
         let Some(slope) = bound(&case) else { continue };
         for i in 0..tries(2000, 4) {
             let p = random.point([3.0, 3.0, 3.0, 30.0][i % 4]);
@@ -58,8 +58,8 @@ fn no_value_is_steeper_than_its_row_says() {
 
 #[test]
 fn no_map_stretches_more_than_its_row_says() {
-    let mut random = Random::new(7);
     for case in cases(8, 5, |op| op.row().output == Output::Point && !is_math(op)) {
+        let mut random = Random::for_case(7, &case.name());
         // Long enough that the errors of elementary functions, about 2e-7, stay below the margin.
         let (reach, step) = (1.5, 1e-3);
         let limit = match case.op.row().meta.slope {
