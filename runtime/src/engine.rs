@@ -13,11 +13,13 @@ mod cpu;
 mod gpu_cells;
 mod gpu_engine;
 mod gpu_render;
+mod gpu_scene;
 mod interp;
 mod kernels;
 mod morton;
 mod query;
 mod reference;
+mod runner;
 mod tiles;
 mod warm_up;
 mod wgsl;
@@ -36,7 +38,8 @@ use std::fmt;
 use std::str::FromStr;
 
 pub use auto_select::{open_auto, open_auto_with, with_fallback};
-use gpu_engine::{GpuEngine, KernelMode};
+use gpu_engine::GpuEngine;
+use gpu_scene::KernelMode;
 
 /// The kinds of engines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]

@@ -3,8 +3,9 @@
 //! it was divided.
 
 use super::EngineError;
-use super::gpu_engine::{GpuEngine, GpuScene};
+use super::gpu_scene::GpuScene;
 use super::kernels::KernelId;
+use super::runner::SceneRunner;
 use super::tiles::TileRect;
 use crate::cpu::{distance_from_camera, ends_at_far};
 use crate::gpu::{Batch, BoundKernel, BufferBinding, Extent};
@@ -71,7 +72,7 @@ fn weight(function: SceneFunction) -> u32 {
     }
 }
 
-impl<S: GpuScene> GpuEngine<S> {
+impl<S: GpuScene> SceneRunner<S> {
     /// Checks the limits and compiles missing kernels.
     pub(super) fn plan(&mut self, job: &RenderJob) -> Result<StagePlan, EngineError> {
         let features = &job.features;

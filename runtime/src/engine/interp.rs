@@ -13,7 +13,7 @@
 mod cells;
 
 use super::gpu_cells::{self, GpuCellBuilder};
-use super::gpu_engine::{GpuScene, KernelMode, default_material_wgsl};
+use super::gpu_scene::{GpuScene, KernelMode, default_material_wgsl};
 use super::kernels::SceneWgsl;
 use super::{EngineError, EngineKind, SceneInput, cell_policy, kernels};
 use crate::cells::{GpuCells, required_registers};

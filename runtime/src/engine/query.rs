@@ -1,8 +1,9 @@
 //! Evaluation of a scene at points, on a GPU. Three kernels share a text, one for each of the scene's
 //! functions: a single kernel would take as long to compile as all three together.
 
-use super::gpu_engine::{GpuEngine, GpuScene};
+use super::gpu_scene::GpuScene;
 use super::kernels::{KernelId, SceneWgsl};
+use super::runner::SceneRunner;
 use super::{EngineError, FieldSample};
 use crate::gpu::{BindingAccess, Buffer, BufferBinding, BufferUsage, Extent};
 use sdfc_shaders::assemble::{BufferSlot, SceneFunction};
@@ -31,11 +32,11 @@ pub(super) fn direction(gradient: [f32; 3]) -> [f32; 3] {
 
 /// Evaluates the scene at all points.
 pub(super) fn query<S: GpuScene>(
-    engine: &mut GpuEngine<S>,
+    runner: &mut SceneRunner<S>,
     points: &[[f32; 3]],
 ) -> Result<Vec<FieldSample>, EngineError> {
-    engine.prepare(None)?;
-    let has_surface_program = engine
+    runner.prepare(None)?;
+    let has_surface_program = runner
         .scene
         .as_ref()
         .ok_or(EngineError::NothingLoaded)?
@@ -45,32 +46,32 @@ pub(super) fn query<S: GpuScene>(
         functions.push(SceneFunction::Surface);
     }
     for &function in &functions {
-        engine.check_loop_limit(function, 1, "a query")?;
+        runner.check_loop_limit(function, 1, "a query")?;
     }
     let mut samples = Vec::with_capacity(points.len());
     let mut remaining = points;
     while !remaining.is_empty() {
-        let max_points = (engine.budget.tile_pixels(QUERY_WEIGHT) as usize).min(MAX_POINTS);
+        let max_points = (runner.budget.tile_pixels(QUERY_WEIGHT) as usize).min(MAX_POINTS);
         let (chunk, after) = remaining.split_at(max_points.min(remaining.len()));
         remaining = after;
-        samples.extend(query_chunk(engine, chunk, &functions)?);
+        samples.extend(query_chunk(runner, chunk, &functions)?);
     }
     Ok(samples)
 }
 
 /// Evaluates the scene at the points of one submission.
 fn query_chunk<S: GpuScene>(
-    engine: &mut GpuEngine<S>,
+    runner: &mut SceneRunner<S>,
     points: &[[f32; 3]],
     functions: &[SceneFunction],
 ) -> Result<Vec<FieldSample>, EngineError> {
     let count = points.len();
     let kernels = functions
         .iter()
-        .map(|&function| query_kernel(engine, function));
+        .map(|&function| query_kernel(runner, function));
     let kernels = kernels.collect::<Result<Vec<KernelId>, _>>()?;
-    let gpu = &engine.gpu;
-    let scene = engine.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
+    let gpu = &runner.gpu;
+    let scene = runner.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
 
     let uniforms = FrameUniforms {
         albedo: scene.default_material.albedo,
@@ -103,7 +104,7 @@ fn query_chunk<S: GpuScene>(
                 .iter()
                 .map(|(binding, buffer)| (binding.slot, buffer)),
         );
-        let call = engine.kernels.get(kernel).bind(gpu, &slots)?;
+        let call = runner.kernels.get(kernel).bind(gpu, &slots)?;
         batch.dispatch(&call, Extent::Line(count as u64))?;
     }
     batch.submit_and_wait()?;
@@ -128,13 +129,13 @@ fn query_chunk<S: GpuScene>(
 
 /// Returns the kernel that evaluates one function.
 fn query_kernel<S: GpuScene>(
-    engine: &mut GpuEngine<S>,
+    runner: &mut SceneRunner<S>,
     function: SceneFunction,
 ) -> Result<KernelId, EngineError> {
-    let scene = engine.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
+    let scene = runner.scene.as_ref().ok_or(EngineError::NothingLoaded)?;
     let variant = scene.gpu_scene.variant();
-    let gpu = &engine.gpu;
-    let id = engine.kernels.query(function, variant, |kernels| {
+    let gpu = &runner.gpu;
+    let id = runner.kernels.query(function, variant, |kernels| {
         let text = kernel_text(&scene.gpu_scene.source(&[function]), function);
         let storage = |slot, access| BufferBinding { slot, access };
         let (read, write) = (BindingAccess::StorageRead, BindingAccess::StorageReadWrite);

@@ -1,7 +1,7 @@
 //! Generated source on a GPU: the scene as straight-line WGSL, with the results of the uniform program in a
 //! buffer.
 
-use super::gpu_engine::{GpuScene, KernelMode, default_material_wgsl};
+use super::gpu_scene::{GpuScene, KernelMode, default_material_wgsl};
 use super::kernels::SceneWgsl;
 use super::{EngineError, EngineKind, SceneInput};
 use crate::gpu::{BindingAccess, Buffer, BufferBinding, BufferUsage, Gpu};
