@@ -13,6 +13,8 @@ mod incremental;
 mod lookup;
 mod on_demand;
 mod pack;
+pub(crate) mod policy;
+pub(crate) mod trial;
 
 pub use build::{CellSpec, Refine, build};
 pub use incremental::{changed_instructions, rebuild_after_edit};

@@ -7,9 +7,11 @@
 
 mod beam;
 mod debug_views;
+pub(crate) mod engine;
 mod lanes;
 mod leaf_bins;
 mod march;
+mod morton;
 mod normal;
 mod occlusion;
 mod packet;

@@ -7,28 +7,12 @@
 //! ([`crate::verify`]). A new engine is an implementation of [`Engine`] and a line in [`open`].
 
 mod auto_select;
-mod cell_policy;
-mod cell_trial;
-mod cpu;
-mod gpu_cells;
-mod gpu_engine;
-mod gpu_render;
-mod gpu_scene;
-mod interp;
-mod kernels;
-mod morton;
-mod query;
-mod reference;
-mod runner;
-mod tiles;
-mod warm_up;
-mod wgsl;
-mod work_budget;
+mod open;
 
 use crate::cells::CellInfo;
 use crate::cpu::plane_quadtree::PixelPlane;
 use crate::cpu::{Geometry, face_on_plane};
-use crate::gpu::{AdapterPreference, Arithmetic, Gpu, GpuError};
+use crate::gpu::GpuError;
 use crate::render::{FieldFacts, Image, Mode, RenderProgress, RenderSettings, Samples, prepare};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_shaders::layout::Surface;
@@ -38,8 +22,7 @@ use std::fmt;
 use std::str::FromStr;
 
 pub use auto_select::{open_auto, open_auto_with, with_fallback};
-use gpu_engine::GpuEngine;
-use gpu_scene::KernelMode;
+pub use open::{open, open_generic, open_on, open_with};
 
 /// The kinds of engines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
@@ -221,7 +204,7 @@ pub trait Engine {
 }
 
 /// The plane that the settings show face on, if any.
-fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
+pub(crate) fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
     let no_facts = FieldFacts {
         is_raw: false,
         bounds: Bounds::ALL_SPACE,
@@ -277,54 +260,5 @@ impl EngineError {
                     | GpuError::Inexact { .. }
             )
         )
-    }
-}
-
-/// Opens an engine. GPU engines use hardware if there is any, else software Vulkan.
-pub fn open(kind: EngineKind) -> Result<Box<dyn Engine>, EngineError> {
-    open_with(kind, Arithmetic::Default)
-}
-
-/// Opens an engine with strict or default arithmetic. Strict engines produce identical bits. The CPU engine
-/// is always strict.
-pub fn open_with(kind: EngineKind, arithmetic: Arithmetic) -> Result<Box<dyn Engine>, EngineError> {
-    Ok(match kind {
-        EngineKind::Cpu => Box::new(cpu::CpuEngine::default()),
-        EngineKind::Reference => Box::new(reference::ReferenceEngine::default()),
-        EngineKind::Interp | EngineKind::Wgsl => {
-            open_on(kind, Gpu::open_with(AdapterPreference::Any, arithmetic)?)
-        }
-    })
-}
-
-/// Opens the interpreter on the given device, with kernels that run every scene. After [`Engine::warm_up`] no
-/// pipeline is created, whatever is loaded and whatever is changed in these modes: lights and their shadows,
-/// occlusion, fog, materials, normals. The images are those of [`EngineKind::Interp`], whose kernels contain
-/// only what a scene needs.
-///
-/// Hardware skips the operations that a scene does not have. Software Vulkan runs all of them at each
-/// instruction and is many times slower. The kernels have registers for 32 values and 8 points of a scene's
-/// tape (materials: 16 values), and for [`sdfc_shaders::features::MAX_GENERIC_LIGHTS`] lights. A scene that needs
-/// more gets specialized kernels.
-pub fn open_generic(gpu: Gpu) -> Box<dyn Engine> {
-    Box::new(GpuEngine::<interp::Interpreter>::new(
-        gpu,
-        KernelMode::Generic,
-    ))
-}
-
-/// Opens an engine of this kind on the given device. CPU engines do not use it.
-pub fn open_on(kind: EngineKind, gpu: Gpu) -> Box<dyn Engine> {
-    match kind {
-        EngineKind::Cpu => Box::new(cpu::CpuEngine::default()),
-        EngineKind::Reference => Box::new(reference::ReferenceEngine::default()),
-        EngineKind::Interp => Box::new(GpuEngine::<interp::Interpreter>::new(
-            gpu,
-            KernelMode::Specialized,
-        )),
-        EngineKind::Wgsl => Box::new(GpuEngine::<wgsl::GeneratedScene>::new(
-            gpu,
-            KernelMode::Specialized,
-        )),
     }
 }

@@ -33,6 +33,7 @@
 //!   field that they define.
 
 mod camera;
+pub(crate) mod engine;
 mod errors;
 mod field;
 mod isolate;

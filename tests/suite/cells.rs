@@ -317,7 +317,7 @@ fn fields_get_cells_where_they_are_worth_it() {
         let frame = drawn(engine, &compiled, &outputs, (CellMode::Auto, size));
         frame.stats.cells.count
     };
-    // Measured: see `runtime/src/engine/worth.rs`.
+    // Measured: see `runtime/src/cells/trial.rs`.
     for (scene, expects_cells) in [
         ("examples/primitives.sdf", true),
         ("examples/city.sdf", true),

@@ -251,6 +251,18 @@ pub(super) fn surface_in_lane(block: &SurfaceBlock, lane: usize) -> Surface {
     }
 }
 
+/// The unit direction of a gradient; up if the gradient has none. Mirrors the function of this name in
+/// `gpu/query.wgsl`.
+pub(super) fn direction(gradient: [f32; 3]) -> [f32; 3] {
+    let largest = gradient.iter().fold(0.0_f32, |max, v| max.max(v.abs()));
+    if !(largest > 1e-30 && largest < 1e30) {
+        return [0.0, 1.0, 0.0];
+    }
+    let [x, y, z] = gradient.map(|v| v * (1.0 / largest));
+    let scale = 1.0 / (x * x + y * y + z * z).sqrt();
+    [x * scale, y * scale, z * scale]
+}
+
 /// Writes a point to a lane.
 pub(super) fn set_lane(points: &mut Points, lane: usize, p: V3<f32>) {
     points[0].0[lane] = p.x;

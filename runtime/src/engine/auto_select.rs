@@ -1,10 +1,11 @@
 //! Default choice of an engine: a hardware GPU if there is one, else the CPU. A GPU that fails is replaced by
 //! the CPU, with the same image.
 
-use super::cpu::CpuEngine;
-use super::{Engine, EngineError, EngineKind, FieldSample, SceneInput, open_on};
+use super::open::open_on;
+use super::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::cells::CellInfo;
 use crate::cpu::Geometry;
+use crate::cpu::engine::CpuEngine;
 use crate::gpu::{AdapterPreference, Arithmetic, Gpu};
 use crate::render::{Image, Mode, RenderProgress, RenderSettings, Samples};
 use sdfc_shaders::assemble::SceneSource;

@@ -16,7 +16,7 @@ use std::{fs, io};
 const MODULE: &str = "vm/src/fault.rs";
 /// The file that compiles kernels, and the line of it that reads their text.
 const COMPILER: [&str; 3] = [
-    "runtime/src/gpu/kernel.rs",
+    "runtime/src/gpu/driver/kernel.rs",
     "let module = naga::front::wgsl::parse_str(source.wgsl)",
     "let module = naga::front::wgsl::parse_str(&sdfc_vm::fault::text(source.wgsl))",
 ];

@@ -4,7 +4,7 @@
 //!
 //! If cells are profitable, the kernel runs tapes ([`sdfc_shaders::interpreter::tape`]), and each render
 //! begins by cutting its part of space ([`cells`]). Cells are cut on the CPU, or, where kernels run on
-//! another processor, on the device after the first levels ([`super::gpu_cells`]).
+//! another processor, on the device after the first levels ([`super::cell_builder`]).
 //!
 //! In *generic* mode kernels run any scene's tape, with or without cells; without cells, the tape of the
 //! whole program is used everywhere. No scene then needs another kernel, except one whose tapes take more
@@ -12,12 +12,13 @@
 
 mod cells;
 
-use super::gpu_cells::{self, GpuCellBuilder};
-use super::gpu_scene::{GpuScene, KernelMode, default_material_wgsl};
-use super::kernels::SceneWgsl;
-use super::{EngineError, EngineKind, SceneInput, cell_policy, kernels};
+use super::cell_builder::{self, GpuCellBuilder};
+use super::driver::{BindingAccess, Buffer, BufferBinding, BufferUsage, Gpu};
+use super::kernels::{self, SceneWgsl};
+use super::scene::{GpuScene, KernelMode, default_material_wgsl};
+use crate::cells::policy;
 use crate::cells::{GpuCells, required_registers};
-use crate::gpu::{BindingAccess, Buffer, BufferBinding, BufferUsage, Gpu};
+use crate::engine::{EngineError, EngineKind, SceneInput};
 use crate::render::{CellMode, CellStats, RenderJob};
 use cells::{CacheKey, CellCache, CellUpload, DeferredCut};
 use sdfc_shaders::assemble::SceneFunction;
@@ -161,11 +162,11 @@ impl GpuScene for Interpreter {
     fn prepare(&mut self, gpu: &Gpu, job: Option<&RenderJob>) -> Result<bool, EngineError> {
         let planned = job.filter(|job| self.may_use_cells(job));
         let planned = planned.zip(self.registers()).and_then(|(job, registers)| {
-            let on_device = gpu_cells::is_supported(gpu.info(), registers)
+            let on_device = cell_builder::is_supported(gpu.info(), registers)
                 && match job.cells {
                     CellMode::Gpu => true,
                     CellMode::Cpu => false,
-                    _ => gpu_cells::pays_off(gpu.info()),
+                    _ => cell_builder::pays_off(gpu.info()),
                 };
             Some((registers, CacheKey::for_job(job, on_device)?))
         });
@@ -478,7 +479,7 @@ impl Interpreter {
         let ([Some(program), _], [Some(tape), _]) = (programs, tapes) else {
             return false;
         };
-        cell_policy::uses_cells(job, program, tape) && self.registers().is_some()
+        policy::uses_cells(job, program, tape) && self.registers().is_some()
     }
 
     /// The registers of kernels for these programs' tapes, including those of the current kernels if that is
@@ -545,7 +546,7 @@ impl Interpreter {
         let mut capacity = used.map(|size| size.max(4));
         // An incremental update reuses buffers that already have spare capacity.
         if !parts.is_empty() && changed.is_none() {
-            capacity = gpu_cells::buffer_sizes(gpu.info(), capacity, instruction_info.len());
+            capacity = cell_builder::buffer_sizes(gpu.info(), capacity, instruction_info.len());
         }
         let sizes = [
             (storage(NODES_SLOT), capacity[0]),
@@ -588,7 +589,7 @@ impl Interpreter {
             Some(surface) if part.is_surface => surface,
             _ => &self.distance,
         };
-        let job = gpu_cells::CutJob {
+        let job = cell_builder::CutJob {
             instruction_info,
             registers: packed.registers,
             constant_layout,
@@ -600,7 +601,7 @@ impl Interpreter {
             is_edit: changed.is_some(),
             parts: parts
                 .iter()
-                .map(|part| gpu_cells::ProgramCut {
+                .map(|part| cell_builder::ProgramCut {
                     requirements: requirements(part),
                     method: part.method,
                     cut: part.cut,

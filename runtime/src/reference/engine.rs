@@ -5,13 +5,13 @@
 //! counted in [`Stats::undecided`](crate::render::Stats). Shadows, occlusion and materials are computed in
 //! `f32`, as on the CPU. Queried distances and gradients are computed in `f64`.
 
-use super::cpu::{CpuEngine, CpuScene};
-use super::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
+use super::{Outcome, RayEnd, ReferenceCamera, ReferenceField, ReferenceTracer, TraceOptions};
+use crate::cpu::engine::{CpuEngine, CpuScene};
 use crate::cpu::{
     self, Evaluator, F32x64, FieldFacts, Points, Query, RenderField, SurfaceBlock,
     plane_quadtree::PixelPlane,
 };
-use crate::reference::{self, Outcome, RayEnd, ReferenceCamera, ReferenceTracer, TraceOptions};
+use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::render::{Image, RenderJob, RenderProgress, RenderSettings, Samples, prepare};
 use rayon::prelude::*;
 use sdfc_shaders::layout;
@@ -20,13 +20,13 @@ use sdfc_vm::program::Module;
 
 /// Proves where the rays of the loaded scene end.
 #[derive(Default)]
-pub(super) struct ReferenceEngine {
+pub(crate) struct ReferenceEngine {
     shading: CpuEngine,
-    field: Option<reference::ReferenceField>,
+    field: Option<ReferenceField>,
 }
 
 impl ReferenceEngine {
-    fn field(&self) -> Result<&reference::ReferenceField, EngineError> {
+    fn field(&self) -> Result<&ReferenceField, EngineError> {
         self.field.as_ref().ok_or(EngineError::NothingLoaded)
     }
 }
@@ -45,13 +45,13 @@ impl Engine for ReferenceEngine {
 
     fn load(&mut self, scene: &SceneInput<'_>) -> Result<(), EngineError> {
         self.shading.load(scene)?;
-        self.field = Some(reference::ReferenceField::from_module(scene.module));
+        self.field = Some(ReferenceField::from_module(scene.module));
         Ok(())
     }
 
     fn update(&mut self, module: &Module, outputs: &[f64]) -> Result<(), EngineError> {
         self.shading.update(module, outputs)?;
-        self.field = Some(reference::ReferenceField::from_module(module));
+        self.field = Some(ReferenceField::from_module(module));
         Ok(())
     }
 
@@ -93,7 +93,7 @@ impl Engine for ReferenceEngine {
 /// A scene in an image: its ray ends are proved, all else comes from the CPU engine.
 struct ProvedScene<'a> {
     shading: &'a CpuScene,
-    field: &'a reference::ReferenceField,
+    field: &'a ReferenceField,
     camera: ReferenceCamera,
     far: f64,
 }

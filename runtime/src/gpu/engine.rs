@@ -1,10 +1,13 @@
 //! The engines on a GPU. A scene whose single evaluation is too long is refused before anything runs.
 
-use super::gpu_scene::{GpuScene, KernelMode};
+use super::driver::{Arithmetic, DeviceKind, Gpu};
+use super::interp::Interpreter;
 use super::runner::{DeviceScene, SceneRunner};
+use super::scene::{GpuScene, KernelMode};
 use super::tiles::TileQueue;
-use super::{Engine, EngineError, EngineKind, FieldSample, SceneInput, query, warm_up};
-use crate::gpu::{Arithmetic, DeviceKind, Gpu};
+use super::wgsl::GeneratedScene;
+use super::{query, warm_up};
+use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput, plane_of};
 use crate::render::{
     FieldFacts, Image, Mode, RenderJob, RenderProgress, RenderSettings, Samples, Surface,
 };
@@ -13,14 +16,32 @@ use sdfc_shaders::assemble::SceneFunction;
 use sdfc_vm::bounds::Bounds;
 use sdfc_vm::program::Module;
 
+/// Opens the interpreter with kernels for one scene and image.
+pub(crate) fn open_interpreter(gpu: Gpu) -> Box<dyn Engine> {
+    Box::new(GpuEngine::<Interpreter>::new(gpu, KernelMode::Specialized))
+}
+
+/// Opens the interpreter with kernels for all scenes and images.
+pub(crate) fn open_generic_interpreter(gpu: Gpu) -> Box<dyn Engine> {
+    Box::new(GpuEngine::<Interpreter>::new(gpu, KernelMode::Generic))
+}
+
+/// Opens the engine that runs WGSL generated for the scene.
+pub(crate) fn open_generated(gpu: Gpu) -> Box<dyn Engine> {
+    Box::new(GpuEngine::<GeneratedScene>::new(
+        gpu,
+        KernelMode::Specialized,
+    ))
+}
+
 /// An engine on a GPU.
-pub(super) struct GpuEngine<S> {
+struct GpuEngine<S> {
     runner: SceneRunner<S>,
     kernel_mode: KernelMode,
 }
 
 impl<S: GpuScene> GpuEngine<S> {
-    pub(super) fn new(gpu: Gpu, kernel_mode: KernelMode) -> Self {
+    fn new(gpu: Gpu, kernel_mode: KernelMode) -> Self {
         Self {
             runner: SceneRunner::new(gpu),
             kernel_mode,
@@ -76,7 +97,7 @@ impl<S: GpuScene> Engine for GpuEngine<S> {
         settings: &RenderSettings,
         band: f32,
     ) -> Result<Option<Vec<f32>>, EngineError> {
-        let Some(plane) = super::plane_of(settings) else {
+        let Some(plane) = plane_of(settings) else {
             return Ok(None);
         };
         let settings = RenderSettings {

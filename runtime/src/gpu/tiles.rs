@@ -1,8 +1,8 @@
 //! Tiles: rectangles of an image, as large as the device's current speed allows, and the buffers of a tile's
 //! rays.
 
-use super::EngineError;
-use crate::gpu::{Buffer, BufferUsage, Gpu};
+use super::driver::{Buffer, BufferUsage, Gpu};
+use crate::engine::EngineError;
 use sdfc_shaders::assemble::BufferSlot;
 
 /// A rectangle of an image, in pixels.

@@ -1,7 +1,7 @@
 //! Kernels, compiled on first use and cached by their text: the same text is one pipeline, whatever image or
 //! scene needs it.
 
-use crate::gpu::{
+use super::driver::{
     BindingAccess, BoundKernel, Buffer, BufferBinding, Gpu, GpuError, Kernel, KernelSource,
 };
 use sdfc_shaders::assemble::{self, BufferSlot, RenderStage, SceneFunction, SceneSource};

@@ -1,11 +1,11 @@
 //! Evaluation of a scene at points, on a GPU. Three kernels share a text, one for each of the scene's
 //! functions: a single kernel would take as long to compile as all three together.
 
-use super::gpu_scene::GpuScene;
+use super::driver::{BindingAccess, Buffer, BufferBinding, BufferUsage, Extent};
 use super::kernels::{KernelId, SceneWgsl};
 use super::runner::SceneRunner;
-use super::{EngineError, FieldSample};
-use crate::gpu::{BindingAccess, Buffer, BufferBinding, BufferUsage, Extent};
+use super::scene::GpuScene;
+use crate::engine::{EngineError, FieldSample};
 use sdfc_shaders::assemble::{BufferSlot, SceneFunction};
 use sdfc_shaders::layout::{FrameUniforms, Surface};
 use sdfc_vm::prelude;
@@ -18,17 +18,6 @@ const KERNEL: &str = include_str!("query.wgsl");
 const MAX_POINTS: usize = 1 << 20;
 /// Cost of all three functions together, relative to a distance.
 const QUERY_WEIGHT: u32 = 13;
-
-/// The unit direction of a gradient; up if the gradient has none. Mirrors the kernel's function of this name.
-pub(super) fn direction(gradient: [f32; 3]) -> [f32; 3] {
-    let largest = gradient.iter().fold(0.0_f32, |max, v| max.max(v.abs()));
-    if !(largest > 1e-30 && largest < 1e30) {
-        return [0.0, 1.0, 0.0];
-    }
-    let [x, y, z] = gradient.map(|v| v * (1.0 / largest));
-    let scale = 1.0 / (x * x + y * y + z * z).sqrt();
-    [x * scale, y * scale, z * scale]
-}
 
 /// Evaluates the scene at all points.
 pub(super) fn query<S: GpuScene>(

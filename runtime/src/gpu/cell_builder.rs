@@ -5,11 +5,11 @@
 //! All memory is allocated beforehand, within the limits stated here and those of the device. A cell for
 //! which no memory remains keeps its parent's tape.
 
-use super::EngineError;
-use crate::gpu::{
+use super::driver::{
     BindingAccess, Buffer, BufferBinding, BufferUsage, DeviceInfo, DeviceKind, Extent, Gpu, Kernel,
     KernelSource,
 };
+use crate::engine::EngineError;
 use crate::render::CellStats;
 use sdfc_shaders::interpreter::cut::{
     self, ARGUMENTS_SLOT, COUNTERS, CutMethod, INSTRUCTION_INFO_SLOT, JOB_QUEUE_SLOT,

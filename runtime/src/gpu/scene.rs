@@ -1,8 +1,8 @@
 //! A scene on a device, in the form of one engine: its WGSL functions and the buffers that they read.
 
+use super::driver::{Buffer, BufferBinding, Gpu};
 use super::kernels::SceneWgsl;
-use super::{EngineError, EngineKind, SceneInput};
-use crate::gpu::{Buffer, BufferBinding, Gpu};
+use crate::engine::{EngineError, EngineKind, SceneInput};
 use crate::render::{CellStats, RenderJob};
 use sdfc_shaders::assemble::SceneFunction;
 use sdfc_vm::program::Module;

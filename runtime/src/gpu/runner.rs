@@ -4,12 +4,12 @@
 //! No invocation runs loops for longer than a device allows ([`SceneRunner::max_iterations`]). Stages that need
 //! more are resumed.
 
-use super::EngineError;
-use super::gpu_scene::GpuScene;
+use super::driver::{DeviceKind, Gpu};
 use super::kernels::Kernels;
+use super::scene::GpuScene;
 use super::tiles::TileBuffers;
 use super::work_budget::WorkBudget;
-use crate::gpu::{DeviceKind, Gpu};
+use crate::engine::EngineError;
 use crate::render::{FieldFacts, RenderJob, RenderSettings, Surface, prepare};
 use sdfc_shaders::assemble::SceneFunction;
 use sdfc_shaders::features::MAX_GENERIC_LIGHTS;

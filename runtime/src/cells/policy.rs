@@ -1,6 +1,6 @@
 //! Policy of cells: which part of space is cut, how small cells get, and when cells are profitable.
 
-use crate::cells::{Aabb, CellSpec, Refine, Subdivision};
+use super::{Aabb, CellSpec, Refine, Subdivision};
 use crate::cpu::face_on_plane_and_band;
 use crate::cpu::plane_quadtree::PixelPlane;
 use crate::render::{CellMode, RenderJob};
@@ -27,7 +27,7 @@ const TRIVIAL_TAPE_CLAUSES: usize = 2;
 /// programs with bounded slopes are pruned well and cheaply, and so are fields written with coordinates.
 /// In repeated or rough space, intervals are loose, and rays spread over many cells cost more than the cells
 /// save.
-pub(super) fn pays_off_for_lookups(program: &Program, tape: &Tape) -> bool {
+pub(crate) fn pays_off_for_lookups(program: &Program, tape: &Tape) -> bool {
     if tape.lipschitz.is_bounded() {
         return tape.clauses.len() >= MIN_CLAUSES;
     }
@@ -35,7 +35,7 @@ pub(super) fn pays_off_for_lookups(program: &Program, tape: &Tape) -> bool {
 }
 
 /// Reports whether a program folds space with discontinuities, or contains noise.
-pub(super) fn is_rough(program: &Program) -> bool {
+pub(crate) fn is_rough(program: &Program) -> bool {
     has_op(program, |op| {
         let facts = &op.row().meta;
         facts.category == Category::Domain || facts.reads_lattice
@@ -49,7 +49,7 @@ fn has_op(program: &Program, test: fn(Op) -> bool) -> bool {
 }
 
 /// The cube that is cut: it encloses the scene's bounds within the length of rays. `None` if that is empty.
-pub(super) fn scene_cube(frame: &FrameUniforms) -> Option<Aabb> {
+pub(crate) fn scene_cube(frame: &FrameUniforms) -> Option<Aabb> {
     scene_extent(frame).map(|extent| enclosing_cube(&extent, ROUNDING_MARGIN))
 }
 
@@ -93,7 +93,7 @@ const MAX_LEAF_CLAUSES: usize = 6;
 const MAX_REUSE_SIZE_RATIO: f32 = 2.0;
 
 /// Reports whether an engine that looks up the cell of every point uses cells.
-pub(super) fn uses_cells(job: &RenderJob, program: &Program, tape: &Tape) -> bool {
+pub(crate) fn uses_cells(job: &RenderJob, program: &Program, tape: &Tape) -> bool {
     match job.cells {
         CellMode::Never => false,
         CellMode::Auto => pays_off_for_lookups(program, tape),
@@ -108,16 +108,16 @@ const MIN_RAW_WORK: f32 = 1.2e6;
 
 /// Use of cells in an engine whose rays go from cell to cell in packets.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum PacketCells {
+pub(crate) enum PacketCells {
     Never,
-    /// If a trial finds them profitable ([`super::cell_trial`]).
+    /// If a trial finds them profitable ([`super::trial`]).
     Trial,
     Always,
 }
 
 impl PacketCells {
     /// The use of cells for rendering a tape.
-    pub(super) fn for_job(job: &RenderJob, tape: &Tape) -> Self {
+    pub(crate) fn for_job(job: &RenderJob, tape: &Tape) -> Self {
         let frame = &job.uniforms;
         let rays = frame.size[0] * frame.size[1] * frame.samples as f32;
         let clauses = tape.clauses.len();
@@ -135,7 +135,7 @@ impl PacketCells {
 /// The region that an engine cuts if it looks up the cell of every point: the part of space that rays of all
 /// kinds pass through, or the plane of a 2-D shape.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct CellRegion {
+pub(crate) struct CellRegion {
     /// The part that must be cut.
     extent: Aabb,
     /// The part that is cut.
@@ -147,7 +147,7 @@ pub(super) struct CellRegion {
 
 impl CellRegion {
     /// The region for a render; `None` if nothing is visible.
-    pub(super) fn for_job(job: &RenderJob) -> Option<Self> {
+    pub(crate) fn for_job(job: &RenderJob) -> Option<Self> {
         let frame = &job.uniforms;
         if job.shows_plane() {
             let (plane, band) = face_on_plane_and_band(job)?;
@@ -179,7 +179,7 @@ impl CellRegion {
 
     /// Reports whether the cells of this region can be used for another one: one with the same view, that
     /// lies within this one after an edit and is not much smaller.
-    pub(super) fn covers(&self, other: &Self) -> bool {
+    pub(crate) fn covers(&self, other: &Self) -> bool {
         let same_view = Self {
             extent: self.extent,
             region: self.region,
@@ -193,7 +193,7 @@ impl CellRegion {
     }
 
     /// The subdivision for the distance program.
-    pub(super) fn distance(&self) -> CellSpec<'_> {
+    pub(crate) fn distance(&self) -> CellSpec<'_> {
         CellSpec {
             region: self.region,
             subdivision: self.split,
@@ -204,7 +204,7 @@ impl CellRegion {
 
     /// The subdivision for the surface program. A 2-D shape shows its colours everywhere, other scenes only
     /// where rays end.
-    pub(super) fn surface(&self) -> CellSpec<'_> {
+    pub(crate) fn surface(&self) -> CellSpec<'_> {
         CellSpec {
             band: match self.split {
                 Subdivision::Plane => f32::INFINITY,
@@ -215,8 +215,8 @@ impl CellRegion {
     }
 
     /// The parameters with which a device cuts cells further, for the program of `tape` with this band.
-    /// Buffer capacities and the words for culled cells are filled in by [`super::gpu_cells`] and its caller.
-    pub(super) fn gpu_cut(&self, tape: &Tape, band: f32) -> layout::CutParams {
+    /// Buffer capacities and the words for culled cells are filled in by [`crate::gpu::cell_builder`] and its caller.
+    pub(crate) fn gpu_cut(&self, tape: &Tape, band: f32) -> layout::CutParams {
         let Aabb { low, high } = self.region;
         let size: [f32; 3] = std::array::from_fn(|axis| high[axis] - low[axis]);
         let farthest = low.iter().chain(&high).fold(0.0, |far, v| v.abs().max(far));
@@ -242,7 +242,7 @@ impl CellRegion {
 }
 
 /// Refinement on the CPU before a device continues: down to tapes that an invocation may walk through.
-pub(super) struct CpuLevels<'a>(pub(super) &'a CellRegion);
+pub(crate) struct CpuLevels<'a>(pub(crate) &'a CellRegion);
 
 impl Refine for CpuLevels<'_> {
     fn should_split(&self, region: &Aabb, clauses: usize, surface_distance: f32) -> bool {
@@ -292,7 +292,7 @@ fn plane_region(plane: &PixelPlane) -> (Aabb, Subdivision) {
 
 /// Limits the size of cells by the number of pixels they cover.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct PixelSize {
+pub(crate) struct PixelSize {
     camera: [f32; 3],
     footprint: f32,
     growth: f32,
@@ -303,7 +303,7 @@ pub(super) struct PixelSize {
 }
 
 impl PixelSize {
-    pub(super) fn from_uniforms(frame: &FrameUniforms) -> Self {
+    pub(crate) fn from_uniforms(frame: &FrameUniforms) -> Self {
         // A pixel of a pass over subpixels is smaller than a pixel of the image by this factor.
         let passes = (frame.samples.max(1) as f32).sqrt();
         Self {
@@ -318,7 +318,7 @@ impl PixelSize {
 
 impl PixelSize {
     /// These limits, multiplied by `times`.
-    pub(super) fn coarsened(&self, times: f32) -> Self {
+    pub(crate) fn coarsened(&self, times: f32) -> Self {
         Self {
             max_leaf_pixels: self.max_leaf_pixels * times,
             max_side: self.max_side * times,
@@ -352,7 +352,7 @@ impl Refine for PixelSize {
 /// so that rays take few steps in them; large cells are few. The best leaf size had as many leaves along the
 /// cube as pixels along a leaf: for tanglecube at 256², 512² and 1024², leaves of 12, 16 and 24 pixels. Each
 /// cut divides a side by four, so the cube is enlarged until a number of cuts reaches that size.
-pub(super) fn raw_field_cells(frame: &FrameUniforms) -> Option<(Aabb, PixelSize)> {
+pub(crate) fn raw_field_cells(frame: &FrameUniforms) -> Option<(Aabb, PixelSize)> {
     let extent = scene_extent(frame)?;
     let side = enclosing_cube(&extent, ROUNDING_MARGIN).longest_side();
     let pixels = PixelSize::from_uniforms(frame);

@@ -1,10 +1,10 @@
 //! Generated source on a GPU: the scene as straight-line WGSL, with the results of the uniform program in a
 //! buffer.
 
-use super::gpu_scene::{GpuScene, KernelMode, default_material_wgsl};
+use super::driver::{BindingAccess, Buffer, BufferBinding, BufferUsage, Gpu};
 use super::kernels::SceneWgsl;
-use super::{EngineError, EngineKind, SceneInput};
-use crate::gpu::{BindingAccess, Buffer, BufferBinding, BufferUsage, Gpu};
+use super::scene::{GpuScene, KernelMode, default_material_wgsl};
+use crate::engine::{EngineError, EngineKind, SceneInput};
 use sdfc_shaders::assemble::{FIRST_SCENE_SLOT, SceneFunction};
 use sdfc_vm::program::Module;
 use std::collections::{BTreeMap, BTreeSet};

@@ -16,8 +16,8 @@
 //! | flat_field, gyroid, cog | 0.28, 0.40, 0.40 | 1.21, 1.04, 1.18 |
 //! | displacement, jumps, steep_terrain, crests | 0.43 to 0.77 | 1.05 to 1.40 |
 
-use super::cell_policy::{PixelSize, is_rough};
-use crate::cells::{self, CellSpec, Cells};
+use super::policy::{PixelSize, is_rough};
+use super::{CellSpec, Cells, build};
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::Tape;
 use std::sync::OnceLock;
@@ -33,11 +33,11 @@ const GIVE_UP_FRACTION: f32 = 0.3;
 
 /// Result of the trial, once it is known.
 #[derive(Clone, Debug, Default)]
-pub(super) struct CellTrial(OnceLock<bool>);
+pub(crate) struct CellTrial(OnceLock<bool>);
 
 impl CellTrial {
     /// Reports whether cells are worth building, at least for the trial.
-    pub(super) fn may_pay_off(
+    pub(crate) fn may_pay_off(
         &self,
         program: &Program,
         tape: &Tape,
@@ -51,12 +51,12 @@ impl CellTrial {
             return true;
         }
         let refine = &pixels.coarsened(TRIAL_COARSENING);
-        let trial = cells::build(program, tape, &CellSpec { refine, ..*cut });
+        let trial = build(program, tape, &CellSpec { refine, ..*cut });
         trial.mean_work_fraction() <= GIVE_UP_FRACTION || *self.0.get_or_init(|| false)
     }
 
     /// Reports whether these cells are profitable.
-    pub(super) fn pays_off(&self, program: &Program, cells: &Cells) -> bool {
+    pub(crate) fn pays_off(&self, program: &Program, cells: &Cells) -> bool {
         let max_fraction = if is_rough(program) {
             MAX_WORK_FRACTION_ROUGH
         } else {

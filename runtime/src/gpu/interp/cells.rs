@@ -2,9 +2,9 @@
 //! the first levels if a device continues. Cells that an edit does not affect are kept from the image before
 //! ([`crate::cells`]).
 
+use crate::cells::policy::{CellRegion, CpuLevels};
 use crate::cells::{self, CHILDREN, CellSpec, Cells, DeferredCell, GpuCells};
-use crate::engine::cell_policy::{CellRegion, CpuLevels};
-use crate::engine::gpu_cells::BufferFill;
+use crate::gpu::cell_builder::BufferFill;
 use crate::render::RenderJob;
 use sdfc_shaders::interpreter::cut::CutMethod;
 use sdfc_shaders::interpreter::tape::{KernelRegisters, constant_word};

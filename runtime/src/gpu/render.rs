@@ -2,13 +2,13 @@
 //! evaluations per dispatch follow the time budget ([`super::work_budget`]). The image does not depend on how
 //! it was divided.
 
-use super::EngineError;
-use super::gpu_scene::GpuScene;
+use super::driver::{Batch, BoundKernel, BufferBinding, Extent};
 use super::kernels::KernelId;
 use super::runner::SceneRunner;
+use super::scene::GpuScene;
 use super::tiles::TileRect;
 use crate::cpu::{distance_from_camera, ends_at_far};
-use crate::gpu::{Batch, BoundKernel, BufferBinding, Extent};
+use crate::engine::EngineError;
 use crate::render::{Image, RenderJob, Status, Surface};
 use sdfc_shaders::assemble::{
     BufferSlot, RenderStage, SceneFunction, invocation_count, queue_capacity, queue_header, stages,

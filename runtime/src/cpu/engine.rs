@@ -1,16 +1,16 @@
 //! The CPU engine: programs on batches of 64 points, on all cores.
 
-use super::cell_policy::PacketCells;
-use super::cell_trial::CellTrial;
-use super::{Engine, EngineError, EngineKind, FieldSample, SceneInput, cell_policy, morton};
+use super::plane_quadtree::{self, PixelPlane};
+use super::{
+    AabbLanes, Evaluator, F32x64, Geometry, LANES, Points, Query, RangeLanes, RenderField,
+    SurfaceBlock, morton, normal,
+};
+use crate::cells::policy::{self, PacketCells};
+use crate::cells::trial::CellTrial;
 use crate::cells::{
     self, Aabb, CellInfo, CellSpec, Cells, MAX_BLOCKS, MortonKey, OnDemandCells, Subdivision,
 };
-use crate::cpu::plane_quadtree::{self, PixelPlane};
-use crate::cpu::{
-    self, AabbLanes, Evaluator, F32x64, Geometry, LANES, Points, Query, RangeLanes, RenderField,
-    SurfaceBlock,
-};
+use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput, plane_of};
 use crate::render::{
     CellMode, CellStats, FieldFacts, Image, Mode, RenderJob, RenderProgress, RenderSettings,
     Samples, Surface, prepare,
@@ -30,12 +30,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Runs the loaded scene's programs on the cores of this machine.
 #[derive(Default)]
-pub(super) struct CpuEngine {
+pub(crate) struct CpuEngine {
     scene: Option<CpuScene>,
 }
 
 /// The parts of a module that the engine runs.
-pub(super) struct CpuScene {
+pub(crate) struct CpuScene {
     distance: Arc<Program>,
     surface: Option<(Program, Tape)>,
     tape: Arc<Tape>,
@@ -51,7 +51,7 @@ pub(super) struct CpuScene {
 struct CachedCells {
     program: Arc<Program>,
     tape: Arc<Tape>,
-    pixels: cell_policy::PixelSize,
+    pixels: policy::PixelSize,
     cells: Arc<Cells>,
     /// Number of cells built for that image.
     fresh: u64,
@@ -82,7 +82,7 @@ impl CpuScene {
 }
 
 impl CpuEngine {
-    pub(super) fn scene(&self) -> Result<&CpuScene, EngineError> {
+    pub(crate) fn scene(&self) -> Result<&CpuScene, EngineError> {
         self.scene.as_ref().ok_or(EngineError::NothingLoaded)
     }
 }
@@ -128,7 +128,7 @@ impl Engine for CpuEngine {
     ) -> Result<Image, EngineError> {
         let scene = self.scene()?;
         let job = prepare(settings, &scene.facts);
-        let image = cpu::render_samples(scene, &job, samples, progress);
+        let image = super::render_samples(scene, &job, samples, progress);
         let mut image = image.ok_or(EngineError::Stopped)?;
         image.stats.cells = scene.cell_stats(&job);
         Ok(image)
@@ -159,7 +159,7 @@ impl Engine for CpuEngine {
         band: f32,
     ) -> Result<Option<Vec<f32>>, EngineError> {
         let scene = self.scene()?;
-        let plane = super::plane_of(settings);
+        let plane = plane_of(settings);
         Ok(plane.map(|plane| plane_quadtree::sample(&scene.distance, &scene.tape, &plane, band)))
     }
 
@@ -170,7 +170,7 @@ impl Engine for CpuEngine {
             aa: 1,
             ..settings.clone()
         };
-        Ok(cpu::geometry(scene, &prepare(&settings, &scene.facts)))
+        Ok(super::geometry(scene, &prepare(&settings, &scene.facts)))
     }
 
     fn query(&mut self, points: &[[f32; 3]]) -> Result<Vec<FieldSample>, EngineError> {
@@ -221,10 +221,10 @@ impl RenderField for CpuScene {
         let frame = &job.uniforms;
         let (region, pixels) = match self.tape.lipschitz.is_bounded() {
             true => (
-                cell_policy::scene_cube(frame)?,
-                cell_policy::PixelSize::from_uniforms(frame),
+                policy::scene_cube(frame)?,
+                policy::PixelSize::from_uniforms(frame),
             ),
-            false => cell_policy::raw_field_cells(frame)?,
+            false => policy::raw_field_cells(frame)?,
         };
         let cut = CellSpec {
             region,
@@ -709,7 +709,7 @@ impl CpuEvaluator<'_> {
         self.gradients(&points, count, &mut gradients);
         let mut normals = Points::default();
         for lane in 0..LANES {
-            let normal = super::query::direction(gradient_at(&gradients, lane));
+            let normal = normal::direction(gradient_at(&gradients, lane));
             for (column, coordinate) in normals.iter_mut().zip(normal) {
                 column.0[lane] = coordinate;
             }
