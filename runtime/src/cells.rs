@@ -77,6 +77,17 @@ pub struct Aabb {
 }
 
 impl Aabb {
+    /// Returns the bounding box of points.
+    pub fn around(points: impl Iterator<Item = [f32; 3]>) -> Self {
+        let empty = Self {
+            low: [f32::INFINITY; 3],
+            high: [f32::NEG_INFINITY; 3],
+        };
+        points.fold(empty, |region, p| Self {
+            low: std::array::from_fn(|axis| region.low[axis].min(p[axis])),
+            high: std::array::from_fn(|axis| region.high[axis].max(p[axis])),
+        })
+    }
     /// Returns the length of the longest side.
     pub fn longest_side(&self) -> f32 {
         (0..3).fold(0.0, |side, axis| {

@@ -16,7 +16,6 @@ mod normal;
 mod occlusion;
 mod packet;
 pub mod plane_quadtree;
-mod ray;
 mod sample;
 mod shade;
 mod shadow;
@@ -24,8 +23,7 @@ mod tile;
 
 use crate::cells::{Aabb, Cells};
 pub use crate::render::FieldFacts;
-use crate::render::{Image, RenderJob, RenderProgress, Samples};
-pub(crate) use ray::{distance_from_camera, ends_at_far};
+use crate::render::{Geometry, Image, PixelPlane, RenderJob, RenderProgress, Samples};
 use sdfc_shaders::layout;
 pub use sdfc_vm::lanes::{F32x64, LANES, Points};
 pub use sdfc_vm::surface::SurfaceBlock;
@@ -43,7 +41,7 @@ pub trait RenderField: Sync {
     fn sample_plane(
         &self,
         _picture: &RenderJob,
-        _plane: &plane_quadtree::PixelPlane,
+        _plane: &PixelPlane,
         _band: f32,
     ) -> Option<Vec<f32>> {
         None
@@ -160,27 +158,6 @@ pub trait Evaluator {
             self.surfaces(points, &normals[block], count, out);
         }
     }
-}
-
-/// The surface at each pixel, row after row.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Geometry {
-    /// Distance along the ray; infinite where there is no surface.
-    pub depth: Vec<f32>,
-    /// Unit normals; zero where there is no surface.
-    pub normal: Vec<[f32; 3]>,
-}
-
-/// Returns the plane that a picture sees face on, along parallel rays.
-pub fn face_on_plane(picture: &RenderJob) -> Option<plane_quadtree::PixelPlane> {
-    face_on_plane_and_band(picture).map(|(plane, _)| plane)
-}
-
-/// Returns that plane, and the distance from zero beyond which only the field's sign matters.
-pub(crate) fn face_on_plane_and_band(
-    picture: &RenderJob,
-) -> Option<(plane_quadtree::PixelPlane, f32)> {
-    sample::face_on(&picture.uniforms, picture)
 }
 
 /// Computes the surface at each pixel of a picture's first sample, without light and colours.

@@ -10,13 +10,11 @@ mod auto_select;
 mod open;
 
 use crate::cells::CellInfo;
-use crate::cpu::plane_quadtree::PixelPlane;
-use crate::cpu::{Geometry, face_on_plane};
 use crate::gpu::GpuError;
-use crate::render::{FieldFacts, Image, Mode, RenderProgress, RenderSettings, Samples, prepare};
+use crate::render::plane::plane_of;
+use crate::render::{Geometry, Image, Mode, RenderProgress, RenderSettings, Samples};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_shaders::layout::Surface;
-use sdfc_vm::bounds::Bounds;
 use sdfc_vm::program::Module;
 use std::fmt;
 use std::str::FromStr;
@@ -201,20 +199,6 @@ pub trait Engine {
     fn pipelines_created(&self) -> u64 {
         0
     }
-}
-
-/// The plane that the settings show face on, if any.
-pub(crate) fn plane_of(settings: &RenderSettings) -> Option<PixelPlane> {
-    let no_facts = FieldFacts {
-        is_raw: false,
-        bounds: Bounds::ALL_SPACE,
-        material: None,
-    };
-    let settings = RenderSettings {
-        aa: 1,
-        ..settings.clone()
-    };
-    face_on_plane(&prepare(&settings, &no_facts))
 }
 
 /// Reasons why an engine failed.

@@ -3,8 +3,11 @@
 //! This module depends neither on the language nor on an engine. [`RenderSettings`] are converted to the
 //! uniform data that CPU and GPU share ([`prepare`]); the result is an [`Image`].
 
+pub(crate) mod plane;
 mod prepare;
+pub(crate) mod ray;
 
+pub use plane::PixelPlane;
 pub use prepare::{Axes, RenderJob, prepare};
 pub use sdfc_shaders::features::{Features, Mode, Normals, Occlusion};
 pub use sdfc_shaders::layout::Surface;
@@ -226,6 +229,15 @@ pub struct FieldFacts {
     pub bounds: sdfc_vm::bounds::Bounds,
     /// The material, if there is only one and it is the same everywhere.
     pub material: Option<Surface>,
+}
+
+/// The surface at each pixel, row after row.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Geometry {
+    /// Distance along the ray; infinite where there is no surface.
+    pub depth: Vec<f32>,
+    /// Unit normals; zero where there is no surface.
+    pub normal: Vec<[f32; 3]>,
 }
 
 /// The conversion of colours to bytes.

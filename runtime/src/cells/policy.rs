@@ -1,9 +1,8 @@
 //! Policy of cells: which part of space is cut, how small cells get, and when cells are profitable.
 
 use super::{Aabb, CellSpec, Refine, Subdivision};
-use crate::cpu::face_on_plane_and_band;
-use crate::cpu::plane_quadtree::PixelPlane;
-use crate::render::{CellMode, RenderJob};
+use crate::render::plane::face_on_plane;
+use crate::render::{CellMode, PixelPlane, RenderJob};
 use sdfc_shaders::interpreter::cut::MAX_TAPE_CLAUSES;
 use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_vm::program::{Code, Program};
@@ -150,7 +149,7 @@ impl CellRegion {
     pub(crate) fn for_job(job: &RenderJob) -> Option<Self> {
         let frame = &job.uniforms;
         if job.shows_plane() {
-            let (plane, band) = face_on_plane_and_band(job)?;
+            let (plane, band) = face_on_plane(job)?;
             let (region, split) = plane_region(&plane);
             return Some(Self {
                 extent: region,

@@ -1,8 +1,8 @@
 //! The stage `beam`: distance that the rays of each block of pixels can advance together.
 
 use super::lanes::{RayTask, lanes};
-use super::ray::{camera_ray, vector};
 use super::{F32x64, LANES, Points};
+use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::layout::{self, FrameUniforms};
 use sdfc_shaders::{beam, camera, marching};
 use sdfc_vm::real::Real;

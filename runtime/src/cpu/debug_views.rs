@@ -2,10 +2,11 @@
 
 use super::lanes::{is_nan, repeat_first};
 use super::normal::{set_lane, surface_in_lane};
-use super::ray::{PixelRay, bounding_box, camera_ray, vector};
 use super::shade::{add_sample, uniform_surface};
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points, Query};
+use crate::cells::Aabb;
+use crate::render::ray::{PixelRay, camera_ray, vector};
 use sdfc_shaders::features::{Features, Mode};
 use sdfc_shaders::layout::{FrameUniforms, RayState, Surface};
 use sdfc_shaders::marching::{SHOWN, Status};
@@ -155,9 +156,8 @@ pub(super) fn plane(
             }
         }
         if needs_surfaces {
-            let point =
-                |lane: usize| V3::new(points[0].0[lane], points[1].0[lane], points[2].0[lane]);
-            let region = bounding_box((0..count).map(point));
+            let point = |lane: usize| [points[0].0[lane], points[1].0[lane], points[2].0[lane]];
+            let region = Aabb::around((0..count).map(point));
             evaluator.prune_for_regions(Query::Surfaces, &[region]);
             evaluator.select_region(Some(0));
             evaluator.surfaces(&points, &view_normals, count, &mut block);

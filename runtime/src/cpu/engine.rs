@@ -1,19 +1,19 @@
 //! The CPU engine: programs on batches of 64 points, on all cores.
 
-use super::plane_quadtree::{self, PixelPlane};
 use super::{
-    AabbLanes, Evaluator, F32x64, Geometry, LANES, Points, Query, RangeLanes, RenderField,
-    SurfaceBlock, morton, normal,
+    AabbLanes, Evaluator, F32x64, LANES, Points, Query, RangeLanes, RenderField, SurfaceBlock,
+    morton, normal, plane_quadtree,
 };
 use crate::cells::policy::{self, PacketCells};
 use crate::cells::trial::CellTrial;
 use crate::cells::{
     self, Aabb, CellInfo, CellSpec, Cells, MAX_BLOCKS, MortonKey, OnDemandCells, Subdivision,
 };
-use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput, plane_of};
+use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
+use crate::render::plane::plane_of;
 use crate::render::{
-    CellMode, CellStats, FieldFacts, Image, Mode, RenderJob, RenderProgress, RenderSettings,
-    Samples, Surface, prepare,
+    CellMode, CellStats, FieldFacts, Geometry, Image, Mode, PixelPlane, RenderJob, RenderProgress,
+    RenderSettings, Samples, Surface, prepare,
 };
 use crate::settings::{default_material, field_facts};
 use rayon::prelude::*;
@@ -673,7 +673,7 @@ impl CpuEvaluator<'_> {
     fn sample_batch_sorted(&mut self, points: &[[f32; 3]]) -> Vec<FieldSample> {
         let regions: Vec<Aabb> = points
             .chunks(LANES)
-            .map(|chunk| morton::aabb(chunk.iter()))
+            .map(|chunk| Aabb::around(chunk.iter().copied()))
             .collect();
         self.prune_for_regions(Query::Distances, &regions);
         self.prune_for_regions(Query::Surfaces, &regions);

@@ -1,8 +1,8 @@
 //! Binning of leaves: each leaf is projected onto the picture and listed with the packets that it covers, the
 //! nearest first.
 
-use super::ray::vector;
 use crate::cells::{Aabb, Cells};
+use crate::render::ray::vector;
 use rayon::prelude::*;
 use sdfc_shaders::layout::FrameUniforms;
 use sdfc_vm::real::Vector3;
@@ -225,7 +225,7 @@ impl Projection {
 pub(super) mod tests {
     use super::*;
     use crate::cells::{CellSpec, Refine, Subdivision, build};
-    use crate::cpu::ray::camera_ray;
+    use crate::render::ray::camera_ray;
     use crate::render::{Axes, ResolvedLens, View};
     use sdfc_trials::random::Random;
     use sdfc_vm::listing::parse;

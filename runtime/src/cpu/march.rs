@@ -1,8 +1,8 @@
 //! The stages `march` and `polish`: the points at which rays end.
 
 use super::lanes::{RayTask, is_nan, lanes};
-use super::ray::{PixelRay, camera_ray, vector};
 use super::{F32x64, LANES, Points};
+use crate::render::ray::{PixelRay, camera_ray, vector};
 use sdfc_shaders::layout::{Beam, FrameUniforms, RayState};
 use sdfc_shaders::marching::{self, FROM_INSIDE, MAX_SECANT_STEPS, Status};
 use sdfc_shaders::{beam, camera};

@@ -9,7 +9,7 @@ const BITS_PER_AXIS: u32 = 16;
 
 /// Returns the indices of the points in Morton order. Points that are not finite come last.
 pub(super) fn morton_order(points: &[[f32; 3]]) -> Vec<u32> {
-    let Aabb { low, high } = aabb(points.iter().filter(|p| is_finite(p)));
+    let Aabb { low, high } = Aabb::around(points.iter().copied().filter(is_finite));
     let key = |p: &[f32; 3]| {
         if !is_finite(p) {
             return u64::MAX;
@@ -28,18 +28,6 @@ pub(super) fn morton_order(points: &[[f32; 3]]) -> Vec<u32> {
     let mut keyed: Vec<(u64, u32)> = points.iter().map(key).zip(0..).collect();
     keyed.sort_unstable();
     keyed.into_iter().map(|(_, number)| number).collect()
-}
-
-/// The bounding box of points.
-pub(super) fn aabb<'a>(points: impl Iterator<Item = &'a [f32; 3]>) -> Aabb {
-    let empty = Aabb {
-        low: [f32::INFINITY; 3],
-        high: [f32::NEG_INFINITY; 3],
-    };
-    points.fold(empty, |region, p| Aabb {
-        low: std::array::from_fn(|axis| region.low[axis].min(p[axis])),
-        high: std::array::from_fn(|axis| region.high[axis].max(p[axis])),
-    })
 }
 
 /// Reports whether all coordinates are finite.
@@ -68,7 +56,7 @@ mod tests {
         assert!(order[4096..].iter().all(|&n| n >= 4096));
         // A cube of side 16 has 64 parts of 64 points.
         for run in order[..4096].chunks(64) {
-            let region = aabb(run.iter().map(|&n| &points[n as usize]));
+            let region = Aabb::around(run.iter().map(|&n| points[n as usize]));
             assert!(region.longest_side() <= 5.0, "{region:?}");
         }
     }

@@ -3,9 +3,10 @@
 mod doubtful;
 
 use super::lanes::repeat_first;
-use super::ray::{NO_LEAF, camera_ray, vector};
+use super::packet::NO_LEAF;
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points, Query};
+use crate::render::ray::{camera_ray, vector};
 use doubtful::DoubtfulNormal;
 use sdfc_shaders::features::Normals;
 use sdfc_shaders::layout::{FrameUniforms, Surface};

@@ -7,9 +7,9 @@
 mod candidate_check;
 
 use super::lanes::{any_nonzero, is_nan, lanes, repeat_first};
-use super::ray::vector;
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points, Query};
+use crate::render::ray::vector;
 use candidate_check::OccluderCandidate;
 use sdfc_shaders::features::{Features, Occlusion};
 use sdfc_shaders::layout::FrameUniforms;

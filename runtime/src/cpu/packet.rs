@@ -23,7 +23,6 @@ mod roots;
 use super::lanes::{Lanes, is_nan, lanes};
 use super::leaf_bins::BinnedLeaf;
 use super::march::{outcome, step_lane};
-use super::ray::NO_LEAF;
 use super::{AabbLanes, Evaluator, F32x64, LANES, Points, RangeLanes};
 use crate::cells::{Cell, Cells, Occupancy};
 use entry::{
@@ -38,6 +37,9 @@ use sdfc_vm::lanes::CHUNK;
 use sdfc_vm::multiversion;
 use sdfc_vm::real::Real;
 use sdfc_vm::vector::V3;
+
+/// Marks a ray that ended in no leaf.
+pub(super) const NO_LEAF: u32 = u32::MAX;
 
 lanes! {
     /// 64 rays, and the segments in which they may still hit a surface.

@@ -7,6 +7,7 @@
 
 use super::{F32x64, LANES, Points};
 use crate::cells::Aabb;
+use crate::render::PixelPlane;
 use crate::work_stealing::parallel_map_with;
 use sdfc_vm::program::Program;
 use sdfc_vm::tape::evaluator::TapeEvaluator;
@@ -24,52 +25,24 @@ const MIDDLE_SIDE: usize = SMALL_SIDE * SQUARES_PER_SIDE;
 /// Side of a block, in pixels.
 const BLOCK_SIDE: usize = MIDDLE_SIDE * SQUARES_PER_SIDE;
 
-/// The plane of a picture, with the positions of its pixels.
-#[derive(Clone, Copy, Debug)]
-pub struct PixelPlane {
-    /// Centre of the upper left pixel.
-    pub first: [f32; 3],
-    /// Offset from a pixel to the one on its right.
-    pub right: [f32; 3],
-    /// Offset from a pixel to the one below.
-    pub down: [f32; 3],
-    /// Number of pixels along each side.
-    pub size: [usize; 2],
-}
-
-impl PixelPlane {
-    #[inline(always)]
-    fn coordinate(&self, axis: usize, x: f32, y: f32) -> f32 {
-        self.first[axis] + self.right[axis] * x + self.down[axis] * y
-    }
-
-    /// Returns the centres of all pixels, row after row.
-    pub fn points(&self) -> Vec<[f32; 3]> {
-        let [width, height] = self.size;
-        let rows = (0..height).flat_map(|y| (0..width).map(move |x| (x as f32, y as f32)));
-        rows.map(|(x, y)| std::array::from_fn(|axis| self.coordinate(axis, x, y)))
-            .collect()
-    }
-
-    /// Returns the bounding box of a square of pixels.
-    fn region(&self, [left, upper]: [usize; 2], side: usize) -> Aabb {
-        let (x0, y0) = (left as f32, upper as f32);
-        let (x1, y1) = ((left + side - 1) as f32, (upper + side - 1) as f32);
-        let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)];
-        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for (x, y) in corners {
-            for axis in 0..3 {
-                low[axis] = low[axis].min(self.coordinate(axis, x, y));
-                high[axis] = high[axis].max(self.coordinate(axis, x, y));
-            }
+/// Returns the bounding box of a square of pixels.
+fn square_region(plane: &PixelPlane, [left, upper]: [usize; 2], side: usize) -> Aabb {
+    let (x0, y0) = (left as f32, upper as f32);
+    let (x1, y1) = ((left + side - 1) as f32, (upper + side - 1) as f32);
+    let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)];
+    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for (x, y) in corners {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(plane.coordinate(axis, x, y));
+            high[axis] = high[axis].max(plane.coordinate(axis, x, y));
         }
-        // The slack covers the rounding of the corners; pixels between them are rounded no worse.
-        let slack =
-            |axis: usize| (self.first[axis].abs() + low[axis].abs().max(high[axis].abs())) * 3e-7;
-        Aabb {
-            low: std::array::from_fn(|axis| low[axis] - slack(axis)),
-            high: std::array::from_fn(|axis| high[axis] + slack(axis)),
-        }
+    }
+    // The slack covers the rounding of the corners; pixels between them are rounded no worse.
+    let slack =
+        |axis: usize| (plane.first[axis].abs() + low[axis].abs().max(high[axis].abs())) * 3e-7;
+    Aabb {
+        low: std::array::from_fn(|axis| low[axis] - slack(axis)),
+        high: std::array::from_fn(|axis| high[axis] + slack(axis)),
     }
 }
 
@@ -171,8 +144,7 @@ impl SamplingJob<'_> {
     ) -> [F32x64; 2] {
         let boxes = tracer.boxes();
         for lane in 0..LANES {
-            self.plane
-                .region(square_corner(corner, side, lane), side)
+            square_region(self.plane, square_corner(corner, side, lane), side)
                 .write_lane(boxes, lane);
         }
         *tracer.run(self.program, tape, LANES)

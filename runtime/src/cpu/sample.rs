@@ -4,17 +4,17 @@ use super::beam::Beams;
 use super::lanes::run_streamed;
 use super::leaf_bins::{self, LeafBins};
 use super::march::{March, Polish};
-use super::plane_quadtree::PixelPlane;
-use super::ray::{NO_LEAF, PixelRay, camera_ray, distance_from_camera, vector};
+use super::packet::NO_LEAF;
 use super::tile::{Tile, corners};
 use super::{Evaluator, RenderField, debug_views, normal, occlusion, shade, shadow};
 use crate::cells::Cells;
-use crate::render::{Image, RenderJob, RenderProgress, Samples};
+use crate::render::plane::face_on;
+use crate::render::ray::distance_from_camera;
+use crate::render::{Geometry, Image, RenderJob, RenderProgress, Samples};
 use crate::work_stealing::parallel_map_with;
 use sdfc_shaders::assemble::{RenderStage, stages};
-use sdfc_shaders::features::Mode;
 use sdfc_shaders::marching::SHOWN;
-use sdfc_shaders::{beam, camera, layout};
+use sdfc_shaders::{beam, layout};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -176,40 +176,6 @@ impl Tile {
     }
 }
 
-/// Returns the plane that a sample sees face on along parallel rays, and the distance from zero beyond which
-/// only the field's sign matters.
-pub(super) fn face_on(
-    frame: &layout::FrameUniforms,
-    picture: &RenderJob,
-) -> Option<(PixelPlane, f32)> {
-    if frame.footprint_growth != 0.0 {
-        return None;
-    }
-    let point_at = |x: f32, y: f32| {
-        let PixelRay {
-            origin, direction, ..
-        } = camera_ray(frame, [x, y]);
-        let (centre, forward) = (vector(frame.centre), vector(frame.forward));
-        let t = camera::intersect_plane::<f32>(origin, direction, centre, forward);
-        camera::point_along::<f32>(origin, direction, t)
-    };
-    // The steps are taken from one edge to the other, so that the rounding of one pixel is not multiplied.
-    let [width, height] = picture.size.map(|n| n as f32);
-    let upper_left = point_at(0.0, 0.0);
-    let plane = PixelPlane {
-        first: upper_left.to_array(),
-        right: ((point_at(width, 0.0) - upper_left) * (1.0 / width)).to_array(),
-        down: ((point_at(0.0, height) - upper_left) * (1.0 / height)).to_array(),
-        size: picture.size.map(|n| n as usize),
-    };
-    let band = picture.exact_band.unwrap_or(match picture.features.mode {
-        Mode::Distance => f32::INFINITY,
-        // A pixel is entirely inside or outside if the surface is more than the pixel's size away.
-        _ => 4.0 * frame.footprint * (frame.samples as f32).sqrt(),
-    });
-    Some((plane, band))
-}
-
 /// Returns the cells of a picture, binned by packets, if the field has any.
 fn cell_traversal(field: &dyn RenderField, picture: &RenderJob) -> Option<CellTraversal> {
     let cells = field.cells(picture)?;
@@ -218,11 +184,11 @@ fn cell_traversal(field: &dyn RenderField, picture: &RenderJob) -> Option<CellTr
 }
 
 /// Computes the surface at each pixel, tile by tile.
-pub(super) fn geometry(field: &dyn RenderField, picture: &RenderJob) -> super::Geometry {
+pub(super) fn geometry(field: &dyn RenderField, picture: &RenderJob) -> Geometry {
     let corners = corners(picture);
     let traversal = cell_traversal(field, picture);
     let [width, height] = picture.size.map(|n| n as usize);
-    let result = Mutex::new(super::Geometry {
+    let result = Mutex::new(Geometry {
         depth: vec![f32::INFINITY; width * height],
         normal: vec![[0.0; 3]; width * height],
     });

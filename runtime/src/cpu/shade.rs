@@ -2,8 +2,8 @@
 
 use super::LANES;
 use super::lanes::lanes;
-use super::ray::{camera_ray, vector};
 use super::tile::Tile;
+use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::features::Features;
 use sdfc_shaders::layout::{FrameUniforms, LightRecord, Surface};
 use sdfc_shaders::marching::SHOWN;

@@ -4,9 +4,9 @@ mod candidate_check;
 mod sized;
 
 use super::lanes::{RayTask, any_nonzero, is_nan, lanes, run_streamed};
-use super::ray::vector;
 use super::tile::Tile;
 use super::{Evaluator, F32x64, LANES, Points};
+use crate::render::ray::vector;
 use sdfc_shaders::features::ShadowForm;
 use sdfc_shaders::layout::{FrameUniforms, LightRecord, RayState};
 use sdfc_shaders::marching::FROM_INSIDE;

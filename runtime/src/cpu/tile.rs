@@ -2,8 +2,8 @@
 
 use super::LANES;
 use super::packet::Marcher;
-use super::ray::{PixelRay, bounding_box, camera_ray, distance_from_camera, ends_at_far};
 use crate::cells::Aabb;
+use crate::render::ray::{PixelRay, camera_ray, distance_from_camera, ends_at_far};
 use crate::render::{Image, RenderJob, Status};
 use sdfc_shaders::camera;
 use sdfc_shaders::features::{Mode, Occlusion};
@@ -130,7 +130,11 @@ impl Tile {
     /// Returns the bounding boxes of the points of each 64 items, extended by `reach`.
     pub(super) fn boxes_around(&self, items: &[u32], reach: f32) -> Vec<Aabb> {
         let region = |items: &[u32]| {
-            let mut region = bounding_box(items.iter().map(|&item| self.points[item as usize]));
+            let mut region = Aabb::around(
+                items
+                    .iter()
+                    .map(|&item| self.points[item as usize].to_array()),
+            );
             region.low = region.low.map(|v| v - reach);
             region.high = region.high.map(|v| v + reach);
             region

@@ -4,10 +4,9 @@
 use super::open::open_on;
 use super::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
 use crate::cells::CellInfo;
-use crate::cpu::Geometry;
 use crate::cpu::engine::CpuEngine;
 use crate::gpu::{AdapterPreference, Arithmetic, Gpu};
-use crate::render::{Image, Mode, RenderProgress, RenderSettings, Samples};
+use crate::render::{Geometry, Image, Mode, RenderProgress, RenderSettings, Samples};
 use sdfc_shaders::assemble::SceneSource;
 use sdfc_vm::program::Module;
 

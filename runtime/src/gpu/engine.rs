@@ -7,7 +7,8 @@ use super::scene::{GpuScene, KernelMode};
 use super::tiles::TileQueue;
 use super::wgsl::GeneratedScene;
 use super::{query, warm_up};
-use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput, plane_of};
+use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
+use crate::render::plane::plane_of;
 use crate::render::{
     FieldFacts, Image, Mode, RenderJob, RenderProgress, RenderSettings, Samples, Surface,
 };

@@ -7,8 +7,8 @@ use super::kernels::KernelId;
 use super::runner::SceneRunner;
 use super::scene::GpuScene;
 use super::tiles::TileRect;
-use crate::cpu::{distance_from_camera, ends_at_far};
 use crate::engine::EngineError;
+use crate::render::ray::{distance_from_camera, ends_at_far};
 use crate::render::{Image, RenderJob, Status, Surface};
 use sdfc_shaders::assemble::{
     BufferSlot, RenderStage, SceneFunction, invocation_count, queue_capacity, queue_header, stages,

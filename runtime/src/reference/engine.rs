@@ -7,12 +7,11 @@
 
 use super::{Outcome, RayEnd, ReferenceCamera, ReferenceField, ReferenceTracer, TraceOptions};
 use crate::cpu::engine::{CpuEngine, CpuScene};
-use crate::cpu::{
-    self, Evaluator, F32x64, FieldFacts, Points, Query, RenderField, SurfaceBlock,
-    plane_quadtree::PixelPlane,
-};
+use crate::cpu::{self, Evaluator, F32x64, FieldFacts, Points, Query, RenderField, SurfaceBlock};
 use crate::engine::{Engine, EngineError, EngineKind, FieldSample, SceneInput};
-use crate::render::{Image, RenderJob, RenderProgress, RenderSettings, Samples, prepare};
+use crate::render::{
+    Image, PixelPlane, RenderJob, RenderProgress, RenderSettings, Samples, prepare,
+};
 use rayon::prelude::*;
 use sdfc_shaders::layout;
 use sdfc_shaders::marching::{FROM_INSIDE, SHOWN, Status, UNDECIDED};

@@ -1,8 +1,7 @@
 //! Errors of a picture compared with the truth.
 
 use super::{GroundTruth, Outcome, PixelClass};
-use crate::cpu::Geometry;
-use crate::render::{Image, Status};
+use crate::render::{Geometry, Image, Status};
 use crate::verify::Percentiles;
 use serde::Serialize;
 

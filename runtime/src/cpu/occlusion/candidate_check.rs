@@ -2,7 +2,6 @@
 //! [`candidate`].
 
 use super::super::lanes::{RayTask, is_nan, lanes, run_streamed};
-use super::super::ray::bounding_box;
 use super::super::{Evaluator, F32x64, LANES, Points, Query};
 use super::OcclusionTap;
 use crate::cells::Aabb;
@@ -80,7 +79,11 @@ fn probe_region(candidates: &[OccluderCandidate]) -> Aabb {
         .iter()
         .map(OccluderCandidate::limit)
         .fold(0.0, f32::max);
-    let Aabb { low, high } = bounding_box(candidates.iter().map(|candidate| candidate.tap.point));
+    let Aabb { low, high } = Aabb::around(
+        candidates
+            .iter()
+            .map(|candidate| candidate.tap.point.to_array()),
+    );
     let coordinate_size = low
         .iter()
         .chain(&high)

@@ -4,8 +4,8 @@
 use super::{LeafRays, Packet};
 use crate::cells::{Aabb, Cell};
 use crate::cpu::march::initial_side;
-use crate::cpu::ray::{camera_ray, vector};
 use crate::cpu::{F32x64, LANES, Points};
+use crate::render::ray::{camera_ray, vector};
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::FrameUniforms;
 use sdfc_shaders::marching;

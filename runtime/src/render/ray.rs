@@ -1,19 +1,15 @@
 //! Rays of pixels, and the points on them.
 
-use crate::cells::Aabb;
 use sdfc_shaders::camera;
 use sdfc_shaders::layout::FrameUniforms;
 use sdfc_vm::vector::{V2, V3};
 
-/// Marks a ray that ended in no leaf.
-pub(super) const NO_LEAF: u32 = u32::MAX;
-
 /// The ray of a pixel.
-pub(super) struct PixelRay {
-    pub(super) origin: V3<f32>,
-    pub(super) direction: V3<f32>,
+pub(crate) struct PixelRay {
+    pub(crate) origin: V3<f32>,
+    pub(crate) direction: V3<f32>,
     /// Difference of the start's distance from the camera to that of the central ray.
-    pub(super) start_offset: f32,
+    pub(crate) start_offset: f32,
 }
 
 /// Returns the distance from the camera that a pixel's ray has reached.
@@ -37,7 +33,7 @@ pub(crate) fn ends_at_far(f: &FrameUniforms, pixel: [f32; 2]) -> bool {
 
 /// Returns the ray of a pixel.
 #[inline(always)]
-pub(super) fn camera_ray(f: &FrameUniforms, [x, y]: [f32; 2]) -> PixelRay {
+pub(crate) fn camera_ray(f: &FrameUniforms, [x, y]: [f32; 2]) -> PixelRay {
     let pair = |[x, y]: [f32; 2]| V2 { x, y };
     let view_position = camera::view_position::<f32>(V2 { x, y }, pair(f.offset), pair(f.size));
     let (right, up) = (vector(f.origin_right), vector(f.origin_up));
@@ -54,21 +50,6 @@ pub(super) fn camera_ray(f: &FrameUniforms, [x, y]: [f32; 2]) -> PixelRay {
 }
 
 /// Converts three numbers to a vector.
-pub(super) fn vector([x, y, z]: [f32; 3]) -> V3<f32> {
+pub(crate) fn vector([x, y, z]: [f32; 3]) -> V3<f32> {
     V3::new(x, y, z)
-}
-
-/// Returns the bounding box of points.
-pub(super) fn bounding_box(points: impl Iterator<Item = V3<f32>>) -> Aabb {
-    let empty = Aabb {
-        low: [f32::INFINITY; 3],
-        high: [f32::NEG_INFINITY; 3],
-    };
-    points.fold(empty, |mut region, p| {
-        for (axis, coordinate) in p.to_array().into_iter().enumerate() {
-            region.low[axis] = region.low[axis].min(coordinate);
-            region.high[axis] = region.high[axis].max(coordinate);
-        }
-        region
-    })
 }
