@@ -718,7 +718,7 @@ impl CpuEvaluator<'_> {
         let sample = |lane: usize| FieldSample {
             distance: distances.0[lane],
             gradient: gradient_at(&gradients, lane),
-            surface: surface_at(&surfaces, lane),
+            surface: normal::surface_in_lane(&surfaces, lane),
         };
         (0..count).map(sample).collect()
     }
@@ -726,18 +726,6 @@ impl CpuEvaluator<'_> {
 
 fn gradient_at(gradients: &[F32x64; 4], lane: usize) -> [f32; 3] {
     std::array::from_fn(|axis| gradients[axis].0[lane])
-}
-
-fn surface_at(block: &SurfaceBlock, lane: usize) -> Surface {
-    let n = |number: usize| block[number].0[lane];
-    Surface {
-        albedo: [n(0), n(1), n(2)],
-        roughness: n(3),
-        emission: [n(4), n(5), n(6)],
-        metallic: n(7),
-        bump: [n(8), n(9), n(10)],
-        id: n(11),
-    }
 }
 
 /// The components of a surface, in the order of [`SurfaceBlock`].
