@@ -1,9 +1,9 @@
 //! Type annotations, such as `length` or `vec3`, and conversion of values to them.
 
 use super::Elaborator;
-use super::bound_args::format_short;
 use super::constness::Demand;
 use super::diagnose::unknown_name;
+use super::display::format_short;
 use super::numbers::{Form, components};
 use super::value::{Quantity, ScalarValue, Value, Vector};
 use sdfc_lang::ast::TypeName;
@@ -171,7 +171,7 @@ impl<'a> Elaborator<'a> {
             }
             (AnnotatedType::Color, _) => self.as_color(value).map(Value::Color),
             (AnnotatedType::Shape | AnnotatedType::Shape2 | AnnotatedType::Shape3, _)
-                if self.is_shape(value) =>
+                if value.is_shape() =>
             {
                 let Some(id) = self.shape(value, span) else {
                     return Some(Value::Poison);

@@ -6,7 +6,8 @@
 
 use super::diagnose::{self, nearest};
 use super::value::Value;
-use sdfc_lang::{Diagnostic, Span, ast, codes};
+use sdfc_lang::ast::{Expr, ExprKind, Ident};
+use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::row::ArgumentKind;
 
 /// Kind of value that a parameter of a built-in function takes.
@@ -106,11 +107,22 @@ pub(crate) const fn optional(
     }
 }
 
+/// Arguments that accept a bare word, such as the name of a kernel.
+pub(crate) const WORD_ARGUMENTS: [&str; 1] = ["kernel"];
+
+/// The identifier, if the expression consists of nothing else.
+pub(crate) fn word(expr: &Expr) -> Option<&Ident> {
+    match &expr.kind {
+        ExprKind::Path(path) => path.as_ident(),
+        _ => None,
+    }
+}
+
 /// An argument as it was passed.
 #[derive(Clone, Debug)]
 pub(crate) struct PassedArg<'a> {
     /// Name, if one was written.
-    pub(crate) name: Option<&'a ast::Ident>,
+    pub(crate) name: Option<&'a Ident>,
     /// Value.
     pub(crate) value: Value<'a>,
     /// Source span.
@@ -141,6 +153,15 @@ pub(crate) enum ArgSlot {
     Diameter(usize),
     /// Consecutive arguments, one for each component, from this index on.
     Components(usize),
+}
+
+/// Indices of the arguments that a parameter takes.
+pub(crate) fn arg_indices(slot: ArgSlot, width: usize) -> std::ops::Range<usize> {
+    match slot {
+        ArgSlot::Default => 0..0,
+        ArgSlot::Single(index) | ArgSlot::Diameter(index) => index..index + 1,
+        ArgSlot::Components(index) => index..index + width,
+    }
 }
 
 /// Mismatch between a call and a parameter list; fields are indices of arguments and parameters.
@@ -355,7 +376,7 @@ pub(crate) fn mismatch_diagnostic(
         }
         ArgError::WrongShape { arg, param } => {
             let param = &params[param];
-            let diagnostic = diagnose::wrong_type(
+            let diagnostic = wrong_type(
                 call,
                 param.name,
                 kind_noun(param.kind, flat),
@@ -419,6 +440,21 @@ pub(crate) fn mismatch_diagnostic(
     }
 }
 
+/// Diagnostic for an argument of the wrong type.
+pub(crate) fn wrong_type(
+    call: &Invocation<'_>,
+    formal: &str,
+    expected: &str,
+    got: &str,
+    span: Span,
+) -> Diagnostic {
+    let message = format!(
+        "`{}` wants {expected} for `{formal}`, and this is {got}",
+        call.name
+    );
+    Diagnostic::error(codes::E0301, span, message).label(call.name_span, "")
+}
+
 /// Parameters as messages list them, `angle: angle, axis: direction`.
 pub(crate) fn signature(params: &[ParamSpec]) -> String {
     let describe_param = |param: &ParamSpec| {
@@ -426,7 +462,7 @@ pub(crate) fn signature(params: &[ParamSpec]) -> String {
             ExpectedKind::Row(ArgumentKind::Size3) => "number or vec3",
             ExpectedKind::Row(ArgumentKind::Size2) => "number or vec2",
             ExpectedKind::Any if param.name == "angle" => "angle",
-            kind => super::bound_args::without_article(kind_noun(kind, false)),
+            kind => without_article(kind_noun(kind, false)),
         };
         let mark = if param.default.is_some() { "?" } else { "" };
         format!("{}{mark}: {noun}", param.name)
@@ -464,6 +500,13 @@ pub(crate) fn kind_noun(kind: ExpectedKind, flat: bool) -> &'static str {
         ExpectedKind::List => "a list",
         ExpectedKind::Any => "a value",
     }
+}
+
+/// Removes the article of a noun.
+pub(crate) fn without_article(noun: &str) -> &str {
+    noun.strip_prefix("a ")
+        .or_else(|| noun.strip_prefix("an "))
+        .unwrap_or(noun)
 }
 
 /// A count with its noun.

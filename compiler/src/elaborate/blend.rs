@@ -1,71 +1,17 @@
 //! Blends: kinds of transition between two surfaces, and their operations in the table.
 
 use super::Elaborator;
-use super::arguments::PassedArg;
-use super::bound_args::format_short;
-use super::calls::word;
+use super::arguments::{PassedArg, word};
+use super::blend_spec::{BlendKind, BlendSpec, SetOperator};
 use super::constness::Demand;
-use super::csg::SetOperator;
 use super::diagnose::{nearest, suggest, unknown_name};
-use super::evaluate::{Abort, Env};
-use super::value::{Quantity, Value};
+use super::display::format_short;
+use super::value::{Abort, Env, Quantity, Value};
 use crate::expression::{ExprId, Stage};
 use crate::scene::ShapeId;
 use sdfc_lang::ast::{Arg, Args};
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::table::Op;
-
-/// Kind of transition between two surfaces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum BlendKind {
-    Quadratic,
-    Cubic,
-    Circular,
-    Exponential,
-    Distance,
-    Chamfer,
-    Fillet,
-    Stairs,
-}
-
-impl BlendKind {
-    /// Words of the language for each kind; the preferred word comes first.
-    const WORDS: [(&'static str, BlendKind); 9] = [
-        ("quadratic", BlendKind::Quadratic),
-        ("smooth", BlendKind::Quadratic),
-        ("cubic", BlendKind::Cubic),
-        ("circular", BlendKind::Circular),
-        ("exponential", BlendKind::Exponential),
-        ("distance", BlendKind::Distance),
-        ("chamfer", BlendKind::Chamfer),
-        ("fillet", BlendKind::Fillet),
-        ("stairs", BlendKind::Stairs),
-    ];
-
-    fn from_word(word: &str) -> Option<Self> {
-        Self::WORDS
-            .iter()
-            .find(|(name, _)| *name == word)
-            .map(|(_, kind)| *kind)
-    }
-
-    fn names() -> impl Iterator<Item = &'static str> {
-        Self::WORDS.iter().map(|(name, _)| *name)
-    }
-}
-
-/// A blend: `[0.2]`, `[chamfer, 0.3]`, `[stairs, 0.4, n: 4]`.
-#[derive(Clone, Debug)]
-pub(crate) struct BlendSpec {
-    /// Kind.
-    pub(crate) kind: BlendKind,
-    /// Thickness of a smooth blend, radius of the other kinds.
-    pub(crate) amount: ExprId,
-    /// Number of stairs.
-    pub(crate) steps: Option<ExprId>,
-    /// Source span.
-    pub(crate) span: Span,
-}
 
 impl<'a> Elaborator<'a> {
     /// The operation of a set operation with a blend, and its parameters.

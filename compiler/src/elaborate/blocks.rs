@@ -6,13 +6,12 @@ mod light;
 mod render;
 
 use super::Elaborator;
-use super::bound_args::format_short;
-use super::calls::word;
+use super::arguments::word;
 use super::constness::Demand;
 use super::diagnose::{nearest, suggest, unknown_name};
-use super::evaluate::{Abort, Env};
+use super::display::format_short;
 use super::numbers::{Form, components};
-use super::value::{Quantity, Record, Value};
+use super::value::{Abort, Env, Quantity, Record, Value};
 use crate::expression::{ExprId, Stage};
 use crate::scene::{ExprTriple, Material};
 use sdfc_lang::ast::{self, Block, Field};

@@ -5,12 +5,14 @@
 //! current values, and become a check of the scene for later ones.
 
 use super::Elaborator;
-use super::arguments::{ArgSlot, ExpectedKind, Invocation, ParamSpec, kind_noun};
-use super::calls::arg_indices;
+use super::arguments::{
+    self, ArgSlot, ExpectedKind, Invocation, ParamSpec, arg_indices, kind_noun, without_article,
+    wrong_type,
+};
 use super::constness::Demand;
-use super::diagnose::wrong_type;
+use super::display::format_short;
 use super::numbers::{Form, components};
-use super::value::{List, Quantity, ScalarValue, Value};
+use super::value::{EvalResult, List, Quantity, ScalarValue, Value};
 use crate::expression::{ExprId, Stage};
 use crate::scene::{MaterialId, ShapeId};
 use crate::symbolic::{Symbolic, with_graph};
@@ -87,7 +89,58 @@ impl<'a> BoundArgs<'a> {
     }
 }
 
+/// Implementation of a function whose arguments are converted to its parameters first.
+pub(crate) type RunFixed = for<'a> fn(&mut Elaborator<'a>, BoundArgs<'a>) -> EvalResult<'a>;
+
 impl<'a> Elaborator<'a> {
+    /// Calls a built-in function whose arguments are converted to its parameters.
+    pub(crate) fn call_fixed(
+        &mut self,
+        params: &'static [ParamSpec],
+        run: RunFixed,
+        call: Invocation<'a>,
+    ) -> EvalResult<'a> {
+        let flat = self.is_flat(&call);
+        match arguments::match_args(params, &call.args, flat) {
+            Ok(slots) => match self.convert_arguments(&call, params, &slots, flat) {
+                Some(bound) => run(self, bound),
+                None => Ok(Value::Poison),
+            },
+            Err(error) => {
+                self.report_mismatch(&call, &[params], 0, error, flat);
+                Ok(Value::Poison)
+            }
+        }
+    }
+
+    /// Reports whether the first argument is a 2-D shape, so that vectors have two components.
+    pub(crate) fn is_flat(&self, call: &Invocation<'a>) -> bool {
+        let is_2d = |value: &Value<'a>| match value {
+            Value::Shape(id) => self.shapes[id.0 as usize].plane,
+            _ => false,
+        };
+        match call.args.first().map(|arg| &arg.value) {
+            Some(Value::List(list)) => list.first().is_some_and(is_2d),
+            Some(value) => is_2d(value),
+            None => false,
+        }
+    }
+
+    /// Reports a call that fits no variant of a built-in function.
+    pub(crate) fn report_mismatch(
+        &mut self,
+        call: &Invocation<'a>,
+        lists: &[&[ParamSpec]],
+        best_variant: usize,
+        error: arguments::ArgError,
+        flat: bool,
+    ) {
+        let describe = |value: &Value<'_>| self.describe(value);
+        let diagnostic =
+            arguments::mismatch_diagnostic(call, lists, best_variant, error, flat, describe);
+        self.report(diagnostic);
+    }
+
     /// Converts the arguments of a call to the form that the parameters take. Reports all mistakes;
     /// returns `None` if there is one.
     pub(crate) fn convert_arguments(
@@ -203,11 +256,7 @@ impl<'a> Elaborator<'a> {
         let width = param.kind.width(flat);
         let args = &call.args[arg_indices(slot, width)];
         if let ArgSlot::Components(_) = slot {
-            return Some(
-                args.iter()
-                    .filter_map(|g| super::evaluate::as_number(&g.value))
-                    .collect(),
-            );
+            return Some(args.iter().filter_map(|g| g.value.as_number()).collect());
         }
         let value = &args[0].value;
         let numbers = match components(value) {
@@ -461,20 +510,6 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Reports a value of the wrong type.
-    pub(crate) fn report_wrong(
-        &mut self,
-        value: &Value<'a>,
-        requirement: &str,
-        span: Span,
-    ) -> Value<'a> {
-        if !value.is_poison() {
-            let message = format!("{requirement}, and this is {}", self.describe(value));
-            self.report(Diagnostic::error(codes::E0301, span, message));
-        }
-        Value::Poison
-    }
-
     /// The elements of a list argument.
     pub(crate) fn argument_elements(
         &mut self,
@@ -483,21 +518,4 @@ impl<'a> Elaborator<'a> {
     ) -> Option<List<'a>> {
         self.elements(bound.value(index).clone(), bound.span_at(index))
     }
-}
-
-/// Formats a number with at most six decimals.
-pub(crate) fn format_short(value: f64) -> String {
-    let rounded = (value * 1e6).round() / 1e6;
-    if value.abs() < 1e9 && rounded != 0.0 {
-        format!("{rounded}")
-    } else {
-        format!("{value}")
-    }
-}
-
-/// Removes the article of a noun.
-pub(crate) fn without_article(noun: &str) -> &str {
-    noun.strip_prefix("a ")
-        .or_else(|| noun.strip_prefix("an "))
-        .unwrap_or(noun)
 }

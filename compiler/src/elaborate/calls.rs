@@ -3,22 +3,17 @@
 //! For every function, `x.f(a)` means `f(x, a)`. A function of the scene hides a built-in of that
 //! name.
 
-use super::arguments::{self, ArgSlot, Invocation, ParamSpec, PassedArg, count_noun};
+use super::arguments::{self, Invocation, ParamSpec, PassedArg, WORD_ARGUMENTS, count_noun, word};
 use super::diagnose::{self, nearest};
-use super::evaluate::{Abort, Env, EvalResult};
-use super::value::{Closure, Value};
-use super::vocabulary::{self, BuiltinFunction, RunFixed};
+use super::value::{Abort, Closure, Env, EvalResult, Value};
+use super::vocabulary::{self, BuiltinFunction};
 use super::{Active, Elaborator};
-use crate::expression::Stage;
-use sdfc_lang::ast::{self, Arg, Args, Call, ExprKind, Ident, Suffix};
+use sdfc_lang::ast::{Arg, Args, Call, Ident, Suffix};
 use sdfc_lang::{Diagnostic, Span, codes};
 use std::rc::Rc;
 
 /// Maximum depth of nested calls of the scene's functions.
 pub(crate) const MAX_CALLS: usize = 256;
-
-/// Arguments that accept a bare word, such as the name of a kernel.
-pub(crate) const WORD_ARGUMENTS: [&str; 1] = ["kernel"];
 
 impl<'a> Elaborator<'a> {
     /// `name(args)`
@@ -310,53 +305,6 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Calls a built-in function whose arguments are converted to its parameters.
-    pub(crate) fn call_fixed(
-        &mut self,
-        params: &'static [ParamSpec],
-        run: RunFixed,
-        call: Invocation<'a>,
-    ) -> EvalResult<'a> {
-        let flat = self.is_flat(&call);
-        match arguments::match_args(params, &call.args, flat) {
-            Ok(slots) => match self.convert_arguments(&call, params, &slots, flat) {
-                Some(bound) => run(self, bound),
-                None => Ok(Value::Poison),
-            },
-            Err(error) => {
-                self.report_mismatch(&call, &[params], 0, error, flat);
-                Ok(Value::Poison)
-            }
-        }
-    }
-
-    /// Reports whether the first argument is a 2-D shape, so that vectors have two components.
-    fn is_flat(&self, call: &Invocation<'a>) -> bool {
-        let is_2d = |value: &Value<'a>| match value {
-            Value::Shape(id) => self.shapes[id.0 as usize].plane,
-            _ => false,
-        };
-        match call.args.first().map(|arg| &arg.value) {
-            Some(Value::List(list)) => list.first().is_some_and(is_2d),
-            Some(value) => is_2d(value),
-            None => false,
-        }
-    }
-
-    fn report_mismatch(
-        &mut self,
-        call: &Invocation<'a>,
-        lists: &[&[ParamSpec]],
-        best_variant: usize,
-        error: arguments::ArgError,
-        flat: bool,
-    ) {
-        let describe = |value: &Value<'_>| self.describe(value);
-        let diagnostic =
-            arguments::mismatch_diagnostic(call, lists, best_variant, error, flat, describe);
-        self.report(diagnostic);
-    }
-
     /// Calls a function of the point. Inside it, shapes cannot be made.
     pub(crate) fn call_at_point(
         &mut self,
@@ -368,34 +316,5 @@ impl<'a> Elaborator<'a> {
         let result = self.apply(callee, values, span)?;
         self.point_function_depth -= 1;
         Ok(result)
-    }
-
-    /// Reports a number that depends on the point or the normal where it may not.
-    pub(crate) fn report_too_late(&mut self, what: &str, stage: Stage, span: Span) {
-        let dependency = if stage == Stage::Normal {
-            "the normal"
-        } else {
-            "the point"
-        };
-        let message = format!("{what} cannot depend on {dependency}");
-        let help = "`field`, `displace` and `warp` take functions of the point";
-        self.report(Diagnostic::error(codes::E0309, span, message).help(help));
-    }
-}
-
-/// The identifier, if the expression consists of nothing else.
-pub(crate) fn word(expr: &ast::Expr) -> Option<&Ident> {
-    match &expr.kind {
-        ExprKind::Path(path) => path.as_ident(),
-        _ => None,
-    }
-}
-
-/// Indices of the arguments that a parameter takes.
-pub(crate) fn arg_indices(slot: ArgSlot, width: usize) -> std::ops::Range<usize> {
-    match slot {
-        ArgSlot::Default => 0..0,
-        ArgSlot::Single(index) | ArgSlot::Diameter(index) => index..index + 1,
-        ArgSlot::Components(index) => index..index + width,
     }
 }

@@ -5,27 +5,15 @@
 
 use super::Elaborator;
 use super::arguments::{Invocation, PassedArg};
-use super::blend::{BlendKind, BlendSpec};
+use super::blend_spec::{BlendKind, BlendSpec, SetOperator};
 use super::diagnose::{nearest, suggest};
-use super::evaluate::{Env, EvalResult};
-use super::value::Value;
+use super::shapes::{help_with_function, shape_value};
+use super::value::{Env, EvalResult, Value};
 use crate::expression::ExprId;
 use crate::scene::{ShapeId, ShapeKind};
 use sdfc_lang::ast::{BinaryOp, Chain, ChainLink};
 use sdfc_lang::{Diagnostic, Span, codes};
-use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::Op;
-
-/// A set operation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SetOperator {
-    /// `|`
-    Union,
-    /// `&`
-    Intersection,
-    /// `-`
-    Subtraction,
-}
 
 /// Operands collected for one combination.
 struct OperandList {
@@ -157,14 +145,14 @@ impl<'a> Elaborator<'a> {
         else {
             return Ok(Value::Poison);
         };
-        super::shapes::shape_value(self.combine(row, parameters, shapes, span))
+        shape_value(self.combine(row, parameters, shapes, span))
     }
 
     fn set_operand(&mut self, value: &Value<'a>, span: Span, link: &ChainLink) -> bool {
         if value.is_poison() {
             return false;
         }
-        if self.is_shape(value) {
+        if value.is_shape() {
             return true;
         }
         let what = self.describe(value);
@@ -176,123 +164,10 @@ impl<'a> Elaborator<'a> {
             let text = format!("with conditions, write `{doubled}`");
             diagnostic = diagnostic.fix(link.op_span, doubled, text);
         } else {
-            diagnostic = super::shapes::help_with_function(diagnostic, value);
+            diagnostic = help_with_function(diagnostic, value);
         }
         self.report(diagnostic);
         false
-    }
-
-    /// Combines shapes from left to right by an operation; empty shapes drop out.
-    pub(crate) fn combine(
-        &mut self,
-        op: Op,
-        parameters: Vec<ExprId>,
-        shapes: Vec<ShapeId>,
-        span: Span,
-    ) -> Option<ShapeId> {
-        let is_intersection = matches!(
-            op,
-            Op::Intersection
-                | Op::SmoothIntersection
-                | Op::CubicIntersection
-                | Op::CircularIntersection
-                | Op::ExponentialIntersection
-                | Op::ChamferIntersection
-                | Op::RoundIntersection
-                | Op::StairsIntersection
-        );
-        let is_union = matches!(
-            op,
-            Op::Union
-                | Op::SmoothUnion
-                | Op::CubicUnion
-                | Op::CircularUnion
-                | Op::ExponentialUnion
-                | Op::ChamferUnion
-                | Op::RoundUnion
-                | Op::StairsUnion
-                | Op::DistanceUnion
-                | Op::Xor
-        );
-        let first_is_empty = shapes.first().is_none_or(|&id| self.is_nothing(id));
-        let any_is_empty = shapes.iter().any(|&id| self.is_nothing(id));
-        let mut children = shapes;
-        if is_intersection && any_is_empty || !is_union && first_is_empty {
-            children.clear();
-        }
-        children.retain(|&id| !self.is_nothing(id));
-        match children.as_slice() {
-            [] => return Some(self.add(ShapeKind::Nothing, false, span)),
-            [only] => return Some(*only),
-            _ => {}
-        }
-        let plane = self.shapes[children[0].0 as usize].plane;
-        let other = children
-            .iter()
-            .find(|id| self.shapes[id.0 as usize].plane != plane);
-        if let Some(&other) = other {
-            let dimension = |plane: bool| if plane { "2D" } else { "3D" };
-            let (a, b) = (
-                &self.shapes[children[0].0 as usize],
-                &self.shapes[other.0 as usize],
-            );
-            let message = format!(
-                "a {} and a {} shape cannot be combined",
-                dimension(a.plane),
-                dimension(b.plane)
-            );
-            let mut diagnostic = Diagnostic::error(codes::E0304, span, message)
-                .help("`extrude` and `revolve` make a 3D shape of a 2D one");
-            for shape in [a, b] {
-                if shape.span.file == span.file {
-                    let text = format!("this is {}", dimension(shape.plane));
-                    diagnostic = diagnostic.label(shape.span, text);
-                }
-            }
-            self.report(diagnostic);
-            return None;
-        }
-        self.warn_ineffective_operand(op, &children, span);
-        Some(self.add(
-            ShapeKind::Combine {
-                op,
-                children,
-                parameters,
-            },
-            plane,
-            span,
-        ))
-    }
-
-    /// Warns of subtractions without effect and of empty intersections, as far as the bounding
-    /// boxes of constant shapes prove it.
-    fn warn_ineffective_operand(&mut self, op: Op, children: &[ShapeId], span: Span) {
-        if !matches!(op, Op::Subtraction | Op::Intersection) {
-            return;
-        }
-        if !children.iter().all(|&id| self.is_constant_shape(id)) {
-            return;
-        }
-        let boxes: Vec<Bounds> = children.iter().map(|&id| self.bounds_of(id)).collect();
-        let (message, label) = match op {
-            Op::Subtraction => {
-                let misses = |other: &Bounds| boxes[0].intersection(other).is_empty();
-                if !boxes[1..].iter().all(misses) {
-                    return;
-                }
-                ("this cuts nothing away", "the shapes do not touch")
-            }
-            _ => {
-                let common = boxes
-                    .iter()
-                    .fold(Bounds::ALL_SPACE, |c, b| c.intersection(b));
-                if !common.is_empty() {
-                    return;
-                }
-                ("this intersection is empty", "the shapes do not touch")
-            }
-        };
-        self.report(Diagnostic::warning(codes::W0402, span, message).primary(label));
     }
 
     /// `!shape`
@@ -407,7 +282,7 @@ impl<'a> Elaborator<'a> {
         if let Some(blend) = &blend {
             self.warn_large_blend(blend, &shapes, [call.span, call.span]);
         }
-        super::shapes::shape_value(self.combine(row, parameters, shapes, call.span))
+        shape_value(self.combine(row, parameters, shapes, call.span))
     }
 
     /// `xor(a, b, ..)`: the points in an odd number of the shapes.
@@ -424,6 +299,6 @@ impl<'a> Elaborator<'a> {
                 return Ok(Value::Poison);
             }
         }
-        super::shapes::shape_value(self.combine(Op::Xor, Vec::new(), shapes, call.span))
+        shape_value(self.combine(Op::Xor, Vec::new(), shapes, call.span))
     }
 }

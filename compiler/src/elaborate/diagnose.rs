@@ -1,7 +1,6 @@
 //! Diagnostics: suggestions for misspelt names and names of other dialects, and a collection
 //! without duplicates.
 
-use super::arguments::Invocation;
 use sdfc_lang::{Diagnostic, DiagnosticCode, Span, codes};
 use std::collections::HashSet;
 
@@ -163,19 +162,4 @@ pub(crate) fn unknown_name<'n>(
         (Some((None, text)), _) => diagnostic.help(text),
         (None, suggestion) => suggest(diagnostic, span, suggestion),
     }
-}
-
-/// Diagnostic for an argument of the wrong type.
-pub(crate) fn wrong_type(
-    call: &Invocation<'_>,
-    formal: &str,
-    expected: &str,
-    got: &str,
-    span: Span,
-) -> Diagnostic {
-    let message = format!(
-        "`{}` wants {expected} for `{formal}`, and this is {got}",
-        call.name
-    );
-    Diagnostic::error(codes::E0301, span, message).label(call.name_span, "")
 }

@@ -1,8 +1,9 @@
-//! Values as text: for `print`, `str`, messages, and sums of texts.
+//! Values as text: for `print`, `str`, messages, and sums of texts. Values of the wrong type are
+//! reported here.
 
 use super::Elaborator;
-use super::bound_args::format_short;
 use super::value::{Quantity, ScalarValue, Value};
+use sdfc_lang::{Diagnostic, Span, codes};
 
 /// Maximum size of a text in bytes; longer texts are cut.
 const MAX_TEXT_BYTES: usize = 10_000;
@@ -89,5 +90,60 @@ impl<'a> Elaborator<'a> {
             Quantity::Time => format!("{}s", format_short(value)),
             Quantity::Plain | Quantity::Length(_) => format_short(value),
         }
+    }
+
+    /// Describes a value for messages.
+    pub(crate) fn describe(&self, value: &Value<'_>) -> String {
+        match value {
+            Value::Poison | Value::Nothing => "nothing".to_owned(),
+            Value::Number(number) => number.quantity.noun().to_owned(),
+            Value::Bool(_) => "a bool".to_owned(),
+            Value::Text(_) => "a text".to_owned(),
+            Value::Vector(vector) => format!("a vec{}", vector.len()),
+            Value::Color(_) => "a color".to_owned(),
+            Value::List(list) if !list.is_empty() && self.is_shape_list(list) => {
+                "a list of shapes".to_owned()
+            }
+            Value::List(list) => format!("a list of {}", list.len()),
+            Value::Range(_) => "a range".to_owned(),
+            Value::Shape(id) if self.shapes[id.0 as usize].plane => "a 2D shape".to_owned(),
+            Value::Shape(_) => "a 3D shape".to_owned(),
+            Value::Material(_) => "a material".to_owned(),
+            Value::Record(record) => format!("the record `{}`", record.name),
+            Value::Function(_) | Value::Builtin(_) => "a function".to_owned(),
+            Value::Word(word) => format!("the word `{word}`"),
+        }
+    }
+
+    fn is_shape_list(&self, list: &[Value<'_>]) -> bool {
+        match list.first() {
+            Some(Value::Shape(_)) => true,
+            Some(Value::List(list)) => self.is_shape_list(list),
+            _ => false,
+        }
+    }
+
+    /// Reports a value of the wrong type.
+    pub(crate) fn report_wrong(
+        &mut self,
+        value: &Value<'a>,
+        requirement: &str,
+        span: Span,
+    ) -> Value<'a> {
+        if !value.is_poison() {
+            let message = format!("{requirement}, and this is {}", self.describe(value));
+            self.report(Diagnostic::error(codes::E0301, span, message));
+        }
+        Value::Poison
+    }
+}
+
+/// Formats a number with at most six decimals.
+pub(crate) fn format_short(value: f64) -> String {
+    let rounded = (value * 1e6).round() / 1e6;
+    if value.abs() < 1e9 && rounded != 0.0 {
+        format!("{rounded}")
+    } else {
+        format!("{value}")
     }
 }

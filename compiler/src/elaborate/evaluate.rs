@@ -5,11 +5,9 @@
 //! an [`Abort`]. Any other mistake is reported and results in a [`Value::Poison`], which suppresses
 //! follow-up errors.
 
-use super::blend::BlendSpec;
 use super::constness::Demand;
-use super::diagnose::unknown_name;
-use super::scope::Scope;
-use super::value::{Closure, List, Quantity, Range, ScalarValue, Value, Vector};
+use super::diagnose::{nearest, suggest, unknown_name};
+use super::value::{Abort, Closure, Env, EvalResult, Quantity, Range, ScalarValue, Value, Vector};
 use super::{Elaborator, vocabulary};
 use crate::expression::Stage;
 use crate::scene::Shape;
@@ -18,6 +16,7 @@ use sdfc_lang::ast::{
     StatementKind, Suffix, Unary, UnaryOp, Unit,
 };
 use sdfc_lang::{Diagnostic, Span, codes};
+use sdfc_vm::table::Op;
 use std::rc::Rc;
 
 /// Maximum number of steps of a run; a step is one evaluated expression.
@@ -28,39 +27,6 @@ const MAX_NUMBERS: usize = 8_000_000;
 const MAX_NESTING: u32 = 6_000;
 /// Maximum nesting depth of values: lists in lists, and functions that capture functions.
 const MAX_VALUE_DEPTH: u32 = 1_000;
-/// Maximum number of elements of a loop.
-pub(crate) const MAX_LOOP: f64 = 100_000.0;
-
-/// The run cannot continue; the reason has been reported.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Abort;
-
-/// Result of an evaluation.
-pub(crate) type EvalResult<'a> = Result<Value<'a>, Abort>;
-
-/// Environment of an expression: the names in scope, and the blend of plain operators.
-#[derive(Clone, Debug)]
-pub(crate) struct Env<'a> {
-    /// Local names.
-    pub(crate) scope: Scope<'a>,
-    /// Index of the module.
-    pub(crate) module: usize,
-    /// Number of definitions of the module that precede the expression.
-    pub(crate) visible_items: u32,
-    /// Blend of operators without one of their own.
-    pub(crate) blend: Option<Rc<BlendSpec>>,
-}
-
-impl<'a> Env<'a> {
-    /// This environment with one more name.
-    pub(crate) fn with(&self, name: &'a str, value: Value<'a>) -> Self {
-        Self {
-            scope: self.scope.with(name, value),
-            ..self.clone()
-        }
-    }
-}
-
 impl<'a> Elaborator<'a> {
     /// Evaluates an expression.
     pub(crate) fn eval(&mut self, env: &Env<'a>, expr: &'a Expr) -> EvalResult<'a> {
@@ -328,7 +294,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         }
         let numbers: Option<Vec<ScalarValue>> = match values.len() {
-            2..=4 => values.iter().map(as_number).collect(),
+            2..=4 => values.iter().map(Value::as_number).collect(),
             _ => None,
         };
         Ok(
@@ -412,6 +378,17 @@ impl<'a> Elaborator<'a> {
         })
     }
 
+    /// `!value`
+    fn invert(&mut self, value: Value<'a>, unary: &'a Unary, span: Span) -> Value<'a> {
+        if value.is_shape() {
+            return self.complement(&value, unary.operand.span, span);
+        }
+        match self.condition(value, unary.operand.span) {
+            Some(condition) => Value::Bool(self.op(Op::Not, &[condition])),
+            None => Value::Poison,
+        }
+    }
+
     fn chain(&mut self, env: &Env<'a>, chain: &'a Chain, span: Span) -> EvalResult<'a> {
         let precedence = chain.links.first().map(|link| link.op.precedence());
         match precedence {
@@ -424,7 +401,7 @@ impl<'a> Elaborator<'a> {
         let mut value = self.eval(env, &chain.first)?;
         let mut left_span = chain.first.span;
         for (index, link) in chain.links.iter().enumerate() {
-            let is_shape = self.is_shape(&value);
+            let is_shape = value.is_shape();
             if link.op == BinaryOp::Sub && (is_shape || link.blend.is_some()) {
                 return self.csg_links(env, value, left_span, &chain.links[index..], span);
             }
@@ -462,8 +439,8 @@ impl<'a> Elaborator<'a> {
             let is_known = self.graph.stage(value) == Stage::Constant;
             value = match link.op {
                 _ if is_known => operand,
-                BinaryOp::LogicalAnd => self.graph.call(sdfc_vm::table::Op::And, &[value, operand]),
-                _ => self.graph.call(sdfc_vm::table::Op::Or, &[value, operand]),
+                BinaryOp::LogicalAnd => self.graph.call(Op::And, &[value, operand]),
+                _ => self.graph.call(Op::Or, &[value, operand]),
             };
         }
         Ok(Value::Bool(value))
@@ -546,7 +523,7 @@ impl<'a> Elaborator<'a> {
         self.path_conditions.push(condition);
         let then = self.body(env, &arm.body)?;
         self.path_conditions.pop();
-        let inverse = self.graph.call(sdfc_vm::table::Op::Not, &[condition]);
+        let inverse = self.graph.call(Op::Not, &[condition]);
         self.path_conditions.push(inverse);
         let otherwise = self.if_arms(env, branch, arm_index + 1, span)?;
         self.path_conditions.pop();
@@ -589,66 +566,6 @@ impl<'a> Elaborator<'a> {
         Ok(Value::List(results.into()))
     }
 
-    /// The elements that a loop runs over.
-    pub(crate) fn elements(&mut self, value: Value<'a>, span: Span) -> Option<List<'a>> {
-        let list = self.elements_without_cost(value, span)?;
-        // Each element costs a step, whatever the loop does with it.
-        self.steps += list.len() as u64;
-        Some(list)
-    }
-
-    fn elements_without_cost(&mut self, value: Value<'a>, span: Span) -> Option<List<'a>> {
-        match value {
-            Value::Poison => None,
-            Value::List(list) => Some(list),
-            Value::Vector(vector) => Some(
-                vector
-                    .components()
-                    .iter()
-                    .map(|n| Value::Number(*n))
-                    .collect(),
-            ),
-            Value::Range(range) => self.range_elements(range, span),
-            other => {
-                self.report_wrong(&other, "a loop goes through a range or a list", span);
-                None
-            }
-        }
-    }
-
-    fn range_elements(&mut self, range: Range, span: Span) -> Option<List<'a>> {
-        let demand = Demand::new("a loop count", span);
-        let start = self.demand(range.start.id, &demand);
-        let end = self.demand(range.end.id, &demand);
-        let (start, end) = (start?, end?);
-        let last = if range.inclusive {
-            end.floor()
-        } else {
-            end.ceil() - 1.0
-        };
-        if start.fract() != 0.0 {
-            let message = format!("a loop counts from a whole number, and this is {start}");
-            self.report(Diagnostic::error(codes::E0401, span, message));
-            return None;
-        }
-        let count = (last - start + 1.0).max(0.0);
-        if count.is_nan() || count > MAX_LOOP {
-            let message = format!("this loop has {count} rounds, and {MAX_LOOP} are the most");
-            let help = "use `repeat` or `polar` for many copies: they cost nothing";
-            self.report(Diagnostic::error(codes::E0412, span, message).help(help));
-            return None;
-        }
-        let element = |i: u32| {
-            let id = self.graph.constant(start + f64::from(i));
-            Value::Number(ScalarValue {
-                id,
-                quantity: range.start.quantity,
-                is_integer: true,
-            })
-        };
-        Some((0..count as u32).map(element).collect())
-    }
-
     fn lambda(&mut self, env: &Env<'a>, lambda: &'a Lambda, span: Span) -> Value<'a> {
         Value::Function(Rc::new(Closure {
             name: "",
@@ -658,14 +575,6 @@ impl<'a> Elaborator<'a> {
             env: env.clone(),
             span,
         }))
-    }
-}
-
-/// The number, if the value is one.
-pub(crate) fn as_number(value: &Value<'_>) -> Option<ScalarValue> {
-    match value {
-        Value::Number(number) => Some(*number),
-        _ => None,
     }
 }
 

@@ -1,11 +1,13 @@
 //! Functions of the point: raw fields, terrain, displacement, warps, and noise.
 
 use super::Elaborator;
+use super::arguments::count_noun;
 use super::bound_args::BoundArgs;
 use super::constness::Demand;
-use super::evaluate::{Abort, EvalResult};
+use super::display::format_short;
 use super::numbers::{Form, components};
-use super::value::{Quantity, ScalarValue, Value, Vector};
+use super::shapes::shape_value;
+use super::value::{Abort, EvalResult, Quantity, ScalarValue, Value, Vector};
 use crate::expression::{ExprId, Stage};
 use crate::extent::extent;
 use crate::scene::ShapeKind;
@@ -73,7 +75,7 @@ impl<'a> Elaborator<'a> {
         let limit = self.add(ShapeKind::Primitive { op, parameters }, flat, bound.span);
         let intersection =
             self.combine(Op::Intersection, Vec::new(), vec![field, limit], bound.span);
-        super::shapes::shape_value(intersection)
+        shape_value(intersection)
     }
 
     /// Box outside which a written field is proved positive. For a field that depends on live
@@ -146,7 +148,7 @@ impl<'a> Elaborator<'a> {
         if base >= high {
             let message = format!(
                 "the base of the terrain is {}, above all of its heights",
-                super::bound_args::format_short(base)
+                format_short(base)
             );
             self.report(Diagnostic::error(codes::E0401, bound.span_at(2), message));
             return Ok(Value::Poison);
@@ -168,7 +170,7 @@ impl<'a> Elaborator<'a> {
         let block = self.add(ShapeKind::Primitive { op, parameters }, false, span);
         let block = self.add_translation(block, region.centre(), span);
         let intersection = self.combine(Op::Intersection, Vec::new(), vec![ground, block], span);
-        super::shapes::shape_value(intersection)
+        shape_value(intersection)
     }
 
     /// `displace(shape, f)`
@@ -271,7 +273,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         if !(1.0..=MAX_OCTAVES).contains(&count) || count.fract() != 0.0 {
-            let count = super::bound_args::format_short(count);
+            let count = format_short(count);
             let message =
                 format!("{what} is a whole number from 1 to {MAX_OCTAVES}, and this is {count}");
             self.report(Diagnostic::error(codes::E0401, bound.span_at(1), message));
@@ -298,7 +300,7 @@ impl<'a> Elaborator<'a> {
             return Ok(Value::Poison);
         };
         if elements.len() < 3 {
-            let corners = super::arguments::count_noun(elements.len(), "corner");
+            let corners = count_noun(elements.len(), "corner");
             let message = format!("a polygon has at least 3 corners, and this has {corners}");
             self.report(Diagnostic::error(codes::E0405, span, message));
             return Ok(Value::Poison);

@@ -1,9 +1,8 @@
 //! Evaluation of the items of each file.
 
 use super::Elaborator;
-use super::evaluate::{Abort, Env};
 use super::scope::Scope;
-use super::value::{Closure, Value};
+use super::value::{Abort, Closure, Env, Value};
 use sdfc_lang::ast::{ExprKind, Item, ItemKind};
 use sdfc_lang::{Diagnostic, codes};
 use std::collections::HashMap;

@@ -2,10 +2,11 @@
 
 use super::Elaborator;
 use super::arguments::Invocation;
-use super::bound_args::{BoundArgs, format_short};
+use super::bound_args::BoundArgs;
 use super::constness::Demand;
-use super::evaluate::{EvalResult, MAX_LOOP};
-use super::value::{List, Quantity, ScalarValue, Value};
+use super::display::format_short;
+use super::elements::MAX_LOOP;
+use super::value::{EvalResult, List, Quantity, ScalarValue, Value};
 use crate::expression::Stage;
 use sdfc_lang::ast::BinaryOp;
 use sdfc_lang::{Diagnostic, codes};

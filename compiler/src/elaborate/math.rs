@@ -1,10 +1,9 @@
 //! Functions of numbers, applied to vectors and colours component by component, as in WGSL.
 
 use super::Elaborator;
-use super::arguments::{Invocation, count_noun};
-use super::evaluate::EvalResult;
+use super::arguments::{Invocation, PassedArg, count_noun};
 use super::numbers::{Form, assemble_value, components};
-use super::value::{Quantity, ScalarValue, Value};
+use super::value::{EvalResult, Quantity, ScalarValue, Value};
 use crate::expression::ExprId;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::table::Op;
@@ -300,13 +299,11 @@ impl<'a> Elaborator<'a> {
             self.report(Diagnostic::error(codes::E0410, only.span, message));
             return None;
         }
-        let args = elements
-            .into_iter()
-            .map(|value| super::arguments::PassedArg {
-                name: None,
-                value,
-                span: only.span,
-            });
+        let args = elements.into_iter().map(|value| PassedArg {
+            name: None,
+            value,
+            span: only.span,
+        });
         Some(Invocation {
             args: args.collect(),
             ..call.clone()

@@ -1,8 +1,8 @@
 //! Static check of the names of all files: reports undefined names, even in functions that are
 //! never called, and unused names.
 
+use super::arguments::{WORD_ARGUMENTS, word};
 use super::blocks::WORD_FIELDS;
-use super::calls::{WORD_ARGUMENTS, word};
 use super::diagnose::{Reports, unknown_name};
 use super::modules::ImportedModule;
 use super::vocabulary;

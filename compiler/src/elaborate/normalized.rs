@@ -12,8 +12,7 @@ mod quotient;
 
 use super::Elaborator;
 use super::bound_args::BoundArgs;
-use super::evaluate::EvalResult;
-use super::value::Value;
+use super::value::{EvalResult, Value};
 use crate::expression::ExprId;
 use crate::formula::Formula;
 use crate::scene::{MaterialId, ShapeId, ShapeKind, children};

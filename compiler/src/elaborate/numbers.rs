@@ -56,8 +56,7 @@ pub(crate) fn components(value: &Value<'_>) -> Option<(Form, [ScalarValue; 4])> 
         Value::Color([r, g, b]) => Some((Form::Color, [*r, *g, *b, *b].map(ScalarValue::plain))),
         // A list, such as the result of a loop, is a vector if its length allows.
         Value::List(list) if (2..=4).contains(&list.len()) => {
-            let numbers: Option<Vec<ScalarValue>> =
-                list.iter().map(super::evaluate::as_number).collect();
+            let numbers: Option<Vec<ScalarValue>> = list.iter().map(Value::as_number).collect();
             components(&Value::Vector(Vector::from_slice(&numbers?)?))
         }
         Value::Poison
@@ -277,11 +276,11 @@ impl<'a> Elaborator<'a> {
         let mut diagnostic = Diagnostic::error(codes::E0302, sign, message)
             .label(left_span, a)
             .label(right_span, b);
-        if op == BinaryOp::Add && (self.is_shape(left) || self.is_shape(right)) {
+        if op == BinaryOp::Add && (left.is_shape() || right.is_shape()) {
             diagnostic = diagnostic.fix(sign, "|", "the union of shapes is written `|`");
-        } else if op == BinaryOp::Mul && self.is_shape(left) {
+        } else if op == BinaryOp::Mul && left.is_shape() {
             diagnostic = diagnostic.help("write `.scale(factor)` to change a shape's size");
-        } else if op == BinaryOp::Mul && self.is_shape(right) {
+        } else if op == BinaryOp::Mul && right.is_shape() {
             diagnostic = diagnostic.fix(sign, "&", "the intersection of shapes is written `&`");
         }
         self.report(diagnostic);
@@ -297,7 +296,7 @@ impl<'a> Elaborator<'a> {
             let what = self.describe(&value);
             let message = format!("`-` does not go with {what}");
             let mut diagnostic = Diagnostic::error(codes::E0302, span, message).primary(what);
-            if self.is_shape(&value) {
+            if value.is_shape() {
                 let text = "everything outside a shape is written `!shape`";
                 diagnostic = diagnostic.fix(unary.op_span, "!", text);
             }
@@ -308,17 +307,6 @@ impl<'a> Elaborator<'a> {
             number.id = self.op(Op::Neg, &[number.id]);
         }
         assemble_value(form, &numbers)
-    }
-
-    /// `!value`
-    pub(crate) fn invert(&mut self, value: Value<'a>, unary: &'a Unary, span: Span) -> Value<'a> {
-        if self.is_shape(&value) {
-            return self.complement(&value, unary.operand.span, span);
-        }
-        match self.condition(value, unary.operand.span) {
-            Some(condition) => Value::Bool(self.op(Op::Not, &[condition])),
-            None => Value::Poison,
-        }
     }
 
     /// The condition that a value represents; reports any other value.
@@ -371,6 +359,18 @@ impl<'a> Elaborator<'a> {
     /// Reports whether a number does not depend on the point or the normal.
     pub(crate) fn is_uniform(&self, id: ExprId) -> bool {
         self.graph.stage(id) <= Stage::Uniform
+    }
+
+    /// Reports a number that depends on the point or the normal where it may not.
+    pub(crate) fn report_too_late(&mut self, what: &str, stage: Stage, span: Span) {
+        let dependency = if stage == Stage::Normal {
+            "the normal"
+        } else {
+            "the point"
+        };
+        let message = format!("{what} cannot depend on {dependency}");
+        let help = "`field`, `displace` and `warp` take functions of the point";
+        self.report(Diagnostic::error(codes::E0309, span, message).help(help));
     }
 }
 

@@ -3,12 +3,11 @@
 
 use super::Elaborator;
 use super::annotation::AnnotatedType;
-use super::bound_args::format_short;
 use super::constness::Demand;
 use super::diagnose::unknown_name;
-use super::evaluate::{Abort, Env};
+use super::display::format_short;
 use super::numbers::{Form, components};
-use super::value::{Quantity, ScalarValue, Value, Vector};
+use super::value::{Abort, Env, Quantity, ScalarValue, Value, Vector};
 use crate::expression::{ExprId, ParamId};
 use crate::scene::{ParamKind, SceneParam};
 use sdfc_lang::ast::{self, Expr, ExprKind};

@@ -2,9 +2,9 @@
 //! number.
 
 use super::Elaborator;
-use super::bound_args::{BoundArgs, format_short};
-use super::evaluate::EvalResult;
-use super::value::Value;
+use super::bound_args::BoundArgs;
+use super::display::format_short;
+use super::value::{EvalResult, Value};
 use crate::bounds::inverse;
 use crate::expression::ExprId;
 use crate::scene::{NeighbourCells, ShapeId, ShapeKind};

@@ -1,26 +1,31 @@
 //! Local names of bodies: a persistent linked list that grows at its front. A lambda shares the
 //! part that existed before it.
 
-use super::value::Value;
 use std::rc::Rc;
 
-/// Local names visible to an expression, the latest first.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Scope<'a>(Option<Rc<Binding<'a>>>);
+/// Local names visible to an expression with their values, the latest first.
+#[derive(Clone, Debug)]
+pub(crate) struct Scope<'a, V>(Option<Rc<Binding<'a, V>>>);
 
 #[derive(Debug)]
-struct Binding<'a> {
+struct Binding<'a, V> {
     /// Maximum depth of the values of this scope.
     depth: u32,
     name: &'a str,
-    value: Value<'a>,
-    outer: Scope<'a>,
+    value: V,
+    outer: Scope<'a, V>,
 }
 
-impl<'a> Scope<'a> {
-    /// This scope with one more name.
-    pub(crate) fn with(&self, name: &'a str, value: Value<'a>) -> Self {
-        let depth = self.depth().max(value.depth());
+impl<V> Default for Scope<'_, V> {
+    fn default() -> Self {
+        Self(None)
+    }
+}
+
+impl<'a, V: Clone> Scope<'a, V> {
+    /// This scope with one more name, whose value is nested to this depth.
+    pub(crate) fn with(&self, name: &'a str, value: V, depth: u32) -> Self {
+        let depth = self.depth().max(depth);
         let outer = self.clone();
         Self(Some(Rc::new(Binding {
             depth,
@@ -34,7 +39,7 @@ impl<'a> Scope<'a> {
         self.0.as_ref().map_or(0, |binding| binding.depth)
     }
     /// Value of a name, the latest of that name.
-    pub(crate) fn get(&self, name: &str) -> Option<&Value<'a>> {
+    pub(crate) fn get(&self, name: &str) -> Option<&V> {
         let mut scope = self;
         while let Some(binding) = &scope.0 {
             if binding.name == name {
@@ -46,7 +51,7 @@ impl<'a> Scope<'a> {
     }
 }
 
-impl Drop for Scope<'_> {
+impl<V> Drop for Scope<'_, V> {
     /// Drops the list without recursion, since a body may define thousands of names.
     fn drop(&mut self) {
         let mut next = self.0.take();

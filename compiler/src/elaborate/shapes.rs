@@ -1,16 +1,13 @@
-//! Construction of shapes: from operations of the table and from lists, with names, materials and
-//! limits.
+//! Construction of shapes, combinations and materials, with limits.
 
 use super::Elaborator;
-use super::bound_args::BoundArgs;
-use super::evaluate::EvalResult;
-use super::value::Value;
+use super::value::{EvalResult, Value};
 use crate::expression::ExprId;
 use crate::scene::children;
 use crate::scene::{Material, MaterialId, Shape, ShapeId, ShapeKind};
 use crate::symbolic::{Symbolic, with_graph};
 use sdfc_lang::{Diagnostic, Span, codes};
-use sdfc_vm::row::{ArgumentKind, Category};
+use sdfc_vm::bounds::Bounds;
 use sdfc_vm::table::{Op, prepare};
 
 /// Maximum number of shapes of a scene.
@@ -69,93 +66,6 @@ impl<'a> Elaborator<'a> {
                 .map(|number| number.0)
                 .collect()
         })
-    }
-
-    /// Evaluates a call of an operation of the table: a shape, or a modification of one.
-    pub(crate) fn row(&mut self, op: Op, bound: &BoundArgs<'a>) -> Value<'a> {
-        let row = op.row();
-        let is_shape = matches!(row.meta.category, Category::Shape3 | Category::Shape2);
-        let first = usize::from(!is_shape);
-        let arguments = &bound.arguments[first..];
-        if self.has_equal_ends(op, arguments.iter().map(|a| a.numbers.as_slice())) {
-            let message = format!("`from` and `to` of `{}` are the same point", bound.name);
-            let help = "a line from a point to itself has no direction; use `sphere`";
-            self.report(Diagnostic::error(codes::E0405, bound.span, message).help(help));
-            return Value::Poison;
-        }
-        let numbers: Vec<ExprId> = arguments
-            .iter()
-            .flat_map(|a| a.numbers.iter().copied())
-            .collect();
-        let parameters = self.prepare_parameters(op, &numbers);
-        let id = match row.meta.category {
-            Category::Shape3 => {
-                let id = self.add(ShapeKind::Primitive { op, parameters }, false, bound.span);
-                if has_axis(op) {
-                    self.rotated_to_scene_up(id, bound.span)
-                } else {
-                    id
-                }
-            }
-            Category::Shape2 => self.add(ShapeKind::Primitive { op, parameters }, true, bound.span),
-            Category::Domain => {
-                let child = bound.shape(0);
-                let plane = self.shapes[child.0 as usize].plane;
-                self.add(
-                    ShapeKind::Domain {
-                        op,
-                        child,
-                        parameters,
-                    },
-                    plane,
-                    bound.span,
-                )
-            }
-            Category::Dimension | Category::Distance => {
-                let child = bound.shape(0);
-                let plane =
-                    self.shapes[child.0 as usize].plane && row.meta.category == Category::Distance;
-                self.add(
-                    ShapeKind::Distance {
-                        op,
-                        child,
-                        parameters,
-                    },
-                    plane,
-                    bound.span,
-                )
-            }
-            Category::Combine | Category::Math | Category::Internal => {
-                unreachable!("`{}` is no word of the language", row.name)
-            }
-        };
-        Value::Shape(id)
-    }
-
-    /// Reports whether the end points `from` and `to` are equal.
-    fn has_equal_ends<'n>(&self, op: Op, arguments: impl Iterator<Item = &'n [ExprId]>) -> bool {
-        let Some(language) = &op.row().meta.language else {
-            return false;
-        };
-        let mut ends = language
-            .arguments
-            .iter()
-            .zip(arguments)
-            .filter(|(argument, _)| matches!(argument.name, "from" | "to"))
-            .map(|(_, numbers)| numbers);
-        match (ends.next(), ends.next()) {
-            (Some(from), Some(to)) => from == to,
-            _ => false,
-        }
-    }
-
-    /// Reports whether a value is a shape, or a list of shapes.
-    pub(crate) fn is_shape(&self, value: &Value<'a>) -> bool {
-        match value {
-            Value::Shape(_) => true,
-            Value::List(list) => list.first().is_none_or(|first| self.is_shape(first)),
-            _ => false,
-        }
     }
 
     /// Reports whether a shape is empty.
@@ -243,49 +153,118 @@ impl<'a> Elaborator<'a> {
         id
     }
 
-    /// Describes a value for messages.
-    pub(crate) fn describe(&self, value: &Value<'_>) -> String {
-        match value {
-            Value::Poison | Value::Nothing => "nothing".to_owned(),
-            Value::Number(number) => number.quantity.noun().to_owned(),
-            Value::Bool(_) => "a bool".to_owned(),
-            Value::Text(_) => "a text".to_owned(),
-            Value::Vector(vector) => format!("a vec{}", vector.len()),
-            Value::Color(_) => "a color".to_owned(),
-            Value::List(list) if !list.is_empty() && self.is_shape_list(list) => {
-                "a list of shapes".to_owned()
+    /// Combines shapes from left to right by an operation; empty shapes drop out.
+    pub(crate) fn combine(
+        &mut self,
+        op: Op,
+        parameters: Vec<ExprId>,
+        shapes: Vec<ShapeId>,
+        span: Span,
+    ) -> Option<ShapeId> {
+        let is_intersection = matches!(
+            op,
+            Op::Intersection
+                | Op::SmoothIntersection
+                | Op::CubicIntersection
+                | Op::CircularIntersection
+                | Op::ExponentialIntersection
+                | Op::ChamferIntersection
+                | Op::RoundIntersection
+                | Op::StairsIntersection
+        );
+        let is_union = matches!(
+            op,
+            Op::Union
+                | Op::SmoothUnion
+                | Op::CubicUnion
+                | Op::CircularUnion
+                | Op::ExponentialUnion
+                | Op::ChamferUnion
+                | Op::RoundUnion
+                | Op::StairsUnion
+                | Op::DistanceUnion
+                | Op::Xor
+        );
+        let first_is_empty = shapes.first().is_none_or(|&id| self.is_nothing(id));
+        let any_is_empty = shapes.iter().any(|&id| self.is_nothing(id));
+        let mut children = shapes;
+        if is_intersection && any_is_empty || !is_union && first_is_empty {
+            children.clear();
+        }
+        children.retain(|&id| !self.is_nothing(id));
+        match children.as_slice() {
+            [] => return Some(self.add(ShapeKind::Nothing, false, span)),
+            [only] => return Some(*only),
+            _ => {}
+        }
+        let plane = self.shapes[children[0].0 as usize].plane;
+        let other = children
+            .iter()
+            .find(|id| self.shapes[id.0 as usize].plane != plane);
+        if let Some(&other) = other {
+            let dimension = |plane: bool| if plane { "2D" } else { "3D" };
+            let (a, b) = (
+                &self.shapes[children[0].0 as usize],
+                &self.shapes[other.0 as usize],
+            );
+            let message = format!(
+                "a {} and a {} shape cannot be combined",
+                dimension(a.plane),
+                dimension(b.plane)
+            );
+            let mut diagnostic = Diagnostic::error(codes::E0304, span, message)
+                .help("`extrude` and `revolve` make a 3D shape of a 2D one");
+            for shape in [a, b] {
+                if shape.span.file == span.file {
+                    let text = format!("this is {}", dimension(shape.plane));
+                    diagnostic = diagnostic.label(shape.span, text);
+                }
             }
-            Value::List(list) => format!("a list of {}", list.len()),
-            Value::Range(_) => "a range".to_owned(),
-            Value::Shape(id) if self.shapes[id.0 as usize].plane => "a 2D shape".to_owned(),
-            Value::Shape(_) => "a 3D shape".to_owned(),
-            Value::Material(_) => "a material".to_owned(),
-            Value::Record(record) => format!("the record `{}`", record.name),
-            Value::Function(_) | Value::Builtin(_) => "a function".to_owned(),
-            Value::Word(word) => format!("the word `{word}`"),
+            self.report(diagnostic);
+            return None;
         }
+        self.warn_ineffective_operand(op, &children, span);
+        Some(self.add(
+            ShapeKind::Combine {
+                op,
+                children,
+                parameters,
+            },
+            plane,
+            span,
+        ))
     }
 
-    fn is_shape_list(&self, list: &[Value<'_>]) -> bool {
-        match list.first() {
-            Some(Value::Shape(_)) => true,
-            Some(Value::List(list)) => self.is_shape_list(list),
-            _ => false,
+    /// Warns of subtractions without effect and of empty intersections, as far as the bounding
+    /// boxes of constant shapes prove it.
+    fn warn_ineffective_operand(&mut self, op: Op, children: &[ShapeId], span: Span) {
+        if !matches!(op, Op::Subtraction | Op::Intersection) {
+            return;
         }
+        if !children.iter().all(|&id| self.is_constant_shape(id)) {
+            return;
+        }
+        let boxes: Vec<Bounds> = children.iter().map(|&id| self.bounds_of(id)).collect();
+        let (message, label) = match op {
+            Op::Subtraction => {
+                let misses = |other: &Bounds| boxes[0].intersection(other).is_empty();
+                if !boxes[1..].iter().all(misses) {
+                    return;
+                }
+                ("this cuts nothing away", "the shapes do not touch")
+            }
+            _ => {
+                let common = boxes
+                    .iter()
+                    .fold(Bounds::ALL_SPACE, |c, b| c.intersection(b));
+                if !common.is_empty() {
+                    return;
+                }
+                ("this intersection is empty", "the shapes do not touch")
+            }
+        };
+        self.report(Diagnostic::warning(codes::W0402, span, message).primary(label));
     }
-}
-
-/// Reports whether a solid of the table has an axis of its own, which is aligned with the up axis.
-/// Solids with vector arguments take their directions from these.
-fn has_axis(op: Op) -> bool {
-    let is_round = matches!(op, Op::Sphere | Op::Octahedron | Op::Gyroid);
-    let is_vector = |kind: ArgumentKind| kind.width() == 3;
-    let has_direction_arguments = op
-        .row()
-        .meta
-        .language
-        .is_some_and(|language| language.arguments.iter().any(|a| is_vector(a.kind)));
-    !is_round && !has_direction_arguments
 }
 
 /// Adds advice for a function in place of a shape.

@@ -2,8 +2,8 @@
 
 use super::Elaborator;
 use super::bound_args::BoundArgs;
-use super::evaluate::EvalResult;
-use super::value::Value;
+use super::shapes::shape_value;
+use super::value::{EvalResult, Value};
 use crate::expression::ExprId;
 use crate::scene::ShapeKind;
 use crate::symbolic::Symbolic;
@@ -185,6 +185,6 @@ impl<'a> Elaborator<'a> {
         );
         let intersection =
             self.combine(Op::Intersection, Vec::new(), vec![child, half_space], span);
-        super::shapes::shape_value(intersection)
+        shape_value(intersection)
     }
 }

@@ -5,9 +5,8 @@
 
 use super::Elaborator;
 use super::bound_args::BoundArgs;
-use super::evaluate::EvalResult;
 use super::numbers::{Form, components};
-use super::value::{Quantity, ScalarValue, Value};
+use super::value::{EvalResult, Quantity, ScalarValue, Value};
 use crate::expression::{ExprId, Stage};
 use crate::lower::channel_numbers;
 use crate::scene::{MaterialId, ShapeId, ShapeKind};

@@ -1,6 +1,7 @@
-//! Values of expressions, and their names in messages.
+//! Values of expressions, the environments that functions capture, and results of evaluations.
 
-use super::evaluate::Env;
+use super::blend_spec::BlendSpec;
+use super::scope::Scope;
 use crate::expression::ExprId;
 use crate::scene::{MaterialId, ShapeId};
 use sdfc_lang::Span;
@@ -167,6 +168,30 @@ pub(crate) struct Range {
     pub(crate) inclusive: bool,
 }
 
+/// Environment of an expression: the names in scope, and the blend of plain operators.
+#[derive(Clone, Debug)]
+pub(crate) struct Env<'a> {
+    /// Local names.
+    pub(crate) scope: Scope<'a, Value<'a>>,
+    /// Index of the module.
+    pub(crate) module: usize,
+    /// Number of definitions of the module that precede the expression.
+    pub(crate) visible_items: u32,
+    /// Blend of operators without one of their own.
+    pub(crate) blend: Option<Rc<BlendSpec>>,
+}
+
+impl<'a> Env<'a> {
+    /// This environment with one more name.
+    pub(crate) fn with(&self, name: &'a str, value: Value<'a>) -> Self {
+        let depth = value.depth();
+        Self {
+            scope: self.scope.with(name, value, depth),
+            ..self.clone()
+        }
+    }
+}
+
 /// A function or lambda of a scene, with its captured environment.
 #[derive(Debug)]
 pub(crate) struct Closure<'a> {
@@ -280,4 +305,26 @@ impl Value<'_> {
     pub(crate) fn is_poison(&self) -> bool {
         matches!(self, Value::Poison)
     }
+    /// Reports whether the value is a shape, or a list of shapes.
+    pub(crate) fn is_shape(&self) -> bool {
+        match self {
+            Value::Shape(_) => true,
+            Value::List(list) => list.first().is_none_or(Value::is_shape),
+            _ => false,
+        }
+    }
+    /// The number, if the value is one.
+    pub(crate) fn as_number(&self) -> Option<ScalarValue> {
+        match self {
+            Value::Number(number) => Some(*number),
+            _ => None,
+        }
+    }
 }
+
+/// The run cannot continue; the reason has been reported.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Abort;
+
+/// Result of an evaluation.
+pub(crate) type EvalResult<'a> = Result<Value<'a>, Abort>;

@@ -2,9 +2,8 @@
 
 use super::Elaborator;
 use super::arguments::Invocation;
-use super::evaluate::EvalResult;
 use super::numbers::{Form, assemble_value, components};
-use super::value::{Quantity, ScalarValue, Value, Vector};
+use super::value::{EvalResult, Quantity, ScalarValue, Value, Vector};
 use crate::expression::ExprId;
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::table::Op;

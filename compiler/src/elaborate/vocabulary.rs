@@ -4,18 +4,15 @@
 
 use super::Elaborator;
 use super::arguments::{ExpectedKind, Invocation, ParamSpec, optional, required};
-use super::bound_args::BoundArgs;
-use super::csg::SetOperator;
-use super::evaluate::EvalResult;
+use super::blend_spec::SetOperator;
+use super::bound_args::RunFixed;
 use super::math::{MATH, MathRow};
-use super::value::Value;
+use super::shapes::shape_value;
+use super::value::{EvalResult, Value};
 use sdfc_vm::row::{ArgumentKind as A, Category};
 use sdfc_vm::table::{Op, ROWS};
 use std::collections::HashMap;
 use std::sync::LazyLock;
-
-/// Implementation of a function whose arguments are converted to its parameters first.
-pub(crate) type RunFixed = for<'a> fn(&mut Elaborator<'a>, BoundArgs<'a>) -> EvalResult<'a>;
 /// Implementation of a function that evaluates its arguments itself.
 type RunFree = for<'a> fn(&mut Elaborator<'a>, Invocation<'a>) -> EvalResult<'a>;
 
@@ -169,7 +166,7 @@ const FIXED_FUNCTIONS: &[(&str, &[ParamSpec], RunFixed)] = &[
         |e, b| {
             let parameters = e.prepare_parameters(Op::Morph, &[b.number(2)]);
             let shapes = vec![b.shape(0), b.shape(1)];
-            super::shapes::shape_value(e.combine(Op::Morph, parameters, shapes, b.span))
+            shape_value(e.combine(Op::Morph, parameters, shapes, b.span))
         },
     ),
     ("normalized", NORMALIZED, |e, b| e.normalized(b)),

@@ -1,8 +1,8 @@
 //! `camera { from: …, look: …, fov: … }`
 
 use crate::elaborate::Elaborator;
-use crate::elaborate::bound_args::format_short;
-use crate::elaborate::evaluate::{Abort, Env};
+use crate::elaborate::display::format_short;
+use crate::elaborate::value::{Abort, Env};
 use crate::expression::Stage;
 use crate::scene::{ExprTriple, SceneCamera, SceneLens};
 use sdfc_lang::ast::Block;

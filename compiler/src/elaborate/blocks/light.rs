@@ -2,8 +2,7 @@
 
 use crate::elaborate::Elaborator;
 use crate::elaborate::diagnose::{nearest, suggest};
-use crate::elaborate::evaluate::{Abort, Env};
-use crate::elaborate::value::Value;
+use crate::elaborate::value::{Abort, Env, Value};
 use crate::expression::Stage;
 use crate::scene::{SceneLight, SceneLightSource, SceneShadow, SceneSky};
 use sdfc_lang::ast::{Block, ExprKind, Field};

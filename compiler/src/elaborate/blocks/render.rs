@@ -2,11 +2,11 @@
 
 use super::FieldRequirement;
 use crate::elaborate::Elaborator;
-use crate::elaborate::calls::word;
+use crate::elaborate::arguments::word;
 use crate::elaborate::constness::Demand;
 use crate::elaborate::diagnose::{nearest, suggest};
-use crate::elaborate::evaluate::{Abort, Env};
 use crate::elaborate::numbers::{Form, components};
+use crate::elaborate::value::{Abort, Env};
 use crate::expression::Stage;
 use crate::scene::{Animation, Normals, Occlusion, SceneRender, Tonemap};
 use sdfc_lang::ast::{Block, Field};

@@ -1,0 +1,103 @@
+//! Built-in functions that are an operation of the table: shapes, and modifications of a shape.
+
+use super::Elaborator;
+use super::bound_args::BoundArgs;
+use super::value::Value;
+use crate::expression::ExprId;
+use crate::scene::ShapeKind;
+use sdfc_lang::{Diagnostic, codes};
+use sdfc_vm::row::{ArgumentKind, Category};
+use sdfc_vm::table::Op;
+
+impl<'a> Elaborator<'a> {
+    /// Evaluates a call of an operation of the table: a shape, or a modification of one.
+    pub(crate) fn row(&mut self, op: Op, bound: &BoundArgs<'a>) -> Value<'a> {
+        let row = op.row();
+        let is_shape = matches!(row.meta.category, Category::Shape3 | Category::Shape2);
+        let first = usize::from(!is_shape);
+        let arguments = &bound.arguments[first..];
+        if self.has_equal_ends(op, arguments.iter().map(|a| a.numbers.as_slice())) {
+            let message = format!("`from` and `to` of `{}` are the same point", bound.name);
+            let help = "a line from a point to itself has no direction; use `sphere`";
+            self.report(Diagnostic::error(codes::E0405, bound.span, message).help(help));
+            return Value::Poison;
+        }
+        let numbers: Vec<ExprId> = arguments
+            .iter()
+            .flat_map(|a| a.numbers.iter().copied())
+            .collect();
+        let parameters = self.prepare_parameters(op, &numbers);
+        let id = match row.meta.category {
+            Category::Shape3 => {
+                let id = self.add(ShapeKind::Primitive { op, parameters }, false, bound.span);
+                if has_axis(op) {
+                    self.rotated_to_scene_up(id, bound.span)
+                } else {
+                    id
+                }
+            }
+            Category::Shape2 => self.add(ShapeKind::Primitive { op, parameters }, true, bound.span),
+            Category::Domain => {
+                let child = bound.shape(0);
+                let plane = self.shapes[child.0 as usize].plane;
+                self.add(
+                    ShapeKind::Domain {
+                        op,
+                        child,
+                        parameters,
+                    },
+                    plane,
+                    bound.span,
+                )
+            }
+            Category::Dimension | Category::Distance => {
+                let child = bound.shape(0);
+                let plane =
+                    self.shapes[child.0 as usize].plane && row.meta.category == Category::Distance;
+                self.add(
+                    ShapeKind::Distance {
+                        op,
+                        child,
+                        parameters,
+                    },
+                    plane,
+                    bound.span,
+                )
+            }
+            Category::Combine | Category::Math | Category::Internal => {
+                unreachable!("`{}` is no word of the language", row.name)
+            }
+        };
+        Value::Shape(id)
+    }
+
+    /// Reports whether the end points `from` and `to` are equal.
+    fn has_equal_ends<'n>(&self, op: Op, arguments: impl Iterator<Item = &'n [ExprId]>) -> bool {
+        let Some(language) = &op.row().meta.language else {
+            return false;
+        };
+        let mut ends = language
+            .arguments
+            .iter()
+            .zip(arguments)
+            .filter(|(argument, _)| matches!(argument.name, "from" | "to"))
+            .map(|(_, numbers)| numbers);
+        match (ends.next(), ends.next()) {
+            (Some(from), Some(to)) => from == to,
+            _ => false,
+        }
+    }
+}
+
+/// Reports whether a solid of the table has an axis of its own, which is aligned with the up axis.
+/// Solids with vector arguments take their directions from these.
+fn has_axis(op: Op) -> bool {
+    let is_round = matches!(op, Op::Sphere | Op::Octahedron | Op::Gyroid);
+    let is_vector = |kind: ArgumentKind| kind.width() == 3;
+    let has_direction_arguments = op
+        .row()
+        .meta
+        .language
+        .is_some_and(|language| language.arguments.iter().any(|a| is_vector(a.kind)));
+    !is_round && !has_direction_arguments
+}
