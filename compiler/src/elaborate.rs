@@ -5,43 +5,37 @@
 //! required at compile time (a loop count, a list's length) becomes structural. Evaluation then
 //! restarts with that value as a constant, until the set of structural parameters no longer grows.
 //!
+//! The files can be read from the ground up: values, arguments, numbers, shapes, bound arguments,
+//! built-in functions, the vocabulary, calls, expressions, items. Only evaluation itself is mutually
+//! recursive, by methods: functions such as `map` call the functions that they are given.
+//!
 //! Evaluation never panics on a scene and always terminates. The number of steps, the depth of
 //! calls, loops and shapes are limited, each with a message of its own.
 
 mod annotation;
 mod arguments;
 mod assemble_scene;
-mod blend;
 mod blend_spec;
 mod blocks;
 mod bound_args;
+mod builtins;
 mod calls;
 mod constness;
-mod csg;
 mod diagnose;
 mod display;
 mod elements;
 mod evaluate;
-mod field;
 mod items;
-mod lists;
-mod math;
 mod modules;
 mod names;
-mod normalized;
 mod numbers;
-mod operations;
 mod params;
 mod reference;
-mod repetition;
 mod sampled_bounds;
 mod scope;
 mod shape_info;
 mod shapes;
-mod sweeps;
-mod transform;
 mod value;
-mod vectors;
 mod vocabulary;
 
 use crate::bounds::{ShapeBounds, UniformValues};

@@ -2,7 +2,7 @@
 //! are operations of the table take their description from there.
 
 use super::arguments::signature;
-use super::math::MATH;
+use super::builtins::math::MATH;
 use super::vocabulary::{self, BuiltinFunction};
 
 /// A built-in function.

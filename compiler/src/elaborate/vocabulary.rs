@@ -6,7 +6,7 @@ use super::Elaborator;
 use super::arguments::{ExpectedKind, Invocation, ParamSpec, optional, required};
 use super::blend_spec::SetOperator;
 use super::bound_args::RunFixed;
-use super::math::{MATH, MathRow};
+use super::builtins::math::{MATH, MathRow};
 use super::shapes::shape_value;
 use super::value::{EvalResult, Value};
 use sdfc_vm::row::{ArgumentKind as A, Category};

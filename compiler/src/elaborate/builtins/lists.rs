@@ -1,12 +1,12 @@
 //! Lists at compile time: iteration, selection and concatenation. Also `print` and `assert`.
 
-use super::Elaborator;
-use super::arguments::Invocation;
-use super::bound_args::BoundArgs;
-use super::constness::Demand;
-use super::display::format_short;
-use super::elements::MAX_LOOP;
-use super::value::{EvalResult, List, Quantity, ScalarValue, Value};
+use crate::elaborate::Elaborator;
+use crate::elaborate::arguments::Invocation;
+use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::constness::Demand;
+use crate::elaborate::display::format_short;
+use crate::elaborate::elements::MAX_LOOP;
+use crate::elaborate::value::{EvalResult, List, Quantity, ScalarValue, Value};
 use crate::expression::Stage;
 use sdfc_lang::ast::BinaryOp;
 use sdfc_lang::{Diagnostic, codes};

@@ -3,12 +3,12 @@
 //! `a | b | c` is a single union of three shapes. A list among the operands contributes its
 //! elements. Empty operands are left out where that does not change the result.
 
-use super::Elaborator;
-use super::arguments::{Invocation, PassedArg};
-use super::blend_spec::{BlendKind, BlendSpec, SetOperator};
-use super::diagnose::{nearest, suggest};
-use super::shapes::{help_with_function, shape_value};
-use super::value::{Env, EvalResult, Value};
+use crate::elaborate::Elaborator;
+use crate::elaborate::arguments::{Invocation, PassedArg};
+use crate::elaborate::blend_spec::{BlendKind, BlendSpec, SetOperator};
+use crate::elaborate::diagnose::{nearest, suggest};
+use crate::elaborate::shapes::{help_with_function, shape_value};
+use crate::elaborate::value::{Env, EvalResult, Value};
 use crate::expression::ExprId;
 use crate::scene::{ShapeId, ShapeKind};
 use sdfc_lang::ast::{BinaryOp, Chain, ChainLink};

@@ -1,9 +1,9 @@
 //! Functions of vectors and colours, expressed as operations on numbers.
 
-use super::Elaborator;
-use super::arguments::Invocation;
-use super::numbers::{Form, assemble_value, components};
-use super::value::{EvalResult, Quantity, ScalarValue, Value, Vector};
+use crate::elaborate::Elaborator;
+use crate::elaborate::arguments::Invocation;
+use crate::elaborate::numbers::{Form, assemble_value, components};
+use crate::elaborate::value::{EvalResult, Quantity, ScalarValue, Value, Vector};
 use crate::expression::ExprId;
 use sdfc_lang::{Diagnostic, codes};
 use sdfc_vm::table::Op;
@@ -217,7 +217,9 @@ impl<'a> Elaborator<'a> {
     /// Decodes an sRGB value to linear light.
     fn decode_srgb(&mut self, screen: ExprId) -> ExprId {
         if let Some(value) = self.graph.as_constant(screen) {
-            return self.graph.constant(super::numbers::linear(value));
+            return self
+                .graph
+                .constant(crate::elaborate::numbers::linear(value));
         }
         let mut c = |v: f64| self.graph.constant(v);
         let (edge, slope, shift, scale, gamma) = (c(0.04045), c(12.92), c(0.055), c(1.055), c(2.4));

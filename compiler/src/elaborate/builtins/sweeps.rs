@@ -1,9 +1,9 @@
 //! Elongation, twists, revolution and sections of shapes, and conversions between 2-D and 3-D.
 
-use super::Elaborator;
-use super::bound_args::BoundArgs;
-use super::shapes::shape_value;
-use super::value::{EvalResult, Value};
+use crate::elaborate::Elaborator;
+use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::shapes::shape_value;
+use crate::elaborate::value::{EvalResult, Value};
 use crate::expression::ExprId;
 use crate::scene::ShapeKind;
 use crate::symbolic::Symbolic;

@@ -3,10 +3,10 @@
 //! Scenes with z up use z-up coordinates throughout. The bodies of the table have y up; where their
 //! axis matters, the shape gets a frame that maps y to the up axis.
 
-use super::Elaborator;
-use super::bound_args::BoundArgs;
-use super::numbers::{Form, components};
-use super::value::{EvalResult, Quantity, ScalarValue, Value};
+use crate::elaborate::Elaborator;
+use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::numbers::{Form, components};
+use crate::elaborate::value::{EvalResult, Quantity, ScalarValue, Value};
 use crate::expression::{ExprId, Stage};
 use crate::lower::channel_numbers;
 use crate::scene::{MaterialId, ShapeId, ShapeKind};

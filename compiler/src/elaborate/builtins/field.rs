@@ -1,13 +1,13 @@
 //! Functions of the point: raw fields, terrain, displacement, warps, and noise.
 
-use super::Elaborator;
-use super::arguments::count_noun;
-use super::bound_args::BoundArgs;
-use super::constness::Demand;
-use super::display::format_short;
-use super::numbers::{Form, components};
-use super::shapes::shape_value;
-use super::value::{Abort, EvalResult, Quantity, ScalarValue, Value, Vector};
+use crate::elaborate::Elaborator;
+use crate::elaborate::arguments::count_noun;
+use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::constness::Demand;
+use crate::elaborate::display::format_short;
+use crate::elaborate::numbers::{Form, components};
+use crate::elaborate::shapes::shape_value;
+use crate::elaborate::value::{Abort, EvalResult, Quantity, ScalarValue, Value, Vector};
 use crate::expression::{ExprId, Stage};
 use crate::extent::extent;
 use crate::scene::ShapeKind;

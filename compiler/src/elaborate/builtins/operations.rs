@@ -1,8 +1,8 @@
 //! Built-in functions that are an operation of the table: shapes, and modifications of a shape.
 
-use super::Elaborator;
-use super::bound_args::BoundArgs;
-use super::value::Value;
+use crate::elaborate::Elaborator;
+use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::value::Value;
 use crate::expression::ExprId;
 use crate::scene::ShapeKind;
 use sdfc_lang::{Diagnostic, codes};

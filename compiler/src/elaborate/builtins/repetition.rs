@@ -1,11 +1,11 @@
 //! Copies of shapes by folding space: mirrors, grids and rings. The cost does not grow with their
 //! number.
 
-use super::Elaborator;
-use super::bound_args::BoundArgs;
-use super::display::format_short;
-use super::value::{EvalResult, Value};
 use crate::bounds::inverse;
+use crate::elaborate::Elaborator;
+use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::display::format_short;
+use crate::elaborate::value::{EvalResult, Value};
 use crate::expression::ExprId;
 use crate::scene::{NeighbourCells, ShapeId, ShapeKind};
 use crate::symbolic::Symbolic;

@@ -1,12 +1,12 @@
 //! Blends: kinds of transition between two surfaces, and their operations in the table.
 
-use super::Elaborator;
-use super::arguments::{PassedArg, word};
-use super::blend_spec::{BlendKind, BlendSpec, SetOperator};
-use super::constness::Demand;
-use super::diagnose::{nearest, suggest, unknown_name};
-use super::display::format_short;
-use super::value::{Abort, Env, Quantity, Value};
+use crate::elaborate::Elaborator;
+use crate::elaborate::arguments::{PassedArg, word};
+use crate::elaborate::blend_spec::{BlendKind, BlendSpec, SetOperator};
+use crate::elaborate::constness::Demand;
+use crate::elaborate::diagnose::{nearest, suggest, unknown_name};
+use crate::elaborate::display::format_short;
+use crate::elaborate::value::{Abort, Env, Quantity, Value};
 use crate::expression::{ExprId, Stage};
 use crate::scene::ShapeId;
 use sdfc_lang::ast::{Arg, Args};

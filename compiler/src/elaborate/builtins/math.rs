@@ -1,9 +1,9 @@
 //! Functions of numbers, applied to vectors and colours component by component, as in WGSL.
 
-use super::Elaborator;
-use super::arguments::{Invocation, PassedArg, count_noun};
-use super::numbers::{Form, assemble_value, components};
-use super::value::{EvalResult, Quantity, ScalarValue, Value};
+use crate::elaborate::Elaborator;
+use crate::elaborate::arguments::{Invocation, PassedArg, count_noun};
+use crate::elaborate::numbers::{Form, assemble_value, components};
+use crate::elaborate::value::{EvalResult, Quantity, ScalarValue, Value};
 use crate::expression::ExprId;
 use sdfc_lang::{Diagnostic, Span, codes};
 use sdfc_vm::table::Op;

@@ -10,9 +10,9 @@
 
 mod quotient;
 
-use super::Elaborator;
-use super::bound_args::BoundArgs;
-use super::value::{EvalResult, Value};
+use crate::elaborate::Elaborator;
+use crate::elaborate::bound_args::BoundArgs;
+use crate::elaborate::value::{EvalResult, Value};
 use crate::expression::ExprId;
 use crate::formula::Formula;
 use crate::scene::{MaterialId, ShapeId, ShapeKind, children};
